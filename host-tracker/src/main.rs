@@ -1,0 +1,2 @@
+//! kehai-tracker.
+fn main() {}
