@@ -2,4 +2,5 @@
 //! recordings, and everything that judges what the core makes of them.
 #![forbid(unsafe_code)]
 
+pub mod picture;
 pub mod recording;
