@@ -184,7 +184,6 @@ impl Frame {
         group
             .add(
                 Circle::new()
-                    .set("class", "wide")
                     .set("cx", x + 4.0)
                     .set("cy", round(y - 4.0))
                     .set("r", 4)
