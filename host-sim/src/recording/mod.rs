@@ -8,6 +8,10 @@
 //! 99683,391,392,0,…          counter-clockwise; values below dmin are the sensor's codes
 //! ```
 
+mod source;
+
+pub use source::RecordingSource;
+
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
