@@ -11,3 +11,4 @@ pub mod picture;
 pub mod recording;
 pub mod simulated_time;
 pub mod source;
+pub mod world;

@@ -137,8 +137,9 @@ mod tests {
 
     #[test]
     fn somebody_who_sways_on_the_spot_does_not_turn() {
-        let positions: Vec<Point> =
-            (0..80).map(|index| Point::new(0.005 * f64::from(index % 2), 0.003 * f64::from(index % 3))).collect();
+        let positions: Vec<Point> = (0..80)
+            .map(|index| Point::new(0.005 * f64::from(index % 2), 0.003 * f64::from(index % 3)))
+            .collect();
         let track = Track::new(0.0, 0.05, &positions, 1.0);
         assert_eq!(track.stance(3.0).unwrap().heading_rad, 1.0);
     }

@@ -115,8 +115,9 @@ mod tests {
     fn normal_numbers_have_unit_spread_and_no_skew() {
         let mut stream = Stream::new(9, Purpose::Walk, [0, 0]);
         let numbers: Vec<f64> = (0..50_000).map(|_| stream.normal()).collect();
-        let moment =
-            |power| numbers.iter().map(|number| libm::pow(*number, power)).sum::<f64>() / numbers.len() as f64;
+        let moment = |power| {
+            numbers.iter().map(|number| libm::pow(*number, power)).sum::<f64>() / numbers.len() as f64
+        };
         assert!(moment(1.0).abs() < 0.02);
         assert!((moment(2.0) - 1.0).abs() < 0.02);
         assert!(moment(3.0).abs() < 0.05);

@@ -174,8 +174,7 @@ fn timeline(points: &[WayPoint], habit: &Habit) -> Vec<Knot> {
         .map(|pair| pair[1].at - pair[0].at)
         .find(|leg| leg.length() > 0.0)
         .map_or(habit.heading_rad, Point::angle_rad);
-    let mut now =
-        Knot { time_s: 0.0, at: Point::default(), distance_m: 0.0, heading_rad: first_heading };
+    let mut now = Knot { time_s: 0.0, at: Point::default(), distance_m: 0.0, heading_rad: first_heading };
     for (index, point) in points.iter().enumerate() {
         let leg = point.at - now.at;
         let leg = if index == 0 { Point::default() } else { leg };
@@ -216,8 +215,10 @@ mod tests {
     };
 
     fn route(points: &[[f64; 3]], habit: Habit) -> Route {
-        let points: Vec<WayPoint> =
-            points.iter().map(|[x, y, wait_s]| WayPoint { at: Point::new(*x, *y), wait_s: *wait_s }).collect();
+        let points: Vec<WayPoint> = points
+            .iter()
+            .map(|[x, y, wait_s]| WayPoint { at: Point::new(*x, *y), wait_s: *wait_s })
+            .collect();
         Route::new(&points, habit, &mut Stream::new(1, Purpose::Walk, [0, 0]))
     }
 

@@ -1,0 +1,132 @@
+//! A sensor of the world as a source of ranges for an emulated range finder.
+//!
+//! ```text
+//!   RangeSource::scan(revolution) ─▶ cast: every step at its own moment ─▶ noise ─▶ mm
+//! ```
+
+use std::sync::Arc;
+
+use super::geometry::Pose;
+use super::noise::{Noise, NoiseLevel, Seen};
+use super::optics::SensorModel;
+use super::random::{Purpose, Stream};
+use super::raycast::{Caster, FIRST_PERSON, Person};
+use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
+
+/// How one sensor's time differs from the world's.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SensorClock {
+    /// When its first revolution begins, in µs of the world.
+    pub phase_us: u64,
+    /// True time of one revolution: recorded sensors turn 0.3 % fast, and no two alike (±0.2 %).
+    pub period_us: u32,
+    /// What its own clock shows at time 0 of the world.
+    pub offset_us: i64,
+    /// How much faster than the world its own clock runs.
+    pub drift_ppm: f64,
+}
+
+impl SensorClock {
+    fn new(model: SensorModel, seed: u64, sensor: u64) -> Self {
+        let mut stream = Stream::new(seed, Purpose::Sensor, [sensor, 1]);
+        let nominal_us = f64::from(model.optics().geometry.period_us);
+        let period_us = (nominal_us * stream.between(0.995, 0.999)).round() as u32;
+        Self {
+            phase_us: (nominal_us * stream.uniform()) as u64,
+            period_us,
+            offset_us: stream.between(0.0, 5e8) as i64,
+            // A clock that counts the revolutions as if they took the nominal time.
+            drift_ppm: (nominal_us / f64::from(period_us) - 1.0) * 1e6,
+        }
+    }
+}
+
+/// One sensor among the people and things of a world.
+#[derive(Clone, Debug)]
+pub struct WorldSensor {
+    model: SensorModel,
+    clock: SensorClock,
+    caster: Caster,
+    noise: Noise,
+    people: Arc<[Person]>,
+}
+
+impl WorldSensor {
+    /// Sensor number `sensor` of a world.
+    #[must_use]
+    pub fn new(
+        model: SensorModel,
+        level: NoiseLevel,
+        caster: Caster,
+        people: Arc<[Person]>,
+        seed: u64,
+        sensor: u64,
+    ) -> Self {
+        let noise = Noise::new(level, model.optics(), seed, sensor);
+        Self { model, clock: SensorClock::new(model, seed, sensor), caster, noise, people }
+    }
+
+    /// The model it is.
+    #[must_use]
+    pub const fn model(&self) -> SensorModel {
+        self.model
+    }
+
+    /// Where it is: between the site's frame and its own.
+    #[must_use]
+    pub const fn pose(&self) -> Pose {
+        self.caster.pose()
+    }
+
+    /// Its phase, period and clock.
+    #[must_use]
+    pub const fn clock(&self) -> SensorClock {
+        self.clock
+    }
+
+    /// Revolution number `index` by the sensor's own phase and period.
+    #[must_use]
+    pub fn revolution(&self, index: u64) -> Revolution {
+        let start_us = self.clock.phase_us + index * u64::from(self.clock.period_us);
+        Revolution { start_us, period_us: self.clock.period_us, earliest_us: start_us }
+    }
+
+    /// What a perfect sensor would see, per step.
+    #[must_use]
+    pub fn seen(&self, revolution: Revolution) -> Vec<Option<Seen>> {
+        self.caster.cast(revolution, &self.people)
+    }
+
+    /// How many beams meet each person, in the order of the world's people.
+    #[must_use]
+    pub fn beams_on_people(&self, revolution: Revolution) -> Vec<u32> {
+        let mut beams = vec![0; self.people.len()];
+        for seen in self.seen(revolution).into_iter().flatten() {
+            let person = seen.thing.checked_sub(FIRST_PERSON).map(usize::from);
+            if let Some(count) = person.and_then(|person| beams.get_mut(person)) {
+                *count += 1;
+            }
+        }
+        beams
+    }
+
+    /// The readings of one revolution.
+    #[must_use]
+    pub fn readings(&self, revolution: Revolution) -> Vec<u32> {
+        self.noise.readings(revolution.start_us, &self.seen(revolution))
+    }
+}
+
+impl RangeSource for WorldSensor {
+    fn geometry(&self) -> SensorGeometry {
+        self.model.optics().geometry
+    }
+
+    fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
+        Some(SourceScan {
+            start_us: revolution.start_us,
+            ready_us: revolution.start_us + u64::from(revolution.period_us),
+            ranges_mm: self.readings(revolution),
+        })
+    }
+}
