@@ -25,7 +25,8 @@ pub enum Event {
     /// A whole scan is in the caller's buffer.
     Scan(ScanHeader),
     /// A whole reply to nothing that is expected now: a late one, one to somebody else's request, or
-    /// one whose echo was damaged. Counted in [`Losses::unexpected`].
+    /// one whose echo was damaged. Counted in [`Losses::unexpected`]. A status of SCIP 1.1 has
+    /// a space for its second character.
     Unexpected(Status),
     /// Something was dropped.
     Lost(Loss),
@@ -96,7 +97,7 @@ pub struct Loss {
 pub enum Dropped {
     /// One scan.
     Scan,
-    /// The reply to this command. It is not expected any more.
+    /// The reply to this command, which stays expected.
     Reply(Command),
     /// One line of a `VV` or `II` reply, which goes on.
     Line,
@@ -180,6 +181,21 @@ pub struct Losses {
 }
 
 impl Losses {
+    pub(super) const NONE: Self = Self {
+        checksum: 0,
+        character: 0,
+        line_length: 0,
+        value_count: 0,
+        buffer_too_short: 0,
+        echo: 0,
+        status: 0,
+        foreign_reply: 0,
+        parameters: 0,
+        info_line: 0,
+        unexpected: 0,
+        scans: 0,
+    };
+
     pub(super) fn count(&mut self, loss: Loss) {
         let counter = match loss.cause {
             LossCause::Checksum => &mut self.checksum,

@@ -2,9 +2,11 @@
 
 pub mod checksum;
 pub mod command;
+mod data_block;
 pub mod encoding;
 pub mod event;
 pub mod info;
+mod line;
 pub mod parameters;
 pub mod range_code;
 pub mod reader;
