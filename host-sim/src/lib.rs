@@ -6,5 +6,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod link;
 pub mod simulated_time;
 pub mod source;
+pub mod uart;
+pub mod urg;
