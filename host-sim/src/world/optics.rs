@@ -12,6 +12,7 @@
 //! URG-04LX and UHG-08LX what recordings of real sensors show.
 
 use crate::source::SensorGeometry;
+use crate::urg::model::{self, Model};
 
 /// A model of range finder, by the name used on the command line and in scenes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Deserialize)]
@@ -62,15 +63,15 @@ impl SensorModel {
     pub const ALL: [Self; 5] =
         [Self::Urg04lx, Self::Urg04lxUg01, Self::Uhg08lx, Self::Utm30lx, Self::Ust10lx];
 
-    /// The model's name in scenes and on the command line.
+    /// The emulated sensor of this model.
     #[must_use]
-    pub const fn name(self) -> &'static str {
+    pub const fn emulated(self) -> Model {
         match self {
-            Self::Urg04lx => "urg-04lx",
-            Self::Urg04lxUg01 => "urg-04lx-ug01",
-            Self::Uhg08lx => "uhg-08lx",
-            Self::Utm30lx => "utm-30lx",
-            Self::Ust10lx => "ust-10lx",
+            Self::Urg04lx => model::URG_04LX,
+            Self::Urg04lxUg01 => model::URG_04LX_UG01,
+            Self::Uhg08lx => model::UHG_08LX,
+            Self::Utm30lx => model::UTM_30LX,
+            Self::Ust10lx => model::UST_10LX,
         }
     }
 
@@ -79,15 +80,7 @@ impl SensorModel {
     pub const fn optics(self) -> Optics {
         match self {
             Self::Urg04lx | Self::Urg04lxUg01 => Optics {
-                geometry: SensorGeometry {
-                    first_step: 44,
-                    last_step: 725,
-                    front_step: 384,
-                    steps_per_turn: 1024,
-                    range_min_mm: 20,
-                    range_max_mm: 5600,
-                    period_us: 100_000,
-                },
+                geometry: model::URG_04LX.geometry,
                 // 8–18 % of the readings of bright walls at 5.0–5.6 m are missing.
                 white_reach_m: 6.1,
                 spread: &[(3.0, 4.0), (3.5, 5.0), (3.75, 6.0), (4.5, 9.0), (5.3, 14.5), (5.6, 16.0)],
@@ -98,15 +91,7 @@ impl SensorModel {
                 border: Some(7),
             },
             Self::Uhg08lx => Optics {
-                geometry: SensorGeometry {
-                    first_step: 0,
-                    last_step: 767,
-                    front_step: 384,
-                    steps_per_turn: 1024,
-                    range_min_mm: 30,
-                    range_max_mm: 11_000,
-                    period_us: 66_667,
-                },
+                geometry: model::UHG_08LX.geometry,
                 white_reach_m: 10.0,
                 spread: &[(4.0, 3.6), (6.0, 4.0), (8.0, 6.0), (11.0, 12.0)],
                 heavy_tails_m: 6.0,
@@ -115,15 +100,7 @@ impl SensorModel {
                 border: Some(8),
             },
             Self::Utm30lx => Optics {
-                geometry: SensorGeometry {
-                    first_step: 0,
-                    last_step: 1080,
-                    front_step: 540,
-                    steps_per_turn: 1440,
-                    range_min_mm: 23,
-                    range_max_mm: 60_000,
-                    period_us: 25_000,
-                },
+                geometry: model::UTM_30LX.geometry,
                 white_reach_m: 38.0,
                 spread: &[(10.0, 8.0), (30.0, 25.0), (60.0, 40.0)],
                 heavy_tails_m: 30.0,
@@ -132,15 +109,7 @@ impl SensorModel {
                 border: None,
             },
             Self::Ust10lx => Optics {
-                geometry: SensorGeometry {
-                    first_step: 0,
-                    last_step: 1080,
-                    front_step: 540,
-                    steps_per_turn: 1440,
-                    range_min_mm: 20,
-                    range_max_mm: 30_000,
-                    period_us: 25_000,
-                },
+                geometry: model::UST_10LX.geometry,
                 white_reach_m: 13.0,
                 spread: &[(5.0, 8.0), (10.0, 15.0), (30.0, 40.0)],
                 heavy_tails_m: 10.0,

@@ -12,31 +12,32 @@ use super::optics::SensorModel;
 use super::random::{Purpose, Stream};
 use super::raycast::{Caster, FIRST_PERSON, Person};
 use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
+use crate::urg::Config;
 
 /// How one sensor's time differs from the world's.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SensorClock {
     /// When its first revolution begins, in µs of the world.
     pub phase_us: u64,
-    /// True time of one revolution: recorded sensors turn 0.3 % fast, and no two alike (±0.2 %).
+    /// True time of one revolution, in µs.
     pub period_us: u32,
-    /// What its own clock shows at time 0 of the world.
-    pub offset_us: i64,
-    /// How much faster than the world its own clock runs.
-    pub drift_ppm: f64,
+    /// What its millisecond counter shows at time 0 of the world.
+    pub start_ms: u32,
+    /// Millionths by which its clock, and with it the mirror, runs fast: recorded sensors turn 0.3 % fast,
+    /// and no two alike (± 0.2 %).
+    pub fast_ppm: i32,
 }
 
 impl SensorClock {
     fn new(model: SensorModel, seed: u64, sensor: u64) -> Self {
         let mut stream = Stream::new(seed, Purpose::Sensor, [sensor, 1]);
         let nominal_us = f64::from(model.optics().geometry.period_us);
-        let period_us = (nominal_us * stream.between(0.995, 0.999)).round() as u32;
+        let fast_ppm = stream.between(1000.0, 5000.0).round();
         Self {
             phase_us: (nominal_us * stream.uniform()) as u64,
-            period_us,
-            offset_us: stream.between(0.0, 5e8) as i64,
-            // A clock that counts the revolutions as if they took the nominal time.
-            drift_ppm: (nominal_us / f64::from(period_us) - 1.0) * 1e6,
+            period_us: (nominal_us / (1.0 + fast_ppm * 1e-6)).round() as u32,
+            start_ms: stream.between(0.0, 500_000.0) as u32,
+            fast_ppm: fast_ppm as i32,
         }
     }
 }
@@ -82,6 +83,16 @@ impl WorldSensor {
     #[must_use]
     pub const fn clock(&self) -> SensorClock {
         self.clock
+    }
+
+    /// The emulated sensor that this one is the source of.
+    #[must_use]
+    pub fn config(&self) -> Config {
+        Config {
+            clock_start_ms: self.clock.start_ms,
+            clock_fast_ppm: self.clock.fast_ppm,
+            ..Config::new(self.model.emulated())
+        }
     }
 
     /// Revolution number `index` by the sensor's own phase and period.
