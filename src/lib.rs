@@ -38,5 +38,6 @@ pub mod link;
 pub mod math;
 pub mod pipeline;
 pub mod scan;
+pub mod scip;
 pub mod unseen;
 pub mod visibility;

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use host_sim::recording::{RecordedScan, Recording};
 use kehai::background::{BeamState, Fingerprint, LearnRequest};
 use kehai::pipeline::{Judgement, Pipeline, Settings};
-use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime};
+use kehai::scan::{Geometry, MAX_BEAMS, Scan, ScanTime};
 
-struct Recording {
+/// A recording and its checked geometry.
+struct Clip {
     geometry: Geometry,
-    scans: Vec<(u64, Vec<u16>)>,
+    scans: Vec<RecordedScan>,
 }
 
 fn folder() -> Option<PathBuf> {
@@ -22,40 +24,21 @@ fn folder() -> Option<PathBuf> {
     None
 }
 
-fn open(folder: &Path, name: &str) -> Recording {
-    let text = std::fs::read_to_string(folder.join(name).with_extension("csv")).unwrap();
-    let header = text.lines().nth(1).unwrap();
-    let keys: BTreeMap<&str, &str> =
-        header.trim_start_matches("# ").split(' ').filter_map(|pair| pair.split_once('=')).collect();
-    let number = |key: &str| keys[key].parse::<f64>().unwrap();
-    let geometry = Geometry::new(GeometryParts {
-        first_step: number("amin_step") as u16,
-        last_step: (number("amin_step") + number("beams")) as u16 - 1,
-        cluster: 1,
-        front_step: number("front_step") as u16,
-        steps_per_turn: number("ares") as u16,
-        period_us: (number("period_ms") * 1000.0) as u32,
-        range_min_mm: number("dmin") as u16,
-        range_max_mm: number("dmax") as u16,
-    })
-    .unwrap();
-    let scans = text.lines().skip(3).map(|line| {
-        let mut values = line.split(',').map(|value| value.parse::<u64>().unwrap());
-        (values.next().unwrap(), values.map(|value| value.min(65_535) as u16).collect())
-    });
-    Recording { geometry, scans: scans.collect() }
+fn open(folder: &Path, name: &str) -> Clip {
+    let Recording { geometry, scans } = Recording::open(&folder.join(name).with_extension("csv")).unwrap();
+    Clip { geometry: Geometry::new(geometry).unwrap(), scans }
 }
 
-fn pipeline(recording: &Recording) -> Box<Pipeline<MAX_BEAMS>> {
+fn pipeline(recording: &Clip) -> Box<Pipeline<MAX_BEAMS>> {
     let mut pipeline = Box::new(Pipeline::new());
     let fingerprint = Fingerprint::of(b"recording", &recording.geometry);
     pipeline.configure(&recording.geometry, Settings::default(), fingerprint).unwrap();
     pipeline
 }
 
-impl Recording {
+impl Clip {
     fn process<'p>(&self, index: usize, pipeline: &'p mut Pipeline<MAX_BEAMS>) -> &'p Judgement {
-        let (stamp_us, ranges_mm) = &self.scans[index];
+        let RecordedScan { stamp_us, ranges_mm } = &self.scans[index];
         let time = ScanTime { sensor_ms: stamp_us / 1000, stamp_us: *stamp_us, uncertainty_us: 0 };
         pipeline.process(&Scan { geometry: &self.geometry, ranges_mm, time })
     }
@@ -94,7 +77,7 @@ fn the_learned_model_is_the_exact_median() {
                 if profile.state != BeamState::Wall {
                     continue;
                 }
-                let values = recording.scans[..scans].iter().map(|(_, ranges_mm)| ranges_mm[beam]);
+                let values = recording.scans[..scans].iter().map(|scan| scan.ranges_mm[beam]);
                 let mut valid: Vec<u16> =
                     values.filter(|&value| recording.geometry.reading(value).range_mm().is_some()).collect();
                 valid.sort_unstable();
@@ -149,8 +132,8 @@ fn labelled_legs_are_found() {
         let mut pipeline = recording.learned(recording.scans.len());
         let (mut near, mut found, mut stamps) = (0, 0, 0);
         for index in 0..recording.scans.len() {
-            let stamp_us = recording.scans[index].0;
-            let judgement = recording.process(index, &mut pipeline);
+            let stamp_us = recording.scans[index].stamp_us;
+            let judgement = recording.process(index, &mut pipeline).clone();
             let Some(legs) = legs.get(&stamp_us) else { continue };
             stamps += 1;
             for &(x, y) in legs.iter().filter(|(x, y)| x.hypot(*y) <= 4.0) {
@@ -166,7 +149,7 @@ fn labelled_legs_are_found() {
                     let beam = (bearing / recording.geometry.step_rad()).round() as usize + 384;
                     let range = x.hypot(y) * 1000.0;
                     println!("miss {index} beam {beam} range {range:.0} near {:?}", judgement.candidates().iter().map(|c| (c.first_step, c.last_step, c.first_mm, c.near_mm, c.last_mm)).collect::<Vec<_>>());
-                    println!("   {:?}", &recording.scans[index].1[beam - 6..beam + 7]);
+                    println!("   {:?}", &recording.scans[index].ranges_mm[beam - 6..beam + 7]);
                     println!("   {:?}", pipeline.background().profile().skip(beam - 3).take(7).map(|p| (p.state, p.near_mm, p.far_mm, p.spread_mm)).collect::<Vec<_>>());
                 }
             }

@@ -1,0 +1,2 @@
+//! Transcripts with an emulated sensor.
+use super::*;
