@@ -1,4 +1,5 @@
-//! Emulated range finders, simulated worlds and recordings.
+//! A world for the kehai core to live in, on a PC: emulated range finders, simulated scenes,
+//! recordings, and everything that judges what the core makes of them.
 //!
 //! ```text
 //! source ─▶ urg ─▶ link | serve ─▶ any SCIP client
@@ -7,6 +8,8 @@
 #![forbid(unsafe_code)]
 
 pub mod link;
+pub mod picture;
+pub mod recording;
 pub mod simulated_time;
 pub mod source;
 pub mod uart;
