@@ -14,3 +14,4 @@ pub mod simulated_time;
 pub mod source;
 pub mod uart;
 pub mod urg;
+pub mod world;
