@@ -138,7 +138,8 @@ fn prepare(run: &str, steps: u16) -> Box<dyn FnMut()> {
             width: Width::Three,
         };
         let request = Command::Measure(measurement).encode().expect("a legal measurement");
-        let replies: Vec<_> = scans.iter().map(|ranges| reply(&measurement, request.echo(), ranges)).collect();
+        let replies: Vec<_> =
+            scans.iter().map(|ranges| reply(&measurement, request.echo(), ranges)).collect();
         let mut reader = Reader::new();
         reader.expect(&request);
         let mut ranges_mm = [0; MAX_BEAMS];
@@ -174,7 +175,8 @@ fn prepare(run: &str, steps: u16) -> Box<dyn FnMut()> {
         return Box::new(move || {
             turn = (turn + 1) % scans.len();
             scan_number += 1;
-            let scan = Scan { geometry: &geometry, ranges_mm: black_box(&scans[turn]), time: time(scan_number) };
+            let scan =
+                Scan { geometry: &geometry, ranges_mm: black_box(&scans[turn]), time: time(scan_number) };
             background.judge(&scan, scan_number as u32);
             background.learn_scan(&scan, None, scan_number as u32);
             black_box(&background);
@@ -220,21 +222,34 @@ fn report() -> ExitCode {
     let mut over = Vec::new();
     println!("{:>5}  {:<22}{:>14}{:>12}{:>12}", "steps", "stage", "instructions", "budget", "ns/scan");
     for steps in [682, 1081] {
-        let counted: Vec<_> = RUNS.iter().map(|run| (instructions(run, steps), nanoseconds(run, steps))).collect();
-        let difference = (counted[2].0.zip(counted[1].0).map(|(all, part)| all.saturating_sub(part)), (counted[2].1 - counted[1].1).max(0.0));
+        let counted: Vec<_> =
+            RUNS.iter().map(|run| (instructions(run, steps), nanoseconds(run, steps))).collect();
+        let difference = (
+            counted[2].0.zip(counted[1].0).map(|(all, part)| all.saturating_sub(part)),
+            (counted[2].1 - counted[1].1).max(0.0),
+        );
         for (stage, (instructions, ns)) in
             [(Stage::Decode, counted[0]), (Stage::Background, counted[1]), (Stage::Candidates, difference)]
         {
-            let budget = INSTRUCTION_BUDGETS.iter().find(|entry| entry.0 == steps && entry.1 == stage).map_or(0, |entry| entry.2);
+            let budget = INSTRUCTION_BUDGETS
+                .iter()
+                .find(|entry| entry.0 == steps && entry.1 == stage)
+                .map_or(0, |entry| entry.2);
             let counted = instructions.map_or("no valgrind".into(), |count| count.to_string());
             println!("{steps:>5}  {:<22}{counted:>14}{budget:>12}{ns:>12.0}", stage.name());
             if instructions.is_some_and(|count| count > budget) {
-                over.push(format!("{} of {steps} steps takes {counted} instructions, more than {budget}", stage.name()));
+                over.push(format!(
+                    "{} of {steps} steps takes {counted} instructions, more than {budget}",
+                    stage.name()
+                ));
             }
         }
     }
     let (state, reader) = (size_of::<Pipeline<MAX_BEAMS>>(), size_of::<Reader>() + 2 * MAX_BEAMS);
-    println!("\nstatic memory for {MAX_BEAMS} steps: pipeline {state} bytes, learning included (background {}),", size_of::<Background<MAX_BEAMS>>());
+    println!(
+        "\nstatic memory for {MAX_BEAMS} steps: pipeline {state} bytes, learning included (background {}),",
+        size_of::<Background<MAX_BEAMS>>()
+    );
     println!("reader and scan buffer {reader} bytes; together {} of {MEMORY_BUDGET_BYTES}", state + reader);
     if state + reader > MEMORY_BUDGET_BYTES {
         over.push(format!("the state takes {} bytes", state + reader));

@@ -127,8 +127,16 @@ pub(crate) fn segment(
             Class::Foreground => {
                 lost_ends(&mut lost, &mut found);
                 run = match run {
-                    Some(open) if here - open.last <= 2 && breaks.joins(open.last_mm, range_mm, here - open.last) => {
-                        Some(Run { last: here, last_mm: range_mm, valid: open.valid.saturating_add(1), ..open })
+                    Some(open)
+                        if here - open.last <= 2
+                            && breaks.joins(open.last_mm, range_mm, here - open.last) =>
+                    {
+                        Some(Run {
+                            last: here,
+                            last_mm: range_mm,
+                            valid: open.valid.saturating_add(1),
+                            ..open
+                        })
                     }
                     _ => {
                         run_ends(&mut run, ranges_mm, breaks, &mut found);
@@ -140,7 +148,9 @@ pub(crate) fn segment(
                 let bridged = run.is_some_and(|open| {
                     here - open.last == 1
                         && statuses.get(here + 1).is_some_and(|next| next.class() == Class::Foreground)
-                        && ranges_mm.get(here + 1).is_some_and(|&next_mm| breaks.joins(open.last_mm, next_mm, 2))
+                        && ranges_mm
+                            .get(here + 1)
+                            .is_some_and(|&next_mm| breaks.joins(open.last_mm, next_mm, 2))
                 });
                 if !bridged {
                     run_ends(&mut run, ranges_mm, breaks, &mut found);

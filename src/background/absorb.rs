@@ -78,8 +78,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
         for (beam, (status, aside)) in self.statuses.iter().zip(&self.asides).take(self.beams).enumerate() {
             if span.contains(&geometry.step(beam as u16)) {
                 beams += 1;
-                there +=
-                    usize::from(status.class() == Class::Foreground && band.contains(&aside.range_mm));
+                there += usize::from(status.class() == Class::Foreground && band.contains(&aside.range_mm));
             }
         }
         if beams == 0 {

@@ -10,9 +10,7 @@
 //! Nine beams of ten are at their background in nine scans of ten, so one comparison settles
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
-use super::{
-    Aside, Background, Band, BeamProfile, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm,
-};
+use super::{Aside, Background, Band, BeamProfile, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm};
 use crate::scan::{Geometry, Scan};
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
@@ -179,7 +177,8 @@ fn judge_beam(
     };
     let holds = aside.range_mm.abs_diff(range_mm) <= profile.tolerance_mm();
     if profile.state == BeamState::Wall && range_mm > profile.far_mm {
-        let count = if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
+        let count =
+            if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
         if count == 0 || !holds {
             *aside = Aside { range_mm, since_ds: now_ds };
             return Verdict::Status(Status::of(Status::BEHIND, 1));
@@ -189,7 +188,11 @@ fn judge_beam(
         aside.range_mm =
             if farther { aside.range_mm.saturating_add(1) } else { aside.range_mm.saturating_sub(1) };
         let receded = count + 1 >= RECEDE_RETURNS;
-        return if receded { Verdict::Recede } else { Verdict::Status(Status::of(Status::BEHIND, count + 1)) };
+        return if receded {
+            Verdict::Recede
+        } else {
+            Verdict::Status(Status::of(Status::BEHIND, count + 1))
+        };
     }
     let first = beam.saturating_sub(DILATION_BEAMS);
     let mut neighbours = profiles.iter().skip(first).take(beam - first + 1 + DILATION_BEAMS);

@@ -191,7 +191,8 @@ impl Modes {
         let mut background_samples = 0;
         for mode in self.modes().filter(|mode| mode.is_background(total)) {
             background_samples += u16::from(mode.samples);
-            let nearer = if mode.centre_mm > far.centre_mm { core::mem::replace(&mut far, mode) } else { mode };
+            let nearer =
+                if mode.centre_mm > far.centre_mm { core::mem::replace(&mut far, mode) } else { mode };
             if nearer.samples > second.samples {
                 second = nearer;
             }
@@ -223,8 +224,7 @@ impl Mode {
     /// Two fifths of the samples, or a twelfth that keeps coming and going.
     fn is_background(self, total: u16) -> bool {
         let samples = u16::from(self.samples);
-        samples > 0
-            && (samples * 5 >= total * 2 || (samples * 12 >= total && self.eighths.count_ones() >= 5))
+        samples > 0 && (samples * 5 >= total * 2 || (samples * 12 >= total && self.eighths.count_ones() >= 5))
     }
 
     /// Seen often, but only during a part of the time: at least four samples to every eighth it was
