@@ -19,7 +19,7 @@
 
 use super::checksum;
 use super::command::{Command, Request};
-use super::data_block::{DataBlock, Step};
+use super::data_block::{DataBlock, Progress, Step};
 use super::encoding;
 use super::event::{Dropped, Event, Loss, LossCause, Losses, Reply, ScanHeader, Scip11Reply, TimeReply};
 use super::info::{SensorState, StateCode, Version};
@@ -153,9 +153,12 @@ impl Reader {
         while let Some((&byte, behind)) = rest.split_first() {
             let event;
             if let Place::Data { stamp_ms } = self.place {
-                let (taken, step) = self.block.feed(rest, ranges_mm);
-                let (part, behind) = rest.split_at_checked(taken).unwrap_or((rest, &[]));
-                rest = behind;
+                let Progress { lines, taken, step } = self.block.feed(rest, ranges_mm);
+                if lines > 0 {
+                    self.line.clear();
+                }
+                let part = rest.get(lines..taken).unwrap_or(&[]);
+                rest = rest.get(taken..).unwrap_or(&[]);
                 event = self.data(part, step, stamp_ms, now_us);
             } else {
                 rest = behind;
@@ -168,15 +171,11 @@ impl Reader {
         Fed { consumed: bytes.len(), event: None }
     }
 
-    /// `part` of a data line was decoded; `step` came of it.
+    /// Behind the last complete line, `part` was decoded; `step` came of it.
     fn data(&mut self, part: &[u8], step: Step, stamp_ms: u32, now_us: u64) -> Option<Event> {
         match step {
             Step::More => {
                 self.line.note(part, now_us);
-                None
-            }
-            Step::Line => {
-                self.line.clear();
                 None
             }
             Step::Complete(beams) => {
