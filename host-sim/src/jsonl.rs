@@ -99,7 +99,9 @@ impl CandidateLine {
             last_mm: candidate.last_mm,
             near_mm: candidate.near_mm,
             near_step: candidate.near_step,
-            contour_mm: (0..candidate.contour.len()).filter_map(|point| candidate.contour_mm(point)).collect(),
+            contour_mm: (0..candidate.contour.len())
+                .filter_map(|point| candidate.contour_mm(point))
+                .collect(),
             first_end: end(candidate.first_end.kind),
             last_end: end(candidate.last_end.kind),
             narrow: candidate.narrow,

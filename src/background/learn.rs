@@ -18,7 +18,10 @@
 //! (somebody walks), and modes confined to a part of the time (somebody shifted or left). Either
 //! starts the learning anew, unless the request says otherwise.
 
-use super::{FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Background, Band, BeamProfile, BeamState, Status, noise_mm, suspects};
+use super::{
+    Background, Band, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm,
+    suspects,
+};
 use crate::scan::{Geometry, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
