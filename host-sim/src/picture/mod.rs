@@ -11,6 +11,7 @@
 //! └──────────────────────────────────────┘
 //! ```
 
+pub mod exposure;
 mod map;
 mod palette;
 mod timeline;
