@@ -33,7 +33,10 @@ pub fn scan(t_s: f64, scan: &Scan<'_>, judgement: &Judgement) -> ScanShown {
     let candidates = judgement
         .candidates()
         .iter()
-        .map(|candidate| CandidateShown { centre_m: centre_m(candidate, scan.geometry), narrow: candidate.narrow })
+        .map(|candidate| CandidateShown {
+            centre_m: centre_m(candidate, scan.geometry),
+            narrow: candidate.narrow,
+        })
         .collect();
     ScanShown { t_s, foreground, candidates }
 }
