@@ -7,9 +7,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod jsonl;
 pub mod link;
 pub mod picture;
 pub mod recording;
+pub mod serve;
 pub mod simulated_time;
 pub mod source;
 pub mod uart;

@@ -19,7 +19,7 @@
 
 use super::checksum;
 use super::command::{Command, Request};
-use super::data_block::{DataBlock, Step};
+use super::data_block::{DataBlock, Progress, Step};
 use super::encoding;
 use super::event::{Dropped, Event, Loss, LossCause, Losses, Reply, ScanHeader, Scip11Reply, TimeReply};
 use super::info::{SensorState, StateCode, Version};
@@ -153,10 +153,9 @@ impl Reader {
         while let Some((&byte, behind)) = rest.split_first() {
             let event;
             if let Place::Data { stamp_ms } = self.place {
-                let (taken, step) = self.block.feed(rest, ranges_mm);
-                let (part, behind) = rest.split_at_checked(taken).unwrap_or((rest, &[]));
-                rest = behind;
-                event = self.data(part, step, stamp_ms, now_us);
+                let progress = self.block.feed(rest, ranges_mm);
+                rest = progress.rest;
+                event = self.data(progress, stamp_ms, now_us);
             } else {
                 rest = behind;
                 event = self.byte(byte, now_us);
@@ -168,15 +167,14 @@ impl Reader {
         Fed { consumed: bytes.len(), event: None }
     }
 
-    /// `part` of a data line was decoded; `step` came of it.
-    fn data(&mut self, part: &[u8], step: Step, stamp_ms: u32, now_us: u64) -> Option<Event> {
-        match step {
+    /// Part of a data block was decoded.
+    fn data(&mut self, progress: Progress<'_>, stamp_ms: u32, now_us: u64) -> Option<Event> {
+        if progress.fresh {
+            self.line.clear();
+        }
+        match progress.step {
             Step::More => {
-                self.line.note(part, now_us);
-                None
-            }
-            Step::Line => {
-                self.line.clear();
+                self.line.note(progress.line, now_us);
                 None
             }
             Step::Complete(beams) => {
@@ -188,9 +186,9 @@ impl Reader {
                 Some(Event::Scan(ScanHeader { streamed, stamp_ms, beams, remaining, first_byte_us }))
             }
             Step::Wrong(cause) => {
-                let (ended, text) = match part {
+                let (ended, text) = match progress.line {
                     [text @ .., b'\n'] => (true, text),
-                    _ => (false, part),
+                    text => (false, text),
                 };
                 self.line.note(text, now_us);
                 Some(if ended { self.line_failed(cause, now_us) } else { self.failed(cause) })
