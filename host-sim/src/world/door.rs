@@ -40,7 +40,7 @@ const fn one_second() -> f64 {
 }
 
 const fn painted() -> f64 {
-    0.7
+    0.53
 }
 
 impl Door {

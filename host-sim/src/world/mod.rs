@@ -24,6 +24,7 @@ pub mod scene;
 pub mod sensor;
 pub mod site;
 pub mod walker;
+pub mod wandering;
 
 use std::sync::Arc;
 
@@ -39,6 +40,7 @@ use sensor::WorldSensor;
 use serde::Serialize;
 use site::{Blocks, Wall};
 use walker::{Habit, Route, WayPoint};
+use wandering::Wanderer;
 
 /// Walls reach from the floor to the ceiling, above every plane.
 const CEILING_M: f64 = 3.0;
@@ -91,8 +93,7 @@ impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
-        let mut people: Vec<Person> =
-            scene.people.iter().enumerate().map(|(index, spec)| person(index, spec, seed)).collect();
+        let mut people = scripted(scene, seed);
         let mut doors = scene.doors.clone();
         let mut duration_s = scene.duration_s;
         let mut events = None;
@@ -169,7 +170,28 @@ impl World {
     }
 }
 
-fn person(index: usize, spec: &PersonSpec, seed: u64) -> Person {
+/// The people of the script.
+fn scripted(scene: &Scene, seed: u64) -> Vec<Person> {
+    let wanderer = |(index, spec)| wanderer(index, spec, seed);
+    let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
+    let motions: Vec<Motion> = if scene.avoid {
+        let tracks = wandering::simulate(&wanderers, &obstacles(scene), scene.duration_s);
+        tracks.into_iter().map(Motion::Track).collect()
+    } else {
+        let route = |(index, wanderer): (usize, &Wanderer)| {
+            let mut stream = Stream::new(seed, Purpose::Walk, [index as u64, 0]);
+            Motion::Route(Route::new(&wanderer.points, wanderer.habit, &mut stream))
+        };
+        wanderers.iter().enumerate().map(route).collect()
+    };
+    let person = |(index, ((spec, wanderer), motion)): (usize, ((&PersonSpec, Wanderer), Motion))| {
+        let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
+        Person { name, body: wanderer.body, motion }
+    };
+    scene.people.iter().zip(wanderers).zip(motions).enumerate().map(person).collect()
+}
+
+fn wanderer(index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
     let mut body = Body::random(spec.section, &mut Stream::new(seed, Purpose::Person, [index as u64, 0]));
     let overrides = [
         (spec.half_width_m, &mut body.half_width_m),
@@ -190,10 +212,7 @@ fn person(index: usize, spec: &PersonSpec, seed: u64) -> Person {
         turn_rad_s: spec.turn_deg_s.to_radians(),
         sway_m: spec.sway_mm * 1e-3,
     };
-    let points: Vec<WayPoint> = spec.route.iter().filter_map(|point| way_point(point)).collect();
-    let mut stream = Stream::new(seed, Purpose::Walk, [index as u64, 0]);
-    let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
-    Person { name, body, motion: Motion::Route(Route::new(&points, habit, &mut stream)) }
+    Wanderer { body, points: spec.route.iter().filter_map(|point| way_point(point)).collect(), habit }
 }
 
 /// What people cannot walk through.

@@ -206,7 +206,7 @@ mod tests {
 
     fn caster(yaw_deg: f64) -> Caster {
         let wall = Outline::Segment(Point::new(4.0, -9.0), Point::new(4.0, 9.0));
-        let wall = Thing { outline: wall, reflectance: 0.8, low_m: 0.0, high_m: 2.5 };
+        let wall = Thing { outline: wall, reflectance: 0.53, low_m: 0.0, high_m: 2.5 };
         let pose = Pose { at: Point::default(), yaw_rad: yaw_deg.to_radians() };
         Caster::new(pose, 0.6, SensorModel::Urg04lx.optics().geometry, &[wall])
     }

@@ -4,6 +4,7 @@
 //! about = "one person walks to and fro"
 //! duration_s = 60
 //! seed = 1
+//! avoid = true                    # people get out of each other's way
 //!
 //! [[site.module]]                 # and site.wall, site.zone, …: exactly a site file
 //! name = "left"
@@ -51,12 +52,16 @@ pub struct Scene {
     /// What there is to see, for people.
     #[serde(default)]
     pub about: String,
-    /// How long it is worth watching; walkers go on after that.
+    /// How long it is worth watching; scripted walkers go on after that.
     #[serde(default = "one_minute")]
     pub duration_s: f64,
     /// The seed if none is asked for.
     #[serde(default)]
     pub seed: u64,
+    /// People with routes get out of each other's way, within `duration_s`; else they walk exactly as
+    /// written, for ever.
+    #[serde(default)]
+    pub avoid: bool,
     /// Modules, walls, zones.
     pub site: Site,
     /// Sensors that are not the default.
