@@ -41,6 +41,9 @@ const BOOT_US: u64 = 2_000_000;
 /// Time between the second `RB` and the link going down.
 const REBOOT_US: u64 = 1_000_000;
 
+/// Time the link is down in a reboot.
+const DOWN_US: u64 = 300_000;
+
 /// Time an answer takes in the time-sync state.
 const TIME_SYNC_REPLY_US: u64 = 300;
 
@@ -554,10 +557,7 @@ impl Urg {
     fn timed_fault(&mut self) {
         match self.faults.timed_event(self.now_us) {
             TimedEvent::None => {}
-            TimedEvent::Abnormal => {
-                self.abnormal = true;
-                self.stop_measuring();
-            }
+            TimedEvent::Abnormal => self.break_down(),
             TimedEvent::PowerOff => self.power_off(),
             TimedEvent::PowerOn => self.boot(),
             TimedEvent::Link(link) => self.change_link(link),
@@ -577,10 +577,10 @@ impl Urg {
         self.link = if silent { LinkState::Silent } else { LinkState::Closed };
     }
 
-    /// Goes down after `RB` and starts anew.
+    /// Goes down after `RB`; it comes back by itself.
     fn restart(&mut self) {
         self.power_off();
-        self.boot();
+        self.reboot_at_us = Some(self.now_us + DOWN_US);
     }
 
     fn boot(&mut self) {
