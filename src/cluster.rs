@@ -8,8 +8,8 @@
 //!           └──────────────────────────▶ step
 //! ```
 //!
-//! In scan order, one pass. The break distance grows with the distance between neighbouring
-//! beams: the flank of a body falls away from beam to beam, the more the farther it is.
+//! In scan order, one pass. Where a round body turns away from the sensor, the last beams on it lie
+//! ever farther: the break distance allows the largest step a torso's flank can make between two beams.
 
 use crate::background::{Class, Status};
 use crate::scan::Geometry;
@@ -21,9 +21,9 @@ pub const CLUSTER_BEAMS_MIN: u16 = 3;
 /// are one cluster anyway (noise, clothing, arms): the value of the reference simulation.
 pub const BREAK_MM: u32 = 120;
 
-/// Growth of the break distance with the lateral distance of two beams: a flank seen at
-/// 14° (its range falls 4 mm for every 1 mm sideways) still holds together.
-pub const BREAK_FLANK: u32 = 4;
+/// Radius of the roundest flank a body turns towards a sensor, mm: half the width of a torso. Beams
+/// `s` apart sideways differ by at most √(2 · radius · s) on it, which is 104 mm at 4 m for a URG.
+pub const FLANK_RADIUS_MM: u32 = 220;
 
 /// Range step at an end, beyond what its inner neighbours show, that makes a beam a mixed pixel, mm.
 pub const MIXED_MM: u32 = 50;
@@ -82,7 +82,8 @@ impl Breaks {
     /// Range step over which two readings `apart` beams from each other are two things, mm.
     #[must_use]
     pub fn break_mm(self, range_mm: u16, apart: usize) -> u32 {
-        BREAK_MM.saturating_add(self.sideways_mm(range_mm, apart).saturating_mul(BREAK_FLANK))
+        let flank_mm = self.sideways_mm(range_mm, apart).saturating_mul(2 * FLANK_RADIUS_MM).isqrt();
+        flank_mm.max(BREAK_MM)
     }
 
     /// Whether readings `apart` beams from each other belong to one thing.

@@ -33,6 +33,7 @@ extern crate std;
 
 pub mod background;
 pub mod candidate;
+pub mod centre;
 pub mod cluster;
 pub mod link;
 pub mod math;

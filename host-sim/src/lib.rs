@@ -7,6 +7,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod jsonl;
 pub mod link;
 pub mod picture;
 pub mod recording;
