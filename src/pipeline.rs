@@ -13,7 +13,7 @@
 
 use crate::background::{Absorb, AbsorbRefusal, Background, Class, Fingerprint, LearnRefusal, LearnRequest, Learning};
 use crate::candidate::{self, CANDIDATES, Candidate, Surroundings};
-use crate::cluster::{Piece, segment};
+use crate::cluster::{Breaks, Piece, segment};
 use crate::scan::{Geometry, Scan, ScanTime};
 use crate::unseen::{UnseenReason, UnseenSpan, UnseenSpans};
 
@@ -138,6 +138,7 @@ pub struct Pipeline<const BEAMS: usize> {
     background: Background<BEAMS>,
     geometry: Option<Geometry>,
     settings: Settings,
+    breaks: Breaks,
     judgement: Judgement,
     counters: Counters,
     /// Sensor time passed, ms; pauses and restarts of the sensor's own clock taken out.
@@ -153,6 +154,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
             background: Background::new(),
             geometry: None,
             settings: Settings::URG_04LX,
+            breaks: Breaks::NONE,
             judgement: Judgement::new(),
             counters: Counters { foreign_scans: 0, short_scans: 0, candidates_over: 0, spans_merged: 0, absorbs_refused: 0 },
             clock_ms: 0,
@@ -176,6 +178,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
         }
         self.geometry = Some(*geometry);
         self.settings = settings;
+        self.breaks = Breaks::of(geometry);
         self.background.bind(geometry, fingerprint);
         Ok(())
     }
@@ -206,15 +209,16 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
     }
 
     fn judge(&mut self, scan: &Scan<'_>, now_ds: u32) {
-        let Self { background, judgement, counters, .. } = self;
+        let Self { background, judgement, counters, breaks, .. } = self;
         judgement.background_version = background.version();
         background.judge(scan, now_ds);
         let around = Around { background, now_ds };
         let Judgement { candidates, unseen, .. } = judgement;
         let count = |counter: &mut u32, happened: bool| *counter = counter.saturating_add(u32::from(happened));
-        segment(background.statuses(), scan.ranges_mm, scan.geometry, |piece| match piece {
+        let breaks = *breaks;
+        segment(background.statuses(), scan, breaks, |piece| match piece {
             Piece::Cluster(cluster) => {
-                if let Some(over) = keep(candidates, candidate::describe(scan, cluster, &around)) {
+                if let Some(over) = keep(candidates, candidate::describe(scan, cluster, breaks, &around)) {
                     count(&mut counters.candidates_over, true);
                     let first = usize::from(scan.geometry.beam(over.first_step));
                     let last = usize::from(scan.geometry.beam(over.last_step));

@@ -11,9 +11,9 @@
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
 use super::{
-    Aside, Background, Band, BeamProfile, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm,
+    Aside, Background, Band, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm,
 };
-use crate::scan::{Geometry, Scan};
+use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
 /// any drop-out of what stands in front lasts.
@@ -102,38 +102,75 @@ impl<const BEAMS: usize> Background<BEAMS> {
     ///
     /// Beams the scan does not hold keep nothing pending.
     pub(crate) fn judge(&mut self, scan: &Scan<'_>, now_ds: u32) {
-        let Self { bands, statuses, profiles, asides, published_far_mm, .. } = self;
-        let now_ds = now_ds as u16;
-        let mut drifted = false;
-        let beams = scan.ranges_mm.iter().zip(bands.iter_mut()).zip(statuses.iter_mut());
-        for (beam, ((&value_mm, band), status)) in beams.enumerate().take(self.beams) {
-            if band.holds(value_mm) {
-                if !status.is_quiet() {
-                    *status = status.at_background();
-                }
-                continue;
-            }
-            let Some(aside) = asides.get_mut(beam) else { continue };
-            let verdict = judge_beam(scan.geometry, value_mm, beam, profiles, *status, aside, now_ds);
-            *status = match verdict {
-                Verdict::Status(status) => status,
-                Verdict::Recede => {
-                    if let (Some(profile), Some(&published_mm)) =
-                        (profiles.get_mut(beam), published_far_mm.get(beam))
-                    {
-                        profile.far_mm = aside.range_mm;
-                        profile.spread_mm = profile.spread_mm.max(noise_mm(aside.range_mm));
-                        *band = Band::of(profile, scan.geometry);
-                        drifted |= profile.far_mm.abs_diff(published_mm) >= PUBLISH_DRIFT_MM;
-                    }
-                    Status::QUIET
-                }
-            };
-        }
-        for status in statuses.iter_mut().take(self.beams).skip(scan.ranges_mm.len()) {
+        let beams = scan.ranges_mm.len().min(self.beams);
+        for status in self.statuses.iter_mut().skip(beams) {
             *status = Status::QUIET;
         }
-        self.drifted |= drifted;
+        let mut beam = 0;
+        while let (Some(values_mm), Some(bands), Some(statuses)) =
+            (scan.ranges_mm.get(beam..beams), self.bands.get(beam..beams), self.statuses.get(beam..beams))
+        {
+            let settled = |((&value_mm, band), status): ((&u16, &Band), &Status)| {
+                band.holds(value_mm) && status.is_quiet()
+            };
+            let Some(quiet) = values_mm.iter().zip(bands).zip(statuses).position(|beam| !settled(beam)) else {
+                break;
+            };
+            beam += quiet;
+            self.judge_beam(scan, beam, now_ds);
+            beam += 1;
+        }
+    }
+
+    /// The long way, for a reading that is not simply the beam's own background.
+    fn judge_beam(&mut self, scan: &Scan<'_>, beam: usize, now_ds: u32) {
+        let Self { bands, statuses, profiles, asides, published_far_mm, .. } = self;
+        let first = beam.saturating_sub(DILATION_BEAMS);
+        let around = bands.iter().zip(profiles.iter()).skip(first).take(beam - first + 1 + DILATION_BEAMS);
+        let (Some(&value_mm), Some(status), Some(aside)) =
+            (scan.ranges_mm.get(beam), statuses.get_mut(beam), asides.get_mut(beam))
+        else {
+            return;
+        };
+        let (Some(band), Some(profile)) = (bands.get(beam), profiles.get(beam)) else { return };
+        let wall = profile.state == BeamState::Wall;
+        let Some(range_mm) = scan.geometry.reading(value_mm).range_mm() else {
+            *status = if wall { status.without_return() } else { status.at_background() };
+            return;
+        };
+        let behind = wall && range_mm > profile.far_mm;
+        if band.holds(value_mm) || (!behind && around.into_iter().any(|(band, profile)| profile.takes(*band, range_mm))) {
+            *status = status.at_background();
+            return;
+        }
+        let holds = aside.range_mm.abs_diff(range_mm) <= profile.tolerance_mm();
+        if !behind {
+            *status = hold(range_mm, holds, *status, aside, now_ds as u16);
+            return;
+        }
+        let count = if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
+        if count == 0 || !holds {
+            *aside = Aside { range_mm, since_ds: now_ds as u16 };
+            *status = Status::of(Status::BEHIND, 1);
+            return;
+        }
+        // One millimetre towards each return: settles at their median.
+        let farther = range_mm > aside.range_mm;
+        aside.range_mm =
+            if farther { aside.range_mm.saturating_add(1) } else { aside.range_mm.saturating_sub(1) };
+        if count + 1 < RECEDE_RETURNS {
+            *status = Status::of(Status::BEHIND, count + 1);
+            return;
+        }
+        *status = Status::QUIET;
+        let far_mm = aside.range_mm;
+        if let (Some(profile), Some(band)) = (profiles.get_mut(beam), bands.get_mut(beam)) {
+            profile.far_mm = far_mm;
+            profile.spread_mm = profile.spread_mm.max(noise_mm(far_mm));
+            *band = Band::of(profile, scan.geometry);
+        }
+        let published_mm = published_far_mm.get(beam).copied().unwrap_or(far_mm);
+        self.drifted |= far_mm.abs_diff(published_mm) >= PUBLISH_DRIFT_MM;
     }
 
     /// What every beam shows in the latest scan.
@@ -155,48 +192,6 @@ impl<const BEAMS: usize> Background<BEAMS> {
             _ => 0,
         }
     }
-}
-
-enum Verdict {
-    Status(Status),
-    Recede,
-}
-
-/// The long way, for a reading that is not simply the beam's own background.
-fn judge_beam(
-    geometry: &Geometry,
-    value_mm: u16,
-    beam: usize,
-    profiles: &[BeamProfile],
-    status: Status,
-    aside: &mut Aside,
-    now_ds: u16,
-) -> Verdict {
-    let Some(profile) = profiles.get(beam) else { return Verdict::Status(Status::QUIET) };
-    let Some(range_mm) = geometry.reading(value_mm).range_mm() else {
-        let wall = profile.state == BeamState::Wall;
-        return Verdict::Status(if wall { status.without_return() } else { status.at_background() });
-    };
-    let holds = aside.range_mm.abs_diff(range_mm) <= profile.tolerance_mm();
-    if profile.state == BeamState::Wall && range_mm > profile.far_mm {
-        let count = if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
-        if count == 0 || !holds {
-            *aside = Aside { range_mm, since_ds: now_ds };
-            return Verdict::Status(Status::of(Status::BEHIND, 1));
-        }
-        // One millimetre towards each return: settles at their median.
-        let farther = range_mm > aside.range_mm;
-        aside.range_mm =
-            if farther { aside.range_mm.saturating_add(1) } else { aside.range_mm.saturating_sub(1) };
-        let receded = count + 1 >= RECEDE_RETURNS;
-        return if receded { Verdict::Recede } else { Verdict::Status(Status::of(Status::BEHIND, count + 1)) };
-    }
-    let first = beam.saturating_sub(DILATION_BEAMS);
-    let mut neighbours = profiles.iter().skip(first).take(beam - first + 1 + DILATION_BEAMS);
-    if neighbours.any(|neighbour| neighbour.explains(range_mm)) {
-        return Verdict::Status(status.at_background());
-    }
-    Verdict::Status(hold(range_mm, holds, status, aside, now_ds))
 }
 
 /// Keeps a foreground beam's range and since when it holds it; a single reading off it is forgiven.

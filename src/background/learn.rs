@@ -189,7 +189,7 @@ impl Modes {
         let mut far = Surface::default();
         let mut second = Surface::default();
         let mut background_samples = 0;
-        for surface in self.surfaces().into_iter().filter(|surface| surface.is_background(total)) {
+        for &surface in self.surfaces().iter().filter(|surface| surface.is_background(total)) {
             background_samples += surface.samples;
             // Nearest first: what was far until now stands in front of this one.
             if far.samples > second.samples {

@@ -107,6 +107,11 @@ impl BeamProfile {
             || (self.near_mm != 0 && self.near_mm.abs_diff(range_mm) <= threshold_mm)
     }
 
+    /// As [`explains`](Self::explains), with a quick answer for what is nearer than the beam's band.
+    fn takes(&self, band: Band, range_mm: u16) -> bool {
+        (self.near_mm != 0 || range_mm >= band.base) && self.explains(range_mm)
+    }
+
     /// Where the nearest mode begins, mm: nothing nearer is ever taken for background.
     #[must_use]
     pub fn nearest_edge_mm(&self) -> Option<u16> {
