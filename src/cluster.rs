@@ -82,17 +82,14 @@ impl Breaks {
         (one_mm as u32).saturating_mul(apart.min(1 << 12) as u32)
     }
 
-    /// Range step over which two readings `apart` beams from each other are two things, mm.
-    #[must_use]
-    pub fn break_mm(self, range_mm: u16, apart: usize) -> u32 {
-        let flank_mm = self.sideways_mm(range_mm, apart).saturating_mul(2 * FLANK_RADIUS_MM).isqrt();
-        flank_mm.max(BREAK_MM)
-    }
-
     /// Whether readings `apart` beams from each other belong to one thing.
     #[must_use]
     pub fn joins(self, one_mm: u16, other_mm: u16, apart: usize) -> bool {
-        u32::from(one_mm.abs_diff(other_mm)) <= self.break_mm(one_mm.min(other_mm), apart)
+        let step_mm = u32::from(one_mm.abs_diff(other_mm));
+        // Squared, so that no root is needed.
+        step_mm <= BREAK_MM
+            || step_mm * step_mm
+                <= self.sideways_mm(one_mm.min(other_mm), apart).saturating_mul(2 * FLANK_RADIUS_MM)
     }
 }
 
@@ -160,8 +157,11 @@ pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut 
 /// Beams at their background from `beam` on until the next that is not; none when all the rest are.
 fn quiet_beams(statuses: &[Status], beam: usize) -> Option<usize> {
     let rest = statuses.get(beam..)?;
+    if rest.first().is_some_and(|status| !status.is_quiet()) {
+        return Some(0);
+    }
     // Four at a time: most of a scan is quiet.
-    let fours = rest.chunks_exact(4).take_while(|four| four.iter().all(|status| status.is_quiet())).count();
+    let fours = rest.chunks_exact(4).take_while(|four| Status::all_quiet(four)).count();
     let skipped = fours * 4;
     let left = rest.get(skipped..)?.iter().position(|status| !status.is_quiet())?;
     Some(skipped + left)
