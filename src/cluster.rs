@@ -161,8 +161,8 @@ fn quiet_beams(statuses: &[Status], beam: usize) -> Option<usize> {
         return Some(0);
     }
     // Four at a time: most of a scan is quiet.
-    let fours = rest.chunks_exact(4).take_while(|four| Status::all_quiet(four)).count();
-    let skipped = fours * 4;
+    let (fours, _) = rest.as_chunks::<4>();
+    let skipped = 4 * fours.iter().take_while(|four| Status::all_quiet(four)).count();
     let left = rest.get(skipped..)?.iter().position(|status| !status.is_quiet())?;
     Some(skipped + left)
 }

@@ -10,7 +10,7 @@
 //! Nine beams of ten are at their background in nine scans of ten, so one comparison settles
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
-use super::{Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm};
+use super::{Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm};
 use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
@@ -64,8 +64,9 @@ impl Status {
     }
 
     /// Whether all of `four` are quiet; compiles to one comparison.
-    pub(crate) fn all_quiet(four: &[Self]) -> bool {
-        four.iter().fold(0, |all, status| all | status.0) == 0
+    pub(crate) const fn all_quiet(four: &[Self; 4]) -> bool {
+        let [a, b, c, d] = four;
+        u32::from_ne_bytes([a.0, b.0, c.0, d.0]) == 0
     }
 
     pub(crate) const fn class(self) -> Class {
@@ -207,12 +208,13 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
 /// Keeps a foreground beam's range and since when it holds it; a single reading off it is forgiven.
 fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> Status {
+    let off_mm = beam.held_mm.abs_diff(range_mm);
+    let holds = off_mm <= TOLERANCE_MIN_MM || off_mm <= beam.profile.tolerance_mm();
     let (held, missed) = match status.kind() {
         Status::FOREGROUND => (true, status.count() > 0),
         Status::LAPSED | Status::LOST => (true, true),
         _ => (false, false),
     };
-    let holds = beam.held_mm.abs_diff(range_mm) <= beam.profile.tolerance_mm();
     if held && (holds || !missed) {
         if now_ds.wrapping_sub(beam.since_ds) > HELD_MAX_DS {
             beam.since_ds = now_ds.wrapping_sub(HELD_MAX_DS);

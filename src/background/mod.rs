@@ -47,6 +47,9 @@ pub const FOREGROUND_MIN_MM: u16 = 100;
 /// Readings beyond 4 robust σ are 0.5–4 % of all on real sensors; 5 leaves single ones, no runs.
 pub const FOREGROUND_SPREADS: u16 = 5;
 
+/// Least distance at which two readings of one surface are said to differ, mm: 3 σ of a URG-04LX at 4 m.
+pub const TOLERANCE_MIN_MM: u16 = 30;
+
 /// Beams by which an edge of the background is widened to either side. Without it one walker in
 /// a furnished home grew a second track in a quarter of the scans; with it in none.
 pub const DILATION_BEAMS: usize = 2;
@@ -92,11 +95,12 @@ impl BeamProfile {
         if spreads_mm > FOREGROUND_MIN_MM { spreads_mm } else { FOREGROUND_MIN_MM }
     }
 
-    /// How far apart two readings of the same surface may lie, mm: three spreads, 30 mm at least.
+    /// How far apart two readings of the same surface may lie, mm: three spreads,
+    /// [`TOLERANCE_MIN_MM`] at least.
     #[must_use]
     pub const fn tolerance_mm(&self) -> u16 {
         let spreads_mm = 3 * self.spread_mm as u16;
-        if spreads_mm > 30 { spreads_mm } else { 30 }
+        if spreads_mm > TOLERANCE_MIN_MM { spreads_mm } else { TOLERANCE_MIN_MM }
     }
 
     /// Whether `range_mm` lies at one of the modes.
