@@ -131,7 +131,7 @@ impl Replay {
 
     fn summarise(&mut self, recording: &Recording, chain: &Chain) {
         let model = chain.pipeline().background().model();
-        let beams = |state| model.iter().filter(|beam| beam.state == state).count();
+        let beams = |state| model.clone().filter(|beam| beam.state == state).count();
         let wide: Vec<_> =
             self.lines.iter().map(|line| line.candidates.iter().filter(|c| !c.narrow).count()).collect();
         let any = || self.lines.iter().map(|line| line.candidates.len());
