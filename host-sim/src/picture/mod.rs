@@ -57,6 +57,19 @@ pub struct BeamShown {
     pub kind: BeamKind,
 }
 
+impl BeamShown {
+    /// Where its wall is, in m, if it has one.
+    #[must_use]
+    pub fn wall_m(&self) -> Option<[f64; 2]> {
+        match self.kind {
+            BeamKind::Wall { range_m, .. } => {
+                Some([range_m * self.bearing_rad.cos(), range_m * self.bearing_rad.sin()])
+            }
+            BeamKind::Open { .. } | BeamKind::Unknown => None,
+        }
+    }
+}
+
 /// What a beam sees when nobody is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BeamKind {
