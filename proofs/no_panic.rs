@@ -58,7 +58,9 @@ mod proof {
         let (cluster, skip, scans) = (opaque(at), opaque(at), opaque(at));
         let width = if flag { Width::Two } else { Width::Three };
         let measurement = Measurement { first_step, last_step, cluster, skip, scans, width };
-        for command in [Command::Measure(measurement), Command::Get(measurement), Command::BitRate(opaque(at))] {
+        for command in
+            [Command::Measure(measurement), Command::Get(measurement), Command::BitRate(opaque(at))]
+        {
             if let Ok(request) = command.encode() {
                 keep(at, [request.as_bytes().len(), request.echo().len()]);
                 reader.expect(&request);

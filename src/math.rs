@@ -152,7 +152,9 @@ mod tests {
             off.min((off - core::f64::consts::TAU).abs())
         }));
         println!("largest errors: sin {sine:.2e}, cos {cosine:.2e}, atan2 {direction:.2e} rad,");
-        println!("sqrt {root:.2e} relative, hypot {length:.2e}, chord {span:.2e} relative, wrap {wrap:.2e} rad");
+        println!(
+            "sqrt {root:.2e} relative, hypot {length:.2e}, chord {span:.2e} relative, wrap {wrap:.2e} rad"
+        );
         assert!(sine < 1.2e-7 && cosine < 1.2e-7, "sine {sine:e} cosine {cosine:e}");
         assert!(direction < 2.5e-7, "{direction:e}");
         assert!(root < 6e-8, "{root:e}");

@@ -69,7 +69,13 @@ fn body(x: f64, y: f64, random: &mut Random) -> Vec<Ellipse> {
     let heading = random.between(0.0, core::f64::consts::TAU);
     let arm = |side: f64| {
         let reach = side * (wide - 0.02);
-        Ellipse { x: x - reach * heading.sin(), y: y + reach * heading.cos(), wide: 0.045, deep: 0.045, heading }
+        Ellipse {
+            x: x - reach * heading.sin(),
+            y: y + reach * heading.cos(),
+            wide: 0.045,
+            deep: 0.045,
+            heading,
+        }
     };
     vec![Ellipse { x, y, wide: wide - 0.03, deep, heading }, arm(1.0), arm(-1.0)]
 }
@@ -123,12 +129,19 @@ fn candidates(distance: f64, occluder: Option<f64>, seed: u64) -> Vec<(Candidate
             let side = if index % 2 == 0 { 1.0 } else { -1.0 };
             let turned = bearing + side * beside;
             let near = 0.5 * distance;
-            bodies.push(Ellipse { x: near * turned.cos(), y: near * turned.sin(), wide: 0.2, deep: 0.2, heading: 0.0 });
+            bodies.push(Ellipse {
+                x: near * turned.cos(),
+                y: near * turned.sin(),
+                wide: 0.2,
+                deep: 0.2,
+                heading: 0.0,
+            });
         }
         let ranges_mm = scan_of(&bodies, &geometry, &mut random);
         let time = ScanTime { sensor_ms: 10_000 + index * 100, ..ScanTime::default() };
         let judgement = pipeline.process(&Scan { geometry: &geometry, ranges_mm: &ranges_mm, time });
-        let behind = |candidate: &&Candidate| occluder.is_none() || f64::from(candidate.mid_mm) > 650.0 * distance;
+        let behind =
+            |candidate: &&Candidate| occluder.is_none() || f64::from(candidate.mid_mm) > 650.0 * distance;
         let widest = judgement.candidates().iter().filter(behind).max_by_key(|candidate| candidate.beams);
         found.extend(widest.map(|candidate| (candidate.clone(), at)));
     }
@@ -138,15 +151,20 @@ fn candidates(distance: f64, occluder: Option<f64>, seed: u64) -> Vec<(Candidate
 #[test]
 fn whole_outlines_give_the_centre_within_a_hand() {
     let geometry = Geometry::new(URG_04LX).unwrap();
-    for (distance, bound_mm) in [(0.5, 60.0), (1.0, 55.0), (1.5, 52.0), (2.0, 52.0), (3.0, 60.0), (3.9, 67.0)] {
+    for (distance, bound_mm) in [(0.5, 60.0), (1.0, 55.0), (1.5, 52.0), (2.0, 52.0), (3.0, 60.0), (3.9, 67.0)]
+    {
         let seen = candidates(distance, None, 7);
         let of = |estimator| {
-            let errors: Vec<f64> = seen.iter().map(|(c, at)| error_mm(c, &geometry, estimator, *at)).collect();
+            let errors: Vec<f64> =
+                seen.iter().map(|(c, at)| error_mm(c, &geometry, estimator, *at)).collect();
             rms(&errors)
         };
         let (silhouette, two_point) = (of(Estimator::Silhouette), of(TWO_POINT));
         let far = of(Estimator::TwoPoint { radius_mm: 380 });
-        println!("{distance} m: {} seen, RMS silhouette {silhouette:.0} mm, eq. 6 {two_point:.0} mm, with 380 mm {far:.0} mm", seen.len());
+        println!(
+            "{distance} m: {} seen, RMS silhouette {silhouette:.0} mm, eq. 6 {two_point:.0} mm, with 380 mm {far:.0} mm",
+            seen.len()
+        );
         assert!(seen.len() >= 298 && silhouette <= bound_mm && silhouette < two_point, "{distance} m");
         assert!(far > 200.0);
     }
@@ -182,7 +200,10 @@ fn half_hidden_bodies_are_found_by_their_free_side_and_the_contour_helps() {
         candidate.first_end.kind = kehai::candidate::EndKind::Free;
         candidate.last_end.kind = kehai::candidate::EndKind::Free;
     });
-    println!("half hidden at 2 m, {} seen: RMS {all:.0} mm with 7 contour points, {no_contour:.0} with none, {fifteen:.0} with 15, {no_flags:.0} without end flags", seen.len());
+    println!(
+        "half hidden at 2 m, {} seen: RMS {all:.0} mm with 7 contour points, {no_contour:.0} with none, {fifteen:.0} with 15, {no_flags:.0} without end flags",
+        seen.len()
+    );
     assert!(seen.len() > 200 && all < 100.0 && all <= no_contour + 5.0 && no_flags > all * 1.2);
 }
 

@@ -61,8 +61,18 @@ fn percent(part: usize, whole: usize) -> f64 {
 }
 
 const ALL: [&str; 12] = [
-    "tamu_ex1", "tamu_ex2", "tamu_ex4", "tamu_ex6", "angus_demo_simple", "obstacle_front", "obstacle_rear",
-    "uhg_positive_1", "uhg_positive_2", "uhg_positive_3", "uhg_positive_5", "tim_neg",
+    "tamu_ex1",
+    "tamu_ex2",
+    "tamu_ex4",
+    "tamu_ex6",
+    "angus_demo_simple",
+    "obstacle_front",
+    "obstacle_rear",
+    "uhg_positive_1",
+    "uhg_positive_2",
+    "uhg_positive_3",
+    "uhg_positive_5",
+    "tim_neg",
 ];
 
 #[test]
@@ -89,7 +99,10 @@ fn the_learned_model_is_the_exact_median() {
                     worst.push((beam, median, profile.near_mm, profile.far_mm));
                 }
             }
-            println!("{name}, {scans} scans: {walls} wall beams, {:.2} % within 20 mm; off: {worst:?}", percent(good, walls));
+            println!(
+                "{name}, {scans} scans: {walls} wall beams, {:.2} % within 20 mm; off: {worst:?}",
+                percent(good, walls)
+            );
             assert!(good * 100 >= walls * 99, "{name}");
         }
     }
@@ -109,11 +122,23 @@ fn an_empty_scene_stays_empty() {
             known += usize::from(judgement.background_version > 0);
         }
         if std::env::var_os("SHOW").is_some() {
-            println!("{index} {:?} {:?}", judgement.learning, judgement.candidates().iter().map(|c| (c.first_step, c.last_step, c.near_mm, c.narrow)).collect::<Vec<_>>());
+            println!(
+                "{index} {:?} {:?}",
+                judgement.learning,
+                judgement
+                    .candidates()
+                    .iter()
+                    .map(|c| (c.first_step, c.last_step, c.near_mm, c.narrow))
+                    .collect::<Vec<_>>()
+            );
         }
     }
     let judged = recording.scans.len() - 60;
-    println!("tim_neg: {known} of {judged} judged; wide in {:.2} %, any in {:.2} %", percent(wide, judged), percent(narrow, judged));
+    println!(
+        "tim_neg: {known} of {judged} judged; wide in {:.2} %, any in {:.2} %",
+        percent(wide, judged),
+        percent(narrow, judged)
+    );
     assert!(wide * 100 <= judged && narrow * 20 <= judged);
 }
 
@@ -127,7 +152,9 @@ fn labelled_legs_are_found() {
         let mut legs: BTreeMap<u64, Vec<(f32, f32)>> = BTreeMap::new();
         for line in labels.lines().filter(|line| !line.starts_with('#')) {
             let values: Vec<f32> = line.split(',').skip(1).map(|value| value.parse().unwrap()).collect();
-            legs.entry(line.split(',').next().unwrap().parse().unwrap()).or_default().push((values[0], values[1]));
+            legs.entry(line.split(',').next().unwrap().parse().unwrap())
+                .or_default()
+                .push((values[0], values[1]));
         }
         let mut pipeline = recording.learned(recording.scans.len());
         let (mut near, mut found, mut stamps) = (0, 0, 0);
@@ -139,7 +166,8 @@ fn labelled_legs_are_found() {
             for &(x, y) in legs.iter().filter(|(x, y)| x.hypot(*y) <= 4.0) {
                 near += 1;
                 let hit = judgement.candidates().iter().any(|candidate| {
-                    let bearing = recording.geometry.bearing_rad(recording.geometry.beam(candidate.near_step));
+                    let bearing =
+                        recording.geometry.bearing_rad(recording.geometry.beam(candidate.near_step));
                     let range = f32::from(candidate.near_mm) / 1000.0;
                     (range * bearing.cos() - x).hypot(range * bearing.sin() - y) <= 0.15
                 });
@@ -148,13 +176,33 @@ fn labelled_legs_are_found() {
                     let bearing = y.atan2(x);
                     let beam = (bearing / recording.geometry.step_rad()).round() as usize + 384;
                     let range = x.hypot(y) * 1000.0;
-                    println!("miss {index} beam {beam} range {range:.0} near {:?}", judgement.candidates().iter().map(|c| (c.first_step, c.last_step, c.first_mm, c.near_mm, c.last_mm)).collect::<Vec<_>>());
+                    println!(
+                        "miss {index} beam {beam} range {range:.0} near {:?}",
+                        judgement
+                            .candidates()
+                            .iter()
+                            .map(|c| (c.first_step, c.last_step, c.first_mm, c.near_mm, c.last_mm))
+                            .collect::<Vec<_>>()
+                    );
                     println!("   {:?}", &recording.scans[index].ranges_mm[beam - 6..beam + 7]);
-                    println!("   {:?}", pipeline.background().profile().skip(beam - 3).take(7).map(|p| (p.state, p.near_mm, p.far_mm, p.spread_mm)).collect::<Vec<_>>());
+                    println!(
+                        "   {:?}",
+                        pipeline
+                            .background()
+                            .profile()
+                            .skip(beam - 3)
+                            .take(7)
+                            .map(|p| (p.state, p.near_mm, p.far_mm, p.spread_mm))
+                            .collect::<Vec<_>>()
+                    );
                 }
             }
         }
-        println!("{name}: {found} of {near} legs found ({:.1} %), {stamps} of {} stamps", percent(found, near), legs.len());
+        println!(
+            "{name}: {found} of {near} legs found ({:.1} %), {stamps} of {} stamps",
+            percent(found, near),
+            legs.len()
+        );
         all += near;
         all_found += found;
     }
@@ -169,11 +217,17 @@ fn there_are_never_more_wide_candidates_than_people() {
         let recording = open(&folder, name);
         let mut pipeline = recording.learned(recording.scans.len());
         let wide: Vec<usize> = (0..recording.scans.len())
-            .map(|index| recording.process(index, &mut pipeline).candidates().iter().filter(|c| !c.narrow).count())
+            .map(|index| {
+                recording.process(index, &mut pipeline).candidates().iter().filter(|c| !c.narrow).count()
+            })
             .collect();
         let lasting = wide.windows(3).map(|three| *three.iter().min().unwrap()).max().unwrap();
         let seen = wide.iter().filter(|&&count| count > 0).count();
-        println!("{name}: {lasting} wide at once ({people} people), {} in one scan, some in {seen} of {} scans", wide.iter().max().unwrap(), wide.len());
+        println!(
+            "{name}: {lasting} wide at once ({people} people), {} in one scan, some in {seen} of {} scans",
+            wide.iter().max().unwrap(),
+            wide.len()
+        );
         assert!(lasting <= people, "{name}");
     }
 }
@@ -188,7 +242,9 @@ fn learning_waits_until_nobody_moves() {
         let mut waits = vec![];
         for index in 0..recording.scans.len() {
             let judgement = recording.process(index, &mut pipeline);
-            if let kehai::background::Learning::Running { restarts, moved: Some(moved), .. } = judgement.learning {
+            if let kehai::background::Learning::Running { restarts, moved: Some(moved), .. } =
+                judgement.learning
+            {
                 if restarts as usize > waits.len() {
                     waits.push((index, moved));
                 }
@@ -197,6 +253,10 @@ fn learning_waits_until_nobody_moves() {
                 known_at = Some(index);
             }
         }
-        println!("{name}: known at {known_at:?} of {}, restarts {waits:?} suspects {:?}", recording.scans.len(), pipeline.background().suspects());
+        println!(
+            "{name}: known at {known_at:?} of {}, restarts {waits:?} suspects {:?}",
+            recording.scans.len(),
+            pipeline.background().suspects()
+        );
     }
 }
