@@ -7,10 +7,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod chain;
 pub mod jsonl;
 pub mod link;
 pub mod picture;
 pub mod recording;
+pub mod replay;
 pub mod serve;
 pub mod simulated_time;
 pub mod source;

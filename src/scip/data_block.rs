@@ -168,18 +168,21 @@ impl DataBlock {
         let places = ranges_mm.get_mut(..max).unwrap_or_default();
         let mut rest = run;
         let overflow = loop {
-            while missing == W
-                && let Some((&group, behind)) = rest.split_first_chunk::<W>()
-                && let Some(place) = places.get_mut(count)
-            {
-                let group = unpack(group);
-                if group.seen > 0x3F {
-                    break;
+            if missing == W {
+                let (groups, _) = rest.as_chunks::<W>();
+                let free = places.get_mut(count..).unwrap_or_default();
+                let mut whole = groups.len().min(free.len());
+                for (index, (&group, place)) in groups.iter().zip(free).enumerate() {
+                    let group = unpack(group);
+                    if group.seen > 0x3F {
+                        whole = index;
+                        break;
+                    }
+                    *place = range_mm(group.value);
+                    sum = sum.wrapping_add(group.sum);
                 }
-                *place = range_mm(group.value);
-                sum = sum.wrapping_add(group.sum);
-                count = count.wrapping_add(1);
-                rest = behind;
+                count = count.wrapping_add(whole);
+                rest = rest.get(whole * W..).unwrap_or(&[]);
             }
             let Some((&character, behind)) = rest.split_first() else { break false };
             let code = code(character);

@@ -159,22 +159,29 @@ fn baud(text: &str) -> Result<u32, String> {
 /// One line that says what is wrong with which file or address.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let sensor = sensor(arguments)?;
-    let name = arguments.model.map_or_else(|| sensor.model().name, |model| model.name);
+    let (name, paced) = (sensor.model().name, sensor.paced());
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let mut printer = Printer::new(name);
+    let (place, listener) = match (&arguments.tcp, &arguments.pty) {
+        (Some(address), _) => {
+            let listener =
+                TcpListener::bind(address).map_err(|error| format!("cannot listen on {address}: {error}"))?;
+            (format!("listening on {}", listener.local_addr()?), Some(listener))
+        }
+        (None, link) => {
+            let link = link.as_deref().unwrap_or(Path::new(""));
+            (format!("serial device {}", link.display()), None)
+        }
+    };
+    let mut printer = Printer::new(name, place, paced);
     let mut on_status = |status: &Status| printer.show(status);
     let mut control = Control { stop: &stop, on_status: &mut on_status };
-    if let Some(address) = &arguments.tcp {
-        let listener =
-            TcpListener::bind(address).map_err(|error| format!("cannot listen on {address}: {error}"))?;
-        eprintln!("{name}: listening on {}; Ctrl-C ends it", listener.local_addr()?);
-        serve::serve_tcp(&listener, sensor, &mut control).map_err(|error| format!("{address}: {error}"))?;
-    } else if let Some(link) = &arguments.pty {
-        eprintln!("{name}: serial device {}; Ctrl-C ends it", link.display());
-        serve_pty(link, sensor, &mut control)?;
+    match (&listener, &arguments.pty) {
+        (Some(listener), _) => serve::serve_tcp(listener, sensor, &mut control)?,
+        (None, Some(link)) => serve_pty(link, sensor, &mut control)?,
+        (None, None) => {}
     }
     printer.line();
     Ok(())
@@ -234,6 +241,8 @@ fn sensor(arguments: &Arguments) -> Result<Urg, Box<dyn Error>> {
 /// Writes a line on stderr when a client comes or goes, and now and then while scans are sent.
 struct Printer {
     name: &'static str,
+    place: String,
+    has_baud: bool,
     started: Instant,
     printed: Instant,
     shown: Option<Status>,
@@ -241,12 +250,15 @@ struct Printer {
 }
 
 impl Printer {
-    fn new(name: &'static str) -> Self {
+    fn new(name: &'static str, place: String, has_baud: bool) -> Self {
         let now = Instant::now();
-        Self { name, started: now, printed: now, shown: None, last: None }
+        Self { name, place, has_baud, started: now, printed: now, shown: None, last: None }
     }
 
     fn show(&mut self, status: &Status) {
+        if self.last.is_none() {
+            eprintln!("{}: {}; Ctrl-C ends it", self.name, self.place);
+        }
         let client_changed = self.shown.as_ref().map_or(status.client, |shown| shown.client != status.client);
         let changed = self.shown.as_ref() != Some(status);
         self.last = Some(status.clone());
@@ -271,11 +283,12 @@ impl Printer {
             State::Wedged => "wedged",
         };
         let counts = status.counts;
+        let baud = if self.has_baud { format!(", {} baud", status.baud) } else { String::new() };
         eprintln!(
-            "{} {:8.1} s  {client}, {state}, {} baud: {} requests ({} refused), {} scans sent, {} lost to the line, {} faults",
+            "{}: {:.1} s: {client}, {state}{baud}; {} requests ({} refused), {} scans sent, {} lost to a slow line, \
+             {} faults",
             self.name,
             self.started.elapsed().as_secs_f64(),
-            status.baud,
             counts.requests,
             counts.refusals,
             counts.scans_sent,
