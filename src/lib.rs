@@ -42,3 +42,4 @@ pub mod scan;
 pub mod scip;
 pub mod unseen;
 pub mod visibility;
+pub mod wire;

@@ -168,7 +168,8 @@ impl Band {
         match profile.state {
             BeamState::Unknown => Self::EVERYTHING,
             BeamState::Open => {
-                let base = if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
+                let base =
+                    if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
                 let codes = geometry.range_min_mm().saturating_sub(1);
                 Self::new(base, codes.wrapping_sub(base))
             }
