@@ -31,6 +31,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod address;
 pub mod link;
 pub mod math;
 pub mod scan;
