@@ -32,6 +32,13 @@
 extern crate std;
 
 pub mod address;
+pub mod background;
+pub mod candidate;
+pub mod cluster;
 pub mod link;
 pub mod math;
+pub mod pipeline;
 pub mod scan;
+pub mod scip;
+pub mod unseen;
+pub mod visibility;
