@@ -9,6 +9,8 @@
 
 pub mod link;
 pub mod picture;
+#[cfg(feature = "qemu")]
+pub mod qemu;
 pub mod recording;
 pub mod simulated_time;
 pub mod source;
