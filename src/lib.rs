@@ -34,6 +34,7 @@ extern crate std;
 pub mod address;
 pub mod background;
 pub mod candidate;
+pub mod centre;
 pub mod cluster;
 pub mod link;
 pub mod math;

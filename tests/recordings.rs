@@ -231,3 +231,32 @@ fn there_are_never_more_wide_candidates_than_people() {
         assert!(lasting <= people, "{name}");
     }
 }
+
+#[test]
+fn learning_waits_until_nobody_moves() {
+    let Some(folder) = folder() else { return };
+    for name in ALL {
+        let recording = open(&folder, name);
+        let mut pipeline = pipeline(&recording);
+        let mut known_at = None;
+        let mut waits = vec![];
+        for index in 0..recording.scans.len() {
+            let judgement = recording.process(index, &mut pipeline);
+            if let kehai::background::Learning::Running { restarts, moved: Some(moved), .. } =
+                judgement.learning
+            {
+                if restarts as usize > waits.len() {
+                    waits.push((index, moved));
+                }
+            }
+            if pipeline.background().is_known() && known_at.is_none() {
+                known_at = Some(index);
+            }
+        }
+        println!(
+            "{name}: known at {known_at:?} of {}, restarts {waits:?} suspects {:?}",
+            recording.scans.len(),
+            pipeline.background().suspects()
+        );
+    }
+}

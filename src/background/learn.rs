@@ -18,7 +18,9 @@
 //! (somebody walks), and modes confined to a part of the time (somebody shifted or left). Either
 //! starts the learning anew, unless the request says otherwise.
 
-use super::{Background, Band, BeamProfile, BeamState, Status, noise_mm, suspects};
+use super::{
+    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm, suspects,
+};
 use crate::scan::{Geometry, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
@@ -186,25 +188,91 @@ impl Modes {
 
     /// The background these samples of `total` make.
     fn finish(&self, total: u16) -> BeamProfile {
-        let mut far = Mode::default();
-        let mut second = Mode::default();
+        let mut far = Surface::default();
+        let mut second = Surface::default();
         let mut background_samples = 0;
-        for mode in self.modes().filter(|mode| mode.is_background(total)) {
-            background_samples += u16::from(mode.samples);
-            let nearer =
-                if mode.centre_mm > far.centre_mm { core::mem::replace(&mut far, mode) } else { mode };
-            if nearer.samples > second.samples {
-                second = nearer;
+        for &surface in self.surfaces().iter().filter(|surface| surface.is_background(total)) {
+            background_samples += surface.samples;
+            // Nearest first: what was far until now stands in front of this one.
+            if far.samples > second.samples {
+                second = far;
             }
+            far = surface;
         }
-        let wall = background_samples * 2 >= total && far.samples > 0;
-        let deviation_mm = far.deviation_mm.max(second.deviation_mm);
+        let spread_mm = far.spread_mm.max(second.spread_mm).max(noise_mm(far.centre_mm));
+        let wall = far.samples > 0 && background_samples * 2 >= total;
         BeamProfile {
             far_mm: far.centre_mm,
             near_mm: second.centre_mm,
-            spread_mm: deviation_mm.max(noise_mm(far.centre_mm)),
+            spread_mm,
             state: if wall { BeamState::Wall } else { BeamState::Open },
         }
+    }
+
+    /// The surfaces these modes show, nearest first: modes less than a foreground threshold apart
+    /// are one, a curtain that moves a little.
+    fn surfaces(&self) -> heapless::Vec<Surface, MODES> {
+        let mut modes = heapless::Vec::<Mode, MODES>::new();
+        self.modes().filter(|mode| mode.samples > 0).for_each(|mode| {
+            let _ = modes.push(mode);
+        });
+        // Returns whose range was forgotten again were mostly somebody's, in front.
+        let known: u16 = modes.iter().map(|mode| u16::from(mode.samples)).sum();
+        let mut nearer = u16::from(self.returns).saturating_sub(known);
+        let mut surfaces = heapless::Vec::new();
+        while let Some(nearest) = modes.iter().copied().min_by_key(|mode| mode.centre_mm) {
+            let mut surface = Surface::default();
+            let mut reach_mm = nearest.centre_mm;
+            let mut members = heapless::Vec::<Mode, MODES>::new();
+            while let Some(next) = modes.iter().copied().min_by_key(|mode| mode.centre_mm)
+                && next.centre_mm.saturating_sub(reach_mm) <= FOREGROUND_MIN_MM
+            {
+                reach_mm = next.centre_mm;
+                modes.retain(|mode| *mode != next);
+                surface.samples += u16::from(next.samples);
+                surface.eighths |= next.eighths;
+                let _ = members.push(next);
+            }
+            surface.settle(&members, nearer, u16::from(self.returns));
+            nearer += surface.samples;
+            let _ = surfaces.push(surface);
+        }
+        surfaces
+    }
+}
+
+/// One or several modes that belong together.
+#[derive(Clone, Copy, Debug, Default)]
+struct Surface {
+    centre_mm: u16,
+    spread_mm: u8,
+    samples: u16,
+    eighths: u8,
+}
+
+impl Surface {
+    /// Centre: the mode in which the median of the beam's `returns` lies, `nearer` of them being
+    /// nearer than this surface; or else the median of its own samples. `members` are nearest
+    /// first. The spread reaches them all.
+    fn settle(&mut self, members: &[Mode], nearer: u16, returns: u16) {
+        let holds_median = nearer * 2 <= returns && returns < (nearer + self.samples) * 2;
+        let (mut before, of) = if holds_median { (nearer, returns) } else { (0, self.samples) };
+        for mode in members {
+            if before * 2 <= of {
+                self.centre_mm = mode.centre_mm;
+            }
+            before += u16::from(mode.samples);
+        }
+        for mode in members {
+            let off_mm = mode.centre_mm.abs_diff(self.centre_mm).div_ceil(FOREGROUND_SPREADS);
+            let spread_mm = off_mm.saturating_add(u16::from(mode.deviation_mm)).min(255) as u8;
+            self.spread_mm = self.spread_mm.max(spread_mm);
+        }
+    }
+
+    /// Two fifths of the samples, or a twelfth that keeps coming and going.
+    fn is_background(&self, total: u16) -> bool {
+        self.samples * 5 >= total * 2 || (self.samples * 12 >= total && self.eighths.count_ones() >= 5)
     }
 }
 
@@ -213,18 +281,14 @@ impl Mode {
     /// each, which settles at the median; the deviation settles at the 3/4 quantile of |off|, 1.15 σ.
     fn with(self, range_mm: u16, bit: u8) -> Self {
         let off_mm = i32::from(range_mm) - i32::from(self.centre_mm);
-        let step_mm = if self.samples < 8 { off_mm / (i32::from(self.samples) + 1) } else { off_mm.signum() };
+        let place = i32::from(self.samples) + 1;
+        let dither = (i32::from(range_mm) * 7 + place * 13).rem_euclid(place);
+        let step_mm = (off_mm + dither).div_euclid(place);
         let centre_mm = (i32::from(self.centre_mm) + step_mm).clamp(0, i32::from(u16::MAX)) as u16;
         let wide = off_mm.unsigned_abs() > u32::from(self.deviation_mm);
         let deviation_mm =
             if wide { self.deviation_mm.saturating_add(3) } else { self.deviation_mm.saturating_sub(1) };
         Self { centre_mm, samples: self.samples.saturating_add(1), eighths: self.eighths | bit, deviation_mm }
-    }
-
-    /// Two fifths of the samples, or a twelfth that keeps coming and going.
-    fn is_background(self, total: u16) -> bool {
-        let samples = u16::from(self.samples);
-        samples > 0 && (samples * 5 >= total * 2 || (samples * 12 >= total && self.eighths.count_ones() >= 5))
     }
 
     /// Seen often, but only during a part of the time: at least four samples to every eighth it was
@@ -238,7 +302,7 @@ impl Mode {
 /// How far from its centre a mode reaches, mm: the largest foreground-free scatter, growing with
 /// the noise.
 const fn mode_window_mm(range_mm: u16) -> u16 {
-    60 + range_mm / 128
+    20 + range_mm / 200
 }
 
 /// Learning under way.
@@ -416,21 +480,17 @@ impl<const BEAMS: usize> Background<BEAMS> {
     fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
-        for (profile, modes) in self.profiles.iter_mut().zip(&self.learner.modes).take(self.beams) {
-            *profile = modes.finish(total);
-        }
-        // A step the sensor cannot measure says so by a code of its own, always the same.
-        for (profile, &value_mm) in self.profiles.iter_mut().zip(scan.ranges_mm) {
-            if profile.state == BeamState::Open && profile.far_mm == 0 && blind_code == Some(value_mm) {
-                *profile = BeamProfile::default();
-            }
-        }
-        for (band, profile) in self.bands.iter_mut().zip(&self.profiles).take(self.beams) {
-            *band = Band::of(profile, scan.geometry);
+        for (at, (beam, modes)) in self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate() {
+            let profile = modes.finish(total);
+            // A step the sensor cannot measure says so by a code of its own, always the same.
+            let silent = profile.state == BeamState::Open && profile.far_mm == 0;
+            let blind = silent && blind_code.is_some() && scan.ranges_mm.get(at).copied() == blind_code;
+            *beam = Beam { profile: if blind { BeamProfile::default() } else { profile }, ..Beam::UNKNOWN };
         }
         self.statuses.fill(Status::QUIET);
         self.known = true;
-        self.suspects = suspects::find(self.profiles.get(..self.beams).unwrap_or(&[]), scan.geometry);
+        self.refresh(0, self.beams, scan.geometry);
+        self.suspects = suspects::find(self.per_beam.get(..self.beams).unwrap_or(&[]), scan.geometry);
         self.publish(now_ds);
     }
 }

@@ -327,6 +327,42 @@ fn only_a_reboot_helps_an_abnormal_sensor() {
 }
 
 #[test]
+fn a_sensor_that_breaks_says_so_in_its_stream_and_ends_it() {
+    let faults = vec!["abnormal:0.25".parse().unwrap()];
+    let mut urg = Bench::new(Config { start: Start::Streaming, faults, ..fast(UST_10LX) });
+    let all = urg.hear("", 1_000_000);
+    assert!(all.ends_with("\n\nMD0000108001000\n0Ll\n\n"), "{}", &all[all.len() - 100..]);
+    assert_eq!((urg.urg.state(), urg.status("RS")), (State::Abnormal, "0L".to_owned()));
+}
+
+#[test]
+fn a_slower_motor_makes_longer_revolutions_until_it_is_reset() {
+    let mut urg = Bench::new(fast(URG_04LX));
+    assert_eq!(
+        [urg.status("CR10"), urg.status("CR10"), urg.status("CR11"), urg.status("CRx0")],
+        ["00", "03", "02", "01"]
+    );
+    assert_eq!(urg.urg.period_us(), 111_111);
+    assert!(urg.ask("II").contains("SCSP:90%<-(540[rpm]);"));
+    assert_eq!([urg.status("HS1"), urg.status("HS1"), urg.status("HSx")], ["00", "02", "01"]);
+    assert!(urg.urg.high_sensitivity());
+    assert_eq!(urg.status("RT"), "00");
+    assert_eq!((urg.urg.period_us(), urg.urg.high_sensitivity()), (111_111, false));
+    assert_eq!(urg.status("RS"), "00");
+    assert_eq!(urg.urg.period_us(), 100_000);
+}
+
+#[test]
+fn a_last_group_that_is_not_full_is_sent_or_left_out() {
+    let values = |drop_incomplete_group| {
+        let mut urg = Bench::new(Config { drop_incomplete_group, ..fast(URG_04LX) });
+        let all = urg.ask("MS0044005003001");
+        all.lines().nth_back(1).expect("a data line").len() / 2
+    };
+    assert_eq!((values(false), values(true)), (3, 2));
+}
+
+#[test]
 fn a_booting_scip22_sensor_answers_but_does_not_measure() {
     let mut ust = Bench::new(Config { start: Start::Booting, ..fast(UST_10LX) });
     let answers = ust.hear("%ST\nTM0\nBM\nVV\n", 10_000);
@@ -419,7 +455,9 @@ fn faults_of_requests_do_what_they_say() {
     let mut silent = bench(UST_10LX, "rb-silent");
     assert_eq!([silent.hear("RB\n", 10_000), silent.hear("RB\n", 10_000)], ["RB\n01Q\n\n", ""]);
     silent.hear("", 1_100_000);
-    assert_eq!(silent.urg.state(), State::Booting);
+    assert_eq!((silent.urg.state(), silent.urg.link()), (State::Off, LinkState::Closed));
+    silent.hear("", 300_000);
+    assert_eq!((silent.urg.state(), silent.urg.link()), (State::Booting, LinkState::Up));
     let mut slow = bench(UST_10LX, "slow-sl:0.8");
     assert_eq!(slow.hear("%SL\n", 790_000), "");
     assert_eq!(slow.hear("", 20_000), "%SL\n00P\n\n");
