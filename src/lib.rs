@@ -31,6 +31,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod address;
 pub mod background;
 pub mod candidate;
 pub mod centre;
