@@ -34,3 +34,4 @@ extern crate std;
 pub mod link;
 pub mod math;
 pub mod scan;
+pub mod sensor;

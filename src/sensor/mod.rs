@@ -1,0 +1,3 @@
+//! The sensor as the rest of the module sees it.
+
+pub mod clock;
