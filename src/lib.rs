@@ -34,4 +34,5 @@ extern crate std;
 pub mod link;
 pub mod math;
 pub mod scan;
+pub mod scip;
 pub mod sensor;

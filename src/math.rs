@@ -99,7 +99,7 @@ pub fn finite(value: f32) -> f32 {
 }
 
 fn in_reach(angle_rad: f32) -> f32 {
-    if angle_rad >= -MAX_ANGLE_RAD && angle_rad <= MAX_ANGLE_RAD { angle_rad } else { 0.0 }
+    if (-MAX_ANGLE_RAD..=MAX_ANGLE_RAD).contains(&angle_rad) { angle_rad } else { 0.0 }
 }
 
 #[cfg(test)]

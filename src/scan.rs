@@ -101,16 +101,16 @@ impl Geometry {
         if last_step < first_step {
             return Err(GeometryError::StepsInverted);
         }
-        if steps_per_turn < 64 || steps_per_turn > 14_400 || last_step - first_step >= steps_per_turn {
+        if !matches!(steps_per_turn, 64..=14_400) || last_step - first_step >= steps_per_turn {
             return Err(GeometryError::StepsPerTurn);
         }
         if front_step >= steps_per_turn {
             return Err(GeometryError::FrontStep);
         }
-        if cluster == 0 || cluster > 99 {
+        if !matches!(cluster, 1..=99) {
             return Err(GeometryError::Cluster);
         }
-        if period_us < 1_000 || period_us > 10_000_000 {
+        if !matches!(period_us, 1_000..=10_000_000) {
             return Err(GeometryError::Period);
         }
         if range_min_mm == 0 || range_min_mm >= range_max_mm || range_max_mm == NO_RETURN_MM {

@@ -1,1 +1,13 @@
-//! Emulated sensors.
+//! A world for the kehai core to live in, on a PC: emulated range finders, simulated scenes,
+//! recordings, and everything that judges what the core makes of them.
+//!
+//! ```text
+//! source ─▶ urg ─▶ link | serve ─▶ any SCIP client
+//! ranges    SCIP    bytes in memory on virtual time | TCP or a pseudo terminal in real time
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod picture;
+pub mod recording;
+pub mod simulated_time;
+pub mod source;

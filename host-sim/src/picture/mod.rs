@@ -1,0 +1,184 @@
+//! A recording, or a run in a simulated scene, as one picture: judge it at a glance.
+//!
+//! ```text
+//! ┌──────────────────────────────────────┐
+//! │ title                                │
+//! │        ·····wall·····                │   the map, seen from above, sensor looking up:
+//! │   ╱ open ╲    ○ ○ ● ● wide           │   what is background, every foreground point and
+//! │  ╱        ╲  · · narrow              │   every candidate's centre, coloured by time
+//! │      ▲ sensor                        │
+//! │ ▁▂▂▁▁▃▃▂ candidates at once, by time │
+//! └──────────────────────────────────────┘
+//! ```
+
+mod map;
+mod palette;
+mod timeline;
+
+use std::io;
+use std::path::Path;
+
+use svg::Document;
+use svg::node::element::{Rectangle, Style, Text};
+
+/// Width of the whole picture in its own units.
+const WIDTH: f64 = 1200.0;
+/// Space around everything.
+const MARGIN: f64 = 36.0;
+/// Height of the title's two lines.
+const TITLE_HEIGHT: f64 = 64.0;
+/// Height of the strip under the map.
+const TIMELINE_HEIGHT: f64 = 150.0;
+
+/// What is drawn.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// First line.
+    pub title: String,
+    /// Second line: the figures that matter.
+    pub subtitle: String,
+    /// What each beam knows as background, in beam order.
+    pub background: Vec<BeamShown>,
+    /// The scans in time order.
+    pub scans: Vec<ScanShown>,
+    /// Where people truly were (empty for a recording).
+    pub truth: Vec<TruthShown>,
+}
+
+/// The background of one beam.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamShown {
+    /// Direction, counter-clockwise from forward.
+    pub bearing_rad: f64,
+    /// What it sees when nobody is there.
+    pub kind: BeamKind,
+}
+
+/// What a beam sees when nobody is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BeamKind {
+    /// Something solid at this distance.
+    Wall {
+        /// Distance in m.
+        range_m: f64,
+        /// A second, nearer distance that is background as well (an open door's leaf).
+        near_m: Option<f64>,
+    },
+    /// Often nothing; whatever is nearer than the limit, where there is one, counts.
+    Open {
+        /// Distance in m.
+        limit_m: Option<f64>,
+    },
+    /// Not judged.
+    Unknown,
+}
+
+/// One scan.
+#[derive(Clone, Debug, Default)]
+pub struct ScanShown {
+    /// Time in s.
+    pub t_s: f64,
+    /// Foreground points in m, x forward, y left.
+    pub foreground: Vec<[f64; 2]>,
+    /// Candidates.
+    pub candidates: Vec<CandidateShown>,
+}
+
+/// One candidate.
+#[derive(Clone, Copy, Debug)]
+pub struct CandidateShown {
+    /// Where the person is thought to stand, in m.
+    pub centre_m: [f64; 2],
+    /// Too narrow for a person seen whole.
+    pub narrow: bool,
+}
+
+/// One person at one moment.
+#[derive(Clone, Copy, Debug)]
+pub struct TruthShown {
+    /// Time in s.
+    pub t_s: f64,
+    /// Position in m, in the sensor's frame.
+    pub position_m: [f64; 2],
+}
+
+impl Picture {
+    /// The picture as SVG.
+    #[must_use]
+    pub fn to_svg(&self) -> Document {
+        let map = map::Frame::around(self, WIDTH - 2.0 * MARGIN);
+        let timeline_top = TITLE_HEIGHT + map.height() + 2.0 * MARGIN;
+        let height = timeline_top + TIMELINE_HEIGHT + MARGIN;
+        let title = Text::new(self.title.as_str()).set("class", "title").set("x", MARGIN).set("y", 40);
+        let subtitle = Text::new(self.subtitle.as_str()).set("class", "small").set("x", MARGIN).set("y", 62);
+        Document::new()
+            .set("viewBox", (0, 0, WIDTH, height))
+            .set("width", WIDTH)
+            .set("height", height)
+            .add(Style::new(palette::STYLE))
+            .add(Rectangle::new().set("width", "100%").set("height", "100%").set("fill", palette::PAPER))
+            .add(title)
+            .add(subtitle)
+            .add(map.draw(self).set("transform", translate(MARGIN, TITLE_HEIGHT + MARGIN / 2.0)))
+            .add(
+                timeline::draw(self, WIDTH - 2.0 * MARGIN, TIMELINE_HEIGHT)
+                    .set("transform", translate(MARGIN, timeline_top)),
+            )
+    }
+
+    /// Writes the picture to a file.
+    ///
+    /// # Errors
+    /// What the file system says.
+    pub fn save(&self, path: &Path) -> io::Result<()> {
+        svg::save(path, &self.to_svg())
+    }
+
+    /// Start and end of the scans, in s; never equal.
+    fn span_s(&self) -> (f64, f64) {
+        let first = self.scans.first().map_or(0.0, |scan| scan.t_s);
+        let last = self.scans.last().map_or(first, |scan| scan.t_s);
+        (first, last.max(first + 0.1))
+    }
+}
+
+fn translate(x: f64, y: f64) -> String {
+    format!("translate({x:.1} {y:.1})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture() -> Picture {
+        let wall = |i: i32| BeamShown {
+            bearing_rad: f64::from(i) * 0.1,
+            kind: BeamKind::Wall { range_m: 3.0, near_m: None },
+        };
+        let scan = |i: i32| ScanShown {
+            t_s: f64::from(i) * 0.1,
+            foreground: vec![[1.0, f64::from(i) * 0.05]],
+            candidates: vec![CandidateShown { centre_m: [1.1, f64::from(i) * 0.05], narrow: i % 2 == 0 }],
+        };
+        Picture {
+            title: "a & b".into(),
+            background: (-10..10).map(wall).collect(),
+            scans: (0..20).map(scan).collect(),
+            ..Picture::default()
+        }
+    }
+
+    #[test]
+    fn every_candidate_is_drawn() {
+        let text = picture().to_svg().to_string();
+        assert_eq!(text.matches("class=\"narrow\"").count(), 10);
+        assert_eq!(text.matches("class=\"wide\"").count(), 10);
+        assert!(text.contains("a &amp; b"), "the title is not escaped");
+    }
+
+    #[test]
+    fn an_empty_picture_is_still_one() {
+        let text = Picture::default().to_svg().to_string();
+        assert!(text.contains("viewBox") && !text.contains("NaN"));
+    }
+}

@@ -1,0 +1,55 @@
+//! A program that links only if nothing it calls can panic.
+//!
+//! It is no firmware and never runs. It feeds opaque bytes to every sans-I/O part of the core; its
+//! panic handler calls a function that does not exist. If the optimiser leaves a single reachable
+//! panic, the linker reports `a_panic_is_reachable` as undefined, with the place that needs it.
+//!
+//! `./ci.sh no-panic` builds it for a Cortex-M4 with the release profile.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod proof {
+    use core::panic::PanicInfo;
+
+    unsafe extern "C" {
+        fn a_panic_is_reachable() -> !;
+    }
+
+    #[panic_handler]
+    fn panic(_: &PanicInfo<'_>) -> ! {
+        // SAFETY: the function has no definition: this call is either removed or fails to link.
+        unsafe { a_panic_is_reachable() }
+    }
+
+    /// A value the optimiser knows nothing about.
+    fn opaque<T: Copy>(address: usize) -> T {
+        // SAFETY: never executed; the address stands for memory the compiler cannot see into.
+        unsafe { core::ptr::read_volatile(address as *const T) }
+    }
+
+    /// Keeps a result alive.
+    fn keep<T>(address: usize, value: T) {
+        // SAFETY: never executed, as above.
+        unsafe { core::ptr::write_volatile(address as *mut T, value) }
+    }
+
+    /// Where the linker begins.
+    #[unsafe(no_mangle)]
+    pub extern "C" fn _start() -> ! {
+        let at = 0x2000_0000;
+        math(at);
+        loop {}
+    }
+
+    fn math(at: usize) {
+        use kehai::math;
+        let (x, y): (f32, f32) = (opaque(at), opaque(at));
+        keep(at, math::sin_cos(x));
+        keep(at, [math::atan2(y, x), math::sqrt(x), math::hypot(x, y), math::round(x), math::floor(x)]);
+        keep(at, math::wrap_angle(x));
+    }
+}
+
+/// On a PC there is nothing to prove.
+#[cfg(not(target_os = "none"))]
+fn main() {}
