@@ -22,7 +22,7 @@ mod proof {
     }
 
     /// A value the optimiser knows nothing about.
-    fn opaque<T: Copy>(address: usize) -> T {
+    fn opaque<T>(address: usize) -> T {
         // SAFETY: never executed; the address stands for memory the compiler cannot see into.
         unsafe { core::ptr::read_volatile(address as *const T) }
     }
@@ -38,6 +38,7 @@ mod proof {
     pub extern "C" fn _start() -> ! {
         let at = 0x2000_0000;
         math(at);
+        scip(at);
         loop {}
     }
 
@@ -47,6 +48,35 @@ mod proof {
         keep(at, math::sin_cos(x));
         keep(at, [math::atan2(y, x), math::sqrt(x), math::hypot(x, y), math::round(x), math::floor(x)]);
         keep(at, math::wrap_angle(x));
+    }
+
+    fn scip(at: usize) {
+        use kehai::scip::{Command, Event, Family, Measurement, Reader, Width};
+        let mut reader: Reader = opaque(at);
+        let mut ranges_mm: [u16; 64] = opaque(at);
+        let (first_step, last_step, flag): (u16, u16, bool) = (opaque(at), opaque(at), opaque(at));
+        let (cluster, skip, scans) = (opaque(at), opaque(at), opaque(at));
+        let width = if flag { Width::Two } else { Width::Three };
+        let measurement = Measurement { first_step, last_step, cluster, skip, scans, width };
+        for command in
+            [Command::Measure(measurement), Command::Get(measurement), Command::BitRate(opaque(at))]
+        {
+            if let Ok(request) = command.encode() {
+                keep(at, [request.as_bytes().len(), request.echo().len()]);
+                reader.expect(&request);
+            }
+        }
+        let bytes: [u8; 64] = opaque(at);
+        let fed = reader.feed(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at), &mut ranges_mm);
+        if let Some(Event::Parameters(parameters)) = &fed.event {
+            keep(at, parameters.geometry(&measurement));
+            keep(at, Family::of_model(parameters.model.as_str().as_bytes()));
+        }
+        keep(at, fed);
+        reader.restart();
+        reader.forget();
+        keep(at, reader);
+        keep(at, ranges_mm);
     }
 }
 

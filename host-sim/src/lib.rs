@@ -7,7 +7,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod link;
 pub mod picture;
 pub mod recording;
 pub mod simulated_time;
 pub mod source;
+pub mod uart;
+pub mod urg;
+pub mod world;

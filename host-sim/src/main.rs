@@ -1,2 +1,3 @@
 //! kehai-sim.
+mod cli;
 fn main() {}

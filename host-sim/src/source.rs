@@ -52,8 +52,9 @@ pub struct Revolution {
     pub start_us: u64,
     /// True time of one revolution (the sensor's clock may run fast or slow).
     pub period_us: u32,
-    /// A source that keeps its own times gives its next scan that starts at or after this time, and
-    /// leaves out what lies before: nobody was listening then.
+    /// A source that keeps its own times gives the next of its scans that starts at or after this time, and
+    /// leaves out what lies before: nobody was listening then. In a running measurement this is the start
+    /// of the scan before.
     pub earliest_us: u64,
 }
 

@@ -1,0 +1,2 @@
+//! `kehai-sim demo`.
+mod view;

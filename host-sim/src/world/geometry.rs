@@ -1,0 +1,260 @@
+//! Points, poses and the three shapes a beam can hit, in the plane the sensor sweeps.
+//!
+//! ```text
+//!        y                         beam: origin, unit direction
+//!        │   segment ╲             segment: two end points
+//!        │            ╲            ellipse: centre, direction of its long axis, two half axes
+//!   beam ●───────────▶ × hit       disc: an ellipse with equal axes
+//!        └──────────────── x       (metres, counter-clockwise, as the site)
+//! ```
+
+use std::ops::{Add, Mul, Sub};
+
+/// A place or a vector in the plane, in metres.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Point {
+    /// Metres along the site's x axis.
+    pub x: f64,
+    /// Metres along the site's y axis.
+    pub y: f64,
+}
+
+impl Point {
+    /// A point from its coordinates.
+    #[must_use]
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y }
+    }
+
+    /// The unit vector that points along `angle_rad`.
+    #[must_use]
+    pub fn towards(angle_rad: f64) -> Self {
+        let (sine, cosine) = libm::sincos(angle_rad);
+        Self::new(cosine, sine)
+    }
+
+    /// Scalar product.
+    #[must_use]
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// How far `other` turns to the left of `self`: the z part of the vector product.
+    #[must_use]
+    pub fn cross(self, other: Self) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// Distance from the origin.
+    #[must_use]
+    pub fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// Direction of the vector, counter-clockwise from x.
+    #[must_use]
+    pub fn angle_rad(self) -> f64 {
+        libm::atan2(self.y, self.x)
+    }
+
+    /// The vector turned a quarter to the left.
+    #[must_use]
+    pub const fn left(self) -> Self {
+        Self { x: -self.y, y: self.x }
+    }
+}
+
+impl Add for Point {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y)
+    }
+}
+
+impl Sub for Point {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y)
+    }
+}
+
+impl Mul<f64> for Point {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self::new(self.x * factor, self.y * factor)
+    }
+}
+
+impl From<[f64; 2]> for Point {
+    fn from([x, y]: [f64; 2]) -> Self {
+        Self { x, y }
+    }
+}
+
+/// Where a sensor is and where its front step points.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Pose {
+    /// Its axis in the site.
+    pub at: Point,
+    /// Direction of the front step, counter-clockwise from the site's x axis.
+    pub yaw_rad: f64,
+}
+
+impl Pose {
+    /// A point of the sensor's frame (x forward, y left) in the site's.
+    #[must_use]
+    pub fn to_site(&self, point: Point) -> Point {
+        let forward = Point::towards(self.yaw_rad);
+        self.at + forward * point.x + forward.left() * point.y
+    }
+
+    /// A point of the site in the sensor's frame (x forward, y left).
+    #[must_use]
+    pub fn to_sensor(&self, point: Point) -> Point {
+        let forward = Point::towards(self.yaw_rad);
+        let offset = point - self.at;
+        Point::new(offset.dot(forward), offset.dot(forward.left()))
+    }
+}
+
+/// A half line along which light travels.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    /// Where it starts.
+    pub origin: Point,
+    /// Where it goes, of length 1.
+    pub direction: Point,
+}
+
+/// Where a beam meets a surface.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Meeting {
+    /// Distance from the beam's origin.
+    pub range_m: f64,
+    /// Cosine of the angle to the surface's normal, 0 (grazing) to 1 (square on).
+    pub incidence: f64,
+}
+
+/// A shape in the plane.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Outline {
+    /// A straight piece of wall.
+    Segment(Point, Point),
+    /// A filled ellipse: a torso, an arm, a leg, a pillar.
+    Ellipse {
+        /// Its middle.
+        centre: Point,
+        /// Unit vector along the axis that `half_axes_m.0` belongs to.
+        axis: Point,
+        /// Half axes, along `axis` and across it.
+        half_axes_m: (f64, f64),
+    },
+}
+
+impl Outline {
+    /// A filled circle.
+    #[must_use]
+    pub const fn disc(centre: Point, radius_m: f64) -> Self {
+        Self::Ellipse { centre, axis: Point::new(1.0, 0.0), half_axes_m: (radius_m, radius_m) }
+    }
+
+    /// Where `beam` first meets the shape from outside.
+    #[must_use]
+    pub fn meet(&self, beam: &Beam) -> Option<Meeting> {
+        match *self {
+            Self::Segment(from, to) => meet_segment(beam, from, to),
+            Self::Ellipse { centre, axis, half_axes_m } => meet_ellipse(beam, centre, axis, half_axes_m),
+        }
+    }
+
+    /// Middle and radius of a circle that holds the shape.
+    #[must_use]
+    pub fn bounds(&self) -> (Point, f64) {
+        match *self {
+            Self::Segment(from, to) => ((from + to) * 0.5, (to - from).length() * 0.5),
+            Self::Ellipse { centre, half_axes_m: (along, across), .. } => (centre, along.max(across)),
+        }
+    }
+}
+
+fn meet_segment(beam: &Beam, from: Point, to: Point) -> Option<Meeting> {
+    let side = to - from;
+    let offset = from - beam.origin;
+    let crossing = beam.direction.cross(side);
+    if crossing == 0.0 {
+        return None;
+    }
+    let range_m = offset.cross(side) / crossing;
+    let share = offset.cross(beam.direction) / crossing;
+    let incidence = crossing.abs() / side.length();
+    (range_m > 0.0 && (0.0..=1.0).contains(&share)).then_some(Meeting { range_m, incidence })
+}
+
+fn meet_ellipse(beam: &Beam, centre: Point, axis: Point, (along, across): (f64, f64)) -> Option<Meeting> {
+    // In the frame in which the ellipse is the unit circle.
+    let squeeze = |vector: Point| Point::new(vector.dot(axis) / along, vector.dot(axis.left()) / across);
+    let origin = squeeze(beam.origin - centre);
+    let direction = squeeze(beam.direction);
+    let (a, b, c) = (direction.dot(direction), origin.dot(direction), origin.dot(origin) - 1.0);
+    let root = b * b - a * c;
+    if root < 0.0 || c < 0.0 || b >= 0.0 {
+        return None;
+    }
+    let range_m = (-b - root.sqrt()) / a;
+    let touch = origin + direction * range_m;
+    let normal = axis * (touch.x / along) + axis.left() * (touch.y / across);
+    let incidence = (beam.direction.dot(normal) / normal.length()).abs();
+    Some(Meeting { range_m, incidence })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn beam(x: f64, y: f64, angle_deg: f64) -> Beam {
+        Beam { origin: Point::new(x, y), direction: Point::towards(angle_deg.to_radians()) }
+    }
+
+    #[test]
+    fn a_wall_is_met_where_it_stands_and_not_beside_its_ends() {
+        let wall = Outline::Segment(Point::new(2.0, -1.0), Point::new(2.0, 1.0));
+        let square = wall.meet(&beam(0.0, 0.0, 0.0)).unwrap();
+        assert!((square.range_m - 2.0).abs() < 1e-12 && (square.incidence - 1.0).abs() < 1e-12);
+        let slanted = wall.meet(&beam(1.5, 0.0, 60.0)).unwrap();
+        assert!((slanted.range_m - 1.0).abs() < 1e-12 && (slanted.incidence - 0.5).abs() < 1e-12);
+        assert_eq!(wall.meet(&beam(0.0, 0.0, 30.0)), None);
+        assert_eq!(wall.meet(&beam(0.0, 0.0, 180.0)), None);
+        assert_eq!(wall.meet(&beam(0.0, 0.0, 90.0)), None);
+    }
+
+    #[test]
+    fn an_ellipse_is_met_on_its_near_side_whatever_its_heading() {
+        for heading_deg in [0.0, 35.0, 90.0, 200.0] {
+            let axis = Point::towards(f64::to_radians(heading_deg));
+            let body = Outline::Ellipse { centre: Point::new(3.0, 0.0), axis, half_axes_m: (0.22, 0.14) };
+            for angle_deg in [-2.0, 0.0, 1.5] {
+                let ray = beam(0.0, 0.0, angle_deg);
+                let meeting = body.meet(&ray).unwrap();
+                let offset = ray.direction * meeting.range_m - Point::new(3.0, 0.0);
+                let (u, v) = (offset.dot(axis) / 0.22, offset.dot(axis.left()) / 0.14);
+                assert!((u * u + v * v - 1.0).abs() < 1e-9, "the point lies on the outline");
+                assert!(meeting.range_m < 3.0 && meeting.incidence > 0.3);
+            }
+            assert_eq!(body.meet(&beam(0.0, 0.0, 6.0)), None);
+            assert_eq!(body.meet(&beam(0.0, 0.0, 180.0)), None);
+        }
+    }
+
+    #[test]
+    fn a_sensor_inside_a_shape_does_not_see_it() {
+        assert_eq!(Outline::disc(Point::new(0.0, 0.0), 0.5).meet(&beam(0.1, 0.0, 0.0)), None);
+    }
+
+    #[test]
+    fn frames_turn_there_and_back() {
+        let pose = Pose { at: Point::new(-1.0, 2.0), yaw_rad: std::f64::consts::FRAC_PI_2 };
+        let ahead = pose.to_site(Point::new(1.0, 0.25));
+        assert!((ahead - Point::new(-1.25, 3.0)).length() < 1e-12);
+        assert!((pose.to_sensor(ahead) - Point::new(1.0, 0.25)).length() < 1e-12);
+    }
+}

@@ -1,0 +1,341 @@
+//! A scene: a site, the people in it, and the sensors that watch them, as a TOML file.
+//!
+//! ```toml
+//! about = "one person walks to and fro"
+//! duration_s = 60
+//! seed = 1
+//!
+//! [[site.module]]                 # and site.wall, site.zone, …: exactly a site file
+//! name = "left"
+//! x = 0.0
+//! y = 0.0
+//!
+//! [[sensor]]                      # only where it differs from a URG-04LX with real noise
+//! module = "left"
+//! model = "ust-10lx"
+//! noise = "none"
+//!
+//! [[furniture]]
+//! name = "table"
+//! polygon = [[1, 1], [2, 1], [2, 1.6], [1, 1.6]]     # or disc = [x, y, radius_m]
+//!
+//! [[person]]
+//! name = "anna"
+//! route = [[2, -1], [2, 1, 3.0]]  # x, y and perhaps how many seconds to wait there
+//! speed_m_s = 1.1
+//! repeat = "back-and-forth"       # stay, leave, loop, back-and-forth
+//! ```
+
+use super::body::Section;
+use super::noise::NoiseLevel;
+use super::optics::SensorModel;
+use super::site::Site;
+use super::walker::Repeat;
+use serde::Deserialize;
+use std::fmt;
+
+/// A scene as its file says it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// What there is to see, for people.
+    #[serde(default)]
+    pub about: String,
+    /// How long it is worth watching; walkers go on after that.
+    #[serde(default = "one_minute")]
+    pub duration_s: f64,
+    /// The seed if none is asked for.
+    #[serde(default)]
+    pub seed: u64,
+    /// Modules, walls, zones.
+    pub site: Site,
+    /// Sensors that are not the default.
+    #[serde(default, rename = "sensor")]
+    pub sensors: Vec<SensorSpec>,
+    /// Things people walk around and beams meet.
+    #[serde(default)]
+    pub furniture: Vec<Furniture>,
+    /// Who is there.
+    #[serde(default, rename = "person")]
+    pub people: Vec<PersonSpec>,
+}
+
+const fn one_minute() -> f64 {
+    60.0
+}
+
+/// The sensor of a module.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorSpec {
+    /// The module it is plugged into.
+    pub module: String,
+    /// Its model.
+    #[serde(default)]
+    pub model: SensorModel,
+    /// Real or perfect.
+    #[serde(default)]
+    pub noise: NoiseLevel,
+}
+
+/// Something that stands in the way.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Furniture {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// Its corners, if it has corners.
+    #[serde(default)]
+    pub polygon: Vec<[f64; 2]>,
+    /// x, y and radius, if it is round.
+    pub disc: Option<[f64; 3]>,
+    /// Share of the light it gives back.
+    #[serde(default = "wood")]
+    pub reflectance: f64,
+    /// It begins so high above the floor.
+    #[serde(default)]
+    pub low_m: f64,
+    /// It ends so high above the floor.
+    #[serde(default = "man_high")]
+    pub high_m: f64,
+}
+
+const fn wood() -> f64 {
+    0.5
+}
+
+const fn man_high() -> f64 {
+    2.0
+}
+
+/// A person who follows a script.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PersonSpec {
+    /// Name; by default the number in the file.
+    #[serde(default)]
+    pub name: String,
+    /// What the plane cuts.
+    #[serde(default)]
+    pub section: Section,
+    /// Way points: x, y and perhaps seconds to wait. One alone: somebody who stands.
+    pub route: Vec<Vec<f64>>,
+    /// Walking speed.
+    #[serde(default = "ordinary_walk")]
+    pub speed_m_s: f64,
+    /// What happens at the end of the route.
+    #[serde(default)]
+    pub repeat: Repeat,
+    /// When they appear.
+    #[serde(default)]
+    pub from_s: f64,
+    /// When they are gone.
+    pub until_s: Option<f64>,
+    /// Where the chest points before the first step.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// How fast they turn round on the spot.
+    #[serde(default)]
+    pub turn_deg_s: f64,
+    /// Standard deviation of the swaying.
+    #[serde(default = "ordinary_sway")]
+    pub sway_mm: f64,
+    /// Half the torso's width; random by default, as everything below.
+    pub half_width_m: Option<f64>,
+    /// Half the torso's depth.
+    pub half_depth_m: Option<f64>,
+    /// Radius of a thigh.
+    pub thigh_radius_m: Option<f64>,
+    /// Share of the light the clothes give back.
+    pub reflectance: Option<f64>,
+    /// What the clothes add to a range.
+    pub clothing_bias_mm: Option<f64>,
+}
+
+const fn ordinary_walk() -> f64 {
+    1.1
+}
+
+const fn ordinary_sway() -> f64 {
+    4.0
+}
+
+/// Scenes that are part of the program, by the name of their file.
+pub const BUILT_IN: &[(&str, &str)] = &[
+    ("demo", include_str!("../../scenes/demo.toml")),
+    ("torso", include_str!("../../scenes/torso.toml")),
+    ("empty", include_str!("../../scenes/empty.toml")),
+    ("crossing", include_str!("../../scenes/crossing.toml")),
+    ("door-area", include_str!("../../scenes/door-area.toml")),
+];
+
+/// Why a scene cannot be used: one line with the file, the place in it, and what to do.
+#[derive(Debug)]
+pub struct SceneError(String);
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+impl Scene {
+    /// Reads a scene file, or one of the [`BUILT_IN`] scenes by its name.
+    ///
+    /// # Errors
+    /// When there is no such file, or what it says is no scene.
+    pub fn load(file: &str) -> Result<Self, SceneError> {
+        if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == file) {
+            return Self::parse(name, text);
+        }
+        let text = std::fs::read_to_string(file).map_err(|error| {
+            let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+            SceneError(format!("{file}: cannot be read ({error}); built-in scenes: {}", names.join(", ")))
+        })?;
+        Self::parse(file, &text)
+    }
+
+    /// Reads a scene from text; `file` is what errors call it.
+    ///
+    /// # Errors
+    /// When the text is not TOML, has unknown or missing keys, or contradicts itself.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
+        let scene: Self = toml::from_str(text).map_err(|error| {
+            let before = error.span().and_then(|span| text.get(..span.start));
+            let line = before.map_or(1, |before| before.matches('\n').count() + 1);
+            SceneError(format!("{file}:{line}: {}", error.message().replace('\n', " ")))
+        })?;
+        scene.check().map_err(|what| SceneError(format!("{file}: {what}")))?;
+        Ok(scene)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        self.site.check()?;
+        if !(self.duration_s > 0.0 && self.duration_s <= 86_400.0) {
+            return Err(format!("duration_s must be more than 0 and at most a day, is {}", self.duration_s));
+        }
+        for (index, sensor) in self.sensors.iter().enumerate() {
+            if !self.site.modules.iter().any(|module| module.name == sensor.module) {
+                return Err(format!("sensor {}: the site has no module \"{}\"", index + 1, sensor.module));
+            }
+            if self.sensors.iter().take(index).any(|other| other.module == sensor.module) {
+                return Err(format!("module \"{}\" has two sensors: remove one", sensor.module));
+            }
+        }
+        for (index, furniture) in self.furniture.iter().enumerate() {
+            let corners = furniture.polygon.len();
+            let round = furniture.disc.is_some_and(|[_, _, radius_m]| radius_m > 0.0);
+            if (corners >= 3) == round || (corners > 0 && corners < 3) {
+                return Err(format!(
+                    "furniture {} \"{}\": give it a polygon of at least three corners or a disc [x, y, radius_m]",
+                    index + 1,
+                    furniture.name
+                ));
+            }
+            if !(0.0..=1.0).contains(&furniture.reflectance) {
+                return Err(format!("furniture {}: reflectance must be between 0 and 1", index + 1));
+            }
+        }
+        for (index, person) in self.people.iter().enumerate() {
+            person.check().map_err(|what| format!("person {} \"{}\": {what}", index + 1, person.name))?;
+            let known = self.people.iter().take(index);
+            if !person.name.is_empty() && known.clone().any(|other| other.name == person.name) {
+                return Err(format!("two people are named \"{}\": rename one", person.name));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl PersonSpec {
+    fn check(&self) -> Result<(), String> {
+        if self.route.is_empty() {
+            return Err(String::from("route needs at least one point"));
+        }
+        let wrong = |point: &&Vec<f64>| {
+            !(2..=3).contains(&point.len())
+                || point.iter().any(|number| !number.is_finite())
+                || point.get(2).is_some_and(|wait_s| *wait_s < 0.0)
+        };
+        if let Some(point) = self.route.iter().find(wrong) {
+            return Err(format!("route: a point is [x, y] or [x, y, seconds to wait], not {point:?}"));
+        }
+        let within = [
+            ("speed_m_s", Some(self.speed_m_s), 0.05, 4.0),
+            ("from_s", Some(self.from_s), 0.0, 86_400.0),
+            ("sway_mm", Some(self.sway_mm), 0.0, 200.0),
+            ("half_width_m", self.half_width_m, 0.05, 0.6),
+            ("half_depth_m", self.half_depth_m, 0.05, 0.6),
+            ("thigh_radius_m", self.thigh_radius_m, 0.03, 0.2),
+            ("reflectance", self.reflectance, 0.0, 1.0),
+            ("clothing_bias_mm", self.clothing_bias_mm, -100.0, 100.0),
+        ];
+        for (key, value, low, high) in within {
+            if let Some(value) = value
+                && !(low..=high).contains(&value)
+            {
+                return Err(format!("{key} must be between {low} and {high}, is {value}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        Scene::parse("x.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_built_in_scene_is_sound() {
+        for (name, _) in BUILT_IN {
+            let scene = Scene::load(name).unwrap_or_else(|error| panic!("{error}"));
+            assert!(!scene.site.modules.is_empty() && !scene.about.is_empty(), "{name}");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named_in_one_line_with_their_place() {
+        let module = "[[site.module]]\nname = \"a\"\nx = 0\ny = 0\n";
+        let cases = [
+            (
+                String::from("[site]\n[[person]]\nroute = [[0, 0]]\nspeed = 1"),
+                "x.toml:4: unknown field `speed`",
+            ),
+            (String::from("[site]\nx = ["), "x.toml:2: "),
+            (format!("{module}[[sensor]]\nmodule = \"b\""), "x.toml: sensor 1: the site has no module \"b\""),
+            (
+                format!("{module}[[person]]\nname = \"eve\"\nroute = []"),
+                "x.toml: person 1 \"eve\": route needs",
+            ),
+            (format!("{module}[[person]]\nroute = [[1]]"), "x.toml: person 1 \"\": route: a point is [x, y]"),
+            (
+                format!("{module}[[person]]\nroute = [[1, 1]]\nspeed_m_s = 9"),
+                "speed_m_s must be between 0.05 and 4",
+            ),
+            (
+                format!("{module}[[furniture]]\nname = \"box\""),
+                "x.toml: furniture 1 \"box\": give it a polygon",
+            ),
+            (format!("{module}{module}"), "x.toml: two modules are named \"a\""),
+            (
+                format!("{module}[[sensor]]\nmodule = \"a\"\nmodel = \"urg\""),
+                "x.toml:7: unknown variant `urg`",
+            ),
+            (String::from("duration_s = 0\n[site]"), "x.toml: duration_s must be more than 0"),
+        ];
+        for (text, expected) in cases {
+            let message = refused(&text);
+            assert!(message.contains(expected), "{message}");
+            assert!(!message.contains('\n'), "{message}");
+        }
+        let missing = Scene::load("nowhere.toml").unwrap_err().to_string();
+        assert!(missing.starts_with("nowhere.toml: cannot be read") && missing.contains("demo"), "{missing}");
+    }
+}
