@@ -31,8 +31,14 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod background;
+pub mod candidate;
+pub mod cluster;
 pub mod link;
 pub mod math;
+pub mod pipeline;
 pub mod scan;
 pub mod scip;
 pub mod sensor;
+pub mod unseen;
+pub mod visibility;

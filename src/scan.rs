@@ -163,6 +163,12 @@ impl Geometry {
         self.first_step.saturating_add(beam.saturating_mul(self.cluster))
     }
 
+    /// The beam that covers step `step`; the first for steps before it.
+    #[must_use]
+    pub const fn beam(&self, step: u16) -> u16 {
+        step.saturating_sub(self.first_step) / if self.cluster == 0 { 1 } else { self.cluster }
+    }
+
     /// Direction of beam `beam` in the sensor's frame, counter-clockwise, 0 forward.
     #[must_use]
     pub fn bearing_rad(&self, beam: u16) -> f32 {
@@ -311,6 +317,7 @@ mod tests {
         assert_eq!(urg.beams(), 341);
         assert_eq!(urg.half_steps(0), 89);
         assert_eq!(urg.step(1), 46);
+        assert_eq!((urg.beam(43), urg.beam(45), urg.beam(46)), (0, 0, 1));
     }
 
     #[test]

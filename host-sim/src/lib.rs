@@ -10,6 +10,7 @@
 pub mod link;
 pub mod picture;
 pub mod recording;
+pub mod serve;
 pub mod simulated_time;
 pub mod source;
 pub mod uart;

@@ -132,6 +132,38 @@ impl RangeSource for StillRoom {
     }
 }
 
+/// A source that ends, again and again: after its last scan it starts anew.
+#[derive(Clone, Debug)]
+pub struct Repeating<S> {
+    fresh: S,
+    running: S,
+}
+
+impl<S: RangeSource + Clone> Repeating<S> {
+    /// Repeats `source`, which has not given a scan yet.
+    #[must_use]
+    pub fn new(source: S) -> Self {
+        Self { running: source.clone(), fresh: source }
+    }
+}
+
+impl<S: RangeSource + Clone> RangeSource for Repeating<S> {
+    fn geometry(&self) -> SensorGeometry {
+        self.fresh.geometry()
+    }
+
+    fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
+        self.running.scan(revolution).or_else(|| {
+            self.running = self.fresh.clone();
+            self.running.scan(revolution)
+        })
+    }
+
+    fn latest(&mut self, revolution: Revolution) -> Option<SourceScan> {
+        self.running.latest(revolution)
+    }
+}
+
 /// Rows given beforehand, with times of their own: the n-th scan of a test.
 #[derive(Clone, Debug)]
 pub struct Rows {
@@ -219,5 +251,16 @@ mod tests {
         let third = rows.scan(revolution(250_000, 250_000)).unwrap();
         assert_eq!((third.start_us, third.ranges_mm[0]), (350_000, 300));
         assert_eq!(rows.scan(revolution(450_000, 350_001)), None);
+    }
+
+    #[test]
+    fn what_repeats_begins_anew_after_its_last_row() {
+        let rows = Rows::new(URG, vec![(0, 100_000, vec![1; 682]), (100_000, 100_000, vec![2; 682])]);
+        let mut repeating = Repeating::new(rows);
+        let scans = [0, 100_000, 200_000, 300_000].map(|at_us| {
+            let scan = repeating.scan(revolution(at_us, at_us)).unwrap();
+            (scan.start_us, scan.ranges_mm[0])
+        });
+        assert_eq!(scans, [(0, 1), (100_000, 2), (200_000, 1), (300_000, 2)]);
     }
 }

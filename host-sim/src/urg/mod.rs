@@ -343,6 +343,12 @@ impl Urg {
         }
     }
 
+    /// The model, with the geometry of its source.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.config.model
+    }
+
     /// Bit rate at which the sensor listens now.
     #[must_use]
     pub fn baud(&self) -> u32 {

@@ -1,0 +1,436 @@
+//! Learning: the few ranges a beam keeps returning to, in memory that does not grow.
+//!
+//! ```text
+//!  samples of a beam │····▂█▃·········▁▂▁······│ range        a mode: centre, samples, deviation,
+//!                        mode 0      mode 1                   and in which eighths of the
+//!  eighths of the     ▮▮▮▮▮▮▮▮    ▯▮▮▯▮▯▮▮                    learning time it was seen
+//!  learning time
+//! ```
+//!
+//! Three modes a beam, as in a sketch of heavy hitters: a range that fits no mode takes a free or
+//! a stale place. A mode is background when it holds two fifths of the samples, or when it holds a
+//! twelfth and *keeps coming and going*: it was seen in five of the eight eighths. What comes once and stays a while is somebody.
+//!
+//! More scans than [`SAMPLES_MAX`] are sampled evenly.
+//!
+//! **People moving.** Two tests, both for runs of [`RUN_BEAMS`] neighbouring beams, since noise has
+//! no width: readings where the beam never returned before, in three samples more than not
+//! (somebody walks), and modes confined to a part of the time (somebody shifted or left). Either
+//! starts the learning anew, unless the request says otherwise.
+
+use super::{Background, Band, BeamProfile, BeamState, Status, noise_mm, suspects};
+use crate::scan::{Geometry, Scan};
+
+/// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
+pub const LEARN_SCANS: u16 = 60;
+
+/// Fewest scans a background may be learned from: paper D's 30 frames.
+pub const LEARN_SCANS_MIN: u16 = 30;
+
+/// Most samples a beam takes, so that they count in a byte; longer learning samples evenly.
+pub const SAMPLES_MAX: u16 = 250;
+
+/// Neighbouring beams that make a thing: the size of the smallest candidate.
+const RUN_BEAMS: u16 = 3;
+
+/// Samples before new ranges say anything: a beam that flickers has shown most of its modes by then.
+const SETTLED_SAMPLES: u16 = 10;
+
+/// Samples with movement, less those without, that mean people.
+const MOVING_SAMPLES: u8 = 3;
+
+const MODES: usize = 3;
+
+/// A wish to learn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LearnRequest {
+    /// Scans to learn from, [`LEARN_SCANS_MIN`] at least.
+    pub scans: u16,
+    /// Learn although people move in view: for recordings, offline.
+    pub even_if_moving: bool,
+}
+
+impl Default for LearnRequest {
+    fn default() -> Self {
+        Self { scans: LEARN_SCANS, even_if_moving: false }
+    }
+}
+
+/// Why a wish to learn is refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LearnRefusal {
+    /// Fewer scans than [`LEARN_SCANS_MIN`].
+    TooFewScans,
+    /// No geometry yet.
+    NotConfigured,
+}
+
+impl core::fmt::Display for LearnRefusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::TooFewScans => "a background needs at least 30 scans",
+            Self::NotConfigured => "no sensor is known yet",
+        })
+    }
+}
+
+impl core::error::Error for LearnRefusal {}
+
+/// How far learning is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Learning {
+    /// Nothing is being learned.
+    #[default]
+    Idle,
+    /// A background is being learned; the old one, if any, stays in use.
+    Running {
+        /// Scans taken since the last start.
+        scans: u16,
+        /// Scans wanted.
+        of: u16,
+        /// How often people moving in view made it start anew (saturating).
+        restarts: u16,
+        /// Where, the last time: first and last beam's step.
+        moved: Option<(u16, u16)>,
+    },
+}
+
+/// The modes of one beam. 16 bytes.
+#[derive(Clone, Copy, Debug)]
+struct Modes {
+    centre_mm: [u16; MODES],
+    samples: [u8; MODES],
+    eighths: [u8; MODES],
+    deviation_mm: [u8; MODES],
+    /// Samples with a return.
+    returns: u8,
+}
+
+/// One mode, taken out of [`Modes`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Mode {
+    centre_mm: u16,
+    samples: u8,
+    eighths: u8,
+    deviation_mm: u8,
+}
+
+impl Modes {
+    const EMPTY: Self = Self {
+        centre_mm: [0; MODES],
+        samples: [0; MODES],
+        eighths: [0; MODES],
+        deviation_mm: [0; MODES],
+        returns: 0,
+    };
+
+    fn modes(&self) -> impl Iterator<Item = Mode> + '_ {
+        let numbers = self.centre_mm.iter().zip(&self.samples).zip(&self.eighths).zip(&self.deviation_mm);
+        numbers.map(|(((&centre_mm, &samples), &eighths), &deviation_mm)| Mode {
+            centre_mm,
+            samples,
+            eighths,
+            deviation_mm,
+        })
+    }
+
+    fn put(&mut self, slot: usize, mode: Mode) {
+        let numbers = (self.centre_mm.get_mut(slot), self.samples.get_mut(slot));
+        if let ((Some(centre_mm), Some(samples)), (Some(eighths), Some(deviation_mm))) =
+            (numbers, (self.eighths.get_mut(slot), self.deviation_mm.get_mut(slot)))
+        {
+            *centre_mm = mode.centre_mm;
+            *samples = mode.samples;
+            *eighths = mode.eighths;
+            *deviation_mm = mode.deviation_mm;
+        }
+    }
+
+    /// Takes a reading in eighth `eighth` (0 to 7) of the learning time, `protected` samples making
+    /// a mode safe from being forgotten. True when the reading fits no mode.
+    fn take(&mut self, range_mm: u16, eighth: u16, protected: u8) -> bool {
+        self.returns = self.returns.saturating_add(1);
+        let bit = 1u8.wrapping_shl(u32::from(eighth));
+        let window_mm = mode_window_mm(range_mm);
+        let mut fitting: Option<(usize, Mode)> = None;
+        let mut weakest: Option<(usize, Mode)> = None;
+        for (slot, mode) in self.modes().enumerate() {
+            let off_mm = mode.centre_mm.abs_diff(range_mm);
+            if mode.samples > 0
+                && off_mm <= window_mm
+                && fitting.is_none_or(|(_, best)| off_mm < best.centre_mm.abs_diff(range_mm))
+            {
+                fitting = Some((slot, mode));
+            }
+            if weakest.is_none_or(|(_, least)| mode.samples < least.samples) {
+                weakest = Some((slot, mode));
+            }
+        }
+        if let Some((slot, mode)) = fitting {
+            self.put(slot, mode.with(range_mm, bit));
+            return false;
+        }
+        if let Some((slot, mode)) = weakest {
+            let recent = bit | bit.wrapping_shr(1);
+            let stale = mode.eighths & recent == 0 && mode.samples < protected;
+            if mode.samples <= 2 || stale {
+                let deviation_mm = noise_mm(range_mm);
+                self.put(slot, Mode { centre_mm: range_mm, samples: 1, eighths: bit, deviation_mm });
+            }
+        }
+        true
+    }
+
+    /// The background these samples of `total` make.
+    fn finish(&self, total: u16) -> BeamProfile {
+        let mut far = Mode::default();
+        let mut second = Mode::default();
+        let mut background_samples = 0;
+        for mode in self.modes().filter(|mode| mode.is_background(total)) {
+            background_samples += u16::from(mode.samples);
+            let nearer =
+                if mode.centre_mm > far.centre_mm { core::mem::replace(&mut far, mode) } else { mode };
+            if nearer.samples > second.samples {
+                second = nearer;
+            }
+        }
+        let wall = background_samples * 2 >= total && far.samples > 0;
+        let deviation_mm = far.deviation_mm.max(second.deviation_mm);
+        BeamProfile {
+            far_mm: far.centre_mm,
+            near_mm: second.centre_mm,
+            spread_mm: deviation_mm.max(noise_mm(far.centre_mm)),
+            state: if wall { BeamState::Wall } else { BeamState::Open },
+        }
+    }
+}
+
+impl Mode {
+    /// This mode with one more reading: the mean of the first eight, then a step of 1 mm towards
+    /// each, which settles at the median; the deviation settles at the 3/4 quantile of |off|, 1.15 σ.
+    fn with(self, range_mm: u16, bit: u8) -> Self {
+        let off_mm = i32::from(range_mm) - i32::from(self.centre_mm);
+        let step_mm = if self.samples < 8 { off_mm / (i32::from(self.samples) + 1) } else { off_mm.signum() };
+        let centre_mm = (i32::from(self.centre_mm) + step_mm).clamp(0, i32::from(u16::MAX)) as u16;
+        let wide = off_mm.unsigned_abs() > u32::from(self.deviation_mm);
+        let deviation_mm =
+            if wide { self.deviation_mm.saturating_add(3) } else { self.deviation_mm.saturating_sub(1) };
+        Self { centre_mm, samples: self.samples.saturating_add(1), eighths: self.eighths | bit, deviation_mm }
+    }
+
+    /// Two fifths of the samples, or a twelfth that keeps coming and going.
+    fn is_background(self, total: u16) -> bool {
+        let samples = u16::from(self.samples);
+        samples > 0 && (samples * 5 >= total * 2 || (samples * 12 >= total && self.eighths.count_ones() >= 5))
+    }
+
+    /// Seen often, but only during a part of the time: at least four samples to every eighth it was
+    /// seen in, and in half of the eighths at most. By chance 8 samples lie in 2 eighths 1 time in 2 300.
+    fn is_confined(self) -> bool {
+        let eighths = self.eighths.count_ones();
+        self.samples >= 8 && eighths <= 4 && eighths * 4 <= u32::from(self.samples)
+    }
+}
+
+/// How far from its centre a mode reaches, mm: the largest foreground-free scatter, growing with
+/// the noise.
+const fn mode_window_mm(range_mm: u16) -> u16 {
+    60 + range_mm / 128
+}
+
+/// Learning under way.
+#[derive(Debug)]
+pub(super) struct Learner<const BEAMS: usize> {
+    modes: [Modes; BEAMS],
+    request: LearnRequest,
+    running: bool,
+    scans: u16,
+    samples: u16,
+    restarts: u16,
+    moving: u8,
+    moved: Option<(u16, u16)>,
+}
+
+impl<const BEAMS: usize> Learner<BEAMS> {
+    pub(super) const fn new() -> Self {
+        Self {
+            modes: [Modes::EMPTY; BEAMS],
+            request: LearnRequest { scans: LEARN_SCANS, even_if_moving: false },
+            running: false,
+            scans: 0,
+            samples: 0,
+            restarts: 0,
+            moving: 0,
+            moved: None,
+        }
+    }
+
+    pub(super) fn stop(&mut self) {
+        self.running = false;
+    }
+
+    fn start(&mut self, request: LearnRequest) {
+        self.request = request;
+        self.running = true;
+        self.restarts = 0;
+        self.moved = None;
+        self.clear();
+    }
+
+    fn clear(&mut self) {
+        self.modes.fill(Modes::EMPTY);
+        self.scans = 0;
+        self.samples = 0;
+        self.moving = 0;
+    }
+
+    fn restart(&mut self, moved: (u16, u16)) {
+        self.restarts = self.restarts.saturating_add(1);
+        self.moved = Some(moved);
+        self.clear();
+    }
+
+    /// Every how many scans a sample is taken.
+    fn stride(&self) -> u16 {
+        self.request.scans.div_ceil(SAMPLES_MAX).max(1)
+    }
+
+    /// Takes a scan; true when it was the last one wanted.
+    fn take(&mut self, scan: &Scan<'_>, beams: usize) -> bool {
+        let stride = self.stride();
+        if self.scans.checked_rem(stride) == Some(0) {
+            self.sample(scan, beams);
+        }
+        self.scans = self.scans.saturating_add(1);
+        self.scans >= self.request.scans
+    }
+
+    fn sample(&mut self, scan: &Scan<'_>, beams: usize) {
+        let wanted = self.request.scans.max(1);
+        let eighth = (u32::from(self.scans) * 8 / u32::from(wanted)).min(7) as u16;
+        let protected = (u32::from(wanted) / u32::from(self.stride()) / 10).clamp(3, 255) as u8;
+        let settled = self.samples >= SETTLED_SAMPLES;
+        let mut runs = Runs::default();
+        for (beam, (&value_mm, modes)) in scan.ranges_mm.iter().zip(&mut self.modes).take(beams).enumerate() {
+            let new = match scan.geometry.reading(value_mm).range_mm() {
+                Some(range_mm) => modes.take(range_mm, eighth, protected),
+                None => false,
+            };
+            runs.next(beam, new);
+        }
+        self.samples = self.samples.saturating_add(1);
+        let moved = runs.longest();
+        if let (true, Some(moved)) = (settled, moved) {
+            self.moving = self.moving.saturating_add(1);
+            if self.moving >= MOVING_SAMPLES && !self.request.even_if_moving {
+                self.restart(moved);
+            }
+        } else {
+            self.moving = self.moving.saturating_sub(1);
+        }
+    }
+
+    /// Where something shifted during the learning: the longest run of beams with a confined mode.
+    fn shifted(&self, beams: usize) -> Option<(u16, u16)> {
+        let mut runs = Runs::default();
+        for (beam, modes) in self.modes.iter().take(beams).enumerate() {
+            runs.next(beam, modes.modes().any(Mode::is_confined));
+        }
+        runs.longest()
+    }
+}
+
+/// Finds the longest run of marked beams.
+#[derive(Default)]
+struct Runs {
+    length: u16,
+    best_length: u16,
+    best_last: u16,
+}
+
+impl Runs {
+    fn next(&mut self, beam: usize, marked: bool) {
+        self.length = if marked { self.length.saturating_add(1) } else { 0 };
+        if self.length > self.best_length {
+            self.best_length = self.length;
+            self.best_last = beam.min(usize::from(u16::MAX)) as u16;
+        }
+    }
+
+    /// First and last beam of the longest run of at least [`RUN_BEAMS`].
+    fn longest(&self) -> Option<(u16, u16)> {
+        let first = self.best_last.saturating_sub(self.best_length.saturating_sub(1));
+        (self.best_length >= RUN_BEAMS).then_some((first, self.best_last))
+    }
+}
+
+impl<const BEAMS: usize> Background<BEAMS> {
+    /// Starts learning with the next scan; the background in use stays until a new one is complete.
+    ///
+    /// # Errors
+    /// [`LearnRefusal`].
+    pub fn learn(&mut self, request: LearnRequest) -> Result<(), LearnRefusal> {
+        if request.scans < LEARN_SCANS_MIN {
+            return Err(LearnRefusal::TooFewScans);
+        }
+        if self.beams == 0 {
+            return Err(LearnRefusal::NotConfigured);
+        }
+        self.learner.start(request);
+        Ok(())
+    }
+
+    /// How far learning is, with beams as steps of `geometry`.
+    #[must_use]
+    pub fn learning(&self, geometry: &Geometry) -> Learning {
+        let learner = &self.learner;
+        if !learner.running {
+            return Learning::Idle;
+        }
+        Learning::Running {
+            scans: learner.scans,
+            of: learner.request.scans,
+            restarts: learner.restarts,
+            moved: learner.moved.map(|(first, last)| (geometry.step(first), geometry.step(last))),
+        }
+    }
+
+    /// Gives a scan to the learning under way. True when a new background came of it.
+    pub(crate) fn learn_scan(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) -> bool {
+        if !self.learner.running || !self.learner.take(scan, self.beams) {
+            return false;
+        }
+        if !self.learner.request.even_if_moving
+            && let Some(moved) = self.learner.shifted(self.beams)
+        {
+            self.learner.restart(moved);
+            return false;
+        }
+        self.install(scan, blind_code, now_ds);
+        true
+    }
+
+    fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
+        self.learner.running = false;
+        let total = self.learner.samples;
+        for (profile, modes) in self.profiles.iter_mut().zip(&self.learner.modes).take(self.beams) {
+            *profile = modes.finish(total);
+        }
+        // A step the sensor cannot measure says so by a code of its own, always the same.
+        for (profile, &value_mm) in self.profiles.iter_mut().zip(scan.ranges_mm) {
+            if profile.state == BeamState::Open && profile.far_mm == 0 && blind_code == Some(value_mm) {
+                *profile = BeamProfile::default();
+            }
+        }
+        for (band, profile) in self.bands.iter_mut().zip(&self.profiles).take(self.beams) {
+            *band = Band::of(profile, scan.geometry);
+        }
+        self.statuses.fill(Status::QUIET);
+        self.known = true;
+        self.suspects = suspects::find(self.profiles.get(..self.beams).unwrap_or(&[]), scan.geometry);
+        self.publish(now_ds);
+    }
+}

@@ -1,0 +1,322 @@
+//! What the sensor sees when nobody is there, beam by beam.
+//!
+//! ```text
+//!             wall                     open, with a limit           open
+//!  sensor ●━━━━━━━━━━━━━━━┃▒     ●━━━━━━━━━━━━━━━━━━┊        ●━━━━━━━━━━━━━━━━━ ─ ─
+//!           foreground   │ far     foreground       far        every return counts
+//!                far − threshold
+//!
+//!             near ▒▒  ┃ far        two modes: a door leaf open and shut, a fence and what is
+//!                                   behind it; both are background, between them is foreground
+//! ```
+//!
+//! *Wall*: returns at least half of the time. *Open*: returns less often, or never; returns that
+//! keep coming and going at one range make the limit, and whatever is nearer counts. *Unknown*:
+//! not learned, not judged, never seen through.
+//!
+//! A reading is foreground when it is nearer than the wall by max([`FOREGROUND_MIN_MM`],
+//! [`FOREGROUND_SPREADS`] · spread). It is no foreground when it lies as close as that to a mode of
+//! a beam at most [`DILATION_BEAMS`] away: an edge of furniture jitters by a beam or two.
+//!
+//! | file | what |
+//! |---|---|
+//! | `learn` | range modes in bounded memory, and whether anybody moved meanwhile |
+//! | `judge` | one scan against the model; a wall recedes, and never comes nearer |
+//! | `absorb` | a place the host has looked at becomes background |
+//! | `suspects` | things in a new background that have the shape of a person |
+
+mod absorb;
+mod judge;
+mod learn;
+mod suspects;
+
+pub use absorb::{Absorb, AbsorbRefusal};
+pub use judge::Class;
+pub(crate) use judge::Status;
+pub use learn::{LEARN_SCANS, LEARN_SCANS_MIN, LearnRefusal, LearnRequest, Learning};
+pub use suspects::{SUSPECTS, Suspect};
+
+use crate::scan::Geometry;
+use learn::Learner;
+
+/// Least distance in front of a background that counts, mm: paper D's 10 cm. Twice the largest
+/// range noise of a URG-04LX inside 4 m (5σ of 10 mm), so that only real things reach it.
+pub const FOREGROUND_MIN_MM: u16 = 100;
+
+/// Spreads in front of a background that count, where that is more than [`FOREGROUND_MIN_MM`].
+/// Readings beyond 4 robust σ are 0.5–4 % of all on real sensors; 5 leaves single ones, no runs.
+pub const FOREGROUND_SPREADS: u16 = 5;
+
+/// Beams by which an edge of the background is widened to either side. Without it one walker in
+/// a furnished home grew a second track in a quarter of the scans; with it in none.
+pub const DILATION_BEAMS: usize = 2;
+
+/// Range change that makes a beam differ from the published profile, mm: half the foreground threshold.
+pub const PUBLISH_DRIFT_MM: u16 = 50;
+
+/// Least time between two profiles published because of drift, sensor time, 0.1 s: one minute.
+pub const PUBLISH_INTERVAL_DS: u32 = 600;
+
+/// What a beam is when nobody is there.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BeamState {
+    /// Not learned: not judged, not seen through.
+    #[default]
+    Unknown,
+    /// Often or always without a return.
+    Open,
+    /// A surface returns at least half of the time.
+    Wall,
+}
+
+/// The background of one beam. 6 bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BeamProfile {
+    /// Far mode in mm: the wall, or the limit of an open beam; 0 for an open beam without one.
+    pub far_mm: u16,
+    /// Near mode in mm, 0 for none.
+    pub near_mm: u16,
+    /// How widely readings scatter around the modes, about one σ, in mm.
+    pub spread_mm: u8,
+    /// Wall, open or unknown.
+    pub state: BeamState,
+}
+
+impl BeamProfile {
+    /// How far in front of a mode a reading must lie to be foreground, mm.
+    #[must_use]
+    pub const fn threshold_mm(&self) -> u16 {
+        let spreads_mm = FOREGROUND_SPREADS * self.spread_mm as u16;
+        if spreads_mm > FOREGROUND_MIN_MM { spreads_mm } else { FOREGROUND_MIN_MM }
+    }
+
+    /// How far apart two readings of the same surface may lie, mm: three spreads, 30 mm at least.
+    #[must_use]
+    pub const fn tolerance_mm(&self) -> u16 {
+        let spreads_mm = 3 * self.spread_mm as u16;
+        if spreads_mm > 30 { spreads_mm } else { 30 }
+    }
+
+    /// Whether `range_mm` lies at one of the modes.
+    #[must_use]
+    pub const fn explains(&self, range_mm: u16) -> bool {
+        let threshold_mm = self.threshold_mm();
+        (self.far_mm != 0 && self.far_mm.abs_diff(range_mm) <= threshold_mm)
+            || (self.near_mm != 0 && self.near_mm.abs_diff(range_mm) <= threshold_mm)
+    }
+
+    /// Where the nearest mode begins, mm: nothing nearer is ever taken for background.
+    #[must_use]
+    pub fn nearest_edge_mm(&self) -> Option<u16> {
+        let nearest_mm = if self.near_mm != 0 { self.near_mm.min(self.far_mm.max(1)) } else { self.far_mm };
+        let nearest_mm = if self.far_mm == 0 { self.near_mm } else { nearest_mm };
+        (nearest_mm != 0).then(|| nearest_mm.saturating_sub(self.threshold_mm()))
+    }
+}
+
+/// Ties a background to one sensor and one set of beams.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Fingerprint(pub u32);
+
+impl Fingerprint {
+    /// Fingerprint of a sensor's serial number, as it reports it, and of a geometry: 32-bit FNV-1a.
+    #[must_use]
+    pub fn of(serial: &[u8], geometry: &Geometry) -> Self {
+        let parts = geometry.parts();
+        let numbers = [
+            u32::from(parts.first_step),
+            u32::from(parts.last_step),
+            u32::from(parts.cluster),
+            u32::from(parts.front_step),
+            u32::from(parts.steps_per_turn),
+            u32::from(parts.range_min_mm),
+            u32::from(parts.range_max_mm),
+        ];
+        let bytes = serial.iter().copied().chain(numbers.into_iter().flat_map(u32::to_le_bytes));
+        Self(bytes.fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)))
+    }
+}
+
+/// Readings that are background without further thought: `value.wrapping_sub(base) <= width`.
+///
+/// The wrap puts codes (below the smallest range) above every range, so that one comparison
+/// covers "the limit and beyond, or no return at all" for open beams.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    base: u16,
+    width: u16,
+}
+
+impl Band {
+    const EVERYTHING: Self = Self { base: 0, width: u16::MAX };
+
+    const fn holds(self, value_mm: u16) -> bool {
+        value_mm.wrapping_sub(self.base) <= self.width
+    }
+
+    fn of(profile: &BeamProfile, geometry: &Geometry) -> Self {
+        let edge_mm = profile.far_mm.saturating_sub(profile.threshold_mm()).max(geometry.range_min_mm());
+        match profile.state {
+            BeamState::Unknown => Self::EVERYTHING,
+            BeamState::Open => {
+                let base =
+                    if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
+                let codes = geometry.range_min_mm().saturating_sub(1);
+                Self { base, width: codes.wrapping_sub(base) }
+            }
+            BeamState::Wall => {
+                let end_mm =
+                    profile.far_mm.saturating_add(profile.tolerance_mm()).min(geometry.range_max_mm());
+                Self { base: edge_mm, width: end_mm.saturating_sub(edge_mm) }
+            }
+        }
+    }
+}
+
+/// What a beam that is not at its background is doing. `since` shares the unit of the pipeline's clock.
+#[derive(Clone, Copy, Debug)]
+struct Aside {
+    /// The range it holds, mm.
+    range_mm: u16,
+    /// Since when, low 16 bits of the clock in 0.1 s.
+    since_ds: u16,
+}
+
+/// The background of a sensor, and everything needed to learn it, judge by it and keep it right.
+///
+/// Memory: 33 bytes a beam, whatever the number of scans learned from.
+#[derive(Debug)]
+pub struct Background<const BEAMS: usize> {
+    bands: [Band; BEAMS],
+    statuses: [Status; BEAMS],
+    profiles: [BeamProfile; BEAMS],
+    asides: [Aside; BEAMS],
+    published_far_mm: [u16; BEAMS],
+    learner: Learner<BEAMS>,
+    suspects: heapless::Vec<Suspect, SUSPECTS>,
+    beams: usize,
+    version: u16,
+    known: bool,
+    drifted: bool,
+    published_ds: u32,
+    fingerprint: Fingerprint,
+}
+
+impl<const BEAMS: usize> Background<BEAMS> {
+    /// Nothing known, nothing being learned.
+    #[must_use]
+    pub const fn new() -> Self {
+        const UNKNOWN: BeamProfile =
+            BeamProfile { far_mm: 0, near_mm: 0, spread_mm: 0, state: BeamState::Unknown };
+        Self {
+            bands: [Band::EVERYTHING; BEAMS],
+            statuses: [Status::QUIET; BEAMS],
+            profiles: [UNKNOWN; BEAMS],
+            asides: [Aside { range_mm: 0, since_ds: 0 }; BEAMS],
+            published_far_mm: [0; BEAMS],
+            learner: Learner::new(),
+            suspects: heapless::Vec::new(),
+            beams: 0,
+            version: 0,
+            known: false,
+            drifted: false,
+            published_ds: 0,
+            fingerprint: Fingerprint(0),
+        }
+    }
+
+    /// Binds this background to a sensor and a geometry of at most `BEAMS` beams.
+    ///
+    /// A background bound to the same fingerprint is kept; any other is forgotten, and the version
+    /// steps if there was one. Learning under way ends.
+    pub fn bind(&mut self, geometry: &Geometry, fingerprint: Fingerprint) {
+        let beams = usize::from(geometry.beams()).min(BEAMS);
+        if fingerprint == self.fingerprint && beams == self.beams {
+            return;
+        }
+        self.learner.stop();
+        self.fingerprint = fingerprint;
+        self.beams = beams;
+        self.profiles.fill(BeamProfile::default());
+        self.published_far_mm.fill(0);
+        self.bands.fill(Band::EVERYTHING);
+        self.statuses.fill(Status::QUIET);
+        self.suspects.clear();
+        self.drifted = false;
+        if self.known {
+            self.version = self.version.wrapping_add(1);
+        }
+        self.known = false;
+    }
+
+    /// Version of the published profile. Steps with every `learn` and `absorb`, and at most once
+    /// a minute of sensor time when a beam has left it by [`PUBLISH_DRIFT_MM`]. 0: never learned.
+    #[must_use]
+    pub const fn version(&self) -> u16 {
+        self.version
+    }
+
+    /// Whether a background has been learned.
+    #[must_use]
+    pub const fn is_known(&self) -> bool {
+        self.known
+    }
+
+    /// What the background is bound to.
+    #[must_use]
+    pub const fn fingerprint(&self) -> Fingerprint {
+        self.fingerprint
+    }
+
+    /// The published profile of version [`version`](Self::version), beam by beam.
+    pub fn profile(&self) -> impl ExactSizeIterator<Item = BeamProfile> + Clone + '_ {
+        let published = self.profiles.iter().zip(&self.published_far_mm).take(self.beams);
+        published.map(|(profile, &far_mm)| BeamProfile { far_mm, ..*profile })
+    }
+
+    /// The model now in use: the published profile and what has receded since.
+    #[must_use]
+    pub fn model(&self) -> &[BeamProfile] {
+        self.profiles.get(..self.beams).unwrap_or(&[])
+    }
+
+    /// What the newest learned background holds that has the shape of a person.
+    #[must_use]
+    pub fn suspects(&self) -> &[Suspect] {
+        &self.suspects
+    }
+
+    /// Publishes drift when it is time: at most once a minute. True when the version stepped.
+    pub(crate) fn publish_drift(&mut self, now_ds: u32) -> bool {
+        let due = self.drifted && now_ds.wrapping_sub(self.published_ds) >= PUBLISH_INTERVAL_DS;
+        if due {
+            self.publish(now_ds);
+        }
+        due
+    }
+
+    fn publish(&mut self, now_ds: u32) {
+        for (published_mm, profile) in self.published_far_mm.iter_mut().zip(&self.profiles) {
+            *published_mm = profile.far_mm;
+        }
+        self.version = self.version.wrapping_add(1).max(1);
+        self.published_ds = now_ds;
+        self.drifted = false;
+    }
+}
+
+impl<const BEAMS: usize> Default for Background<BEAMS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Range noise of the sensors this is made for, mm: 3 at the sensor, 13 at 4 m, 28 at 10 m.
+/// No learned spread is smaller: a beam that happened to repeat itself is not that good.
+const fn noise_mm(range_mm: u16) -> u8 {
+    let noise_mm = 3 + range_mm / 400;
+    if noise_mm > 250 { 250 } else { noise_mm as u8 }
+}

@@ -1,0 +1,100 @@
+//! Things in a learned background that have the shape of a person: somebody may have stood still.
+//!
+//! ```text
+//!        ▁▁▁▁▁▁▁▁▁▁▁▁▁▁ wall          free on both sides, as wide as a body,
+//!              ╭─╮                    and bulging towards the sensor
+//!              ╰─╯
+//!               ● sensor
+//! ```
+
+use super::{BeamProfile, BeamState};
+use crate::cluster::Breaks;
+use crate::math;
+use crate::scan::Geometry;
+
+/// Most suspects reported.
+pub const SUSPECTS: usize = 8;
+
+/// Chords a person can have, mm: from a leg together with the other one to a wide coat.
+const BODY_MM: core::ops::RangeInclusive<f32> = 200.0..=700.0;
+
+/// How far behind a suspect its surroundings are, mm at least: an arm's depth.
+const FREE_MM: u16 = 300;
+
+/// How far its middle stands out of the chord between its ends, mm at least.
+const BULGE_MM: f32 = 10.0;
+
+/// Something in the background for the host to confirm or mask.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Suspect {
+    /// Its first step.
+    pub first_step: u16,
+    /// Its last step.
+    pub last_step: u16,
+    /// Its nearest range, mm.
+    pub near_mm: u16,
+}
+
+/// The first [`SUSPECTS`] of a background.
+pub(super) fn find(profiles: &[BeamProfile], geometry: &Geometry) -> heapless::Vec<Suspect, SUSPECTS> {
+    let mut suspects = heapless::Vec::new();
+    let breaks = Breaks::of(geometry);
+    let mut start = 0;
+    while start < profiles.len() {
+        let rest = profiles.get(start..).unwrap_or(&[]);
+        let length = surface_length(rest, breaks);
+        let before = start.checked_sub(1).and_then(|beam| profiles.get(beam));
+        let after = rest.get(length);
+        if let Some(suspect) =
+            rest.get(..length).and_then(|surface| examine(surface, start, before, after, geometry))
+            && suspects.push(suspect).is_err()
+        {
+            break;
+        }
+        start += length.max(1);
+    }
+    suspects
+}
+
+/// Beams at the start of `profiles` that show one surface; 0 when the first shows none.
+fn surface_length(profiles: &[BeamProfile], breaks: Breaks) -> usize {
+    let mut last_mm = None;
+    let same = profiles.iter().take_while(|profile| {
+        let joined = profile.state == BeamState::Wall
+            && last_mm.is_none_or(|last_mm| breaks.joins(last_mm, profile.far_mm, 1));
+        last_mm = Some(profile.far_mm);
+        joined
+    });
+    same.count()
+}
+
+fn examine(
+    surface: &[BeamProfile],
+    start: usize,
+    before: Option<&BeamProfile>,
+    after: Option<&BeamProfile>,
+    geometry: &Geometry,
+) -> Option<Suspect> {
+    let (first, last, middle) = (surface.first()?, surface.last()?, surface.get(surface.len() / 2)?);
+    let free = |end: &BeamProfile, beyond: Option<&BeamProfile>| {
+        beyond.is_some_and(|beyond| match beyond.state {
+            BeamState::Unknown => false,
+            BeamState::Open => true,
+            BeamState::Wall => beyond.far_mm > end.far_mm.saturating_add(FREE_MM),
+        })
+    };
+    let angle_rad = (surface.len() - 1) as f32 * geometry.beam_rad();
+    let (first_mm, last_mm) = (f32::from(first.far_mm), f32::from(last.far_mm));
+    let chord_mm = math::chord(first_mm, last_mm, angle_rad);
+    let (_, half_cosine) = math::sin_cos(angle_rad * 0.5);
+    let chord_range_mm = 2.0 * first_mm * last_mm * half_cosine / (first_mm + last_mm).max(1.0);
+    let bulges = f32::from(middle.far_mm) + BULGE_MM <= chord_range_mm;
+    let body = BODY_MM.contains(&chord_mm) && bulges && free(first, before) && free(last, after);
+    let near_mm = surface.iter().map(|profile| profile.far_mm).min()?;
+    body.then(|| Suspect {
+        first_step: geometry.step(start as u16),
+        last_step: geometry.step((start + surface.len() - 1) as u16),
+        near_mm,
+    })
+}

@@ -1,0 +1,350 @@
+//! Candidates: what was seen of somebody, in so few numbers that they can be sent.
+//!
+//! ```text
+//!                  beyond                        first and last step, their ranges and ends:
+//!    ─ ─ ─ ─ ─ ─ ─ ─┐                   ┌─ ─ ─   free, cut by a body or a wall, neck, edge of view
+//!                   │ step              │
+//!                   ●                   ●        contour: ranges at equal bearings between the
+//!              first ╲ ·   neck ▲    · ╱ last    ends, relative to the nearest
+//!                     ╲·╭──╮╱ ╲╭──╮·╱
+//!                       ●  ╰╯   ╰──╯             necks: the run is never split here
+//!                     near      mid
+//! ```
+//!
+//! A candidate is one cluster, whole: two people who touch are one, and the host, which knows where
+//! they were, divides them. All numbers are mm and steps; about 30 bytes on the wire. The ablations
+//! behind the choice of fields: only the kind of the ends is significant on its own.
+
+use crate::cluster::{Breaks, Cluster};
+use crate::math;
+use crate::scan::Scan;
+
+/// Most candidates in a scan: what one datagram can carry beside its spans, and four times what a
+/// crowd of ten showed at worst (9).
+pub const CANDIDATES: usize = 24;
+
+/// Chord between the end points below which a candidate is flagged narrow, mm. A torso shows 290
+/// to 420 mm, a leg 70 to 130 mm.
+pub const NARROW_MM: f32 = 200.0;
+
+/// Chord above which a contour has [`CONTOUR_POINTS_WIDE`] points, mm: two people side by side.
+pub const WIDE_MM: f32 = 550.0;
+
+/// Contour points of a candidate up to [`WIDE_MM`].
+pub const CONTOUR_POINTS: usize = 7;
+
+/// Contour points of a wider candidate.
+pub const CONTOUR_POINTS_WIDE: usize = 15;
+
+/// Unit of a contour point, mm: the resolution of a byte that still reaches a metre.
+pub const CONTOUR_UNIT_MM: u16 = 4;
+
+/// Most necks reported.
+pub const NECKS: usize = 3;
+
+/// Depth a neck has at least, mm: five times the range noise at 3.5 m, an arm lying on a hip.
+pub const NECK_MM: u16 = 50;
+
+/// Beams around the middle whose median is the mid range.
+const MIDDLE_BEAMS: usize = 5;
+
+/// Beams looked at beyond an end for what is there: drop-outs beside a body last one or two.
+const BEYOND_BEAMS: usize = 3;
+
+/// How an end of a candidate ends.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum EndKind {
+    /// Free silhouette: what lies beyond is farther, or nothing.
+    #[default]
+    Free,
+    /// Cut by a nearer foreground thing.
+    Body,
+    /// Cut by a nearer part of the background.
+    Wall,
+    /// Cut by the edge of the scan.
+    View,
+    /// Goes on in a foreground neighbour at about the same range, parted only by beams that returned nothing.
+    Neck,
+}
+
+/// One end of a candidate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct End {
+    /// How it ends.
+    pub kind: EndKind,
+    /// Range beyond less range at the end, mm; `i16::MAX` when nothing returned there.
+    pub step_mm: i16,
+}
+
+/// A place inside a candidate that lies farther than both sides of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Neck {
+    /// Step of its deepest beam.
+    pub step: u16,
+    /// How much farther it is than the farther of its two sides, mm.
+    pub depth_mm: u16,
+}
+
+/// What was seen of one foreground thing. See the module's picture.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Candidate {
+    /// Step of the first beam.
+    pub first_step: u16,
+    /// Step of the last beam.
+    pub last_step: u16,
+    /// Range of the first beam, mm.
+    pub first_mm: u16,
+    /// Range at the middle bearing, mm: the median of five beams.
+    pub mid_mm: u16,
+    /// Range of the last beam, mm.
+    pub last_mm: u16,
+    /// Nearest range, mm.
+    pub near_mm: u16,
+    /// Its step.
+    pub near_step: u16,
+    /// Beams with a return, of those from the first to the last.
+    pub beams: u16,
+    /// The end at the first step.
+    pub first_end: End,
+    /// The end at the last step.
+    pub last_end: End,
+    /// Ranges at equal bearings between the ends, less the nearest, in [`CONTOUR_UNIT_MM`], at most 255.
+    pub contour: heapless::Vec<u8, CONTOUR_POINTS_WIDE>,
+    /// The deepest necks, by step.
+    pub necks: heapless::Vec<Neck, NECKS>,
+    /// No beam at its background lies between this and a neighbour.
+    pub touches: bool,
+    /// The chord between the ends is under [`NARROW_MM`].
+    pub narrow: bool,
+    /// Median time its beams have held their range, 0.1 s, by sensor stamps.
+    pub static_ds: u16,
+}
+
+impl Candidate {
+    /// Range at contour point `point`, mm.
+    #[must_use]
+    pub fn contour_mm(&self, point: usize) -> Option<u16> {
+        let offset = u16::from(*self.contour.get(point)?);
+        Some(self.near_mm.saturating_add(offset * CONTOUR_UNIT_MM))
+    }
+}
+
+/// What stands beside a candidate, as the pipeline sees it.
+pub(crate) trait Surroundings {
+    /// Whether beam `beam` shows foreground.
+    fn is_foreground(&self, beam: usize) -> bool;
+    /// For how long beam `beam` has held its range, 0.1 s.
+    fn held_ds(&self, beam: usize) -> u16;
+}
+
+/// Describes a cluster of `scan`.
+pub(crate) fn describe(scan: &Scan<'_>, cluster: Cluster, around: &impl Surroundings) -> Candidate {
+    let step = |beam: usize| scan.geometry.step(beam.min(usize::from(u16::MAX)) as u16);
+    let (near, near_mm) = nearest(scan, cluster);
+    let (first_mm, last_mm) = (range_at(scan, cluster.first), range_at(scan, cluster.last));
+    let chord_mm = chord_mm(scan, cluster);
+    let first = end(scan, cluster.first, first_mm, Side::Before, around);
+    let last = end(scan, cluster.last, last_mm, Side::After, around);
+    Candidate {
+        first_step: step(cluster.first),
+        last_step: step(cluster.last),
+        first_mm,
+        mid_mm: mid_mm(scan, cluster),
+        last_mm,
+        near_mm,
+        near_step: step(near),
+        beams: cluster.valid,
+        first_end: first.0,
+        last_end: last.0,
+        contour: contour(scan, cluster, near_mm, chord_mm),
+        necks: necks(scan, cluster),
+        touches: first.1 || last.1,
+        narrow: chord_mm < NARROW_MM,
+        static_ds: static_ds(cluster, around),
+    }
+}
+
+/// Distance between the two end points of a cluster, mm.
+pub(crate) fn chord_mm(scan: &Scan<'_>, cluster: Cluster) -> f32 {
+    let angle_rad = (cluster.beams() - 1) as f32 * scan.geometry.beam_rad();
+    let ends_mm = (range_at(scan, cluster.first), range_at(scan, cluster.last));
+    math::chord(f32::from(ends_mm.0), f32::from(ends_mm.1), angle_rad)
+}
+
+/// Nearest beam of a cluster and its range.
+pub(crate) fn nearest(scan: &Scan<'_>, cluster: Cluster) -> (usize, u16) {
+    let mut best = (cluster.first, u16::MAX);
+    for (beam, range_mm) in readings(scan, cluster) {
+        if range_mm < best.1 {
+            best = (beam, range_mm);
+        }
+    }
+    best
+}
+
+/// The beams of a cluster that returned something.
+fn readings(scan: &Scan<'_>, cluster: Cluster) -> impl Iterator<Item = (usize, u16)> {
+    (cluster.first..=cluster.last).filter_map(|beam| Some((beam, scan.reading(beam).range_mm()?)))
+}
+
+fn range_at(scan: &Scan<'_>, beam: usize) -> u16 {
+    scan.reading(beam).range_mm().unwrap_or(0)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Before,
+    After,
+}
+
+/// How a cluster ends at `beam`, and whether it touches a neighbour there.
+fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, around: &impl Surroundings) -> (End, bool) {
+    for distance in 1..=BEYOND_BEAMS {
+        let beyond = match side {
+            Side::Before => beam.checked_sub(distance),
+            Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
+        };
+        let Some(beyond) = beyond else {
+            return (
+                End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX },
+                false,
+            );
+        };
+        let Some(beyond_mm) = scan.reading(beyond).range_mm() else { continue };
+        let step_mm =
+            (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
+        let touches = around.is_foreground(beyond);
+        let same = touches && Breaks::of(scan.geometry).joins(end_mm, beyond_mm, distance);
+        let kind = match (touches, step_mm < 0) {
+            _ if same => EndKind::Neck,
+            (_, false) => EndKind::Free,
+            (true, true) => EndKind::Body,
+            (false, true) => EndKind::Wall,
+        };
+        return (End { kind, step_mm: step_mm as i16 }, touches);
+    }
+    (End { kind: EndKind::Free, step_mm: i16::MAX }, false)
+}
+
+/// Median of the readings around the middle beam.
+fn mid_mm(scan: &Scan<'_>, cluster: Cluster) -> u16 {
+    let middle = cluster.first + (cluster.beams() - 1) / 2;
+    let first = middle.saturating_sub(MIDDLE_BEAMS / 2).max(cluster.first);
+    let last = (middle + MIDDLE_BEAMS / 2).min(cluster.last);
+    let mut sorted = Median::<MIDDLE_BEAMS>::new();
+    readings(scan, Cluster { first, last, ..cluster }).for_each(|(_, range_mm)| sorted.add(range_mm));
+    sorted.median()
+}
+
+/// Median over at most [`CONTOUR_POINTS_WIDE`] beams, evenly spread.
+fn static_ds(cluster: Cluster, around: &impl Surroundings) -> u16 {
+    let mut sorted = Median::<CONTOUR_POINTS_WIDE>::new();
+    let stride = cluster.beams().div_ceil(CONTOUR_POINTS_WIDE).max(1);
+    for beam in (cluster.first..=cluster.last).step_by(stride).filter(|&beam| around.is_foreground(beam)) {
+        sorted.add(around.held_ds(beam));
+    }
+    sorted.median()
+}
+
+fn contour(
+    scan: &Scan<'_>,
+    cluster: Cluster,
+    near_mm: u16,
+    chord_mm: f32,
+) -> heapless::Vec<u8, CONTOUR_POINTS_WIDE> {
+    let wanted = if chord_mm > WIDE_MM { CONTOUR_POINTS_WIDE } else { CONTOUR_POINTS };
+    let points = wanted.min(cluster.beams().saturating_sub(2));
+    let mut contour = heapless::Vec::new();
+    let mut last_mm = range_at(scan, cluster.first);
+    for point in 1..=points {
+        // Rounded, so that the points lie evenly on both sides of the middle.
+        let gaps = points + 1;
+        let offset = (2 * point * (cluster.beams() - 1) + gaps).checked_div(2 * gaps).unwrap_or(0);
+        last_mm = scan.reading(cluster.first + offset).range_mm().unwrap_or(last_mm);
+        let relative = last_mm.saturating_sub(near_mm).saturating_add(CONTOUR_UNIT_MM / 2) / CONTOUR_UNIT_MM;
+        if contour.push(relative.min(255) as u8).is_err() {
+            break;
+        }
+    }
+    contour
+}
+
+/// Places deeper than [`NECK_MM`] between two nearer ones. The walk over the ranges turns only when
+/// they have come back by that much, so that noise makes no necks.
+fn necks(scan: &Scan<'_>, cluster: Cluster) -> heapless::Vec<Neck, NECKS> {
+    let mut necks = heapless::Vec::new();
+    // A top with the nearest range before it, whose other side is still going nearer.
+    let mut passed: Option<(Neck, u16)> = None;
+    // The top being climbed: beam and range.
+    let mut top: Option<(usize, u16)> = None;
+    let mut low_mm = u16::MAX;
+    for (beam, range_mm) in readings(scan, cluster) {
+        match top {
+            None => {
+                low_mm = low_mm.min(range_mm);
+                if range_mm >= low_mm.saturating_add(NECK_MM) {
+                    keep_deepest(&mut necks, passed.take(), low_mm);
+                    top = Some((beam, range_mm));
+                }
+            }
+            Some((_, top_mm)) if range_mm > top_mm => top = Some((beam, range_mm)),
+            Some((top_beam, top_mm)) if range_mm.saturating_add(NECK_MM) <= top_mm => {
+                let step = scan.geometry.step(top_beam.min(usize::from(u16::MAX)) as u16);
+                passed = Some((Neck { step, depth_mm: top_mm }, low_mm));
+                (low_mm, top) = (range_mm, None);
+            }
+            Some(_) => {}
+        }
+    }
+    keep_deepest(&mut necks, passed, low_mm);
+    necks
+}
+
+/// Adds a neck, whose depth is still its range, once both sides are known; the shallowest gives way.
+fn keep_deepest(necks: &mut heapless::Vec<Neck, NECKS>, passed: Option<(Neck, u16)>, after_mm: u16) {
+    let Some((Neck { step, depth_mm: top_mm }, before_mm)) = passed else { return };
+    let new = Neck { step, depth_mm: top_mm.saturating_sub(before_mm.max(after_mm)) };
+    if let Err(new) = necks.push(new) {
+        let shallowest = necks.iter().min_by_key(|neck| neck.depth_mm).copied().unwrap_or(new);
+        if shallowest.depth_mm < new.depth_mm {
+            necks.retain(|neck| *neck != shallowest);
+            let _ = necks.push(new);
+        }
+    }
+}
+
+/// Median of at most `N` values, kept in order as they come; more are left out.
+struct Median<const N: usize> {
+    sorted: heapless::Vec<u16, N>,
+}
+
+impl<const N: usize> Median<N> {
+    const fn new() -> Self {
+        Self { sorted: heapless::Vec::new() }
+    }
+
+    fn add(&mut self, value: u16) {
+        if self.sorted.push(value).is_ok() {
+            let mut descending = self.sorted.iter_mut().rev();
+            if let Some(mut larger) = descending.next() {
+                for smaller in descending {
+                    if *smaller <= *larger {
+                        break;
+                    }
+                    core::mem::swap(smaller, larger);
+                    larger = smaller;
+                }
+            }
+        }
+    }
+
+    /// The middle value, the lower of two; 0 of none.
+    fn median(&self) -> u16 {
+        let middle = self.sorted.len().saturating_sub(1) / 2;
+        self.sorted.get(middle).copied().unwrap_or(0)
+    }
+}
