@@ -12,6 +12,8 @@
 //! behind it then takes the character back.
 //! Source: SCIP 2.0 (C-42-03320B), data block; the minimum length of a line is that of the code.
 
+use core::num::NonZero;
+
 use super::command::{Measurement, Width};
 use super::{encoding, event::LossCause};
 use crate::scan::NO_RETURN_MM;
@@ -32,12 +34,14 @@ pub(super) enum Step {
 
 /// How far some bytes of a data block led.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Progress {
-    /// Bytes up to the end of the last correct line.
-    pub(super) lines: usize,
-    /// Bytes taken, at least one of a part that is not empty.
-    pub(super) taken: usize,
-    /// What came of them.
+pub(super) struct Progress<'a> {
+    /// What was taken of the last line, if it is not complete and correct.
+    pub(super) line: &'a [u8],
+    /// Whether `line` starts a line: at least one before it is complete.
+    pub(super) fresh: bool,
+    /// Bytes not taken.
+    pub(super) rest: &'a [u8],
+    /// What came of the others.
     pub(super) step: Step,
 }
 
@@ -95,8 +99,9 @@ impl DataBlock {
         }
     }
 
-    /// Takes bytes up to the end of the block.
-    pub(super) fn feed(&mut self, bytes: &[u8], ranges_mm: &mut [u16]) -> Progress {
+    /// Takes bytes up to the end of the block: at least one of a part that is not empty.
+    /// `ranges_mm` must hold as many values as may come.
+    pub(super) fn feed<'a>(&mut self, bytes: &'a [u8], ranges_mm: &mut [u16]) -> Progress<'a> {
         match self.width {
             Width::Two => self.lines(bytes, ranges_mm, |[high, low]| {
                 let (high, low) = (code(high), code(low));
@@ -113,20 +118,18 @@ impl DataBlock {
         }
     }
 
-    fn lines<const W: usize>(
+    fn lines<'a, const W: usize>(
         &mut self,
-        bytes: &[u8],
+        bytes: &'a [u8],
         ranges_mm: &mut [u16],
-        unpack: impl Fn([u8; W]) -> Group + Copy,
-    ) -> Progress {
-        let mut rest = bytes;
-        let mut behind_lines = bytes.len();
+        unpack: impl Fn([u8; W]) -> Group,
+    ) -> Progress<'a> {
+        let (mut line, mut fresh, mut rest) = (bytes, false, bytes);
         let step = loop {
-            if self.room > 0 {
-                let run = rest.get(..self.room).unwrap_or(rest);
-                let (characters, overflow) = self.decode(run, ranges_mm, unpack);
-                rest = rest.get(characters..).unwrap_or(&[]);
-                self.room = self.room.wrapping_sub(characters);
+            if let Some(run) = NonZero::new(self.room).map(|room| rest.get(..room.get()).unwrap_or(rest)) {
+                let (taken, overflow) = self.decode(run, ranges_mm, &unpack);
+                rest = rest.get(taken..).unwrap_or(&[]);
+                self.room = self.room.wrapping_sub(taken);
                 if overflow {
                     let too_many = self.count >= self.max;
                     break Step::Wrong(if too_many {
@@ -138,17 +141,19 @@ impl DataBlock {
             }
             let Some((&byte, behind)) = rest.split_first() else { break Step::More };
             rest = behind;
-            if byte == b'\n' {
+            if byte != b'\n' {
+                if let Some(cause) = self.line_checksum(byte) {
+                    break Step::Wrong(cause);
+                }
+            } else {
                 if let Some(step) = self.line_feed::<W>() {
                     break step;
                 }
-                behind_lines = rest.len();
-            } else if let Some(cause) = self.line_checksum(byte) {
-                break Step::Wrong(cause);
+                (line, fresh) = (rest, true);
             }
         };
-        let taken = bytes.len().wrapping_sub(rest.len());
-        Progress { lines: bytes.len().wrapping_sub(behind_lines), taken, step }
+        let line = line.get(..line.len().wrapping_sub(rest.len())).unwrap_or(line);
+        Progress { line, fresh, rest, step }
     }
 
     /// Decodes characters up to the first one outside the code. Returns how many, and whether the
@@ -160,43 +165,39 @@ impl DataBlock {
         unpack: impl Fn([u8; W]) -> Group,
     ) -> (usize, bool) {
         let Self { mut value, mut sum, mut missing, mut count, max, .. } = *self;
-        let mut rest = run.iter();
-        let overflow = 'run: loop {
+        let places = ranges_mm.get_mut(..max).unwrap_or_default();
+        let mut rest = run;
+        let overflow = loop {
             if missing == W {
-                let (groups, _) = rest.as_slice().as_chunks::<W>();
-                let free = ranges_mm.get_mut(count..max).unwrap_or_default();
+                let (groups, _) = rest.as_chunks::<W>();
+                let free = places.get_mut(count..).unwrap_or_default();
                 let mut whole = groups.len().min(free.len());
-                for (index, (&group, slot)) in groups.iter().zip(free).enumerate() {
+                for (index, (&group, place)) in groups.iter().zip(free).enumerate() {
                     let group = unpack(group);
                     if group.seen > 0x3F {
                         whole = index;
                         break;
                     }
-                    *slot = range_mm(group.value);
+                    *place = range_mm(group.value);
                     sum = sum.wrapping_add(group.sum);
                 }
                 count = count.wrapping_add(whole);
-                rest = rest.as_slice().get(whole * W..).unwrap_or_default().iter();
+                rest = rest.get(whole * W..).unwrap_or(&[]);
             }
-            loop {
-                let Some(&character) = rest.as_slice().first() else { break 'run false };
-                let code = code(character);
-                if code > 0x3F {
-                    break 'run false;
-                }
-                rest.next();
-                value = value << 6 | code;
-                sum = sum.wrapping_add(code);
-                missing = missing.wrapping_sub(1);
-                if missing == 0 {
-                    missing = W;
-                    let Some(slot) = ranges_mm.get_mut(..max).and_then(|all| all.get_mut(count)) else {
-                        break 'run true;
-                    };
-                    *slot = range_mm(value & ((1 << (6 * W)) - 1));
-                    count = count.wrapping_add(1);
-                    break;
-                }
+            let Some((&character, behind)) = rest.split_first() else { break false };
+            let code = code(character);
+            if code > 0x3F {
+                break false;
+            }
+            rest = behind;
+            value = value << 6 | code;
+            sum = sum.wrapping_add(code);
+            missing = missing.wrapping_sub(1);
+            if missing == 0 {
+                missing = W;
+                let Some(place) = places.get_mut(count) else { break true };
+                *place = range_mm(value & ((1 << (6 * W)) - 1));
+                count = count.wrapping_add(1);
             }
         };
         (self.value, self.sum, self.missing, self.count) = (value, sum, missing, count);

@@ -42,23 +42,18 @@ impl Line {
 
     /// Notes part of a data line, or as much of its end as an echo may take.
     pub(super) fn note(&mut self, part: &[u8], now_us: u64) {
-        if let Some(end) = part.last_chunk::<MAX_ECHO>() {
+        if let Some(end) = part.last_chunk() {
             self.whole = self.length == 0 && part.len() == MAX_ECHO;
+            // One load and store each, where a copy of bytes would be a call.
             if let Some(start) = self.bytes.first_chunk_mut() {
-                *start = *end;
+                *start = u128::from_ne_bytes(*end).to_ne_bytes();
             }
             self.length = MAX_ECHO;
             self.first_byte_us = now_us;
         } else {
-            if self.length == 0 {
-                self.first_byte_us = now_us;
+            for &byte in part {
+                self.push(byte, now_us);
             }
-            if self.length > CAPACITY - MAX_ECHO {
-                self.shorten();
-            }
-            let free = self.bytes.get_mut(self.length..).unwrap_or_default();
-            free.iter_mut().zip(part).for_each(|(slot, &byte)| *slot = byte);
-            self.length = (self.length + part.len()).min(CAPACITY);
         }
     }
 
