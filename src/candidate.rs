@@ -48,6 +48,9 @@ pub const NECK_MM: u16 = 50;
 /// Beams around the middle whose median is the mid range.
 const MIDDLE_BEAMS: usize = 5;
 
+/// Beams whose median says how long a candidate has stood.
+const STATIC_BEAMS: usize = 7;
+
 /// Beams looked at beyond an end for what is there: drop-outs beside a body last one or two.
 const BEYOND_BEAMS: usize = 3;
 
@@ -142,13 +145,18 @@ pub(crate) trait Surroundings {
 }
 
 /// Describes a cluster of `scan`.
-pub(crate) fn describe(scan: &Scan<'_>, cluster: Cluster, around: &impl Surroundings) -> Candidate {
+pub(crate) fn describe(
+    scan: &Scan<'_>,
+    cluster: Cluster,
+    breaks: Breaks,
+    around: &impl Surroundings,
+) -> Candidate {
     let step = |beam: usize| scan.geometry.step(beam.min(usize::from(u16::MAX)) as u16);
     let (near, near_mm) = nearest(scan, cluster);
     let (first_mm, last_mm) = (range_at(scan, cluster.first), range_at(scan, cluster.last));
     let chord_mm = chord_mm(scan, cluster);
-    let first = end(scan, cluster.first, first_mm, Side::Before, around);
-    let last = end(scan, cluster.last, last_mm, Side::After, around);
+    let first = end(scan, cluster.first, first_mm, Side::Before, breaks, around);
+    let last = end(scan, cluster.last, last_mm, Side::After, breaks, around);
     Candidate {
         first_step: step(cluster.first),
         last_step: step(cluster.last),
@@ -176,6 +184,7 @@ pub(crate) fn chord_mm(scan: &Scan<'_>, cluster: Cluster) -> f32 {
 }
 
 /// Nearest beam of a cluster and its range.
+#[inline(never)]
 pub(crate) fn nearest(scan: &Scan<'_>, cluster: Cluster) -> (usize, u16) {
     let mut best = (cluster.first, u16::MAX);
     for (beam, range_mm) in readings(scan, cluster) {
@@ -202,7 +211,7 @@ enum Side {
 }
 
 /// How a cluster ends at `beam`, and whether it touches a neighbour there.
-fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, around: &impl Surroundings) -> (End, bool) {
+fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, breaks: Breaks, around: &impl Surroundings) -> (End, bool) {
     for distance in 1..=BEYOND_BEAMS {
         let beyond = match side {
             Side::Before => beam.checked_sub(distance),
@@ -218,7 +227,7 @@ fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, around: &impl Surr
         let step_mm =
             (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
         let touches = around.is_foreground(beyond);
-        let same = touches && Breaks::of(scan.geometry).joins(end_mm, beyond_mm, distance);
+        let same = touches && breaks.joins(end_mm, beyond_mm, distance);
         let kind = match (touches, step_mm < 0) {
             _ if same => EndKind::Neck,
             (_, false) => EndKind::Free,
@@ -240,10 +249,10 @@ fn mid_mm(scan: &Scan<'_>, cluster: Cluster) -> u16 {
     sorted.median()
 }
 
-/// Median over at most [`CONTOUR_POINTS_WIDE`] beams, evenly spread.
+/// Median over at most [`STATIC_BEAMS`] beams, evenly spread.
 fn static_ds(cluster: Cluster, around: &impl Surroundings) -> u16 {
-    let mut sorted = Median::<CONTOUR_POINTS_WIDE>::new();
-    let stride = cluster.beams().div_ceil(CONTOUR_POINTS_WIDE).max(1);
+    let mut sorted = Median::<STATIC_BEAMS>::new();
+    let stride = cluster.beams().div_ceil(STATIC_BEAMS).max(1);
     for beam in (cluster.first..=cluster.last).step_by(stride).filter(|&beam| around.is_foreground(beam)) {
         sorted.add(around.held_ds(beam));
     }
@@ -275,6 +284,7 @@ fn contour(
 
 /// Places deeper than [`NECK_MM`] between two nearer ones. The walk over the ranges turns only when
 /// they have come back by that much, so that noise makes no necks.
+#[inline(never)]
 fn necks(scan: &Scan<'_>, cluster: Cluster) -> heapless::Vec<Neck, NECKS> {
     let mut necks = heapless::Vec::new();
     // A top with the nearest range before it, whose other side is still going nearer.

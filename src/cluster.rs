@@ -12,7 +12,7 @@
 //! ever farther: the break distance allows the largest step a torso's flank can make between two beams.
 
 use crate::background::{Class, Status};
-use crate::scan::Geometry;
+use crate::scan::{Geometry, Scan};
 
 /// Least beams of a cluster; shorter ones are unseen spans.
 pub const CLUSTER_BEAMS_MIN: u16 = 3;
@@ -66,6 +66,9 @@ pub struct Breaks {
 }
 
 impl Breaks {
+    /// Beams in one direction: the least break distance everywhere.
+    pub(crate) const NONE: Self = Self { beam_q16: 0 };
+
     /// For the beams of `geometry`.
     #[must_use]
     pub fn of(geometry: &Geometry) -> Self {
@@ -79,17 +82,14 @@ impl Breaks {
         (one_mm as u32).saturating_mul(apart.min(1 << 12) as u32)
     }
 
-    /// Range step over which two readings `apart` beams from each other are two things, mm.
-    #[must_use]
-    pub fn break_mm(self, range_mm: u16, apart: usize) -> u32 {
-        let flank_mm = self.sideways_mm(range_mm, apart).saturating_mul(2 * FLANK_RADIUS_MM).isqrt();
-        flank_mm.max(BREAK_MM)
-    }
-
     /// Whether readings `apart` beams from each other belong to one thing.
     #[must_use]
     pub fn joins(self, one_mm: u16, other_mm: u16, apart: usize) -> bool {
-        u32::from(one_mm.abs_diff(other_mm)) <= self.break_mm(one_mm.min(other_mm), apart)
+        let step_mm = u32::from(one_mm.abs_diff(other_mm));
+        // Squared, so that no root is needed.
+        step_mm <= BREAK_MM
+            || step_mm * step_mm
+                <= self.sideways_mm(one_mm.min(other_mm), apart).saturating_mul(2 * FLANK_RADIUS_MM)
     }
 }
 
@@ -103,82 +103,68 @@ struct Run {
 }
 
 /// Cuts a judged scan into its pieces, in scan order.
-pub(crate) fn segment(
-    statuses: &[Status],
-    ranges_mm: &[u16],
-    geometry: &Geometry,
-    mut found: impl FnMut(Piece),
-) {
-    let breaks = Breaks::of(geometry);
+pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut found: impl FnMut(Piece)) {
     let mut run: Option<Run> = None;
     let mut lost: Option<(usize, usize)> = None;
     let mut beam = 0;
     while let Some(quiet) = quiet_beams(statuses, beam) {
-        // Two beams at their background, or one that returned something, end whatever was open.
         let here = beam + quiet;
-        let bridge = quiet == 1 && beam_is_silent(ranges_mm, beam, geometry);
+        // Two beams at their background, or one that returned something, end what was open.
         if quiet > 0 {
             lost_ends(&mut lost, &mut found);
+            if quiet > 1 || scan.reading(beam).range_mm().is_some() {
+                run_ends(&mut run, scan, breaks, &mut found);
+            }
         }
-        if quiet > 1 || (quiet == 1 && !bridge) {
-            run_ends(&mut run, ranges_mm, breaks, &mut found);
-        }
-        let (Some(status), Some(&range_mm)) = (statuses.get(here), ranges_mm.get(here)) else { break };
+        let (Some(status), Some(&range_mm)) = (statuses.get(here), scan.ranges_mm.get(here)) else { break };
         match status.class() {
             Class::Foreground => {
                 lost_ends(&mut lost, &mut found);
-                run = match run {
-                    Some(open)
-                        if here - open.last <= 2
-                            && breaks.joins(open.last_mm, range_mm, here - open.last) =>
-                    {
-                        Some(Run {
-                            last: here,
-                            last_mm: range_mm,
-                            valid: open.valid.saturating_add(1),
-                            ..open
-                        })
+                match &mut run {
+                    Some(open) if here - open.last <= 2 && breaks.joins(open.last_mm, range_mm, here - open.last) => {
+                        (open.last, open.last_mm) = (here, range_mm);
+                        open.valid = open.valid.saturating_add(1);
                     }
                     _ => {
-                        run_ends(&mut run, ranges_mm, breaks, &mut found);
-                        Some(Run { first: here, last: here, last_mm: range_mm, valid: 1 })
+                        run_ends(&mut run, scan, breaks, &mut found);
+                        run = Some(Run { first: here, last: here, last_mm: range_mm, valid: 1 });
                     }
-                };
+                }
             }
             Class::NoReturn => {
-                let bridged = run.is_some_and(|open| {
-                    here - open.last == 1
-                        && statuses.get(here + 1).is_some_and(|next| next.class() == Class::Foreground)
-                        && ranges_mm
-                            .get(here + 1)
-                            .is_some_and(|&next_mm| breaks.joins(open.last_mm, next_mm, 2))
-                });
-                if !bridged {
-                    run_ends(&mut run, ranges_mm, breaks, &mut found);
+                let next_joins = |last_mm| {
+                    statuses.get(here + 1).is_some_and(|next| next.class() == Class::Foreground)
+                        && scan.ranges_mm.get(here + 1).is_some_and(|&next_mm| breaks.joins(last_mm, next_mm, 2))
+                };
+                if !run.is_some_and(|open| here - open.last == 1 && next_joins(open.last_mm)) {
+                    run_ends(&mut run, scan, breaks, &mut found);
                     lost = Some(lost.map_or((here, 1), |(first, length)| (first, length + 1)));
                 }
             }
             Class::Background => {
                 lost_ends(&mut lost, &mut found);
-                let silent = beam_is_silent(ranges_mm, here, geometry);
-                if !silent || run.is_some_and(|open| here - open.last > 1) {
-                    run_ends(&mut run, ranges_mm, breaks, &mut found);
+                if scan.reading(here).range_mm().is_some() || run.is_some_and(|open| here - open.last > 1) {
+                    run_ends(&mut run, scan, breaks, &mut found);
                 }
             }
         }
         beam = here + 1;
     }
     lost_ends(&mut lost, &mut found);
-    run_ends(&mut run, ranges_mm, breaks, &mut found);
+    run_ends(&mut run, scan, breaks, &mut found);
 }
 
 /// Beams at their background from `beam` on until the next that is not; none when all the rest are.
 fn quiet_beams(statuses: &[Status], beam: usize) -> Option<usize> {
-    statuses.get(beam..)?.iter().position(|status| !status.is_quiet())
-}
-
-fn beam_is_silent(ranges_mm: &[u16], beam: usize, geometry: &Geometry) -> bool {
-    ranges_mm.get(beam).is_some_and(|&value_mm| geometry.reading(value_mm).range_mm().is_none())
+    let rest = statuses.get(beam..)?;
+    if rest.first().is_some_and(|status| !status.is_quiet()) {
+        return Some(0);
+    }
+    // Four at a time: most of a scan is quiet.
+    let (fours, _) = rest.as_chunks::<4>();
+    let skipped = 4 * fours.iter().take_while(|four| Status::all_quiet(four)).count();
+    let left = rest.get(skipped..)?.iter().position(|status| !status.is_quiet())?;
+    Some(skipped + left)
 }
 
 fn lost_ends(lost: &mut Option<(usize, usize)>, found: &mut impl FnMut(Piece)) {
@@ -188,13 +174,13 @@ fn lost_ends(lost: &mut Option<(usize, usize)>, found: &mut impl FnMut(Piece)) {
 }
 
 /// Hands a run over, without mixed pixels at its ends.
-fn run_ends(run: &mut Option<Run>, ranges_mm: &[u16], breaks: Breaks, found: &mut impl FnMut(Piece)) {
+fn run_ends(run: &mut Option<Run>, scan: &Scan<'_>, breaks: Breaks, found: &mut impl FnMut(Piece)) {
     let Some(Run { mut first, mut last, mut valid, .. }) = run.take() else { return };
     if valid < CLUSTER_BEAMS_MIN {
         return found(Piece::Short(first, last - first + 1));
     }
     let mixed = |end: Option<usize>, inner: Option<usize>, innermost: Option<usize>| {
-        let at = |beam: Option<usize>| beam.and_then(|beam| ranges_mm.get(beam)).copied();
+        let at = |beam: Option<usize>| beam.and_then(|beam| scan.ranges_mm.get(beam)).copied();
         let (Some(end_mm), Some(inner_mm), Some(innermost_mm)) = (at(end), at(inner), at(innermost)) else {
             return false;
         };

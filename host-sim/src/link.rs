@@ -135,7 +135,8 @@ impl MemoryLink {
 impl Shared {
     /// Moves everything that has happened up to `now_us`.
     fn pump(&mut self, now_us: u64) {
-        while let Some((due_us, bytes, baud)) = self.outgoing.pop_front_if(|(due_us, ..)| *due_us <= now_us) {
+        while self.outgoing.front().is_some_and(|(due_us, ..)| *due_us <= now_us) {
+            let Some((due_us, bytes, baud)) = self.outgoing.pop_front() else { break };
             self.collect(due_us);
             let bytes =
                 if self.sensor.paced() { uart::received(&bytes, baud, self.sensor.baud()) } else { bytes };

@@ -1,3 +1,10 @@
-//! kehai-sim.
+//! `kehai-sim`: emulated range finders, recordings and simulated worlds on a PC.
+#![forbid(unsafe_code)]
+
 mod cli;
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::run()
+}

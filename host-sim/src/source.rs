@@ -52,8 +52,9 @@ pub struct Revolution {
     pub start_us: u64,
     /// True time of one revolution (the sensor's clock may run fast or slow).
     pub period_us: u32,
-    /// A source that keeps its own times gives its next scan that starts at or after this time, and
-    /// leaves out what lies before: nobody was listening then.
+    /// A source that keeps its own times gives the next of its scans that starts at or after this time, and
+    /// leaves out what lies before: nobody was listening then. In a running measurement this is the start
+    /// of the scan before.
     pub earliest_us: u64,
 }
 
@@ -128,6 +129,38 @@ impl RangeSource for StillRoom {
             ready_us: revolution.start_us + u64::from(revolution.period_us),
             ranges_mm: self.ranges_mm.clone(),
         })
+    }
+}
+
+/// A source that ends, again and again: after its last scan it starts anew.
+#[derive(Clone, Debug)]
+pub struct Repeating<S> {
+    fresh: S,
+    running: S,
+}
+
+impl<S: RangeSource + Clone> Repeating<S> {
+    /// Repeats `source`, which has not given a scan yet.
+    #[must_use]
+    pub fn new(source: S) -> Self {
+        Self { running: source.clone(), fresh: source }
+    }
+}
+
+impl<S: RangeSource + Clone> RangeSource for Repeating<S> {
+    fn geometry(&self) -> SensorGeometry {
+        self.fresh.geometry()
+    }
+
+    fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
+        self.running.scan(revolution).or_else(|| {
+            self.running = self.fresh.clone();
+            self.running.scan(revolution)
+        })
+    }
+
+    fn latest(&mut self, revolution: Revolution) -> Option<SourceScan> {
+        self.running.latest(revolution)
     }
 }
 
@@ -218,5 +251,16 @@ mod tests {
         let third = rows.scan(revolution(250_000, 250_000)).unwrap();
         assert_eq!((third.start_us, third.ranges_mm[0]), (350_000, 300));
         assert_eq!(rows.scan(revolution(450_000, 350_001)), None);
+    }
+
+    #[test]
+    fn what_repeats_begins_anew_after_its_last_row() {
+        let rows = Rows::new(URG, vec![(0, 100_000, vec![1; 682]), (100_000, 100_000, vec![2; 682])]);
+        let mut repeating = Repeating::new(rows);
+        let scans = [0, 100_000, 200_000, 300_000].map(|at_us| {
+            let scan = repeating.scan(revolution(at_us, at_us)).unwrap();
+            (scan.start_us, scan.ranges_mm[0])
+        });
+        assert_eq!(scans, [(0, 1), (100_000, 2), (200_000, 1), (300_000, 2)]);
     }
 }

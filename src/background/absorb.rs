@@ -75,10 +75,10 @@ impl<const BEAMS: usize> Background<BEAMS> {
         let span = wish.first_step..=wish.last_step;
         let mut beams = 0;
         let mut there = 0;
-        for (beam, (status, aside)) in self.statuses.iter().zip(&self.asides).take(self.beams).enumerate() {
-            if span.contains(&geometry.step(beam as u16)) {
+        for (at, (status, beam)) in self.statuses.iter().zip(&self.per_beam).take(self.beams).enumerate() {
+            if span.contains(&geometry.step(at as u16)) {
                 beams += 1;
-                there += usize::from(status.class() == Class::Foreground && band.contains(&aside.range_mm));
+                there += usize::from(status.class() == Class::Foreground && band.contains(&beam.held_mm));
             }
         }
         if beams == 0 {
@@ -87,14 +87,14 @@ impl<const BEAMS: usize> Background<BEAMS> {
         if there * 5 < beams * STILL_THERE_OF_5 {
             return Err(AbsorbRefusal::Moved);
         }
-        let state = self.statuses.iter().zip(&self.asides).zip(&mut self.profiles).take(self.beams);
-        for (beam, ((status, aside), profile)) in state.enumerate() {
-            let inside = span.contains(&geometry.step(beam as u16)) && band.contains(&aside.range_mm);
+        for (at, (status, beam)) in self.statuses.iter().zip(&mut self.per_beam).take(self.beams).enumerate() {
+            let inside = span.contains(&geometry.step(at as u16)) && band.contains(&beam.held_mm);
             if inside && status.class() == Class::Foreground {
-                profile.near_mm = aside.range_mm;
-                profile.spread_mm = profile.spread_mm.max(noise_mm(aside.range_mm));
+                beam.profile.near_mm = beam.held_mm;
+                beam.profile.spread_mm = beam.profile.spread_mm.max(noise_mm(beam.held_mm));
             }
         }
+        self.refresh(0, self.beams, geometry);
         self.publish(now_ds);
         Ok(there.min(usize::from(u16::MAX)) as u16)
     }

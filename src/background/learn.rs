@@ -19,8 +19,7 @@
 //! starts the learning anew, unless the request says otherwise.
 
 use super::{
-    Background, Band, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm,
-    suspects,
+    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm, suspects,
 };
 use crate::scan::{Geometry, Scan};
 
@@ -192,7 +191,7 @@ impl Modes {
         let mut far = Surface::default();
         let mut second = Surface::default();
         let mut background_samples = 0;
-        for surface in self.surfaces().into_iter().filter(|surface| surface.is_background(total)) {
+        for &surface in self.surfaces().iter().filter(|surface| surface.is_background(total)) {
             background_samples += surface.samples;
             // Nearest first: what was far until now stands in front of this one.
             if far.samples > second.samples {
@@ -481,21 +480,17 @@ impl<const BEAMS: usize> Background<BEAMS> {
     fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
-        for (profile, modes) in self.profiles.iter_mut().zip(&self.learner.modes).take(self.beams) {
-            *profile = modes.finish(total);
-        }
-        // A step the sensor cannot measure says so by a code of its own, always the same.
-        for (profile, &value_mm) in self.profiles.iter_mut().zip(scan.ranges_mm) {
-            if profile.state == BeamState::Open && profile.far_mm == 0 && blind_code == Some(value_mm) {
-                *profile = BeamProfile::default();
-            }
-        }
-        for (band, profile) in self.bands.iter_mut().zip(&self.profiles).take(self.beams) {
-            *band = Band::of(profile, scan.geometry);
+        for (at, (beam, modes)) in self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate() {
+            let profile = modes.finish(total);
+            // A step the sensor cannot measure says so by a code of its own, always the same.
+            let silent = profile.state == BeamState::Open && profile.far_mm == 0;
+            let blind = silent && blind_code.is_some() && scan.ranges_mm.get(at).copied() == blind_code;
+            *beam = Beam { profile: if blind { BeamProfile::default() } else { profile }, ..Beam::UNKNOWN };
         }
         self.statuses.fill(Status::QUIET);
         self.known = true;
-        self.suspects = suspects::find(self.profiles.get(..self.beams).unwrap_or(&[]), scan.geometry);
+        self.refresh(0, self.beams, scan.geometry);
+        self.suspects = suspects::find(self.per_beam.get(..self.beams).unwrap_or(&[]), scan.geometry);
         self.publish(now_ds);
     }
 }

@@ -1,23 +1,25 @@
 //! Requests to the sensor.
 //!
 //! ```text
-//!   M D 0044 0725 01 0 00 ; t a g \n        until \n: what the sensor echoes
-//!   │ │  │    │   │  │ │    └ optional, at most 16 characters, echoed in every reply
+//!   M D 0044 0725 01 0 00 \n                until \n: what the sensor echoes
 //!   │ │  │    │   │  │ └ scans, 00 without end; in a scan's echo: scans that remain
 //!   │ │  │    │   │  └ scans left out after each
 //!   │ │  │    │   └ steps joined into one value (the smallest is sent)
 //!   │ │  first and last step
 //!   │ └ D three characters a value, S two
 //!   └ M until QT, G once (without the last two fields)
+//!
+//!   T M 1 ; t a g \n                        a tag, at most 7 characters here, is echoed as well
 //! ```
 //!
 //! Source: SCIP 2.0 (C-42-03320B), command formats.
 
-/// Longest tag behind `;`.
-pub const MAX_TAG: usize = 16;
+/// Longest tag behind `;`. The protocol allows 16 characters; with 7, an echo is no longer than
+/// what the reader keeps of every line.
+pub const MAX_TAG: usize = 7;
 
-/// Longest echo: the 15 characters of `MD`, `;` and a tag.
-pub const MAX_ECHO: usize = 15 + 1 + MAX_TAG;
+/// Longest echo: `SS` and its rate, `;` and a tag; `MD` and `MS` have 15 characters.
+pub const MAX_ECHO: usize = 8 + 1 + MAX_TAG;
 
 /// The bit rates a sensor can be told, in baud. Not every model knows all of them.
 pub const BIT_RATES: [u32; 7] = [19_200, 38_400, 57_600, 115_200, 250_000, 500_000, 750_000];
@@ -150,7 +152,8 @@ pub enum CommandError {
     Scans,
     /// Not one of [`BIT_RATES`].
     BitRate,
-    /// The tag is longer than 16 characters or has one that is not a letter, a digit, a space or `._+@`.
+    /// The tag is longer than 7 characters, or has one that is not a letter, a digit, a space or
+    /// `._+@`, or belongs to a measurement.
     Tag,
 }
 
@@ -162,7 +165,7 @@ impl core::fmt::Display for CommandError {
             Self::Skip => "the skip must be 0 to 9",
             Self::Scans => "the number of scans must be 0 to 99",
             Self::BitRate => "not a bit rate of these sensors",
-            Self::Tag => "the tag must be at most 16 letters, digits, spaces or ._+@",
+            Self::Tag => "a tag is at most 7 letters, digits, spaces or ._+@, and not for a measurement",
         })
     }
 }
@@ -179,7 +182,8 @@ impl Command {
     }
 
     /// The request with `;` and `tag` behind it, which the sensor repeats in every echo; without
-    /// them when `tag` is empty.
+    /// them when `tag` is empty. It tells late replies from awaited ones; scans carry a stamp, so
+    /// measurements take none.
     ///
     /// # Errors
     /// A parameter is outside its limits, or the tag has an illegal character.
@@ -222,7 +226,8 @@ impl Command {
         }
         if !tag.is_empty() {
             let legal = |c: &u8| c.is_ascii_alphanumeric() || b" ._+@".contains(c);
-            if tag.len() > MAX_TAG || !tag.iter().all(legal) {
+            let measurement = matches!(self, Self::Measure(_) | Self::Get(_));
+            if measurement || tag.len() > MAX_TAG || !tag.iter().all(legal) {
                 return Err(CommandError::Tag);
             }
             request.push(b";");
@@ -269,11 +274,10 @@ impl Request {
     pub fn remaining(&self, echo: &[u8]) -> Option<u8> {
         let Command::Measure(Measurement { scans, .. }) = self.command else { return None };
         let fixed = usize::from(self.fixed);
-        let (asked_head, asked_rest) = self.echo().split_at_checked(fixed)?;
+        let (asked_head, _) = self.echo().split_at_checked(fixed)?;
         let (head, rest) = echo.split_at_checked(fixed)?;
-        let (&[_, _], asked_tag) = asked_rest.split_first_chunk()?;
-        let (&[tens, units], tag) = rest.split_first_chunk()?;
-        if head != asked_head || tag != asked_tag || !tens.is_ascii_digit() || !units.is_ascii_digit() {
+        let &[tens, units] = rest else { return None };
+        if head != asked_head || !tens.is_ascii_digit() || !units.is_ascii_digit() {
             return None;
         }
         let remaining = (tens & 0x0F) * 10 + (units & 0x0F);
@@ -360,12 +364,13 @@ mod tests {
         let tagged = Command::TimeRead.encode_tagged(b"k7").unwrap();
         assert_eq!(tagged.as_bytes(), b"TM1;k7\n");
         assert_eq!(tagged.echo(), b"TM1;k7");
-        let longest = Command::Measure(URG).encode_tagged(b"0123456789abcdef").unwrap();
-        assert_eq!(longest.as_bytes(), b"MD0044072501000;0123456789abcdef\n");
+        let longest = Command::BitRate(750_000).encode_tagged(b"0123abc").unwrap();
+        assert_eq!(longest.as_bytes(), b"SS750000;0123abc\n");
         assert_eq!(longest.echo().len(), MAX_ECHO);
-        for bad in [&b"0123456789abcdefg"[..], b"a;b", b"a\nb", b"\xff"] {
+        for bad in [&b"01234567"[..], b"a;b", b"a\nb", b"\xff"] {
             assert_eq!(Command::Quit.encode_tagged(bad), Err(CommandError::Tag));
         }
+        assert_eq!(Command::Get(URG).encode_tagged(b"a"), Err(CommandError::Tag));
     }
 
     #[test]
@@ -383,14 +388,14 @@ mod tests {
 
     #[test]
     fn the_count_of_an_echo_is_read_and_all_else_must_be_equal() {
-        let ten = Command::Measure(Measurement { scans: 10, ..URG }).encode_tagged(b"x").unwrap();
-        assert_eq!(ten.remaining(b"MD0044072501010;x"), Some(10));
-        assert_eq!(ten.remaining(b"MD0044072501009;x"), Some(9));
-        assert_eq!(ten.remaining(b"MD0044072501011;x"), None);
-        assert_eq!(ten.remaining(b"MD0044072501009"), None);
-        assert_eq!(ten.remaining(b"MD0044072501009;y"), None);
-        assert_eq!(ten.remaining(b"MD004407250100 ;x"), None);
-        assert_eq!(ten.remaining(b"MS0044072501009;x"), None);
+        let ten = Command::Measure(Measurement { scans: 10, ..URG }).encode().unwrap();
+        assert_eq!(ten.remaining(b"MD0044072501010"), Some(10));
+        assert_eq!(ten.remaining(b"MD0044072501009"), Some(9));
+        assert_eq!(ten.remaining(b"MD0044072501011"), None);
+        assert_eq!(ten.remaining(b"MD004407250100"), None);
+        assert_eq!(ten.remaining(b"MD0044072501009;x"), None);
+        assert_eq!(ten.remaining(b"MD004407250100 "), None);
+        assert_eq!(ten.remaining(b"MS0044072501009"), None);
         let endless = Command::Measure(URG).encode().unwrap();
         assert_eq!(endless.remaining(b"MD0044072501000"), Some(0));
         assert_eq!(endless.remaining(b"MD0044072501001"), None);

@@ -17,39 +17,58 @@ use super::{encoding, event::LossCause};
 use crate::scan::NO_RETURN_MM;
 
 /// Data characters of every line but the last.
-const LINE: u8 = 64;
+const LINE: usize = 64;
 
 /// What came of some bytes of a data block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Step {
-    /// All bytes are taken; the line goes on.
+    /// All bytes are taken; the block goes on.
     More,
-    /// A line is complete and correct.
-    Line,
     /// The block is complete and correct, and has so many values.
     Complete(u16),
     /// The last byte taken shows that the block is wrong.
     Wrong(LossCause),
 }
 
+/// How far some bytes of a data block led.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Progress<'a> {
+    /// What was taken of the last line, if it is not complete and correct.
+    pub(super) line: &'a [u8],
+    /// Whether `line` starts a line: at least one before it is complete.
+    pub(super) fresh: bool,
+    /// Bytes not taken.
+    pub(super) rest: &'a [u8],
+    /// What came of the others.
+    pub(super) step: Step,
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DataBlock {
     width: Width,
     /// Fewest and most values allowed.
-    min: u16,
-    max: u16,
+    min: usize,
+    max: usize,
     /// Values decoded so far.
-    count: u16,
-    /// The value being read, or the last one while no character of the next is in.
+    count: usize,
+    /// Codes of the last characters, six bits each, the latest lowest.
     value: u32,
-    /// Characters of the value being read.
-    characters: usize,
-    /// Sum of the six-bit codes of this line.
+    /// Characters the value being read still misses; all of them between two values.
+    missing: usize,
+    /// Sum of the codes of this line.
     sum: u32,
-    /// Characters of this line, checksum included.
-    line_length: u8,
-    /// A short line was seen: only the empty line may follow.
-    last: bool,
+    /// Data characters that still fit this line.
+    room: usize,
+    end: LineEnd,
+}
+
+/// What ends the line once there is no room left.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum LineEnd {
+    Checksum,
+    LineFeed,
+    /// The short line is in: only the empty line may follow.
+    EmptyLine,
 }
 
 impl DataBlock {
@@ -64,170 +83,197 @@ impl DataBlock {
     });
 
     pub(super) const fn new(measurement: &Measurement) -> Self {
-        let min = measurement.min_beams();
+        let min = measurement.min_beams() as usize;
         Self {
             width: measurement.width,
             min: if min == 0 { 1 } else { min },
-            max: measurement.beams(),
+            max: measurement.beams() as usize,
             count: 0,
             value: 0,
-            characters: 0,
+            missing: measurement.width.characters() as usize,
             sum: 0,
-            line_length: 0,
-            last: false,
+            room: LINE,
+            end: LineEnd::Checksum,
         }
     }
 
-    /// Takes bytes up to the end of a line. Says how many it took: at least one of a part that is
-    /// not empty.
-    pub(super) fn feed(&mut self, bytes: &[u8], ranges_mm: &mut [u16]) -> (usize, Step) {
+    /// Takes bytes up to the end of the block: at least one of a part that is not empty.
+    /// `ranges_mm` must hold as many values as may come.
+    pub(super) fn feed<'a>(&mut self, bytes: &'a [u8], ranges_mm: &mut [u16]) -> Progress<'a> {
         match self.width {
-            Width::Two => self.feed_values::<2>(bytes, ranges_mm),
-            Width::Three => self.feed_values::<3>(bytes, ranges_mm),
+            Width::Two => self.lines(bytes, ranges_mm, |[high, low]| {
+                let (high, low) = (code(high), code(low));
+                Group { value: high << 6 | low, seen: high | low, sum: high.wrapping_add(low) }
+            }),
+            Width::Three => self.lines(bytes, ranges_mm, |[high, middle, low]| {
+                let (high, middle, low) = (code(high), code(middle), code(low));
+                Group {
+                    value: high << 12 | middle << 6 | low,
+                    seen: high | middle | low,
+                    sum: high.wrapping_add(middle).wrapping_add(low),
+                }
+            }),
         }
     }
 
-    fn feed_values<const W: usize>(&mut self, bytes: &[u8], ranges_mm: &mut [u16]) -> (usize, Step) {
-        let room = if self.last { 0 } else { LINE.saturating_sub(self.line_length) };
-        let run = bytes.get(..room.into()).unwrap_or(bytes);
-        let taken = self.decode::<W>(run, ranges_mm);
-        self.line_length = self.line_length.wrapping_add(taken as u8);
-        if self.count > self.max {
-            return (taken, Step::Wrong(LossCause::ValueCount));
-        }
-        if usize::from(self.count) > ranges_mm.len() {
-            return (taken, Step::Wrong(LossCause::BufferTooShort));
-        }
-        match *bytes.get(taken..).unwrap_or(&[]) {
-            [] => (taken, Step::More),
-            [b'\n', ..] => (taken + 1, self.line_end::<W>()),
-            _ if self.last || self.line_length > LINE => (taken + 1, Step::Wrong(LossCause::LineLength)),
-            [character, ..] if encoding::decode_char(character).is_none() => {
-                (taken + 1, Step::Wrong(LossCause::Character))
-            }
-            [checksum, ..] if checksum != self.checksum(LINE) => {
-                (taken + 1, Step::Wrong(LossCause::Checksum))
-            }
-            [_, b'\n', ..] => (taken + 2, self.next_line()),
-            [_, ..] => {
-                self.line_length = LINE + 1;
-                (taken + 1, Step::More)
-            }
-        }
-    }
-
-    /// Decodes characters up to the first one outside the code; returns how many it took. Values
-    /// without a place in `ranges_mm` are counted all the same.
-    fn decode<const W: usize>(&mut self, run: &[u8], ranges_mm: &mut [u16]) -> usize {
-        let mut rest = run;
-        while self.characters != 0
-            && let Some((&character, behind)) = rest.split_first()
-            && self.character::<W>(character, ranges_mm)
-        {
-            rest = behind;
-        }
-        if self.characters == 0 {
-            let (groups, _) = rest.as_chunks::<W>();
-            let whole = self.values(groups, ranges_mm);
-            rest = rest.get(whole * W..).unwrap_or(&[]);
-        }
-        while let Some((&character, behind)) = rest.split_first()
-            && self.character::<W>(character, ranges_mm)
-        {
-            rest = behind;
-        }
-        run.len().wrapping_sub(rest.len())
-    }
-
-    /// Decodes whole values up to the first illegal character or the end of the buffer; returns
-    /// how many.
-    fn values<const W: usize>(&mut self, groups: &[[u8; W]], ranges_mm: &mut [u16]) -> usize {
-        let free = ranges_mm.get_mut(self.count.into()..).unwrap_or_default();
-        let (mut value, mut sum, mut done) = (self.value, self.sum, 0);
-        for (group, slot) in groups.iter().zip(free) {
-            let (mut packed, mut seen, mut group_sum) = (0, 0, 0);
-            for &character in group {
-                let code = u32::from(character).wrapping_sub(u32::from(encoding::FIRST));
-                packed = packed << 6 | code;
-                seen |= code;
-                group_sum = code.wrapping_add(group_sum);
-            }
-            if seen > 0x3F {
-                break;
-            }
-            *slot = range_mm(packed);
-            (value, sum, done) = (packed, sum.wrapping_add(group_sum), done + 1);
-        }
-        (self.value, self.sum) = (value, sum);
-        self.count = self.count.saturating_add(done);
-        done.into()
-    }
-
-    /// Decodes one character; says whether it is of the code.
-    fn character<const W: usize>(&mut self, character: u8, ranges_mm: &mut [u16]) -> bool {
-        let Some(code) = encoding::decode_char(character) else { return false };
-        let code = u32::from(code);
-        self.sum = self.sum.wrapping_add(code);
-        self.value = if self.characters == 0 { code } else { self.value << 6 | code };
-        self.characters += 1;
-        if self.characters >= W {
-            self.characters = 0;
-            if let Some(slot) = ranges_mm.get_mut(usize::from(self.count)) {
-                *slot = range_mm(self.value);
-            }
-            self.count = self.count.saturating_add(1);
-        }
-        true
-    }
-
-    /// A line feed: behind a full line, behind the short last line, or an empty line.
-    fn line_end<const W: usize>(&mut self) -> Step {
-        match self.line_length {
-            0 if self.characters == 0 && self.count >= self.min => Step::Complete(self.count),
-            0 => Step::Wrong(LossCause::ValueCount),
-            1 => Step::Wrong(LossCause::LineLength),
-            2..=LINE => {
-                let checksum = self.take_back::<W>();
-                self.last = true;
-                if checksum == self.checksum(self.line_length - 1) {
-                    self.next_line()
-                } else {
-                    Step::Wrong(LossCause::Checksum)
+    fn lines<'a, const W: usize>(
+        &mut self,
+        bytes: &'a [u8],
+        ranges_mm: &mut [u16],
+        unpack: impl Fn([u8; W]) -> Group,
+    ) -> Progress<'a> {
+        let (mut line, mut fresh, mut rest) = (bytes, false, bytes);
+        let step = loop {
+            if self.room > 0 {
+                let (taken, overflow) = self.decode(rest, ranges_mm, &unpack);
+                rest = rest.get(taken..).unwrap_or(&[]);
+                if overflow {
+                    let too_many = self.count >= self.max;
+                    break Step::Wrong(if too_many {
+                        LossCause::ValueCount
+                    } else {
+                        LossCause::BufferTooShort
+                    });
                 }
             }
-            _ => self.next_line(),
-        }
+            let Some((&byte, behind)) = rest.split_first() else { break Step::More };
+            rest = behind;
+            if byte != b'\n' {
+                if let Some(cause) = self.line_checksum(byte) {
+                    break Step::Wrong(cause);
+                }
+            } else {
+                if let Some(step) = self.line_feed::<W>() {
+                    break step;
+                }
+                (line, fresh) = (rest, true);
+            }
+        };
+        let line = line.get(..line.len().wrapping_sub(rest.len())).unwrap_or(line);
+        Progress { line, fresh, rest, step }
     }
 
-    /// The last character decoded was a checksum: undoes it.
-    fn take_back<const W: usize>(&mut self) -> u8 {
-        let code = (self.value & 0x3F) as u8;
-        self.value >>= 6;
-        self.sum = self.sum.wrapping_sub(code.into());
-        if self.characters == 0 {
-            self.characters = W;
-            self.count = self.count.saturating_sub(1);
-        }
-        self.characters -= 1;
-        encoding::encode_char(code)
+    /// Decodes characters of one line up to the first one outside the code. Returns how many, and
+    /// whether the last of them completed a value for which there is no place.
+    fn decode<const W: usize>(
+        &mut self,
+        bytes: &[u8],
+        ranges_mm: &mut [u16],
+        unpack: impl Fn([u8; W]) -> Group,
+    ) -> (usize, bool) {
+        let Self { mut value, mut sum, mut missing, mut count, .. } = *self;
+        let run = bytes.get(..self.room).unwrap_or(bytes);
+        let places = ranges_mm.get_mut(..self.max).unwrap_or_default();
+        let mut taken = 0;
+        let overflow = loop {
+            if missing == W {
+                let rest = run.get(taken..).unwrap_or(&[]);
+                let (groups, _) = rest.as_chunks::<W>();
+                let free = places.get_mut(count..).unwrap_or_default();
+                let before = count;
+                for (&group, place) in groups.iter().zip(free) {
+                    let group = unpack(group);
+                    if group.seen > 0x3F {
+                        break;
+                    }
+                    *place = range_mm(group.value);
+                    sum = sum.wrapping_add(group.sum);
+                    count = count.wrapping_add(1);
+                }
+                taken += W * (count - before);
+            }
+            let Some(&character) = run.get(taken) else { break false };
+            let code = code(character);
+            if code > 0x3F {
+                break false;
+            }
+            taken += 1;
+            value = value << 6 | code;
+            sum = sum.wrapping_add(code);
+            missing = missing.wrapping_sub(1);
+            if missing == 0 {
+                missing = W;
+                let Some(place) = places.get_mut(count) else { break true };
+                *place = range_mm(value & ((1 << (6 * W)) - 1));
+                count = count.wrapping_add(1);
+            }
+        };
+        (self.value, self.sum, self.missing, self.count) = (value, sum, missing, count);
+        self.room = self.room.wrapping_sub(taken);
+        (taken, overflow)
     }
 
-    fn next_line(&mut self) -> Step {
-        self.line_length = 0;
-        self.sum = 0;
-        Step::Line
+    /// A byte that is neither data nor a line feed: the checksum of a full line, or one too many.
+    fn line_checksum(&mut self, character: u8) -> Option<LossCause> {
+        if encoding::decode_char(character).is_none() {
+            return Some(LossCause::Character);
+        }
+        if self.end != LineEnd::Checksum {
+            return Some(LossCause::LineLength);
+        }
+        self.end = LineEnd::LineFeed;
+        (character != self.checksum(LINE)).then_some(LossCause::Checksum)
+    }
+
+    /// A line feed: behind a full line, behind the short last line, or an empty line. `None` when
+    /// the block goes on.
+    fn line_feed<const W: usize>(&mut self) -> Option<Step> {
+        let characters = LINE.wrapping_sub(self.room);
+        match (self.end, characters) {
+            (LineEnd::LineFeed, _) => {
+                self.end = LineEnd::Checksum;
+                self.room = LINE;
+                self.sum = 0;
+                None
+            }
+            (LineEnd::EmptyLine, _) | (LineEnd::Checksum, 0) => {
+                let complete = self.missing == W && self.count >= self.min;
+                let beams = u16::try_from(self.count).ok().filter(|_| complete);
+                Some(beams.map_or(Step::Wrong(LossCause::ValueCount), Step::Complete))
+            }
+            (LineEnd::Checksum, 1) => Some(Step::Wrong(LossCause::LineLength)),
+            // The last value is complete without its last character, which was the checksum, or
+            // else it cannot be.
+            (LineEnd::Checksum, _) => {
+                let checksum = self.value & 0x3F;
+                self.sum = self.sum.wrapping_sub(checksum);
+                self.end = LineEnd::EmptyLine;
+                self.room = 0;
+                if self.missing != W - 1 {
+                    return Some(Step::Wrong(LossCause::ValueCount));
+                }
+                self.missing = W;
+                let right = self.checksum(characters - 1) == encoding::encode_char(checksum as u8);
+                (!right).then_some(Step::Wrong(LossCause::Checksum))
+            }
+        }
     }
 
     /// What the checksum of a line of `characters` must be.
-    fn checksum(&self, characters: u8) -> u8 {
-        let offsets = characters.wrapping_mul(encoding::FIRST);
-        encoding::encode_char((self.sum as u8).wrapping_add(offsets))
+    fn checksum(&self, characters: usize) -> u8 {
+        let offsets = characters.wrapping_mul(encoding::FIRST.into());
+        encoding::encode_char((self.sum as u8).wrapping_add(offsets as u8))
     }
+}
+
+/// The characters of one value, taken apart.
+struct Group {
+    /// The value, if all of them are legal.
+    value: u32,
+    /// Above 0x3F when one of them is not.
+    seen: u32,
+    /// Sum of their codes.
+    sum: u32,
+}
+
+/// The code of a character; above 0x3F when it is not legal.
+fn code(character: u8) -> u32 {
+    u32::from(character).wrapping_sub(encoding::FIRST.into())
 }
 
 /// The stored range: what does not fit 16 bits is far beyond every sensor's reach.
 fn range_mm(value: u32) -> u16 {
-    value.min(NO_RETURN_MM.into()) as u16
+    (value as i32).clamp(0, NO_RETURN_MM.into()) as u16
 }
 
 #[cfg(test)]
@@ -247,23 +293,15 @@ mod tests {
     }
 
     fn run(measurement: Measurement, bytes: &[u8], ranges_mm: &mut [u16]) -> Step {
-        let mut block = DataBlock::new(&measurement);
-        let mut rest = bytes;
-        loop {
-            let (taken, step) = block.feed(rest, ranges_mm);
-            rest = &rest[taken..];
-            if rest.is_empty() || !matches!(step, Step::More | Step::Line) {
-                return step;
-            }
-        }
+        DataBlock::new(&measurement).feed(bytes, ranges_mm).step
     }
 
     #[test]
     fn recorded_first_values_decode() {
         let line = b"06806806706105m05m05h05c05c05c05`05]05Z05W05W05U05S05O05S05P05P0_\n";
-        let mut ranges_mm = [0; 21];
+        let mut ranges_mm = [0; 682];
         let step = run(measurement(682, Width::Three), line, &mut ranges_mm);
-        assert_eq!(step, Step::Line);
+        assert_eq!(step, Step::More);
         assert_eq!(ranges_mm[..8], [392, 392, 391, 385, 381, 381, 376, 371]);
     }
 
@@ -316,7 +354,7 @@ mod tests {
         assert_eq!(wrong(&with(0, b'1'), 31, 100), Step::Wrong(LossCause::ValueCount));
         assert_eq!(wrong(&with(0, b'1'), 33, 100), Step::Wrong(LossCause::ValueCount));
         assert_eq!(wrong(&with(0, b'1'), 32, 31), Step::Wrong(LossCause::BufferTooShort));
-        let cut = [block(&full[..32]), block(&full[..64]), b"\n".to_vec()].concat();
+        let cut = [block(&full[..33]), block(&full[..64]), b"\n".to_vec()].concat();
         assert_eq!(wrong(&cut, 32, 100), Step::Wrong(LossCause::LineLength));
         let incomplete = [block(&full[..32]), b"\n".to_vec()].concat();
         assert_eq!(wrong(&incomplete, 11, 100), Step::Wrong(LossCause::ValueCount));

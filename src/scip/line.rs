@@ -32,9 +32,7 @@ impl Line {
             self.first_byte_us = now_us;
         }
         if self.length >= CAPACITY {
-            self.bytes.copy_within(CAPACITY - MAX_ECHO.., 0);
-            self.length = MAX_ECHO;
-            self.whole = false;
+            self.shorten();
         }
         if let Some(slot) = self.bytes.get_mut(self.length) {
             *slot = byte;
@@ -44,13 +42,26 @@ impl Line {
 
     /// Notes part of a data line, or as much of its end as an echo may take.
     pub(super) fn note(&mut self, part: &[u8], now_us: u64) {
-        let end = part.last_chunk::<MAX_ECHO>();
-        if end.is_some_and(|end| end.len() < part.len()) {
-            self.whole = false;
+        if let Some(end) = part.last_chunk() {
+            self.whole = self.length == 0 && part.len() == MAX_ECHO;
+            // One load and store each, where a copy of bytes would be a call.
+            if let Some(start) = self.bytes.first_chunk_mut() {
+                *start = u128::from_ne_bytes(*end).to_ne_bytes();
+            }
+            self.length = MAX_ECHO;
+            self.first_byte_us = now_us;
+        } else {
+            for &byte in part {
+                self.push(byte, now_us);
+            }
         }
-        for &byte in end.map_or(part, |end| end) {
-            self.push(byte, now_us);
-        }
+    }
+
+    /// Makes place: keeps as much of the end as an echo may take.
+    fn shorten(&mut self) {
+        self.bytes.copy_within(CAPACITY - MAX_ECHO.., 0);
+        self.length = MAX_ECHO;
+        self.whole = false;
     }
 
     pub(super) fn is_empty(&self) -> bool {

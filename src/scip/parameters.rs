@@ -71,7 +71,7 @@ impl Parameters {
 }
 
 /// A `PP` reply as far as it has come in.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct PartialParameters {
     model: Text<16>,
     family: Family,
@@ -85,6 +85,18 @@ pub(super) struct PartialParameters {
 }
 
 impl PartialParameters {
+    pub(super) const NONE: Self = Self {
+        model: Text::EMPTY,
+        family: Family::Other,
+        range_min_mm: None,
+        range_max_mm: None,
+        steps_per_turn: None,
+        first_step: None,
+        last_step: None,
+        front_step: None,
+        speed_rpm: None,
+    };
+
     /// Takes one line, `KEY:VALUE`. A value that is not a number leaves its key unstated.
     pub(super) fn line(&mut self, key: &[u8], value: &[u8]) {
         match key {
@@ -140,7 +152,7 @@ mod tests {
     use crate::scan::URG_04LX;
 
     fn of(lines: &[(&str, &str)]) -> Option<Parameters> {
-        let mut partial = PartialParameters::default();
+        let mut partial = PartialParameters::NONE;
         for (key, value) in lines {
             partial.line(key.as_bytes(), value.as_bytes());
         }

@@ -19,7 +19,7 @@
 
 use super::checksum;
 use super::command::{Command, Request};
-use super::data_block::{DataBlock, Step};
+use super::data_block::{DataBlock, Progress, Step};
 use super::encoding;
 use super::event::{Dropped, Event, Loss, LossCause, Losses, Reply, ScanHeader, Scip11Reply, TimeReply};
 use super::info::{SensorState, StateCode, Version};
@@ -53,6 +53,7 @@ pub struct Reader {
     /// What is being read, once its echo is known.
     reply: Option<Begun>,
     block: DataBlock,
+    info: Info,
 }
 
 /// Where in a reply the next byte belongs.
@@ -64,9 +65,7 @@ enum Place {
     Data {
         stamp_ms: u32,
     },
-    Version(Version),
-    Parameters(PartialParameters),
-    State(SensorState),
+    Info,
     Clock,
     StateCode,
     /// Before the empty line of a reply.
@@ -83,6 +82,14 @@ enum Ending {
     Scip11(u8),
     Time(u32),
     StateCode(StateCode),
+}
+
+/// An information reply as far as it has come in.
+#[derive(Clone, Copy, Debug)]
+enum Info {
+    Version(Version),
+    Parameters(PartialParameters),
+    State(SensorState),
 }
 
 /// A reply to something expected.
@@ -111,6 +118,7 @@ impl Reader {
             place: Place::Echo,
             reply: None,
             block: DataBlock::NONE,
+            info: Info::Parameters(PartialParameters::NONE),
         }
     }
 
@@ -147,16 +155,16 @@ impl Reader {
     ///
     /// `now_us` is the clock when the bytes arrived. The values of a scan are written to the start
     /// of `ranges_mm` as they arrive, so every call until [`Event::Scan`] needs the same buffer,
-    /// and until then its content means nothing. One that is too short costs the scan.
+    /// and until then its content means nothing. One with less than
+    /// [`Measurement::beams`](super::Measurement::beams) places costs the scan.
     pub fn feed(&mut self, bytes: &[u8], now_us: u64, ranges_mm: &mut [u16]) -> Fed {
         let mut rest = bytes;
         while let Some((&byte, behind)) = rest.split_first() {
             let event;
             if let Place::Data { stamp_ms } = self.place {
-                let (taken, step) = self.block.feed(rest, ranges_mm);
-                let (part, behind) = rest.split_at_checked(taken).unwrap_or((rest, &[]));
-                rest = behind;
-                event = self.data(part, step, stamp_ms, now_us);
+                let progress = self.block.feed(rest, ranges_mm);
+                rest = progress.rest;
+                event = self.data(progress, stamp_ms, now_us);
             } else {
                 rest = behind;
                 event = self.byte(byte, now_us);
@@ -168,15 +176,14 @@ impl Reader {
         Fed { consumed: bytes.len(), event: None }
     }
 
-    /// `part` of a data line was decoded; `step` came of it.
-    fn data(&mut self, part: &[u8], step: Step, stamp_ms: u32, now_us: u64) -> Option<Event> {
-        match step {
+    /// Part of a data block was decoded.
+    fn data(&mut self, progress: Progress<'_>, stamp_ms: u32, now_us: u64) -> Option<Event> {
+        if progress.fresh {
+            self.line.clear();
+        }
+        match progress.step {
             Step::More => {
-                self.line.note(part, now_us);
-                None
-            }
-            Step::Line => {
-                self.line.clear();
+                self.line.note(progress.line, now_us);
                 None
             }
             Step::Complete(beams) => {
@@ -188,9 +195,9 @@ impl Reader {
                 Some(Event::Scan(ScanHeader { streamed, stamp_ms, beams, remaining, first_byte_us }))
             }
             Step::Wrong(cause) => {
-                let (ended, text) = match part {
+                let (ended, text) = match progress.line {
                     [text @ .., b'\n'] => (true, text),
-                    _ => (false, part),
+                    text => (false, text),
                 };
                 self.line.note(text, now_us);
                 Some(if ended { self.line_failed(cause, now_us) } else { self.failed(cause) })
@@ -230,30 +237,33 @@ impl Reader {
             self.begin(begun);
             return event;
         }
-        let line = self.line;
-        let line = line.as_slice();
-        match self.place {
+        let next = match self.place {
             Place::Echo => {
                 self.reply = None;
-                self.place = Place::Status;
+                Ok(Place::Status)
             }
-            Place::Status => return self.status(line),
-            Place::Stamp | Place::Clock => return self.stamp(line),
-            Place::StateCode => match checksum::verified(line) {
-                None => return Some(self.failed(LossCause::Checksum)),
-                Some(digits) => self.place = Place::End(Ending::StateCode(StateCode::new(digits))),
+            Place::Status => self.status(),
+            Place::Stamp => self.stamp().map(|stamp_ms| Place::Data { stamp_ms }),
+            Place::Clock => self.stamp().map(|stamp_ms| Place::End(Ending::Time(stamp_ms))),
+            Place::StateCode => match checksum::verified(self.line.as_slice()) {
+                Some(digits) => Ok(Place::End(Ending::StateCode(StateCode::new(digits)))),
+                None => Err(LossCause::Checksum),
             },
-            Place::Version(_) | Place::Parameters(_) | Place::State(_) => return self.info_line(line),
-            Place::End(_) => return Some(self.failed(LossCause::LineLength)),
+            Place::Info => return self.info_line(),
+            Place::End(_) => Err(LossCause::LineLength),
             // Data lines do not come here.
-            Place::Skip(_) | Place::Drop | Place::Data { .. } => {}
+            Place::Skip(_) | Place::Drop | Place::Data { .. } => Ok(self.place),
+        };
+        match next {
+            Ok(place) => self.place = place,
+            Err(cause) => return Some(self.failed(cause)),
         }
         None
     }
 
     /// The line behind an echo.
-    fn status(&mut self, line: &[u8]) -> Option<Event> {
-        let status = match *line {
+    fn status(&mut self) -> Result<Place, LossCause> {
+        let status = match *self.line.as_slice() {
             [first, second, sum]
                 if first.is_ascii_alphanumeric()
                     && second.is_ascii_alphanumeric()
@@ -263,77 +273,67 @@ impl Reader {
             }
             [only] if only.is_ascii_alphanumeric() => {
                 let foreign = Place::Skip(Status([only, b' ']));
-                self.place = self.reply.map_or(foreign, |_| Place::End(Ending::Scip11(only)));
-                return None;
+                return Ok(self.reply.map_or(foreign, |_| Place::End(Ending::Scip11(only))));
             }
-            _ => return Some(self.status_missing()),
+            _ => return Err(self.status_missing()),
         };
-        let Some(Begun { command, .. }) = self.reply else {
-            self.place = Place::Skip(status);
-            return None;
-        };
-        self.place = match (command, status) {
+        let Some(Begun { command, .. }) = self.reply else { return Ok(Place::Skip(status)) };
+        let info = match (command, status) {
             (Command::Measure(measurement), Status::DATA) | (Command::Get(measurement), Status::OK) => {
                 self.block = DataBlock::new(&measurement);
-                Place::Stamp
+                return Ok(Place::Stamp);
             }
-            (Command::Version, Status::OK) => Place::Version(Version::default()),
-            (Command::Parameters, Status::OK) => Place::Parameters(PartialParameters::default()),
-            (Command::State, Status::OK) => Place::State(SensorState::default()),
-            (Command::TimeRead, Status::OK) => Place::Clock,
-            (Command::StateCode, Status::OK) => Place::StateCode,
-            _ => Place::End(Ending::Reply(status)),
+            (Command::Version, Status::OK) => Info::Version(Version::default()),
+            (Command::Parameters, Status::OK) => Info::Parameters(PartialParameters::NONE),
+            (Command::State, Status::OK) => Info::State(SensorState::default()),
+            (Command::TimeRead, Status::OK) => return Ok(Place::Clock),
+            (Command::StateCode, Status::OK) => return Ok(Place::StateCode),
+            _ => return Ok(Place::End(Ending::Reply(status))),
         };
-        None
+        self.info = info;
+        Ok(Place::Info)
     }
 
     /// No status where there should be one: the line before was no echo, or its reply is damaged.
-    fn status_missing(&mut self) -> Event {
-        self.failed(if self.reply.is_some() { LossCause::Status } else { LossCause::Echo })
+    fn status_missing(&self) -> LossCause {
+        if self.reply.is_some() { LossCause::Status } else { LossCause::Echo }
     }
 
     /// The stamp of a scan, or the reply to `TM1`.
-    fn stamp(&mut self, line: &[u8]) -> Option<Event> {
-        let cause = match (line.len(), checksum::verified(line)) {
-            (5, Some(characters)) => match (encoding::decode(characters), self.place) {
-                (Some(stamp_ms), Place::Stamp) => {
-                    self.place = Place::Data { stamp_ms };
-                    return None;
-                }
-                (Some(stamp_ms), _) => {
-                    self.place = Place::End(Ending::Time(stamp_ms));
-                    return None;
-                }
-                (None, _) => LossCause::Character,
-            },
-            (5, None) => LossCause::Checksum,
-            _ => LossCause::LineLength,
-        };
-        Some(self.failed(cause))
+    fn stamp(&self) -> Result<u32, LossCause> {
+        let line = self.line.as_slice();
+        if line.len() != 5 {
+            return Err(LossCause::LineLength);
+        }
+        let characters = checksum::verified(line).ok_or(LossCause::Checksum)?;
+        encoding::decode(characters).ok_or(LossCause::Character)
     }
 
     /// A line of `VV`, `PP` or `II`. `VV` is taken with wrong checksums, and odd lines of `VV` and `II`
     /// cost only themselves.
-    fn info_line(&mut self, line: &[u8]) -> Option<Event> {
-        let strict = matches!(self.place, Place::Parameters(_));
-        let lenient = matches!(self.place, Place::Version(_));
-        let parsed = checksum::info_line(line).and_then(|(content, right)| {
+    fn info_line(&mut self) -> Option<Event> {
+        let parsed = checksum::info_line(self.line.as_slice()).and_then(|(content, right)| {
             let colon = content.iter().position(|&c| c == b':')?;
-            Some((content.get(..colon)?, content.get(colon + 1..)?, right))
+            let (key, value) = content.split_at_checked(colon)?;
+            Some((key, value.split_first()?.1, right))
         });
-        let cause = match parsed {
-            None => LossCause::InfoLine,
-            Some((.., false)) if !lenient => LossCause::Checksum,
-            Some((key, value, _)) => {
-                match &mut self.place {
-                    Place::Version(version) => version.line(key, value),
-                    Place::Parameters(parameters) => parameters.line(key, value),
-                    Place::State(state) => state.line(key, value),
-                    _ => {}
-                }
+        let cause = match (parsed, &mut self.info) {
+            (None, _) => LossCause::InfoLine,
+            (Some((key, value, _)), Info::Version(version)) => {
+                version.line(key, value);
+                return None;
+            }
+            (Some((.., false)), _) => LossCause::Checksum,
+            (Some((key, value, true)), Info::Parameters(parameters)) => {
+                parameters.line(key, value);
+                return None;
+            }
+            (Some((key, value, true)), Info::State(state)) => {
+                state.line(key, value);
                 return None;
             }
         };
+        let strict = matches!(self.info, Info::Parameters(_));
         Some(if strict { self.failed(cause) } else { self.lost(Loss { cause, dropped: Dropped::Line }) })
     }
 
@@ -349,11 +349,13 @@ impl Reader {
                 self.losses.unexpected = self.losses.unexpected.saturating_add(1);
                 Event::Unexpected(status)
             }
-            Place::Version(version) => Event::Version(version),
-            Place::State(state) => Event::State(state),
-            Place::Parameters(parameters) => match parameters.complete() {
-                Some(parameters) => Event::Parameters(parameters),
-                None => return Some(self.failed(LossCause::Parameters)),
+            Place::Info => match self.info {
+                Info::Version(version) => Event::Version(version),
+                Info::State(state) => Event::State(state),
+                Info::Parameters(parameters) => match parameters.complete() {
+                    Some(parameters) => Event::Parameters(parameters),
+                    None => return Some(self.failed(LossCause::Parameters)),
+                },
             },
             Place::End(ending) => {
                 let Begun { command, first_byte_us, .. } = self.reply?;
@@ -364,7 +366,10 @@ impl Reader {
                     Ending::StateCode(code) => Event::StateCode(code),
                 }
             }
-            Place::Status => return Some(self.status_missing()),
+            Place::Status => {
+                let cause = self.status_missing();
+                return Some(self.failed(cause));
+            }
             Place::Stamp | Place::Clock | Place::StateCode | Place::Data { .. } => {
                 return Some(self.failed(LossCause::LineLength));
             }

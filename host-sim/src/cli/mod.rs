@@ -1,2 +1,40 @@
-//! The commands.
+//! The commands of `kehai-sim`, one file each.
+
 mod demo;
+mod replay;
+mod sensor;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Emulated range finders, recordings and simulated worlds.
+#[derive(Debug, Parser)]
+#[command(name = "kehai-sim", version, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Sensor(sensor::Arguments),
+    Replay(replay::Arguments),
+    Demo(demo::Arguments),
+}
+
+/// Does what the command line says. An exit status other than 0 comes with one line on stderr.
+pub fn run() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Sensor(arguments) => sensor::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("kehai-sim: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -78,6 +78,16 @@ impl Urg {
         self.catching_up = false;
     }
 
+    /// The sensor breaks: a running measurement ends with a status 0L.
+    pub(super) fn break_down(&mut self) {
+        self.abnormal = true;
+        if let Some(stream) = &self.stream {
+            let echo = stream.echo();
+            self.send_status(&echo, "0L");
+        }
+        self.stop_measuring();
+    }
+
     fn next_scan(&mut self, start_us: u64, earliest_us: u64) -> Option<SourceScan> {
         let revolution = Revolution { start_us, period_us: self.mirror.period_us(), earliest_us };
         let scan = self.source.scan(revolution);
@@ -96,7 +106,7 @@ impl Urg {
         let Some(mut stream) = self.stream.take() else { return };
         let Some(scan) = stream.next.take() else { return };
         let half_turn_us = u64::from(self.mirror.period_us() / 2);
-        stream.next = self.next_scan(self.mirror.next_us(scan.start_us + half_turn_us), scan.start_us + 1);
+        stream.next = self.next_scan(self.mirror.next_us(scan.start_us + half_turn_us), scan.start_us);
         if stream.skip_left > 0 {
             stream.skip_left -= 1;
             self.stream = Some(stream);
@@ -127,7 +137,8 @@ impl Urg {
         if self.scan_end_us <= self.now_us || !self.config.paced {
             self.catching_up = false;
         }
-        if self.now_us > scan.start_us + 2 * period_us {
+        let close = self.truth.back().is_some_and(|last| scan.start_us < last.start_us + period_us / 2);
+        if close || self.now_us > scan.start_us + 2 * period_us {
             self.catching_up = true;
         }
         if !self.config.paced || self.scan_end_us <= self.now_us {

@@ -75,13 +75,12 @@ impl Wire {
     pub fn take(&mut self, now_us: u64) -> Vec<Sent> {
         let mut sent: Vec<Sent> = Vec::new();
         while let Some(piece) = self.pieces.front_mut() {
-            let complete = if piece.byte_ns == 0 {
-                if piece.start_ns <= now_us * 1000 { piece.bytes.len() } else { 0 }
-            } else {
-                let since_ns = (now_us * 1000).saturating_sub(piece.start_ns);
-                let complete = (since_ns / piece.byte_ns).saturating_sub(piece.taken) as usize;
-                complete.min(piece.bytes.len())
-            };
+            let since_ns = (now_us * 1000).checked_sub(piece.start_ns);
+            let complete = since_ns.map_or(0, |since_ns| match since_ns.checked_div(piece.byte_ns) {
+                Some(bytes) => bytes.saturating_sub(piece.taken) as usize,
+                None => piece.bytes.len(),
+            });
+            let complete = complete.min(piece.bytes.len());
             let bytes: Vec<u8> = piece.bytes.drain(..complete).collect();
             piece.taken += complete as u64;
             let baud = piece.baud;
