@@ -10,7 +10,9 @@
 //! Nine beams of ten are at their background in nine scans of ten, so one comparison settles
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
-use super::{Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm};
+use super::{
+    Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm,
+};
 use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
@@ -149,9 +151,12 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
     /// The long way, for a reading that is not simply the beam's own background.
     fn judge_beam(&mut self, scan: &Scan<'_>, at: usize, now_ds: u16) {
-        let (Some(&value_mm), Some(&band), Some(status), Some(beam)) =
-            (scan.ranges_mm.get(at), self.bands.get(at), self.statuses.get_mut(at), self.per_beam.get_mut(at))
-        else {
+        let (Some(&value_mm), Some(&band), Some(status), Some(beam)) = (
+            scan.ranges_mm.get(at),
+            self.bands.get(at),
+            self.statuses.get_mut(at),
+            self.per_beam.get_mut(at),
+        ) else {
             return;
         };
         let wall = beam.profile.state == BeamState::Wall;
@@ -193,7 +198,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
         let (Some(status), Some(beam)) = (self.statuses.get_mut(at), self.per_beam.get_mut(at)) else {
             return;
         };
-        let count = if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
+        let count =
+            if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
         if count == 0 || beam.held_mm.abs_diff(range_mm) > beam.profile.tolerance_mm() {
             beam.hold(range_mm, now_ds);
             *status = Status::of(Status::BEHIND, 1);
