@@ -43,7 +43,7 @@ pub struct Arguments {
     headless: bool,
 
     /// Stop after so many seconds of the scene
-    #[arg(long, value_name = "N", value_parser = seconds)]
+    #[arg(long, value_name = "N", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
     /// A scene of one's own, or one that comes with the program
