@@ -12,7 +12,7 @@
 //! span over everything, and a counter.
 
 use crate::background::{
-    Absorb, AbsorbRefusal, Background, Class, Fingerprint, LearnRefusal, LearnRequest, Learning,
+    Absorb, AbsorbRefusal, Background, Class, Fingerprint, LEARN_SCANS, LearnRefusal, LearnRequest, Learning,
 };
 use crate::candidate::{self, CANDIDATES, Candidate, Surroundings};
 use crate::cluster::{Breaks, Piece, segment};
@@ -41,13 +41,22 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// URG-04LX, URG-04LX-UG01: the data sheet's 4 m for white paper holds for black clothing up
-    /// to about 2.5 m; steps outside the window read 19.
+    /// URG-04LX and URG-04LX-UG01: 4 m for white paper. Black clothing by the one data sheet that
+    /// states both: a UST-10LX reaches 10 m on white and 4 m at 10 % reflectance, two fifths.
     pub const URG_04LX: Self = Self {
-        learn: LearnRequest { scans: crate::background::LEARN_SCANS, even_if_moving: false },
-        open_range_mm: 2500,
+        learn: LearnRequest { scans: LEARN_SCANS, even_if_moving: false },
+        open_range_mm: 1600,
         blind_code: Some(19),
     };
+
+    /// UHG-08LX: two fifths of 8 m.
+    pub const UHG_08LX: Self = Self { open_range_mm: 3200, ..Self::URG_04LX };
+
+    /// UTM-30LX: two fifths of 30 m.
+    pub const UTM_30LX: Self = Self { open_range_mm: 12_000, blind_code: None, ..Self::URG_04LX };
+
+    /// UST-10LX: 4 m at 10 % reflectance, by its data sheet.
+    pub const UST_10LX: Self = Self { open_range_mm: 4000, blind_code: None, ..Self::URG_04LX };
 }
 
 impl Default for Settings {
