@@ -210,17 +210,28 @@ enum Side {
 }
 
 /// How a cluster ends at `beam`, and whether it touches a neighbour there.
-fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, breaks: Breaks, around: &impl Surroundings) -> (End, bool) {
+fn end(
+    scan: &Scan<'_>,
+    beam: usize,
+    end_mm: u16,
+    side: Side,
+    breaks: Breaks,
+    around: &impl Surroundings,
+) -> (End, bool) {
     for distance in 1..=BEYOND_BEAMS {
         let beyond = match side {
             Side::Before => beam.checked_sub(distance),
             Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
         };
         let Some(beyond) = beyond else {
-            return (End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX }, false);
+            return (
+                End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX },
+                false,
+            );
         };
         let Some(beyond_mm) = scan.reading(beyond).range_mm() else { continue };
-        let step_mm = (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
+        let step_mm =
+            (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
         let touches = around.is_foreground(beyond);
         let same = touches && breaks.joins(end_mm, beyond_mm, distance);
         let kind = match (touches, step_mm < 0) {

@@ -133,7 +133,8 @@ mod tests {
             let mut spans = UnseenSpans::new();
             assert!(!spans.add(100, 3, UnseenReason::TooShort, scan));
             assert!(!spans.add(10, 2, UnseenReason::NoReturn, scan));
-            let short = UnseenSpan { first_step: 144, beams: 3, reason: UnseenReason::TooShort, near_mm: Some(900) };
+            let short =
+                UnseenSpan { first_step: 144, beams: 3, reason: UnseenReason::TooShort, near_mm: Some(900) };
             let lost = UnseenSpan { first_step: 54, beams: 2, reason: UnseenReason::NoReturn, near_mm: None };
             assert_eq!(spans.as_slice(), [short, lost]);
         });

@@ -10,7 +10,9 @@
 //! Nine beams of ten are at their background in nine scans of ten, so one comparison settles
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
-use super::{Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm};
+use super::{
+    Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm,
+};
 use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
@@ -117,7 +119,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
             let settled = |((&value_mm, band), status): ((&u16, &Band), &Status)| {
                 band.holds(value_mm) && status.is_quiet()
             };
-            let Some(quiet) = values_mm.iter().zip(bands).zip(statuses).position(|beam| !settled(beam)) else {
+            let Some(quiet) = values_mm.iter().zip(bands).zip(statuses).position(|beam| !settled(beam))
+            else {
                 break;
             };
             beam += quiet;
@@ -128,9 +131,12 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
     /// The long way, for a reading that is not simply the beam's own background.
     fn judge_beam(&mut self, scan: &Scan<'_>, at: usize, now_ds: u16) {
-        let (Some(&value_mm), Some(&band), Some(status), Some(beam)) =
-            (scan.ranges_mm.get(at), self.bands.get(at), self.statuses.get_mut(at), self.per_beam.get_mut(at))
-        else {
+        let (Some(&value_mm), Some(&band), Some(status), Some(beam)) = (
+            scan.ranges_mm.get(at),
+            self.bands.get(at),
+            self.statuses.get_mut(at),
+            self.per_beam.get_mut(at),
+        ) else {
             return;
         };
         let wall = beam.profile.state == BeamState::Wall;
@@ -163,7 +169,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
         let (Some(status), Some(beam)) = (self.statuses.get_mut(at), self.per_beam.get_mut(at)) else {
             return;
         };
-        let count = if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
+        let count =
+            if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
         if count == 0 || beam.held_mm.abs_diff(range_mm) > beam.profile.tolerance_mm() {
             beam.hold(range_mm, now_ds);
             *status = Status::of(Status::BEHIND, 1);

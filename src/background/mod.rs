@@ -168,7 +168,8 @@ impl Band {
         match profile.state {
             BeamState::Unknown => Self::EVERYTHING,
             BeamState::Open => {
-                let base = if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
+                let base =
+                    if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
                 let codes = geometry.range_min_mm().saturating_sub(1);
                 Self::new(base, codes.wrapping_sub(base))
             }
@@ -322,7 +323,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
         }
         for at in first.saturating_sub(DILATION_BEAMS)..(end + DILATION_BEAMS).min(self.beams) {
             let start = at.saturating_sub(DILATION_BEAMS);
-            let around = self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
+            let around =
+                self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
             let edge_mm = around.filter_map(|beam| beam.profile.nearest_edge_mm()).min();
             if let Some(beam) = self.per_beam.get_mut(at) {
                 beam.clear_mm = edge_mm.unwrap_or(u16::MAX);
