@@ -184,6 +184,7 @@ pub(crate) fn chord_mm(scan: &Scan<'_>, cluster: Cluster) -> f32 {
 }
 
 /// Nearest beam of a cluster and its range.
+#[inline(never)]
 pub(crate) fn nearest(scan: &Scan<'_>, cluster: Cluster) -> (usize, u16) {
     let mut best = (cluster.first, u16::MAX);
     for (beam, range_mm) in readings(scan, cluster) {
@@ -290,6 +291,7 @@ fn contour(
 
 /// Places deeper than [`NECK_MM`] between two nearer ones. The walk over the ranges turns only when
 /// they have come back by that much, so that noise makes no necks.
+#[inline(never)]
 fn necks(scan: &Scan<'_>, cluster: Cluster) -> heapless::Vec<Neck, NECKS> {
     let mut necks = heapless::Vec::new();
     // A top with the nearest range before it, whose other side is still going nearer.

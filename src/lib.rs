@@ -41,5 +41,7 @@ pub mod math;
 pub mod pipeline;
 pub mod scan;
 pub mod scip;
+pub mod sensor;
 pub mod unseen;
 pub mod visibility;
+pub mod wire;

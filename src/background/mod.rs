@@ -224,6 +224,7 @@ pub struct Background<const BEAMS: usize> {
     known: bool,
     drifted: bool,
     published_ds: u32,
+    judged_ds: u32,
     fingerprint: Fingerprint,
 }
 
@@ -243,6 +244,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
             known: false,
             drifted: false,
             published_ds: 0,
+            judged_ds: 0,
             fingerprint: Fingerprint(0),
         }
     }
