@@ -211,14 +211,7 @@ enum Side {
 }
 
 /// How a cluster ends at `beam`, and whether it touches a neighbour there.
-fn end(
-    scan: &Scan<'_>,
-    beam: usize,
-    end_mm: u16,
-    side: Side,
-    breaks: Breaks,
-    around: &impl Surroundings,
-) -> (End, bool) {
+fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, breaks: Breaks, around: &impl Surroundings) -> (End, bool) {
     for distance in 1..=BEYOND_BEAMS {
         let beyond = match side {
             Side::Before => beam.checked_sub(distance),

@@ -121,10 +121,7 @@ pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut 
             Class::Foreground => {
                 lost_ends(&mut lost, &mut found);
                 match &mut run {
-                    Some(open)
-                        if here - open.last <= 2
-                            && breaks.joins(open.last_mm, range_mm, here - open.last) =>
-                    {
+                    Some(open) if here - open.last <= 2 && breaks.joins(open.last_mm, range_mm, here - open.last) => {
                         (open.last, open.last_mm) = (here, range_mm);
                         open.valid = open.valid.saturating_add(1);
                     }
@@ -137,10 +134,7 @@ pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut 
             Class::NoReturn => {
                 let next_joins = |last_mm| {
                     statuses.get(here + 1).is_some_and(|next| next.class() == Class::Foreground)
-                        && scan
-                            .ranges_mm
-                            .get(here + 1)
-                            .is_some_and(|&next_mm| breaks.joins(last_mm, next_mm, 2))
+                        && scan.ranges_mm.get(here + 1).is_some_and(|&next_mm| breaks.joins(last_mm, next_mm, 2))
                 };
                 if !run.is_some_and(|open| here - open.last == 1 && next_joins(open.last_mm)) {
                     run_ends(&mut run, scan, breaks, &mut found);

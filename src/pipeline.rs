@@ -11,9 +11,7 @@
 //! A scan that does not fit the configured geometry is judged as seen by nobody: no candidate, one unseen
 //! span over everything, and a counter.
 
-use crate::background::{
-    Absorb, AbsorbRefusal, Background, Class, Fingerprint, LearnRefusal, LearnRequest, Learning,
-};
+use crate::background::{Absorb, AbsorbRefusal, Background, Class, Fingerprint, LearnRefusal, LearnRequest, Learning};
 use crate::candidate::{self, CANDIDATES, Candidate, Surroundings};
 use crate::cluster::{Breaks, Piece, segment};
 use crate::scan::{Geometry, Scan, ScanTime};
@@ -158,13 +156,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
             settings: Settings::URG_04LX,
             breaks: Breaks::NONE,
             judgement: Judgement::new(),
-            counters: Counters {
-                foreign_scans: 0,
-                short_scans: 0,
-                candidates_over: 0,
-                spans_merged: 0,
-                absorbs_refused: 0,
-            },
+            counters: Counters { foreign_scans: 0, short_scans: 0, candidates_over: 0, spans_merged: 0, absorbs_refused: 0 },
             clock_ms: 0,
             last_sensor_ms: None,
         }
@@ -182,10 +174,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
         fingerprint: Fingerprint,
     ) -> Result<(), ConfigureError> {
         if usize::from(geometry.beams()) > BEAMS {
-            return Err(ConfigureError::TooManyBeams {
-                beams: geometry.beams(),
-                room: BEAMS.min(usize::from(u16::MAX)) as u16,
-            });
+            return Err(ConfigureError::TooManyBeams { beams: geometry.beams(), room: BEAMS.min(usize::from(u16::MAX)) as u16 });
         }
         self.geometry = Some(*geometry);
         self.settings = settings;
@@ -225,8 +214,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
         background.judge(scan, now_ds);
         let around = Around { background, now_ds };
         let Judgement { candidates, unseen, .. } = judgement;
-        let count =
-            |counter: &mut u32, happened: bool| *counter = counter.saturating_add(u32::from(happened));
+        let count = |counter: &mut u32, happened: bool| *counter = counter.saturating_add(u32::from(happened));
         let breaks = *breaks;
         segment(background.statuses(), scan, breaks, |piece| match piece {
             Piece::Cluster(cluster) => {
@@ -234,8 +222,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
                     count(&mut counters.candidates_over, true);
                     let first = usize::from(scan.geometry.beam(over.first_step));
                     let last = usize::from(scan.geometry.beam(over.last_step));
-                    let merged =
-                        unseen.add(first, last.saturating_sub(first) + 1, UnseenReason::Overflow, scan);
+                    let merged = unseen.add(first, last.saturating_sub(first) + 1, UnseenReason::Overflow, scan);
                     count(&mut counters.spans_merged, merged);
                 }
             }
@@ -261,9 +248,8 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
     fn tick(&mut self, sensor_ms: u64, geometry: &Geometry) -> u32 {
         let passed_ms = self.last_sensor_ms.and_then(|last_ms| sensor_ms.checked_sub(last_ms));
         let period_ms = u64::from(geometry.period_us() / 1000);
-        self.clock_ms = self
-            .clock_ms
-            .wrapping_add(passed_ms.filter(|&passed_ms| passed_ms <= PAUSE_MAX_MS).unwrap_or(period_ms));
+        self.clock_ms =
+            self.clock_ms.wrapping_add(passed_ms.filter(|&passed_ms| passed_ms <= PAUSE_MAX_MS).unwrap_or(period_ms));
         self.last_sensor_ms = Some(sensor_ms);
         (self.clock_ms / 100) as u32
     }
@@ -295,8 +281,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
             }
             None => Err(AbsorbRefusal::NoBackground),
         };
-        self.counters.absorbs_refused =
-            self.counters.absorbs_refused.saturating_add(u32::from(result.is_err()));
+        self.counters.absorbs_refused = self.counters.absorbs_refused.saturating_add(u32::from(result.is_err()));
         result
     }
 

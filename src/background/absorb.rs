@@ -87,8 +87,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
         if there * 5 < beams * STILL_THERE_OF_5 {
             return Err(AbsorbRefusal::Moved);
         }
-        for (at, (status, beam)) in self.statuses.iter().zip(&mut self.per_beam).take(self.beams).enumerate()
-        {
+        for (at, (status, beam)) in self.statuses.iter().zip(&mut self.per_beam).take(self.beams).enumerate() {
             let inside = span.contains(&geometry.step(at as u16)) && band.contains(&beam.held_mm);
             if inside && status.class() == Class::Foreground {
                 beam.profile.near_mm = beam.held_mm;

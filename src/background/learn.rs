@@ -19,8 +19,7 @@
 //! starts the learning anew, unless the request says otherwise.
 
 use super::{
-    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm,
-    suspects,
+    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm, suspects,
 };
 use crate::scan::{Geometry, Scan};
 
@@ -481,9 +480,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
     fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
-        for (at, (beam, modes)) in
-            self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate()
-        {
+        for (at, (beam, modes)) in self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate() {
             let profile = modes.finish(total);
             // A step the sensor cannot measure says so by a code of its own, always the same.
             let silent = profile.state == BeamState::Open && profile.far_mm == 0;

@@ -325,8 +325,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
         }
         for at in first.saturating_sub(DILATION_BEAMS)..(end + DILATION_BEAMS).min(self.beams) {
             let start = at.saturating_sub(DILATION_BEAMS);
-            let around =
-                self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
+            let around = self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
             let edge_mm = around.filter_map(|beam| beam.profile.nearest_edge_mm()).min();
             if let Some(beam) = self.per_beam.get_mut(at) {
                 beam.clear_mm = edge_mm.unwrap_or(u16::MAX);
