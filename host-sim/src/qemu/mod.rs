@@ -113,6 +113,15 @@ pub fn image() -> Result<PathBuf, Error> {
     Ok(target.join(TARGET).join("release").join(BOARD))
 }
 
+/// What the sensor's line is.
+pub enum Line<'a> {
+    /// Datagrams of at most 1024 bytes, on the socket [`Qemu::sensor`]: for any rate of scans, but the
+    /// line's speed cannot be seen.
+    Datagrams,
+    /// A terminal, whose speed the image sets; 10 kB/s at most.
+    Terminal(&'a Path),
+}
+
 /// What the module's Ethernet is plugged into.
 pub enum Network<'a> {
     /// QEMU's own user network: DHCP, and the module's port forwarded to [`Qemu::module`].
@@ -127,6 +136,8 @@ pub struct Machine<'a> {
     pub image: &'a Path,
     /// Hardware address, which is the module's identity.
     pub mac: [u8; 6],
+    /// See [`Line`].
+    pub line: Line<'a>,
     /// See [`Network`].
     pub network: Network<'a>,
     /// File that stands for the flash and outlives the machine; made if missing. `None`: a new one.
@@ -158,6 +169,13 @@ impl Qemu {
         let sensor = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
         let sensor_port = free_port()?;
         sensor.connect((Ipv4Addr::LOCALHOST, sensor_port))?;
+        let line = match machine.line {
+            Line::Datagrams => OsString::from(format!(
+                "udp,id=sensor,host=127.0.0.1,port={},localaddr=127.0.0.1,localport={sensor_port},mux=on",
+                sensor.local_addr()?.port()
+            )),
+            Line::Terminal(path) => with_path("serial,id=sensor,path=", path),
+        };
         let module = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()?));
 
         let mut command = Command::new("qemu-system-arm");
@@ -169,10 +187,7 @@ impl Qemu {
                 &flash,
             ))
             .arg("-chardev")
-            .arg(format!(
-                "udp,id=sensor,host=127.0.0.1,port={},localaddr=127.0.0.1,localport={sensor_port},mux=on",
-                sensor.local_addr()?.port()
-            ))
+            .arg(line)
             // A multiplexed line has an escape character: one that SCIP never uses.
             .args(["-echr", "255", "-serial", "chardev:sensor", "-serial"])
             .arg(with_path("file:", &folder.join("log")))
@@ -195,7 +210,7 @@ impl Qemu {
         Ok(qemu)
     }
 
-    /// The sensor's end of UART0: datagrams of at most 1024 bytes are bytes on the line.
+    /// The sensor's end of UART0, with [`Line::Datagrams`].
     #[must_use]
     pub fn sensor(&self) -> &UdpSocket {
         &self.sensor
