@@ -184,6 +184,7 @@ pub(crate) fn chord_mm(scan: &Scan<'_>, cluster: Cluster) -> f32 {
 }
 
 /// Nearest beam of a cluster and its range.
+#[inline(never)]
 pub(crate) fn nearest(scan: &Scan<'_>, cluster: Cluster) -> (usize, u16) {
     let mut best = (cluster.first, u16::MAX);
     for (beam, range_mm) in readings(scan, cluster) {
@@ -217,10 +218,14 @@ fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, breaks: Breaks, ar
             Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
         };
         let Some(beyond) = beyond else {
-            return (End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX }, false);
+            return (
+                End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX },
+                false,
+            );
         };
         let Some(beyond_mm) = scan.reading(beyond).range_mm() else { continue };
-        let step_mm = (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
+        let step_mm =
+            (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
         let touches = around.is_foreground(beyond);
         let same = touches && breaks.joins(end_mm, beyond_mm, distance);
         let kind = match (touches, step_mm < 0) {
@@ -279,6 +284,7 @@ fn contour(
 
 /// Places deeper than [`NECK_MM`] between two nearer ones. The walk over the ranges turns only when
 /// they have come back by that much, so that noise makes no necks.
+#[inline(never)]
 fn necks(scan: &Scan<'_>, cluster: Cluster) -> heapless::Vec<Neck, NECKS> {
     let mut necks = heapless::Vec::new();
     // A top with the nearest range before it, whose other side is still going nearer.

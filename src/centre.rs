@@ -157,11 +157,19 @@ impl Seen {
         let left = (place as usize).min(gaps - 1);
         let at = |point: usize| match point.checked_sub(1) {
             None => self.first_m,
-            Some(point) => candidate.contour_mm(point).map_or(self.last_m, |range_mm| f32::from(range_mm) * 0.001),
+            Some(point) => {
+                candidate.contour_mm(point).map_or(self.last_m, |range_mm| f32::from(range_mm) * 0.001)
+            }
         };
         if candidate.contour.is_empty() {
             // Without a contour: the middle range in the inner half, the end's beyond.
-            return if place < 0.25 { self.first_m } else if place > 0.75 { self.last_m } else { self.mid_m };
+            return if place < 0.25 {
+                self.first_m
+            } else if place > 0.75 {
+                self.last_m
+            } else {
+                self.mid_m
+            };
         }
         let share = place - left as f32;
         at(left) * (1.0 - share) + at(left + 1) * share

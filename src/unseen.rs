@@ -8,8 +8,9 @@
 
 use crate::scan::{Geometry, Scan};
 
-/// Most spans in a scan: twice the candidates, for the mixed pixels at their ends.
-pub const UNSEEN_SPANS: usize = 48;
+/// Most spans in a scan: what a report has room for beside [`CANDIDATES`](crate::candidate::CANDIDATES)
+/// candidates of the largest kind, see [`crate::wire`]; recordings of real scenes show 15 at most.
+pub const UNSEEN_SPANS: usize = 28;
 
 /// Why a direction is not known to be empty.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -133,7 +134,8 @@ mod tests {
             let mut spans = UnseenSpans::new();
             assert!(!spans.add(100, 3, UnseenReason::TooShort, scan));
             assert!(!spans.add(10, 2, UnseenReason::NoReturn, scan));
-            let short = UnseenSpan { first_step: 144, beams: 3, reason: UnseenReason::TooShort, near_mm: Some(900) };
+            let short =
+                UnseenSpan { first_step: 144, beams: 3, reason: UnseenReason::TooShort, near_mm: Some(900) };
             let lost = UnseenSpan { first_step: 54, beams: 2, reason: UnseenReason::NoReturn, near_mm: None };
             assert_eq!(spans.as_slice(), [short, lost]);
         });

@@ -130,8 +130,8 @@ impl Replay {
     }
 
     fn summarise(&mut self, recording: &Recording, chain: &Chain) {
-        let model = chain.pipeline().background().model();
-        let beams = |state| model.clone().filter(|beam| beam.state == state).count();
+        let model: Vec<_> = chain.pipeline().background().model().collect();
+        let beams = |state| model.iter().filter(|beam| beam.state == state).count();
         let wide: Vec<_> =
             self.lines.iter().map(|line| line.candidates.iter().filter(|c| !c.narrow).count()).collect();
         let any = || self.lines.iter().map(|line| line.candidates.len());
@@ -153,7 +153,7 @@ impl Replay {
             most_any: any().max().unwrap_or(0),
         };
         if let Some(geometry) = chain.geometry() {
-            self.picture.background = exposure::background(geometry, model);
+            self.picture.background = exposure::background(geometry, &model);
         }
     }
 }

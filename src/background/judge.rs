@@ -20,9 +20,12 @@ pub const RECEDE_RETURNS: u8 = 20;
 /// Scans without a return after which a beam no longer holds its range: drop-outs last 1.5 to 2.7.
 const LOST_SCANS: u8 = 3;
 
-/// Longest time a beam is said to hold a range, 0.1 s: what fits 16 bits, less room for the pauses
-/// between scans.
+/// Longest time a beam is said to hold a range, 0.1 s: what fits 16 bits, less the time between two
+/// sweeps and the longest pause between scans.
 pub const HELD_MAX_DS: u16 = 60_000;
+
+/// Ages are limited whenever the time in 0.1 s passes a multiple of this plus one: every 410 s.
+const HELD_SWEEP_MASK_DS: u32 = 0xfff;
 
 /// What a beam shows in the latest scan.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,6 +55,8 @@ impl Status {
     const LOST: u8 = 4;
     /// At its background, foreground in the scan before.
     const LAPSED: u8 = 5;
+    /// Foreground at the range it held before.
+    const STANDING: Self = Self(Self::FOREGROUND);
     const KIND: u8 = 7;
     const COUNT_SHIFT: u32 = 3;
 
@@ -110,20 +115,36 @@ impl<const BEAMS: usize> Background<BEAMS> {
         if let Some(missing) = self.statuses.get_mut(beams..self.beams) {
             missing.fill(Status::QUIET);
         }
-        let mut beam = 0;
-        while let (Some(values_mm), Some(bands), Some(statuses)) =
-            (scan.ranges_mm.get(beam..beams), self.bands.get(beam..beams), self.statuses.get(beam..beams))
-        {
-            let settled = |((&value_mm, band), status): ((&u16, &Band), &Status)| {
-                band.holds(value_mm) && status.is_quiet()
-            };
-            let Some(quiet) = values_mm.iter().zip(bands).zip(statuses).position(|beam| !settled(beam)) else {
-                break;
-            };
-            beam += quiet;
-            self.judge_beam(scan, beam, now_ds as u16);
-            beam += 1;
+        if (now_ds ^ self.judged_ds) & !HELD_SWEEP_MASK_DS != 0 {
+            self.limit_ages(now_ds as u16);
         }
+        self.judged_ds = now_ds;
+        let mut done = 0;
+        while let Some(unsettled) = self.next_unsettled(scan, done, beams) {
+            self.judge_beam(scan, unsettled, now_ds as u16);
+            done = unsettled + 1;
+        }
+    }
+
+    /// The next beam from `from` on that is neither quietly at its background nor foreground at the
+    /// range it held before.
+    #[inline(never)]
+    fn next_unsettled(&self, scan: &Scan<'_>, from: usize, end: usize) -> Option<usize> {
+        let range_min_mm = scan.geometry.range_min_mm();
+        let values_mm = scan.ranges_mm.get(from..end)?.iter();
+        let model = self.bands.get(from..end)?.iter().zip(self.per_beam.get(from..end)?);
+        let mut beams = values_mm.zip(model).zip(self.statuses.get(from..end)?);
+        let settled = |&((&value_mm, (band, beam)), &status): &((&u16, (&Band, &Beam)), &Status)| {
+            if band.holds(value_mm) {
+                status.is_quiet()
+            } else {
+                status == Status::STANDING
+                    && value_mm >= range_min_mm
+                    && value_mm < beam.clear_mm
+                    && value_mm.abs_diff(beam.held_mm) <= TOLERANCE_MIN_MM
+            }
+        };
+        beams.position(|beam| !settled(&beam)).map(|passed| from + passed)
     }
 
     /// The long way, for a reading that is not simply the beam's own background.
@@ -154,6 +175,15 @@ impl<const BEAMS: usize> Background<BEAMS> {
                 } else {
                     foreground(range_mm, *status, beam, now_ds)
                 };
+            }
+        }
+    }
+
+    /// Keeps the ages of what is held within the reach of their 16 bits.
+    fn limit_ages(&mut self, now_ds: u16) {
+        for beam in self.per_beam.iter_mut().take(self.beams) {
+            if now_ds.wrapping_sub(beam.since_ds) > HELD_MAX_DS {
+                beam.since_ds = now_ds.wrapping_sub(HELD_MAX_DS);
             }
         }
     }
@@ -216,9 +246,6 @@ fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> St
         _ => (false, false),
     };
     if held && (holds || !missed) {
-        if now_ds.wrapping_sub(beam.since_ds) > HELD_MAX_DS {
-            beam.since_ds = now_ds.wrapping_sub(HELD_MAX_DS);
-        }
         return Status::of(Status::FOREGROUND, u8::from(!holds));
     }
     beam.hold(range_mm, now_ds);

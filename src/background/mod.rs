@@ -168,7 +168,8 @@ impl Band {
         match profile.state {
             BeamState::Unknown => Self::EVERYTHING,
             BeamState::Open => {
-                let base = if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
+                let base =
+                    if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
                 let codes = geometry.range_min_mm().saturating_sub(1);
                 Self::new(base, codes.wrapping_sub(base))
             }
@@ -223,6 +224,7 @@ pub struct Background<const BEAMS: usize> {
     known: bool,
     drifted: bool,
     published_ds: u32,
+    judged_ds: u32,
     fingerprint: Fingerprint,
 }
 
@@ -242,6 +244,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
             known: false,
             drifted: false,
             published_ds: 0,
+            judged_ds: 0,
             fingerprint: Fingerprint(0),
         }
     }

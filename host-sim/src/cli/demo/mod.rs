@@ -173,8 +173,8 @@ impl Demo {
 
     /// Takes over what does not change with each scan.
     fn look_around(&mut self, geometry: &Geometry) {
-        let model = self.chain.pipeline().background().model();
-        let background = exposure::background(geometry, model);
+        let model: Vec<_> = self.chain.pipeline().background().model().collect();
+        let background = exposure::background(geometry, &model);
         self.view.walls = background.iter().filter_map(host_sim::picture::BeamShown::wall_m).collect();
         for place in self.view.walls.iter().chain(&self.view.truth) {
             for axis in 0..2 {
