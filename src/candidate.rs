@@ -210,7 +210,8 @@ enum Side {
     After,
 }
 
-/// How a cluster ends at `beam`, and whether it touches a neighbour there.
+/// How a cluster ends at `beam`, and whether it touches a neighbour there. A stray foreground beam
+/// beside it, a mixed pixel more often than not, is looked past.
 fn end(
     scan: &Scan<'_>,
     beam: usize,
@@ -219,29 +220,36 @@ fn end(
     breaks: Breaks,
     around: &impl Surroundings,
 ) -> (End, bool) {
+    let outwards = |distance: usize| match side {
+        Side::Before => beam.checked_sub(distance),
+        Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
+    };
+    if outwards(1).is_none() {
+        return (End { kind: EndKind::View, step_mm: i16::MAX }, false);
+    }
     for distance in 1..=BEYOND_BEAMS {
-        let beyond = match side {
-            Side::Before => beam.checked_sub(distance),
-            Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
-        };
-        let Some(beyond) = beyond else {
-            return (
-                End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX },
-                false,
-            );
-        };
+        let Some(beyond) = outwards(distance) else { break };
         let Some(beyond_mm) = scan.reading(beyond).range_mm() else { continue };
-        let step_mm =
-            (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
         let touches = around.is_foreground(beyond);
-        let same = touches && breaks.joins(end_mm, beyond_mm, distance);
-        let kind = match (touches, step_mm < 0) {
-            _ if same => EndKind::Neck,
-            (_, false) => EndKind::Free,
-            (true, true) => EndKind::Body,
-            (false, true) => EndKind::Wall,
+        let goes_on = outwards(distance + 1).is_some_and(|next| {
+            let next_mm = scan.reading(next).range_mm();
+            around.is_foreground(next) && next_mm.is_some_and(|next_mm| breaks.joins(beyond_mm, next_mm, 1))
+        });
+        if touches && !goes_on {
+            continue;
+        }
+        let step_mm = i32::from(beyond_mm) - i32::from(end_mm);
+        let kind = if touches && breaks.joins(end_mm, beyond_mm, distance) {
+            EndKind::Neck
+        } else if step_mm >= 0 {
+            EndKind::Free
+        } else if touches {
+            EndKind::Body
+        } else {
+            EndKind::Wall
         };
-        return (End { kind, step_mm: step_mm as i16 }, touches);
+        let step_mm = step_mm.clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16;
+        return (End { kind, step_mm }, touches);
     }
     (End { kind: EndKind::Free, step_mm: i16::MAX }, false)
 }
@@ -440,7 +448,7 @@ mod tests {
     fn a_nearer_wall_and_a_neck_are_told_apart() {
         let mut ranges_mm = thing(30, 4500);
         ranges_mm[35..].fill(0);
-        ranges_mm[37] = 4550;
+        ranges_mm[37..39].fill(4550);
         let geometry = Geometry::new(GeometryParts { first_step: 300, last_step: 339, ..URG_04LX }).unwrap();
         let scan = Scan { geometry: &geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
         struct All;
@@ -456,6 +464,16 @@ mod tests {
         let candidate = describe(&scan, cluster, Breaks::of(&geometry), &All);
         assert_eq!(candidate.first_end, End { kind: EndKind::Wall, step_mm: -500 });
         assert_eq!(candidate.last_end, End { kind: EndKind::Neck, step_mm: 50 });
+    }
+
+    #[test]
+    fn a_mixed_pixel_beside_a_body_leaves_its_end_free() {
+        let mut ranges_mm = thing(30, 2000);
+        ranges_mm[35] = 2110;
+        ranges_mm[4] = 3000;
+        let candidate = describe_beams(&ranges_mm, 5, 34);
+        let free = End { kind: EndKind::Free, step_mm: 2000 };
+        assert_eq!((candidate.first_end, candidate.last_end, candidate.touches), (free, free, false));
     }
 
     #[test]
