@@ -211,7 +211,14 @@ enum Side {
 }
 
 /// How a cluster ends at `beam`, and whether it touches a neighbour there.
-fn end(scan: &Scan<'_>, beam: usize, end_mm: u16, side: Side, breaks: Breaks, around: &impl Surroundings) -> (End, bool) {
+fn end(
+    scan: &Scan<'_>,
+    beam: usize,
+    end_mm: u16,
+    side: Side,
+    breaks: Breaks,
+    around: &impl Surroundings,
+) -> (End, bool) {
     for distance in 1..=BEYOND_BEAMS {
         let beyond = match side {
             Side::Before => beam.checked_sub(distance),
@@ -249,12 +256,14 @@ fn mid_mm(scan: &Scan<'_>, cluster: Cluster) -> u16 {
     sorted.median()
 }
 
-/// Median over at most [`STATIC_BEAMS`] beams, evenly spread.
+/// Median over [`STATIC_BEAMS`] beams, evenly spread.
 fn static_ds(cluster: Cluster, around: &impl Surroundings) -> u16 {
     let mut sorted = Median::<STATIC_BEAMS>::new();
-    let stride = cluster.beams().div_ceil(STATIC_BEAMS).max(1);
-    for beam in (cluster.first..=cluster.last).step_by(stride).filter(|&beam| around.is_foreground(beam)) {
-        sorted.add(around.held_ds(beam));
+    for part in 0..STATIC_BEAMS {
+        let beam = cluster.first + (2 * part + 1) * cluster.beams() / (2 * STATIC_BEAMS);
+        if around.is_foreground(beam) {
+            sorted.add(around.held_ds(beam));
+        }
     }
     sorted.median()
 }
@@ -356,5 +365,138 @@ impl<const N: usize> Median<N> {
     fn median(&self) -> u16 {
         let middle = self.sorted.len().saturating_sub(1) / 2;
         self.sorted.get(middle).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::{Geometry, GeometryParts, ScanTime, URG_04LX};
+    use std::vec;
+    use std::vec::Vec;
+
+    /// Foreground is whatever is nearer than 3.9 m.
+    struct Nearer<'a>(&'a [u16]);
+
+    impl Surroundings for Nearer<'_> {
+        fn is_foreground(&self, beam: usize) -> bool {
+            self.0.get(beam).is_some_and(|&range_mm| (20..3900).contains(&range_mm))
+        }
+
+        fn held_ds(&self, beam: usize) -> u16 {
+            beam as u16 * 10
+        }
+    }
+
+    fn describe_beams(ranges_mm: &[u16], first: usize, last: usize) -> Candidate {
+        let last_step = 300 + ranges_mm.len() as u16 - 1;
+        let geometry = Geometry::new(GeometryParts { first_step: 300, last_step, ..URG_04LX }).unwrap();
+        let scan = Scan { geometry: &geometry, ranges_mm, time: ScanTime::default() };
+        let valid = ranges_mm[first..=last].iter().filter(|&&range_mm| range_mm >= 20).count();
+        let cluster = Cluster { first, last, valid: valid as u16 };
+        describe(&scan, cluster, Breaks::of(&geometry), &Nearer(ranges_mm))
+    }
+
+    /// `beams` readings of a flat thing at `range_mm` between two pieces of wall.
+    fn thing(beams: usize, range_mm: u16) -> Vec<u16> {
+        [vec![4000; 5], vec![range_mm; beams], vec![4000; 5]].concat()
+    }
+
+    #[test]
+    fn a_body_before_a_wall_has_two_free_ends_and_the_step_to_the_wall() {
+        let mut ranges_mm = thing(30, 2000);
+        ranges_mm[12] = 1950;
+        let candidate = describe_beams(&ranges_mm, 5, 34);
+        assert_eq!((candidate.first_step, candidate.last_step, candidate.beams), (305, 334, 30));
+        assert_eq!((candidate.near_mm, candidate.near_step, candidate.mid_mm), (1950, 312, 2000));
+        let free = End { kind: EndKind::Free, step_mm: 2000 };
+        assert_eq!((candidate.first_end, candidate.last_end), (free, free));
+        assert_eq!(candidate.static_ds, 200);
+        assert!(!candidate.narrow && !candidate.touches);
+    }
+
+    #[test]
+    fn narrow_is_a_chord_under_two_hundred_millimetres() {
+        // 16 gaps of 12.27 mm make 196 mm at 2 m; 17 make 209.
+        assert!(describe_beams(&thing(17, 2000), 5, 21).narrow);
+        assert!(!describe_beams(&thing(18, 2000), 5, 22).narrow);
+    }
+
+    #[test]
+    fn ends_say_what_cuts_them() {
+        let mut ranges_mm = thing(30, 2000);
+        ranges_mm[..5].fill(1500);
+        ranges_mm[35..].fill(0);
+        let candidate = describe_beams(&ranges_mm, 5, 34);
+        assert_eq!(candidate.first_end, End { kind: EndKind::Body, step_mm: -500 });
+        assert_eq!(candidate.last_end, End { kind: EndKind::Free, step_mm: i16::MAX });
+        assert!(candidate.touches);
+        // The nearer one of the two is free on that side.
+        assert_eq!(describe_beams(&ranges_mm, 0, 4).last_end, End { kind: EndKind::Free, step_mm: 500 });
+        assert_eq!(describe_beams(&ranges_mm, 0, 4).first_end.kind, EndKind::View);
+    }
+
+    #[test]
+    fn a_nearer_wall_and_a_neck_are_told_apart() {
+        let mut ranges_mm = thing(30, 4500);
+        ranges_mm[35..].fill(0);
+        ranges_mm[37] = 4550;
+        let geometry = Geometry::new(GeometryParts { first_step: 300, last_step: 339, ..URG_04LX }).unwrap();
+        let scan = Scan { geometry: &geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
+        struct All;
+        impl Surroundings for All {
+            fn is_foreground(&self, beam: usize) -> bool {
+                beam >= 5
+            }
+            fn held_ds(&self, _: usize) -> u16 {
+                0
+            }
+        }
+        let cluster = Cluster { first: 5, last: 34, valid: 30 };
+        let candidate = describe(&scan, cluster, Breaks::of(&geometry), &All);
+        assert_eq!(candidate.first_end, End { kind: EndKind::Wall, step_mm: -500 });
+        assert_eq!(candidate.last_end, End { kind: EndKind::Neck, step_mm: 50 });
+    }
+
+    #[test]
+    fn the_contour_has_seven_points_and_fifteen_when_wide() {
+        let hollow: Vec<u16> = thing(39, 2000)
+            .iter()
+            .enumerate()
+            .map(
+                |(beam, &range_mm)| {
+                    if range_mm == 2000 { 2000 + 2 * (beam as u16).abs_diff(24) } else { range_mm }
+                },
+            )
+            .collect();
+        let candidate = describe_beams(&hollow, 5, 43);
+        assert_eq!(candidate.contour.len(), CONTOUR_POINTS);
+        assert_eq!(candidate.contour_mm(3), Some(2000));
+        for point in 0..CONTOUR_POINTS {
+            let mirrored = candidate.contour[CONTOUR_POINTS - 1 - point];
+            assert!(candidate.contour[point].abs_diff(mirrored) <= 1);
+        }
+        assert_eq!(describe_beams(&thing(60, 2000), 5, 64).contour.len(), CONTOUR_POINTS_WIDE);
+        assert_eq!(describe_beams(&thing(4, 2000), 5, 8).contour.len(), 2);
+        assert_eq!(candidate.contour_mm(CONTOUR_POINTS), None);
+    }
+
+    #[test]
+    fn the_three_deepest_necks_are_told_in_their_order() {
+        let depths = [0, 80, 0, 300, 0, 40, 0, 120, 0, 200, 0];
+        let lobes: Vec<u16> = depths.iter().flat_map(|&depth| [2000 + depth; 3]).collect();
+        let ranges_mm = [vec![4000; 5], lobes, vec![4000; 5]].concat();
+        let necks: Vec<(u16, u16)> =
+            describe_beams(&ranges_mm, 5, 37).necks.iter().map(|neck| (neck.step, neck.depth_mm)).collect();
+        assert_eq!(necks, [(314, 300), (326, 120), (332, 200)]);
+    }
+
+    #[test]
+    fn drop_outs_inside_shorten_nothing_but_the_count() {
+        let mut ranges_mm = thing(30, 2000);
+        ranges_mm[20] = 0;
+        let candidate = describe_beams(&ranges_mm, 5, 34);
+        assert_eq!((candidate.beams, candidate.mid_mm, candidate.near_mm), (29, 2000, 2000));
+        assert!(candidate.contour.iter().all(|&offset| offset == 0));
     }
 }

@@ -11,9 +11,9 @@ use kehai::candidate::{Candidate, End, EndKind, Neck};
 use kehai::scan::{Geometry, GeometryParts, ScanTime};
 use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
-    Alarms, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, Health, HealthHead, Identity,
-    Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, ProfilePart, RawPart, Refusal,
-    Refused, Report, ReportHead, Request, SensorInfo, SensorState, SettingFault, Subscribed,
+    Alarms, COUNTERS, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, Health, HealthHead,
+    Identity, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, ProfilePart, RawPart,
+    Refusal, Refused, Report, ReportHead, Request, SensorInfo, SensorState, SettingFault, Subscribed,
 };
 
 const MODULE: Identity = Identity { module: ModuleId([0x52, 0x54, 0x00, 0x12, 0x34, 0x01]), boot: 7 };
@@ -55,6 +55,32 @@ fn check_request(name: &str, to: Identity, cookie: Cookie, request: Request<'_>)
     let incoming = Incoming::open(&bytes).unwrap();
     assert_eq!((incoming.request_id, incoming.cookie), (REQUEST_ID, cookie), "{name}");
     assert_eq!(incoming.request(MODULE), Ok(request), "{name}");
+}
+
+#[test]
+fn every_datagram_ever_sent_is_understood() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/wire");
+    for file in std::fs::read_dir(folder).unwrap() {
+        let path = file.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let bytes: Vec<u8> =
+            text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
+        let request = Incoming::open(&bytes).is_ok_and(|incoming| incoming.request(MODULE).is_ok());
+        assert!(request || Message::decode(&bytes).is_ok(), "{}", path.display());
+    }
+}
+
+#[test]
+fn the_description_shows_these_bytes_and_names_every_counter() {
+    let project = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let description = std::fs::read_to_string(project.join("docs/wire.md")).unwrap();
+    let report = std::fs::read_to_string(project.join("tests/data/wire/report.hex")).unwrap();
+    let indented: String = report.lines().map(|line| format!("    {line}\n")).collect();
+    assert!(description.contains(&indented), "the worked example of docs/wire.md is not the golden report");
+    for (at, counter) in Counter::ALL.iter().enumerate() {
+        let row = format!("| {at} | `{}` |", counter.name());
+        assert!(description.contains(&row), "docs/wire.md misses {row}");
+    }
 }
 
 #[test]
@@ -221,12 +247,13 @@ fn health_has_its_bytes() {
         },
     ];
     let full = Health { head, counters, suspects: List::new(&suspects), events: List::new(&events) };
-    check_message("health", Message::Health(full));
+    // A counter more is a file more: the older ones stay readable.
+    check_message(&format!("health-{COUNTERS}-counters"), Message::Health(full));
     let head =
         HealthHead { learning: None, alarms: Alarms::default(), sensor: SensorState::Searching, ..head };
     let quiet =
         Health { head, counters: Counters::new(), suspects: List::default(), events: List::default() };
-    check_message("health-quiet", Message::Health(quiet));
+    check_message(&format!("health-quiet-{COUNTERS}-counters"), Message::Health(quiet));
 }
 
 #[test]

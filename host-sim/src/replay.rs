@@ -153,7 +153,7 @@ impl Replay {
             most_any: any().max().unwrap_or(0),
         };
         if let Some(geometry) = chain.geometry() {
-            self.picture.background = exposure::background(geometry, model.into_iter());
+            self.picture.background = exposure::background(geometry, model.iter().copied());
         }
     }
 }

@@ -19,7 +19,8 @@
 //! starts the learning anew, unless the request says otherwise.
 
 use super::{
-    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm, suspects,
+    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm,
+    suspects,
 };
 use crate::scan::{Geometry, Scan};
 
@@ -480,7 +481,9 @@ impl<const BEAMS: usize> Background<BEAMS> {
     fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
-        for (at, (beam, modes)) in self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate() {
+        for (at, (beam, modes)) in
+            self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate()
+        {
             let profile = modes.finish(total);
             // A step the sensor cannot measure says so by a code of its own, always the same.
             let silent = profile.state == BeamState::Open && profile.far_mm == 0;
@@ -492,5 +495,120 @@ impl<const BEAMS: usize> Background<BEAMS> {
         self.refresh(0, self.beams, scan.geometry);
         self.suspects = suspects::find(self.per_beam.get(..self.beams).unwrap_or(&[]), scan.geometry);
         self.publish(now_ds);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bench::Bench;
+    use super::*;
+
+    #[test]
+    fn what_returns_half_of_the_time_is_a_wall_and_what_returns_less_is_open() {
+        let mut bench = Bench::new();
+        bench.learn(60, |scan, beam| match beam {
+            0..10 => 2000,
+            // Comes and goes, a third of the time.
+            10..20 if scan % 3 == 0 => 3000,
+            // A fence: itself and what is behind it.
+            20..30 if scan % 5 < 2 => 1500,
+            20..30 => 2500,
+            30..40 => 19,
+            _ => 0,
+        });
+        let wall = BeamProfile { far_mm: 2000, near_mm: 0, spread_mm: 8, state: BeamState::Wall };
+        assert_eq!(bench.profile(5), wall);
+        let limited = bench.profile(15);
+        assert_eq!((limited.state, limited.far_mm), (BeamState::Open, 3000));
+        let fence = bench.profile(25);
+        assert_eq!((fence.state, fence.near_mm, fence.far_mm), (BeamState::Wall, 1500, 2500));
+        assert_eq!(bench.profile(35).state, BeamState::Unknown);
+        let open = bench.profile(45);
+        assert_eq!((open.state, open.far_mm, open.near_mm), (BeamState::Open, 0, 0));
+    }
+
+    #[test]
+    fn who_stays_a_while_and_leaves_is_no_background() {
+        let mut bench = Bench::new();
+        // A third of the time, in front of a wall and in front of nothing.
+        bench.learn(90, |scan, beam| match beam {
+            25..35 | 55..60 if (20..50).contains(&scan) => 1000,
+            _ => Bench::room(beam),
+        });
+        assert_eq!((bench.profile(32).far_mm, bench.profile(32).near_mm), (4000, 0));
+        assert_eq!((bench.profile(57).state, bench.profile(57).far_mm), (BeamState::Open, 0));
+    }
+
+    #[test]
+    fn thousands_of_scans_are_sampled_evenly() {
+        let mut bench = Bench::new();
+        bench.learn(2000, |scan, beam| if scan < 1200 { 3000 } else { 2000 } + (beam % 3) as u16);
+        let profile = bench.profile(9);
+        assert_eq!((profile.near_mm, profile.far_mm), (2000, 3000));
+    }
+
+    #[test]
+    fn a_curtain_that_moves_a_little_is_one_wall_at_its_median() {
+        let mut bench = Bench::new();
+        bench.learn(60, |scan, _| if scan % 3 == 0 { 3070 } else { 3000 });
+        let profile = bench.profile(3);
+        assert_eq!((profile.far_mm, profile.near_mm, profile.state), (3000, 0, BeamState::Wall));
+        assert!(profile.explains(3070 + 30));
+    }
+
+    #[test]
+    fn too_few_scans_and_an_unknown_sensor_are_refused_by_name() {
+        let mut bench = Bench::new();
+        let few = LearnRequest { scans: LEARN_SCANS_MIN - 1, even_if_moving: false };
+        assert_eq!(bench.background.learn(few), Err(LearnRefusal::TooFewScans));
+        let mut nobody = Background::<4>::new();
+        assert_eq!(nobody.learn(LearnRequest::default()), Err(LearnRefusal::NotConfigured));
+    }
+
+    #[test]
+    fn somebody_who_walks_makes_the_learning_wait_and_is_named() {
+        let mut bench = Bench::new();
+        bench.background.learn(LearnRequest::default()).unwrap();
+        for scan in 0..100 {
+            bench
+                .scan(|beam| if (scan / 2..scan / 2 + 8).contains(&beam) { 1500 } else { Bench::room(beam) });
+        }
+        let Learning::Running { restarts, moved: Some((first, last)), .. } =
+            bench.background.learning(&bench.geometry)
+        else {
+            panic!("still learning, with a place")
+        };
+        assert!(restarts > 0 && first >= 300 && last <= 363 && last - first >= 2, "{first} {last}");
+        // The learning under way may still begin anew once, at its end.
+        for _ in 0..120 {
+            bench.scan(Bench::room);
+        }
+        assert!(bench.background.is_known());
+        assert_eq!(bench.background.learning(&bench.geometry), Learning::Idle);
+    }
+
+    #[test]
+    fn somebody_who_shifts_once_makes_the_learning_wait() {
+        let mut bench = Bench::new();
+        bench.background.learn(LearnRequest::default()).unwrap();
+        for scan in 0..60 {
+            let aside = usize::from(scan > 30) * 3;
+            bench
+                .scan(|beam| if (10 + aside..16 + aside).contains(&beam) { 1500 } else { Bench::room(beam) });
+        }
+        assert!(!bench.background.is_known());
+    }
+
+    #[test]
+    fn the_old_background_stays_until_the_new_one_is_complete() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        bench.background.learn(LearnRequest::default()).unwrap();
+        for _ in 0..59 {
+            bench.scan(|_| 3000);
+        }
+        assert_eq!((bench.profile(3).far_mm, bench.background.version()), (4000, version));
+        bench.scan(|_| 3000);
+        assert_eq!((bench.profile(3).far_mm, bench.background.version()), (3000, version + 1));
     }
 }

@@ -325,7 +325,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
         }
         for at in first.saturating_sub(DILATION_BEAMS)..(end + DILATION_BEAMS).min(self.beams) {
             let start = at.saturating_sub(DILATION_BEAMS);
-            let around = self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
+            let around =
+                self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
             let edge_mm = around.filter_map(|beam| beam.profile.nearest_edge_mm()).min();
             if let Some(beam) = self.per_beam.get_mut(at) {
                 beam.clear_mm = edge_mm.unwrap_or(u16::MAX);
@@ -354,4 +355,153 @@ impl<const BEAMS: usize> Default for Background<BEAMS> {
 const fn noise_mm(range_mm: u16) -> u8 {
     let noise_mm = 3 + range_mm / 400;
     if noise_mm > 250 { 250 } else { noise_mm as u8 }
+}
+
+/// A background with a small sensor in front of it, for the tests of this folder.
+#[cfg(test)]
+pub(super) mod bench {
+    use super::*;
+    use crate::scan::{GeometryParts, Scan, ScanTime, URG_04LX};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    pub const BEAMS: usize = 64;
+
+    pub struct Bench {
+        pub geometry: Geometry,
+        pub background: Box<Background<BEAMS>>,
+        pub now_ds: u32,
+    }
+
+    impl Bench {
+        pub fn new() -> Self {
+            let parts = GeometryParts { first_step: 300, last_step: 363, ..URG_04LX };
+            let geometry = Geometry::new(parts).unwrap();
+            let mut background = Box::new(Background::new());
+            background.bind(&geometry, Fingerprint(1));
+            Self { geometry, background, now_ds: 0 }
+        }
+
+        /// The empty room: 4 m away, a pillar of ten beams at 2 m, and nothing from beam 50 on.
+        pub fn room(beam: usize) -> u16 {
+            match beam {
+                20..30 => 2000,
+                50.. => 0,
+                _ => 4000,
+            }
+        }
+
+        /// Judges, then learns, a scan of `value_mm(beam)` a tenth of a second after the last.
+        pub fn scan(&mut self, value_mm: impl Fn(usize) -> u16) {
+            let ranges_mm: Vec<u16> = (0..BEAMS).map(value_mm).collect();
+            let scan = Scan { geometry: &self.geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
+            self.now_ds += 1;
+            self.background.judge(&scan, self.now_ds);
+            self.background.learn_scan(&scan, Some(19), self.now_ds);
+            self.background.publish_drift(self.now_ds);
+        }
+
+        /// Learns from `scans` scans of `value_mm(scan, beam)`, moving things or not.
+        pub fn learn(&mut self, scans: u16, value_mm: impl Fn(usize, usize) -> u16) {
+            self.background.learn(LearnRequest { scans, even_if_moving: true }).unwrap();
+            for scan in 0..usize::from(scans) {
+                self.scan(|beam| value_mm(scan, beam));
+            }
+            assert!(self.background.is_known());
+        }
+
+        pub fn learned() -> Self {
+            let mut bench = Self::new();
+            bench.learn(60, |_, beam| Self::room(beam));
+            bench
+        }
+
+        pub fn profile(&self, beam: usize) -> BeamProfile {
+            self.background.profile().nth(beam).unwrap()
+        }
+
+        pub fn model(&self, beam: usize) -> BeamProfile {
+            self.background.model().nth(beam).unwrap()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bench::Bench;
+    use super::*;
+
+    #[test]
+    fn a_band_holds_the_wall_and_a_little_behind_and_nothing_else() {
+        let bench = Bench::new();
+        let wall = BeamProfile { far_mm: 3000, near_mm: 0, spread_mm: 4, state: BeamState::Wall };
+        let band = Band::of(&wall, &bench.geometry);
+        assert!([2900, 3000, 3030].into_iter().all(|value_mm| band.holds(value_mm)));
+        assert!(![0, 19, 2899, 3031, 5601, u16::MAX].into_iter().any(|value_mm| band.holds(value_mm)));
+    }
+
+    #[test]
+    fn an_open_band_holds_codes_the_limit_and_everything_beyond() {
+        let bench = Bench::new();
+        let open = |far_mm| BeamProfile { far_mm, near_mm: 0, spread_mm: 4, state: BeamState::Open };
+        let limited = Band::of(&open(3000), &bench.geometry);
+        assert!([0, 7, 19, 2900, 5600, u16::MAX].into_iter().all(|value_mm| limited.holds(value_mm)));
+        assert!(!limited.holds(20) && !limited.holds(2899));
+        let free = Band::of(&open(0), &bench.geometry);
+        assert!([0, 7, 19, 5601, u16::MAX].into_iter().all(|value_mm| free.holds(value_mm)));
+        assert!(!free.holds(20) && !free.holds(5600));
+    }
+
+    #[test]
+    fn another_sensor_or_geometry_forgets_the_background_and_steps_the_version() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        bench.background.bind(&bench.geometry, Fingerprint(1));
+        assert!(bench.background.is_known());
+        bench.background.bind(&bench.geometry, Fingerprint(2));
+        assert!(!bench.background.is_known());
+        assert_eq!(bench.profile(0).state, BeamState::Unknown);
+        assert_eq!(bench.background.version(), version + 1);
+    }
+
+    #[test]
+    fn fingerprints_differ_by_serial_and_by_geometry() {
+        let bench = Bench::new();
+        let other = Geometry::new(crate::scan::URG_04LX).unwrap();
+        let prints = [
+            Fingerprint::of(b"H0804123", &bench.geometry),
+            Fingerprint::of(b"H0804124", &bench.geometry),
+            Fingerprint::of(b"H0804123", &other),
+        ];
+        assert!(prints[0] != prints[1] && prints[0] != prints[2] && prints[1] != prints[2]);
+    }
+
+    #[test]
+    fn drift_is_published_at_most_once_a_minute() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        for _ in 0..30 {
+            bench.scan(|beam| Bench::room(beam) + 200 * u16::from(beam == 25));
+        }
+        assert_eq!(bench.model(25).far_mm, 2200);
+        assert_eq!((bench.profile(25).far_mm, bench.background.version()), (2000, version));
+        while bench.now_ds < 60 + PUBLISH_INTERVAL_DS {
+            bench.scan(|beam| Bench::room(beam) + 200 * u16::from(beam == 25));
+        }
+        assert_eq!((bench.profile(25).far_mm, bench.background.version()), (2200, version + 1));
+        for _ in 0..40 {
+            bench.scan(|beam| Bench::room(beam) + 400 * u16::from(beam == 25));
+        }
+        assert_eq!(bench.background.version(), version + 1);
+    }
+
+    #[test]
+    fn a_small_drift_is_not_worth_a_version() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        for _ in 0..700 {
+            bench.scan(|beam| Bench::room(beam) + 40 * u16::from(beam == 10));
+        }
+        assert_eq!((bench.model(10).far_mm, bench.background.version()), (4040, version));
+    }
 }

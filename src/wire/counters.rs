@@ -1,7 +1,7 @@
 //! One counter for everything a module drops, refuses or has to do again.
 //!
 //! Their order is the order on the wire: new ones come last, so that any two versions understand
-//! each other's.
+//! each other's. Names are also in `docs/wire.md` and `examples/python/kehai_wire.py`.
 
 use super::codec::{Item, List, Malformed, Reader, TooLong, VARINT_U32, Writer};
 

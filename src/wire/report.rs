@@ -32,7 +32,7 @@
 //! All fixed and little endian. A torso at 2 m is 29 bytes: 7 points, no neck.
 //!
 //! Of a candidate everything arrives as it was but two kinds of numbers: the range step beyond an end
-//! ([`BEYOND_UNIT_MM`], ±2.52 m) and the depth of a neck ([`NECK_UNIT_MM`], up to 1.02 m), rounded and
+//! ([`BEYOND_UNIT_MM`], −2.56 to 2.52 m) and the depth of a neck ([`NECK_UNIT_MM`], up to 1.02 m), rounded and
 //! limited. Neither places anybody: [`centre`](crate::centre::centre) gives the same bits on both sides.
 //! Unseen spans arrive as they were. An end or a reason of a newer peer reads as `View`
 //! or `Overflow`: nothing is taken from either.
@@ -270,7 +270,7 @@ fn beyond(step_mm: i16) -> i8 {
     }
     let half_mm = BEYOND_UNIT_MM / 2 * step_mm.signum();
     let units = step_mm.saturating_add(half_mm) / BEYOND_UNIT_MM;
-    units.clamp(-i16::from(NOTHING_BEYOND - 1), i16::from(NOTHING_BEYOND - 1)) as i8
+    units.clamp(i8::MIN.into(), i16::from(NOTHING_BEYOND - 1)) as i8
 }
 
 fn step_mm(beyond: i8) -> i16 {
@@ -285,7 +285,7 @@ mod tests {
     fn the_step_beyond_an_end_keeps_its_sign_and_its_size_within_half_a_unit() {
         for exact_mm in i16::MIN..i16::MAX {
             let sent_mm = step_mm(beyond(exact_mm));
-            let limited_mm = exact_mm.clamp(-2520, 2520);
+            let limited_mm = exact_mm.clamp(-2560, 2520);
             assert!((sent_mm - limited_mm).abs() <= BEYOND_UNIT_MM / 2, "{exact_mm} became {sent_mm}");
         }
         assert_eq!(step_mm(beyond(i16::MAX)), i16::MAX);

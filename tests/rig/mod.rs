@@ -131,11 +131,16 @@ impl<const BEAMS: usize> Rig<BEAMS> {
         let truth = self.truth();
         let start_us = |taken: &Taken| {
             let stamp_ms = (taken.time.sensor_ms & 0xff_ffff) as u32;
-            let near = |truth: &&ScanTruth| truth.stamp_ms == stamp_ms && truth.start_us.abs_diff(taken.at_us) < 5 * SECOND_US;
+            let near = |truth: &&ScanTruth| {
+                truth.stamp_ms == stamp_ms && truth.start_us.abs_diff(taken.at_us) < 5 * SECOND_US
+            };
             truth.iter().find(near).unwrap().start_us
         };
         let error = |taken: &Taken| taken.time.stamp_us as i64 - start_us(taken) as i64;
-        self.scans.iter().map(|taken| (taken.at_us as f64 / 1e6, error(taken), taken.time.uncertainty_us)).collect()
+        self.scans
+            .iter()
+            .map(|taken| (taken.at_us as f64 / 1e6, error(taken), taken.time.uncertainty_us))
+            .collect()
     }
 }
 

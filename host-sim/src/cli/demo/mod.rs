@@ -43,7 +43,7 @@ pub struct Arguments {
     headless: bool,
 
     /// Stop after so many seconds of the scene
-    #[arg(long, value_name = "N", value_parser = seconds)]
+    #[arg(long, value_name = "N", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
     /// A scene of one's own, or one that comes with the program
@@ -171,7 +171,7 @@ impl Demo {
     /// Takes over what does not change with each scan.
     fn look_around(&mut self, geometry: &Geometry) {
         let model: Vec<_> = self.chain.pipeline().background().model().collect();
-        let background = exposure::background(geometry, &model);
+        let background = exposure::background(geometry, model.iter().copied());
         self.view.walls = background.iter().filter_map(host_sim::picture::BeamShown::wall_m).collect();
         for place in self.view.walls.iter().chain(&self.view.truth) {
             for axis in 0..2 {
