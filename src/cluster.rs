@@ -8,11 +8,11 @@
 //!           └──────────────────────────▶ step
 //! ```
 //!
-//! In scan order, one pass. The break distance grows with the distance between neighbouring
-//! beams: the flank of a body falls away from beam to beam, the more the farther it is.
+//! In scan order, one pass. Where a round body turns away from the sensor, the last beams on it lie
+//! ever farther: the break distance allows the largest step a torso's flank can make between two beams.
 
 use crate::background::{Class, Status};
-use crate::scan::Geometry;
+use crate::scan::{Geometry, Scan};
 
 /// Least beams of a cluster; shorter ones are unseen spans.
 pub const CLUSTER_BEAMS_MIN: u16 = 3;
@@ -21,9 +21,9 @@ pub const CLUSTER_BEAMS_MIN: u16 = 3;
 /// are one cluster anyway (noise, clothing, arms): the value of the reference simulation.
 pub const BREAK_MM: u32 = 120;
 
-/// Growth of the break distance with the lateral distance of two beams: a flank seen at
-/// 14° (its range falls 4 mm for every 1 mm sideways) still holds together.
-pub const BREAK_FLANK: u32 = 4;
+/// Radius of the roundest flank a body turns towards a sensor, mm: half the width of a torso. Beams
+/// `s` apart sideways differ by at most √(2 · radius · s) on it, which is 104 mm at 4 m for a URG.
+pub const FLANK_RADIUS_MM: u32 = 220;
 
 /// Range step at an end, beyond what its inner neighbours show, that makes a beam a mixed pixel, mm.
 pub const MIXED_MM: u32 = 50;
@@ -66,6 +66,9 @@ pub struct Breaks {
 }
 
 impl Breaks {
+    /// Beams in one direction: the least break distance everywhere.
+    pub(crate) const NONE: Self = Self { beam_q16: 0 };
+
     /// For the beams of `geometry`.
     #[must_use]
     pub fn of(geometry: &Geometry) -> Self {
@@ -79,16 +82,14 @@ impl Breaks {
         (one_mm as u32).saturating_mul(apart.min(1 << 12) as u32)
     }
 
-    /// Range step over which two readings `apart` beams from each other are two things, mm.
-    #[must_use]
-    pub fn break_mm(self, range_mm: u16, apart: usize) -> u32 {
-        BREAK_MM.saturating_add(self.sideways_mm(range_mm, apart).saturating_mul(BREAK_FLANK))
-    }
-
     /// Whether readings `apart` beams from each other belong to one thing.
     #[must_use]
     pub fn joins(self, one_mm: u16, other_mm: u16, apart: usize) -> bool {
-        u32::from(one_mm.abs_diff(other_mm)) <= self.break_mm(one_mm.min(other_mm), apart)
+        let step_mm = u32::from(one_mm.abs_diff(other_mm));
+        // Squared, so that no root is needed.
+        step_mm <= BREAK_MM
+            || step_mm * step_mm
+                <= self.sideways_mm(one_mm.min(other_mm), apart).saturating_mul(2 * FLANK_RADIUS_MM)
     }
 }
 
@@ -102,82 +103,74 @@ struct Run {
 }
 
 /// Cuts a judged scan into its pieces, in scan order.
-pub(crate) fn segment(
-    statuses: &[Status],
-    ranges_mm: &[u16],
-    geometry: &Geometry,
-    mut found: impl FnMut(Piece),
-) {
-    let breaks = Breaks::of(geometry);
+pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut found: impl FnMut(Piece)) {
     let mut run: Option<Run> = None;
     let mut lost: Option<(usize, usize)> = None;
     let mut beam = 0;
     while let Some(quiet) = quiet_beams(statuses, beam) {
-        // Two beams at their background, or one that returned something, end whatever was open.
         let here = beam + quiet;
-        let bridge = quiet == 1 && beam_is_silent(ranges_mm, beam, geometry);
+        // Two beams at their background, or one that returned something, end what was open.
         if quiet > 0 {
             lost_ends(&mut lost, &mut found);
+            if quiet > 1 || scan.reading(beam).range_mm().is_some() {
+                run_ends(&mut run, scan, breaks, &mut found);
+            }
         }
-        if quiet > 1 || (quiet == 1 && !bridge) {
-            run_ends(&mut run, ranges_mm, breaks, &mut found);
-        }
-        let (Some(status), Some(&range_mm)) = (statuses.get(here), ranges_mm.get(here)) else { break };
+        let (Some(status), Some(&range_mm)) = (statuses.get(here), scan.ranges_mm.get(here)) else { break };
         match status.class() {
             Class::Foreground => {
                 lost_ends(&mut lost, &mut found);
-                run = match run {
+                match &mut run {
                     Some(open)
                         if here - open.last <= 2
                             && breaks.joins(open.last_mm, range_mm, here - open.last) =>
                     {
-                        Some(Run {
-                            last: here,
-                            last_mm: range_mm,
-                            valid: open.valid.saturating_add(1),
-                            ..open
-                        })
+                        (open.last, open.last_mm) = (here, range_mm);
+                        open.valid = open.valid.saturating_add(1);
                     }
                     _ => {
-                        run_ends(&mut run, ranges_mm, breaks, &mut found);
-                        Some(Run { first: here, last: here, last_mm: range_mm, valid: 1 })
+                        run_ends(&mut run, scan, breaks, &mut found);
+                        run = Some(Run { first: here, last: here, last_mm: range_mm, valid: 1 });
                     }
-                };
+                }
             }
             Class::NoReturn => {
-                let bridged = run.is_some_and(|open| {
-                    here - open.last == 1
-                        && statuses.get(here + 1).is_some_and(|next| next.class() == Class::Foreground)
-                        && ranges_mm
+                let next_joins = |last_mm| {
+                    statuses.get(here + 1).is_some_and(|next| next.class() == Class::Foreground)
+                        && scan
+                            .ranges_mm
                             .get(here + 1)
-                            .is_some_and(|&next_mm| breaks.joins(open.last_mm, next_mm, 2))
-                });
-                if !bridged {
-                    run_ends(&mut run, ranges_mm, breaks, &mut found);
+                            .is_some_and(|&next_mm| breaks.joins(last_mm, next_mm, 2))
+                };
+                if !run.is_some_and(|open| here - open.last == 1 && next_joins(open.last_mm)) {
+                    run_ends(&mut run, scan, breaks, &mut found);
                     lost = Some(lost.map_or((here, 1), |(first, length)| (first, length + 1)));
                 }
             }
             Class::Background => {
                 lost_ends(&mut lost, &mut found);
-                let silent = beam_is_silent(ranges_mm, here, geometry);
-                if !silent || run.is_some_and(|open| here - open.last > 1) {
-                    run_ends(&mut run, ranges_mm, breaks, &mut found);
+                if scan.reading(here).range_mm().is_some() || run.is_some_and(|open| here - open.last > 1) {
+                    run_ends(&mut run, scan, breaks, &mut found);
                 }
             }
         }
         beam = here + 1;
     }
     lost_ends(&mut lost, &mut found);
-    run_ends(&mut run, ranges_mm, breaks, &mut found);
+    run_ends(&mut run, scan, breaks, &mut found);
 }
 
 /// Beams at their background from `beam` on until the next that is not; none when all the rest are.
 fn quiet_beams(statuses: &[Status], beam: usize) -> Option<usize> {
-    statuses.get(beam..)?.iter().position(|status| !status.is_quiet())
-}
-
-fn beam_is_silent(ranges_mm: &[u16], beam: usize, geometry: &Geometry) -> bool {
-    ranges_mm.get(beam).is_some_and(|&value_mm| geometry.reading(value_mm).range_mm().is_none())
+    let rest = statuses.get(beam..)?;
+    if rest.first().is_some_and(|status| !status.is_quiet()) {
+        return Some(0);
+    }
+    // Four at a time: most of a scan is quiet.
+    let (fours, _) = rest.as_chunks::<4>();
+    let skipped = 4 * fours.iter().take_while(|four| Status::all_quiet(four)).count();
+    let left = rest.get(skipped..)?.iter().position(|status| !status.is_quiet())?;
+    Some(skipped + left)
 }
 
 fn lost_ends(lost: &mut Option<(usize, usize)>, found: &mut impl FnMut(Piece)) {
@@ -187,13 +180,13 @@ fn lost_ends(lost: &mut Option<(usize, usize)>, found: &mut impl FnMut(Piece)) {
 }
 
 /// Hands a run over, without mixed pixels at its ends.
-fn run_ends(run: &mut Option<Run>, ranges_mm: &[u16], breaks: Breaks, found: &mut impl FnMut(Piece)) {
+fn run_ends(run: &mut Option<Run>, scan: &Scan<'_>, breaks: Breaks, found: &mut impl FnMut(Piece)) {
     let Some(Run { mut first, mut last, mut valid, .. }) = run.take() else { return };
     if valid < CLUSTER_BEAMS_MIN {
         return found(Piece::Short(first, last - first + 1));
     }
     let mixed = |end: Option<usize>, inner: Option<usize>, innermost: Option<usize>| {
-        let at = |beam: Option<usize>| beam.and_then(|beam| ranges_mm.get(beam)).copied();
+        let at = |beam: Option<usize>| beam.and_then(|beam| scan.ranges_mm.get(beam)).copied();
         let (Some(end_mm), Some(inner_mm), Some(innermost_mm)) = (at(end), at(inner), at(innermost)) else {
             return false;
         };
@@ -214,5 +207,91 @@ fn run_ends(run: &mut Option<Run>, ranges_mm: &[u16], breaks: Breaks, found: &mu
     found(Piece::Cluster(Cluster { first, last, valid }));
     if mixed_last {
         found(Piece::Short(last + 1, 1));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::{GeometryParts, ScanTime, URG_04LX};
+    use std::vec::Vec;
+
+    /// The pieces of a scan whose beams are marked: `.` background, `f` foreground, `n` no return.
+    fn pieces(marks: &str, ranges_mm: &[u16]) -> Vec<Piece> {
+        let parts = GeometryParts { first_step: 300, last_step: 300 + marks.len() as u16 - 1, ..URG_04LX };
+        let geometry = Geometry::new(parts).unwrap();
+        let statuses: Vec<Status> = marks
+            .chars()
+            .map(|mark| match mark {
+                'f' => Status::showing(Class::Foreground),
+                'n' => Status::showing(Class::NoReturn),
+                _ => Status::showing(Class::Background),
+            })
+            .collect();
+        let scan = Scan { geometry: &geometry, ranges_mm, time: ScanTime::default() };
+        let mut found = Vec::new();
+        segment(&statuses, &scan, Breaks::of(&geometry), |piece| found.push(piece));
+        found
+    }
+
+    const fn cluster(first: usize, last: usize, valid: u16) -> Piece {
+        Piece::Cluster(Cluster { first, last, valid })
+    }
+
+    #[test]
+    fn three_neighbours_are_a_cluster_and_two_are_short() {
+        let ranges_mm = [4000, 2000, 2001, 2002, 4000, 2000, 2000, 4000];
+        assert_eq!(pieces(".fff.ff.", &ranges_mm), [cluster(1, 3, 3), Piece::Short(5, 2)]);
+    }
+
+    #[test]
+    fn a_range_step_parts_two_things_and_a_small_one_does_not() {
+        let ranges_mm = [2000, 2000, 2000, 2119, 2119, 2119, 2240, 2240, 2240, 4000, 4000];
+        assert_eq!(pieces("fffffffff..", &ranges_mm), [cluster(0, 5, 6), cluster(6, 8, 3)]);
+    }
+
+    #[test]
+    fn the_flank_of_a_distant_body_holds_together() {
+        // 10 m away beams are 61 mm apart, and the last one on a torso may lie 164 mm behind the one before.
+        let ranges_mm = [10_000, 10_000, 10_000, 10_160, 4000];
+        let parts = GeometryParts { range_max_mm: 30_000, ..URG_04LX };
+        let breaks = Breaks::of(&Geometry::new(parts).unwrap());
+        assert!(breaks.joins(ranges_mm[2], ranges_mm[3], 1));
+        assert!(!breaks.joins(4000, 4160, 1));
+    }
+
+    #[test]
+    fn a_single_drop_out_is_bridged_whether_the_beam_has_a_wall_or_not() {
+        let ranges_mm = [2000, 2000, 0, 2000, 2000, 0, 2000, 2000, 2000, 4000];
+        assert_eq!(pieces("ff.ffnfff.", &ranges_mm), [cluster(0, 8, 7)]);
+    }
+
+    #[test]
+    fn two_drop_outs_or_a_look_at_the_wall_end_a_cluster() {
+        let ranges_mm = [2000, 2000, 2000, 0, 0, 2000, 2000, 2000, 4000, 2000, 2000, 2000];
+        let found = [cluster(0, 2, 3), cluster(5, 7, 3), cluster(9, 11, 3)];
+        assert_eq!(pieces("fff..fff.fff", &ranges_mm), found);
+        let lost = [cluster(0, 2, 3), Piece::NoReturn(3, 2), cluster(5, 7, 3), cluster(9, 11, 3)];
+        assert_eq!(pieces("fffnnfff.fff", &ranges_mm), lost);
+    }
+
+    #[test]
+    fn mixed_pixels_at_the_ends_are_left_out_and_said_to_be_unseen() {
+        let ranges_mm = [4000, 2110, 2000, 2001, 2002, 2003, 2110, 4000];
+        let found = [Piece::Short(1, 1), cluster(2, 5, 4), Piece::Short(6, 1)];
+        assert_eq!(pieces(".ffffff.", &ranges_mm), found);
+    }
+
+    #[test]
+    fn a_cluster_is_never_trimmed_below_three_beams() {
+        let ranges_mm = [4000, 2110, 2000, 2001, 4000];
+        assert_eq!(pieces(".fff.", &ranges_mm), [cluster(1, 3, 3)]);
+    }
+
+    #[test]
+    fn walls_without_a_return_are_spans_up_to_both_edges_of_the_scan() {
+        let ranges_mm = [0, 0, 4000, 0, 7, 4000, 0];
+        let found = [Piece::NoReturn(0, 2), Piece::NoReturn(3, 2), Piece::NoReturn(6, 1)];
+        assert_eq!(pieces("nn.nn.n", &ranges_mm), found);
     }
 }

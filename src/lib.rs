@@ -31,8 +31,10 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod address;
 pub mod background;
 pub mod candidate;
+pub mod centre;
 pub mod cluster;
 pub mod link;
 pub mod math;
@@ -42,3 +44,4 @@ pub mod scip;
 pub mod sensor;
 pub mod unseen;
 pub mod visibility;
+pub mod wire;

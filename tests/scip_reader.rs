@@ -344,11 +344,16 @@ fn an_awaited_reply_in_the_middle_of_a_scan_is_heard() {
     let first = scan(measurement, 1, &Numbers(10).ranges(100));
     let line = echo(measurement).len() + 4 + 6 + 66;
     let bytes = [&first[..line], b"QT\n00P\n\n", &first[line..]].concat();
-    let mut listener = Listener::new(measurement, &[Command::Quit]);
-    listener.hear(&bytes);
-    assert!(listener.said.iter().any(|(event, _)| matches!(event, Event::Reply(_))), "{:?}", listener.said);
-    assert_eq!(listener.losses()[0], Loss { cause: LossCause::ForeignReply, dropped: Dropped::Scan });
-    assert_eq!(listener.scans(), []);
+    for size in [1, 7, 64, 1000] {
+        let mut listener = Listener::new(measurement, &[Command::Quit]);
+        bytes.chunks(size).for_each(|chunk| listener.hear(chunk));
+        let [(Event::Lost(loss), _), (Event::Reply(reply), _), ..] = listener.said[..] else {
+            panic!("{:?}", listener.said)
+        };
+        assert_eq!(loss, Loss { cause: LossCause::ForeignReply, dropped: Dropped::Scan });
+        assert_eq!((reply.status, reply.first_byte_us), (Status::OK, (line / size * size) as u64));
+        assert_eq!(listener.scans(), []);
+    }
 }
 
 #[test]

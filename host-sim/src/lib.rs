@@ -7,9 +7,14 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod chain;
+pub mod jsonl;
 pub mod link;
 pub mod picture;
+#[cfg(feature = "qemu")]
+pub mod qemu;
 pub mod recording;
+pub mod replay;
 pub mod serve;
 pub mod simulated_time;
 pub mod source;

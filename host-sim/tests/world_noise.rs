@@ -18,7 +18,7 @@ const SCANS: u64 = 400;
 const SENSORS: u64 = 4;
 
 fn wall(range_m: f64, thing: u16) -> Option<Seen> {
-    Some(Seen { range_m, incidence: 1.0, reflectance: 0.8, bias_mm: 0.0, thing })
+    Some(Seen { range_m, incidence: 1.0, reflectance: 0.53, bias_mm: 0.0, thing })
 }
 
 /// Readings of several sensors, each scan after scan; `seen` is what a perfect one would see.

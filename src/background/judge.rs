@@ -10,8 +10,12 @@
 //! Nine beams of ten are at their background in nine scans of ten, so one comparison settles
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
-use super::{Aside, Background, Band, BeamProfile, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm};
-use crate::scan::{Geometry, Scan};
+use core::cmp::Ordering;
+
+use super::{
+    Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm,
+};
+use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
 /// any drop-out of what stands in front lasts.
@@ -20,9 +24,12 @@ pub const RECEDE_RETURNS: u8 = 20;
 /// Scans without a return after which a beam no longer holds its range: drop-outs last 1.5 to 2.7.
 const LOST_SCANS: u8 = 3;
 
-/// Longest time a beam is said to hold a range, 0.1 s: what fits 16 bits, less room for the pauses
-/// between scans.
+/// Longest time a beam is said to hold a range, 0.1 s: what fits 16 bits, less the time between two
+/// sweeps and the longest pause between scans.
 pub const HELD_MAX_DS: u16 = 60_000;
+
+/// Ages are limited whenever the time in 0.1 s passes a multiple of this plus one: every 410 s.
+const HELD_SWEEP_MASK_DS: u32 = 0xfff;
 
 /// What a beam shows in the latest scan.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,8 +59,20 @@ impl Status {
     const LOST: u8 = 4;
     /// At its background, foreground in the scan before.
     const LAPSED: u8 = 5;
+    /// Foreground at the range it held before.
+    const STANDING: Self = Self(Self::FOREGROUND);
     const KIND: u8 = 7;
     const COUNT_SHIFT: u32 = 3;
+
+    /// A status of the class, for the tests of what comes after.
+    #[cfg(test)]
+    pub(crate) const fn showing(class: Class) -> Self {
+        match class {
+            Class::Background => Self::QUIET,
+            Class::Foreground => Self::STANDING,
+            Class::NoReturn => Self(Self::NO_RETURN),
+        }
+    }
 
     const fn of(kind: u8, count: u8) -> Self {
         Self((kind & Self::KIND) | (count << Self::COUNT_SHIFT))
@@ -61,6 +80,12 @@ impl Status {
 
     pub(crate) const fn is_quiet(self) -> bool {
         self.0 == 0
+    }
+
+    /// Whether all of `four` are quiet; compiles to one comparison.
+    pub(crate) const fn all_quiet(four: &[Self; 4]) -> bool {
+        let [a, b, c, d] = four;
+        u32::from_ne_bytes([a.0, b.0, c.0, d.0]) == 0
     }
 
     pub(crate) const fn class(self) -> Class {
@@ -100,38 +125,115 @@ impl<const BEAMS: usize> Background<BEAMS> {
     ///
     /// Beams the scan does not hold keep nothing pending.
     pub(crate) fn judge(&mut self, scan: &Scan<'_>, now_ds: u32) {
-        let Self { bands, statuses, profiles, asides, published_far_mm, .. } = self;
-        let now_ds = now_ds as u16;
-        let mut drifted = false;
-        let beams = scan.ranges_mm.iter().zip(bands.iter_mut()).zip(statuses.iter_mut());
-        for (beam, ((&value_mm, band), status)) in beams.enumerate().take(self.beams) {
+        let beams = scan.ranges_mm.len().min(self.beams);
+        if let Some(missing) = self.statuses.get_mut(beams..self.beams) {
+            missing.fill(Status::QUIET);
+        }
+        if (now_ds ^ self.judged_ds) & !HELD_SWEEP_MASK_DS != 0 {
+            self.limit_ages(now_ds as u16);
+        }
+        self.judged_ds = now_ds;
+        let mut done = 0;
+        while let Some(unsettled) = self.next_unsettled(scan, done, beams) {
+            self.judge_beam(scan, unsettled, now_ds as u16);
+            done = unsettled + 1;
+        }
+    }
+
+    /// The next beam from `from` on that is neither quietly at its background nor foreground at the
+    /// range it held before.
+    #[inline(never)]
+    fn next_unsettled(&self, scan: &Scan<'_>, from: usize, end: usize) -> Option<usize> {
+        let range_min_mm = scan.geometry.range_min_mm();
+        let values_mm = scan.ranges_mm.get(from..end)?.iter();
+        let model = self.bands.get(from..end)?.iter().zip(self.per_beam.get(from..end)?);
+        let mut beams = values_mm.zip(model).zip(self.statuses.get(from..end)?);
+        let settled = |&((&value_mm, (band, beam)), &status): &((&u16, (&Band, &Beam)), &Status)| {
             if band.holds(value_mm) {
-                if !status.is_quiet() {
-                    *status = status.at_background();
-                }
-                continue;
+                status.is_quiet()
+            } else {
+                status == Status::STANDING
+                    && value_mm >= range_min_mm
+                    && value_mm < beam.clear_mm
+                    && value_mm.abs_diff(beam.held_mm) <= TOLERANCE_MIN_MM
             }
-            let Some(aside) = asides.get_mut(beam) else { continue };
-            let verdict = judge_beam(scan.geometry, value_mm, beam, profiles, *status, aside, now_ds);
-            *status = match verdict {
-                Verdict::Status(status) => status,
-                Verdict::Recede => {
-                    if let (Some(profile), Some(&published_mm)) =
-                        (profiles.get_mut(beam), published_far_mm.get(beam))
-                    {
-                        profile.far_mm = aside.range_mm;
-                        profile.spread_mm = profile.spread_mm.max(noise_mm(aside.range_mm));
-                        *band = Band::of(profile, scan.geometry);
-                        drifted |= profile.far_mm.abs_diff(published_mm) >= PUBLISH_DRIFT_MM;
-                    }
-                    Status::QUIET
-                }
-            };
+        };
+        beams.position(|beam| !settled(&beam)).map(|passed| from + passed)
+    }
+
+    /// The long way, for a reading that is not simply the beam's own background.
+    fn judge_beam(&mut self, scan: &Scan<'_>, at: usize, now_ds: u16) {
+        let (Some(&value_mm), Some(&band), Some(status), Some(beam)) = (
+            scan.ranges_mm.get(at),
+            self.bands.get(at),
+            self.statuses.get_mut(at),
+            self.per_beam.get_mut(at),
+        ) else {
+            return;
+        };
+        let wall = beam.profile.state == BeamState::Wall;
+        let Some(range_mm) = scan.geometry.reading(value_mm).range_mm() else {
+            *status = if wall { status.without_return() } else { status.at_background() };
+            return;
+        };
+        if band.holds(value_mm) {
+            *status = status.at_background();
+        } else if range_mm < beam.clear_mm {
+            *status = foreground(range_mm, *status, beam, now_ds);
+        } else if wall && range_mm > beam.profile.far_mm {
+            self.behind(scan, at, range_mm, now_ds);
+        } else {
+            let first = at.saturating_sub(DILATION_BEAMS);
+            let mut around = self.per_beam.iter().skip(first).take(at - first + 1 + DILATION_BEAMS);
+            let explained = around.any(|beam| beam.profile.explains(range_mm));
+            if let (Some(status), Some(beam)) = (self.statuses.get_mut(at), self.per_beam.get_mut(at)) {
+                *status = if explained {
+                    status.at_background()
+                } else {
+                    foreground(range_mm, *status, beam, now_ds)
+                };
+            }
         }
-        for status in statuses.iter_mut().take(self.beams).skip(scan.ranges_mm.len()) {
-            *status = Status::QUIET;
+    }
+
+    /// Keeps the ages of what is held within the reach of their 16 bits.
+    fn limit_ages(&mut self, now_ds: u16) {
+        for beam in self.per_beam.iter_mut().take(self.beams) {
+            if now_ds.wrapping_sub(beam.since_ds) > HELD_MAX_DS {
+                beam.since_ds = now_ds.wrapping_sub(HELD_MAX_DS);
+            }
         }
-        self.drifted |= drifted;
+    }
+
+    /// A return behind the wall: when enough of them agree, the wall recedes to them.
+    fn behind(&mut self, scan: &Scan<'_>, at: usize, range_mm: u16, now_ds: u16) {
+        let (Some(status), Some(beam)) = (self.statuses.get_mut(at), self.per_beam.get_mut(at)) else {
+            return;
+        };
+        let count =
+            if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
+        if count == 0 || beam.held_mm.abs_diff(range_mm) > beam.profile.tolerance_mm() {
+            beam.hold(range_mm, now_ds);
+            *status = Status::of(Status::BEHIND, 1);
+            return;
+        }
+        // One millimetre towards each return: settles at their median.
+        beam.held_mm = match range_mm.cmp(&beam.held_mm) {
+            Ordering::Less => beam.held_mm.saturating_sub(1),
+            Ordering::Equal => beam.held_mm,
+            Ordering::Greater => beam.held_mm.saturating_add(1),
+        };
+        if count + 1 < RECEDE_RETURNS {
+            *status = Status::of(Status::BEHIND, count + 1);
+            return;
+        }
+        *status = Status::QUIET;
+        let far_mm = beam.held_mm;
+        beam.profile.far_mm = far_mm;
+        beam.profile.spread_mm = beam.profile.spread_mm.max(noise_mm(far_mm));
+        let published_mm = self.published_far_mm.get(at).copied().unwrap_or(far_mm);
+        self.drifted |= far_mm.abs_diff(published_mm) >= PUBLISH_DRIFT_MM;
+        self.refresh(at, at + 1, scan.geometry);
     }
 
     /// What every beam shows in the latest scan.
@@ -148,73 +250,149 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
     /// For how long beam `beam` has been foreground at its range, in 0.1 s; 0 when it is none.
     pub(crate) fn held_ds(&self, beam: usize, now_ds: u32) -> u16 {
-        match (self.class(beam), self.asides.get(beam)) {
-            (Class::Foreground, Some(aside)) => (now_ds as u16).wrapping_sub(aside.since_ds),
+        match (self.class(beam), self.per_beam.get(beam)) {
+            (Class::Foreground, Some(beam)) => (now_ds as u16).wrapping_sub(beam.since_ds),
             _ => 0,
         }
     }
 }
 
-enum Verdict {
-    Status(Status),
-    Recede,
-}
-
-/// The long way, for a reading that is not simply the beam's own background.
-fn judge_beam(
-    geometry: &Geometry,
-    value_mm: u16,
-    beam: usize,
-    profiles: &[BeamProfile],
-    status: Status,
-    aside: &mut Aside,
-    now_ds: u16,
-) -> Verdict {
-    let Some(profile) = profiles.get(beam) else { return Verdict::Status(Status::QUIET) };
-    let Some(range_mm) = geometry.reading(value_mm).range_mm() else {
-        let wall = profile.state == BeamState::Wall;
-        return Verdict::Status(if wall { status.without_return() } else { status.at_background() });
-    };
-    let holds = aside.range_mm.abs_diff(range_mm) <= profile.tolerance_mm();
-    if profile.state == BeamState::Wall && range_mm > profile.far_mm {
-        let count =
-            if matches!(status.kind(), Status::BEHIND | Status::NO_RETURN) { status.count() } else { 0 };
-        if count == 0 || !holds {
-            *aside = Aside { range_mm, since_ds: now_ds };
-            return Verdict::Status(Status::of(Status::BEHIND, 1));
-        }
-        // One millimetre towards each return: settles at their median.
-        let farther = range_mm > aside.range_mm;
-        aside.range_mm =
-            if farther { aside.range_mm.saturating_add(1) } else { aside.range_mm.saturating_sub(1) };
-        let receded = count + 1 >= RECEDE_RETURNS;
-        return if receded {
-            Verdict::Recede
-        } else {
-            Verdict::Status(Status::of(Status::BEHIND, count + 1))
-        };
-    }
-    let first = beam.saturating_sub(DILATION_BEAMS);
-    let mut neighbours = profiles.iter().skip(first).take(beam - first + 1 + DILATION_BEAMS);
-    if neighbours.any(|neighbour| neighbour.explains(range_mm)) {
-        return Verdict::Status(status.at_background());
-    }
-    Verdict::Status(hold(range_mm, holds, status, aside, now_ds))
-}
-
 /// Keeps a foreground beam's range and since when it holds it; a single reading off it is forgiven.
-fn hold(range_mm: u16, holds: bool, status: Status, aside: &mut Aside, now_ds: u16) -> Status {
+fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> Status {
+    let off_mm = beam.held_mm.abs_diff(range_mm);
+    let holds = off_mm <= TOLERANCE_MIN_MM || off_mm <= beam.profile.tolerance_mm();
     let (held, missed) = match status.kind() {
         Status::FOREGROUND => (true, status.count() > 0),
         Status::LAPSED | Status::LOST => (true, true),
         _ => (false, false),
     };
     if held && (holds || !missed) {
-        if now_ds.wrapping_sub(aside.since_ds) > HELD_MAX_DS {
-            aside.since_ds = now_ds.wrapping_sub(HELD_MAX_DS);
-        }
         return Status::of(Status::FOREGROUND, u8::from(!holds));
     }
-    *aside = Aside { range_mm, since_ds: now_ds };
+    beam.hold(range_mm, now_ds);
     Status::of(Status::FOREGROUND, 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bench::{BEAMS, Bench};
+    use super::*;
+
+    fn foreground_beams(bench: &Bench) -> std::vec::Vec<usize> {
+        (0..BEAMS).filter(|&beam| bench.background.class(beam) == Class::Foreground).collect()
+    }
+
+    #[test]
+    fn a_hand_in_front_of_the_wall_is_foreground_and_less_is_not() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| Bench::room(beam) - 95 * u16::from(beam == 5) - 105 * u16::from(beam == 8));
+        assert_eq!(foreground_beams(&bench), [8]);
+    }
+
+    #[test]
+    fn any_return_of_an_open_beam_is_foreground_and_none_is_background() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| if beam == 55 { 5000 } else { Bench::room(beam) });
+        assert_eq!(foreground_beams(&bench), [55]);
+        assert_eq!(bench.background.class(56), Class::Background);
+    }
+
+    #[test]
+    fn a_wall_without_a_return_is_neither() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| if beam == 5 { 0 } else { Bench::room(beam) });
+        assert_eq!(bench.background.class(5), Class::NoReturn);
+    }
+
+    #[test]
+    fn an_edge_of_furniture_may_jitter_by_two_beams() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| if (17..20).contains(&beam) { 2000 } else { Bench::room(beam) });
+        assert_eq!(foreground_beams(&bench), [17]);
+    }
+
+    #[test]
+    fn before_a_background_is_learned_nothing_is_foreground() {
+        let mut bench = Bench::new();
+        bench.scan(|_| 500);
+        assert!(foreground_beams(&bench).is_empty());
+    }
+
+    #[test]
+    fn who_stands_still_never_becomes_wall() {
+        let mut bench = Bench::learned();
+        for _ in 0..20_000 {
+            bench.scan(|beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) });
+        }
+        assert_eq!(foreground_beams(&bench).len(), 10);
+        assert_eq!((bench.model(10).far_mm, bench.model(10).near_mm), (4000, 0));
+    }
+
+    #[test]
+    fn a_wall_recedes_after_twenty_returns_that_agree() {
+        let behind = |beam| if beam == 25 { 3500 } else { Bench::room(beam) };
+        let mut bench = Bench::learned();
+        for _ in 0..19 {
+            bench.scan(behind);
+        }
+        assert_eq!(bench.model(25).far_mm, 2000);
+        bench.scan(behind);
+        assert_eq!(bench.model(25).far_mm, 3500);
+        bench.scan(|beam| if beam == 25 { 2000 } else { Bench::room(beam) });
+        // Its neighbours are still at 2 m: within the dilation.
+        assert_eq!(bench.background.class(25), Class::Background);
+    }
+
+    #[test]
+    fn returns_behind_that_do_not_agree_or_come_with_the_wall_between_move_nothing() {
+        let mut bench = Bench::learned();
+        for scan in 0..200 {
+            bench.scan(|beam| match beam {
+                25 => 3000 + 100 * (scan % 5),
+                27 if scan % 15 != 0 => 3500,
+                _ => Bench::room(beam),
+            });
+        }
+        assert_eq!((bench.model(25).far_mm, bench.model(27).far_mm), (2000, 2000));
+    }
+
+    #[test]
+    fn a_drop_out_does_not_interrupt_a_receding_wall() {
+        let mut bench = Bench::learned();
+        for scan in 0..24 {
+            bench.scan(|beam| if beam == 25 { 3500 * u16::from(scan % 6 != 5) } else { Bench::room(beam) });
+        }
+        assert_eq!(bench.model(25).far_mm, 3500);
+    }
+
+    #[test]
+    fn holding_a_range_is_timed_and_a_single_miss_forgiven() {
+        let mut bench = Bench::learned();
+        for scan in 0..50 {
+            bench.scan(|beam| match beam {
+                10 => 1500 + 10 * (scan % 3),
+                // One reading off, a drop-out, one look at the wall.
+                11 => [1500, 1500, 1500, 1700, 1500, 0, 1500, 4000][usize::from(scan) % 8],
+                // Moves on every second; the first reading elsewhere is still forgiven.
+                12 => 1500 + 100 * (scan / 10),
+                _ => Bench::room(beam),
+            });
+        }
+        let held = |beam| bench.background.held_ds(beam, bench.now_ds);
+        assert_eq!((held(10), held(11), held(12)), (49, 49, 8));
+        assert_eq!(held(5), 0);
+    }
+
+    #[test]
+    fn a_long_time_is_cut_off_and_never_wraps() {
+        let mut bench = Bench::learned();
+        let stander = |beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) };
+        bench.scan(stander);
+        for _ in 0..400 {
+            bench.now_ds += 999;
+            bench.scan(stander);
+        }
+        let held_ds = bench.background.held_ds(10, bench.now_ds);
+        assert!((HELD_MAX_DS..u16::MAX).contains(&held_ds), "{held_ds}");
+    }
 }

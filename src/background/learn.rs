@@ -18,7 +18,10 @@
 //! (somebody walks), and modes confined to a part of the time (somebody shifted or left). Either
 //! starts the learning anew, unless the request says otherwise.
 
-use super::{Background, Band, BeamProfile, BeamState, Status, noise_mm, suspects};
+use super::{
+    Background, Beam, BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, Status, noise_mm,
+    suspects,
+};
 use crate::scan::{Geometry, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
@@ -186,25 +189,91 @@ impl Modes {
 
     /// The background these samples of `total` make.
     fn finish(&self, total: u16) -> BeamProfile {
-        let mut far = Mode::default();
-        let mut second = Mode::default();
+        let mut far = Surface::default();
+        let mut second = Surface::default();
         let mut background_samples = 0;
-        for mode in self.modes().filter(|mode| mode.is_background(total)) {
-            background_samples += u16::from(mode.samples);
-            let nearer =
-                if mode.centre_mm > far.centre_mm { core::mem::replace(&mut far, mode) } else { mode };
-            if nearer.samples > second.samples {
-                second = nearer;
+        for &surface in self.surfaces().iter().filter(|surface| surface.is_background(total)) {
+            background_samples += surface.samples;
+            // Nearest first: what was far until now stands in front of this one.
+            if far.samples > second.samples {
+                second = far;
             }
+            far = surface;
         }
-        let wall = background_samples * 2 >= total && far.samples > 0;
-        let deviation_mm = far.deviation_mm.max(second.deviation_mm);
+        let spread_mm = far.spread_mm.max(second.spread_mm).max(noise_mm(far.centre_mm));
+        let wall = far.samples > 0 && background_samples * 2 >= total;
         BeamProfile {
             far_mm: far.centre_mm,
             near_mm: second.centre_mm,
-            spread_mm: deviation_mm.max(noise_mm(far.centre_mm)),
+            spread_mm,
             state: if wall { BeamState::Wall } else { BeamState::Open },
         }
+    }
+
+    /// The surfaces these modes show, nearest first: modes less than a foreground threshold apart
+    /// are one, a curtain that moves a little.
+    fn surfaces(&self) -> heapless::Vec<Surface, MODES> {
+        let mut modes = heapless::Vec::<Mode, MODES>::new();
+        self.modes().filter(|mode| mode.samples > 0).for_each(|mode| {
+            let _ = modes.push(mode);
+        });
+        // Returns whose range was forgotten again were mostly somebody's, in front.
+        let known: u16 = modes.iter().map(|mode| u16::from(mode.samples)).sum();
+        let mut nearer = u16::from(self.returns).saturating_sub(known);
+        let mut surfaces = heapless::Vec::new();
+        while let Some(nearest) = modes.iter().copied().min_by_key(|mode| mode.centre_mm) {
+            let mut surface = Surface::default();
+            let mut reach_mm = nearest.centre_mm;
+            let mut members = heapless::Vec::<Mode, MODES>::new();
+            while let Some(next) = modes.iter().copied().min_by_key(|mode| mode.centre_mm)
+                && next.centre_mm.saturating_sub(reach_mm) <= FOREGROUND_MIN_MM
+            {
+                reach_mm = next.centre_mm;
+                modes.retain(|mode| *mode != next);
+                surface.samples += u16::from(next.samples);
+                surface.eighths |= next.eighths;
+                let _ = members.push(next);
+            }
+            surface.settle(&members, nearer, u16::from(self.returns));
+            nearer += surface.samples;
+            let _ = surfaces.push(surface);
+        }
+        surfaces
+    }
+}
+
+/// One or several modes that belong together.
+#[derive(Clone, Copy, Debug, Default)]
+struct Surface {
+    centre_mm: u16,
+    spread_mm: u8,
+    samples: u16,
+    eighths: u8,
+}
+
+impl Surface {
+    /// Centre: the mode in which the median of the beam's `returns` lies, `nearer` of them being
+    /// nearer than this surface; or else the median of its own samples. `members` are nearest
+    /// first. The spread reaches them all.
+    fn settle(&mut self, members: &[Mode], nearer: u16, returns: u16) {
+        let holds_median = nearer * 2 <= returns && returns < (nearer + self.samples) * 2;
+        let (mut before, of) = if holds_median { (nearer, returns) } else { (0, self.samples) };
+        for mode in members {
+            if before * 2 <= of {
+                self.centre_mm = mode.centre_mm;
+            }
+            before += u16::from(mode.samples);
+        }
+        for mode in members {
+            let off_mm = mode.centre_mm.abs_diff(self.centre_mm).div_ceil(FOREGROUND_SPREADS);
+            let spread_mm = off_mm.saturating_add(u16::from(mode.deviation_mm)).min(255) as u8;
+            self.spread_mm = self.spread_mm.max(spread_mm);
+        }
+    }
+
+    /// Two fifths of the samples, or a twelfth that keeps coming and going.
+    fn is_background(&self, total: u16) -> bool {
+        self.samples * 5 >= total * 2 || (self.samples * 12 >= total && self.eighths.count_ones() >= 5)
     }
 }
 
@@ -213,18 +282,14 @@ impl Mode {
     /// each, which settles at the median; the deviation settles at the 3/4 quantile of |off|, 1.15 σ.
     fn with(self, range_mm: u16, bit: u8) -> Self {
         let off_mm = i32::from(range_mm) - i32::from(self.centre_mm);
-        let step_mm = if self.samples < 8 { off_mm / (i32::from(self.samples) + 1) } else { off_mm.signum() };
+        let place = i32::from(self.samples) + 1;
+        let dither = (i32::from(range_mm) * 7 + place * 13).rem_euclid(place);
+        let step_mm = (off_mm + dither).div_euclid(place);
         let centre_mm = (i32::from(self.centre_mm) + step_mm).clamp(0, i32::from(u16::MAX)) as u16;
         let wide = off_mm.unsigned_abs() > u32::from(self.deviation_mm);
         let deviation_mm =
             if wide { self.deviation_mm.saturating_add(3) } else { self.deviation_mm.saturating_sub(1) };
         Self { centre_mm, samples: self.samples.saturating_add(1), eighths: self.eighths | bit, deviation_mm }
-    }
-
-    /// Two fifths of the samples, or a twelfth that keeps coming and going.
-    fn is_background(self, total: u16) -> bool {
-        let samples = u16::from(self.samples);
-        samples > 0 && (samples * 5 >= total * 2 || (samples * 12 >= total && self.eighths.count_ones() >= 5))
     }
 
     /// Seen often, but only during a part of the time: at least four samples to every eighth it was
@@ -238,7 +303,7 @@ impl Mode {
 /// How far from its centre a mode reaches, mm: the largest foreground-free scatter, growing with
 /// the noise.
 const fn mode_window_mm(range_mm: u16) -> u16 {
-    60 + range_mm / 128
+    20 + range_mm / 200
 }
 
 /// Learning under way.
@@ -416,21 +481,134 @@ impl<const BEAMS: usize> Background<BEAMS> {
     fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
-        for (profile, modes) in self.profiles.iter_mut().zip(&self.learner.modes).take(self.beams) {
-            *profile = modes.finish(total);
-        }
-        // A step the sensor cannot measure says so by a code of its own, always the same.
-        for (profile, &value_mm) in self.profiles.iter_mut().zip(scan.ranges_mm) {
-            if profile.state == BeamState::Open && profile.far_mm == 0 && blind_code == Some(value_mm) {
-                *profile = BeamProfile::default();
-            }
-        }
-        for (band, profile) in self.bands.iter_mut().zip(&self.profiles).take(self.beams) {
-            *band = Band::of(profile, scan.geometry);
+        for (at, (beam, modes)) in
+            self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate()
+        {
+            let profile = modes.finish(total);
+            // A step the sensor cannot measure says so by a code of its own, always the same.
+            let silent = profile.state == BeamState::Open && profile.far_mm == 0;
+            let blind = silent && blind_code.is_some() && scan.ranges_mm.get(at).copied() == blind_code;
+            *beam = Beam { profile: if blind { BeamProfile::default() } else { profile }, ..Beam::UNKNOWN };
         }
         self.statuses.fill(Status::QUIET);
         self.known = true;
-        self.suspects = suspects::find(self.profiles.get(..self.beams).unwrap_or(&[]), scan.geometry);
+        self.refresh(0, self.beams, scan.geometry);
+        self.suspects = suspects::find(self.per_beam.get(..self.beams).unwrap_or(&[]), scan.geometry);
         self.publish(now_ds);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bench::Bench;
+    use super::*;
+
+    #[test]
+    fn what_returns_half_of_the_time_is_a_wall_and_what_returns_less_is_open() {
+        let mut bench = Bench::new();
+        bench.learn(60, |scan, beam| match beam {
+            0..10 => 2000,
+            // Comes and goes, a third of the time.
+            10..20 if scan % 3 == 0 => 3000,
+            // A fence: itself and what is behind it.
+            20..30 if scan % 5 < 2 => 1500,
+            20..30 => 2500,
+            30..40 => 19,
+            _ => 0,
+        });
+        let wall = BeamProfile { far_mm: 2000, near_mm: 0, spread_mm: 8, state: BeamState::Wall };
+        assert_eq!(bench.profile(5), wall);
+        let limited = bench.profile(15);
+        assert_eq!((limited.state, limited.far_mm), (BeamState::Open, 3000));
+        let fence = bench.profile(25);
+        assert_eq!((fence.state, fence.near_mm, fence.far_mm), (BeamState::Wall, 1500, 2500));
+        assert_eq!(bench.profile(35).state, BeamState::Unknown);
+        let open = bench.profile(45);
+        assert_eq!((open.state, open.far_mm, open.near_mm), (BeamState::Open, 0, 0));
+    }
+
+    #[test]
+    fn who_stays_a_while_and_leaves_is_no_background() {
+        let mut bench = Bench::new();
+        // A third of the time, in front of a wall and in front of nothing.
+        bench.learn(90, |scan, beam| match beam {
+            25..35 | 55..60 if (20..50).contains(&scan) => 1000,
+            _ => Bench::room(beam),
+        });
+        assert_eq!((bench.profile(32).far_mm, bench.profile(32).near_mm), (4000, 0));
+        assert_eq!((bench.profile(57).state, bench.profile(57).far_mm), (BeamState::Open, 0));
+    }
+
+    #[test]
+    fn thousands_of_scans_are_sampled_evenly() {
+        let mut bench = Bench::new();
+        bench.learn(2000, |scan, beam| if scan < 1200 { 3000 } else { 2000 } + (beam % 3) as u16);
+        let profile = bench.profile(9);
+        assert_eq!((profile.near_mm, profile.far_mm), (2000, 3000));
+    }
+
+    #[test]
+    fn a_curtain_that_moves_a_little_is_one_wall_at_its_median() {
+        let mut bench = Bench::new();
+        bench.learn(60, |scan, _| if scan % 3 == 0 { 3070 } else { 3000 });
+        let profile = bench.profile(3);
+        assert_eq!((profile.far_mm, profile.near_mm, profile.state), (3000, 0, BeamState::Wall));
+        assert!(profile.explains(3070 + 30));
+    }
+
+    #[test]
+    fn too_few_scans_and_an_unknown_sensor_are_refused_by_name() {
+        let mut bench = Bench::new();
+        let few = LearnRequest { scans: LEARN_SCANS_MIN - 1, even_if_moving: false };
+        assert_eq!(bench.background.learn(few), Err(LearnRefusal::TooFewScans));
+        let mut nobody = Background::<4>::new();
+        assert_eq!(nobody.learn(LearnRequest::default()), Err(LearnRefusal::NotConfigured));
+    }
+
+    #[test]
+    fn somebody_who_walks_makes_the_learning_wait_and_is_named() {
+        let mut bench = Bench::new();
+        bench.background.learn(LearnRequest::default()).unwrap();
+        for scan in 0..100 {
+            bench
+                .scan(|beam| if (scan / 2..scan / 2 + 8).contains(&beam) { 1500 } else { Bench::room(beam) });
+        }
+        let Learning::Running { restarts, moved: Some((first, last)), .. } =
+            bench.background.learning(&bench.geometry)
+        else {
+            panic!("still learning, with a place")
+        };
+        assert!(restarts > 0 && first >= 300 && last <= 363 && last - first >= 2, "{first} {last}");
+        // The learning under way may still begin anew once, at its end.
+        for _ in 0..120 {
+            bench.scan(Bench::room);
+        }
+        assert!(bench.background.is_known());
+        assert_eq!(bench.background.learning(&bench.geometry), Learning::Idle);
+    }
+
+    #[test]
+    fn somebody_who_shifts_once_makes_the_learning_wait() {
+        let mut bench = Bench::new();
+        bench.background.learn(LearnRequest::default()).unwrap();
+        for scan in 0..60 {
+            let aside = usize::from(scan > 30) * 3;
+            bench
+                .scan(|beam| if (10 + aside..16 + aside).contains(&beam) { 1500 } else { Bench::room(beam) });
+        }
+        assert!(!bench.background.is_known());
+    }
+
+    #[test]
+    fn the_old_background_stays_until_the_new_one_is_complete() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        bench.background.learn(LearnRequest::default()).unwrap();
+        for _ in 0..59 {
+            bench.scan(|_| 3000);
+        }
+        assert_eq!((bench.profile(3).far_mm, bench.background.version()), (4000, version));
+        bench.scan(|_| 3000);
+        assert_eq!((bench.profile(3).far_mm, bench.background.version()), (3000, version + 1));
     }
 }

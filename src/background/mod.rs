@@ -47,6 +47,9 @@ pub const FOREGROUND_MIN_MM: u16 = 100;
 /// Readings beyond 4 robust σ are 0.5–4 % of all on real sensors; 5 leaves single ones, no runs.
 pub const FOREGROUND_SPREADS: u16 = 5;
 
+/// Least distance at which two readings of one surface are said to differ, mm: 3 σ of a URG-04LX at 4 m.
+pub const TOLERANCE_MIN_MM: u16 = 30;
+
 /// Beams by which an edge of the background is widened to either side. Without it one walker in
 /// a furnished home grew a second track in a quarter of the scans; with it in none.
 pub const DILATION_BEAMS: usize = 2;
@@ -92,11 +95,12 @@ impl BeamProfile {
         if spreads_mm > FOREGROUND_MIN_MM { spreads_mm } else { FOREGROUND_MIN_MM }
     }
 
-    /// How far apart two readings of the same surface may lie, mm: three spreads, 30 mm at least.
+    /// How far apart two readings of the same surface may lie, mm: three spreads,
+    /// [`TOLERANCE_MIN_MM`] at least.
     #[must_use]
     pub const fn tolerance_mm(&self) -> u16 {
         let spreads_mm = 3 * self.spread_mm as u16;
-        if spreads_mm > 30 { spreads_mm } else { 30 }
+        if spreads_mm > TOLERANCE_MIN_MM { spreads_mm } else { TOLERANCE_MIN_MM }
     }
 
     /// Whether `range_mm` lies at one of the modes.
@@ -143,18 +147,20 @@ impl Fingerprint {
 /// Readings that are background without further thought: `value.wrapping_sub(base) <= width`.
 ///
 /// The wrap puts codes (below the smallest range) above every range, so that one comparison
-/// covers "the limit and beyond, or no return at all" for open beams.
+/// covers "the limit and beyond, or no return at all" for open beams. Both numbers share a word,
+/// the base below: one load in the loop that looks at every beam.
 #[derive(Clone, Copy, Debug)]
-struct Band {
-    base: u16,
-    width: u16,
-}
+struct Band(u32);
 
 impl Band {
-    const EVERYTHING: Self = Self { base: 0, width: u16::MAX };
+    const EVERYTHING: Self = Self::new(0, u16::MAX);
+
+    const fn new(base: u16, width: u16) -> Self {
+        Self(base as u32 | (width as u32) << 16)
+    }
 
     const fn holds(self, value_mm: u16) -> bool {
-        value_mm.wrapping_sub(self.base) <= self.width
+        (value_mm as u32).wrapping_sub(self.0) & 0xffff <= self.0 >> 16
     }
 
     fn of(profile: &BeamProfile, geometry: &Geometry) -> Self {
@@ -165,35 +171,51 @@ impl Band {
                 let base =
                     if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
                 let codes = geometry.range_min_mm().saturating_sub(1);
-                Self { base, width: codes.wrapping_sub(base) }
+                Self::new(base, codes.wrapping_sub(base))
             }
             BeamState::Wall => {
                 let end_mm =
                     profile.far_mm.saturating_add(profile.tolerance_mm()).min(geometry.range_max_mm());
-                Self { base: edge_mm, width: end_mm.saturating_sub(edge_mm) }
+                Self::new(edge_mm, end_mm.saturating_sub(edge_mm))
             }
         }
     }
 }
 
-/// What a beam that is not at its background is doing. `since` shares the unit of the pipeline's clock.
+/// What a beam is, and what it does while it is not at its background. 12 bytes.
 #[derive(Clone, Copy, Debug)]
-struct Aside {
-    /// The range it holds, mm.
-    range_mm: u16,
-    /// Since when, low 16 bits of the clock in 0.1 s.
+struct Beam {
+    /// Whatever is nearer than this is foreground: where the nearest mode of the beam and of those
+    /// within the dilation begins.
+    clear_mm: u16,
+    /// The range it holds while it is foreground or behind, mm.
+    held_mm: u16,
+    /// Since when, low 16 bits of the sensor's time in 0.1 s.
     since_ds: u16,
+    profile: BeamProfile,
+}
+
+impl Beam {
+    const UNKNOWN: Self = Self {
+        clear_mm: 0,
+        held_mm: 0,
+        since_ds: 0,
+        profile: BeamProfile { far_mm: 0, near_mm: 0, spread_mm: 0, state: BeamState::Unknown },
+    };
+
+    fn hold(&mut self, range_mm: u16, now_ds: u16) {
+        (self.held_mm, self.since_ds) = (range_mm, now_ds);
+    }
 }
 
 /// The background of a sensor, and everything needed to learn it, judge by it and keep it right.
 ///
-/// Memory: 33 bytes a beam, whatever the number of scans learned from.
+/// Memory: 35 bytes a beam, whatever the number of scans learned from.
 #[derive(Debug)]
 pub struct Background<const BEAMS: usize> {
     bands: [Band; BEAMS],
     statuses: [Status; BEAMS],
-    profiles: [BeamProfile; BEAMS],
-    asides: [Aside; BEAMS],
+    per_beam: [Beam; BEAMS],
     published_far_mm: [u16; BEAMS],
     learner: Learner<BEAMS>,
     suspects: heapless::Vec<Suspect, SUSPECTS>,
@@ -202,6 +224,7 @@ pub struct Background<const BEAMS: usize> {
     known: bool,
     drifted: bool,
     published_ds: u32,
+    judged_ds: u32,
     fingerprint: Fingerprint,
 }
 
@@ -209,13 +232,10 @@ impl<const BEAMS: usize> Background<BEAMS> {
     /// Nothing known, nothing being learned.
     #[must_use]
     pub const fn new() -> Self {
-        const UNKNOWN: BeamProfile =
-            BeamProfile { far_mm: 0, near_mm: 0, spread_mm: 0, state: BeamState::Unknown };
         Self {
             bands: [Band::EVERYTHING; BEAMS],
             statuses: [Status::QUIET; BEAMS],
-            profiles: [UNKNOWN; BEAMS],
-            asides: [Aside { range_mm: 0, since_ds: 0 }; BEAMS],
+            per_beam: [Beam::UNKNOWN; BEAMS],
             published_far_mm: [0; BEAMS],
             learner: Learner::new(),
             suspects: heapless::Vec::new(),
@@ -224,6 +244,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
             known: false,
             drifted: false,
             published_ds: 0,
+            judged_ds: 0,
             fingerprint: Fingerprint(0),
         }
     }
@@ -240,7 +261,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
         self.learner.stop();
         self.fingerprint = fingerprint;
         self.beams = beams;
-        self.profiles.fill(BeamProfile::default());
+        self.per_beam.fill(Beam::UNKNOWN);
         self.published_far_mm.fill(0);
         self.bands.fill(Band::EVERYTHING);
         self.statuses.fill(Status::QUIET);
@@ -273,14 +294,13 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
     /// The published profile of version [`version`](Self::version), beam by beam.
     pub fn profile(&self) -> impl ExactSizeIterator<Item = BeamProfile> + Clone + '_ {
-        let published = self.profiles.iter().zip(&self.published_far_mm).take(self.beams);
-        published.map(|(profile, &far_mm)| BeamProfile { far_mm, ..*profile })
+        let published = self.per_beam.iter().zip(&self.published_far_mm).take(self.beams);
+        published.map(|(beam, &far_mm)| BeamProfile { far_mm, ..beam.profile })
     }
 
     /// The model now in use: the published profile and what has receded since.
-    #[must_use]
-    pub fn model(&self) -> &[BeamProfile] {
-        self.profiles.get(..self.beams).unwrap_or(&[])
+    pub fn model(&self) -> impl ExactSizeIterator<Item = BeamProfile> + Clone + '_ {
+        self.per_beam.iter().take(self.beams).map(|beam| beam.profile)
     }
 
     /// What the newest learned background holds that has the shape of a person.
@@ -298,9 +318,25 @@ impl<const BEAMS: usize> Background<BEAMS> {
         due
     }
 
+    /// Works out again what follows from the profiles of the beams `first..end`.
+    fn refresh(&mut self, first: usize, end: usize, geometry: &Geometry) {
+        for (band, beam) in self.bands.iter_mut().zip(&self.per_beam).take(end).skip(first) {
+            *band = Band::of(&beam.profile, geometry);
+        }
+        for at in first.saturating_sub(DILATION_BEAMS)..(end + DILATION_BEAMS).min(self.beams) {
+            let start = at.saturating_sub(DILATION_BEAMS);
+            let around =
+                self.per_beam.iter().take(self.beams).skip(start).take(at - start + 1 + DILATION_BEAMS);
+            let edge_mm = around.filter_map(|beam| beam.profile.nearest_edge_mm()).min();
+            if let Some(beam) = self.per_beam.get_mut(at) {
+                beam.clear_mm = edge_mm.unwrap_or(u16::MAX);
+            }
+        }
+    }
+
     fn publish(&mut self, now_ds: u32) {
-        for (published_mm, profile) in self.published_far_mm.iter_mut().zip(&self.profiles) {
-            *published_mm = profile.far_mm;
+        for (published_mm, beam) in self.published_far_mm.iter_mut().zip(&self.per_beam) {
+            *published_mm = beam.profile.far_mm;
         }
         self.version = self.version.wrapping_add(1).max(1);
         self.published_ds = now_ds;
@@ -319,4 +355,153 @@ impl<const BEAMS: usize> Default for Background<BEAMS> {
 const fn noise_mm(range_mm: u16) -> u8 {
     let noise_mm = 3 + range_mm / 400;
     if noise_mm > 250 { 250 } else { noise_mm as u8 }
+}
+
+/// A background with a small sensor in front of it, for the tests of this folder.
+#[cfg(test)]
+pub(super) mod bench {
+    use super::*;
+    use crate::scan::{GeometryParts, Scan, ScanTime, URG_04LX};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    pub const BEAMS: usize = 64;
+
+    pub struct Bench {
+        pub geometry: Geometry,
+        pub background: Box<Background<BEAMS>>,
+        pub now_ds: u32,
+    }
+
+    impl Bench {
+        pub fn new() -> Self {
+            let parts = GeometryParts { first_step: 300, last_step: 363, ..URG_04LX };
+            let geometry = Geometry::new(parts).unwrap();
+            let mut background = Box::new(Background::new());
+            background.bind(&geometry, Fingerprint(1));
+            Self { geometry, background, now_ds: 0 }
+        }
+
+        /// The empty room: 4 m away, a pillar of ten beams at 2 m, and nothing from beam 50 on.
+        pub fn room(beam: usize) -> u16 {
+            match beam {
+                20..30 => 2000,
+                50.. => 0,
+                _ => 4000,
+            }
+        }
+
+        /// Judges, then learns, a scan of `value_mm(beam)` a tenth of a second after the last.
+        pub fn scan(&mut self, value_mm: impl Fn(usize) -> u16) {
+            let ranges_mm: Vec<u16> = (0..BEAMS).map(value_mm).collect();
+            let scan = Scan { geometry: &self.geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
+            self.now_ds += 1;
+            self.background.judge(&scan, self.now_ds);
+            self.background.learn_scan(&scan, Some(19), self.now_ds);
+            self.background.publish_drift(self.now_ds);
+        }
+
+        /// Learns from `scans` scans of `value_mm(scan, beam)`, moving things or not.
+        pub fn learn(&mut self, scans: u16, value_mm: impl Fn(usize, usize) -> u16) {
+            self.background.learn(LearnRequest { scans, even_if_moving: true }).unwrap();
+            for scan in 0..usize::from(scans) {
+                self.scan(|beam| value_mm(scan, beam));
+            }
+            assert!(self.background.is_known());
+        }
+
+        pub fn learned() -> Self {
+            let mut bench = Self::new();
+            bench.learn(60, |_, beam| Self::room(beam));
+            bench
+        }
+
+        pub fn profile(&self, beam: usize) -> BeamProfile {
+            self.background.profile().nth(beam).unwrap()
+        }
+
+        pub fn model(&self, beam: usize) -> BeamProfile {
+            self.background.model().nth(beam).unwrap()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bench::Bench;
+    use super::*;
+
+    #[test]
+    fn a_band_holds_the_wall_and_a_little_behind_and_nothing_else() {
+        let bench = Bench::new();
+        let wall = BeamProfile { far_mm: 3000, near_mm: 0, spread_mm: 4, state: BeamState::Wall };
+        let band = Band::of(&wall, &bench.geometry);
+        assert!([2900, 3000, 3030].into_iter().all(|value_mm| band.holds(value_mm)));
+        assert!(![0, 19, 2899, 3031, 5601, u16::MAX].into_iter().any(|value_mm| band.holds(value_mm)));
+    }
+
+    #[test]
+    fn an_open_band_holds_codes_the_limit_and_everything_beyond() {
+        let bench = Bench::new();
+        let open = |far_mm| BeamProfile { far_mm, near_mm: 0, spread_mm: 4, state: BeamState::Open };
+        let limited = Band::of(&open(3000), &bench.geometry);
+        assert!([0, 7, 19, 2900, 5600, u16::MAX].into_iter().all(|value_mm| limited.holds(value_mm)));
+        assert!(!limited.holds(20) && !limited.holds(2899));
+        let free = Band::of(&open(0), &bench.geometry);
+        assert!([0, 7, 19, 5601, u16::MAX].into_iter().all(|value_mm| free.holds(value_mm)));
+        assert!(!free.holds(20) && !free.holds(5600));
+    }
+
+    #[test]
+    fn another_sensor_or_geometry_forgets_the_background_and_steps_the_version() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        bench.background.bind(&bench.geometry, Fingerprint(1));
+        assert!(bench.background.is_known());
+        bench.background.bind(&bench.geometry, Fingerprint(2));
+        assert!(!bench.background.is_known());
+        assert_eq!(bench.profile(0).state, BeamState::Unknown);
+        assert_eq!(bench.background.version(), version + 1);
+    }
+
+    #[test]
+    fn fingerprints_differ_by_serial_and_by_geometry() {
+        let bench = Bench::new();
+        let other = Geometry::new(crate::scan::URG_04LX).unwrap();
+        let prints = [
+            Fingerprint::of(b"H0804123", &bench.geometry),
+            Fingerprint::of(b"H0804124", &bench.geometry),
+            Fingerprint::of(b"H0804123", &other),
+        ];
+        assert!(prints[0] != prints[1] && prints[0] != prints[2] && prints[1] != prints[2]);
+    }
+
+    #[test]
+    fn drift_is_published_at_most_once_a_minute() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        for _ in 0..30 {
+            bench.scan(|beam| Bench::room(beam) + 200 * u16::from(beam == 25));
+        }
+        assert_eq!(bench.model(25).far_mm, 2200);
+        assert_eq!((bench.profile(25).far_mm, bench.background.version()), (2000, version));
+        while bench.now_ds < 60 + PUBLISH_INTERVAL_DS {
+            bench.scan(|beam| Bench::room(beam) + 200 * u16::from(beam == 25));
+        }
+        assert_eq!((bench.profile(25).far_mm, bench.background.version()), (2200, version + 1));
+        for _ in 0..40 {
+            bench.scan(|beam| Bench::room(beam) + 400 * u16::from(beam == 25));
+        }
+        assert_eq!(bench.background.version(), version + 1);
+    }
+
+    #[test]
+    fn a_small_drift_is_not_worth_a_version() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        for _ in 0..700 {
+            bench.scan(|beam| Bench::room(beam) + 40 * u16::from(beam == 10));
+        }
+        assert_eq!((bench.model(10).far_mm, bench.background.version()), (4040, version));
+    }
 }

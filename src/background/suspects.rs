@@ -7,7 +7,7 @@
 //!               ● sensor
 //! ```
 
-use super::{BeamProfile, BeamState};
+use super::{Beam, BeamProfile, BeamState};
 use crate::cluster::Breaks;
 use crate::math;
 use crate::scan::Geometry;
@@ -37,14 +37,14 @@ pub struct Suspect {
 }
 
 /// The first [`SUSPECTS`] of a background.
-pub(super) fn find(profiles: &[BeamProfile], geometry: &Geometry) -> heapless::Vec<Suspect, SUSPECTS> {
+pub(super) fn find(beams: &[Beam], geometry: &Geometry) -> heapless::Vec<Suspect, SUSPECTS> {
     let mut suspects = heapless::Vec::new();
     let breaks = Breaks::of(geometry);
     let mut start = 0;
-    while start < profiles.len() {
-        let rest = profiles.get(start..).unwrap_or(&[]);
+    while start < beams.len() {
+        let rest = beams.get(start..).unwrap_or(&[]);
         let length = surface_length(rest, breaks);
-        let before = start.checked_sub(1).and_then(|beam| profiles.get(beam));
+        let before = start.checked_sub(1).and_then(|beam| beams.get(beam));
         let after = rest.get(length);
         if let Some(suspect) =
             rest.get(..length).and_then(|surface| examine(surface, start, before, after, geometry))
@@ -57,10 +57,10 @@ pub(super) fn find(profiles: &[BeamProfile], geometry: &Geometry) -> heapless::V
     suspects
 }
 
-/// Beams at the start of `profiles` that show one surface; 0 when the first shows none.
-fn surface_length(profiles: &[BeamProfile], breaks: Breaks) -> usize {
+/// Beams at the start of `beams` that show one surface; 0 when the first shows none.
+fn surface_length(beams: &[Beam], breaks: Breaks) -> usize {
     let mut last_mm = None;
-    let same = profiles.iter().take_while(|profile| {
+    let same = beams.iter().take_while(|Beam { profile, .. }| {
         let joined = profile.state == BeamState::Wall
             && last_mm.is_none_or(|last_mm| breaks.joins(last_mm, profile.far_mm, 1));
         last_mm = Some(profile.far_mm);
@@ -70,15 +70,16 @@ fn surface_length(profiles: &[BeamProfile], breaks: Breaks) -> usize {
 }
 
 fn examine(
-    surface: &[BeamProfile],
+    surface: &[Beam],
     start: usize,
-    before: Option<&BeamProfile>,
-    after: Option<&BeamProfile>,
+    before: Option<&Beam>,
+    after: Option<&Beam>,
     geometry: &Geometry,
 ) -> Option<Suspect> {
-    let (first, last, middle) = (surface.first()?, surface.last()?, surface.get(surface.len() / 2)?);
-    let free = |end: &BeamProfile, beyond: Option<&BeamProfile>| {
-        beyond.is_some_and(|beyond| match beyond.state {
+    let (first, last, middle) =
+        (surface.first()?.profile, surface.last()?.profile, surface.get(surface.len() / 2)?.profile);
+    let free = |end: BeamProfile, beyond: Option<&Beam>| {
+        beyond.is_some_and(|Beam { profile: beyond, .. }| match beyond.state {
             BeamState::Unknown => false,
             BeamState::Open => true,
             BeamState::Wall => beyond.far_mm > end.far_mm.saturating_add(FREE_MM),
@@ -91,10 +92,45 @@ fn examine(
     let chord_range_mm = 2.0 * first_mm * last_mm * half_cosine / (first_mm + last_mm).max(1.0);
     let bulges = f32::from(middle.far_mm) + BULGE_MM <= chord_range_mm;
     let body = BODY_MM.contains(&chord_mm) && bulges && free(first, before) && free(last, after);
-    let near_mm = surface.iter().map(|profile| profile.far_mm).min()?;
+    let near_mm = surface.iter().map(|beam| beam.profile.far_mm).min()?;
     body.then(|| Suspect {
         first_step: geometry.step(start as u16),
         last_step: geometry.step((start + surface.len() - 1) as u16),
         near_mm,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bench::{BEAMS, Bench};
+    use super::*;
+
+    /// What somebody 0.36 m wide in front of the wall looks like, 23 beams around beam 25 at 2.4 m.
+    fn body(beam: usize) -> Option<u16> {
+        let aside_mm = (beam as f32 - 25.0) * 0.006_136 * 2600.0;
+        let inside = 180.0 * 180.0 - aside_mm * aside_mm;
+        (inside > 0.0).then(|| (2600.0 - math::sqrt(inside)) as u16)
+    }
+
+    #[test]
+    fn somebody_who_stood_through_the_learning_is_a_suspect() {
+        let mut bench = Bench::new();
+        bench.learn(60, |_, beam| body(beam).unwrap_or(4000));
+        let [suspect] = bench.background.suspects() else { panic!("one suspect") };
+        assert!((312..316).contains(&suspect.first_step) && (335..338).contains(&suspect.last_step));
+        assert_eq!(suspect.near_mm, 2420);
+    }
+
+    #[test]
+    fn walls_corners_and_flat_boards_are_not() {
+        let mut bench = Bench::new();
+        bench.learn(60, |_, beam| match beam {
+            // A board 0.4 m wide across the view: its ends are farther than its middle by no more than geometry asks.
+            10..36 => (2500.0 / math::sin_cos((beam as f32 - 22.5) * 0.006_136).1) as u16,
+            // Somebody at the edge of what is behind: not free on one side.
+            _ if beam >= BEAMS - 12 => 3800,
+            _ => 4000,
+        });
+        assert_eq!(bench.background.suspects(), []);
+    }
 }

@@ -1,6 +1,7 @@
 //! The commands of `kehai-sim`, one file each.
 
 mod demo;
+mod replay;
 mod sensor;
 
 use std::process::ExitCode;
@@ -18,12 +19,16 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Sensor(sensor::Arguments),
+    Replay(replay::Arguments),
+    Demo(demo::Arguments),
 }
 
 /// Does what the command line says. An exit status other than 0 comes with one line on stderr.
 pub fn run() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Sensor(arguments) => sensor::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

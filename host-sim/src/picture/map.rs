@@ -163,44 +163,33 @@ impl Frame {
         path
     }
 
+    /// What the colours mean, in a row under the map.
     fn legend(&self) -> Group {
         let entries = [
             ("wall", "wall"),
-            ("near", "second wall (a door's leaf)"),
-            ("limit", "open: farthest ever seen there"),
-            ("unknown", "unknown: not judged"),
+            ("near", "second wall (door leaf)"),
+            ("limit", "open: farthest seen there"),
+            ("unknown", "not judged"),
             ("sensor", "sensor, looking up"),
         ];
+        let (mut x, y) = (0.0, self.height() + 20.0);
         let mut group = Group::new();
-        for (row, (class, words)) in entries.iter().enumerate() {
-            let y = self.height() - 18.0 * (entries.len() - row) as f64 - 24.0;
-            let x = self.width - 230.0;
+        for (class, words) in entries {
             let square = format!("M{x:.1} {:.1}h8v8h-8z", y - 8.0);
             group = group
-                .add(Path::new().set("class", *class).set("d", square))
-                .add(Text::new(*words).set("class", "axis").set("x", round(x + 16.0)).set("y", round(y)));
+                .add(Path::new().set("class", class).set("d", square))
+                .add(Text::new(words).set("class", "axis").set("x", round(x + 14.0)).set("y", y));
+            x += 40.0 + 7.0 * words.chars().count() as f64;
         }
-        let (x, y) = (self.width - 230.0, self.height() - 24.0);
-        group
-            .add(
-                Circle::new()
-                    .set("cx", x + 4.0)
-                    .set("cy", round(y - 4.0))
-                    .set("r", 4)
-                    .set("fill", palette::at(0.5)),
-            )
-            .add(
-                Text::new("wide candidate's centre, ○ narrow")
-                    .set("class", "axis")
-                    .set("x", x + 16.0)
-                    .set("y", round(y)),
-            )
-            .add(
-                Text::new("colour: time, from blue to yellow")
-                    .set("class", "axis")
-                    .set("x", x + 16.0)
-                    .set("y", round(y + 18.0)),
-            )
+        let dot =
+            Circle::new().set("cx", x + 4.0).set("cy", y - 4.0).set("r", 4).set("fill", palette::at(0.5));
+        let words = "● wide, ○ narrow candidate's centre, blue to yellow by time";
+        group.add(dot).add(
+            Text::new(words.trim_start_matches("● "))
+                .set("class", "axis")
+                .set("x", round(x + 14.0))
+                .set("y", y),
+        )
     }
 }
 

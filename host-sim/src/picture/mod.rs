@@ -11,6 +11,7 @@
 //! └──────────────────────────────────────┘
 //! ```
 
+pub mod exposure;
 mod map;
 mod palette;
 mod timeline;
@@ -27,6 +28,8 @@ const WIDTH: f64 = 1200.0;
 const MARGIN: f64 = 36.0;
 /// Height of the title's two lines.
 const TITLE_HEIGHT: f64 = 64.0;
+/// Height of the row that explains the colours.
+const LEGEND_HEIGHT: f64 = 24.0;
 /// Height of the strip under the map.
 const TIMELINE_HEIGHT: f64 = 150.0;
 
@@ -52,6 +55,19 @@ pub struct BeamShown {
     pub bearing_rad: f64,
     /// What it sees when nobody is there.
     pub kind: BeamKind,
+}
+
+impl BeamShown {
+    /// Where its wall is, in m, if it has one.
+    #[must_use]
+    pub fn wall_m(&self) -> Option<[f64; 2]> {
+        match self.kind {
+            BeamKind::Wall { range_m, .. } => {
+                Some([range_m * self.bearing_rad.cos(), range_m * self.bearing_rad.sin()])
+            }
+            BeamKind::Open { .. } | BeamKind::Unknown => None,
+        }
+    }
 }
 
 /// What a beam sees when nobody is there.
@@ -107,7 +123,7 @@ impl Picture {
     #[must_use]
     pub fn to_svg(&self) -> Document {
         let map = map::Frame::around(self, WIDTH - 2.0 * MARGIN);
-        let timeline_top = TITLE_HEIGHT + map.height() + 2.0 * MARGIN;
+        let timeline_top = TITLE_HEIGHT + map.height() + 2.0 * MARGIN + LEGEND_HEIGHT;
         let height = timeline_top + TIMELINE_HEIGHT + MARGIN;
         let title = Text::new(self.title.as_str()).set("class", "title").set("x", MARGIN).set("y", 40);
         let subtitle = Text::new(self.subtitle.as_str()).set("class", "small").set("x", MARGIN).set("y", 62);

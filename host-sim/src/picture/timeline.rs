@@ -30,7 +30,8 @@ pub fn draw(picture: &Picture, width: f64, height: f64) -> Group {
             .set("x", LEFT)
             .set("y", 10),
     );
-    for count in 0..=most {
+    // At most six lines, at whole numbers.
+    for count in (0..=most).step_by(most.div_ceil(6)) {
         let _ = write!(grid, "M{LEFT} {:.1}H{width}", y(count));
         group =
             group.add(Text::new(count.to_string()).set("class", "axis").set("x", 8).set("y", y(count) + 4.0));

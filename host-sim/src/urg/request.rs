@@ -19,8 +19,13 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Takes one byte; returns the line it ends. Empty lines are no requests, so CR LF is one end.
+    /// Takes one byte; returns the line it ends. Empty lines are no requests, so CR LF is one end. Bytes that
+    /// are no printable ASCII are noise of the line and left out: clients that try one speed after another
+    /// send no LF in between, and are known to work.
     pub fn push(&mut self, byte: u8) -> Option<Vec<u8>> {
+        if !matches!(byte, b'\n' | b'\r' | b' '..=b'~') {
+            return None;
+        }
         if byte != b'\n' && byte != b'\r' {
             if self.line.len() < MAX_LINE {
                 self.line.push(byte);
@@ -174,6 +179,7 @@ mod tests {
     #[test]
     fn every_terminator_ends_a_line_and_empty_lines_are_ignored() {
         assert_eq!(lines(b"\nQT\n\n\r\nVV\rPP\r\nII"), ["QT", "VV", "PP"]);
+        assert_eq!(lines(b"\xf3\x00Q\x80T\n"), ["QT"]);
         assert!(lines(&[[b'x'; 999].as_slice(), b"\n"].concat()).is_empty());
     }
 

@@ -78,6 +78,16 @@ impl Urg {
         self.catching_up = false;
     }
 
+    /// The sensor breaks: a running measurement ends with a status 0L.
+    pub(super) fn break_down(&mut self) {
+        self.abnormal = true;
+        if let Some(stream) = &self.stream {
+            let echo = stream.echo();
+            self.send_status(&echo, "0L");
+        }
+        self.stop_measuring();
+    }
+
     fn next_scan(&mut self, start_us: u64, earliest_us: u64) -> Option<SourceScan> {
         let revolution = Revolution { start_us, period_us: self.mirror.period_us(), earliest_us };
         let scan = self.source.scan(revolution);

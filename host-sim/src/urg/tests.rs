@@ -265,7 +265,11 @@ fn the_answer_to_ss_comes_at_the_old_speed_and_the_next_one_at_the_new() {
         let sent = urg.urg.take_output(urg.now_us);
         sent.into_iter().map(|sent| sent.baud.unwrap()).collect::<Vec<_>>()
     };
-    assert_eq!(speeds(&mut urg, b"SS115200\n"), [19_200]);
+    urg.urg.receive(b"SS115200\n", 0);
+    // The answer begins with the next revolution and takes 14 bytes, 7.3 ms.
+    urg.urg.advance(99_700 + 7000);
+    assert_eq!(urg.urg.baud(), 19_200, "still answering");
+    assert_eq!(speeds(&mut urg, b""), [19_200]);
     assert_eq!(speeds(&mut urg, b"VV\n"), [115_200]);
     assert_eq!(urg.urg.baud(), 115_200);
     assert_eq!([urg.status("SS115200"), urg.status("SS038400"), urg.status("SS11520x")], ["03", "02", "01"]);
@@ -324,6 +328,42 @@ fn only_a_reboot_helps_an_abnormal_sensor() {
     assert_eq!(ust.status("QT"), "00");
     assert_eq!(ust.hear("RB\n", 1_100_000), "RB\n01Q\n\n");
     assert_eq!(ust.status("RB"), "01", "too late for the second one");
+}
+
+#[test]
+fn a_sensor_that_breaks_says_so_in_its_stream_and_ends_it() {
+    let faults = vec!["abnormal:0.25".parse().unwrap()];
+    let mut urg = Bench::new(Config { start: Start::Streaming, faults, ..fast(UST_10LX) });
+    let all = urg.hear("", 1_000_000);
+    assert!(all.ends_with("\n\nMD0000108001000\n0Ll\n\n"), "{}", &all[all.len() - 100..]);
+    assert_eq!((urg.urg.state(), urg.status("RS")), (State::Abnormal, "0L".to_owned()));
+}
+
+#[test]
+fn a_slower_motor_makes_longer_revolutions_until_it_is_reset() {
+    let mut urg = Bench::new(fast(URG_04LX));
+    assert_eq!(
+        [urg.status("CR10"), urg.status("CR10"), urg.status("CR11"), urg.status("CRx0")],
+        ["00", "03", "02", "01"]
+    );
+    assert_eq!(urg.urg.period_us(), 111_111);
+    assert!(urg.ask("II").contains("SCSP:90%<-(540[rpm]);"));
+    assert_eq!([urg.status("HS1"), urg.status("HS1"), urg.status("HSx")], ["00", "02", "01"]);
+    assert!(urg.urg.high_sensitivity());
+    assert_eq!(urg.status("RT"), "00");
+    assert_eq!((urg.urg.period_us(), urg.urg.high_sensitivity()), (111_111, false));
+    assert_eq!(urg.status("RS"), "00");
+    assert_eq!(urg.urg.period_us(), 100_000);
+}
+
+#[test]
+fn a_last_group_that_is_not_full_is_sent_or_left_out() {
+    let values = |drop_incomplete_group| {
+        let mut urg = Bench::new(Config { drop_incomplete_group, ..fast(URG_04LX) });
+        let all = urg.ask("MS0044005003001");
+        all.lines().nth_back(1).expect("a data line").len() / 2
+    };
+    assert_eq!((values(false), values(true)), (3, 2));
 }
 
 #[test]
@@ -419,7 +459,9 @@ fn faults_of_requests_do_what_they_say() {
     let mut silent = bench(UST_10LX, "rb-silent");
     assert_eq!([silent.hear("RB\n", 10_000), silent.hear("RB\n", 10_000)], ["RB\n01Q\n\n", ""]);
     silent.hear("", 1_100_000);
-    assert_eq!(silent.urg.state(), State::Booting);
+    assert_eq!((silent.urg.state(), silent.urg.link()), (State::Off, LinkState::Closed));
+    silent.hear("", 300_000);
+    assert_eq!((silent.urg.state(), silent.urg.link()), (State::Booting, LinkState::Up));
     let mut slow = bench(UST_10LX, "slow-sl:0.8");
     assert_eq!(slow.hear("%SL\n", 790_000), "");
     assert_eq!(slow.hear("", 20_000), "%SL\n00P\n\n");

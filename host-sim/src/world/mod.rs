@@ -11,6 +11,9 @@
 //! bytes on every machine, and any scan or truth can be asked for in any order.
 
 pub mod body;
+pub mod crowd;
+pub mod door;
+pub mod gathering;
 pub mod geometry;
 pub mod motion;
 pub mod noise;
@@ -20,29 +23,52 @@ pub mod raycast;
 pub mod scene;
 pub mod sensor;
 pub mod site;
+pub mod trajectory;
 pub mod walker;
+pub mod wandering;
 
 use std::sync::Arc;
 
-use body::Body;
+use body::{Body, Section};
+use door::Door;
+use gathering::Gathering;
 use geometry::{Outline, Point};
-use motion::Motion;
+use motion::{Motion, Track};
 use random::{Purpose, Stream};
 use raycast::{Caster, Person, Thing};
 use scene::{Furniture, PersonSpec, Scene};
 use sensor::WorldSensor;
 use serde::Serialize;
 use site::{Blocks, Wall};
+use trajectory::Recorded;
 use walker::{Habit, Route, WayPoint};
+use wandering::Wanderer;
 
 /// Walls reach from the floor to the ceiling, above every plane.
 const CEILING_M: f64 = 3.0;
+/// A gathering is watched for so long after the last one is gone.
+const AFTERWARDS_S: f64 = 6.0;
 
 /// A scene brought to life under a seed.
 #[derive(Clone, Debug)]
 pub struct World {
+    duration_s: f64,
+    events: Option<Events>,
     people: Arc<[Person]>,
     sensors: Vec<(String, WorldSensor)>,
+}
+
+/// What happened when in a gathering.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub struct Events {
+    /// How many people there are.
+    pub people: usize,
+    /// When the last one had taken a place.
+    pub all_in_s: f64,
+    /// When the door opened.
+    pub door_opens_s: f64,
+    /// When the last one had left the counted area.
+    pub empty_s: f64,
 }
 
 /// Where everybody is at one moment: a line of `truth.jsonl`.
@@ -69,19 +95,58 @@ impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
-        let people: Arc<[Person]> =
-            scene.people.iter().enumerate().map(|(index, spec)| person(index, spec, seed)).collect();
+        let mut people = scripted(scene, seed);
+        let mut doors = scene.doors.clone();
+        let mut duration_s = scene.duration_s;
+        let mut events = None;
+        if let Some(spec) = &scene.gathering {
+            let gathering = Gathering::simulate(spec, seed, &obstacles(scene));
+            duration_s = duration_s.max(gathering.end_s + AFTERWARDS_S);
+            let Gathering { all_in_s, door_opens_s, empty_s, .. } = gathering;
+            events = Some(Events { people: gathering.people.len(), all_in_s, door_opens_s, empty_s });
+            for door in doors.iter_mut().filter(|door| door.opens_s.is_none()) {
+                door.opens_s = Some(door_opens_s);
+                door.closes_s = Some(gathering.end_s);
+            }
+            people.extend(gathering.people.into_iter().enumerate().map(|(index, (body, track))| Person {
+                name: format!("guest {}", index + 1),
+                body,
+                motion: Motion::Track(track),
+            }));
+        }
+        people.extend(scene.recorded.iter().flat_map(recorded).enumerate().map(
+            |(index, (section, track))| {
+                let mut stream = Stream::new(seed, Purpose::Person, [index as u64, 1]);
+                let body = Body::random(section, &mut stream);
+                Person { name: format!("recorded {}", index + 1), body, motion: Motion::Track(track) }
+            },
+        ));
+        let people: Arc<[Person]> = people.into();
+        let doors: Arc<[Door]> = doors.into();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
             let spec = scene.sensors.iter().find(|spec| spec.module == module.name);
             let (model, level) = spec.map_or_else(Default::default, |spec| (spec.model, spec.noise));
             let caster = Caster::new(module.pose(), module.height_m, model.optics().geometry, &things);
-            let sensor = WorldSensor::new(model, level, caster, Arc::clone(&people), seed, index as u64);
+            let moving = (Arc::clone(&people), Arc::clone(&doors));
+            let sensor = WorldSensor::new(model, level, caster, moving, seed, index as u64);
             (module.name.clone(), sensor)
         };
         let sensors = scene.site.modules.iter().enumerate().map(sensor).collect();
-        Self { people, sensors }
+        Self { duration_s, events, people, sensors }
+    }
+
+    /// How long the scene is worth watching.
+    #[must_use]
+    pub const fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    /// What happens when, if the scene has a gathering.
+    #[must_use]
+    pub const fn events(&self) -> Option<Events> {
+        self.events
     }
 
     /// The sensors by the names of their modules, in the order of the site.
@@ -114,7 +179,33 @@ impl World {
     }
 }
 
-fn person(index: usize, spec: &PersonSpec, seed: u64) -> Person {
+fn recorded(recorded: &Recorded) -> impl Iterator<Item = (Section, Track)> {
+    let section = recorded.section;
+    recorded.tracks().into_iter().map(move |track| (section, track))
+}
+
+/// The people of the script.
+fn scripted(scene: &Scene, seed: u64) -> Vec<Person> {
+    let wanderer = |(index, spec)| wanderer(index, spec, seed);
+    let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
+    let motions: Vec<Motion> = if scene.avoid {
+        let tracks = wandering::simulate(&wanderers, &obstacles(scene), scene.duration_s);
+        tracks.into_iter().map(Motion::Track).collect()
+    } else {
+        let route = |(index, wanderer): (usize, &Wanderer)| {
+            let mut stream = Stream::new(seed, Purpose::Walk, [index as u64, 0]);
+            Motion::Route(Route::new(&wanderer.points, wanderer.habit, &mut stream))
+        };
+        wanderers.iter().enumerate().map(route).collect()
+    };
+    let person = |(index, ((spec, wanderer), motion)): (usize, ((&PersonSpec, Wanderer), Motion))| {
+        let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
+        Person { name, body: wanderer.body, motion }
+    };
+    scene.people.iter().zip(wanderers).zip(motions).enumerate().map(person).collect()
+}
+
+fn wanderer(index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
     let mut body = Body::random(spec.section, &mut Stream::new(seed, Purpose::Person, [index as u64, 0]));
     let overrides = [
         (spec.half_width_m, &mut body.half_width_m),
@@ -135,10 +226,14 @@ fn person(index: usize, spec: &PersonSpec, seed: u64) -> Person {
         turn_rad_s: spec.turn_deg_s.to_radians(),
         sway_m: spec.sway_mm * 1e-3,
     };
-    let points: Vec<WayPoint> = spec.route.iter().filter_map(|point| way_point(point)).collect();
-    let mut stream = Stream::new(seed, Purpose::Walk, [index as u64, 0]);
-    let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
-    Person { name, body, motion: Motion::Route(Route::new(&points, habit, &mut stream)) }
+    Wanderer { body, points: spec.route.iter().filter_map(|point| way_point(point)).collect(), habit }
+}
+
+/// What people cannot walk through.
+fn obstacles(scene: &Scene) -> Vec<Outline> {
+    let solid = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
+    let walls = scene.site.walls.iter().filter(solid).flat_map(sides);
+    walls.chain(scene.furniture.iter().flat_map(furniture).map(|thing| thing.outline)).collect()
 }
 
 fn way_point(point: &[f64]) -> Option<WayPoint> {
@@ -146,13 +241,16 @@ fn way_point(point: &[f64]) -> Option<WayPoint> {
     Some(WayPoint { at: Point::new(*x, *y), wait_s: point.get(2).copied().unwrap_or(0.0) })
 }
 
+fn sides(wall: &Wall) -> Vec<Outline> {
+    let piece =
+        |piece: &[[f64; 2]]| Some(Outline::Segment((*piece.first()?).into(), (*piece.get(1)?).into()));
+    wall.points.windows(2).filter_map(piece).collect()
+}
+
 fn wall(wall: &Wall) -> Vec<Thing> {
     let opaque = wall.blocks.contains(&Blocks::Beams);
-    let pieces = wall.points.windows(2).filter(|_| opaque);
-    let outline =
-        |piece: &[[f64; 2]]| Some(Outline::Segment((*piece.first()?).into(), (*piece.get(1)?).into()));
     let thing = |outline| Thing { outline, reflectance: wall.reflectance, low_m: 0.0, high_m: CEILING_M };
-    pieces.filter_map(outline).map(thing).collect()
+    sides(wall).into_iter().filter(|_| opaque).map(thing).collect()
 }
 
 fn furniture(furniture: &Furniture) -> Vec<Thing> {

@@ -54,6 +54,8 @@ pub struct Track {
 const TURNING_SPEED_M_S: f64 = 0.25;
 /// Time in which a walker's chest follows a change of direction.
 const TURNING_TIME_S: f64 = 0.25;
+/// Time in which somebody who has stopped turns to where they like to look.
+const RESTING_TIME_S: f64 = 1.0;
 
 impl Track {
     /// A person who is at `positions[k]` at `first_s` + k · `step_s` and in the world no longer than that.
@@ -62,6 +64,22 @@ impl Track {
     /// `heading_rad` holds before the first step.
     #[must_use]
     pub fn new(first_s: f64, step_s: f64, positions: &[Point], heading_rad: f64) -> Self {
+        Self::build(first_s, step_s, positions, heading_rad, None)
+    }
+
+    /// As [`new`](Self::new) for somebody who turns to `rest_rad` when standing.
+    #[must_use]
+    pub fn resting(first_s: f64, step_s: f64, positions: &[Point], heading_rad: f64, rest_rad: f64) -> Self {
+        Self::build(first_s, step_s, positions, heading_rad, Some(rest_rad))
+    }
+
+    fn build(
+        first_s: f64,
+        step_s: f64,
+        positions: &[Point],
+        heading_rad: f64,
+        rest_rad: Option<f64>,
+    ) -> Self {
         let mut samples = Vec::with_capacity(positions.len());
         let mut heading_rad = heading_rad;
         let mut distance_m = 0.0;
@@ -76,6 +94,8 @@ impl Track {
                 let turn = wrap(moved.angle_rad() - heading_rad);
                 let first_walking = index == 0;
                 heading_rad += if first_walking { turn } else { turn * (step_s / TURNING_TIME_S).min(1.0) };
+            } else if let Some(rest_rad) = rest_rad {
+                heading_rad += wrap(rest_rad - heading_rad) * (step_s / RESTING_TIME_S).min(1.0);
             }
             if index > 0 {
                 distance_m += speed_m_s * step_s;

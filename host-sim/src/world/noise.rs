@@ -228,7 +228,7 @@ mod tests {
     use crate::world::optics::SensorModel;
 
     fn wall(range_m: f64) -> Vec<Option<Seen>> {
-        vec![Some(Seen { range_m, incidence: 1.0, reflectance: 0.8, bias_mm: 0.0, thing: 0 }); 682]
+        vec![Some(Seen { range_m, incidence: 1.0, reflectance: 0.53, bias_mm: 0.0, thing: 0 }); 682]
     }
 
     #[test]

@@ -9,7 +9,8 @@
 //! What does not move is looked up: each step's nearest wall is found once, when the sensor is set up.
 
 use super::body::{Body, MAX_OUTLINES};
-use super::geometry::{Beam, Outline, Point, Pose};
+use super::door::Door;
+use super::geometry::{Beam, Meeting, Outline, Point, Pose};
 use super::motion::Motion;
 use super::noise::Seen;
 use crate::source::{Revolution, SensorGeometry};
@@ -39,7 +40,9 @@ pub struct Person {
     pub motion: Motion,
 }
 
-/// [`Seen::thing`] of the first person; what stands still has smaller numbers.
+/// [`Seen::thing`] of the first door; what stands still has smaller numbers.
+pub const FIRST_DOOR: u16 = 0x4000;
+/// [`Seen::thing`] of the first person.
 pub const FIRST_PERSON: u16 = 0x8000;
 /// Steps between two looks at where people are.
 const STEPS_A_LOOK: usize = 8;
@@ -89,14 +92,31 @@ impl Caster {
         self.pose
     }
 
-    /// What each step sees in the given revolution; people are numbered from [`FIRST_PERSON`].
+    /// What each step sees in the given revolution; people are numbered from [`FIRST_PERSON`],
+    /// doors from [`FIRST_DOOR`].
     #[must_use]
-    pub fn cast(&self, revolution: Revolution, people: &[Person]) -> Vec<Option<Seen>> {
+    pub fn cast(&self, revolution: Revolution, people: &[Person], doors: &[Door]) -> Vec<Option<Seen>> {
         let mut seen = self.fixed.clone();
+        for (number, door) in doors.iter().enumerate() {
+            self.add_door(revolution, FIRST_DOOR + number as u16, door, &mut seen);
+        }
         for (number, person) in people.iter().enumerate() {
             self.add_person(revolution, FIRST_PERSON + number as u16, person, &mut seen);
         }
         seen
+    }
+
+    /// A leaf is slow: within one revolution it is taken as standing.
+    fn add_door(&self, revolution: Revolution, thing: u16, door: &Door, seen: &mut [Option<Seen>]) {
+        let middle_us = revolution.start_us as f64 + f64::from(revolution.period_us) * 0.5;
+        let outline = door.outline(middle_us * 1e-6);
+        for (direction, seen) in self.directions.iter().zip(seen) {
+            let beam = Beam { origin: self.pose.at, direction: *direction };
+            let Some(Meeting { range_m, incidence }) = outline.meet(&beam) else { continue };
+            if seen.is_none_or(|seen| range_m < seen.range_m) {
+                *seen = Some(Seen { range_m, incidence, reflectance: door.reflectance, bias_mm: 0.0, thing });
+            }
+        }
     }
 
     fn add_person(&self, revolution: Revolution, thing: u16, person: &Person, seen: &mut [Option<Seen>]) {
@@ -186,7 +206,7 @@ mod tests {
 
     fn caster(yaw_deg: f64) -> Caster {
         let wall = Outline::Segment(Point::new(4.0, -9.0), Point::new(4.0, 9.0));
-        let wall = Thing { outline: wall, reflectance: 0.8, low_m: 0.0, high_m: 2.5 };
+        let wall = Thing { outline: wall, reflectance: 0.53, low_m: 0.0, high_m: 2.5 };
         let pose = Pose { at: Point::default(), yaw_rad: yaw_deg.to_radians() };
         Caster::new(pose, 0.6, SensorModel::Urg04lx.optics().geometry, &[wall])
     }
@@ -201,7 +221,7 @@ mod tests {
                 for distance_m in [0.4, 0.9, 2.5] {
                     let at = Point::towards(f64::from(angle_deg).to_radians()) * distance_m;
                     let person = person(&[at; 30]);
-                    let fast = caster.cast(REVOLUTION, std::slice::from_ref(&person));
+                    let fast = caster.cast(REVOLUTION, std::slice::from_ref(&person), &[]);
                     let mut slow = caster.fixed.clone();
                     let stance = person.motion.stance(5.0).unwrap();
                     for (direction, seen) in caster.directions.iter().zip(&mut slow) {
@@ -221,7 +241,8 @@ mod tests {
             (0..30).map(|second| Point::new(2.0 * f64::from(second) - 28.5, 0.0)).collect();
         let person = person(&positions);
         let front = 384 - 44;
-        let range_m = caster(0.0).cast(REVOLUTION, std::slice::from_ref(&person))[front].unwrap().range_m;
+        let range_m =
+            caster(0.0).cast(REVOLUTION, std::slice::from_ref(&person), &[])[front].unwrap().range_m;
         let expected_m = 1.5 + 2.0 * 0.0375 - person.body.half_depth_m;
         assert!((range_m - expected_m).abs() < 0.001, "{range_m} {expected_m}");
     }

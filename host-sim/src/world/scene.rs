@@ -4,6 +4,7 @@
 //! about = "one person walks to and fro"
 //! duration_s = 60
 //! seed = 1
+//! avoid = true                    # people get out of each other's way
 //!
 //! [[site.module]]                 # and site.wall, site.zone, …: exactly a site file
 //! name = "left"
@@ -24,15 +25,30 @@
 //! route = [[2, -1], [2, 1, 3.0]]  # x, y and perhaps how many seconds to wait there
 //! speed_m_s = 1.1
 //! repeat = "back-and-forth"       # stay, leave, loop, back-and-forth
+//!
+//! [gathering]                     # people who come in, wait before a door, and leave
+//! condition = "dense"             # spread, dense, pairs
+//! people = 5
+//!
+//! [[recorded]]                    # people who walk as recorded people walked
+//! file = "corridor.txt"           # beside this file
+//!
+//! [[door]]
+//! line = [[-0.45, 1], [0.45, 1]]
+//! slide = [0.9, 0]
 //! ```
 
 use super::body::Section;
+use super::door::Door;
+use super::gathering::{GatheringSpec, MOST_PEOPLE};
 use super::noise::NoiseLevel;
 use super::optics::SensorModel;
 use super::site::Site;
+use super::trajectory::Recorded;
 use super::walker::Repeat;
 use serde::Deserialize;
 use std::fmt;
+use std::path::Path;
 
 /// A scene as its file says it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -41,12 +57,16 @@ pub struct Scene {
     /// What there is to see, for people.
     #[serde(default)]
     pub about: String,
-    /// How long it is worth watching; walkers go on after that.
+    /// How long it is worth watching; scripted walkers go on after that.
     #[serde(default = "one_minute")]
     pub duration_s: f64,
     /// The seed if none is asked for.
     #[serde(default)]
     pub seed: u64,
+    /// People with routes get out of each other's way, within `duration_s`; else they walk exactly as
+    /// written, for ever.
+    #[serde(default)]
+    pub avoid: bool,
     /// Modules, walls, zones.
     pub site: Site,
     /// Sensors that are not the default.
@@ -58,6 +78,14 @@ pub struct Scene {
     /// Who is there.
     #[serde(default, rename = "person")]
     pub people: Vec<PersonSpec>,
+    /// People who come in, wait before a door, and leave.
+    pub gathering: Option<GatheringSpec>,
+    /// People who walk as recorded people walked.
+    #[serde(default)]
+    pub recorded: Vec<Recorded>,
+    /// Doors that open and shut.
+    #[serde(default, rename = "door")]
+    pub doors: Vec<Door>,
 }
 
 const fn one_minute() -> f64 {
@@ -203,12 +231,16 @@ impl Scene {
     /// # Errors
     /// When the text is not TOML, has unknown or missing keys, or contradicts itself.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|error| {
+        let mut scene: Self = toml::from_str(text).map_err(|error| {
             let before = error.span().and_then(|span| text.get(..span.start));
             let line = before.map_or(1, |before| before.matches('\n').count() + 1);
             SceneError(format!("{file}:{line}: {}", error.message().replace('\n', " ")))
         })?;
         scene.check().map_err(|what| SceneError(format!("{file}: {what}")))?;
+        let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+        for recorded in &mut scene.recorded {
+            recorded.read(folder).map_err(|what| SceneError(format!("{file}: {what}")))?;
+        }
         Ok(scene)
     }
 
@@ -238,6 +270,14 @@ impl Scene {
             if !(0.0..=1.0).contains(&furniture.reflectance) {
                 return Err(format!("furniture {}: reflectance must be between 0 and 1", index + 1));
             }
+        }
+        for (index, door) in self.doors.iter().enumerate() {
+            door.check().map_err(|what| format!("door {} \"{}\": {what}", index + 1, door.name))?;
+        }
+        if let Some(gathering) = &self.gathering
+            && !((1..=MOST_PEOPLE).contains(&gathering.people) && (0.0..=3600.0).contains(&gathering.from_s))
+        {
+            return Err(format!("gathering: people must be 1 to {MOST_PEOPLE}, from_s 0 to 3600"));
         }
         for (index, person) in self.people.iter().enumerate() {
             person.check().map_err(|what| format!("person {} \"{}\": {what}", index + 1, person.name))?;
@@ -328,6 +368,15 @@ mod tests {
                 format!("{module}[[sensor]]\nmodule = \"a\"\nmodel = \"urg\""),
                 "x.toml:7: unknown variant `urg`",
             ),
+            (
+                format!("{module}[gathering]\ncondition = \"dense\"\npeople = 99"),
+                "x.toml: gathering: people must be",
+            ),
+            (
+                format!("{module}[[door]]\nline = [[0, 0], [0, 0]]"),
+                "x.toml: door 1 \"\": line must be at least",
+            ),
+            (format!("{module}[[recorded]]\nfile = \"none.txt\""), "x.toml: none.txt: cannot be read"),
             (String::from("duration_s = 0\n[site]"), "x.toml: duration_s must be more than 0"),
         ];
         for (text, expected) in cases {

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use super::door::Door;
 use super::geometry::Pose;
 use super::noise::{Noise, NoiseLevel, Seen};
 use super::optics::SensorModel;
@@ -50,6 +51,7 @@ pub struct WorldSensor {
     caster: Caster,
     noise: Noise,
     people: Arc<[Person]>,
+    doors: Arc<[Door]>,
 }
 
 impl WorldSensor {
@@ -59,12 +61,12 @@ impl WorldSensor {
         model: SensorModel,
         level: NoiseLevel,
         caster: Caster,
-        people: Arc<[Person]>,
+        (people, doors): (Arc<[Person]>, Arc<[Door]>),
         seed: u64,
         sensor: u64,
     ) -> Self {
         let noise = Noise::new(level, model.optics(), seed, sensor);
-        Self { model, clock: SensorClock::new(model, seed, sensor), caster, noise, people }
+        Self { model, clock: SensorClock::new(model, seed, sensor), caster, noise, people, doors }
     }
 
     /// The model it is.
@@ -105,7 +107,7 @@ impl WorldSensor {
     /// What a perfect sensor would see, per step.
     #[must_use]
     pub fn seen(&self, revolution: Revolution) -> Vec<Option<Seen>> {
-        self.caster.cast(revolution, &self.people)
+        self.caster.cast(revolution, &self.people, &self.doors)
     }
 
     /// How many beams meet each person, in the order of the world's people.

@@ -1,0 +1,397 @@
+//! People who come in, wait before a door, and leave through it when it opens.
+//!
+//! ```text
+//!      room behind      y  4 ┌───────┐
+//!                            │   ▲   │
+//!      door            y   1 ├──═══──┤     opens 10 s after all are in; then one by one
+//!      counted area          │ ○ ○ ○ │     places are taken, the deepest first
+//!      passage       y −1.6 ┌┘       └┐
+//!      hall                 │   ▲     │
+//!                    y −4.6 └───┴─────┘    people start here, one after another
+//! ```
+//!
+//! Four conditions, after the design notes on what two sensors can see (part A): people spread over the
+//! area, crowd densely before the door and mill about, come in pairs, or are seen at the thighs. The
+//! whole gathering is computed beforehand in steps of 10 ms and looked up afterwards.
+
+use super::body::{Body, Section};
+use super::crowd::{self, STEP_S, Walker};
+use super::geometry::{Outline, Point};
+use super::motion::Track;
+use super::random::{Purpose, Stream};
+use serde::Deserialize;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// How people come and wait.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Condition {
+    /// D: in single file, waiting at least 0.62 m apart.
+    Spread,
+    /// H: close to the door, milling about.
+    Dense,
+    /// P: in pairs, waiting as in D.
+    Pairs,
+}
+
+/// A gathering as a scene asks for it.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GatheringSpec {
+    /// How people come and wait.
+    pub condition: Condition,
+    /// How many.
+    pub people: usize,
+    /// What the plane cuts (thighs: condition T).
+    #[serde(default)]
+    pub section: Section,
+    /// When the first one starts; before that, the area is empty and can be learned.
+    #[serde(default = "ten_seconds")]
+    pub from_s: f64,
+}
+
+const fn ten_seconds() -> f64 {
+    10.0
+}
+
+/// Most people of a gathering.
+pub const MOST_PEOPLE: usize = 16;
+
+/// Everybody's track, and what happened when.
+#[derive(Clone, Debug)]
+pub struct Gathering {
+    /// Body and track of each person.
+    pub people: Vec<(Body, Track)>,
+    /// When the last one had taken a place.
+    pub all_in_s: f64,
+    /// When the door opened.
+    pub door_opens_s: f64,
+    /// When the last one had left the counted area.
+    pub empty_s: f64,
+    /// When the last one was gone.
+    pub end_s: f64,
+}
+
+/// Where people may wait, how far apart, and how quietly.
+struct Habit {
+    x: (f64, f64),
+    y: (f64, f64),
+    apart_m: f64,
+    fidget_m: f64,
+    /// Shortest and longest time at one place.
+    stay_s: Option<(f64, f64)>,
+}
+
+impl Condition {
+    const fn habit(self) -> Habit {
+        match self {
+            Self::Spread | Self::Pairs => {
+                Habit { x: (-0.70, 0.70), y: (-0.72, 0.68), apart_m: 0.62, fidget_m: 0.06, stay_s: None }
+            }
+            Self::Dense => Habit {
+                x: (-0.6, 0.6),
+                y: (0.0, 0.70),
+                apart_m: 0.50,
+                fidget_m: 0.02,
+                stay_s: Some((2.0, 5.0)),
+            },
+        }
+    }
+}
+
+/// Where people start, and where they are gone.
+const START_Y_M: f64 = -4.2;
+const GONE_Y_M: f64 = 3.5;
+/// The passage into the area begins here; people aim at it before they aim at their place.
+const PASSAGE_Y_M: f64 = -1.5;
+/// Behind the door, on the way out.
+const DOOR_Y_M: f64 = 1.0;
+/// Half the width of the doorway.
+const DOOR_HALF_M: f64 = 0.45;
+/// All must have been in for so long before the door opens.
+const PATIENCE_S: f64 = 10.0;
+/// Time between two who start, and between two who leave.
+const HEADWAY_S: f64 = 1.2;
+/// Somebody this near to their place has taken it; a crowd may keep them from it for so long.
+const AT_PLACE_M: f64 = 0.15;
+const SQUEEZE_S: f64 = 4.0;
+/// No gathering lasts longer.
+const LONGEST_S: f64 = 180.0;
+/// Nobody waits further back than this.
+const BACK_Y_M: f64 = -0.72;
+/// How much closer and further back a place may be after each sixty that were too near to
+/// somebody. Set so
+/// that people hide each other as often as in the reference world (`tests/world_check.rs`).
+const TRIES: u32 = 60;
+const CLOSER: f64 = 0.97;
+const FURTHER_BACK_M: f64 = 0.015;
+/// Bodies are wider than deep: somebody takes up this share of half their width.
+const ROOM_SHARE: f64 = 0.85;
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Phase {
+    NotYet,
+    ToPassage,
+    ToPlace,
+    Waiting,
+    ToDoor,
+    Through,
+    Gone,
+}
+
+struct Guest {
+    body: Body,
+    walker: Walker,
+    phase: Phase,
+    start_s: f64,
+    /// When they were first there, in steps of the simulation.
+    first_tick: u64,
+    /// When the walk to the place began.
+    entered_s: f64,
+    place: Point,
+    /// When to look for a new place.
+    move_s: f64,
+    /// Fidgeting: per axis an angular frequency and a phase.
+    fidget: [(f64, f64); 2],
+    fidget_m: f64,
+    rest_rad: f64,
+    positions: Vec<Point>,
+}
+
+impl Gathering {
+    /// Computes a gathering; `obstacles` is what people cannot walk through, the closed door apart.
+    #[must_use]
+    pub fn simulate(spec: &GatheringSpec, seed: u64, obstacles: &[Outline]) -> Self {
+        let habit = spec.condition.habit();
+        let mut stream = Stream::new(seed, Purpose::Crowd, [spec.people as u64, 0]);
+        let mut guests = arrivals(spec, seed, &mut stream);
+        let door = Outline::Segment(Point::new(-DOOR_HALF_M, DOOR_Y_M), Point::new(DOOR_HALF_M, DOOR_Y_M));
+        let closed: Vec<Outline> = obstacles.iter().copied().chain([door]).collect();
+
+        let (mut all_in_s, mut door_opens_s, mut empty_s) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+        let mut next_leaves_s = f64::INFINITY;
+        let mut time_s = 0.0;
+        let mut tick = 0u64;
+        while time_s < LONGEST_S && guests.iter().any(|guest| guest.phase != Phase::Gone) {
+            send_on(&mut guests, &habit, time_s, &mut stream);
+            if all_in_s.is_infinite() && guests.iter().all(|guest| guest.phase == Phase::Waiting) {
+                all_in_s = time_s;
+                door_opens_s = time_s + PATIENCE_S;
+                next_leaves_s = door_opens_s + 0.5;
+            }
+            if time_s >= next_leaves_s {
+                send_next(&mut guests);
+                next_leaves_s = time_s + HEADWAY_S * stream.between(0.7, 1.2);
+            }
+            walk(&mut guests, tick, if time_s < door_opens_s { &closed } else { obstacles });
+            let inside = |guest: &Guest| guest.phase != Phase::Gone && guest.walker.at.y < DOOR_Y_M;
+            if empty_s.is_infinite() && time_s > door_opens_s && !guests.iter().any(inside) {
+                empty_s = time_s;
+            }
+            tick += 1;
+            time_s = tick as f64 * STEP_S;
+        }
+        let track = |guest: Guest| {
+            let first_s = guest.first_tick as f64 * STEP_S;
+            let step_s = STEP_S * SAMPLE as f64;
+            (guest.body, Track::resting(first_s, step_s, &guest.positions, FRAC_PI_2, guest.rest_rad))
+        };
+        let people = guests.into_iter().map(track).collect();
+        Self { people, all_in_s, door_opens_s, empty_s, end_s: time_s }
+    }
+}
+
+/// Steps of the simulation between two samples of a track.
+const SAMPLE: u64 = 4;
+
+fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> {
+    let mut start_s = spec.from_s;
+    (0..spec.people.min(MOST_PEOPLE))
+        .map(|index| {
+            let mut person = Stream::new(seed, Purpose::Person, [index as u64, 0]);
+            let body = Body::random(spec.section, &mut person);
+            let paired = spec.condition == Condition::Pairs;
+            let lane_m = match (paired, index % 2) {
+                (false, _) => stream.between(-0.35, 0.35),
+                (true, 0) => -0.33,
+                (true, _) => 0.33,
+            };
+            if index > 0 && !(paired && index % 2 == 1) {
+                start_s += HEADWAY_S * stream.between(0.8, 1.5);
+            }
+            let at = Point::new(lane_m, START_Y_M);
+            let speed_m_s = person.between(0.7, 1.2);
+            let radius_m = body.half_width_m * ROOM_SHARE;
+            let fidget = [(); 2].map(|()| (TAU * person.between(0.1, 0.3), person.between(0.0, TAU)));
+            Guest {
+                body,
+                walker: Walker { at, velocity: Point::new(0.0, speed_m_s), radius_m, speed_m_s, goal: at },
+                phase: Phase::NotYet,
+                start_s,
+                first_tick: 0,
+                entered_s: 0.0,
+                place: at,
+                move_s: f64::INFINITY,
+                fidget,
+                fidget_m: spec.condition.habit().fidget_m,
+                rest_rad: FRAC_PI_2 + person.between(-0.8, 0.8),
+                positions: Vec::new(),
+            }
+        })
+        .collect()
+}
+
+/// Sends everybody who has arrived somewhere on to the next thing.
+fn send_on(guests: &mut [Guest], habit: &Habit, time_s: f64, stream: &mut Stream) {
+    for index in 0..guests.len() {
+        let taken: Vec<Point> = guests
+            .iter()
+            .enumerate()
+            .filter(|(other, guest)| {
+                *other != index && matches!(guest.phase, Phase::ToPlace | Phase::Waiting)
+            })
+            .map(|(_, guest)| guest.place)
+            .collect();
+        let Some(guest) = guests.get_mut(index) else { continue };
+        match guest.phase {
+            Phase::NotYet if time_s >= guest.start_s => guest.phase = Phase::ToPassage,
+            Phase::ToPassage if guest.walker.at.y > PASSAGE_Y_M - 0.2 => {
+                guest.phase = Phase::ToPlace;
+                guest.entered_s = time_s;
+                guest.place = free_place(habit, &taken, stream);
+            }
+            Phase::ToPlace => {
+                let near = (guest.walker.at - guest.place).length() < AT_PLACE_M;
+                if near || time_s > guest.entered_s + SQUEEZE_S {
+                    guest.phase = Phase::Waiting;
+                    if let Some((shortest_s, longest_s)) = habit.stay_s {
+                        guest.move_s = time_s + stream.between(shortest_s, longest_s);
+                    }
+                }
+            }
+            Phase::Waiting if time_s >= guest.move_s => {
+                guest.place = free_place(habit, &taken, stream);
+                let (shortest_s, longest_s) = habit.stay_s.unwrap_or((f64::INFINITY, f64::INFINITY));
+                guest.move_s = time_s + stream.between(shortest_s, longest_s);
+            }
+            Phase::ToDoor if guest.walker.at.y > DOOR_Y_M - 0.1 => guest.phase = Phase::Through,
+            Phase::Through if guest.walker.at.y > GONE_Y_M => guest.phase = Phase::Gone,
+            _ => {}
+        }
+    }
+}
+
+/// A place far enough from those that are taken; in a crowd that leaves none, one a little nearer
+/// to others and further back.
+fn free_place(habit: &Habit, taken: &[Point], stream: &mut Stream) -> Point {
+    let (mut apart_m, mut back_y_m) = (habit.apart_m, habit.y.0);
+    loop {
+        for _ in 0..TRIES {
+            let x = stream.between(habit.x.0, habit.x.1);
+            let place = Point::new(x, stream.between(back_y_m, habit.y.1));
+            if taken.iter().all(|other| (*other - place).length() >= apart_m) {
+                return place;
+            }
+        }
+        apart_m *= CLOSER;
+        back_y_m = (back_y_m - FURTHER_BACK_M).max(BACK_Y_M);
+    }
+}
+
+/// Whoever waits nearest to the door goes.
+fn send_next(guests: &mut [Guest]) {
+    let door = Point::new(0.0, DOOR_Y_M);
+    let waiting = guests.iter_mut().filter(|guest| guest.phase == Phase::Waiting);
+    let distance_m = |guest: &Guest| (guest.walker.at - door).length();
+    if let Some(next) = waiting.min_by(|a, b| distance_m(a).total_cmp(&distance_m(b))) {
+        next.phase = Phase::ToDoor;
+    }
+}
+
+/// One step of everybody who is there.
+fn walk(guests: &mut [Guest], tick: u64, obstacles: &[Outline]) {
+    let time_s = tick as f64 * STEP_S;
+    let present = |guest: &&mut Guest| !matches!(guest.phase, Phase::NotYet | Phase::Gone);
+    let mut walkers = Vec::with_capacity(guests.len());
+    for guest in guests.iter_mut().filter(present) {
+        if guest.positions.is_empty() {
+            guest.first_tick = tick;
+        }
+        if (tick - guest.first_tick).is_multiple_of(SAMPLE) {
+            guest.positions.push(guest.walker.at);
+        }
+        guest.walker.goal = match guest.phase {
+            Phase::ToPassage => Point::new(guest.walker.at.x, PASSAGE_Y_M + 0.6),
+            Phase::ToDoor => Point::new(0.0, DOOR_Y_M + 0.4),
+            Phase::Through => Point::new(0.0, GONE_Y_M + 1.0),
+            _ => guest.place + fidget(guest, time_s),
+        };
+        walkers.push(guest.walker);
+    }
+    crowd::step(&mut walkers, obstacles);
+    for (guest, walker) in guests.iter_mut().filter(present).zip(walkers) {
+        guest.walker = walker;
+    }
+}
+
+fn fidget(guest: &Guest, time_s: f64) -> Point {
+    let [x, y] = guest.fidget.map(|(omega, phase)| libm::sin(omega * time_s + phase));
+    Point::new(x, y) * guest.fidget_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gathering(condition: Condition, people: usize, seed: u64) -> Gathering {
+        let spec = GatheringSpec { condition, people, section: Section::Torso, from_s: 10.0 };
+        let wall = |x: f64| Outline::Segment(Point::new(x, -1.6), Point::new(x, 1.0));
+        let front = |x: f64| Outline::Segment(Point::new(x, 1.0), Point::new(x * 0.45, 1.0));
+        Gathering::simulate(&spec, seed, &[wall(-1.0), wall(1.0), front(-1.0), front(1.0)])
+    }
+
+    #[test]
+    fn everybody_comes_in_waits_and_leaves() {
+        for condition in [Condition::Spread, Condition::Dense, Condition::Pairs] {
+            for people in [1, 4, 7, 10] {
+                let gathering = gathering(condition, people, 3);
+                assert_eq!(gathering.people.len(), people);
+                let order =
+                    [10.0, gathering.all_in_s, gathering.door_opens_s, gathering.empty_s, gathering.end_s];
+                assert!(order.is_sorted(), "{condition:?} {people}: {order:?}");
+                assert!(
+                    gathering.end_s < 120.0,
+                    "{condition:?} {people}: still there at {} s",
+                    gathering.end_s
+                );
+                for (_, track) in &gathering.people {
+                    let stance = track.stance(gathering.door_opens_s - 1.0).unwrap();
+                    assert!(
+                        stance.at.x.abs() < 1.0 && stance.at.y.abs() < 1.0,
+                        "{condition:?} {people} {stance:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn people_keep_the_distance_of_their_condition() {
+        for (condition, people, least_m) in [(Condition::Spread, 5, 0.5), (Condition::Dense, 5, 0.36)] {
+            let gathering = gathering(condition, people, 1);
+            let mut closest_m = f64::INFINITY;
+            let mut time_s = gathering.all_in_s;
+            while time_s < gathering.door_opens_s {
+                let at = |(_, track): &(Body, Track)| track.stance(time_s).unwrap().at;
+                let places: Vec<Point> = gathering.people.iter().map(at).collect();
+                for (index, one) in places.iter().enumerate() {
+                    let nearest = places[..index].iter().map(|other| (*one - *other).length());
+                    closest_m = nearest.fold(closest_m, f64::min);
+                }
+                time_s += 0.1;
+            }
+            println!("{condition:?}: the closest two came to {closest_m:.2} m");
+            assert!(closest_m > least_m, "{condition:?}: {closest_m}");
+        }
+    }
+}
