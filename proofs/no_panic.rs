@@ -39,6 +39,7 @@ mod proof {
         let at = 0x2000_0000;
         math(at);
         scip(at);
+        perception(at);
         loop {}
     }
 
@@ -48,6 +49,41 @@ mod proof {
         keep(at, math::sin_cos(x));
         keep(at, [math::atan2(y, x), math::sqrt(x), math::hypot(x, y), math::round(x), math::floor(x)]);
         keep(at, math::wrap_angle(x));
+    }
+
+    fn perception(at: usize) {
+        use kehai::background::{Absorb, BeamProfile, Fingerprint, LearnRequest};
+        use kehai::centre::{Estimator, centre};
+        use kehai::pipeline::{Pipeline, Settings};
+        use kehai::scan::{Geometry, Scan};
+        use kehai::visibility::seen_empty;
+        const BEAMS: usize = 1081;
+        // SAFETY: never executed, as above.
+        let pipeline: &mut Pipeline<BEAMS> = unsafe { &mut *(at as *mut Pipeline<BEAMS>) };
+        let Ok(geometry) = Geometry::new(opaque(at)) else { return };
+        let ranges_mm: [u16; BEAMS] = opaque(at);
+        let serial: [u8; 16] = opaque(at);
+        let settings: Settings = opaque(at);
+        keep(at, pipeline.configure(&geometry, settings, Fingerprint::of(&serial, &geometry)).is_ok());
+        let ranges_mm = ranges_mm.get(..opaque(at)).unwrap_or(&ranges_mm);
+        let scan = Scan { geometry: &geometry, ranges_mm, time: opaque(at) };
+        let judgement = pipeline.process(&scan);
+        let radius_mm = opaque(at);
+        for candidate in judgement.candidates() {
+            keep(at, centre(candidate, &geometry, Estimator::Silhouette));
+            keep(at, centre(candidate, &geometry, Estimator::TwoPoint { radius_mm }));
+        }
+        let profile: [BeamProfile; BEAMS] = opaque(at);
+        let mut empty_mm: [u16; BEAMS] = opaque(at);
+        let (candidates, unseen) = (judgement.candidates(), judgement.unseen());
+        seen_empty(&geometry, &profile, candidates, unseen, opaque(at), &mut empty_mm);
+        keep(at, empty_mm);
+        let (request, wish): (LearnRequest, Absorb) = (opaque(at), opaque(at));
+        keep(at, (pipeline.learn(request).is_ok(), pipeline.absorb(wish).is_ok()));
+        let background = pipeline.background();
+        background.profile().chain(background.model()).for_each(|beam| keep(at, beam));
+        keep(at, background.suspects().first().copied());
+        keep(at, (background.version(), pipeline.counters(), pipeline.settings()));
     }
 
     fn scip(at: usize) {
