@@ -39,6 +39,8 @@ mod proof {
         let at = 0x2000_0000;
         math(at);
         scip(at);
+        sensor(at);
+        perception(at);
         wire(at);
         loop {}
     }
@@ -49,6 +51,41 @@ mod proof {
         keep(at, math::sin_cos(x));
         keep(at, [math::atan2(y, x), math::sqrt(x), math::hypot(x, y), math::round(x), math::floor(x)]);
         keep(at, math::wrap_angle(x));
+    }
+
+    fn perception(at: usize) {
+        use kehai::background::{Absorb, BeamProfile, Fingerprint, LearnRequest};
+        use kehai::centre::{Estimator, centre};
+        use kehai::pipeline::{Pipeline, Settings};
+        use kehai::scan::{Geometry, Scan};
+        use kehai::visibility::seen_empty;
+        const BEAMS: usize = 1081;
+        // SAFETY: never executed, as above.
+        let pipeline: &mut Pipeline<BEAMS> = unsafe { &mut *(at as *mut Pipeline<BEAMS>) };
+        let Ok(geometry) = Geometry::new(opaque(at)) else { return };
+        let ranges_mm: [u16; BEAMS] = opaque(at);
+        let serial: [u8; 16] = opaque(at);
+        let settings: Settings = opaque(at);
+        keep(at, pipeline.configure(&geometry, settings, Fingerprint::of(&serial, &geometry)).is_ok());
+        let ranges_mm = ranges_mm.get(..opaque(at)).unwrap_or(&ranges_mm);
+        let scan = Scan { geometry: &geometry, ranges_mm, time: opaque(at) };
+        let judgement = pipeline.process(&scan);
+        let radius_mm = opaque(at);
+        for candidate in judgement.candidates() {
+            keep(at, centre(candidate, &geometry, Estimator::Silhouette));
+            keep(at, centre(candidate, &geometry, Estimator::TwoPoint { radius_mm }));
+        }
+        let profile: [BeamProfile; BEAMS] = opaque(at);
+        let mut empty_mm: [u16; BEAMS] = opaque(at);
+        let (candidates, unseen) = (judgement.candidates(), judgement.unseen());
+        seen_empty(&geometry, &profile, candidates, unseen, opaque(at), &mut empty_mm);
+        keep(at, empty_mm);
+        let (request, wish): (LearnRequest, Absorb) = (opaque(at), opaque(at));
+        keep(at, (pipeline.learn(request).is_ok(), pipeline.absorb(wish).is_ok()));
+        let background = pipeline.background();
+        background.profile().chain(background.model()).for_each(|beam| keep(at, beam));
+        keep(at, background.suspects().first().copied());
+        keep(at, (background.version(), pipeline.counters(), pipeline.settings()));
     }
 
     fn scip(at: usize) {
@@ -77,6 +114,26 @@ mod proof {
         reader.restart();
         reader.forget();
         keep(at, reader);
+        keep(at, ranges_mm);
+    }
+
+    fn sensor(at: usize) {
+        use kehai::sensor::{Action, SensorSettings, Session};
+        // SAFETY: never executed, as above.
+        let session: &mut Session = unsafe { &mut *(at as *mut Session) };
+        let settings: SensorSettings = opaque(at);
+        keep(at, Session::new(settings, opaque(at)));
+        let bytes: [u8; 64] = opaque(at);
+        let mut ranges_mm: [u16; 64] = opaque(at);
+        let received =
+            session.receive(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at), &mut ranges_mm);
+        keep(at, received);
+        session.link_failed(opaque(at));
+        if let Action::Send(message) = session.poll(opaque(at)) {
+            keep(at, message.parts().map(<[u8]>::len));
+        }
+        keep(at, (session.state(), session.state_change(), *session.counters(), *session.losses()));
+        keep(at, (session.geometry().copied(), session.last_baud()));
         keep(at, ranges_mm);
     }
 

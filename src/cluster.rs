@@ -209,3 +209,89 @@ fn run_ends(run: &mut Option<Run>, scan: &Scan<'_>, breaks: Breaks, found: &mut 
         found(Piece::Short(last + 1, 1));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::{GeometryParts, ScanTime, URG_04LX};
+    use std::vec::Vec;
+
+    /// The pieces of a scan whose beams are marked: `.` background, `f` foreground, `n` no return.
+    fn pieces(marks: &str, ranges_mm: &[u16]) -> Vec<Piece> {
+        let parts = GeometryParts { first_step: 300, last_step: 300 + marks.len() as u16 - 1, ..URG_04LX };
+        let geometry = Geometry::new(parts).unwrap();
+        let statuses: Vec<Status> = marks
+            .chars()
+            .map(|mark| match mark {
+                'f' => Status::showing(Class::Foreground),
+                'n' => Status::showing(Class::NoReturn),
+                _ => Status::showing(Class::Background),
+            })
+            .collect();
+        let scan = Scan { geometry: &geometry, ranges_mm, time: ScanTime::default() };
+        let mut found = Vec::new();
+        segment(&statuses, &scan, Breaks::of(&geometry), |piece| found.push(piece));
+        found
+    }
+
+    const fn cluster(first: usize, last: usize, valid: u16) -> Piece {
+        Piece::Cluster(Cluster { first, last, valid })
+    }
+
+    #[test]
+    fn three_neighbours_are_a_cluster_and_two_are_short() {
+        let ranges_mm = [4000, 2000, 2001, 2002, 4000, 2000, 2000, 4000];
+        assert_eq!(pieces(".fff.ff.", &ranges_mm), [cluster(1, 3, 3), Piece::Short(5, 2)]);
+    }
+
+    #[test]
+    fn a_range_step_parts_two_things_and_a_small_one_does_not() {
+        let ranges_mm = [2000, 2000, 2000, 2119, 2119, 2119, 2240, 2240, 2240, 4000, 4000];
+        assert_eq!(pieces("fffffffff..", &ranges_mm), [cluster(0, 5, 6), cluster(6, 8, 3)]);
+    }
+
+    #[test]
+    fn the_flank_of_a_distant_body_holds_together() {
+        // 10 m away beams are 61 mm apart, and the last one on a torso may lie 164 mm behind the one before.
+        let ranges_mm = [10_000, 10_000, 10_000, 10_160, 4000];
+        let parts = GeometryParts { range_max_mm: 30_000, ..URG_04LX };
+        let breaks = Breaks::of(&Geometry::new(parts).unwrap());
+        assert!(breaks.joins(ranges_mm[2], ranges_mm[3], 1));
+        assert!(!breaks.joins(4000, 4160, 1));
+    }
+
+    #[test]
+    fn a_single_drop_out_is_bridged_whether_the_beam_has_a_wall_or_not() {
+        let ranges_mm = [2000, 2000, 0, 2000, 2000, 0, 2000, 2000, 2000, 4000];
+        assert_eq!(pieces("ff.ffnfff.", &ranges_mm), [cluster(0, 8, 7)]);
+    }
+
+    #[test]
+    fn two_drop_outs_or_a_look_at_the_wall_end_a_cluster() {
+        let ranges_mm = [2000, 2000, 2000, 0, 0, 2000, 2000, 2000, 4000, 2000, 2000, 2000];
+        let found = [cluster(0, 2, 3), cluster(5, 7, 3), cluster(9, 11, 3)];
+        assert_eq!(pieces("fff..fff.fff", &ranges_mm), found);
+        let lost = [cluster(0, 2, 3), Piece::NoReturn(3, 2), cluster(5, 7, 3), cluster(9, 11, 3)];
+        assert_eq!(pieces("fffnnfff.fff", &ranges_mm), lost);
+    }
+
+    #[test]
+    fn mixed_pixels_at_the_ends_are_left_out_and_said_to_be_unseen() {
+        let ranges_mm = [4000, 2110, 2000, 2001, 2002, 2003, 2110, 4000];
+        let found = [Piece::Short(1, 1), cluster(2, 5, 4), Piece::Short(6, 1)];
+        assert_eq!(pieces(".ffffff.", &ranges_mm), found);
+    }
+
+    #[test]
+    fn a_cluster_is_never_trimmed_below_three_beams() {
+        let ranges_mm = [4000, 2110, 2000, 2001, 4000];
+        assert_eq!(pieces(".fff.", &ranges_mm), [cluster(1, 3, 3)]);
+    }
+
+    #[test]
+    fn walls_without_a_return_are_spans_up_to_both_edges_of_the_scan() {
+        let ranges_mm = [0, 0, 4000, 0, 7, 4000, 0];
+        let found = [Piece::NoReturn(0, 2), Piece::NoReturn(3, 2), Piece::NoReturn(6, 1)];
+        assert_eq!(pieces("nn.nn.n", &ranges_mm), found);
+    }
+}

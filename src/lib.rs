@@ -38,6 +38,7 @@ pub mod centre;
 pub mod cluster;
 pub mod link;
 pub mod math;
+mod outline;
 pub mod pipeline;
 pub mod scan;
 pub mod scip;

@@ -5,10 +5,16 @@ mod segment;
 
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use host_sim::qemu::{self, Error, Machine, Message, Network, PATIENCE, Port, Qemu, Switch};
+use host_sim::qemu::{self, Error, Line, Machine, Message, Network, PATIENCE, Port, Qemu, Switch};
+use host_sim::serve::{Control, serve_pty};
+use host_sim::source::StillRoom;
+use host_sim::urg::model::URG_04LX;
+use host_sim::urg::{Config, Urg};
 use kehai::address;
 
 const MAC: [u8; 6] = [0x52, 0x54, 0x00, 0x12, 0x34, 0x81];
@@ -27,8 +33,43 @@ fn image() -> Option<&'static Path> {
     IMAGE.get_or_init(build).as_deref()
 }
 
+/// An emulated sensor on a terminal, until dropped.
+struct Sensor {
+    terminal: PathBuf,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Sensor {
+    fn start(config: Config) -> Self {
+        let terminal = std::env::temp_dir().join(format!("kehai-sensor-{}", std::process::id()));
+        let stop = Arc::new(AtomicBool::new(false));
+        let (link, stopped) = (terminal.clone(), Arc::clone(&stop));
+        let urg = Urg::new(config, Box::new(StillRoom::new(URG_04LX.geometry)), 0);
+        let thread = std::thread::spawn(move || {
+            serve_pty(&link, urg, &mut Control { stop: &stopped, on_status: &mut |_| {} }).unwrap();
+        });
+        let begin = Instant::now();
+        while !terminal.exists() {
+            assert!(begin.elapsed() < PATIENCE, "{} does not appear", terminal.display());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Self { terminal, stop, thread: Some(thread) }
+    }
+}
+
+impl Drop for Sensor {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
+    }
+}
+
 fn start(image: &Path) -> Qemu {
-    Qemu::start(&Machine { image, mac: MAC, network: Network::User, flash: None }).unwrap()
+    Qemu::start(&Machine { image, mac: MAC, line: Line::Datagrams, network: Network::User, flash: None })
+        .unwrap()
 }
 
 /// Waits for `text` and fails with what QEMU and the log have to say.
@@ -71,7 +112,8 @@ fn the_image_boots_names_itself_and_gets_an_address_by_dhcp() {
     let build = wait_for(&mut board, "kehai ");
     assert!(build.text.starts_with(concat!("kehai ", env!("CARGO_PKG_VERSION"), " ")), "{}", build.text);
     assert!(build.text.ends_with(" mps2-an386"), "{}", build.text);
-    assert!(wait_for(&mut board, "mac ").text.ends_with("host kehai-123481"));
+    assert_eq!(wait_for(&mut board, "mac ").text, "mac 52:54:00:12:34:81");
+    assert_eq!(wait_for(&mut board, "host ").text, "host kehai-123481");
     let lease = wait_for(&mut board, "address ");
     assert!(lease.text.ends_with("10.0.2.15/24"), "{}", lease.text);
     assert!(lease.at_us < 4_000_000, "before it would have given up: {lease}");
@@ -108,6 +150,17 @@ fn the_sensor_line_carries_bytes_both_ways() {
 }
 
 #[test]
+fn an_emulated_sensor_on_a_terminal_answers_at_the_speed_the_image_sets() {
+    let Some(image) = image() else { return };
+    let sensor = Sensor::start(Config { baud: 115_200, ..Config::new(URG_04LX) });
+    let line = Line::Terminal(&sensor.terminal);
+    let mut board =
+        Qemu::start(&Machine { image, mac: MAC, line, network: Network::User, flash: None }).unwrap();
+    wait_for(&mut board, "line VV");
+    wait_for(&mut board, "line VEND:");
+}
+
+#[test]
 fn a_hung_task_is_ended_by_the_watchdog_and_the_module_comes_back() {
     let Some(image) = image() else { return };
     let mut board = start(image);
@@ -136,7 +189,8 @@ fn after_the_link_was_down_the_module_gets_its_address_again() {
 fn boots_are_counted_through_resets_and_power_cuts() {
     let Some(image) = image() else { return };
     let flash = std::env::temp_dir().join(format!("kehai-flash-{}", std::process::id()));
-    let machine = || Machine { image, mac: MAC, network: Network::User, flash: Some(&flash) };
+    let machine =
+        || Machine { image, mac: MAC, line: Line::Datagrams, network: Network::User, flash: Some(&flash) };
     let mut board = Qemu::start(&machine()).unwrap();
     wait_for(&mut board, "boot 1");
     board.reset().unwrap();
@@ -149,11 +203,30 @@ fn boots_are_counted_through_resets_and_power_cuts() {
 }
 
 #[test]
+fn a_lost_dhcp_request_is_sent_again() {
+    let Some(image) = image() else { return };
+    let mut switch = Switch::start().unwrap();
+    let segment = switch.take_port().unwrap();
+    let network = Network::Switch(&switch);
+    let mut board =
+        Qemu::start(&Machine { image, mac: MAC, line: Line::Datagrams, network, flash: None }).unwrap();
+    for lost in [true, false, true, false] {
+        let answer = frame(&segment, segment::dhcp_answer);
+        if !lost {
+            segment.send(&answer).unwrap();
+        }
+    }
+    let lease = wait_for(&mut board, "address ");
+    assert!(lease.text.ends_with("10.1.2.77/24"), "{lease}");
+}
+
+#[test]
 fn without_dhcp_the_module_is_at_its_link_local_address_until_a_server_comes() {
     let Some(image) = image() else { return };
     let mut switch = Switch::start().unwrap();
     let segment = switch.take_port().unwrap();
-    let machine = Machine { image, mac: MAC, network: Network::Switch(&switch), flash: None };
+    let machine =
+        Machine { image, mac: MAC, line: Line::Datagrams, network: Network::Switch(&switch), flash: None };
     let mut board = Qemu::start(&machine).unwrap();
     assert_eq!(frame(&segment, segment::host_name), "kehai-123481");
 

@@ -100,3 +100,72 @@ impl<const BEAMS: usize> Background<BEAMS> {
         Ok(there.min(usize::from(u16::MAX)) as u16)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::bench::Bench;
+    use super::*;
+
+    const CHAIR: Absorb =
+        Absorb { sequence: 0, first_step: 305, last_step: 314, nearest_mm: 1400, farthest_mm: 1600 };
+
+    fn chair(beam: usize) -> u16 {
+        if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) }
+    }
+
+    fn classes(bench: &Bench) -> std::vec::Vec<Class> {
+        (4..16).map(|beam| bench.background.class(beam)).collect()
+    }
+
+    #[test]
+    fn an_absorbed_chair_is_background_and_so_is_the_wall_behind_it() {
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        bench.scan(chair);
+        assert_eq!(bench.background.absorb(CHAIR, &bench.geometry, bench.now_ds), Ok(10));
+        assert_eq!(bench.background.version(), version + 1);
+        assert_eq!((bench.profile(9).near_mm, bench.profile(9).far_mm), (1500, 4000));
+        bench.scan(chair);
+        assert_eq!(classes(&bench), [Class::Background; 12]);
+        bench.scan(Bench::room);
+        assert_eq!(classes(&bench), [Class::Background; 12]);
+        bench.scan(|beam| {
+            if beam == 9 {
+                1300
+            } else if beam == 11 {
+                2500
+            } else {
+                chair(beam)
+            }
+        });
+        assert_eq!(
+            (bench.background.class(9), bench.background.class(11)),
+            (Class::Foreground, Class::Foreground)
+        );
+    }
+
+    #[test]
+    fn the_next_learn_undoes_it() {
+        let mut bench = Bench::learned();
+        bench.scan(chair);
+        bench.background.absorb(CHAIR, &bench.geometry, bench.now_ds).unwrap();
+        bench.learn(60, |_, beam| Bench::room(beam));
+        assert_eq!(bench.profile(9).near_mm, 0);
+    }
+
+    #[test]
+    fn every_refusal_has_its_name_and_changes_nothing() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.background.absorb(CHAIR, &bench.geometry, 0), Err(AbsorbRefusal::NoBackground));
+        let mut bench = Bench::learned();
+        let version = bench.background.version();
+        bench.scan(|beam| if beam < 12 { chair(beam) } else { Bench::room(beam) });
+        let mut refused = |wish| bench.background.absorb(wish, &bench.geometry, 0).unwrap_err();
+        assert_eq!(refused(CHAIR), AbsorbRefusal::Moved);
+        assert_eq!(refused(Absorb { nearest_mm: 1700, farthest_mm: 1800, ..CHAIR }), AbsorbRefusal::Moved);
+        assert_eq!(refused(Absorb { first_step: 315, ..CHAIR }), AbsorbRefusal::Span);
+        assert_eq!(refused(Absorb { nearest_mm: 1601, ..CHAIR }), AbsorbRefusal::Span);
+        assert_eq!(refused(Absorb { first_step: 0, last_step: 299, ..CHAIR }), AbsorbRefusal::Span);
+        assert_eq!(bench.background.version(), version);
+    }
+}

@@ -10,6 +10,8 @@
 //! Nine beams of ten are at their background in nine scans of ten, so one comparison settles
 //! them and nothing is written. All others go the long way, which also keeps count of how long they hold a range.
 
+use core::cmp::Ordering;
+
 use super::{
     Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm,
 };
@@ -61,6 +63,16 @@ impl Status {
     const STANDING: Self = Self(Self::FOREGROUND);
     const KIND: u8 = 7;
     const COUNT_SHIFT: u32 = 3;
+
+    /// A status of the class, for the tests of what comes after.
+    #[cfg(test)]
+    pub(crate) const fn showing(class: Class) -> Self {
+        match class {
+            Class::Background => Self::QUIET,
+            Class::Foreground => Self::STANDING,
+            Class::NoReturn => Self(Self::NO_RETURN),
+        }
+    }
 
     const fn of(kind: u8, count: u8) -> Self {
         Self((kind & Self::KIND) | (count << Self::COUNT_SHIFT))
@@ -206,8 +218,11 @@ impl<const BEAMS: usize> Background<BEAMS> {
             return;
         }
         // One millimetre towards each return: settles at their median.
-        let farther = range_mm > beam.held_mm;
-        beam.held_mm = if farther { beam.held_mm.saturating_add(1) } else { beam.held_mm.saturating_sub(1) };
+        beam.held_mm = match range_mm.cmp(&beam.held_mm) {
+            Ordering::Less => beam.held_mm.saturating_sub(1),
+            Ordering::Equal => beam.held_mm,
+            Ordering::Greater => beam.held_mm.saturating_add(1),
+        };
         if count + 1 < RECEDE_RETURNS {
             *status = Status::of(Status::BEHIND, count + 1);
             return;
@@ -256,4 +271,128 @@ fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> St
     }
     beam.hold(range_mm, now_ds);
     Status::of(Status::FOREGROUND, 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bench::{BEAMS, Bench};
+    use super::*;
+
+    fn foreground_beams(bench: &Bench) -> std::vec::Vec<usize> {
+        (0..BEAMS).filter(|&beam| bench.background.class(beam) == Class::Foreground).collect()
+    }
+
+    #[test]
+    fn a_hand_in_front_of_the_wall_is_foreground_and_less_is_not() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| Bench::room(beam) - 95 * u16::from(beam == 5) - 105 * u16::from(beam == 8));
+        assert_eq!(foreground_beams(&bench), [8]);
+    }
+
+    #[test]
+    fn any_return_of_an_open_beam_is_foreground_and_none_is_background() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| if beam == 55 { 5000 } else { Bench::room(beam) });
+        assert_eq!(foreground_beams(&bench), [55]);
+        assert_eq!(bench.background.class(56), Class::Background);
+    }
+
+    #[test]
+    fn a_wall_without_a_return_is_neither() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| if beam == 5 { 0 } else { Bench::room(beam) });
+        assert_eq!(bench.background.class(5), Class::NoReturn);
+    }
+
+    #[test]
+    fn an_edge_of_furniture_may_jitter_by_two_beams() {
+        let mut bench = Bench::learned();
+        bench.scan(|beam| if (17..20).contains(&beam) { 2000 } else { Bench::room(beam) });
+        assert_eq!(foreground_beams(&bench), [17]);
+    }
+
+    #[test]
+    fn before_a_background_is_learned_nothing_is_foreground() {
+        let mut bench = Bench::new();
+        bench.scan(|_| 500);
+        assert!(foreground_beams(&bench).is_empty());
+    }
+
+    #[test]
+    fn who_stands_still_never_becomes_wall() {
+        let mut bench = Bench::learned();
+        for _ in 0..20_000 {
+            bench.scan(|beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) });
+        }
+        assert_eq!(foreground_beams(&bench).len(), 10);
+        assert_eq!((bench.model(10).far_mm, bench.model(10).near_mm), (4000, 0));
+    }
+
+    #[test]
+    fn a_wall_recedes_after_twenty_returns_that_agree() {
+        let behind = |beam| if beam == 25 { 3500 } else { Bench::room(beam) };
+        let mut bench = Bench::learned();
+        for _ in 0..19 {
+            bench.scan(behind);
+        }
+        assert_eq!(bench.model(25).far_mm, 2000);
+        bench.scan(behind);
+        assert_eq!(bench.model(25).far_mm, 3500);
+        bench.scan(|beam| if beam == 25 { 2000 } else { Bench::room(beam) });
+        // Its neighbours are still at 2 m: within the dilation.
+        assert_eq!(bench.background.class(25), Class::Background);
+    }
+
+    #[test]
+    fn returns_behind_that_do_not_agree_or_come_with_the_wall_between_move_nothing() {
+        let mut bench = Bench::learned();
+        for scan in 0..200 {
+            bench.scan(|beam| match beam {
+                25 => 3000 + 100 * (scan % 5),
+                27 if scan % 15 != 0 => 3500,
+                _ => Bench::room(beam),
+            });
+        }
+        assert_eq!((bench.model(25).far_mm, bench.model(27).far_mm), (2000, 2000));
+    }
+
+    #[test]
+    fn a_drop_out_does_not_interrupt_a_receding_wall() {
+        let mut bench = Bench::learned();
+        for scan in 0..24 {
+            bench.scan(|beam| if beam == 25 { 3500 * u16::from(scan % 6 != 5) } else { Bench::room(beam) });
+        }
+        assert_eq!(bench.model(25).far_mm, 3500);
+    }
+
+    #[test]
+    fn holding_a_range_is_timed_and_a_single_miss_forgiven() {
+        let mut bench = Bench::learned();
+        for scan in 0..50 {
+            bench.scan(|beam| match beam {
+                10 => 1500 + 10 * (scan % 3),
+                // One reading off, a drop-out, one look at the wall.
+                11 => [1500, 1500, 1500, 1700, 1500, 0, 1500, 4000][usize::from(scan) % 8],
+                // Moves on every second; the first reading elsewhere is still forgiven.
+                12 => 1500 + 100 * (scan / 10),
+                _ => Bench::room(beam),
+            });
+        }
+        let held = |beam| bench.background.held_ds(beam, bench.now_ds);
+        assert_eq!((held(10), held(11), held(12)), (49, 49, 8));
+        assert_eq!(held(5), 0);
+    }
+
+    #[test]
+    fn a_long_time_is_cut_off_and_never_wraps() {
+        let mut bench = Bench::learned();
+        let stander = |beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) };
+        bench.scan(stander);
+        for _ in 0..400 {
+            bench.now_ds += 999;
+            bench.scan(stander);
+        }
+        let held_ds = bench.background.held_ds(10, bench.now_ds);
+        assert!((HELD_MAX_DS..u16::MAX).contains(&held_ds), "{held_ds}");
+    }
 }

@@ -8,6 +8,7 @@
 //!
 //! Everything but [`driver`] is plain state machines without I/O.
 
+mod arrival;
 pub mod clock;
 pub mod driver;
 mod envelope;

@@ -15,6 +15,7 @@
 //! a next deadline, so nothing waits for ever: not for silence, not for a reply, not for the end of a stream.
 //! Steps and their order: SCIP 2.0 (C-42-03320B) and what sensors in the field were seen to do.
 
+use super::arrival::Arrival;
 use super::clock::SensorClock;
 use super::settings::{Candidates, LineSettings, POWER_UP_BAUD, SensorSettings};
 use super::state::{SensorCounters, SensorState, count};
@@ -25,7 +26,7 @@ use crate::scip::{
 
 /// Time to wait for a reply, beside that of its bytes on the line: sensors answer on the rhythm of
 /// their mirror, 100 ms the slowest, and two of its turns may pass.
-pub(super) const REPLY_US: u64 = 250_000;
+const REPLY_US: u64 = 250_000;
 
 /// Bytes of the longest reply but scans, with its request: `VV`, `PP`.
 const LONGEST_REPLY_BYTES: u64 = 200;
@@ -148,6 +149,7 @@ pub struct Session {
     pub(super) capacity: u16,
     pub(super) reader: Reader,
     pub(super) clock: SensorClock,
+    pub(super) arrival: Arrival,
     pub(super) counters: SensorCounters,
     state: SensorState,
     state_changed: bool,
@@ -175,7 +177,11 @@ pub struct Session {
     pub(super) skip_version: bool,
     pub(super) parameters: Option<Parameters>,
     pub(super) plan: Option<Plan>,
+    /// Changing the speed failed: not at this start.
     pub(super) keep_baud: bool,
+    /// How often in a row, and when to try again.
+    pub(super) slow_starts: u8,
+    pub(super) faster_at_us: Option<u64>,
     pub(super) detours: u8,
     pub(super) denials: u8,
     pub(super) exchanges: u8,
@@ -191,6 +197,8 @@ pub struct Session {
     pub(super) alive_us: u64,
     /// A scan came since the stream began.
     pub(super) delivered: bool,
+    /// Damaged scans before that.
+    pub(super) damaged_first: u8,
 
     link_failures: u8,
     pause_until_us: u64,
@@ -205,6 +213,7 @@ impl Session {
             capacity,
             reader: Reader::new(),
             clock: SensorClock::new(),
+            arrival: Arrival::NONE,
             counters: SensorCounters::default(),
             state: SensorState::Searching,
             state_changed: true,
@@ -227,6 +236,8 @@ impl Session {
             parameters: None,
             plan: None,
             keep_baud: false,
+            slow_starts: 0,
+            faster_at_us: None,
             detours: 0,
             denials: 0,
             exchanges: 0,
@@ -237,6 +248,7 @@ impl Session {
             last_scan: None,
             alive_us: 0,
             delivered: false,
+            damaged_first: 0,
             link_failures: 0,
             pause_until_us: 0,
         }
@@ -281,11 +293,10 @@ impl Session {
             let fed = self.reader.feed(rest, now_us, ranges_mm);
             let (taken, behind) = rest.split_at_checked(fed.consumed.max(1)).unwrap_or((rest, &[]));
             rest = behind;
+            self.arrival.note(taken.len(), now_us, self.line_baud());
             if self.phase != Phase::Streaming {
                 self.note(taken);
-                if self.flooded() {
-                    self.deadline_us = self.deadline_us.min(now_us);
-                }
+                self.impatient(now_us);
             }
             let scan = fed.event.and_then(|event| self.happened(event, now_us));
             if scan.is_some() {
@@ -460,7 +471,15 @@ impl Session {
             (Event::Reply(reply), _) if matches!(reply.command, Command::Measure(_)) => {
                 self.measurement_status(reply.status.of_measurement(), reply.status, now_us);
             }
-            (Event::Lost(loss), Phase::Streaming) if loss.dropped == Dropped::Scan => self.scan_lost(now_us),
+            (Event::Lost(loss), Phase::Streaming) if loss.dropped == Dropped::Scan => {
+                self.scan_damaged();
+                self.scan_lost(now_us);
+            }
+            // The `00` that begins the stream counts as a scan there.
+            (Event::Lost(loss), Phase::Asked(Step::Measure)) if loss.dropped == Dropped::Scan => {
+                self.streaming(now_us);
+            }
+            (Event::Unexpected(Status::DATA), Phase::Streaming) => self.scan_damaged(),
             (Event::Reply(reply), Phase::Asked(step)) => {
                 if !matches!(reply.status, Status::OK) {
                     count(&mut self.counters.refusals, 1);

@@ -12,10 +12,12 @@
 //! ends waits that would otherwise never end ([`PATIENCE`]).
 
 mod debugger;
+mod image;
 mod log;
 mod monitor;
 mod switch;
 
+pub use image::image;
 pub use log::Message;
 pub use switch::{Port, Switch};
 
@@ -45,8 +47,8 @@ const PSRAM_LEN: u64 = 16 * 1024 * 1024;
 /// Its beginning is the image's storage; erased flash is all ones.
 const STORAGE_LEN: usize = 128 * 1024;
 
+/// Target of the image.
 const TARGET: &str = "thumbv7em-none-eabihf";
-const BOARD: &str = "mps2-an386";
 
 /// Why there is no running image.
 #[derive(Debug, Error)]
@@ -87,30 +89,13 @@ pub enum Error {
     Io(#[from] io::Error),
 }
 
-/// The image, built from these sources; or the one that `KEHAI_QEMU_IMAGE` names.
-///
-/// # Errors
-/// [`Error::NoQemu`] or [`Error::NoTarget`] where it cannot be done at all; [`Error::Build`].
-pub fn image() -> Result<PathBuf, Error> {
-    Command::new("qemu-system-arm").arg("--version").output().map_err(|_| Error::NoQemu)?;
-    if let Some(image) = env::var_os("KEHAI_QEMU_IMAGE") {
-        return Ok(image.into());
-    }
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let libraries = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output()?;
-    if !Path::new(String::from_utf8_lossy(&libraries.stdout).trim()).is_dir() {
-        return Err(Error::NoTarget);
-    }
-    let build = Command::new("cargo")
-        .current_dir(&workspace)
-        .args(["build", "--release", "--locked", "--package", "kehai", "--target", TARGET])
-        .args(["--bin", BOARD, "--features", "board-mps2-an386"])
-        .output()?;
-    if !build.status.success() {
-        return Err(Error::Build(String::from_utf8_lossy(&build.stderr).into_owned()));
-    }
-    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace.join("target"), PathBuf::from);
-    Ok(target.join(TARGET).join("release").join(BOARD))
+/// What the sensor's line is.
+pub enum Line<'a> {
+    /// Datagrams of at most 1024 bytes, on the socket [`Qemu::sensor`]: for any rate of scans, but the
+    /// line's speed cannot be seen.
+    Datagrams,
+    /// A terminal, whose speed the image sets; 10 kB/s at most.
+    Terminal(&'a Path),
 }
 
 /// What the module's Ethernet is plugged into.
@@ -127,6 +112,8 @@ pub struct Machine<'a> {
     pub image: &'a Path,
     /// Hardware address, which is the module's identity.
     pub mac: [u8; 6],
+    /// See [`Line`].
+    pub line: Line<'a>,
     /// See [`Network`].
     pub network: Network<'a>,
     /// File that stands for the flash and outlives the machine; made if missing. `None`: a new one.
@@ -158,6 +145,13 @@ impl Qemu {
         let sensor = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
         let sensor_port = free_port()?;
         sensor.connect((Ipv4Addr::LOCALHOST, sensor_port))?;
+        let line = match machine.line {
+            Line::Datagrams => OsString::from(format!(
+                "udp,id=sensor,host=127.0.0.1,port={},localaddr=127.0.0.1,localport={sensor_port},mux=on",
+                sensor.local_addr()?.port()
+            )),
+            Line::Terminal(path) => with_path("serial,id=sensor,path=", path),
+        };
         let module = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()?));
 
         let mut command = Command::new("qemu-system-arm");
@@ -169,10 +163,7 @@ impl Qemu {
                 &flash,
             ))
             .arg("-chardev")
-            .arg(format!(
-                "udp,id=sensor,host=127.0.0.1,port={},localaddr=127.0.0.1,localport={sensor_port},mux=on",
-                sensor.local_addr()?.port()
-            ))
+            .arg(line)
             // A multiplexed line has an escape character: one that SCIP never uses.
             .args(["-echr", "255", "-serial", "chardev:sensor", "-serial"])
             .arg(with_path("file:", &folder.join("log")))
@@ -195,7 +186,7 @@ impl Qemu {
         Ok(qemu)
     }
 
-    /// The sensor's end of UART0: datagrams of at most 1024 bytes are bytes on the line.
+    /// The sensor's end of UART0, with [`Line::Datagrams`].
     #[must_use]
     pub fn sensor(&self) -> &UdpSocket {
         &self.sensor

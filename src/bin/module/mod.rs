@@ -78,7 +78,9 @@ where
     Light: FnMut(bool),
 {
     info!("{=str}", BUILD);
-    info!("mac {=[u8]:02x} host {=str}", board.mac, address::host_name(board.mac).as_str());
+    let [a, b, c, d, e, f] = board.mac;
+    info!("mac {=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}", a, b, c, d, e, f);
+    info!("host {=str}", address::host_name(board.mac).as_str());
     count_boot(board.storage, board.storage_range).await;
     let ((), (), (), never) = join4(
         network::keep_address(board.stack, board.mac),
@@ -150,7 +152,7 @@ async fn copy_lines(mut uart: impl Read + Write + Baud) {
         };
         for &byte in bytes.get(..len).unwrap_or_default() {
             if byte == b'\n' {
-                info!("line {=[u8]:a}", line.as_slice());
+                info!("line {=str}", core::str::from_utf8(&line).unwrap_or("of something else than text"));
                 line.clear();
             } else {
                 // The rest of a longer line is left out.

@@ -43,7 +43,7 @@ pub struct Arguments {
     headless: bool,
 
     /// Stop after so many seconds of the scene
-    #[arg(long, value_name = "N", value_parser = seconds)]
+    #[arg(long, value_name = "N", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
     /// A scene of one's own, or one that comes with the program
@@ -122,7 +122,7 @@ impl Demo {
     fn advance(&mut self) -> Result<bool, Box<dyn Error>> {
         let sensor = &self.world.sensors()[0].1;
         let (pose, duration_s) = (sensor.pose(), self.world.duration_s());
-        let Some(judged) = self.chain.next()? else { return Ok(false) };
+        let Some(judged) = self.chain.next_scan()? else { return Ok(false) };
         let (scan, judgement) = (judged.scan, judged.judgement);
         self.t_s = scan.time.stamp_us as f64 / 1e6;
         self.scans += 1;
