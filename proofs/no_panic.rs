@@ -40,6 +40,7 @@ mod proof {
         math(at);
         scip(at);
         perception(at);
+        wire(at);
         loop {}
     }
 
@@ -113,6 +114,39 @@ mod proof {
         reader.forget();
         keep(at, reader);
         keep(at, ranges_mm);
+    }
+
+    fn wire(at: usize) {
+        use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Incoming, Message, ModuleId};
+        let mut out: [u8; DATAGRAM_MAX] = opaque(at);
+        let bytes: [u8; DATAGRAM_MAX + 1] = opaque(at);
+        let datagram = bytes.get(..opaque(at)).unwrap_or(&bytes);
+        let identity = Identity { module: ModuleId(opaque(at)), boot: opaque(at) };
+        if let Ok(incoming) = Incoming::open(datagram) {
+            let request = incoming.request(identity);
+            if let Ok(request) = request {
+                keep(at, request.encode(identity, opaque(at), Cookie(opaque(at)), &mut out));
+            }
+            let refused = request.err().map(|refusal| incoming.refused(refusal));
+            keep(at, refused.map(|refused| Message::Refused(refused).encode(identity, &mut out)));
+        }
+        if let Ok((header, message)) = Message::decode(datagram) {
+            keep(at, header);
+            keep(at, message.encode(identity, &mut out));
+            match message {
+                Message::Report(report) => {
+                    report.candidates.iter().for_each(|candidate| keep(at, candidate));
+                    report.unseen.iter().for_each(|span| keep(at, span));
+                }
+                Message::ProfilePart(part) => part.beams.iter().for_each(|beam| keep(at, beam)),
+                Message::RawPart(part) => part.ranges_mm.iter().for_each(|range_mm| keep(at, range_mm)),
+                _ => {}
+            }
+        }
+        let judgement: kehai::pipeline::Judgement = opaque(at);
+        let report = kehai::wire::Report::of(&judgement, opaque(at), opaque(at));
+        keep(at, Message::Report(report).encode(identity, &mut out));
+        keep(at, out);
     }
 }
 

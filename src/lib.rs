@@ -31,6 +31,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod address;
 pub mod background;
 pub mod candidate;
 pub mod centre;
@@ -41,5 +42,7 @@ mod outline;
 pub mod pipeline;
 pub mod scan;
 pub mod scip;
+pub mod sensor;
 pub mod unseen;
 pub mod visibility;
+pub mod wire;

@@ -8,8 +8,9 @@
 
 use crate::scan::{Geometry, Scan};
 
-/// Most spans in a scan: twice the candidates, for the mixed pixels at their ends.
-pub const UNSEEN_SPANS: usize = 48;
+/// Most spans in a scan: what a report has room for beside [`CANDIDATES`](crate::candidate::CANDIDATES)
+/// candidates of the largest kind, see [`crate::wire`]; recordings of real scenes show 15 at most.
+pub const UNSEEN_SPANS: usize = 28;
 
 /// Why a direction is not known to be empty.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

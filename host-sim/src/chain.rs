@@ -5,135 +5,142 @@
 //!           └────── MemoryLink ──────┘ └── the very code of the board ──┘
 //! ```
 
-use embedded_io_async::{Read, Write};
 use kehai::background::Fingerprint;
 use kehai::pipeline::{ConfigureError, Judgement, Pipeline, Settings};
-use kehai::scan::{Geometry, GeometryError, MAX_BEAMS, Scan, ScanTime};
-use kehai::scip::{Command, Event, Reader, Width};
+use kehai::scan::{Geometry, MAX_BEAMS, Scan, ScanTime};
+use kehai::sensor::{Driver, Outcome, SensorCounters, SensorSettings, SensorState};
 
 use crate::link::{LinkOptions, MemoryLink};
 use crate::simulated_time::{SimulatedClock, Stuck, block_on_until};
 use crate::source::RangeSource;
 use crate::urg::{Config, Urg};
 
-const SILENCE_US: u64 = 3_000_000;
+/// Longest time without a scan or a change of state, in µs of simulated time: the driver looks for a silent
+/// sensor at every speed there is, several times.
+const PATIENCE_US: u64 = 60_000_000;
 
+/// Why the chain stopped before its source did.
 #[derive(Debug, thiserror::Error)]
 pub enum ChainError {
-    #[error(transparent)]
+    /// No scan came, for longer than any recovery takes.
+    #[error("no scan any more: {0}")]
     Stuck(#[from] Stuck),
+    /// The pipeline has no room for the sensor.
     #[error(transparent)]
     Configure(#[from] ConfigureError),
+    /// The driver cannot use the sensor.
+    #[error("the driver refuses the sensor: {0:?}")]
+    Refused(SensorState),
 }
 
+/// An emulated sensor and the module beside it.
 pub struct Chain {
     clock: SimulatedClock,
     link: MemoryLink,
-    driver: StandIn,
+    driver: Box<Driver<MemoryLink, SimulatedClock, MAX_BEAMS>>,
     pipeline: Box<Pipeline<MAX_BEAMS>>,
     settings: Settings,
-}
-struct StandIn {
-    reader: Reader,
-    ranges: Vec<u16>,
+    /// The scan last judged.
     geometry: Option<Geometry>,
-    pending: Vec<u8>,
-    stage: u8,
+    ranges_mm: Vec<u16>,
 }
 
+/// A scan and what the pipeline made of it.
 pub struct Judged<'a> {
+    /// The scan as the driver handed it on; its stamp is the time of the simulated world.
     pub scan: Scan<'a>,
+    /// The judgement.
     pub judgement: &'a Judgement,
-    pub world_us: u64,
 }
 
 impl Chain {
+    /// A sensor set up by `config` that measures `source`, and a module that knows nothing yet.
+    #[must_use]
     pub fn new(source: Box<dyn RangeSource>, config: Config, settings: Settings) -> Self {
+        let line = if config.paced { SensorSettings::SERIAL } else { SensorSettings::NO_SPEED };
         let clock = SimulatedClock::new();
-        let link = MemoryLink::new(
-            &clock,
-            Urg::new(config, source, 0),
-            LinkOptions { baud: 19200, ..LinkOptions::default() },
-        );
+        let link = MemoryLink::new(&clock, Urg::new(config, source, 0), LinkOptions::default());
+        let driver = Box::new(Driver::new(link.clone(), clock.clone(), line));
         Self {
             clock,
             link,
-            driver: StandIn {
-                reader: Reader::new(),
-                ranges: vec![0; MAX_BEAMS],
-                geometry: None,
-                pending: vec![],
-                stage: 0,
-            },
+            driver,
             pipeline: Box::new(Pipeline::new()),
             settings,
+            geometry: None,
+            ranges_mm: Vec::new(),
         }
     }
+
+    /// Another sensor, and time from its beginning, for a module that keeps what it has learned.
     pub fn restart(&mut self, source: Box<dyn RangeSource>, config: Config) {
         let pipeline = std::mem::take(&mut self.pipeline);
         *self = Self { pipeline, ..Self::new(source, config, self.settings) };
     }
+
+    /// The next scan; None once the source has no more.
+    ///
+    /// # Errors
+    /// [`ChainError`].
+    pub fn next_scan(&mut self) -> Result<Option<Judged<'_>>, ChainError> {
+        let Some(time) = self.wait()? else { return Ok(None) };
+        let Self { pipeline, settings, geometry: Some(geometry), ranges_mm, .. } = self else {
+            return Ok(None);
+        };
+        let fingerprint = Fingerprint::of(b"simulated", geometry);
+        if pipeline.background().fingerprint() != fingerprint {
+            pipeline.configure(geometry, *settings, fingerprint)?;
+        }
+        let scan = Scan { geometry, ranges_mm, time };
+        let judgement = pipeline.process(&scan);
+        Ok(Some(Judged { scan, judgement }))
+    }
+
+    /// Lets time pass until the driver hands on a scan.
+    fn wait(&mut self) -> Result<Option<ScanTime>, ChainError> {
+        loop {
+            let limit_us = self.clock.now_us() + PATIENCE_US;
+            match block_on_until(&self.clock, limit_us, self.driver.next())? {
+                Outcome::State(state @ (SensorState::TooLarge { .. } | SensorState::Unusable(_))) => {
+                    return Err(ChainError::Refused(state));
+                }
+                Outcome::State(SensorState::Stalled) => {
+                    if self.link.with_sensor(|sensor, _| sensor.source_ended()) {
+                        return Ok(None);
+                    }
+                }
+                Outcome::State(_) => {}
+                Outcome::Scan(scan) => {
+                    self.ranges_mm.clear();
+                    self.ranges_mm.extend_from_slice(scan.ranges_mm);
+                    self.geometry = Some(*scan.geometry);
+                    return Ok(Some(scan.time));
+                }
+            }
+        }
+    }
+
+    /// Background and latest judgement.
+    #[must_use]
     pub fn pipeline(&self) -> &Pipeline<MAX_BEAMS> {
         &self.pipeline
     }
-    pub fn geometry(&self) -> Option<&Geometry> {
-        self.driver.geometry.as_ref()
+
+    /// Where the beams point, once the sensor has said so.
+    #[must_use]
+    pub const fn geometry(&self) -> Option<&Geometry> {
+        self.geometry.as_ref()
     }
-    pub fn lost_scans(&self) -> u64 {
-        0
+
+    /// What the driver counted.
+    #[must_use]
+    pub fn counters(&self) -> SensorCounters {
+        *self.driver.session().counters()
     }
-    pub fn state_in_words(&self) -> String {
-        "streaming".into()
-    }
-    pub fn next(&mut self) -> Result<Option<Judged<'_>>, ChainError> {
-        let Self { clock, link, driver, pipeline, settings } = self;
-        let limit = clock.now_us() + SILENCE_US;
-        let header = match block_on_until(clock, limit, driver.next(link, clock)) {
-            Ok(h) => h,
-            Err(_) => return Ok(None),
-            Err(e) => return Err(e.into()),
-        };
-        let geometry = driver.geometry.as_ref().unwrap();
-        pipeline.configure(geometry, *settings, Fingerprint::of(b"sim", geometry))?;
-        let truth = link
-            .with_sensor(|u, _| u.truth().filter(|t| t.stamp_ms == header.0).map(|t| t.start_us).last())
-            .unwrap_or(0);
-        let scan = Scan {
-            geometry,
-            ranges_mm: &driver.ranges[..header.1],
-            time: ScanTime { sensor_ms: header.0.into(), stamp_us: truth, uncertainty_us: 0 },
-        };
-        let judgement = pipeline.process(&scan);
-        Ok(Some(Judged { scan, judgement, world_us: truth }))
-    }
-}
-impl StandIn {
-    async fn next(&mut self, link: &mut MemoryLink, clock: &SimulatedClock) -> (u32, usize) {
-        if self.stage == 0 {
-            self.stage = 1;
-            let r = Command::Parameters.encode().unwrap();
-            self.reader.expect(&r);
-            link.write_all(r.as_bytes()).await.unwrap();
-        }
-        loop {
-            while !self.pending.is_empty() {
-                let fed = self.reader.feed(&self.pending, clock.now_us(), &mut self.ranges);
-                self.pending.drain(..fed.consumed);
-                match fed.event {
-                    Some(Event::Parameters(p)) => {
-                        let m = p.measure_all(1, Width::Three);
-                        self.geometry = Some(p.geometry(&m).unwrap());
-                        let r = Command::Measure(m).encode().unwrap();
-                        self.reader.expect(&r);
-                        link.write_all(r.as_bytes()).await.unwrap();
-                    }
-                    Some(Event::Scan(h)) => return (h.stamp_ms, h.beams.into()),
-                    _ => {}
-                }
-            }
-            let mut buffer = [0; 256];
-            let n = link.read(&mut buffer).await.unwrap();
-            self.pending.extend_from_slice(&buffer[..n]);
-        }
+
+    /// What the driver is doing.
+    #[must_use]
+    pub fn state(&self) -> SensorState {
+        self.driver.session().state()
     }
 }

@@ -11,6 +11,8 @@ pub mod chain;
 pub mod jsonl;
 pub mod link;
 pub mod picture;
+#[cfg(feature = "qemu")]
+pub mod qemu;
 pub mod recording;
 pub mod replay;
 pub mod serve;

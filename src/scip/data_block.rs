@@ -12,8 +12,6 @@
 //! behind it then takes the character back.
 //! Source: SCIP 2.0 (C-42-03320B), data block; the minimum length of a line is that of the code.
 
-use core::num::NonZero;
-
 use super::command::{Measurement, Width};
 use super::{encoding, event::LossCause};
 use crate::scan::NO_RETURN_MM;
@@ -126,10 +124,9 @@ impl DataBlock {
     ) -> Progress<'a> {
         let (mut line, mut fresh, mut rest) = (bytes, false, bytes);
         let step = loop {
-            if let Some(run) = NonZero::new(self.room).map(|room| rest.get(..room.get()).unwrap_or(rest)) {
-                let (taken, overflow) = self.decode(run, ranges_mm, &unpack);
+            if self.room > 0 {
+                let (taken, overflow) = self.decode(rest, ranges_mm, &unpack);
                 rest = rest.get(taken..).unwrap_or(&[]);
-                self.room = self.room.wrapping_sub(taken);
                 if overflow {
                     let too_many = self.count >= self.max;
                     break Step::Wrong(if too_many {
@@ -156,40 +153,41 @@ impl DataBlock {
         Progress { line, fresh, rest, step }
     }
 
-    /// Decodes characters up to the first one outside the code. Returns how many, and whether the
-    /// last of them completed a value for which there is no place.
+    /// Decodes characters of one line up to the first one outside the code. Returns how many, and
+    /// whether the last of them completed a value for which there is no place.
     fn decode<const W: usize>(
         &mut self,
-        run: &[u8],
+        bytes: &[u8],
         ranges_mm: &mut [u16],
         unpack: impl Fn([u8; W]) -> Group,
     ) -> (usize, bool) {
-        let Self { mut value, mut sum, mut missing, mut count, max, .. } = *self;
-        let places = ranges_mm.get_mut(..max).unwrap_or_default();
-        let mut rest = run;
+        let Self { mut value, mut sum, mut missing, mut count, .. } = *self;
+        let run = bytes.get(..self.room).unwrap_or(bytes);
+        let places = ranges_mm.get_mut(..self.max).unwrap_or_default();
+        let mut taken = 0;
         let overflow = loop {
             if missing == W {
+                let rest = run.get(taken..).unwrap_or(&[]);
                 let (groups, _) = rest.as_chunks::<W>();
                 let free = places.get_mut(count..).unwrap_or_default();
-                let mut whole = groups.len().min(free.len());
-                for (index, (&group, place)) in groups.iter().zip(free).enumerate() {
+                let before = count;
+                for (&group, place) in groups.iter().zip(free) {
                     let group = unpack(group);
                     if group.seen > 0x3F {
-                        whole = index;
                         break;
                     }
                     *place = range_mm(group.value);
                     sum = sum.wrapping_add(group.sum);
+                    count = count.wrapping_add(1);
                 }
-                count = count.wrapping_add(whole);
-                rest = rest.get(whole * W..).unwrap_or(&[]);
+                taken += W * (count - before);
             }
-            let Some((&character, behind)) = rest.split_first() else { break false };
+            let Some(&character) = run.get(taken) else { break false };
             let code = code(character);
             if code > 0x3F {
                 break false;
             }
-            rest = behind;
+            taken += 1;
             value = value << 6 | code;
             sum = sum.wrapping_add(code);
             missing = missing.wrapping_sub(1);
@@ -201,7 +199,8 @@ impl DataBlock {
             }
         };
         (self.value, self.sum, self.missing, self.count) = (value, sum, missing, count);
-        (run.len().wrapping_sub(rest.len()), overflow)
+        self.room = self.room.wrapping_sub(taken);
+        (taken, overflow)
     }
 
     /// A byte that is neither data nor a line feed: the checksum of a full line, or one too many.

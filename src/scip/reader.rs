@@ -155,7 +155,8 @@ impl Reader {
     ///
     /// `now_us` is the clock when the bytes arrived. The values of a scan are written to the start
     /// of `ranges_mm` as they arrive, so every call until [`Event::Scan`] needs the same buffer,
-    /// and until then its content means nothing. One that is too short costs the scan.
+    /// and until then its content means nothing. One with less than
+    /// [`Measurement::beams`](super::Measurement::beams) places costs the scan.
     pub fn feed(&mut self, bytes: &[u8], now_us: u64, ranges_mm: &mut [u16]) -> Fed {
         let mut rest = bytes;
         while let Some((&byte, behind)) = rest.split_first() {

@@ -10,9 +10,9 @@ use super::{BeamKind, BeamShown, CandidateShown, ScanShown};
 
 /// The background as it is now, beam by beam.
 #[must_use]
-pub fn background(geometry: &Geometry, model: &[BeamProfile]) -> Vec<BeamShown> {
+pub fn background(geometry: &Geometry, model: impl Iterator<Item = BeamProfile>) -> Vec<BeamShown> {
     let metres = |range_mm: u16| (range_mm != 0).then(|| f64::from(range_mm) / 1000.0);
-    let shown = |(beam, profile): (u16, &BeamProfile)| BeamShown {
+    let shown = |(beam, profile): (u16, BeamProfile)| BeamShown {
         bearing_rad: f64::from(geometry.bearing_rad(beam)),
         kind: match profile.state {
             BeamState::Unknown => BeamKind::Unknown,

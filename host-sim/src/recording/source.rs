@@ -3,6 +3,10 @@
 use super::Recording;
 use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
 
+/// Least time between the starts of two scans, in µs. Recorded times are when a scan *arrived*: after a stall, two
+/// may share a millisecond, as no sensor's own stamps do.
+const APART_US: u64 = 1000;
+
 /// Plays a recording once, scan for scan, with the times at which it was taken.
 ///
 /// The first scan starts with the first measurement command.
@@ -11,13 +15,14 @@ pub struct RecordingSource {
     recording: Recording,
     next: usize,
     origin_us: Option<u64>,
+    last_us: Option<u64>,
 }
 
 impl RecordingSource {
     /// A sensor that measures what `recording` holds.
     #[must_use]
     pub fn new(recording: Recording) -> Self {
-        Self { recording, next: 0, origin_us: None }
+        Self { recording, next: 0, origin_us: None, last_us: None }
     }
 
     fn at(&self, index: usize, start_us: u64, period_us: u32) -> Option<SourceScan> {
@@ -45,7 +50,9 @@ impl RangeSource for RecordingSource {
         let first_us = self.recording.scans.first()?.stamp_us;
         let origin_us = *self.origin_us.get_or_insert(revolution.start_us);
         loop {
-            let start_us = origin_us + (self.recording.scans.get(self.next)?.stamp_us - first_us);
+            let recorded_us = origin_us + (self.recording.scans.get(self.next)?.stamp_us - first_us);
+            let start_us = recorded_us.max(self.last_us.map_or(0, |last_us| last_us + APART_US));
+            self.last_us = Some(start_us);
             self.next += 1;
             if start_us >= revolution.earliest_us {
                 return self.at(self.next - 1, start_us, revolution.period_us);

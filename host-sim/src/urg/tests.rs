@@ -265,7 +265,11 @@ fn the_answer_to_ss_comes_at_the_old_speed_and_the_next_one_at_the_new() {
         let sent = urg.urg.take_output(urg.now_us);
         sent.into_iter().map(|sent| sent.baud.unwrap()).collect::<Vec<_>>()
     };
-    assert_eq!(speeds(&mut urg, b"SS115200\n"), [19_200]);
+    urg.urg.receive(b"SS115200\n", 0);
+    // The answer begins with the next revolution and takes 14 bytes, 7.3 ms.
+    urg.urg.advance(99_700 + 7000);
+    assert_eq!(urg.urg.baud(), 19_200, "still answering");
+    assert_eq!(speeds(&mut urg, b""), [19_200]);
     assert_eq!(speeds(&mut urg, b"VV\n"), [115_200]);
     assert_eq!(urg.urg.baud(), 115_200);
     assert_eq!([urg.status("SS115200"), urg.status("SS038400"), urg.status("SS11520x")], ["03", "02", "01"]);

@@ -117,6 +117,14 @@ const AT_PLACE_M: f64 = 0.15;
 const SQUEEZE_S: f64 = 4.0;
 /// No gathering lasts longer.
 const LONGEST_S: f64 = 180.0;
+/// Nobody waits further back than this.
+const BACK_Y_M: f64 = -0.72;
+/// How much closer and further back a place may be after each sixty that were too near to
+/// somebody. Set so
+/// that people hide each other as often as in the reference world (`tests/world_check.rs`).
+const TRIES: u32 = 60;
+const CLOSER: f64 = 0.97;
+const FURTHER_BACK_M: f64 = 0.015;
 /// Bodies are wider than deep: somebody takes up this share of half their width.
 const ROOM_SHARE: f64 = 0.85;
 
@@ -250,7 +258,7 @@ fn send_on(guests: &mut [Guest], habit: &Habit, time_s: f64, stream: &mut Stream
             Phase::ToPassage if guest.walker.at.y > PASSAGE_Y_M - 0.2 => {
                 guest.phase = Phase::ToPlace;
                 guest.entered_s = time_s;
-                guest.place = free_place(habit, &taken, true, stream);
+                guest.place = free_place(habit, &taken, stream);
             }
             Phase::ToPlace => {
                 let near = (guest.walker.at - guest.place).length() < AT_PLACE_M;
@@ -262,7 +270,7 @@ fn send_on(guests: &mut [Guest], habit: &Habit, time_s: f64, stream: &mut Stream
                 }
             }
             Phase::Waiting if time_s >= guest.move_s => {
-                guest.place = free_place(habit, &taken, false, stream);
+                guest.place = free_place(habit, &taken, stream);
                 let (shortest_s, longest_s) = habit.stay_s.unwrap_or((f64::INFINITY, f64::INFINITY));
                 guest.move_s = time_s + stream.between(shortest_s, longest_s);
             }
@@ -273,24 +281,20 @@ fn send_on(guests: &mut [Guest], habit: &Habit, time_s: f64, stream: &mut Stream
     }
 }
 
-/// A place far enough from those that are taken; in a crowd that leaves none, one nearly far enough.
-/// Whoever comes in takes the deepest of a few.
-fn free_place(habit: &Habit, taken: &[Point], deep: bool, stream: &mut Stream) -> Point {
-    let mut apart_m = habit.apart_m;
+/// A place far enough from those that are taken; in a crowd that leaves none, one a little nearer
+/// to others and further back.
+fn free_place(habit: &Habit, taken: &[Point], stream: &mut Stream) -> Point {
+    let (mut apart_m, mut back_y_m) = (habit.apart_m, habit.y.0);
     loop {
-        let mut best: Option<Point> = None;
-        for _ in 0..60 {
-            let place =
-                Point::new(stream.between(habit.x.0, habit.x.1), stream.between(habit.y.0, habit.y.1));
-            let free = taken.iter().all(|other| (*other - place).length() >= apart_m);
-            if free && best.is_none_or(|best| deep && place.y > best.y) {
-                best = Some(place);
+        for _ in 0..TRIES {
+            let x = stream.between(habit.x.0, habit.x.1);
+            let place = Point::new(x, stream.between(back_y_m, habit.y.1));
+            if taken.iter().all(|other| (*other - place).length() >= apart_m) {
+                return place;
             }
         }
-        match best {
-            Some(place) => return place,
-            None => apart_m *= 0.95,
-        }
+        apart_m *= CLOSER;
+        back_y_m = (back_y_m - FURTHER_BACK_M).max(BACK_Y_M);
     }
 }
 

@@ -23,22 +23,24 @@ pub mod raycast;
 pub mod scene;
 pub mod sensor;
 pub mod site;
+pub mod trajectory;
 pub mod walker;
 pub mod wandering;
 
 use std::sync::Arc;
 
-use body::Body;
+use body::{Body, Section};
 use door::Door;
 use gathering::Gathering;
 use geometry::{Outline, Point};
-use motion::Motion;
+use motion::{Motion, Track};
 use random::{Purpose, Stream};
 use raycast::{Caster, Person, Thing};
 use scene::{Furniture, PersonSpec, Scene};
 use sensor::WorldSensor;
 use serde::Serialize;
 use site::{Blocks, Wall};
+use trajectory::Recorded;
 use walker::{Habit, Route, WayPoint};
 use wandering::Wanderer;
 
@@ -112,6 +114,13 @@ impl World {
                 motion: Motion::Track(track),
             }));
         }
+        people.extend(scene.recorded.iter().flat_map(recorded).enumerate().map(
+            |(index, (section, track))| {
+                let mut stream = Stream::new(seed, Purpose::Person, [index as u64, 1]);
+                let body = Body::random(section, &mut stream);
+                Person { name: format!("recorded {}", index + 1), body, motion: Motion::Track(track) }
+            },
+        ));
         let people: Arc<[Person]> = people.into();
         let doors: Arc<[Door]> = doors.into();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
@@ -168,6 +177,11 @@ impl World {
         };
         Truth { t: time_s, people: self.people.iter().enumerate().filter_map(place).collect() }
     }
+}
+
+fn recorded(recorded: &Recorded) -> impl Iterator<Item = (Section, Track)> {
+    let section = recorded.section;
+    recorded.tracks().into_iter().map(move |track| (section, track))
 }
 
 /// The people of the script.

@@ -30,6 +30,9 @@
 //! condition = "dense"             # spread, dense, pairs
 //! people = 5
 //!
+//! [[recorded]]                    # people who walk as recorded people walked
+//! file = "corridor.txt"           # beside this file
+//!
 //! [[door]]
 //! line = [[-0.45, 1], [0.45, 1]]
 //! slide = [0.9, 0]
@@ -41,9 +44,11 @@ use super::gathering::{GatheringSpec, MOST_PEOPLE};
 use super::noise::NoiseLevel;
 use super::optics::SensorModel;
 use super::site::Site;
+use super::trajectory::Recorded;
 use super::walker::Repeat;
 use serde::Deserialize;
 use std::fmt;
+use std::path::Path;
 
 /// A scene as its file says it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -75,6 +80,9 @@ pub struct Scene {
     pub people: Vec<PersonSpec>,
     /// People who come in, wait before a door, and leave.
     pub gathering: Option<GatheringSpec>,
+    /// People who walk as recorded people walked.
+    #[serde(default)]
+    pub recorded: Vec<Recorded>,
     /// Doors that open and shut.
     #[serde(default, rename = "door")]
     pub doors: Vec<Door>,
@@ -223,12 +231,16 @@ impl Scene {
     /// # Errors
     /// When the text is not TOML, has unknown or missing keys, or contradicts itself.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|error| {
+        let mut scene: Self = toml::from_str(text).map_err(|error| {
             let before = error.span().and_then(|span| text.get(..span.start));
             let line = before.map_or(1, |before| before.matches('\n').count() + 1);
             SceneError(format!("{file}:{line}: {}", error.message().replace('\n', " ")))
         })?;
         scene.check().map_err(|what| SceneError(format!("{file}: {what}")))?;
+        let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+        for recorded in &mut scene.recorded {
+            recorded.read(folder).map_err(|what| SceneError(format!("{file}: {what}")))?;
+        }
         Ok(scene)
     }
 
@@ -364,6 +376,7 @@ mod tests {
                 format!("{module}[[door]]\nline = [[0, 0], [0, 0]]"),
                 "x.toml: door 1 \"\": line must be at least",
             ),
+            (format!("{module}[[recorded]]\nfile = \"none.txt\""), "x.toml: none.txt: cannot be read"),
             (String::from("duration_s = 0\n[site]"), "x.toml: duration_s must be more than 0"),
         ];
         for (text, expected) in cases {

@@ -18,6 +18,7 @@ use kehai::candidate::Candidate;
 use kehai::centre::{Estimator, centre};
 use kehai::pipeline::Settings;
 use kehai::scan::Geometry;
+use kehai::sensor::SensorState;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use view::{Seen, View};
@@ -42,7 +43,7 @@ pub struct Arguments {
     headless: bool,
 
     /// Stop after so many seconds of the scene
-    #[arg(long, value_name = "N", value_parser = seconds)]
+    #[arg(long, value_name = "N", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
 
     /// A scene of one's own, or one that comes with the program
@@ -96,11 +97,7 @@ impl Demo {
             world.sensors().first().ok_or_else(|| format!("{name}: the scene has no module"))?;
         let model = sensor.config().model.name;
         let title = format!("{model} in the scene {name}, module {module}");
-        let chain = Chain::new(
-            Box::new(sensor.clone()),
-            host_sim::urg::Config { paced: false, ..sensor.config() },
-            Settings::default(),
-        );
+        let chain = Chain::new(Box::new(sensor.clone()), sensor.config(), Settings::default());
         let colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
         let view =
             View { title: title.clone(), colour, bounds: [[-0.5, -1.0], [2.0, 1.0]], ..View::default() };
@@ -125,9 +122,9 @@ impl Demo {
     fn advance(&mut self) -> Result<bool, Box<dyn Error>> {
         let sensor = &self.world.sensors()[0].1;
         let (pose, duration_s) = (sensor.pose(), self.world.duration_s());
-        let Some(judged) = self.chain.next()? else { return Ok(false) };
+        let Some(judged) = self.chain.next_scan()? else { return Ok(false) };
         let (scan, judgement) = (judged.scan, judged.judgement);
-        self.t_s = judged.world_us as f64 / 1e6;
+        self.t_s = scan.time.stamp_us as f64 / 1e6;
         self.scans += 1;
         let shown = exposure::scan(self.t_s, &scan, judgement);
         let truth: Vec<[f64; 2]> = (self.t_s <= duration_s)
@@ -174,7 +171,7 @@ impl Demo {
     /// Takes over what does not change with each scan.
     fn look_around(&mut self, geometry: &Geometry) {
         let model: Vec<_> = self.chain.pipeline().background().model().collect();
-        let background = exposure::background(geometry, &model);
+        let background = exposure::background(geometry, model.iter().copied());
         self.view.walls = background.iter().filter_map(host_sim::picture::BeamShown::wall_m).collect();
         for place in self.view.walls.iter().chain(&self.view.truth) {
             for axis in 0..2 {
@@ -184,10 +181,10 @@ impl Demo {
         }
         self.picture.background = background;
         self.view.t_s = self.t_s;
-        self.view.sensor_state = self.chain.state_in_words();
+        self.view.sensor_state = state_in_words(self.chain.state()).into();
         self.view.figures = vec![
             ("scans", self.scans.to_string()),
-            ("lost scans", self.chain.lost_scans().to_string()),
+            ("missing scans", self.chain.counters().scans_missing.to_string()),
             ("people in the scene", self.view.truth.len().to_string()),
             (
                 "centre off (median)",
@@ -241,10 +238,10 @@ impl Demo {
         self.picture.save(svg).map_err(|error| format!("{}: cannot be written: {error}", svg.display()))?;
         println!("{}", self.picture.title);
         println!(
-            "  scans                {} in {:.1} s, {} lost",
+            "  scans                {} in {:.1} s, {} missing",
             self.scans,
             self.t_s,
-            self.chain.lost_scans()
+            self.chain.counters().scans_missing
         );
         println!(
             "  judged               {}, background version {}",
@@ -274,6 +271,20 @@ fn seen(candidate: &Candidate, geometry: &Geometry) -> Seen {
         deviation_m: f64::from((xx + yy) / 2.0).max(0.0).sqrt(),
         width_m: square.max(0.0).sqrt(),
         narrow: candidate.narrow,
+    }
+}
+
+const fn state_in_words(state: SensorState) -> &'static str {
+    match state {
+        SensorState::Searching => "searching",
+        SensorState::Booting => "booting",
+        SensorState::Starting => "starting",
+        SensorState::Streaming => "streaming",
+        SensorState::Stalled => "stalled",
+        SensorState::Abnormal => "abnormal",
+        SensorState::TooLarge { .. } => "too many beams",
+        SensorState::Unusable(_) => "unusable",
+        SensorState::Refused(_) => "refuses to measure",
     }
 }
 

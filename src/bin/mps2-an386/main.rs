@@ -1,0 +1,96 @@
+//! Image for the ARM MPS2+ AN386 board as QEMU emulates it: the board the tests run on.
+//!
+//! | device | what for |
+//! |---|---|
+//! | UART0 | the sensor |
+//! | UART1 | the log, defmt |
+//! | LAN9118 | the network |
+//! | TIMER0, TIMER1 | time |
+//! | PSRAM | flash |
+//! | LED0 | blinks as long as the tasks run |
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(target_os = "none", no_main)]
+
+#[cfg(target_os = "none")]
+#[path = "."]
+mod image {
+    mod executor;
+    mod interrupts;
+    mod lan9118;
+    mod led;
+    mod log;
+    mod mmio;
+    #[path = "../module/mod.rs"]
+    mod module;
+    mod storage;
+    mod time_driver;
+    mod uart;
+    mod uptime;
+    mod watchdog;
+
+    use embassy_executor::{Spawner, task};
+    use embassy_net::StackResources;
+    use static_cell::StaticCell;
+
+    use lan9118::Lan9118;
+    use led::Led;
+    use module::{Board, FIRST_BAUD, SOCKETS};
+    use storage::{STORAGE_LEN, Storage};
+    use uart::Uart;
+    use watchdog::Watchdog;
+
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
+        log::start();
+        time_driver::start();
+        executor::run(|spawner| spawner.spawn(module_task(spawner).expect("the only one")))
+    }
+
+    #[task]
+    async fn module_task(spawner: Spawner) {
+        static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
+        static CHIP: StaticCell<Lan9118> = StaticCell::new();
+
+        let mut watchdog = Watchdog::start();
+        let chip = CHIP.init(Lan9118::new().expect("no LAN9118 in this machine"));
+        let mac = chip.mac();
+        // No random numbers on this board: modules differ by address, boots are told apart elsewhere.
+        let seed = mac.iter().fold(0, |seed, &byte| seed << 8 | u64::from(byte));
+        let (stack, runner) = embassy_net::new(
+            &mut *chip,
+            module::network_config(mac),
+            RESOURCES.init(StackResources::new()),
+            seed,
+        );
+        spawner.spawn(network_task(runner).expect("the only one"));
+
+        let mut led = Led;
+        module::run(Board {
+            mac,
+            stack,
+            uart: Uart::new(FIRST_BAUD),
+            storage: Storage::new(psram()),
+            storage_range: 0..STORAGE_LEN as u32,
+            feed: || watchdog.feed(),
+            led: |on| led.set(on),
+        })
+        .await;
+    }
+
+    #[task]
+    async fn network_task(mut runner: embassy_net::Runner<'static, &'static mut Lan9118>) -> ! {
+        runner.run().await
+    }
+
+    /// The part of the PSRAM that stands for flash. To be called once.
+    fn psram() -> &'static mut [u8] {
+        // SAFETY: memory of the board, outside of what the linker hands out, and borrowed only here.
+        unsafe {
+            core::slice::from_raw_parts_mut(core::ptr::with_exposed_provenance_mut(0x2100_0000), STORAGE_LEN)
+        }
+    }
+}
+
+/// On a PC there is no board.
+#[cfg(not(target_os = "none"))]
+fn main() {}

@@ -1,0 +1,56 @@
+//! The serial line to the sensor: received by DMA into a ring, sent by DMA.
+
+use embassy_stm32::mode::Async;
+use embassy_stm32::usart::{Error, RingBufferedUartRx, UartTx};
+use embedded_io_async::{ErrorType, Read, Write};
+use kehai::link::Baud;
+
+/// Both directions of the line, as one.
+pub struct Uart {
+    transmitter: UartTx<'static, Async>,
+    receiver: RingBufferedUartRx<'static>,
+}
+
+impl Uart {
+    /// Joins the two directions and starts receiving.
+    pub fn new(transmitter: UartTx<'static, Async>, mut receiver: RingBufferedUartRx<'static>) -> Self {
+        receiver.start_uart();
+        Self { transmitter, receiver }
+    }
+}
+
+impl ErrorType for Uart {
+    type Error = Error;
+}
+
+impl Read for Uart {
+    /// # Errors
+    /// A line error or an overrun: bytes are lost, and the next call receives again.
+    ///
+    /// # Cancellation
+    /// Nothing is lost.
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Error> {
+        self.receiver.read(buffer).await
+    }
+}
+
+impl Write for Uart {
+    /// # Cancellation
+    /// Some of the bytes may have been sent.
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Error> {
+        self.transmitter.write(bytes).await?;
+        Ok(bytes.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), Error> {
+        self.transmitter.flush().await
+    }
+}
+
+impl Baud for Uart {
+    async fn set_baud(&mut self, rate_baud: u32) {
+        if self.flush().await.is_err() || self.transmitter.set_baudrate(rate_baud).is_err() {
+            defmt::warn!("uart: {=u32} baud is out of reach", rate_baud);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Joins the session to a link and a clock. It decides nothing.
+//!
+//! ```text
+//!   loop {
+//!       match driver.next().await {
+//!           Outcome::Scan(scan)   => …   borrowed until the next call
+//!           Outcome::State(state) => …
+//!       }
+//!   }
+//! ```
+
+use embassy_futures::select::{Either, select};
+use embedded_io_async::{Read, Write};
+
+use super::session::{Action, Message, Session};
+use super::settings::SensorSettings;
+use super::state::SensorState;
+use crate::link::{Baud, Clock};
+use crate::scan::Scan;
+
+/// Bytes read at a time: at 115 200 baud, 22 ms of them.
+const CHUNK: usize = 256;
+
+/// Longest time for handing a request to the link, or changing its speed; both take milliseconds.
+const SEND_US: u64 = 500_000;
+
+/// What the sensor has for the rest of the module.
+#[derive(Clone, Copy, Debug)]
+pub enum Outcome<'a> {
+    /// A scan.
+    Scan(Scan<'a>),
+    /// The sensor's state has changed.
+    State(SensorState),
+}
+
+/// A sensor on a link, with memory for scans of `BEAMS` beams.
+///
+/// The link may fail: a read of 0 bytes or with an error is tried again after a pause of at most half a
+/// second, for ever. A link that has to be opened anew should do so in its `read`.
+#[derive(Debug)]
+pub struct Driver<L, C, const BEAMS: usize> {
+    link: L,
+    clock: C,
+    session: Session,
+    ranges_mm: [u16; BEAMS],
+    chunk: [u8; CHUNK],
+    /// The part of `chunk` that is still to be looked at, and when it came.
+    start: usize,
+    end: usize,
+    arrival_us: u64,
+}
+
+impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
+    /// A driver on `link`; nothing is sent before [`next`](Self::next) is called.
+    pub fn new(link: L, clock: C, settings: SensorSettings) -> Self {
+        let capacity = u16::try_from(BEAMS).unwrap_or(u16::MAX);
+        Self {
+            link,
+            clock,
+            session: Session::new(settings, capacity),
+            ranges_mm: [0; BEAMS],
+            chunk: [0; CHUNK],
+            start: 0,
+            end: 0,
+            arrival_us: 0,
+        }
+    }
+
+    /// State, counters, and what is known of the sensor.
+    pub const fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Waits for the next scan or change of state. It recovers from every failure by itself.
+    ///
+    /// # Cancellation
+    /// Bytes of a read under way may be lost, which costs the scan they belong to. A request may be sent in
+    /// part or not at all; it is repeated when its answer does not come. Call again.
+    pub async fn next(&mut self) -> Outcome<'_> {
+        let taken = loop {
+            if let Some(state) = self.session.state_change() {
+                return Outcome::State(state);
+            }
+            if let Some(bytes) = self.chunk.get(self.start..self.end).filter(|bytes| !bytes.is_empty()) {
+                let received = self.session.receive(bytes, self.arrival_us, &mut self.ranges_mm);
+                self.start = self.start.saturating_add(received.consumed.max(1));
+                if let Some(taken) = received.scan {
+                    break taken;
+                }
+                continue;
+            }
+            match self.session.poll(self.clock.now_us()) {
+                Action::SetBaud(rate_baud) => {
+                    let limit_us = self.clock.now_us().saturating_add(SEND_US);
+                    let change = self.link.set_baud(rate_baud);
+                    if let Either::Second(()) = select(change, self.clock.wait_until(limit_us)).await {
+                        self.session.link_failed(self.clock.now_us());
+                    }
+                }
+                Action::Send(message) => {
+                    let limit_us = self.clock.now_us().saturating_add(SEND_US);
+                    let send = send(&mut self.link, &message);
+                    let Either::First(true) = select(send, self.clock.wait_until(limit_us)).await else {
+                        self.session.link_failed(self.clock.now_us());
+                        continue;
+                    };
+                }
+                Action::Wait(until_us) => {
+                    let read = self.link.read(&mut self.chunk);
+                    let Either::First(result) = select(read, self.clock.wait_until(until_us)).await else {
+                        continue;
+                    };
+                    self.arrival_us = self.clock.now_us();
+                    self.start = 0;
+                    self.end = result.unwrap_or(0).min(CHUNK);
+                    if self.end == 0 {
+                        self.session.link_failed(self.arrival_us);
+                    }
+                }
+                Action::Pause(until_us) => self.clock.wait_until(until_us).await,
+            }
+        };
+        // The session knows the geometry of every scan it hands on.
+        let ranges_mm = self.ranges_mm.get(..usize::from(taken.beams)).unwrap_or(&[]);
+        match self.session.geometry() {
+            Some(geometry) => Outcome::Scan(Scan { geometry, ranges_mm, time: taken.time }),
+            None => Outcome::State(self.session.state()),
+        }
+    }
+}
+
+/// Whether all of it was sent.
+async fn send<L: Write>(link: &mut L, message: &Message) -> bool {
+    for part in message.parts() {
+        if link.write_all(part).await.is_err() {
+            return false;
+        }
+    }
+    link.flush().await.is_ok()
+}

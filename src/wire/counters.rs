@@ -1,0 +1,193 @@
+//! One counter for everything a module drops, refuses or has to do again.
+//!
+//! Their order is the order on the wire: new ones come last, so that any two versions understand
+//! each other's. Names are also in `docs/wire.md` and `examples/python/kehai_wire.py`.
+
+use super::codec::{Item, List, Malformed, Reader, TooLong, VARINT_U32, Writer};
+
+macro_rules! counters {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
+        /// What is counted.
+        #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub enum Counter {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Counter {
+            /// All, in their order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
+
+            /// Its name, for people and programs.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
+}
+
+counters! {
+    /// Scans lost before they could be reported, whatever the cause.
+    LostScans = "lost_scans";
+    /// Sensor replies dropped: wrong checksum.
+    SensorChecksum = "sensor_checksum";
+    /// Sensor replies dropped: a character outside the code.
+    SensorCharacter = "sensor_character";
+    /// Sensor replies dropped: a line too long or too short.
+    SensorLineLength = "sensor_line_length";
+    /// Sensor replies dropped: more or fewer values than asked for.
+    SensorValueCount = "sensor_value_count";
+    /// Sensor replies dropped: a scan larger than its buffer.
+    SensorBufferTooShort = "sensor_buffer_too_short";
+    /// Sensor bytes dropped: neither an expected echo nor a reply.
+    SensorEcho = "sensor_echo";
+    /// Sensor replies dropped: no status behind the echo.
+    SensorStatus = "sensor_status";
+    /// Sensor replies dropped: another one began in the middle.
+    SensorForeignReply = "sensor_foreign_reply";
+    /// Sensor replies dropped: a parameter is missing.
+    SensorParameters = "sensor_parameters";
+    /// Lines of sensor replies dropped: malformed.
+    SensorInfoLine = "sensor_info_line";
+    /// Whole sensor replies to nothing that was asked.
+    SensorUnexpected = "sensor_unexpected";
+    /// Errors of the serial line: overrun, framing, noise.
+    SerialErrors = "serial_errors";
+    /// Times the sensor went silent and had to be found again.
+    SensorLost = "sensor_lost";
+    /// Times the sensor's clock started anew.
+    SensorRestarted = "sensor_restarted";
+    /// Scans of another geometry than the pipeline was set up for.
+    ForeignScans = "foreign_scans";
+    /// Scans with fewer beams than the geometry has.
+    ShortScans = "short_scans";
+    /// Candidates that became unseen spans for lack of room.
+    CandidatesOver = "candidates_over";
+    /// Unseen spans merged for lack of room.
+    SpansMerged = "spans_merged";
+    /// Reports that could not be queued at once, one for every subscriber that missed one.
+    ReportsDropped = "reports_dropped";
+    /// Health messages that could not be queued at once.
+    HealthDropped = "health_dropped";
+    /// Parts of profiles and raw scans that could not be queued at once.
+    PartsDropped = "parts_dropped";
+    /// Answers that could not be queued at once.
+    AnswersDropped = "answers_dropped";
+    /// Times a stuck report socket was opened anew.
+    SocketsReopened = "sockets_reopened";
+    /// Datagrams dropped: not of this protocol.
+    DatagramsForeign = "datagrams_foreign";
+    /// Datagrams dropped: shorter than their fixed part.
+    DatagramsTooShort = "datagrams_too_short";
+    /// Datagrams dropped: longer than any may be.
+    DatagramsTooLong = "datagrams_too_long";
+    /// Datagrams dropped: a module's message.
+    DatagramsWrongDirection = "datagrams_wrong_direction";
+    /// Cookies given to hosts without one.
+    CookiesGiven = "cookies_given";
+    /// Subscribers forgotten because they did not renew.
+    SubscribersForgotten = "subscribers_forgotten";
+    /// Requests that came again and got their stored answer.
+    RequestsRepeated = "requests_repeated";
+    /// Requests refused: [`Version`](super::Refusal::Version).
+    RefusedVersion = "refused_version";
+    /// Requests refused: [`Unsupported`](super::Refusal::Unsupported).
+    RefusedUnsupported = "refused_unsupported";
+    /// Requests refused: [`Malformed`](super::Refusal::Malformed).
+    RefusedMalformed = "refused_malformed";
+    /// Requests refused: [`BadCookie`](super::Refusal::BadCookie).
+    RefusedBadCookie = "refused_bad_cookie";
+    /// Requests refused: [`Full`](super::Refusal::Full).
+    RefusedFull = "refused_full";
+    /// Requests refused: [`WrongModule`](super::Refusal::WrongModule).
+    RefusedWrongModule = "refused_wrong_module";
+    /// Requests refused: [`WrongBoot`](super::Refusal::WrongBoot).
+    RefusedWrongBoot = "refused_wrong_boot";
+    /// Requests refused: [`NotAllowed`](super::Refusal::NotAllowed).
+    RefusedNotAllowed = "refused_not_allowed";
+    /// Requests refused: [`Superseded`](super::Refusal::Superseded).
+    RefusedSuperseded = "refused_superseded";
+    /// Wishes to absorb that the pipeline refused.
+    RefusedAbsorb = "refused_absorb";
+    /// Wishes to learn that the pipeline refused.
+    RefusedLearn = "refused_learn";
+    /// Requests refused: [`Busy`](super::Refusal::Busy).
+    RefusedBusy = "refused_busy";
+    /// Settings refused: [`Setting`](super::Refusal::Setting).
+    RefusedSetting = "refused_setting";
+    /// Times settings, background or the count of starts could not be stored.
+    StoreFailures = "store_failures";
+    /// Starts caused by the watchdog.
+    WatchdogResets = "watchdog_resets";
+    /// Times the network link went down.
+    LinkLosses = "link_losses";
+}
+
+/// Number of [`Counter`]s.
+pub const COUNTERS: usize = Counter::ALL.len();
+
+/// All counters since the module started. They stop at their largest value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Counters([u32; COUNTERS]);
+
+impl Counters {
+    /// All 0.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self([0; COUNTERS])
+    }
+
+    /// One more.
+    pub fn count(&mut self, counter: Counter) {
+        let value = self.get(counter);
+        self.set(counter, value.saturating_add(1));
+    }
+
+    /// Takes over what somebody else has counted.
+    pub fn set(&mut self, counter: Counter, value: u32) {
+        if let Some(slot) = self.0.get_mut(counter as usize) {
+            *slot = value;
+        }
+    }
+
+    /// The value of one.
+    #[must_use]
+    pub fn get(&self, counter: Counter) -> u32 {
+        self.0.get(counter as usize).copied().unwrap_or(0)
+    }
+
+    /// All of them as sent.
+    pub(super) const fn list(&self) -> List<'_, u32> {
+        List::new(&self.0)
+    }
+
+    /// As many as both sides know.
+    pub(super) fn of_list(list: List<'_, u32>) -> Self {
+        let mut counters = Self::new();
+        counters.0.iter_mut().zip(list.iter()).for_each(|(slot, value)| *slot = value);
+        counters
+    }
+}
+
+impl Default for Counters {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A counter: most are small, so a varint.
+impl Item for u32 {
+    const MAX: usize = VARINT_U32;
+
+    fn write(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
+        writer.put(self)
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, Malformed> {
+        reader.required()
+    }
+}

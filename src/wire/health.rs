@@ -1,0 +1,251 @@
+//! How a module is: once a second, and at once when something changes.
+//!
+//! ```text
+//!  uptime, µs        varint          learning        option of
+//!  sequence          varint            scans taken     varint
+//!  setup             varint            of              varint
+//!  background        varint            started anew    varint
+//!  sensor            u8, a code        moved           option of first and last step, varints
+//!  alarms            varint, bits    counters        list of varints, in the order of `Counter`
+//!  storing           u8, 0 or 1      suspects        list of first step, last step, nearest mm, varints
+//!  subscribers       u8              events          list of number, µs, code, version, who (4 u8)
+//! ```
+
+use super::codec::{
+    Item, List, Malformed, Reader, TooLong, VARINT_U16, VARINT_U32, VARINT_U64, Writer, code_enum,
+    count_bytes,
+};
+use super::counters::{COUNTERS, Counters};
+use super::{DATAGRAM_MAX, HEADER_LEN};
+use crate::background::{Learning, SUSPECTS, Suspect};
+use serde::{Deserialize, Serialize};
+
+code_enum! {
+    /// What the module's sensor is doing.
+    SensorState {
+        /// Nothing has answered yet, or any more: tried at every speed, again and again.
+        Searching = 0, "no sensor answers";
+        /// It answers and is being set up.
+        Starting = 1, "the sensor is starting";
+        /// Scans come in.
+        Measuring = 2, "measuring";
+        /// It reports that something is wrong with itself.
+        Abnormal = 3, "the sensor reports a failure";
+        /// It answers, and this module cannot work with it: more beams than there is room for, or values
+        /// that describe no sensor.
+        Unusable = 4, "the sensor does not fit this module";
+        /// Stopped while the module stores something.
+        Paused = 5, "stopped while storing";
+    }
+}
+
+code_enum! {
+    /// What happened.
+    EventKind {
+        /// Learning began: asked for, or because there was no background.
+        LearnStarted = 0, "learning began";
+        /// A new background is in use.
+        Learned = 1, "a new background was learned";
+        /// People moved in view: learning began anew.
+        LearnRestarted = 2, "people moved: learning began anew";
+        /// A host's wish to absorb was carried out.
+        Absorbed = 3, "a place became background";
+        /// The sensor or what it measures has changed: the background is forgotten.
+        BackgroundForgotten = 4, "the background was forgotten";
+        /// A beam's drift made a new version of the profile.
+        BackgroundDrifted = 5, "the background drifted";
+        /// A host has changed settings.
+        SettingsChanged = 6, "settings were changed";
+        /// A host has asked for a restart.
+        Restarting = 7, "restarting";
+    }
+}
+
+/// What needs somebody's attention, a bit each. Bits are only ever added.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Alarms(pub u32);
+
+impl Alarms {
+    /// No scan for ten scan periods, or none ever.
+    pub const NO_SCANS: Self = Self(1);
+    /// There is no background: nothing is judged.
+    pub const NO_BACKGROUND: Self = Self(1 << 1);
+    /// Learning waits for people in view to leave.
+    pub const LEARNING_WAITS: Self = Self(1 << 2);
+    /// The background holds things with the shape of a person.
+    pub const SUSPECTS: Self = Self(1 << 3);
+    /// Settings or background cannot be stored.
+    pub const STORE_FAILED: Self = Self(1 << 4);
+    /// The sensor's clock cannot be followed well: stamps are more than 20 ms uncertain.
+    pub const CLOCK_UNCERTAIN: Self = Self(1 << 5);
+    /// The last start was caused by the watchdog.
+    pub const WATCHDOG: Self = Self(1 << 6);
+
+    /// All that are known, with their names.
+    pub const NAMES: [(Self, &'static str); 7] = [
+        (Self::NO_SCANS, "no_scans"),
+        (Self::NO_BACKGROUND, "no_background"),
+        (Self::LEARNING_WAITS, "learning_waits"),
+        (Self::SUSPECTS, "suspects"),
+        (Self::STORE_FAILED, "store_failed"),
+        (Self::CLOCK_UNCERTAIN, "clock_uncertain"),
+        (Self::WATCHDOG, "watchdog"),
+    ];
+
+    /// These and those.
+    #[must_use]
+    pub const fn with(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// Whether any of `others` is on.
+    #[must_use]
+    pub const fn has(self, others: Self) -> bool {
+        self.0 & others.0 != 0
+    }
+}
+
+/// How far learning is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LearningProgress {
+    /// Scans taken since the last start.
+    pub scans: u16,
+    /// Scans wanted.
+    pub of: u16,
+    /// How often people moving in view made it start anew.
+    pub restarts: u16,
+    /// Where, the last time: first and last step.
+    pub moved: Option<(u16, u16)>,
+}
+
+impl LearningProgress {
+    /// What the pipeline says; nothing when nothing is being learned.
+    #[must_use]
+    pub const fn of(learning: Learning) -> Option<Self> {
+        match learning {
+            Learning::Idle => None,
+            Learning::Running { scans, of, restarts, moved } => Some(Self { scans, of, restarts, moved }),
+        }
+    }
+}
+
+/// Most events in a health message: the newest.
+pub const EVENTS: usize = 8;
+
+/// Something that happened and is to be known, told several times so that it does get known.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Event {
+    /// Counts the events since the start, from 1.
+    pub number: u32,
+    /// When, µs since boot.
+    pub at_us: u64,
+    /// What.
+    pub kind: EventKind,
+    /// The background version afterwards.
+    pub background_version: u16,
+    /// The host that asked for it, IPv4; 0: nobody.
+    pub by: [u8; 4],
+}
+
+/// Health, to be sent or as received.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Health<'a> {
+    /// What fits in single values.
+    pub head: HealthHead,
+    /// Everything dropped, refused or done again since the start.
+    pub counters: Counters,
+    /// What the newest learned background holds that has the shape of a person.
+    pub suspects: List<'a, Suspect>,
+    /// The newest [`EVENTS`] events, oldest first.
+    pub events: List<'a, Event>,
+}
+
+/// The single values of [`Health`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HealthHead {
+    /// µs since boot.
+    pub uptime_us: u64,
+    /// Sequence of the newest report; 0: none yet.
+    pub sequence: u32,
+    /// As in the reports.
+    pub setup: u16,
+    /// Newest background version; 0: never learned.
+    pub background_version: u16,
+    /// What the sensor is doing.
+    pub sensor: SensorState,
+    /// What needs attention.
+    pub alarms: Alarms,
+    /// Something is being stored; the stream is stopped meanwhile.
+    pub storing: bool,
+    /// Subscribers now.
+    pub subscribers: u8,
+    /// How far learning is; nothing when nothing is being learned.
+    pub learning: Option<LearningProgress>,
+}
+
+const HEAD_MAX: usize = VARINT_U64
+    + VARINT_U32
+    + 2 * VARINT_U16
+    + 1
+    + VARINT_U32
+    + 1
+    + 1
+    + (1 + 3 * VARINT_U16 + 1 + 2 * VARINT_U16);
+
+/// Most bytes of a health message.
+pub const HEALTH_MAX: usize = HEAD_MAX
+    + count_bytes(COUNTERS)
+    + COUNTERS * <u32 as Item>::MAX
+    + count_bytes(SUSPECTS)
+    + SUSPECTS * Suspect::MAX
+    + count_bytes(EVENTS)
+    + EVENTS * Event::MAX;
+
+const _: () = assert!(HEADER_LEN + HEALTH_MAX <= DATAGRAM_MAX);
+
+impl<'a> Health<'a> {
+    pub(super) fn write(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
+        writer.put(&self.head)?;
+        self.counters.list().write(writer)?;
+        self.suspects.write(writer)?;
+        self.events.write(writer)
+    }
+
+    pub(super) fn read(reader: &mut Reader<'a>) -> Result<Self, Malformed> {
+        Ok(Self {
+            head: reader.required()?,
+            counters: Counters::of_list(reader.list()?),
+            suspects: reader.added(Reader::list)?,
+            events: reader.added(Reader::list)?,
+        })
+    }
+}
+
+impl Item for Suspect {
+    const MAX: usize = 3 * VARINT_U16;
+
+    fn write(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
+        writer.put(&(self.first_step, self.last_step, self.near_mm))
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, Malformed> {
+        let (first_step, last_step, near_mm) = reader.required()?;
+        Ok(Self { first_step, last_step, near_mm })
+    }
+}
+
+impl Item for Event {
+    const MAX: usize = VARINT_U32 + VARINT_U64 + 1 + VARINT_U16 + 4;
+
+    fn write(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
+        writer.put(self)
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, Malformed> {
+        reader.required()
+    }
+}

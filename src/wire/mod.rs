@@ -1,0 +1,84 @@
+//! The wire: what modules and hosts send each other in UDP datagrams. The one implementation for both.
+//!
+//! ```text
+//!          host                                     module (port 4040)
+//!            │  subscribe, no cookie                   │
+//!            ├────────────────────────────────────────▶│
+//!            │                      cookie, no longer  │
+//!            │◀────────────────────────────────────────┤
+//!            │  subscribe, cookie, t1   (every second) │
+//!            ├────────────────────────────────────────▶│ one of four places, for 5 s
+//!            │              subscribed, t1, t2, t3     │
+//!            │◀────────────────────────────────────────┤
+//!            │                  report, for every scan │
+//!            │◀────────────────────────────────────────┤
+//!            │         health, once a second at least  │
+//!            │◀────────────────────────────────────────┤
+//!            │  learn, absorb, …, cookie, request id   │
+//!            ├────────────────────────────────────────▶│
+//!            │               the answer, or a refusal  │
+//!            │◀────────────────────────────────────────┤
+//!
+//!  datagram  ┌───────────┬────────────────────────────┬───────────────┐
+//!            │ header 40 │ message, by kind (postcard)│ added later   │  1400 bytes at most
+//!            └───────────┴────────────────────────────┴───────────────┘
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `header` | magic, version, identity, kind, room for authentication |
+//! | `request` | what hosts send: [`Request`], and [`Incoming`] as a module reads it |
+//! | `message` | what modules send: [`Message`] |
+//! | `report` | candidates and unseen spans of a scan |
+//! | `health`, `counters` | how the module is, and what it has dropped |
+//! | `info` | who it is, its sensor and geometry |
+//! | `part` | background profiles and raw scans |
+//! | `refusal` | why a request is refused |
+//! | `codec` | values to bytes and back, lists |
+//!
+//! `docs/wire.md` has it all for people who decode it in another language.
+//!
+//! **Compatibility.** The header, subscribe and its answers, info and the refusal of a version are
+//! frozen. Within a version, fields are added at the end of a message only, never in an item of a list:
+//! who does not know them ignores them; who misses them takes their default. Codes are only
+//! added. Kinds not known are counted, and refused as [`Refusal::Unsupported`].
+//!
+//! **No panic.** Nothing in here panics on any bytes or values. What is not ours, cut off or
+//! impossible comes back as [`Unreadable`] or [`Refusal`]; [`TooLong`] is the only error of writing.
+//!
+//! Nothing here knows a socket or a clock: sequences, starts, cookies and times are the callers'.
+
+mod codec;
+mod counters;
+mod header;
+mod health;
+mod info;
+mod message;
+mod part;
+mod refusal;
+mod report;
+mod request;
+
+pub use codec::{List, TooLong};
+pub use counters::{COUNTERS, Counter, Counters};
+pub use header::{
+    AUTHENTICATION_LEN, HEADER_LEN, Header, Identity, MAGIC, ModuleId, Unreadable, VERSION, VERSION_MIN,
+};
+pub use health::{
+    Alarms, EVENTS, Event, EventKind, HEALTH_MAX, Health, HealthHead, LearningProgress, SensorState,
+};
+pub use info::{INFO_MAX, Info, NAME_MAX, SensorInfo};
+pub use message::{Message, SETTINGS_MAX, Subscribed};
+pub use part::{
+    PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, ProfilePart, RAW_PART_BEAMS, RAW_PART_MAX, RawPart,
+};
+pub use refusal::{Refusal, Refused, SettingFault};
+pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead};
+pub use request::{Cookie, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
+
+/// The port modules listen at, and answer from.
+pub const PORT: u16 = 4040;
+
+/// Longest datagram, bytes of UDP payload: an Ethernet frame carries 1500 bytes, IPv4 and UDP take 28
+/// of them (with IPv6 48), and tunnels on the way some more.
+pub const DATAGRAM_MAX: usize = 1400;

@@ -1,0 +1,154 @@
+//! A driver, an emulated sensor and the link between them, on virtual time.
+#![allow(dead_code, reason = "every test file uses a part of this")]
+
+use host_sim::link::{LinkOptions, MemoryLink};
+use host_sim::simulated_time::{SimulatedClock, block_on_until};
+use host_sim::source::{RangeSource, Revolution, StillRoom};
+use host_sim::urg::faults::Fault;
+use host_sim::urg::model::{Interface, Model};
+use host_sim::urg::{Config, ScanTruth, Start, Urg};
+use kehai::scan::{MAX_BEAMS, ScanTime};
+use kehai::sensor::{Driver, LineSettings, Outcome, SensorCounters, SensorSettings, SensorState};
+
+pub const SECOND_US: u64 = 1_000_000;
+
+/// A scan as it was handed on.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken {
+    pub at_us: u64,
+    pub time: ScanTime,
+    pub beams: usize,
+}
+
+pub struct Rig<const BEAMS: usize = MAX_BEAMS> {
+    pub clock: SimulatedClock,
+    pub link: MemoryLink,
+    pub driver: Driver<MemoryLink, SimulatedClock, BEAMS>,
+    pub scans: Vec<Taken>,
+    pub states: Vec<(u64, SensorState)>,
+    /// What every scan of all steps must be.
+    expected_mm: Vec<u16>,
+}
+
+/// A sensor in this state, with these faults.
+pub fn config(model: Model, start: Start, faults: &[Fault]) -> Config {
+    Config { start, faults: faults.to_vec(), ..Config::new(model) }
+}
+
+/// A fault as on the command line.
+pub fn fault(text: &str) -> Fault {
+    text.parse().unwrap()
+}
+
+/// Serial settings with this rate remembered.
+pub fn remembering(last_baud: u32) -> SensorSettings {
+    let line = LineSettings::Serial { last_baud: Some(last_baud), wanted_baud: None, fastest_baud: 750_000 };
+    SensorSettings { line, ..SensorSettings::SERIAL }
+}
+
+impl Rig {
+    /// A rig with room for every supported sensor, and the settings for the model's link.
+    pub fn new(config: Config) -> Self {
+        let serial = config.model.interface == Interface::Rs232;
+        let settings = if serial { SensorSettings::SERIAL } else { SensorSettings::NO_SPEED };
+        Self::with(config, LinkOptions::default(), settings)
+    }
+}
+
+impl<const BEAMS: usize> Rig<BEAMS> {
+    pub fn with(config: Config, options: LinkOptions, settings: SensorSettings) -> Self {
+        let mut room = StillRoom::new(config.model.geometry);
+        let revolution = Revolution { start_us: 0, period_us: 100_000, earliest_us: 0 };
+        let ranges_mm = room.scan(revolution).unwrap().ranges_mm;
+        let expected_mm = ranges_mm.into_iter().map(|range_mm| u16::try_from(range_mm).unwrap()).collect();
+        let clock = SimulatedClock::new();
+        let link = MemoryLink::new(&clock, Urg::new(config, Box::new(room), 0), options);
+        let driver = Driver::new(link.clone(), clock.clone(), settings);
+        Self { clock, link, driver, scans: Vec::new(), states: Vec::new(), expected_mm }
+    }
+
+    /// One outcome, if there is one before `limit_us`. Every scan of all steps is compared with the truth.
+    fn step(&mut self, limit_us: u64) -> bool {
+        let clock = self.clock.clone();
+        match block_on_until(&clock, limit_us, self.driver.next()) {
+            Err(_) => return false,
+            Ok(Outcome::State(state)) => self.states.push((clock.now_us(), state)),
+            Ok(Outcome::Scan(scan)) => {
+                let beams = scan.ranges_mm.len();
+                let wrong = beams == self.expected_mm.len() && scan.ranges_mm != self.expected_mm;
+                assert!(!wrong, "a wrong scan was accepted at {} µs", clock.now_us());
+                self.scans.push(Taken { at_us: clock.now_us(), time: scan.time, beams });
+            }
+        }
+        true
+    }
+
+    /// Runs until the clock would pass `at_s` seconds.
+    pub fn run_to(&mut self, at_s: f64) -> &mut Self {
+        while self.step((at_s * 1e6) as u64) {}
+        self
+    }
+
+    /// Runs until a scan comes at or after `from_s`; when it came, in seconds.
+    pub fn scan_after(&mut self, from_s: f64) -> f64 {
+        let from_us = (from_s * 1e6) as u64;
+        self.run_to(from_s);
+        let known = self.scans.len();
+        while self.scans.len() == known {
+            assert!(self.step(from_us + 120 * SECOND_US), "no scan within 120 s after {from_s} s: {self:?}");
+        }
+        self.scans[known].at_us as f64 / 1e6
+    }
+
+    pub fn state(&self) -> SensorState {
+        self.driver.session().state()
+    }
+
+    pub fn counters(&self) -> SensorCounters {
+        *self.driver.session().counters()
+    }
+
+    /// Whether this state was passed through.
+    pub fn was(&self, state: SensorState) -> bool {
+        self.states.iter().any(|(_, passed)| *passed == state)
+    }
+
+    pub fn sensor_baud(&self) -> u32 {
+        self.link.with_sensor(|sensor, _| sensor.baud())
+    }
+
+    /// Scans accepted from `from_s` on.
+    pub fn scans_from(&self, from_s: f64) -> usize {
+        self.scans.iter().filter(|scan| scan.at_us as f64 >= from_s * 1e6).count()
+    }
+
+    pub fn truth(&self) -> Vec<ScanTruth> {
+        self.link.with_sensor(|sensor, _| sensor.truth().collect())
+    }
+
+    /// Errors of the accepted scans' times against the truth in µs, with the time they came in s.
+    pub fn time_errors(&self) -> Vec<(f64, i64, u32)> {
+        let truth = self.truth();
+        let start_us = |taken: &Taken| {
+            let stamp_ms = (taken.time.sensor_ms & 0xff_ffff) as u32;
+            let near = |truth: &&ScanTruth| {
+                truth.stamp_ms == stamp_ms && truth.start_us.abs_diff(taken.at_us) < 5 * SECOND_US
+            };
+            truth.iter().find(near).unwrap().start_us
+        };
+        let error = |taken: &Taken| taken.time.stamp_us as i64 - start_us(taken) as i64;
+        self.scans
+            .iter()
+            .map(|taken| (taken.at_us as f64 / 1e6, error(taken), taken.time.uncertainty_us))
+            .collect()
+    }
+}
+
+impl<const BEAMS: usize> std::fmt::Debug for Rig<BEAMS> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "{} µs, {:?}, {:?}", self.clock.now_us(), self.state(), self.counters())?;
+        writeln!(f, "{:?}", self.driver.session().losses())?;
+        writeln!(f, "last states {:?}", &self.states[self.states.len().saturating_sub(12)..])?;
+        self.link.with_sensor(|sensor, _| write!(f, "{sensor:?}"))
+    }
+}
