@@ -118,23 +118,44 @@ mod proof {
     }
 
     fn sensor(at: usize) {
-        use kehai::sensor::{Action, SensorSettings, Session};
-        // SAFETY: never executed, as above.
-        let session: &mut Session = unsafe { &mut *(at as *mut Session) };
-        let settings: SensorSettings = opaque(at);
+        use kehai::sensor::clock::SensorClock;
+        use kehai::sensor::{Action, LineSettings, SensorSettings, Session};
+        let line = if opaque(at) {
+            LineSettings::NoSpeed
+        } else {
+            LineSettings::Serial {
+                last_baud: Some(opaque(at)),
+                wanted_baud: Some(opaque(at)),
+                fastest_baud: opaque(at),
+            }
+        };
+        let settings = SensorSettings {
+            first_step: Some(opaque(at)),
+            last_step: Some(opaque(at)),
+            cluster: opaque(at),
+            skip: opaque(at),
+            line,
+            ..SensorSettings::SERIAL
+        };
         keep(at, Session::new(settings, opaque(at)));
-        let bytes: [u8; 64] = opaque(at);
-        let mut ranges_mm: [u16; 64] = opaque(at);
-        let received =
-            session.receive(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at), &mut ranges_mm);
-        keep(at, received);
-        session.link_failed(opaque(at));
-        if let Action::Send(message) = session.poll(opaque(at)) {
+        let mut session: Session = opaque(at);
+        let action = session.poll(opaque(at));
+        if let Action::Send(message) = &action {
             keep(at, message.parts().map(<[u8]>::len));
         }
-        keep(at, (session.state(), session.state_change(), *session.counters(), *session.losses()));
-        keep(at, (session.geometry().copied(), session.last_baud()));
+        keep(at, action);
+        let mut ranges_mm: [u16; 64] = opaque(at);
+        let bytes: [u8; 64] = opaque(at);
+        keep(at, session.receive(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at), &mut ranges_mm));
+        session.link_failed(opaque(at));
+        keep(at, session.state_change());
+        keep(at, session);
         keep(at, ranges_mm);
+        let mut clock: SensorClock = opaque(at);
+        clock.begin(opaque(at));
+        clock.exchange(opaque(at), opaque(at), opaque(at));
+        keep(at, clock.scan(opaque(at), opaque(at)));
+        keep(at, clock);
     }
 
     fn wire(at: usize) {

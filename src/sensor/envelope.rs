@@ -92,7 +92,7 @@ impl Line {
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     /// Lowest point of each finished window, in the order of their stamps.
-    points: heapless::Vec<Point, WINDOWS>,
+    points: heapless::Deque<Point, WINDOWS>,
     /// Lowest point of the running one.
     current: Option<Point>,
     line: Option<Line>,
@@ -110,7 +110,7 @@ pub(super) struct Envelope {
 impl Envelope {
     pub(super) const fn new() -> Self {
         Self {
-            points: heapless::Vec::new(),
+            points: heapless::Deque::new(),
             current: None,
             line: None,
             mean_ms: 0,
@@ -162,7 +162,9 @@ impl Envelope {
     /// Takes in a scan; whether the line has moved. Stamps that do not go forward say nothing new.
     pub(super) fn take(&mut self, point: Point) -> bool {
         let oldest_ms = point.sensor_ms.saturating_sub(OLDEST_MS);
-        self.points.retain(|kept| kept.sensor_ms >= oldest_ms);
+        while self.points.front().is_some_and(|kept| kept.sensor_ms < oldest_ms) {
+            self.points.pop_front();
+        }
         let below = self.line.is_none_or(|line| line.height_us(&point) < 0);
         let finished = match self.current {
             Some(lowest) if lowest.sensor_ms >= point.sensor_ms => return false,
@@ -176,10 +178,10 @@ impl Envelope {
             }
             finished => {
                 if self.points.is_full() {
-                    self.points.remove(0);
+                    self.points.pop_front();
                 }
                 if let Some(lowest) = finished.filter(|lowest| lowest.sensor_ms >= oldest_ms) {
-                    let _ = self.points.push(lowest);
+                    let _ = self.points.push_back(lowest);
                 }
                 self.current = Some(point);
                 true
@@ -224,15 +226,12 @@ impl Envelope {
     /// and the rest is looked at anew.
     fn likely(&self, newest: Point, below: bool) -> Option<Likely> {
         // From the newest point on, so that no product overflows: |x| < 2^19 ms, |y| <= 2^40 µs.
-        let mut points: Points = self
-            .points
-            .iter()
-            .chain(self.current.iter().filter(|_| below))
-            .map(|point| {
-                let x = (point.sensor_ms as i64).saturating_sub(newest.sensor_ms as i64);
-                (x, point.lag_us.saturating_sub(newest.lag_us).clamp(-(1 << 40), 1 << 40))
-            })
-            .collect();
+        let mut points = Points::new();
+        for point in self.points.iter().chain(self.current.iter().filter(|_| below)) {
+            let x = (point.sensor_ms as i64).saturating_sub(newest.sensor_ms as i64);
+            let y = point.lag_us.saturating_sub(newest.lag_us).clamp(-(1 << 40), 1 << 40);
+            let _ = points.push((x, y));
+        }
         let first = highest_below(&points)?;
         let stalled_us = first.median_height_us(&points).saturating_mul(STALLED).max(STALLED_MIN_US);
         points.retain(|point| first.height_us(point) <= stalled_us);
