@@ -18,7 +18,7 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Sensor(sensor::Arguments),
+    Sensor(Box<sensor::Arguments>),
     Replay(replay::Arguments),
     Demo(demo::Arguments),
 }
