@@ -8,6 +8,7 @@
 //!
 //! Everything but [`driver`] is plain state machines without I/O.
 
+pub mod action;
 mod arrival;
 pub mod clock;
 pub mod driver;
@@ -18,7 +19,8 @@ mod startup;
 pub mod state;
 mod streaming;
 
+pub use action::{Action, Message, Received, ScanTaken};
 pub use driver::{Driver, Outcome};
-pub use session::{Action, Session};
+pub use session::Session;
 pub use settings::{LineSettings, SensorSettings};
 pub use state::{SensorCounters, SensorState};

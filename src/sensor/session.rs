@@ -15,14 +15,13 @@
 //! a next deadline, so nothing waits for ever: not for silence, not for a reply, not for the end of a stream.
 //! Steps and their order: SCIP 2.0 (C-42-03320B) and what sensors in the field were seen to do.
 
+use super::action::{Action, Message, Received, ScanTaken};
 use super::arrival::Arrival;
 use super::clock::SensorClock;
 use super::settings::{Candidates, LineSettings, POWER_UP_BAUD, SensorSettings};
 use super::state::{SensorCounters, SensorState, count};
 use crate::scan::{Geometry, ScanTime};
-use crate::scip::{
-    Command, Dropped, Event, Losses, Measurement, Parameters, Reader, Request, Status, Version,
-};
+use crate::scip::{Command, Dropped, Event, Losses, Measurement, Parameters, Reader, Status, Version};
 
 /// Time to wait for a reply, beside that of its bytes on the line: sensors answer on the rhythm of
 /// their mirror, 100 ms the slowest, and two of its turns may pass.
@@ -36,54 +35,6 @@ const LINK_PAUSE_MAX_US: u64 = 500_000;
 
 /// Failures of the link in a row after which a stream counts as stalled.
 const LINK_FAILURES: u8 = 4;
-
-/// What is to be done next. Ask again with [`Session::poll`] when it is done.
-#[must_use]
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Action {
-    /// Set the line to this speed, after everything sent so far has left.
-    SetBaud(u32),
-    /// Send these bytes.
-    Send(Message),
-    /// Read, and hand what comes to [`Session::receive`]; at this time in µs at the latest, poll.
-    Wait(u64),
-    /// Do not read until this time in µs: the link fails at the moment.
-    Pause(u64),
-}
-
-/// Bytes to send: a request, perhaps behind a line feed that ends whatever was begun before.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Message {
-    request: Request,
-    led: bool,
-}
-
-impl Message {
-    /// The two parts to send, one after the other; the first may be empty.
-    #[must_use]
-    pub fn parts(&self) -> [&[u8]; 2] {
-        [if self.led { b"\n" } else { b"" }, self.request.as_bytes()]
-    }
-}
-
-/// What came of some bytes.
-#[must_use]
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Received {
-    /// Bytes taken: at least one of a chunk that is not empty. Hand in the rest again.
-    pub consumed: usize,
-    /// A complete scan: the caller's buffer holds its ranges.
-    pub scan: Option<ScanTaken>,
-}
-
-/// A scan in the caller's buffer.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ScanTaken {
-    /// When it was taken.
-    pub time: ScanTime,
-    /// Ranges, from the start of the buffer; [`Session::geometry`] says where they point.
-    pub beams: u16,
-}
 
 /// What the sensor is asked, one thing at a time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -447,7 +398,7 @@ impl Session {
         match command.encode() {
             Ok(request) => {
                 self.reader.expect(&request);
-                self.message = Some(Message { request, led: step == Step::Quit });
+                self.message = Some(Message::new(request, step == Step::Quit));
             }
             // Only a measurement of steps beyond 9999 cannot be said.
             Err(_) => self.unusable(crate::scan::GeometryError::StepsPerTurn, now_us),

@@ -13,6 +13,9 @@ use crate::scip::{Measurement, Parameters, Width, command::BIT_RATES};
 /// Rate of a classic sensor after power-up.
 pub const POWER_UP_BAUD: u32 = 19_200;
 
+/// No sensor is looked for at a slower rate.
+const SLOWEST_BAUD: u32 = 9600;
+
 /// Sensors turn up to this much faster than they say (0.4 % was seen), so the line must be faster too: 1 in …
 const HEADROOM: u64 = 100;
 
@@ -109,7 +112,7 @@ impl SensorSettings {
             return candidates;
         };
         let likely = last_baud.or(remembered).into_iter().chain([POWER_UP_BAUD]).chain(wanted_baud);
-        for rate_baud in likely.chain(SEARCH_ORDER).filter(|&rate_baud| rate_baud > 0) {
+        for rate_baud in likely.chain(SEARCH_ORDER).filter(|&rate_baud| rate_baud >= SLOWEST_BAUD) {
             if candidates.contains(&rate_baud) {
                 continue;
             }

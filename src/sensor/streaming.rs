@@ -11,8 +11,9 @@
 //!   full starts without a scan: 3 ─▶ RS, 5 ─▶ RB
 //! ```
 
+use super::action::ScanTaken;
 use super::clock::StampEvent;
-use super::session::{Phase, ScanTaken, Session, Step};
+use super::session::{Phase, Session, Step};
 use super::state::{SensorState, count};
 use crate::scan::ScanTime;
 use crate::scip::{Measurement, ScanHeader, Status, status::MeasurementStatus};
