@@ -15,6 +15,7 @@ use host_sim::urg::encode;
 use kehai::background::{Background, Fingerprint};
 use kehai::pipeline::{Pipeline, Settings};
 use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime};
+use kehai::sensor::Session;
 use kehai::scip::{Command, Event, Measurement, Reader, Width};
 
 /// Bytes a UART hands out at once.
@@ -26,12 +27,12 @@ const MEMORY_BUDGET_BYTES: usize = 48 * 1024;
 /// Instructions a scan on the host, by steps and stage: a tenth above what was measured when the stage
 /// was last changed on purpose. They guard against what nobody meant to do.
 const INSTRUCTION_BUDGETS: [(u16, Stage, u64); 6] = [
-    (682, Stage::Decode, 1_000_000),
-    (682, Stage::Background, 1_000_000),
-    (682, Stage::Candidates, 1_000_000),
-    (1081, Stage::Decode, 1_000_000),
-    (1081, Stage::Background, 1_000_000),
-    (1081, Stage::Candidates, 1_000_000),
+    (682, Stage::Decode, 37_700),
+    (682, Stage::Background, 12_600),
+    (682, Stage::Candidates, 29_200),
+    (1081, Stage::Decode, 59_100),
+    (1081, Stage::Background, 19_700),
+    (1081, Stage::Candidates, 38_000),
 ];
 
 /// A part of the work on a scan.
@@ -234,12 +235,12 @@ fn report() -> ExitCode {
             }
         }
     }
-    let (state, reader) = (size_of::<Pipeline<MAX_BEAMS>>(), size_of::<Reader>() + 2 * MAX_BEAMS);
+    let (state, reader) = (size_of::<Pipeline<MAX_BEAMS>>(), size_of::<Session>() + 2 * MAX_BEAMS);
     println!(
         "\nstatic memory for {MAX_BEAMS} steps: pipeline {state} bytes, learning included (background {}),",
         size_of::<Background<MAX_BEAMS>>()
     );
-    println!("reader and scan buffer {reader} bytes; together {} of {MEMORY_BUDGET_BYTES}", state + reader);
+    println!("session, reader and scan buffer {reader} bytes; together {} of {MEMORY_BUDGET_BYTES}", state + reader);
     if state + reader > MEMORY_BUDGET_BYTES {
         over.push(format!("the state takes {} bytes", state + reader));
     }
