@@ -68,12 +68,21 @@ const EXCHANGE_WIDTH_US: u32 = 1300;
 /// Until a change of speed that failed is tried again, twice as long each time, up to an hour.
 const FASTER_US: u64 = 60_000_000;
 
-/// The full start without a scan at which the sensor is reset, or rebooted, instead.
+/// The full start without a scan at which the sensor is reset, or rebooted, instead; and after how many
+/// more it is rebooted again, which is once in two minutes.
 const RESET_AT: u8 = 4;
 const REBOOT_AT: u8 = 6;
+const REBOOT_EVERY: u8 = 6;
 
-/// Pause before a full start, doubled for each in a row that brought no scan: up to 3.2 s.
+/// Pause before a full start, doubled for each in a row that brought no scan: up to 25.6 s.
 const FRUITLESS_US: u64 = 50_000;
+const FRUITLESS_DOUBLED: u8 = 9;
+
+/// Pause before `TM0` is asked again of a sensor that denied it.
+const TIME_PAUSE_US: u64 = 50_000;
+
+/// How often it is.
+const TIME_DETOURS: u8 = 4;
 
 impl Session {
     /// Looks for the sensor at every rate.
@@ -205,12 +214,12 @@ impl Session {
                 self.time_since_us = now_us;
                 self.ask(Step::TimeRead, now_us);
             }
-            (Step::TimeEnter, Status::DENIED) if self.detours < 4 => {
+            (Step::TimeEnter, Status::DENIED) if self.detours < TIME_DETOURS => {
                 self.detours = self.detours.saturating_add(1);
                 self.ask(Step::TimeQuit, now_us);
             }
             (Step::TimeEnter, _) => self.ask(Step::Measure, now_us),
-            (Step::TimeQuit, _) => self.ask(Step::TimeEnter, now_us),
+            (Step::TimeQuit, _) => self.ask_at(Step::TimeEnter, now_us.saturating_add(TIME_PAUSE_US)),
             (Step::TimeRead, _) => self.ask(Step::TimeLeave, now_us),
             (Step::TimeLeave, _) => self.ask(Step::Measure, now_us),
             (Step::LaserOn, Status::OK | Status::ALREADY) => {
@@ -221,7 +230,7 @@ impl Session {
                 }
             }
             (Step::LaserOn, _) => {
-                self.detours = 0;
+                self.detours = TIME_DETOURS - 1;
                 self.denied(Step::TimeEnter, now_us);
             }
             (Step::Reset, _) => self.search_at(now_us.saturating_add(RESET_US)),
@@ -293,9 +302,9 @@ impl Session {
 
     /// The stream brought nothing: a full start, after a pause that grows.
     pub(super) fn start_over(&mut self, now_us: u64) {
-        let pause_us = FRUITLESS_US << self.fruitless.min(REBOOT_AT);
-        if self.fruitless > REBOOT_AT {
-            self.fruitless = 0;
+        let pause_us = FRUITLESS_US << self.fruitless.min(FRUITLESS_DOUBLED);
+        if self.fruitless >= REBOOT_AT + REBOOT_EVERY {
+            self.fruitless = REBOOT_AT - 1;
         }
         self.search_at(now_us.saturating_add(pause_us));
     }
