@@ -23,17 +23,20 @@
 //! | `learn` | range modes in bounded memory, and whether anybody moved meanwhile |
 //! | `judge` | one scan against the model; a wall recedes, and never comes nearer |
 //! | `absorb` | a place the host has looked at becomes background |
+//! | `stored` | the background as bytes, for a store |
 //! | `suspects` | things in a new background that have the shape of a person |
 
 mod absorb;
 mod judge;
 mod learn;
+mod stored;
 mod suspects;
 
 pub use absorb::{Absorb, AbsorbRefusal};
 pub use judge::Class;
 pub(crate) use judge::Status;
 pub use learn::{LEARN_SCANS, LEARN_SCANS_MIN, LearnRefusal, LearnRequest, Learning};
+pub use stored::BEAM_BYTES;
 pub use suspects::{SUSPECTS, Suspect};
 
 use crate::scan::Geometry;
@@ -222,6 +225,8 @@ pub struct Background<const BEAMS: usize> {
     beams: usize,
     version: u16,
     known: bool,
+    /// Profiles came from a store; what follows from them is still to be worked out.
+    restored: bool,
     drifted: bool,
     published_ds: u32,
     judged_ds: u32,
@@ -242,6 +247,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
             beams: 0,
             version: 0,
             known: false,
+            restored: false,
             drifted: false,
             published_ds: 0,
             judged_ds: 0,
@@ -256,8 +262,10 @@ impl<const BEAMS: usize> Background<BEAMS> {
     pub fn bind(&mut self, geometry: &Geometry, fingerprint: Fingerprint) {
         let beams = usize::from(geometry.beams()).min(BEAMS);
         if fingerprint == self.fingerprint && beams == self.beams {
+            self.settle(geometry);
             return;
         }
+        self.restored = false;
         self.learner.stop();
         self.fingerprint = fingerprint;
         self.beams = beams;
@@ -397,7 +405,7 @@ pub(super) mod bench {
             let scan = Scan { geometry: &self.geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
             self.now_ds += 1;
             self.background.judge(&scan, self.now_ds);
-            self.background.learn_scan(&scan, Some(19), self.now_ds);
+            self.background.learn_scan(&scan, crate::pipeline::Settings::URG_04LX, self.now_ds);
             self.background.publish_drift(self.now_ds);
         }
 

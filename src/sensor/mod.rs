@@ -17,7 +17,7 @@ mod startup;
 pub mod state;
 mod streaming;
 
-pub use driver::{Driver, Outcome};
+pub use driver::{Driver, Happened, Outcome};
 pub use session::{Action, Session};
 pub use settings::{LineSettings, SensorSettings};
 pub use state::{SensorCounters, SensorState};
