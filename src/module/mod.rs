@@ -160,16 +160,27 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
     }
 
+    /// A number for a start that cannot be counted: most likely no start has had it.
+    #[must_use]
+    pub const fn unlikely_boot(&self) -> u32 {
+        let [a, b, c, d, ..] = self.about.secret;
+        u32::from_le_bytes([a, b, c, d]) | 1 << 31
+    }
+
     /// A record could not be read or written.
     pub fn store_failed(&mut self) {
         self.store_failed = true;
         self.counters.count(Counter::StoreFailures);
     }
 
-    /// The background, to be restored, and the sensor's serial number with it.
-    pub fn restore(&mut self, serial: Text<16>) -> &mut Background<BEAMS> {
-        self.setup.remember_serial(serial);
+    /// The background, to be restored from a store.
+    pub fn background_mut(&mut self) -> &mut Background<BEAMS> {
         self.pipeline.background_mut()
+    }
+
+    /// The serial number of the sensor whose background was restored: sensors do not always tell it.
+    pub fn remember_serial(&mut self, serial: Text<16>) {
+        self.setup.remember_serial(serial);
     }
 
     /// The network link went down.
@@ -290,18 +301,28 @@ impl<const BEAMS: usize> Module<BEAMS> {
         (self.background_to_store && background.is_known()).then_some((background, *self.setup.serial()))
     }
 
-    /// Storing is over, well or not. Settings count from now on, and whoever asked for them is answered.
-    pub fn end_storing(&mut self, stored: bool, now_us: u64, out: &mut impl Outbox) {
+    /// Storing is over; whether each of the two was stored, if it was wished for. Settings count from now
+    /// on, and whoever asked for them is answered.
+    pub fn end_storing(
+        &mut self,
+        settings_stored: Option<bool>,
+        background_stored: Option<bool>,
+        now_us: u64,
+        out: &mut impl Outbox,
+    ) {
         self.storing = false;
         self.background_to_store = false;
-        // Renewals that came meanwhile are still to be read.
+        // Scans begin again now, and renewals that came meanwhile are still to be read.
+        self.last_scan_us = self.last_scan_us.map(|_| now_us);
         self.subscribers.extend(now_us.saturating_sub(self.storing_since_us));
-        if !stored {
-            self.store_failed();
-        } else {
-            self.store_failed = false;
+        self.store_failed = false;
+        for stored in [settings_stored, background_stored].into_iter().flatten() {
+            if !stored {
+                self.store_failed();
+            }
         }
         if let Some(PendingSettings { settings, key }) = self.pending_settings.take() {
+            let stored = settings_stored == Some(true);
             let answer = if stored { Answer::Done } else { Answer::Refused(Refusal::NotStored) };
             if stored {
                 self.settings = settings;
