@@ -160,6 +160,13 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
     }
 
+    /// Takes another name until the next start; one that is too long is left alone.
+    pub fn rename(&mut self, name: &str) {
+        if let Ok(name) = name.try_into() {
+            self.settings.name = name;
+        }
+    }
+
     /// A number for a start that cannot be counted: most likely no start has had it.
     #[must_use]
     pub const fn unlikely_boot(&self) -> u32 {
