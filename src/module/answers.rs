@@ -113,7 +113,10 @@ mod tests {
         assert_eq!(answers.of(key(1)), None);
         assert_eq!(answers.of(key(2)), Some(Answer::Refused(Refusal::Unknown(2))));
         assert_eq!(answers.of(RequestKey { kind: 6, ..key(9) }), None);
-        assert_eq!(answers.of(RequestKey { from: SocketAddrV4::new(Ipv4Addr::LOCALHOST, 2), ..key(9) }), None);
+        assert_eq!(
+            answers.of(RequestKey { from: SocketAddrV4::new(Ipv4Addr::LOCALHOST, 2), ..key(9) }),
+            None
+        );
         answers.keep(key(9), Answer::Done);
         assert_eq!((answers.of(key(9)), answers.of(key(2)).is_some()), (Some(Answer::Done), true));
     }

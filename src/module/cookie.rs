@@ -33,7 +33,8 @@ impl Cookies {
         let [a, b, c, d] = self.boot.to_le_bytes();
         let [e, f, g, h] = of.ip().octets();
         let [i, j] = of.port().to_le_bytes();
-        let words = [u64::from_le_bytes([a, b, c, d, e, f, g, h]), u64::from_le_bytes([i, j, 0, 0, 0, 0, 0, 10])];
+        let words =
+            [u64::from_le_bytes([a, b, c, d, e, f, g, h]), u64::from_le_bytes([i, j, 0, 0, 0, 0, 0, 10])];
         let hash = sip_hash(self.key, words);
         Cookie(if hash == 0 { [1; 8] } else { hash.to_le_bytes() })
     }

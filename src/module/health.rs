@@ -101,7 +101,8 @@ pub(super) fn count_sensor(counters: &mut Counters, session: &Session) {
 impl<const BEAMS: usize> Module<BEAMS> {
     /// When the alarm for missing scans is due, µs.
     pub(super) fn no_scan_us(&self) -> u64 {
-        let limit_us = self.setup.interval_us().map(|interval_us| interval_us.saturating_mul(NO_SCAN_PERIODS));
+        let limit_us =
+            self.setup.interval_us().map(|interval_us| interval_us.saturating_mul(NO_SCAN_PERIODS));
         match (self.last_scan_us, limit_us) {
             (Some(last_us), Some(limit_us)) => last_us.saturating_add(limit_us),
             _ => 0,
@@ -120,7 +121,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
             (Alarms::CLOCK_UNCERTAIN, self.uncertainty_us > UNCERTAIN_US),
             (Alarms::WATCHDOG, self.watchdog_reset),
         ];
-        pairs.into_iter().filter(|(_, on)| *on).fold(Alarms::default(), |alarms, (alarm, _)| alarms.with(alarm))
+        pairs
+            .into_iter()
+            .filter(|(_, on)| *on)
+            .fold(Alarms::default(), |alarms, (alarm, _)| alarms.with(alarm))
     }
 
     /// Sends health if it is time for it, or something has changed.

@@ -105,9 +105,12 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let last = self.profile_turn;
         let waiting = || {
             let places = self.subscribers.places().zip(0u8..);
-            places.filter_map(|(subscriber, place)| Some((subscriber.filter(|one| one.profile_parts != 0)?, place)))
+            places.filter_map(|(subscriber, place)| {
+                Some((subscriber.filter(|one| one.profile_parts != 0)?, place))
+            })
         };
-        let Some((subscriber, place)) = waiting().find(|(_, place)| *place > last).or_else(|| waiting().next())
+        let Some((subscriber, place)) =
+            waiting().find(|(_, place)| *place > last).or_else(|| waiting().next())
         else {
             return;
         };

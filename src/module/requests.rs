@@ -12,10 +12,11 @@ use core::net::SocketAddrV4;
 use super::answers::{Answer, RequestKey};
 use super::subscribers::LEASE_US;
 use super::{Module, PendingSettings, text};
-use crate::background::{Absorb, Learning, LearnRequest};
+use crate::background::{Absorb, LearnRequest, Learning};
 use crate::link::{Lane, Outbox};
 use crate::wire::{
-    Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, Unreadable, VERSION, VERSION_MIN,
+    Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, Unreadable, VERSION,
+    VERSION_MIN,
 };
 
 impl<const BEAMS: usize> Module<BEAMS> {
@@ -126,7 +127,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
         if self.pending_settings.is_some() || self.storing {
             return Err(Refusal::Busy);
         }
-        let settings = self.settings.changed_by(text).map_err(|bad| Refusal::Setting { line: bad.line, fault: bad.fault })?;
+        let settings = self
+            .settings
+            .changed_by(text)
+            .map_err(|bad| Refusal::Setting { line: bad.line, fault: bad.fault })?;
         if settings == self.settings {
             return Ok(Answer::Done);
         }

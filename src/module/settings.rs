@@ -118,7 +118,11 @@ impl Settings {
                 line = line.saturating_add(1);
             }
         }
-        if changed.conflicts() { Err(BadSetting { line, fault: SettingFault::Conflict }) } else { Ok(changed) }
+        if changed.conflicts() {
+            Err(BadSetting { line, fault: SettingFault::Conflict })
+        } else {
+            Ok(changed)
+        }
     }
 
     /// Settings from the store, perhaps of another version of this program: what it does not know is left out.
@@ -164,7 +168,8 @@ impl Settings {
         let inverted = matches!((self.first_step, self.last_step), (Some(first), Some(last)) if first > last);
         let unreachable = match self.addressing {
             Addressing::Static { address, prefix, gateway: Some(gateway) } => {
-                let [network, gateway] = [address, gateway].map(|of| u32::from_be_bytes(of).checked_shr(32 - u32::from(prefix)));
+                let [network, gateway] =
+                    [address, gateway].map(|of| u32::from_be_bytes(of).checked_shr(32 - u32::from(prefix)));
                 network != gateway
             }
             _ => false,
@@ -181,7 +186,11 @@ impl Settings {
         text::line(&mut text, "name", &self.name);
         text::line(&mut text, "body_radius_mm", number(self.body_radius_mm).as_str());
         text::line(&mut text, "foreground_mm", number(self.foreground_mm).as_str());
-        text::line(&mut text, "open_range_mm", or_auto(self.open_range_mm).as_ref().map_or("auto", Number::as_str));
+        text::line(
+            &mut text,
+            "open_range_mm",
+            or_auto(self.open_range_mm).as_ref().map_or("auto", Number::as_str),
+        );
         text::line(&mut text, "learn_scans", number(self.learn_scans).as_str());
         text::line(&mut text, "first_step", or_auto(self.first_step).as_ref().map_or("auto", Number::as_str));
         text::line(&mut text, "last_step", or_auto(self.last_step).as_ref().map_or("auto", Number::as_str));
@@ -316,7 +325,10 @@ mod tests {
     #[test]
     fn the_longest_settings_fit_the_text() {
         let hosts = ["255.255.255.255"; HOSTS].join(",");
-        let text = std::format!("name={}\naddress=255.255.255.254/30,255.255.255.253\nhosts={hosts}", "n".repeat(32));
+        let text = std::format!(
+            "name={}\naddress=255.255.255.254/30,255.255.255.253\nhosts={hosts}",
+            "n".repeat(32)
+        );
         let settings = Settings::new().changed_by(&text).unwrap();
         assert!(settings.text().ends_with(&std::format!("hosts={hosts}\n")));
         assert!(settings.text().len() < SETTINGS_TEXT_MAX / 2);

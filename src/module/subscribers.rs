@@ -80,8 +80,15 @@ impl Subscribers {
             subscriber.renewed_us = now_us;
             return Ok(());
         }
-        let (place, slot) = self.places.iter_mut().zip(0u8..).find(|(slot, _)| slot.is_none()).map(swap).ok_or(Full)?;
-        *slot = Some(Subscriber { at, renewed_us: now_us, raw_until_us: 0, profile_parts: 0, stuck_since_us: None });
+        let (place, slot) =
+            self.places.iter_mut().zip(0u8..).find(|(slot, _)| slot.is_none()).map(swap).ok_or(Full)?;
+        *slot = Some(Subscriber {
+            at,
+            renewed_us: now_us,
+            raw_until_us: 0,
+            profile_parts: 0,
+            stuck_since_us: None,
+        });
         self.first = self.first.or(Some(*at.ip()));
         out.reopen(Lane::Place(place));
         Ok(())

@@ -161,7 +161,9 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
                 }
                 Action::Wait(until_us) => {
                     let read = self.link.read(&mut self.chunk);
-                    let Either::First(result) = select(read, self.clock.wait_until(until_us.min(limit_us))).await else {
+                    let Either::First(result) =
+                        select(read, self.clock.wait_until(until_us.min(limit_us))).await
+                    else {
                         continue;
                     };
                     self.arrival_us = self.clock.now_us();

@@ -60,7 +60,8 @@ pub struct Start {
 /// # Cancellation
 /// The start may have been counted.
 pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
-    let mut start = Start { boot: otherwise.max(1), settings: Settings::new(), last_baud: None, failed: false };
+    let mut start =
+        Start { boot: otherwise.max(1), settings: Settings::new(), last_baud: None, failed: false };
     let mut buffer = [0; RECORD_MAX];
     match number(store, BOOT).await {
         Ok(last) => start.boot = last.unwrap_or(0).checked_add(1).unwrap_or(1),
@@ -124,7 +125,10 @@ struct Commit {
 impl Commit {
     fn to_bytes(self) -> [u8; COMMIT_LEN] {
         let mut bytes = [0; COMMIT_LEN];
-        let numbers = [u8::from(self.slot)].into_iter().chain(self.version.to_le_bytes()).chain(self.beams.to_le_bytes());
+        let numbers = [u8::from(self.slot)]
+            .into_iter()
+            .chain(self.version.to_le_bytes())
+            .chain(self.beams.to_le_bytes());
         let sums = self.fingerprint.to_le_bytes().into_iter().chain(self.sum.to_le_bytes());
         let all = numbers.chain(sums).chain(self.serial.as_str().bytes());
         bytes.iter_mut().zip(all).for_each(|(place, byte)| *place = byte);
@@ -132,7 +136,8 @@ impl Commit {
     }
 
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let (&[slot, v0, v1, b0, b1, f0, f1, f2, f3, s0, s1, s2, s3], serial) = bytes.split_first_chunk::<13>()?;
+        let (&[slot, v0, v1, b0, b1, f0, f1, f2, f3, s0, s1, s2, s3], serial) =
+            bytes.split_first_chunk::<13>()?;
         let length = serial.iter().position(|&byte| byte == 0).unwrap_or(serial.len());
         Some(Self {
             slot: slot != 0,

@@ -115,7 +115,9 @@ impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Ope
             None => None,
         };
         let mut background = match self.module.background_to_store() {
-            Some((background, serial)) => Some(store::save_background(store, background, serial).await.is_ok()),
+            Some((background, serial)) => {
+                Some(store::save_background(store, background, serial).await.is_ok())
+            }
             None => None,
         };
         if let Some(rate_baud) = self.driver.session().last_baud()

@@ -160,7 +160,8 @@ impl State {
             *byte = value(at, *byte);
         }
         if let Some(file) = &self.file {
-            file.write_all_at(&self.bytes[offset..offset + done], offset as u64).map_err(|_| FlashError::File)?;
+            file.write_all_at(&self.bytes[offset..offset + done], offset as u64)
+                .map_err(|_| FlashError::File)?;
         }
         result
     }
