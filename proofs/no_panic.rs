@@ -112,6 +112,10 @@ mod proof {
         module.receive(from, datagram, opaque(at), &mut Outbox);
         let session: kehai::sensor::Session = opaque(at);
         module.sensor(&session, opaque(at), &mut Outbox);
+        let (geometry, ranges_mm): (kehai::scan::Geometry, [u16; 64]) = (opaque(at), opaque(at));
+        let ranges_mm = ranges_mm.get(..opaque(at)).unwrap_or(&ranges_mm);
+        let scan = kehai::scan::Scan { geometry: &geometry, ranges_mm, time: opaque(at) };
+        module.scan(&session, &scan, opaque(at), &mut Outbox);
         keep(at, module.poll(opaque(at), &mut Outbox));
         keep(at, module.wish());
         module.begin_storing(opaque(at), &mut Outbox);
