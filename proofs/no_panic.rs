@@ -39,6 +39,8 @@ mod proof {
         let at = 0x2000_0000;
         math(at);
         scip(at);
+        sensor(at);
+        perception(at);
         wire(at);
         module(at);
         loop {}
@@ -50,6 +52,41 @@ mod proof {
         keep(at, math::sin_cos(x));
         keep(at, [math::atan2(y, x), math::sqrt(x), math::hypot(x, y), math::round(x), math::floor(x)]);
         keep(at, math::wrap_angle(x));
+    }
+
+    fn perception(at: usize) {
+        use kehai::background::{Absorb, BeamProfile, Fingerprint, LearnRequest};
+        use kehai::centre::{Estimator, centre};
+        use kehai::pipeline::{Pipeline, Settings};
+        use kehai::scan::{Geometry, Scan};
+        use kehai::visibility::seen_empty;
+        const BEAMS: usize = 1081;
+        // SAFETY: never executed, as above.
+        let pipeline: &mut Pipeline<BEAMS> = unsafe { &mut *(at as *mut Pipeline<BEAMS>) };
+        let Ok(geometry) = Geometry::new(opaque(at)) else { return };
+        let ranges_mm: [u16; BEAMS] = opaque(at);
+        let serial: [u8; 16] = opaque(at);
+        let settings: Settings = opaque(at);
+        keep(at, pipeline.configure(&geometry, settings, Fingerprint::of(&serial, &geometry)).is_ok());
+        let ranges_mm = ranges_mm.get(..opaque(at)).unwrap_or(&ranges_mm);
+        let scan = Scan { geometry: &geometry, ranges_mm, time: opaque(at) };
+        let judgement = pipeline.process(&scan);
+        let radius_mm = opaque(at);
+        for candidate in judgement.candidates() {
+            keep(at, centre(candidate, &geometry, Estimator::Silhouette));
+            keep(at, centre(candidate, &geometry, Estimator::TwoPoint { radius_mm }));
+        }
+        let profile: [BeamProfile; BEAMS] = opaque(at);
+        let mut empty_mm: [u16; BEAMS] = opaque(at);
+        let (candidates, unseen) = (judgement.candidates(), judgement.unseen());
+        seen_empty(&geometry, &profile, candidates, unseen, opaque(at), &mut empty_mm);
+        keep(at, empty_mm);
+        let (request, wish): (LearnRequest, Absorb) = (opaque(at), opaque(at));
+        keep(at, (pipeline.learn(request).is_ok(), pipeline.absorb(wish).is_ok()));
+        let background = pipeline.background();
+        background.profile().chain(background.model()).for_each(|beam| keep(at, beam));
+        keep(at, background.suspects().first().copied());
+        keep(at, (background.version(), pipeline.counters(), pipeline.settings()));
     }
 
     fn scip(at: usize) {
@@ -122,6 +159,47 @@ mod proof {
         keep(at, module.settings_to_store().map(|settings| settings.text().len()));
         module.end_storing(opaque(at), opaque(at), opaque(at), &mut Outbox);
         keep(at, module);
+    }
+
+    fn sensor(at: usize) {
+        use kehai::sensor::clock::SensorClock;
+        use kehai::sensor::{Action, LineSettings, SensorSettings, Session};
+        let line = if opaque(at) {
+            LineSettings::NoSpeed
+        } else {
+            LineSettings::Serial {
+                last_baud: Some(opaque(at)),
+                wanted_baud: Some(opaque(at)),
+                fastest_baud: opaque(at),
+            }
+        };
+        let settings = SensorSettings {
+            first_step: Some(opaque(at)),
+            last_step: Some(opaque(at)),
+            cluster: opaque(at),
+            skip: opaque(at),
+            line,
+            ..SensorSettings::SERIAL
+        };
+        keep(at, Session::new(settings, opaque(at)));
+        let mut session: Session = opaque(at);
+        let action = session.poll(opaque(at));
+        if let Action::Send(message) = &action {
+            keep(at, message.parts().map(<[u8]>::len));
+        }
+        keep(at, action);
+        let mut ranges_mm: [u16; 64] = opaque(at);
+        let bytes: [u8; 64] = opaque(at);
+        keep(at, session.receive(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at), &mut ranges_mm));
+        session.link_failed(opaque(at));
+        keep(at, session.state_change());
+        keep(at, session);
+        keep(at, ranges_mm);
+        let mut clock: SensorClock = opaque(at);
+        clock.begin(opaque(at));
+        clock.exchange(opaque(at), opaque(at), opaque(at));
+        keep(at, clock.scan(opaque(at), opaque(at)));
+        keep(at, clock);
     }
 
     fn wire(at: usize) {

@@ -16,7 +16,7 @@
 //! behind the choice of fields: only the kind of the ends is significant on its own.
 
 use crate::cluster::{Breaks, Cluster};
-use crate::math;
+use crate::outline::{self, Median, range_at};
 use crate::scan::Scan;
 
 /// Most candidates in a scan: what one datagram can carry beside its spans, and four times what a
@@ -44,9 +44,6 @@ pub const NECKS: usize = 3;
 
 /// Depth a neck has at least, mm: five times the range noise at 3.5 m, an arm lying on a hip.
 pub const NECK_MM: u16 = 50;
-
-/// Beams around the middle whose median is the mid range.
-const MIDDLE_BEAMS: usize = 5;
 
 /// Beams whose median says how long a candidate has stood.
 const STATIC_BEAMS: usize = 7;
@@ -152,56 +149,28 @@ pub(crate) fn describe(
     around: &impl Surroundings,
 ) -> Candidate {
     let step = |beam: usize| scan.geometry.step(beam.min(usize::from(u16::MAX)) as u16);
-    let (near, near_mm) = nearest(scan, cluster);
+    let (near, near_mm) = outline::nearest(scan, cluster);
     let (first_mm, last_mm) = (range_at(scan, cluster.first), range_at(scan, cluster.last));
-    let chord_mm = chord_mm(scan, cluster);
+    let chord_mm = outline::chord_mm(scan, cluster);
     let first = end(scan, cluster.first, first_mm, Side::Before, breaks, around);
     let last = end(scan, cluster.last, last_mm, Side::After, breaks, around);
     Candidate {
         first_step: step(cluster.first),
         last_step: step(cluster.last),
         first_mm,
-        mid_mm: mid_mm(scan, cluster),
+        mid_mm: outline::mid_mm(scan, cluster),
         last_mm,
         near_mm,
         near_step: step(near),
         beams: cluster.valid,
         first_end: first.0,
         last_end: last.0,
-        contour: contour(scan, cluster, near_mm, chord_mm),
-        necks: necks(scan, cluster),
+        contour: outline::contour(scan, cluster, near_mm, chord_mm),
+        necks: outline::necks(scan, cluster),
         touches: first.1 || last.1,
         narrow: chord_mm < NARROW_MM,
         static_ds: static_ds(cluster, around),
     }
-}
-
-/// Distance between the two end points of a cluster, mm.
-pub(crate) fn chord_mm(scan: &Scan<'_>, cluster: Cluster) -> f32 {
-    let angle_rad = (cluster.beams() - 1) as f32 * scan.geometry.beam_rad();
-    let ends_mm = (range_at(scan, cluster.first), range_at(scan, cluster.last));
-    math::chord(f32::from(ends_mm.0), f32::from(ends_mm.1), angle_rad)
-}
-
-/// Nearest beam of a cluster and its range.
-#[inline(never)]
-pub(crate) fn nearest(scan: &Scan<'_>, cluster: Cluster) -> (usize, u16) {
-    let mut best = (cluster.first, u16::MAX);
-    for (beam, range_mm) in readings(scan, cluster) {
-        if range_mm < best.1 {
-            best = (beam, range_mm);
-        }
-    }
-    best
-}
-
-/// The beams of a cluster that returned something.
-fn readings(scan: &Scan<'_>, cluster: Cluster) -> impl Iterator<Item = (usize, u16)> {
-    (cluster.first..=cluster.last).filter_map(|beam| Some((beam, scan.reading(beam).range_mm()?)))
-}
-
-fn range_at(scan: &Scan<'_>, beam: usize) -> u16 {
-    scan.reading(beam).range_mm().unwrap_or(0)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -210,7 +179,8 @@ enum Side {
     After,
 }
 
-/// How a cluster ends at `beam`, and whether it touches a neighbour there.
+/// How a cluster ends at `beam`, and whether it touches a neighbour there. A stray foreground beam
+/// beside it, a mixed pixel more often than not, is looked past.
 fn end(
     scan: &Scan<'_>,
     beam: usize,
@@ -219,41 +189,38 @@ fn end(
     breaks: Breaks,
     around: &impl Surroundings,
 ) -> (End, bool) {
+    let outwards = |distance: usize| match side {
+        Side::Before => beam.checked_sub(distance),
+        Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
+    };
+    if outwards(1).is_none() {
+        return (End { kind: EndKind::View, step_mm: i16::MAX }, false);
+    }
     for distance in 1..=BEYOND_BEAMS {
-        let beyond = match side {
-            Side::Before => beam.checked_sub(distance),
-            Side::After => beam.checked_add(distance).filter(|&beam| beam < scan.ranges_mm.len()),
-        };
-        let Some(beyond) = beyond else {
-            return (
-                End { kind: if distance == 1 { EndKind::View } else { EndKind::Free }, step_mm: i16::MAX },
-                false,
-            );
-        };
+        let Some(beyond) = outwards(distance) else { break };
         let Some(beyond_mm) = scan.reading(beyond).range_mm() else { continue };
-        let step_mm =
-            (i32::from(beyond_mm) - i32::from(end_mm)).clamp(i32::from(i16::MIN), i32::from(i16::MAX));
         let touches = around.is_foreground(beyond);
-        let same = touches && breaks.joins(end_mm, beyond_mm, distance);
-        let kind = match (touches, step_mm < 0) {
-            _ if same => EndKind::Neck,
-            (_, false) => EndKind::Free,
-            (true, true) => EndKind::Body,
-            (false, true) => EndKind::Wall,
+        let goes_on = outwards(distance + 1).is_some_and(|next| {
+            let next_mm = scan.reading(next).range_mm();
+            around.is_foreground(next) && next_mm.is_some_and(|next_mm| breaks.joins(beyond_mm, next_mm, 1))
+        });
+        if touches && !goes_on {
+            continue;
+        }
+        let step_mm = i32::from(beyond_mm) - i32::from(end_mm);
+        let kind = if touches && breaks.joins(end_mm, beyond_mm, distance) {
+            EndKind::Neck
+        } else if step_mm >= 0 {
+            EndKind::Free
+        } else if touches {
+            EndKind::Body
+        } else {
+            EndKind::Wall
         };
-        return (End { kind, step_mm: step_mm as i16 }, touches);
+        let step_mm = step_mm.clamp(i32::from(i16::MIN), i32::from(i16::MAX)) as i16;
+        return (End { kind, step_mm }, touches);
     }
     (End { kind: EndKind::Free, step_mm: i16::MAX }, false)
-}
-
-/// Median of the readings around the middle beam.
-fn mid_mm(scan: &Scan<'_>, cluster: Cluster) -> u16 {
-    let middle = cluster.first + (cluster.beams() - 1) / 2;
-    let first = middle.saturating_sub(MIDDLE_BEAMS / 2).max(cluster.first);
-    let last = (middle + MIDDLE_BEAMS / 2).min(cluster.last);
-    let mut sorted = Median::<MIDDLE_BEAMS>::new();
-    readings(scan, Cluster { first, last, ..cluster }).for_each(|(_, range_mm)| sorted.add(range_mm));
-    sorted.median()
 }
 
 /// Median over [`STATIC_BEAMS`] beams, evenly spread.
@@ -266,106 +233,6 @@ fn static_ds(cluster: Cluster, around: &impl Surroundings) -> u16 {
         }
     }
     sorted.median()
-}
-
-fn contour(
-    scan: &Scan<'_>,
-    cluster: Cluster,
-    near_mm: u16,
-    chord_mm: f32,
-) -> heapless::Vec<u8, CONTOUR_POINTS_WIDE> {
-    let wanted = if chord_mm > WIDE_MM { CONTOUR_POINTS_WIDE } else { CONTOUR_POINTS };
-    let points = wanted.min(cluster.beams().saturating_sub(2));
-    let mut contour = heapless::Vec::new();
-    let mut last_mm = range_at(scan, cluster.first);
-    for point in 1..=points {
-        // Rounded, so that the points lie evenly on both sides of the middle.
-        let gaps = points + 1;
-        let offset = (2 * point * (cluster.beams() - 1) + gaps).checked_div(2 * gaps).unwrap_or(0);
-        last_mm = scan.reading(cluster.first + offset).range_mm().unwrap_or(last_mm);
-        let relative = last_mm.saturating_sub(near_mm).saturating_add(CONTOUR_UNIT_MM / 2) / CONTOUR_UNIT_MM;
-        if contour.push(relative.min(255) as u8).is_err() {
-            break;
-        }
-    }
-    contour
-}
-
-/// Places deeper than [`NECK_MM`] between two nearer ones. The walk over the ranges turns only when
-/// they have come back by that much, so that noise makes no necks.
-#[inline(never)]
-fn necks(scan: &Scan<'_>, cluster: Cluster) -> heapless::Vec<Neck, NECKS> {
-    let mut necks = heapless::Vec::new();
-    // A top with the nearest range before it, whose other side is still going nearer.
-    let mut passed: Option<(Neck, u16)> = None;
-    // The top being climbed: beam and range.
-    let mut top: Option<(usize, u16)> = None;
-    let mut low_mm = u16::MAX;
-    for (beam, range_mm) in readings(scan, cluster) {
-        match top {
-            None => {
-                low_mm = low_mm.min(range_mm);
-                if range_mm >= low_mm.saturating_add(NECK_MM) {
-                    keep_deepest(&mut necks, passed.take(), low_mm);
-                    top = Some((beam, range_mm));
-                }
-            }
-            Some((_, top_mm)) if range_mm > top_mm => top = Some((beam, range_mm)),
-            Some((top_beam, top_mm)) if range_mm.saturating_add(NECK_MM) <= top_mm => {
-                let step = scan.geometry.step(top_beam.min(usize::from(u16::MAX)) as u16);
-                passed = Some((Neck { step, depth_mm: top_mm }, low_mm));
-                (low_mm, top) = (range_mm, None);
-            }
-            Some(_) => {}
-        }
-    }
-    keep_deepest(&mut necks, passed, low_mm);
-    necks
-}
-
-/// Adds a neck, whose depth is still its range, once both sides are known; the shallowest gives way.
-fn keep_deepest(necks: &mut heapless::Vec<Neck, NECKS>, passed: Option<(Neck, u16)>, after_mm: u16) {
-    let Some((Neck { step, depth_mm: top_mm }, before_mm)) = passed else { return };
-    let new = Neck { step, depth_mm: top_mm.saturating_sub(before_mm.max(after_mm)) };
-    if let Err(new) = necks.push(new) {
-        let shallowest = necks.iter().min_by_key(|neck| neck.depth_mm).copied().unwrap_or(new);
-        if shallowest.depth_mm < new.depth_mm {
-            necks.retain(|neck| *neck != shallowest);
-            let _ = necks.push(new);
-        }
-    }
-}
-
-/// Median of at most `N` values, kept in order as they come; more are left out.
-struct Median<const N: usize> {
-    sorted: heapless::Vec<u16, N>,
-}
-
-impl<const N: usize> Median<N> {
-    const fn new() -> Self {
-        Self { sorted: heapless::Vec::new() }
-    }
-
-    fn add(&mut self, value: u16) {
-        if self.sorted.push(value).is_ok() {
-            let mut descending = self.sorted.iter_mut().rev();
-            if let Some(mut larger) = descending.next() {
-                for smaller in descending {
-                    if *smaller <= *larger {
-                        break;
-                    }
-                    core::mem::swap(smaller, larger);
-                    larger = smaller;
-                }
-            }
-        }
-    }
-
-    /// The middle value, the lower of two; 0 of none.
-    fn median(&self) -> u16 {
-        let middle = self.sorted.len().saturating_sub(1) / 2;
-        self.sorted.get(middle).copied().unwrap_or(0)
-    }
 }
 
 #[cfg(test)]
@@ -440,7 +307,7 @@ mod tests {
     fn a_nearer_wall_and_a_neck_are_told_apart() {
         let mut ranges_mm = thing(30, 4500);
         ranges_mm[35..].fill(0);
-        ranges_mm[37] = 4550;
+        ranges_mm[37..39].fill(4550);
         let geometry = Geometry::new(GeometryParts { first_step: 300, last_step: 339, ..URG_04LX }).unwrap();
         let scan = Scan { geometry: &geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
         struct All;
@@ -456,6 +323,16 @@ mod tests {
         let candidate = describe(&scan, cluster, Breaks::of(&geometry), &All);
         assert_eq!(candidate.first_end, End { kind: EndKind::Wall, step_mm: -500 });
         assert_eq!(candidate.last_end, End { kind: EndKind::Neck, step_mm: 50 });
+    }
+
+    #[test]
+    fn a_mixed_pixel_beside_a_body_leaves_its_end_free() {
+        let mut ranges_mm = thing(30, 2000);
+        ranges_mm[35] = 2110;
+        ranges_mm[4] = 3000;
+        let candidate = describe_beams(&ranges_mm, 5, 34);
+        let free = End { kind: EndKind::Free, step_mm: 2000 };
+        assert_eq!((candidate.first_end, candidate.last_end, candidate.touches), (free, free, false));
     }
 
     #[test]

@@ -39,6 +39,7 @@ pub mod cluster;
 pub mod link;
 pub mod math;
 pub mod module;
+mod outline;
 pub mod pipeline;
 pub mod scan;
 pub mod scip;

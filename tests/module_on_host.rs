@@ -6,7 +6,7 @@ use host_sim::urg::model::{URG_04LX, UST_10LX};
 use host_sim::urg::{Config, Start};
 use kehai::background::Absorb;
 use kehai::wire::{
-    Alarms, Cookie, Counter, EventKind, Identity, Message, ModuleId, Refusal, Request, SensorState,
+    Alarms, Cookie, Counter, EventKind, Identity, Message, ModuleId, Refusal, Request, SensorCode,
     SettingFault,
 };
 use on_host::{MODULE, SECOND_US, World};
@@ -38,7 +38,7 @@ fn a_host_gets_a_cookie_then_a_place_then_a_report_for_every_scan_of_an_empty_ro
         assert!(
             health
                 .iter()
-                .all(|head| head.sensor == SensorState::Measuring && head.alarms == Alarms::default())
+                .all(|head| head.sensor.code == SensorCode::Streaming && head.alarms == Alarms::default())
         );
     });
     assert!(world.fed.count() > 50);
@@ -344,7 +344,7 @@ fn a_dead_sensor_is_told_within_ten_scan_periods() {
         world.link.unplug();
         let told_us = host
             .expect(begin, "health", |at_us, message| match message {
-                Message::Health(health) if health.head.sensor != SensorState::Measuring => Some(at_us),
+                Message::Health(health) if health.head.sensor.code != SensorCode::Streaming => Some(at_us),
                 _ => None,
             })
             .await;
@@ -449,16 +449,18 @@ fn settings_are_validated_stored_with_the_stream_stopped_and_there_after_a_resta
         assert!(world.flash.operations() > operations);
         host.stay(5.0).await;
         let told = host.all(begin, |_, message| match message {
-            Message::Health(health) => Some((health.head.storing, health.head.sensor, health.head.setup)),
+            Message::Health(health) => {
+                Some((health.head.storing, health.head.sensor.code, health.head.setup))
+            }
             _ => None,
         });
         assert!(told[0].0, "storing is announced before anything else: {told:?}");
         assert!(
-            told.iter().any(|(storing, sensor, _)| *storing && *sensor == SensorState::Paused),
+            told.iter().any(|(storing, sensor, _)| *storing && *sensor == SensorCode::Paused),
             "{told:?}"
         );
         let (storing, sensor, setup) = *told.last().unwrap();
-        assert_eq!((storing, sensor, setup), (false, SensorState::Measuring, 2));
+        assert_eq!((storing, sensor, setup), (false, SensorCode::Streaming, 2));
         let begin = host.mark();
         host.stay(4.0).await;
         assert!((19..=21).contains(&host.sequences(begin).len()), "every second scan is skipped");

@@ -203,6 +203,24 @@ fn boots_are_counted_through_resets_and_power_cuts() {
 }
 
 #[test]
+fn a_lost_dhcp_request_is_sent_again() {
+    let Some(image) = image() else { return };
+    let mut switch = Switch::start().unwrap();
+    let segment = switch.take_port().unwrap();
+    let network = Network::Switch(&switch);
+    let mut board =
+        Qemu::start(&Machine { image, mac: MAC, line: Line::Datagrams, network, flash: None }).unwrap();
+    for lost in [true, false, true, false] {
+        let answer = frame(&segment, segment::dhcp_answer);
+        if !lost {
+            segment.send(&answer).unwrap();
+        }
+    }
+    let lease = wait_for(&mut board, "address ");
+    assert!(lease.text.ends_with("10.1.2.77/24"), "{lease}");
+}
+
+#[test]
 fn without_dhcp_the_module_is_at_its_link_local_address_until_a_server_comes() {
     let Some(image) = image() else { return };
     let mut switch = Switch::start().unwrap();

@@ -150,9 +150,9 @@ fn labelled_legs_are_found() {
     for name in ["uhg_positive_1", "uhg_positive_2", "uhg_positive_3"] {
         let recording = open(&folder, name);
         let labels = std::fs::read_to_string(folder.join(format!("{name}_legs.csv"))).unwrap();
-        let mut legs: BTreeMap<u64, Vec<(f32, f32)>> = BTreeMap::new();
+        let mut legs: BTreeMap<u64, Vec<(f64, f64)>> = BTreeMap::new();
         for line in labels.lines().filter(|line| !line.starts_with('#')) {
-            let values: Vec<f32> = line.split(',').skip(1).map(|value| value.parse().unwrap()).collect();
+            let values: Vec<f64> = line.split(',').skip(1).map(|value| value.parse().unwrap()).collect();
             legs.entry(line.split(',').next().unwrap().parse().unwrap())
                 .or_default()
                 .push((values[0], values[1]));
@@ -167,9 +167,9 @@ fn labelled_legs_are_found() {
             for &(x, y) in legs.iter().filter(|(x, y)| x.hypot(*y) <= 4.0) {
                 near += 1;
                 let hit = judgement.candidates().iter().any(|candidate| {
-                    let bearing =
-                        recording.geometry.bearing_rad(recording.geometry.beam(candidate.near_step));
-                    let range = f32::from(candidate.near_mm) / 1000.0;
+                    let beam = recording.geometry.beam(candidate.near_step);
+                    let bearing = f64::from(recording.geometry.bearing_rad(beam));
+                    let range = f64::from(candidate.near_mm) / 1000.0;
                     (range * bearing.cos() - x).hypot(range * bearing.sin() - y) <= 0.15
                 });
                 found += usize::from(hit);

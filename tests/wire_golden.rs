@@ -9,11 +9,12 @@ use std::path::PathBuf;
 use kehai::background::{Absorb, BeamProfile, BeamState, Suspect};
 use kehai::candidate::{Candidate, End, EndKind, Neck};
 use kehai::scan::{Geometry, GeometryParts, ScanTime};
+use kehai::sensor::SensorState;
 use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
     Alarms, COUNTERS, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, Health, HealthHead,
     Identity, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, ProfilePart, RawPart,
-    Refusal, Refused, Report, ReportHead, Request, SensorInfo, SensorState, SettingFault, Subscribed,
+    Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault, Subscribed,
 };
 
 const MODULE: Identity = Identity { module: ModuleId([0x52, 0x54, 0x00, 0x12, 0x34, 0x01]), boot: 7 };
@@ -229,7 +230,7 @@ fn health_has_its_bytes() {
         sequence: 36_000,
         setup: 2,
         background_version: 3,
-        sensor: SensorState::Measuring,
+        sensor: SensorState::Streaming.into(),
         alarms: Alarms::LEARNING_WAITS.with(Alarms::SUSPECTS),
         storing: false,
         subscribers: 2,
@@ -249,8 +250,8 @@ fn health_has_its_bytes() {
     let full = Health { head, counters, suspects: List::new(&suspects), events: List::new(&events) };
     // A counter more is a file more: the older ones stay readable.
     check_message(&format!("health-{COUNTERS}-counters"), Message::Health(full));
-    let head =
-        HealthHead { learning: None, alarms: Alarms::default(), sensor: SensorState::Searching, ..head };
+    let sensor = SensorState::TooLarge { beams: 1081, capacity: 682 }.into();
+    let head = HealthHead { learning: None, alarms: Alarms::default(), sensor, ..head };
     let quiet =
         Health { head, counters: Counters::new(), suspects: List::default(), events: List::default() };
     check_message(&format!("health-quiet-{COUNTERS}-counters"), Message::Health(quiet));

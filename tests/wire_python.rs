@@ -227,7 +227,7 @@ fn health(health: &Health<'_>) -> Value {
             "by": std::net::Ipv4Addr::from(by).to_string()})
     }).collect();
     json!({"uptime_us": head.uptime_us, "sequence": head.sequence, "setup": head.setup,
-        "background_version": head.background_version, "sensor": snake(head.sensor), "alarms": alarms,
+        "background_version": head.background_version, "sensor": snake(head.sensor.code), "sensor_detail": head.sensor.detail, "alarms": alarms,
         "storing": head.storing, "subscribers": head.subscribers, "learning": learning, "counters": counters,
         "suspects": suspects, "events": events})
 }

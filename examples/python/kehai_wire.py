@@ -26,7 +26,8 @@ NO_RETURN = 65535
 ENDS = ("free", "body", "wall", "view", "neck")
 REASONS = ("no_return", "too_short", "overflow")
 BEAM_STATES = ("unknown", "open", "wall")
-SENSOR_STATES = ("searching", "starting", "measuring", "abnormal", "unusable", "paused")
+SENSOR_CODES = ("searching", "booting", "starting", "streaming", "stalled", "abnormal", "too_large", "unusable",
+                "refused", "paused")
 EVENTS = ("learn_started", "learned", "learn_restarted", "absorbed", "background_forgotten",
           "background_drifted", "settings_changed", "restarting")
 ALARMS = ("no_scans", "no_background", "learning_waits", "suspects", "store_failed", "clock_uncertain",
@@ -35,11 +36,14 @@ REFUSALS = ("version", "unsupported", "malformed", "bad_cookie", "full", "wrong_
             "not_allowed", "superseded", "moved", "no_background", "span", "report", "too_few_scans",
             "no_sensor", "busy", "setting")
 COUNTERS = (
-    "lost_scans", "sensor_checksum", "sensor_character", "sensor_line_length", "sensor_value_count",
-    "sensor_buffer_too_short", "sensor_echo", "sensor_status", "sensor_foreign_reply", "sensor_parameters",
-    "sensor_info_line", "sensor_unexpected", "serial_errors", "sensor_lost", "sensor_restarted",
-    "foreign_scans", "short_scans", "candidates_over", "spans_merged", "reports_dropped", "health_dropped",
-    "parts_dropped", "answers_dropped", "sockets_reopened", "datagrams_foreign", "datagrams_too_short",
+    "lost_scans", "scans_accepted", "scans_missing", "scans_damaged", "scans_repeated", "scans_unstable",
+    "sensor_stalls", "sensor_resumes", "sensor_starts", "sensor_clock_restarts", "sensor_reboots",
+    "sensor_baud_changes", "sensor_refusals", "sensor_timeouts", "sensor_link_failures",
+    "sensor_checksum", "sensor_character", "sensor_line_length", "sensor_value_count",
+    "sensor_buffer_too_short", "sensor_echo", "sensor_status", "sensor_foreign_reply",
+    "sensor_parameters", "sensor_info_line", "sensor_unexpected", "foreign_scans", "short_scans",
+    "candidates_over", "spans_merged", "reports_dropped", "health_dropped", "parts_dropped",
+    "answers_dropped", "sockets_reopened", "datagrams_foreign", "datagrams_too_short",
     "datagrams_too_long", "datagrams_wrong_direction", "cookies_given", "subscribers_forgotten",
     "requests_repeated", "refused_version", "refused_unsupported", "refused_malformed",
     "refused_bad_cookie", "refused_full", "refused_wrong_module", "refused_wrong_boot",
@@ -139,7 +143,8 @@ def unseen_span(reader):
 
 def health(reader):
     result = {"uptime_us": reader.varint(), "sequence": reader.varint(), "setup": reader.varint(),
-              "background_version": reader.varint(), "sensor": name(SENSOR_STATES, reader.u8())}
+              "background_version": reader.varint(), "sensor": name(SENSOR_CODES, reader.u8()),
+              "sensor_detail": [reader.varint(), reader.varint()]}
     alarms = reader.varint()
     result["alarms"] = [alarm for bit, alarm in enumerate(ALARMS) if alarms >> bit & 1]
     result["storing"], result["subscribers"] = bool(reader.u8()), reader.u8()

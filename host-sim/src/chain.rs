@@ -82,7 +82,7 @@ impl Chain {
     ///
     /// # Errors
     /// [`ChainError`].
-    pub fn next(&mut self) -> Result<Option<Judged<'_>>, ChainError> {
+    pub fn next_scan(&mut self) -> Result<Option<Judged<'_>>, ChainError> {
         let Some(time) = self.wait()? else { return Ok(None) };
         let Self { pipeline, settings, geometry: Some(geometry), ranges_mm, .. } = self else {
             return Ok(None);

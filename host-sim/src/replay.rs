@@ -102,7 +102,7 @@ impl Replay {
         let mut chain = Chain::new(source(), sensor(recording), settings);
         if passes == 2 {
             let mut done = 0;
-            while chain.next()?.is_some() {
+            while chain.next_scan()?.is_some() {
                 done += 1;
                 progress(done, passes * scans);
             }
@@ -115,7 +115,7 @@ impl Replay {
             summary: Summary::default(),
         };
         for (index, recorded) in recording.scans.iter().enumerate() {
-            let Some(judged) = chain.next()? else { break };
+            let Some(judged) = chain.next_scan()? else { break };
             let t_s = recorded.stamp_us as f64 / 1e6;
             let line = CandidatesLine::new(t_s, module, judged.scan.geometry, judged.judgement);
             replay.lines.push(CandidatesLine { seq: index as u32 + 1, ..line });

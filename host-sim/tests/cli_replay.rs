@@ -56,7 +56,7 @@ fn a_recording_becomes_lines_of_json_the_same_every_time() {
         .map(|line| serde_json::from_slice(line).unwrap())
         .collect();
     assert_eq!(lines.len(), 60);
-    assert_eq!(lines[59]["t"], 59.0 * 0.0997);
+    assert_eq!(lines[59]["t"], 5.8823);
     assert_eq!(lines[59]["module"], "walk");
     assert_eq!(lines[35]["candidates"].as_array().unwrap().len(), 0);
     let candidate = &lines[50]["candidates"][0];

@@ -9,10 +9,10 @@
 use super::Module;
 use crate::background::Learning;
 use crate::link::Outbox;
-use crate::sensor::{self, Session};
+use crate::sensor::Session;
 use crate::wire::{
     Alarms, Counter, Counters, EVENTS, Event, EventKind, Health, HealthHead, LearningProgress, List, Message,
-    SensorState,
+    SensorHealth,
 };
 use heapless::Vec;
 
@@ -53,7 +53,7 @@ impl Events {
 /// What a change of makes health be sent at once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Said {
-    sensor: Option<SensorState>,
+    sensor: Option<SensorHealth>,
     alarms: Alarms,
     storing: bool,
     background_version: u16,
@@ -61,41 +61,11 @@ pub(super) struct Said {
     events: u32,
 }
 
-/// The sensor's state in the words of the wire.
-const fn state_of(state: sensor::SensorState) -> SensorState {
-    match state {
-        sensor::SensorState::Searching | sensor::SensorState::Stalled => SensorState::Searching,
-        sensor::SensorState::Booting | sensor::SensorState::Starting => SensorState::Starting,
-        sensor::SensorState::Streaming => SensorState::Measuring,
-        sensor::SensorState::Abnormal => SensorState::Abnormal,
-        sensor::SensorState::TooLarge { .. }
-        | sensor::SensorState::Unusable(_)
-        | sensor::SensorState::Refused(_) => SensorState::Unusable,
-        sensor::SensorState::Paused => SensorState::Paused,
-    }
-}
-
 /// Takes over what the driver has counted.
 pub(super) fn count_sensor(counters: &mut Counters, session: &Session) {
-    let (counted, losses) = (session.counters(), session.losses());
-    let pairs = [
-        (Counter::LostScans, counted.scans_missing),
-        (Counter::SerialErrors, counted.link_failures),
-        (Counter::SensorLost, counted.stalls),
-        (Counter::SensorRestarted, counted.clock_restarts),
-        (Counter::SensorChecksum, losses.checksum),
-        (Counter::SensorCharacter, losses.character),
-        (Counter::SensorLineLength, losses.line_length),
-        (Counter::SensorValueCount, losses.value_count),
-        (Counter::SensorBufferTooShort, losses.buffer_too_short),
-        (Counter::SensorEcho, losses.echo),
-        (Counter::SensorStatus, losses.status),
-        (Counter::SensorForeignReply, losses.foreign_reply),
-        (Counter::SensorParameters, losses.parameters),
-        (Counter::SensorInfoLine, losses.info_line),
-        (Counter::SensorUnexpected, losses.unexpected),
-    ];
-    pairs.into_iter().for_each(|(counter, value)| counters.set(counter, value));
+    counters.take_sensor(session.counters());
+    counters.take_reader(session.losses());
+    counters.set(Counter::LostScans, session.counters().scans_missing);
 }
 
 impl<const BEAMS: usize> Module<BEAMS> {
@@ -131,7 +101,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub(super) fn tell_health(&mut self, now_us: u64, out: &mut impl Outbox) {
         let alarms = self.alarms(now_us);
         let background_version = self.pipeline.background().version();
-        let sensor = state_of(self.sensor_state);
+        let sensor = SensorHealth::from(self.sensor_state);
         let said = Said {
             sensor: Some(sensor),
             alarms,
@@ -145,11 +115,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
         self.said = said;
         self.health_due_us = now_us.saturating_add(HEALTH_US);
-        let dropped = self.pipeline.counters();
-        self.counters.set(Counter::ForeignScans, dropped.foreign_scans);
-        self.counters.set(Counter::ShortScans, dropped.short_scans);
-        self.counters.set(Counter::CandidatesOver, dropped.candidates_over);
-        self.counters.set(Counter::SpansMerged, dropped.spans_merged);
+        self.counters.take_pipeline(&self.pipeline.counters());
         let head = HealthHead {
             uptime_us: now_us,
             sequence: self.pipeline.judgement().sequence,

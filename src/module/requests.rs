@@ -15,8 +15,7 @@ use super::{Module, PendingSettings, text};
 use crate::background::{Absorb, LearnRequest, Learning};
 use crate::link::{Lane, Outbox};
 use crate::wire::{
-    Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, Unreadable, VERSION,
-    VERSION_MIN,
+    Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, VERSION, VERSION_MIN,
 };
 
 impl<const BEAMS: usize> Module<BEAMS> {
@@ -25,12 +24,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.subscribers.expire(now_us, &mut self.counters);
         match Incoming::open(datagram) {
             Ok(incoming) => self.answer(from, &incoming, now_us, out),
-            Err(unreadable) => self.counters.count(match unreadable {
-                Unreadable::TooShort => Counter::DatagramsTooShort,
-                Unreadable::TooLong => Counter::DatagramsTooLong,
-                Unreadable::WrongDirection => Counter::DatagramsWrongDirection,
-                _ => Counter::DatagramsForeign,
-            }),
+            Err(unreadable) => self.counters.count(unreadable.counter()),
         }
         self.tell_health(now_us, out);
     }

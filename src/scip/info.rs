@@ -134,7 +134,7 @@ fn stamp(text: &[u8]) -> Option<u32> {
 
 /// The number right in front of the first `unit`.
 fn number_before(text: &[u8], unit: &[u8]) -> Option<u32> {
-    let at = text.windows(unit.len().max(1)).position(|window| window == unit)?;
+    let at = (0..text.len()).find(|&at| text.get(at..).is_some_and(|rest| rest.starts_with(unit)))?;
     let head = text.get(..at)?;
     let digits = head.iter().rev().take_while(|c| c.is_ascii_digit()).count();
     number(head.get(head.len().checked_sub(digits)?..)?)

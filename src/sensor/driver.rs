@@ -12,7 +12,8 @@
 use embassy_futures::select::{Either, select};
 use embedded_io_async::{Read, Write};
 
-use super::session::{Action, Message, ScanTaken, Session};
+use super::action::{Action, Message, ScanTaken};
+use super::session::Session;
 use super::settings::SensorSettings;
 use super::state::SensorState;
 use crate::link::{Baud, Clock};

@@ -46,8 +46,12 @@ const DRIFT_RECALLED_PPB: i64 = 50_000;
 const SETTLED_WINDOWS: usize = 32;
 
 /// How much lower than the highest line is still likely: with n points of mean height h above it, one
-/// lower by h/n is e times less likely; twice that gave the smallest errors in simulations.
-const LIKELY: i64 = 2;
+/// lower by h/n is e times less likely (h: the median, which no stall moves); three times that gave the smallest errors in simulations.
+const LIKELY: i64 = 3;
+
+/// A window this many times the median higher than the line was stalled, if it is also higher than the least.
+const STALLED: i64 = 10;
+const STALLED_MIN_US: i64 = 4_000;
 
 /// Jitter to be expected before there is any to be seen: what the first point may lie too high.
 const JITTER_UNKNOWN_US: i64 = 20_000;
@@ -88,7 +92,7 @@ impl Line {
 #[derive(Clone, Debug)]
 pub(super) struct Envelope {
     /// Lowest point of each finished window, in the order of their stamps.
-    points: heapless::Vec<Point, WINDOWS>,
+    points: heapless::Deque<Point, WINDOWS>,
     /// Lowest point of the running one.
     current: Option<Point>,
     line: Option<Line>,
@@ -99,14 +103,14 @@ pub(super) struct Envelope {
     spread_ppb: i64,
     /// Bounds of the drift from before the stamps started anew.
     recalled_ppb: (i64, i64),
-    /// Mean height of the points above the line: how rough the transport is.
+    /// Median height of the points above the line: how rough the transport is.
     roughness_us: i64,
 }
 
 impl Envelope {
     pub(super) const fn new() -> Self {
         Self {
-            points: heapless::Vec::new(),
+            points: heapless::Deque::new(),
             current: None,
             line: None,
             mean_ms: 0,
@@ -158,7 +162,9 @@ impl Envelope {
     /// Takes in a scan; whether the line has moved. Stamps that do not go forward say nothing new.
     pub(super) fn take(&mut self, point: Point) -> bool {
         let oldest_ms = point.sensor_ms.saturating_sub(OLDEST_MS);
-        self.points.retain(|kept| kept.sensor_ms >= oldest_ms);
+        while self.points.front().is_some_and(|kept| kept.sensor_ms < oldest_ms) {
+            self.points.pop_front();
+        }
         let below = self.line.is_none_or(|line| line.height_us(&point) < 0);
         let finished = match self.current {
             Some(lowest) if lowest.sensor_ms >= point.sensor_ms => return false,
@@ -172,31 +178,32 @@ impl Envelope {
             }
             finished => {
                 if self.points.is_full() {
-                    self.points.remove(0);
+                    self.points.pop_front();
                 }
                 if let Some(lowest) = finished.filter(|lowest| lowest.sensor_ms >= oldest_ms) {
-                    let _ = self.points.push(lowest);
+                    let _ = self.points.push_back(lowest);
                 }
                 self.current = Some(point);
                 true
             }
         };
         if below || finished {
-            self.fit();
+            self.fit(below);
         }
         below || finished
     }
 
-    fn fit(&mut self) {
+    /// A new line. The running window has a say in its slope only if its lowest point lies below the line
+    /// there was: otherwise it may have had few scans.
+    fn fit(&mut self, below: bool) {
         let Some(newest) = self.current else { return };
         let newest_ms = newest.sensor_ms as i64;
-        let count = self.points.len() as i64 + 1;
-        let from_newest = |point: &Point| (point.sensor_ms as i64).saturating_sub(newest_ms);
-        self.mean_ms =
-            newest_ms.saturating_add(self.points.iter().map(from_newest).sum::<i64>() / count.max(1));
         if self.points.len() >= FIT_WINDOWS
-            && let Some((mut least_ppb, mut greatest_ppb)) = self.likely_drifts_ppb(newest)
+            && let Some(fitted) = self.likely(newest, below)
         {
+            self.mean_ms = newest_ms.saturating_add(fitted.mean_ms);
+            self.roughness_us = fitted.roughness_us;
+            let (mut least_ppb, mut greatest_ppb) = fitted.drifts_ppb;
             let (floor_ppb, ceiling_ppb) = self.recalled_ppb;
             if self.points.len() >= SETTLED_WINDOWS || least_ppb > ceiling_ppb || greatest_ppb < floor_ppb {
                 // Good enough by itself, or another sensor.
@@ -207,49 +214,102 @@ impl Envelope {
             }
             self.drift_ppb = least_ppb.midpoint(greatest_ppb);
             self.spread_ppb = greatest_ppb.saturating_sub(least_ppb) / 2;
+        } else {
+            self.mean_ms = newest_ms;
         }
         let line = Line { sensor_ms: newest_ms, lag_us: newest.lag_us, drift_ppb: self.drift_ppb };
         let lowest_us = self.points.iter().map(|point| line.height_us(point)).fold(0, i64::min);
         self.line = Some(Line { lag_us: line.lag_us.saturating_add(lowest_us), ..line });
     }
 
-    /// Least and greatest slope of a line below all points that is nearly the highest at their mean stamp.
-    fn likely_drifts_ppb(&mut self, newest: Point) -> Option<(i64, i64)> {
-        let count = (self.points.len() as i64 + 1).max(1);
-        let mean_ms = self.mean_ms;
-        // From the mean stamp and the newest lag, so that no product overflows: |x| < 2^19 ms, |y| <= 2^40 µs.
-        let centred = |point: &Point| {
+    /// The slopes the line may have. Points high above the likeliest line, a stall's, are left out
+    /// and the rest is looked at anew.
+    fn likely(&self, newest: Point, below: bool) -> Option<Likely> {
+        // From the newest point on, so that no product overflows: |x| < 2^19 ms, |y| <= 2^40 µs.
+        let mut points = Points::new();
+        for point in self.points.iter().chain(self.current.iter().filter(|_| below)) {
+            let x = (point.sensor_ms as i64).saturating_sub(newest.sensor_ms as i64);
             let y = point.lag_us.saturating_sub(newest.lag_us).clamp(-(1 << 40), 1 << 40);
-            ((point.sensor_ms as i64).saturating_sub(mean_ms), y)
-        };
-        let points = || self.points.iter().chain(self.current.iter()).map(centred);
-        let mut hull = heapless::Vec::<(i64, i64), { WINDOWS + 1 }>::new();
-        for (x, y) in points() {
-            // Monotone chain: what lies on or above the line to the new point goes.
-            while let [.., (x0, y0), (x1, y1)] = *hull.as_slice()
-                && (x1 - x0).saturating_mul(y - y0) <= (y1 - y0).saturating_mul(x - x0)
-            {
-                hull.pop();
-            }
-            let _ = hull.push((x, y));
+            let _ = points.push((x, y));
         }
-        let (&(x0, y0), &(x1, y1)) = hull.iter().zip(hull.iter().skip(1)).find(|(_, (x, _))| *x > 0)?;
-        let top_us = y0.saturating_add((y1 - y0).saturating_mul(-x0).checked_div(x1 - x0)?);
-        let mean_us = points().map(|(_, y)| y).fold(0, i64::saturating_add) / count;
-        self.roughness_us = mean_us.saturating_sub(top_us).max(0);
-        let floor_us = top_us.saturating_sub(LIKELY * self.roughness_us / count).saturating_sub(1);
-        // A line of slope s through (0, floor) is below (x, y) when s · x <= y − floor.
-        let mut drifts_ppb = ANY_DRIFT_PPB;
-        for &(x, y) in &hull {
+        let first = highest_below(&points)?;
+        let stalled_us = first.median_height_us(&points).saturating_mul(STALLED).max(STALLED_MIN_US);
+        points.retain(|point| first.height_us(point) <= stalled_us);
+        let line = highest_below(&points)?;
+        let roughness_us = line.median_height_us(&points);
+        let count = (points.len() as i64).max(1);
+        let floor_us = line.level_us.saturating_sub(LIKELY * roughness_us / count).saturating_sub(1);
+        // A line of slope s through (mean, floor) is below (x, y) when s · (x − mean) <= y − floor.
+        let (mut least_ppb, mut greatest_ppb) = ANY_DRIFT_PPB;
+        for &(x, y) in &points {
+            let x = x - line.mean_ms;
             let Some(slope_ppb) = (y - floor_us).saturating_mul(1_000_000).checked_div(x) else { continue };
             if x > 0 {
-                drifts_ppb.1 = drifts_ppb.1.min(slope_ppb);
+                greatest_ppb = greatest_ppb.min(slope_ppb);
             } else {
-                drifts_ppb.0 = drifts_ppb.0.max(slope_ppb);
+                least_ppb = least_ppb.max(slope_ppb);
             }
         }
-        (drifts_ppb.0 <= drifts_ppb.1).then_some(drifts_ppb)
+        let drifts_ppb = (least_ppb, greatest_ppb);
+        (least_ppb <= greatest_ppb).then_some(Likely { mean_ms: line.mean_ms, roughness_us, drifts_ppb })
     }
+}
+
+/// Stamps in ms and lags in µs, from those of the newest point.
+type Points = heapless::Vec<(i64, i64), { WINDOWS + 1 }>;
+
+/// What was found about the line.
+struct Likely {
+    mean_ms: i64,
+    roughness_us: i64,
+    drifts_ppb: (i64, i64),
+}
+
+/// A line by its height at the mean stamp and an edge of the hull.
+struct Edge {
+    mean_ms: i64,
+    level_us: i64,
+    /// Rise over run.
+    rise_us: i64,
+    run_ms: i64,
+}
+
+impl Edge {
+    fn height_us(&self, &(x, y): &(i64, i64)) -> i64 {
+        let slope_us = (x - self.mean_ms).saturating_mul(self.rise_us) / self.run_ms.max(1);
+        y.saturating_sub(self.level_us).saturating_sub(slope_us)
+    }
+
+    fn median_height_us(&self, points: &Points) -> i64 {
+        let mut heights_us = heapless::Vec::<i64, { WINDOWS + 1 }>::new();
+        for point in points {
+            let height_us = self.height_us(point);
+            let at =
+                heights_us.iter().position(|&higher_us| higher_us > height_us).unwrap_or(heights_us.len());
+            let _ = heights_us.insert(at, height_us);
+        }
+        heights_us.get(heights_us.len() / 2).copied().unwrap_or(0).max(0)
+    }
+}
+
+/// Of all lines below the points that which is highest at their mean stamp.
+fn highest_below(points: &Points) -> Option<Edge> {
+    let count = points.len() as i64;
+    let mean_ms = points.iter().map(|(x, _)| x).sum::<i64>().checked_div(count)?;
+    // Monotone chain: what lies on or above the line to the next point goes.
+    let mut hull = Points::new();
+    for &(x, y) in points {
+        while let [.., (x0, y0), (x1, y1)] = *hull.as_slice()
+            && (x1 - x0).saturating_mul(y - y0) <= (y1 - y0).saturating_mul(x - x0)
+        {
+            hull.pop();
+        }
+        let _ = hull.push((x, y));
+    }
+    let (&(x0, y0), &(x1, y1)) = hull.iter().zip(hull.iter().skip(1)).find(|(_, (x, _))| *x > mean_ms)?;
+    let (rise_us, run_ms) = (y1 - y0, (x1 - x0).max(1));
+    let level_us = y0.saturating_add((mean_ms - x0).saturating_mul(rise_us) / run_ms);
+    Some(Edge { mean_ms, level_us, rise_us, run_ms })
 }
 
 /// What a drift comes to over `distance_ms`: a part per billion of a ms is a millionth of a µs.

@@ -8,6 +8,8 @@
 //!
 //! Everything but [`driver`] is plain state machines without I/O.
 
+pub mod action;
+mod arrival;
 pub mod clock;
 pub mod driver;
 mod envelope;
@@ -17,7 +19,8 @@ mod startup;
 pub mod state;
 mod streaming;
 
+pub use action::{Action, Message, Received, ScanTaken};
 pub use driver::{Driver, Happened, Outcome};
-pub use session::{Action, Session};
+pub use session::Session;
 pub use settings::{LineSettings, SensorSettings};
 pub use state::{SensorCounters, SensorState};

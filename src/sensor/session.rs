@@ -15,17 +15,17 @@
 //! a next deadline, so nothing waits for ever: not for silence, not for a reply, not for the end of a stream.
 //! Steps and their order: SCIP 2.0 (C-42-03320B) and what sensors in the field were seen to do.
 
+use super::action::{Action, Message, Received, ScanTaken};
+use super::arrival::Arrival;
 use super::clock::SensorClock;
 use super::settings::{Candidates, LineSettings, POWER_UP_BAUD, SensorSettings};
 use super::state::{SensorCounters, SensorState, count};
 use crate::scan::{Geometry, ScanTime};
-use crate::scip::{
-    Command, Dropped, Event, Losses, Measurement, Parameters, Reader, Request, Status, Version,
-};
+use crate::scip::{Command, Dropped, Event, Losses, Measurement, Parameters, Reader, Status, Version};
 
 /// Time to wait for a reply, beside that of its bytes on the line: sensors answer on the rhythm of
 /// their mirror, 100 ms the slowest, and two of its turns may pass.
-pub(super) const REPLY_US: u64 = 250_000;
+const REPLY_US: u64 = 250_000;
 
 /// Bytes of the longest reply but scans, with its request: `VV`, `PP`.
 const LONGEST_REPLY_BYTES: u64 = 200;
@@ -35,54 +35,6 @@ const LINK_PAUSE_MAX_US: u64 = 500_000;
 
 /// Failures of the link in a row after which a stream counts as stalled.
 const LINK_FAILURES: u8 = 4;
-
-/// What is to be done next. Ask again with [`Session::poll`] when it is done.
-#[must_use]
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Action {
-    /// Set the line to this speed, after everything sent so far has left.
-    SetBaud(u32),
-    /// Send these bytes.
-    Send(Message),
-    /// Read, and hand what comes to [`Session::receive`]; at this time in µs at the latest, poll.
-    Wait(u64),
-    /// Do not read until this time in µs: the link fails at the moment.
-    Pause(u64),
-}
-
-/// Bytes to send: a request, perhaps behind a line feed that ends whatever was begun before.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Message {
-    request: Request,
-    led: bool,
-}
-
-impl Message {
-    /// The two parts to send, one after the other; the first may be empty.
-    #[must_use]
-    pub fn parts(&self) -> [&[u8]; 2] {
-        [if self.led { b"\n" } else { b"" }, self.request.as_bytes()]
-    }
-}
-
-/// What came of some bytes.
-#[must_use]
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Received {
-    /// Bytes taken: at least one of a chunk that is not empty. Hand in the rest again.
-    pub consumed: usize,
-    /// A complete scan: the caller's buffer holds its ranges.
-    pub scan: Option<ScanTaken>,
-}
-
-/// A scan in the caller's buffer.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct ScanTaken {
-    /// When it was taken.
-    pub time: ScanTime,
-    /// Ranges, from the start of the buffer; [`Session::geometry`] says where they point.
-    pub beams: u16,
-}
 
 /// What the sensor is asked, one thing at a time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -150,6 +102,7 @@ pub struct Session {
     pub(super) capacity: u16,
     pub(super) reader: Reader,
     pub(super) clock: SensorClock,
+    pub(super) arrival: Arrival,
     pub(super) counters: SensorCounters,
     state: SensorState,
     state_changed: bool,
@@ -177,7 +130,11 @@ pub struct Session {
     pub(super) skip_version: bool,
     pub(super) parameters: Option<Parameters>,
     pub(super) plan: Option<Plan>,
+    /// Changing the speed failed: not at this start.
     pub(super) keep_baud: bool,
+    /// How often in a row, and when to try again.
+    pub(super) slow_starts: u8,
+    pub(super) faster_at_us: Option<u64>,
     pub(super) detours: u8,
     pub(super) denials: u8,
     pub(super) exchanges: u8,
@@ -195,6 +152,8 @@ pub struct Session {
     pub(super) alive_us: u64,
     /// A scan came since the stream began.
     pub(super) delivered: bool,
+    /// Damaged scans before that.
+    pub(super) damaged_first: u8,
 
     link_failures: u8,
     pause_until_us: u64,
@@ -209,6 +168,7 @@ impl Session {
             capacity,
             reader: Reader::new(),
             clock: SensorClock::new(),
+            arrival: Arrival::NONE,
             counters: SensorCounters::default(),
             state: SensorState::Searching,
             state_changed: true,
@@ -231,6 +191,8 @@ impl Session {
             parameters: None,
             plan: None,
             keep_baud: false,
+            slow_starts: 0,
+            faster_at_us: None,
             detours: 0,
             denials: 0,
             exchanges: 0,
@@ -242,6 +204,7 @@ impl Session {
             last_scan: None,
             alive_us: 0,
             delivered: false,
+            damaged_first: 0,
             link_failures: 0,
             pause_until_us: 0,
         }
@@ -287,11 +250,10 @@ impl Session {
             let fed = self.reader.feed(rest, now_us, ranges_mm);
             let (taken, behind) = rest.split_at_checked(fed.consumed.max(1)).unwrap_or((rest, &[]));
             rest = behind;
+            self.arrival.note(taken.len(), now_us, self.line_baud());
             if self.phase != Phase::Streaming {
                 self.note(taken);
-                if self.flooded() {
-                    self.deadline_us = self.deadline_us.min(now_us);
-                }
+                self.impatient(now_us);
             }
             let scan = fed.event.and_then(|event| self.happened(event, now_us));
             if scan.is_some() {
@@ -470,7 +432,7 @@ impl Session {
         match command.encode() {
             Ok(request) => {
                 self.reader.expect(&request);
-                self.message = Some(Message { request, led: step == Step::Quit });
+                self.message = Some(Message::new(request, step == Step::Quit));
             }
             // Only a measurement of steps beyond 9999 cannot be said.
             Err(_) => self.unusable(crate::scan::GeometryError::StepsPerTurn, now_us),
@@ -494,7 +456,15 @@ impl Session {
             (Event::Reply(reply), _) if matches!(reply.command, Command::Measure(_)) => {
                 self.measurement_status(reply.status.of_measurement(), reply.status, now_us);
             }
-            (Event::Lost(loss), Phase::Streaming) if loss.dropped == Dropped::Scan => self.scan_lost(now_us),
+            (Event::Lost(loss), Phase::Streaming) if loss.dropped == Dropped::Scan => {
+                self.scan_damaged();
+                self.scan_lost(now_us);
+            }
+            // The `00` that begins the stream counts as a scan there.
+            (Event::Lost(loss), Phase::Asked(Step::Measure)) if loss.dropped == Dropped::Scan => {
+                self.streaming(now_us);
+            }
+            (Event::Unexpected(Status::DATA), Phase::Streaming) => self.scan_damaged(),
             (Event::Reply(reply), Phase::Asked(step)) => {
                 if !matches!(reply.status, Status::OK) {
                     count(&mut self.counters.refusals, 1);

@@ -13,6 +13,9 @@ use crate::scip::{Measurement, Parameters, Width, command::BIT_RATES};
 /// Rate of a classic sensor after power-up.
 pub const POWER_UP_BAUD: u32 = 19_200;
 
+/// No sensor is looked for at a slower rate.
+const SLOWEST_BAUD: u32 = 9600;
+
 /// Sensors turn up to this much faster than they say (0.4 % was seen), so the line must be faster too: 1 in …
 const HEADROOM: u64 = 100;
 
@@ -99,20 +102,25 @@ impl SensorSettings {
         (rate_baud != baud).then_some(rate_baud)
     }
 
-    /// Rates to look for the sensor at, `last_baud` first; one that means nothing without a speed.
+    /// Rates to look for the sensor at; one that means nothing without a speed. Where it was found
+    /// before, at `last_baud`, it may only have been silent, and it may have been switched off and on: between
+    /// any two other rates these two are tried again.
     pub(super) fn candidates(&self, last_baud: Option<u32>) -> Candidates {
         let mut candidates = Candidates::new();
         let LineSettings::Serial { last_baud: remembered, wanted_baud, .. } = self.line else {
             let _ = candidates.push(POWER_UP_BAUD);
             return candidates;
         };
-        let first = [last_baud, remembered].into_iter().flatten().take(1);
-        for rate_baud in first.chain(SEARCH_ORDER.into_iter().take(1)).chain(wanted_baud).chain(SEARCH_ORDER)
-        {
-            if !candidates.contains(&rate_baud) && rate_baud > 0 {
-                // Two that need not be among the seven, and the seven.
-                let _ = candidates.push(rate_baud);
+        let likely = last_baud.or(remembered).into_iter().chain([POWER_UP_BAUD]).chain(wanted_baud);
+        for rate_baud in likely.chain(SEARCH_ORDER).filter(|&rate_baud| rate_baud >= SLOWEST_BAUD) {
+            if candidates.contains(&rate_baud) {
+                continue;
             }
+            if let Some(last_baud) = last_baud.filter(|_| candidates.len() > 2) {
+                let _ = candidates.push(last_baud);
+                let _ = candidates.push(POWER_UP_BAUD);
+            }
+            let _ = candidates.push(rate_baud);
         }
         candidates
     }
@@ -124,8 +132,9 @@ impl SensorSettings {
     }
 }
 
-/// Rates in the order in which they are tried.
-pub(super) type Candidates = heapless::Vec<u32, 9>;
+/// Rates in the order in which they are tried: the seven, two that need not be among them, and two again
+/// before each of six.
+pub(super) type Candidates = heapless::Vec<u32, 21>;
 
 /// Slowest rate, in baud, that carries every scan of `measurement` when a revolution takes `period_us`.
 #[must_use]
@@ -194,7 +203,11 @@ mod tests {
             settings.candidates(None).as_slice(),
             [57_600, 19_200, 500_000, 115_200, 250_000, 750_000, 38_400]
         );
-        assert_eq!(settings.candidates(Some(250_000)).first(), Some(&250_000));
+        let again = settings.candidates(Some(250_000));
+        assert_eq!(again.get(..6).unwrap(), [250_000, 19_200, 500_000, 250_000, 19_200, 115_200]);
+        assert!(BIT_RATES.iter().all(|rate_baud| again.contains(rate_baud)));
+        let odd = settings.candidates(Some(31_250));
+        assert!(BIT_RATES.iter().all(|rate_baud| odd.contains(rate_baud)));
         assert_eq!(SensorSettings::NO_SPEED.candidates(None).len(), 1);
     }
 

@@ -14,7 +14,7 @@
 //! Then who it is (`VV`, for logs), what it can (`PP`), a faster line (`SS`, proven by a second `PP`),
 //! its clock (`TM0`, `TM1`…, `TM2`), and `MD`. Every wait and every repetition has its limit.
 
-use super::session::{Phase, Plan, REPLY_US, Session, Step};
+use super::session::{Phase, Plan, Session, Step};
 use super::settings::{POWER_UP_BAUD, interval_us};
 use super::state::{SensorState, count};
 use crate::scan::GeometryError;
@@ -29,6 +29,11 @@ const CANDIDATE_BYTES: u32 = 2_500_000;
 
 /// Text this long shows that the rate is right.
 const TEXT_BYTES: u32 = 24;
+
+/// This many bytes that are mostly no text show that it is wrong, but for noise before the first reply: that
+/// is given time to come.
+const GARBLED_BYTES: u32 = 64;
+const GARBLED_US: u64 = 120_000;
 
 /// Longest pause after all rates were tried.
 const ROUND_PAUSE_MAX_US: u64 = 800_000;
@@ -56,13 +61,19 @@ const FAULT_PAUSE_MAX_US: u64 = 30_000_000;
 
 /// Exchanges with the sensor's clock: at most this many, for at most this long, fewer when they agree
 /// within this. A tick is 1000 µs.
-const EXCHANGES: u8 = 16;
+const EXCHANGES: u8 = 32;
 const EXCHANGES_US: u64 = 400_000;
 const EXCHANGE_WIDTH_US: u32 = 1300;
 
-/// Full starts without a scan after which the sensor is reset, and rebooted.
-const RESET_AFTER: u8 = 3;
-const REBOOT_AFTER: u8 = 5;
+/// Until a change of speed that failed is tried again, twice as long each time, up to an hour.
+const FASTER_US: u64 = 60_000_000;
+
+/// The full start without a scan at which the sensor is reset, or rebooted, instead.
+const RESET_AT: u8 = 4;
+const REBOOT_AT: u8 = 6;
+
+/// Pause before a full start, doubled for each in a row that brought no scan: up to 3.2 s.
+const FRUITLESS_US: u64 = 50_000;
 
 impl Session {
     /// Looks for the sensor at every rate.
@@ -116,7 +127,7 @@ impl Session {
             Step::Quit => {
                 let text = self.text_bytes >= TEXT_BYTES && self.other_bytes <= self.text_bytes / 8;
                 let time_left = now_us.saturating_sub(self.candidate_since_us) < CANDIDATE_US;
-                let first = self.candidate == 0 && self.attempt == 0;
+                let first = self.candidate == 0 && self.attempt == 0 && !self.garbled();
                 if !((text && time_left || first) && self.again(step, now_us, u8::MAX)) {
                     self.next_candidate(now_us);
                 }
@@ -164,6 +175,7 @@ impl Session {
             Step::Quit | Step::Reboot | Step::RebootAgain | Step::Reset => {}
             _ => {
                 if !self.again(step, now_us, 12) {
+                    self.keep_baud = step == Step::Verify;
                     self.search(now_us);
                 }
             }
@@ -191,7 +203,7 @@ impl Session {
             (Step::Version, _) => self.ask(Step::Parameters, now_us),
             (Step::Parameters, _) => self.denied(Step::Parameters, now_us),
             (Step::BitRate(rate_baud), Status::OK) => self.changed_baud(rate_baud, now_us),
-            (Step::BitRate(_), _) => self.synchronise(now_us),
+            (Step::BitRate(_), _) => self.keeps_baud(status, now_us),
             (Step::Verify, _) => {
                 if !self.again(step, now_us.saturating_add(SETTLE_US), 3) {
                     self.search(now_us);
@@ -279,16 +291,24 @@ impl Session {
         }
         count(&mut self.counters.starts, 1);
         self.fruitless = self.fruitless.saturating_add(1);
-        if self.fruitless > REBOOT_AFTER {
-            self.fruitless = 0;
-            self.reboot(Step::Reboot, now_us);
-        } else if self.fruitless == RESET_AFTER + 1 {
-            self.reboot(Step::Reset, now_us);
-        } else {
-            self.starting();
-            let skipped = core::mem::take(&mut self.skip_version);
-            self.ask(if skipped { Step::Parameters } else { Step::Version }, now_us);
+        match self.fruitless {
+            RESET_AT => self.reboot(Step::Reset, now_us),
+            REBOOT_AT => self.reboot(Step::Reboot, now_us),
+            _ => {
+                self.starting();
+                let skipped = core::mem::take(&mut self.skip_version);
+                self.ask(if skipped { Step::Parameters } else { Step::Version }, now_us);
+            }
         }
+    }
+
+    /// The stream brought nothing: a full start, after a pause that grows.
+    pub(super) fn start_over(&mut self, now_us: u64) {
+        let pause_us = FRUITLESS_US << self.fruitless.min(REBOOT_AT);
+        if self.fruitless > REBOOT_AT {
+            self.fruitless = 0;
+        }
+        self.search_at(now_us.saturating_add(pause_us));
     }
 
     /// Says that it is being set up, unless it is known that this will not lead far.
@@ -315,6 +335,7 @@ impl Session {
             Step::Parameters => self.plan(parameters, now_us),
             Step::Verify => {
                 self.last_baud = Some(self.baud);
+                self.slow_starts = 0;
                 count(&mut self.counters.baud_changes, 1);
                 self.synchronise(now_us);
             }
@@ -337,10 +358,37 @@ impl Session {
         let interval_us = interval_us(&measurement, geometry.period_us(), self.line_baud());
         self.plan = Some(Plan { measurement, geometry, interval_us });
         let keep = core::mem::take(&mut self.keep_baud);
+        self.faster_at_us = None;
         match self.settings.better_baud(&measurement, geometry.period_us(), self.baud) {
             Some(rate_baud) if !keep => self.ask(Step::BitRate(rate_baud), now_us),
-            _ => self.synchronise(now_us),
+            Some(_) => {
+                self.faster_later(now_us);
+                self.synchronise(now_us);
+            }
+            None => self.synchronise(now_us),
         }
+    }
+
+    /// `SS` was refused: for good where the sensor has no such rate, or the line no speed at all (USB).
+    fn keeps_baud(&mut self, status: Status, now_us: u64) {
+        let for_good = matches!(
+            status,
+            Status::ALREADY
+                | Status::ALREADY_AT_RATE
+                | Status::NOT_FOR_MODEL
+                | Status::NOT_DEFINED
+                | Status::NOT_SUPPORTED
+        );
+        if !for_good {
+            self.faster_later(now_us);
+        }
+        self.synchronise(now_us);
+    }
+
+    fn faster_later(&mut self, now_us: u64) {
+        let pause_us = FASTER_US << self.slow_starts.min(6);
+        self.slow_starts = self.slow_starts.saturating_add(1);
+        self.faster_at_us = Some(now_us.saturating_add(pause_us));
     }
 
     fn changed_baud(&mut self, rate_baud: u32, now_us: u64) {
@@ -417,12 +465,21 @@ impl Session {
         self.search_at(now_us.saturating_add(REBOOT_US));
     }
 
-    /// Too much came in at this rate without an answer: the wait is over.
-    pub(super) fn flooded(&self) -> bool {
-        matches!(self.phase, Phase::Asked(_))
-            && self.text_bytes.saturating_add(self.other_bytes) > CANDIDATE_BYTES
+    /// Bytes came in that shorten the wait: far too many, or such that the rate must be wrong.
+    pub(super) fn impatient(&mut self, now_us: u64) {
+        if !matches!(self.phase, Phase::Asked(_)) {
+            return;
+        }
+        if self.text_bytes.saturating_add(self.other_bytes) > CANDIDATE_BYTES {
+            self.deadline_us = self.deadline_us.min(now_us);
+        } else if self.phase == Phase::Asked(Step::Quit) && !self.resuming && self.garbled() {
+            self.deadline_us = self.deadline_us.min(self.asked_us.saturating_add(GARBLED_US));
+        }
+    }
+
+    /// What came is no text: it was sent at another rate.
+    fn garbled(&self) -> bool {
+        self.text_bytes.saturating_add(self.other_bytes) >= GARBLED_BYTES
+            && self.other_bytes > self.text_bytes / 2
     }
 }
-
-// A reply that is late by one wait is still taken as the answer when the question is repeated.
-const _: () = assert!(REPLY_US < CANDIDATE_US);

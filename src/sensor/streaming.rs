@@ -11,11 +11,12 @@
 //!   full starts without a scan: 3 ─▶ RS, 5 ─▶ RB
 //! ```
 
+use super::action::ScanTaken;
 use super::clock::StampEvent;
-use super::session::{Phase, ScanTaken, Session, Step};
+use super::session::{Phase, Session, Step};
 use super::state::{SensorState, count};
 use crate::scan::ScanTime;
-use crate::scip::{ScanHeader, Status, status::MeasurementStatus};
+use crate::scip::{Measurement, ScanHeader, Status, status::MeasurementStatus};
 
 /// Intervals without a scan after which the stream counts as stalled: more than the longest stalls
 /// seen in recordings at 10 Hz (390 ms).
@@ -26,6 +27,9 @@ const RESUME_US: u64 = 600_000;
 
 /// Longest time in which only damaged scans come.
 const DAMAGED_US: u64 = 30_000_000;
+
+/// Longest wait for a reply while scans come in front of it.
+const BACKLOG_US: u64 = 4_000_000;
 
 /// Time a sensor may verify an error.
 const VERIFY_US: u64 = 10_000_000;
@@ -38,7 +42,10 @@ impl Session {
             // Its `00` was lost.
             self.streaming(now_us);
         }
-        let stamped = self.clock.scan(header.stamp_ms, header.first_byte_us);
+        let scan_bytes =
+            Measurement { cluster: 1, first_step: 1, last_step: header.beams, ..plan.measurement };
+        let first_byte_us = self.arrival.scan_end(scan_bytes.reply_bytes(), header.first_byte_us);
+        let stamped = self.clock.scan(header.stamp_ms, first_byte_us);
         let time = stamped.time;
         match stamped.event {
             StampEvent::Restarted => {
@@ -49,7 +56,11 @@ impl Session {
                 count(&mut self.counters.scans_repeated, 1);
                 if self.phase == Phase::Streaming {
                     self.stalled();
-                    self.resume(now_us);
+                    if self.delivered {
+                        self.resume(now_us);
+                    } else {
+                        self.start_over(now_us);
+                    }
                 }
                 return None;
             }
@@ -60,29 +71,48 @@ impl Session {
             return None;
         }
         if self.phase == Phase::Streaming {
+            self.count_missing(time, plan.interval_us);
             self.alive_us = now_us;
             self.delivered = true;
             self.fruitless = 0;
             self.faults = 0;
             self.set_state(SensorState::Streaming);
             self.deadline_us = now_us.saturating_add(self.stall_us());
+            if self.faster_at_us.is_some_and(|at_us| now_us >= at_us) {
+                self.search(now_us);
+            }
+        } else if self.phase == Phase::Asked(Step::Quit) && now_us < self.asked_us.saturating_add(BACKLOG_US)
+        {
+            // What was held back comes before the reply.
+            self.deadline_us = self.deadline_us.max(now_us.saturating_add(self.stall_us()));
         }
-        self.count_missing(time, plan.interval_us);
         count(&mut self.counters.scans_accepted, 1);
         self.last_scan = Some(time);
         Some(ScanTaken { time, beams: header.beams.min(self.capacity) })
     }
 
-    /// Scans that should have come since the last one, by their stamps.
+    /// Scans that should have come since the last one of this stream, by their stamps; for the
+    /// first, those that were seen to be damaged.
     fn count_missing(&mut self, time: ScanTime, interval_us: u64) {
-        let Some(last) = self.last_scan else { return };
-        let interval_ms = (interval_us / 1000).max(1);
-        let gap_ms = time.sensor_ms.saturating_sub(last.sensor_ms);
-        let missing = (gap_ms.saturating_add(interval_ms / 2) / interval_ms).saturating_sub(1);
+        let missing = match self.last_scan.filter(|_| self.delivered) {
+            None => u64::from(core::mem::take(&mut self.damaged_first)),
+            Some(last) => {
+                let interval_ms = (interval_us / 1000).max(1);
+                let gap_ms = time.sensor_ms.saturating_sub(last.sensor_ms);
+                (gap_ms.saturating_add(interval_ms / 2) / interval_ms).saturating_sub(1)
+            }
+        };
         count(&mut self.counters.scans_missing, u32::try_from(missing).unwrap_or(u32::MAX));
     }
 
-    /// A scan began and came damaged: the sensor is alive.
+    /// Something came that was, or seems to have been, a scan.
+    pub(super) fn scan_damaged(&mut self) {
+        if !self.delivered {
+            self.damaged_first = self.damaged_first.saturating_add(1);
+        }
+    }
+
+    /// A scan began and came damaged, or without data: the sensor is alive.
     pub(super) fn scan_lost(&mut self, now_us: u64) {
         if now_us >= self.alive_us.saturating_add(self.stall_us()) && self.state() == SensorState::Streaming {
             self.stalled();
@@ -108,6 +138,7 @@ impl Session {
             }
             MeasurementStatus::Unstable => {
                 count(&mut self.counters.scans_unstable, 1);
+                self.scan_damaged();
                 self.scan_lost(now_us);
             }
             MeasurementStatus::Verifying => {
@@ -127,11 +158,11 @@ impl Session {
         }
     }
 
-    fn streaming(&mut self, now_us: u64) {
+    pub(super) fn streaming(&mut self, now_us: u64) {
         self.phase = Phase::Streaming;
         self.alive_us = now_us;
         self.delivered = false;
-        self.last_scan = None;
+        self.damaged_first = 0;
         // The first one is yet to be measured, and sent.
         self.deadline_us = now_us.saturating_add(self.stall_us()).saturating_add(self.stall_us());
     }
@@ -147,7 +178,7 @@ impl Session {
         } else if self.delivered {
             self.resume(now_us);
         } else {
-            self.search(now_us);
+            self.start_over(now_us);
         }
     }
 

@@ -4,6 +4,9 @@
 //! each other's. Names are also in `docs/wire.md` and `examples/python/kehai_wire.py`.
 
 use super::codec::{Item, List, Malformed, Reader, TooLong, VARINT_U32, Writer};
+use crate::pipeline;
+use crate::scip::Losses;
+use crate::sensor::SensorCounters;
 
 macro_rules! counters {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
@@ -32,6 +35,34 @@ macro_rules! counters {
 counters! {
     /// Scans lost before they could be reported, whatever the cause.
     LostScans = "lost_scans";
+    /// Scans handed on by the sensor's driver.
+    ScansAccepted = "scans_accepted";
+    /// Scans missing between those, by the sensor's stamps.
+    ScansMissing = "scans_missing";
+    /// Scans dropped because they arrived damaged.
+    ScansDamaged = "scans_damaged";
+    /// Scans dropped because they had the stamp of the one before.
+    ScansRepeated = "scans_repeated";
+    /// Scans the sensor itself left out as unstable.
+    ScansUnstable = "scans_unstable";
+    /// Times the sensor's stream fell silent.
+    SensorStalls = "sensor_stalls";
+    /// Times the stream was asked to go on without a full start.
+    SensorResumes = "sensor_resumes";
+    /// Times a sensor was found and set up.
+    SensorStarts = "sensor_starts";
+    /// Times the sensor's clock started anew.
+    SensorClockRestarts = "sensor_clock_restarts";
+    /// Times the sensor was told to reset or reboot.
+    SensorReboots = "sensor_reboots";
+    /// Times the speed of the sensor's line was raised.
+    SensorBaudChanges = "sensor_baud_changes";
+    /// Requests the sensor refused.
+    SensorRefusals = "sensor_refusals";
+    /// Requests the sensor did not answer in time.
+    SensorTimeouts = "sensor_timeouts";
+    /// Reads and writes of the sensor's line that failed.
+    SensorLinkFailures = "sensor_link_failures";
     /// Sensor replies dropped: wrong checksum.
     SensorChecksum = "sensor_checksum";
     /// Sensor replies dropped: a character outside the code.
@@ -54,12 +85,6 @@ counters! {
     SensorInfoLine = "sensor_info_line";
     /// Whole sensor replies to nothing that was asked.
     SensorUnexpected = "sensor_unexpected";
-    /// Errors of the serial line: overrun, framing, noise.
-    SerialErrors = "serial_errors";
-    /// Times the sensor went silent and had to be found again.
-    SensorLost = "sensor_lost";
-    /// Times the sensor's clock started anew.
-    SensorRestarted = "sensor_restarted";
     /// Scans of another geometry than the pipeline was set up for.
     ForeignScans = "foreign_scans";
     /// Scans with fewer beams than the geometry has.
@@ -154,6 +179,94 @@ impl Counters {
         }
     }
 
+    /// Takes over what the SCIP reader has counted.
+    pub fn take_reader(&mut self, counted: &Losses) {
+        let Losses {
+            checksum,
+            character,
+            line_length,
+            value_count,
+            buffer_too_short,
+            echo,
+            status,
+            foreign_reply,
+            parameters,
+            info_line,
+            unexpected,
+            scans,
+        } = *counted;
+        self.take(&[
+            (Counter::SensorChecksum, checksum),
+            (Counter::SensorCharacter, character),
+            (Counter::SensorLineLength, line_length),
+            (Counter::SensorValueCount, value_count),
+            (Counter::SensorBufferTooShort, buffer_too_short),
+            (Counter::SensorEcho, echo),
+            (Counter::SensorStatus, status),
+            (Counter::SensorForeignReply, foreign_reply),
+            (Counter::SensorParameters, parameters),
+            (Counter::SensorInfoLine, info_line),
+            (Counter::SensorUnexpected, unexpected),
+            (Counter::ScansDamaged, scans),
+        ]);
+    }
+
+    /// Takes over what the sensor's driver has counted.
+    pub fn take_sensor(&mut self, counted: &SensorCounters) {
+        let SensorCounters {
+            scans_accepted,
+            scans_missing,
+            scans_repeated,
+            scans_unstable,
+            stalls,
+            resumes,
+            starts,
+            clock_restarts,
+            reboots,
+            baud_changes,
+            refusals,
+            timeouts,
+            link_failures,
+        } = *counted;
+        self.take(&[
+            (Counter::ScansAccepted, scans_accepted),
+            (Counter::ScansMissing, scans_missing),
+            (Counter::ScansRepeated, scans_repeated),
+            (Counter::ScansUnstable, scans_unstable),
+            (Counter::SensorStalls, stalls),
+            (Counter::SensorResumes, resumes),
+            (Counter::SensorStarts, starts),
+            (Counter::SensorClockRestarts, clock_restarts),
+            (Counter::SensorReboots, reboots),
+            (Counter::SensorBaudChanges, baud_changes),
+            (Counter::SensorRefusals, refusals),
+            (Counter::SensorTimeouts, timeouts),
+            (Counter::SensorLinkFailures, link_failures),
+        ]);
+    }
+
+    /// Takes over what the pipeline has counted. Wishes to absorb that it refused are counted where the
+    /// refusal is sent.
+    pub fn take_pipeline(&mut self, counted: &pipeline::Counters) {
+        let pipeline::Counters {
+            foreign_scans,
+            short_scans,
+            candidates_over,
+            spans_merged,
+            absorbs_refused: _,
+        } = *counted;
+        self.take(&[
+            (Counter::ForeignScans, foreign_scans),
+            (Counter::ShortScans, short_scans),
+            (Counter::CandidatesOver, candidates_over),
+            (Counter::SpansMerged, spans_merged),
+        ]);
+    }
+
+    fn take(&mut self, values: &[(Counter, u32)]) {
+        values.iter().for_each(|&(counter, value)| self.set(counter, value));
+    }
+
     /// The value of one.
     #[must_use]
     pub fn get(&self, counter: Counter) -> u32 {
@@ -189,5 +302,43 @@ impl Item for u32 {
 
     fn read(reader: &mut Reader<'_>) -> Result<Self, Malformed> {
         reader.required()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_stops_at_its_largest_value() {
+        let mut counters = Counters::new();
+        counters.count(Counter::LinkLosses);
+        assert_eq!(counters.get(Counter::LinkLosses), 1);
+        counters.set(Counter::LinkLosses, u32::MAX);
+        counters.count(Counter::LinkLosses);
+        assert_eq!(counters.get(Counter::LinkLosses), u32::MAX);
+    }
+
+    #[test]
+    fn what_others_have_counted_is_taken_over() {
+        let mut counters = Counters::new();
+        let pipeline =
+            pipeline::Counters { foreign_scans: 1, short_scans: 2, candidates_over: 3, ..Default::default() };
+        counters.take_pipeline(&pipeline);
+        counters.take_sensor(&SensorCounters { link_failures: 5, scans_missing: 6, ..Default::default() });
+        counters.take_reader(&Losses { scans: 7, echo: 8, ..Default::default() });
+        let some = [
+            (Counter::ForeignScans, 1),
+            (Counter::ShortScans, 2),
+            (Counter::CandidatesOver, 3),
+            (Counter::SensorLinkFailures, 5),
+            (Counter::ScansMissing, 6),
+            (Counter::ScansDamaged, 7),
+            (Counter::SensorEcho, 8),
+        ];
+        for counter in Counter::ALL {
+            let expected = some.iter().find(|(which, _)| which == counter).map_or(0, |(_, value)| *value);
+            assert_eq!(counters.get(*counter), expected, "{}", counter.name());
+        }
     }
 }

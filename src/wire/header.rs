@@ -23,6 +23,7 @@
 
 use super::DATAGRAM_MAX;
 use super::codec::{Malformed, TooLong, Writer};
+use super::counters::Counter;
 
 /// First bytes of every datagram: 気.
 pub const MAGIC: [u8; 3] = [0xE6, 0xB0, 0x97];
@@ -124,6 +125,22 @@ impl core::fmt::Display for Unreadable {
 }
 
 impl core::error::Error for Unreadable {}
+
+impl Unreadable {
+    /// Where a module counts it.
+    #[must_use]
+    pub const fn counter(self) -> Counter {
+        match self {
+            Self::Foreign => Counter::DatagramsForeign,
+            Self::TooShort => Counter::DatagramsTooShort,
+            Self::TooLong => Counter::DatagramsTooLong,
+            Self::WrongDirection => Counter::DatagramsWrongDirection,
+            Self::Version(_) => Counter::RefusedVersion,
+            Self::Kind(_) => Counter::RefusedUnsupported,
+            Self::Malformed => Counter::RefusedMalformed,
+        }
+    }
+}
 
 impl From<Malformed> for Unreadable {
     fn from(_: Malformed) -> Self {

@@ -1,14 +1,15 @@
 //! How a module is: once a second, and at once when something changes.
 //!
 //! ```text
-//!  uptime, µs        varint          learning        option of
-//!  sequence          varint            scans taken     varint
-//!  setup             varint            of              varint
-//!  background        varint            started anew    varint
-//!  sensor            u8, a code        moved           option of first and last step, varints
-//!  alarms            varint, bits    counters        list of varints, in the order of `Counter`
-//!  storing           u8, 0 or 1      suspects        list of first step, last step, nearest mm, varints
-//!  subscribers       u8              events          list of number, µs, code, version, who (4 u8)
+//!  uptime, µs        varint            learning        option of
+//!  sequence          varint              scans taken     varint
+//!  setup             varint              of              varint
+//!  background        varint              started anew    varint
+//!  sensor            u8, a code          moved           option of first and last step, varints
+//!    detail          2 varints         counters        list of varints, in the order of `Counter`
+//!  alarms            varint, bits      suspects        list of first step, last step, nearest mm, varints
+//!  storing           u8, 0 or 1        events          list of number, µs, code, version, who (4 u8)
+//!  subscribers       u8
 //! ```
 
 use super::codec::{
@@ -18,24 +19,61 @@ use super::codec::{
 use super::counters::{COUNTERS, Counters};
 use super::{DATAGRAM_MAX, HEADER_LEN};
 use crate::background::{Learning, SUSPECTS, Suspect};
+use crate::scip::Status;
+use crate::sensor::SensorState;
 use serde::{Deserialize, Serialize};
 
 code_enum! {
-    /// What the module's sensor is doing.
-    SensorState {
-        /// Nothing has answered yet, or any more: tried at every speed, again and again.
+    /// What the module's sensor is doing: [`SensorState`] on the wire.
+    SensorCode {
+        /// [`SensorState::Searching`].
         Searching = 0, "no sensor answers";
-        /// It answers and is being set up.
-        Starting = 1, "the sensor is starting";
-        /// Scans come in.
-        Measuring = 2, "measuring";
-        /// It reports that something is wrong with itself.
-        Abnormal = 3, "the sensor reports a failure";
-        /// It answers, and this module cannot work with it: more beams than there is room for, or values
-        /// that describe no sensor.
-        Unusable = 4, "the sensor does not fit this module";
-        /// Stopped while the module stores something.
-        Paused = 5, "stopped while storing";
+        /// [`SensorState::Booting`].
+        Booting = 1, "the sensor is booting";
+        /// [`SensorState::Starting`].
+        Starting = 2, "the sensor is being set up";
+        /// [`SensorState::Streaming`].
+        Streaming = 3, "scans come";
+        /// [`SensorState::Stalled`].
+        Stalled = 4, "no scans come any more";
+        /// [`SensorState::Abnormal`].
+        Abnormal = 5, "the sensor reports a fault of its own";
+        /// [`SensorState::TooLarge`]; detail: beams of a scan, beams there is memory for.
+        TooLarge = 6, "the sensor has more beams than there is memory for";
+        /// [`SensorState::Unusable`]; detail: the place of the `GeometryError` in its enum.
+        Unusable = 7, "the sensor's parameters describe no scan";
+        /// [`SensorState::Refused`]; detail: the two characters of the status.
+        Refused = 8, "the sensor refuses to measure";
+        /// [`SensorState::Paused`]: by the module, while it stores something.
+        Paused = 9, "stopped while storing";
+    }
+}
+
+/// What the module's sensor is doing, and the numbers that belong to it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SensorHealth {
+    /// What it is doing.
+    pub code: SensorCode,
+    /// As the code says; 0 otherwise.
+    pub detail: (u16, u16),
+}
+
+impl From<SensorState> for SensorHealth {
+    fn from(state: SensorState) -> Self {
+        let (code, detail) = match state {
+            SensorState::Searching => (SensorCode::Searching, (0, 0)),
+            SensorState::Booting => (SensorCode::Booting, (0, 0)),
+            SensorState::Starting => (SensorCode::Starting, (0, 0)),
+            SensorState::Streaming => (SensorCode::Streaming, (0, 0)),
+            SensorState::Stalled => (SensorCode::Stalled, (0, 0)),
+            SensorState::Abnormal => (SensorCode::Abnormal, (0, 0)),
+            SensorState::TooLarge { beams, capacity } => (SensorCode::TooLarge, (beams, capacity)),
+            SensorState::Unusable(error) => (SensorCode::Unusable, (error as u16, 0)),
+            SensorState::Paused => (SensorCode::Paused, (0, 0)),
+            SensorState::Refused(Status([one, two])) => (SensorCode::Refused, (one.into(), two.into())),
+        };
+        Self { code, detail }
     }
 }
 
@@ -176,7 +214,7 @@ pub struct HealthHead {
     /// Newest background version; 0: never learned.
     pub background_version: u16,
     /// What the sensor is doing.
-    pub sensor: SensorState,
+    pub sensor: SensorHealth,
     /// What needs attention.
     pub alarms: Alarms,
     /// Something is being stored; the stream is stopped meanwhile.
@@ -190,7 +228,7 @@ pub struct HealthHead {
 const HEAD_MAX: usize = VARINT_U64
     + VARINT_U32
     + 2 * VARINT_U16
-    + 1
+    + (1 + 2 * VARINT_U16)
     + VARINT_U32
     + 1
     + 1

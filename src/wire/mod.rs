@@ -65,7 +65,8 @@ pub use header::{
     AUTHENTICATION_LEN, HEADER_LEN, Header, Identity, MAGIC, ModuleId, Unreadable, VERSION, VERSION_MIN,
 };
 pub use health::{
-    Alarms, EVENTS, Event, EventKind, HEALTH_MAX, Health, HealthHead, LearningProgress, SensorState,
+    Alarms, EVENTS, Event, EventKind, HEALTH_MAX, Health, HealthHead, LearningProgress, SensorCode,
+    SensorHealth,
 };
 pub use info::{INFO_MAX, Info, NAME_MAX, SensorInfo};
 pub use message::{Message, SETTINGS_MAX, Subscribed};

@@ -1,16 +1,88 @@
 //! A driver, an emulated sensor and the link between them, on virtual time.
 #![allow(dead_code, reason = "every test file uses a part of this")]
 
-use host_sim::link::{LinkOptions, MemoryLink};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use embedded_io_async::{ErrorType, Read, Write};
+use host_sim::link::{LinkError, LinkOptions, MemoryLink};
 use host_sim::simulated_time::{SimulatedClock, block_on_until};
 use host_sim::source::{RangeSource, Revolution, StillRoom};
 use host_sim::urg::faults::Fault;
 use host_sim::urg::model::{Interface, Model};
 use host_sim::urg::{Config, ScanTruth, Start, Urg};
+use kehai::link::Baud;
 use kehai::scan::{MAX_BEAMS, ScanTime};
 use kehai::sensor::{Driver, LineSettings, Outcome, SensorCounters, SensorSettings, SensorState};
 
 pub const SECOND_US: u64 = 1_000_000;
+
+/// The host's end of the link with a tap on it: it notes requests, and damages what is read.
+#[derive(Clone)]
+pub struct Tap(MemoryLink, Rc<RefCell<Tapped>>);
+
+#[derive(Default)]
+pub struct Tapped {
+    /// Everything written, with the time.
+    pub requests: Vec<(u64, String)>,
+    clock: SimulatedClock,
+    random: u64,
+    /// From, to, and one byte in how many is replaced.
+    pub noise: Option<(u64, u64, u64)>,
+    /// Reads that fail, from and to.
+    pub broken: Option<(u64, u64)>,
+}
+
+impl Tapped {
+    fn damage(&mut self, bytes: &mut [u8]) {
+        let now_us = self.clock.now_us();
+        let Some((from_us, to_us, every)) = self.noise else { return };
+        for byte in bytes.iter_mut().filter(|_| (from_us..to_us).contains(&now_us)) {
+            self.random =
+                self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            if (self.random >> 33).is_multiple_of(every) {
+                *byte ^= 1 << (self.random >> 60 & 7);
+            }
+        }
+    }
+}
+
+impl ErrorType for Tap {
+    type Error = LinkError;
+}
+
+impl Read for Tap {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, LinkError> {
+        let now_us = self.1.borrow().clock.now_us();
+        if self.1.borrow().broken.is_some_and(|(from_us, to_us)| (from_us..to_us).contains(&now_us)) {
+            return Err(LinkError::Closed);
+        }
+        let count = self.0.read(buffer).await?;
+        self.1.borrow_mut().damage(&mut buffer[..count]);
+        Ok(count)
+    }
+}
+
+impl Write for Tap {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, LinkError> {
+        let now_us = self.1.borrow().clock.now_us();
+        let text = String::from_utf8_lossy(bytes).trim().to_string();
+        if !text.is_empty() {
+            self.1.borrow_mut().requests.push((now_us, text));
+        }
+        self.0.write(bytes).await
+    }
+
+    async fn flush(&mut self) -> Result<(), LinkError> {
+        self.0.flush().await
+    }
+}
+
+impl Baud for Tap {
+    async fn set_baud(&mut self, rate_baud: u32) {
+        self.0.set_baud(rate_baud).await;
+    }
+}
 
 /// A scan as it was handed on.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +95,8 @@ pub struct Taken {
 pub struct Rig<const BEAMS: usize = MAX_BEAMS> {
     pub clock: SimulatedClock,
     pub link: MemoryLink,
-    pub driver: Driver<MemoryLink, SimulatedClock, BEAMS>,
+    pub tapped: Rc<RefCell<Tapped>>,
+    pub driver: Driver<Tap, SimulatedClock, BEAMS>,
     pub scans: Vec<Taken>,
     pub states: Vec<(u64, SensorState)>,
     /// What every scan of all steps must be.
@@ -61,10 +134,42 @@ impl<const BEAMS: usize> Rig<BEAMS> {
         let revolution = Revolution { start_us: 0, period_us: 100_000, earliest_us: 0 };
         let ranges_mm = room.scan(revolution).unwrap().ranges_mm;
         let expected_mm = ranges_mm.into_iter().map(|range_mm| u16::try_from(range_mm).unwrap()).collect();
-        let clock = SimulatedClock::new();
-        let link = MemoryLink::new(&clock, Urg::new(config, Box::new(room), 0), options);
-        let driver = Driver::new(link.clone(), clock.clone(), settings);
-        Self { clock, link, driver, scans: Vec::new(), states: Vec::new(), expected_mm }
+        Self::on(config, options, settings, Box::new(room), expected_mm, 0)
+    }
+
+    /// With a source of its own, and a module that has been running for a while.
+    pub fn on(
+        config: Config,
+        options: LinkOptions,
+        settings: SensorSettings,
+        source: Box<dyn RangeSource>,
+        expected_mm: Vec<u16>,
+        start_us: u64,
+    ) -> Self {
+        let clock = SimulatedClock::starting_at(start_us);
+        let link = MemoryLink::new(&clock, Urg::new(config, source, start_us), options);
+        let tapped = Tapped { clock: clock.clone(), random: 1, ..Tapped::default() };
+        let tap = Tap(link.clone(), Rc::new(RefCell::new(tapped)));
+        let tapped = tap.1.clone();
+        let driver = Driver::new(tap, clock.clone(), settings);
+        Self { clock, link, tapped, driver, scans: Vec::new(), states: Vec::new(), expected_mm }
+    }
+
+    /// How often this was sent.
+    pub fn requests(&self, start: &str) -> usize {
+        self.tapped.borrow().requests.iter().filter(|(_, text)| text.starts_with(start)).count()
+    }
+
+    /// The scans that were accepted and those that were counted as missing are those that were sent, up
+    /// to the last accepted.
+    pub fn assert_all_accounted_for(&self) {
+        let counters = self.counters();
+        let last_ms = (self.scans.last().unwrap().time.sensor_ms & 0xff_ffff) as u32;
+        let sent = self.truth().iter().position(|truth| truth.stamp_ms == last_ms).unwrap() + 1;
+        let unstable = counters.scans_unstable as usize;
+        println!("{sent} sent, {} accepted, {} missing", counters.scans_accepted, counters.scans_missing);
+        assert_eq!(counters.scans_accepted as usize, self.scans.len());
+        assert_eq!(counters.scans_accepted + counters.scans_missing, (sent + unstable) as u32, "{self:?}");
     }
 
     /// One outcome, if there is one before `limit_us`. Every scan of all steps is compared with the truth.

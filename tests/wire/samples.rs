@@ -7,7 +7,7 @@ use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
     Alarms, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, Health, HealthHead, Identity, Info,
     LearningProgress, List, Message, ModuleId, PartHead, ProfilePart, RawPart, Refusal, Refused, Report,
-    ReportHead, Request, SensorInfo, SensorState, Subscribed,
+    ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Subscribed,
 };
 
 pub const MODULE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 9]), boot: 7 };
@@ -79,7 +79,7 @@ pub const HEALTH_HEAD: HealthHead = HealthHead {
     sequence: u32::MAX,
     setup: u16::MAX,
     background_version: u16::MAX,
-    sensor: SensorState::Paused,
+    sensor: SensorHealth { code: SensorCode::Paused, detail: (u16::MAX, u16::MAX) },
     alarms: Alarms(u32::MAX),
     storing: true,
     subscribers: 4,

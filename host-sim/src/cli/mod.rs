@@ -19,7 +19,7 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Sensor(sensor::Arguments),
+    Sensor(Box<sensor::Arguments>),
     Module(module::Arguments),
     Replay(replay::Arguments),
     Demo(demo::Arguments),

@@ -17,8 +17,10 @@ use embassy_net::{ConfigV4, DhcpConfig, Ipv4Address, Ipv4Cidr, Stack, StaticConf
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use kehai::address::{self, DHCP_QUESTION_LEN, Mac};
 
-/// A server on the same segment answers in milliseconds, and at the second request if one is lost.
+/// A server on the same segment answers in milliseconds; three requests may be lost.
 const PATIENCE: Duration = Duration::from_secs(4);
+/// Between two requests of embassy's DHCP; by itself it would wait 10 s.
+const RETRY: core::time::Duration = core::time::Duration::from_secs(1);
 /// Between two questions for a server.
 const QUESTION_PERIOD: Duration = Duration::from_secs(5);
 const DHCP_CLIENT: u16 = 68;
@@ -35,6 +37,8 @@ fn dhcp_config(mac: Mac) -> DhcpConfig {
     let mut config = DhcpConfig::default();
     // The name is shorter than what DHCP allows.
     config.hostname = address::host_name(mac).as_str().try_into().ok();
+    config.retry_config.discover_timeout = RETRY.into();
+    config.retry_config.initial_request_timeout = RETRY.into();
     config
 }
 

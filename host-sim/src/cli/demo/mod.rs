@@ -122,14 +122,13 @@ impl Demo {
     fn advance(&mut self) -> Result<bool, Box<dyn Error>> {
         let sensor = &self.world.sensors()[0].1;
         let (pose, duration_s) = (sensor.pose(), self.world.duration_s());
-        let Some(judged) = self.chain.next()? else { return Ok(false) };
+        let Some(judged) = self.chain.next_scan()? else { return Ok(false) };
         let (scan, judgement) = (judged.scan, judged.judgement);
         self.t_s = scan.time.stamp_us as f64 / 1e6;
         self.scans += 1;
         let shown = exposure::scan(self.t_s, &scan, judgement);
-        let truth: Vec<[f64; 2]> = (self.t_s <= duration_s)
-            .then(|| self.world.truth(self.t_s).people)
-            .unwrap_or_default()
+        let people = if self.t_s <= duration_s { self.world.truth(self.t_s).people } else { Vec::new() };
+        let truth: Vec<[f64; 2]> = people
             .iter()
             .map(|person| {
                 let place = pose.to_sensor(Point::new(person.x, person.y));
@@ -157,7 +156,7 @@ impl Demo {
         };
         self.view.candidates = judgement.candidates().iter().map(|c| seen(c, scan.geometry)).collect();
         self.view.foreground.clone_from(&shown.foreground);
-        if self.scans % 5 == 0 {
+        if self.scans.is_multiple_of(5) {
             let of_people = truth.iter().map(|&position_m| TruthShown { t_s: self.t_s, position_m });
             self.picture.truth.extend(of_people);
         }
@@ -174,9 +173,10 @@ impl Demo {
         let background = exposure::background(geometry, model.iter().copied());
         self.view.walls = background.iter().filter_map(host_sim::picture::BeamShown::wall_m).collect();
         for place in self.view.walls.iter().chain(&self.view.truth) {
-            for axis in 0..2 {
-                self.view.bounds[0][axis] = self.view.bounds[0][axis].min(place[axis] - 0.2);
-                self.view.bounds[1][axis] = self.view.bounds[1][axis].max(place[axis] + 0.2);
+            let [low, high] = &mut self.view.bounds;
+            for ((low, high), place) in low.iter_mut().zip(high).zip(place) {
+                *low = low.min(place - 0.2);
+                *high = high.max(place + 0.2);
             }
         }
         self.picture.background = background;
