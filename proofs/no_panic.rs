@@ -42,6 +42,7 @@ mod proof {
         sensor(at);
         perception(at);
         wire(at);
+        module(at);
         loop {}
     }
 
@@ -115,6 +116,49 @@ mod proof {
         reader.forget();
         keep(at, reader);
         keep(at, ranges_mm);
+    }
+
+    /// Sends to nowhere.
+    struct Outbox;
+
+    impl kehai::link::Outbox for Outbox {
+        fn try_send_to(
+            &mut self,
+            lane: kehai::link::Lane,
+            to: core::net::SocketAddrV4,
+            datagram: &[u8],
+        ) -> Result<(), kehai::link::Dropped> {
+            let at = 0x2000_0000;
+            keep(at, (lane, to, datagram.len()));
+            opaque(at)
+        }
+
+        fn reopen(&mut self, lane: kehai::link::Lane) {
+            keep(0x2000_0000, lane);
+        }
+    }
+
+    fn module(at: usize) {
+        use kehai::module::{Module, Settings};
+        use kehai::wire::DATAGRAM_MAX;
+        let mut module: Module<64> = opaque(at);
+        let bytes: [u8; DATAGRAM_MAX + 1] = opaque(at);
+        let datagram = bytes.get(..opaque(at)).unwrap_or(&bytes);
+        let from = core::net::SocketAddrV4::new(opaque::<u32>(at).into(), opaque(at));
+        module.begin(opaque(at), Settings::restored(datagram));
+        module.receive(from, datagram, opaque(at), &mut Outbox);
+        let session: kehai::sensor::Session = opaque(at);
+        module.sensor(&session, opaque(at), &mut Outbox);
+        let (geometry, ranges_mm): (kehai::scan::Geometry, [u16; 64]) = (opaque(at), opaque(at));
+        let ranges_mm = ranges_mm.get(..opaque(at)).unwrap_or(&ranges_mm);
+        let scan = kehai::scan::Scan { geometry: &geometry, ranges_mm, time: opaque(at) };
+        module.scan(&session, &scan, opaque(at), &mut Outbox);
+        keep(at, module.poll(opaque(at), &mut Outbox));
+        keep(at, module.wish());
+        module.begin_storing(opaque(at), &mut Outbox);
+        keep(at, module.settings_to_store().map(|settings| settings.text().len()));
+        module.end_storing(opaque(at), opaque(at), opaque(at), &mut Outbox);
+        keep(at, module);
     }
 
     fn sensor(at: usize) {

@@ -1,6 +1,9 @@
-//! What the library asks of a board beside `embedded_io_async::{Read, Write}`: time and line speed.
+//! What the library asks of a board beside `embedded_io_async::{Read, Write}`: time, line speed,
+//! datagrams, a store and a watchdog.
 //!
 //! Nothing here reads a clock or touches a register; a board's folder, and `host-sim`, implement it.
+
+use core::net::SocketAddrV4;
 
 /// Time as the module sees it: microseconds since boot, monotonic.
 #[allow(async_fn_in_trait, reason = "single-threaded executors: no Send bound is wanted")]
@@ -24,4 +27,98 @@ pub trait Baud {
     /// # Cancellation
     /// The line may be at either speed; call again.
     async fn set_baud(&mut self, rate_baud: u32);
+}
+
+/// Which way out a datagram takes. Each has a queue of its own, so that a host that cannot be reached
+/// delays nobody else: in some network stacks a datagram whose receiver answers no ARP blocks all behind it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Lane {
+    /// Answers to requests, whoever sent them.
+    Answers,
+    /// What the subscriber in this place is sent unasked; places count from 0.
+    Place(u8),
+}
+
+/// The datagram could not be queued at once: dropped.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Dropped;
+
+/// Sending datagrams, from the module's one port. No send ever waits.
+pub trait Outbox {
+    /// Queues a datagram if that is possible at once.
+    ///
+    /// # Errors
+    /// [`Dropped`].
+    fn try_send_to(&mut self, lane: Lane, to: SocketAddrV4, datagram: &[u8]) -> Result<(), Dropped>;
+
+    /// Throws away what is queued in `lane` and opens its socket anew. The port stays the same.
+    fn reopen(&mut self, lane: Lane);
+}
+
+/// A UDP port.
+#[allow(async_fn_in_trait, reason = "single-threaded executors: no Send bound is wanted")]
+pub trait Datagrams: Outbox {
+    /// Waits for a datagram: its length, and its sender. One that does not fit `buffer` is cut to it; so a
+    /// buffer one byte longer than any legal datagram shows what is too long.
+    ///
+    /// # Cancellation
+    /// Nothing is lost.
+    async fn receive_from(&mut self, buffer: &mut [u8]) -> (usize, SocketAddrV4);
+}
+
+/// The record could not be read or written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StoreError;
+
+impl core::fmt::Display for StoreError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("the record cannot be read or written")
+    }
+}
+
+impl core::error::Error for StoreError {}
+
+/// Numbered records that survive a loss of power: at any moment a record has its old or its new value.
+#[allow(async_fn_in_trait, reason = "single-threaded executors: no Send bound is wanted")]
+pub trait Store {
+    /// Reads record `key` to the start of `buffer`: its length, or nothing when there is none.
+    ///
+    /// # Errors
+    /// [`StoreError`]: unreadable, or longer than `buffer`.
+    ///
+    /// # Cancellation
+    /// Nothing is lost.
+    async fn load(&mut self, key: u8, buffer: &mut [u8]) -> Result<Option<usize>, StoreError>;
+
+    /// Writes record `key`, of at most [`RECORD_MAX`] bytes. May take seconds, and stop everything else
+    /// meanwhile.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the record has its old or its new value.
+    ///
+    /// # Cancellation
+    /// As a loss of power: the record has its old or its new value.
+    async fn save(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError>;
+}
+
+/// Longest record, bytes.
+pub const RECORD_MAX: usize = 1024;
+
+/// Something that starts the module anew unless it is fed.
+pub trait Watchdog {
+    /// Feeds it: to be done once a second at least.
+    fn feed(&mut self);
+}
+
+impl<T: Clock> Clock for &T {
+    fn now_us(&self) -> u64 {
+        (*self).now_us()
+    }
+
+    async fn wait_until(&self, at_us: u64) {
+        (*self).wait_until(at_us).await;
+    }
 }

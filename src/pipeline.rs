@@ -38,6 +38,9 @@ pub struct Settings {
     pub open_range_mm: u16,
     /// The code by which the model says that a step cannot be measured: such beams stay unknown.
     pub blind_code: Option<u16>,
+    /// Least spread a learned beam is given, mm: what is nearer than the background by
+    /// [`FOREGROUND_SPREADS`](crate::background::FOREGROUND_SPREADS) of these is foreground.
+    pub spread_min_mm: u8,
 }
 
 impl Settings {
@@ -47,6 +50,7 @@ impl Settings {
         learn: LearnRequest { scans: LEARN_SCANS, even_if_moving: false },
         open_range_mm: 1600,
         blind_code: Some(19),
+        spread_min_mm: 0,
     };
 
     /// UHG-08LX: two fifths of 8 m.
@@ -222,7 +226,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
             // Refused only for too few scans; then the background stays unknown, and says so.
             let _ = self.background.learn(self.settings.learn);
         }
-        self.background.learn_scan(scan, self.settings.blind_code, now_ds);
+        self.background.learn_scan(scan, self.settings, now_ds);
         self.background.publish_drift(now_ds);
         self.judgement.learning = self.background.learning(&geometry);
         &self.judgement
@@ -307,6 +311,16 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
         self.counters.absorbs_refused =
             self.counters.absorbs_refused.saturating_add(u32::from(result.is_err()));
         result
+    }
+
+    /// Takes other settings, from the next scan on.
+    pub fn set(&mut self, settings: Settings) {
+        self.settings = settings;
+    }
+
+    /// The background, to be restored from a store.
+    pub fn background_mut(&mut self) -> &mut Background<BEAMS> {
+        &mut self.background
     }
 
     /// The background: profile, version, suspects.

@@ -10,6 +10,7 @@
 pub mod chain;
 pub mod jsonl;
 pub mod link;
+pub mod module;
 pub mod picture;
 #[cfg(feature = "qemu")]
 pub mod qemu;

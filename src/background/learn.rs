@@ -14,6 +14,7 @@
 
 use super::modes::{Modes, SAMPLES_MAX};
 use super::{Background, Beam, BeamProfile, BeamState, Status, suspects};
+use crate::pipeline::Settings;
 use crate::scan::{Geometry, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
@@ -246,7 +247,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
     }
 
     /// Gives a scan to the learning under way. True when a new background came of it.
-    pub(crate) fn learn_scan(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) -> bool {
+    pub(crate) fn learn_scan(&mut self, scan: &Scan<'_>, settings: Settings, now_ds: u32) -> bool {
         if !self.learner.running || !self.learner.take(scan, self.beams) {
             return false;
         }
@@ -256,17 +257,19 @@ impl<const BEAMS: usize> Background<BEAMS> {
             self.learner.restart(moved);
             return false;
         }
-        self.install(scan, blind_code, now_ds);
+        self.install(scan, settings, now_ds);
         true
     }
 
-    fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, now_ds: u32) {
+    fn install(&mut self, scan: &Scan<'_>, settings: Settings, now_ds: u32) {
+        let Settings { blind_code, spread_min_mm, .. } = settings;
         self.learner.running = false;
         let total = self.learner.samples;
         for (at, (beam, modes)) in
             self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate()
         {
-            let profile = modes.finish(total);
+            let mut profile = modes.finish(total);
+            profile.spread_mm = profile.spread_mm.max(spread_min_mm);
             // A step the sensor cannot measure says so by a code of its own, always the same.
             let silent = profile.state == BeamState::Open && profile.far_mm == 0;
             let blind = silent && blind_code.is_some() && scan.ranges_mm.get(at).copied() == blind_code;

@@ -24,6 +24,7 @@
 //! | `modes` | the few ranges a beam keeps returning to, in bounded memory |
 //! | `judge` | one scan against the model; a wall recedes, and never comes nearer |
 //! | `absorb` | a place the host has looked at becomes background |
+//! | `stored` | the background as bytes, for a store |
 //! | `suspects` | things in a new background that have the shape of a person |
 
 mod absorb;
@@ -32,12 +33,14 @@ mod bench;
 mod judge;
 mod learn;
 mod modes;
+mod stored;
 mod suspects;
 
 pub use absorb::{Absorb, AbsorbRefusal};
 pub use judge::Class;
 pub(crate) use judge::Status;
 pub use learn::{LEARN_SCANS, LEARN_SCANS_MIN, LearnRefusal, LearnRequest, Learning};
+pub use stored::BEAM_BYTES;
 pub use suspects::{SUSPECTS, Suspect};
 
 use crate::scan::Geometry;
@@ -226,6 +229,8 @@ pub struct Background<const BEAMS: usize> {
     beams: usize,
     version: u16,
     known: bool,
+    /// Profiles came from a store; what follows from them is still to be worked out.
+    restored: bool,
     drifted: bool,
     published_ds: u32,
     judged_ds: u32,
@@ -246,6 +251,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
             beams: 0,
             version: 0,
             known: false,
+            restored: false,
             drifted: false,
             published_ds: 0,
             judged_ds: 0,
@@ -260,8 +266,10 @@ impl<const BEAMS: usize> Background<BEAMS> {
     pub fn bind(&mut self, geometry: &Geometry, fingerprint: Fingerprint) {
         let beams = usize::from(geometry.beams()).min(BEAMS);
         if fingerprint == self.fingerprint && beams == self.beams {
+            self.settle(geometry);
             return;
         }
+        self.restored = false;
         self.learner.stop();
         self.fingerprint = fingerprint;
         self.beams = beams;

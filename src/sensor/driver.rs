@@ -12,7 +12,7 @@
 use embassy_futures::select::{Either, select};
 use embedded_io_async::{Read, Write};
 
-use super::action::{Action, Message};
+use super::action::{Action, Message, ScanTaken};
 use super::session::Session;
 use super::settings::SensorSettings;
 use super::state::SensorState;
@@ -34,6 +34,17 @@ pub enum Outcome<'a> {
     State(SensorState),
 }
 
+/// As [`Outcome`], without the scan.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Happened {
+    /// A scan came: [`Driver::scan`].
+    Scan,
+    /// The sensor's state has changed.
+    State(SensorState),
+    /// Nothing, until the time given.
+    Nothing,
+}
+
 /// A sensor on a link, with memory for scans of `BEAMS` beams.
 ///
 /// The link may fail: a read of 0 bytes or with an error is tried again after a pause of at most half a
@@ -49,6 +60,7 @@ pub struct Driver<L, C, const BEAMS: usize> {
     start: usize,
     end: usize,
     arrival_us: u64,
+    taken: Option<ScanTaken>,
 }
 
 impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
@@ -64,6 +76,7 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
             start: 0,
             end: 0,
             arrival_us: 0,
+            taken: None,
         }
     }
 
@@ -72,25 +85,66 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
         &self.session
     }
 
+    /// The scan of the newest [`Outcome::Scan`], until the next call of [`next`](Self::next).
+    pub fn scan(&self) -> Option<Scan<'_>> {
+        let ScanTaken { time, beams } = self.taken?;
+        let ranges_mm = self.ranges_mm.get(..usize::from(beams)).unwrap_or(&[]);
+        Some(Scan { geometry: self.session.geometry()?, ranges_mm, time })
+    }
+
+    /// Stops the stream; [`next`](Self::next) then says [`SensorState::Paused`], half a second later at most.
+    pub fn pause(&mut self) {
+        self.session.pause(self.clock.now_us());
+    }
+
+    /// Goes on after [`pause`](Self::pause), with these settings.
+    pub fn resume_with(&mut self, settings: SensorSettings) {
+        self.session.resume_with(settings, self.clock.now_us());
+    }
+
     /// Waits for the next scan or change of state. It recovers from every failure by itself.
+    ///
+    /// # Cancellation
+    /// As [`happens_until`](Self::happens_until).
+    pub async fn next(&mut self) -> Outcome<'_> {
+        loop {
+            match self.happens_until(u64::MAX).await {
+                Happened::Scan => break,
+                Happened::State(state) => return Outcome::State(state),
+                Happened::Nothing => {}
+            }
+        }
+        // The session knows the geometry of every scan it hands on.
+        match self.scan() {
+            Some(scan) => Outcome::Scan(scan),
+            None => Outcome::State(self.session.state()),
+        }
+    }
+
+    /// As [`next`](Self::next), but returns nothing if nothing comes until `limit_us`, at a moment when it only
+    /// waits. The scan itself is then had from [`scan`](Self::scan).
     ///
     /// # Cancellation
     /// Bytes of a read under way may be lost, which costs the scan they belong to. A request may be sent in
     /// part or not at all; it is repeated when its answer does not come. Call again.
-    pub async fn next(&mut self) -> Outcome<'_> {
-        let taken = loop {
+    pub async fn happens_until(&mut self, limit_us: u64) -> Happened {
+        self.taken = None;
+        loop {
             if let Some(state) = self.session.state_change() {
-                return Outcome::State(state);
+                return Happened::State(state);
             }
             if let Some(bytes) = self.chunk.get(self.start..self.end).filter(|bytes| !bytes.is_empty()) {
                 let received = self.session.receive(bytes, self.arrival_us, &mut self.ranges_mm);
                 self.start = self.start.saturating_add(received.consumed.max(1));
-                if let Some(taken) = received.scan {
-                    break taken;
+                if received.scan.is_some() {
+                    self.taken = received.scan;
+                    return Happened::Scan;
                 }
                 continue;
             }
-            match self.session.poll(self.clock.now_us()) {
+            let now_us = self.clock.now_us();
+            match self.session.poll(now_us) {
+                Action::Wait(_) | Action::Pause(_) if now_us >= limit_us => return Happened::Nothing,
                 Action::SetBaud(rate_baud) => {
                     let limit_us = self.clock.now_us().saturating_add(SEND_US);
                     let change = self.link.set_baud(rate_baud);
@@ -108,7 +162,9 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
                 }
                 Action::Wait(until_us) => {
                     let read = self.link.read(&mut self.chunk);
-                    let Either::First(result) = select(read, self.clock.wait_until(until_us)).await else {
+                    let Either::First(result) =
+                        select(read, self.clock.wait_until(until_us.min(limit_us))).await
+                    else {
                         continue;
                     };
                     self.arrival_us = self.clock.now_us();
@@ -118,14 +174,8 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
                         self.session.link_failed(self.arrival_us);
                     }
                 }
-                Action::Pause(until_us) => self.clock.wait_until(until_us).await,
+                Action::Pause(until_us) => self.clock.wait_until(until_us.min(limit_us)).await,
             }
-        };
-        // The session knows the geometry of every scan it hands on.
-        let ranges_mm = self.ranges_mm.get(..usize::from(taken.beams)).unwrap_or(&[]);
-        match self.session.geometry() {
-            Some(geometry) => Outcome::Scan(Scan { geometry, ranges_mm, time: taken.time }),
-            None => Outcome::State(self.session.state()),
         }
     }
 }

@@ -20,7 +20,7 @@ pub mod state;
 mod streaming;
 
 pub use action::{Action, Message, Received, ScanTaken};
-pub use driver::{Driver, Outcome};
+pub use driver::{Driver, Happened, Outcome};
 pub use session::Session;
 pub use settings::{LineSettings, SensorSettings};
 pub use state::{SensorCounters, SensorState};

@@ -81,6 +81,8 @@ pub(super) enum Phase {
     Asked(Step),
     /// Scans come, or should; the deadline says by when.
     Streaming,
+    /// Stopped by [`Session::pause`]: nothing is asked, whatever comes is passed over.
+    Paused,
 }
 
 /// What sensor and settings make of a measurement.
@@ -140,6 +142,8 @@ pub struct Session {
 
     /// `QT` and `MD` without a full start are under way.
     pub(super) resuming: bool,
+    /// The stream is to be stopped, or is.
+    pub(super) pausing: bool,
     /// Full starts, and reports of a fault, since the last accepted scan.
     pub(super) fruitless: u8,
     pub(super) faults: u8,
@@ -194,6 +198,7 @@ impl Session {
             exchanges: 0,
             time_since_us: 0,
             resuming: false,
+            pausing: false,
             fruitless: 0,
             faults: 0,
             last_scan: None,
@@ -208,7 +213,7 @@ impl Session {
     /// What to do now. Between two calls at the same time at most a handful of actions pass before it is
     /// [`Action::Wait`] or [`Action::Pause`].
     pub fn poll(&mut self, now_us: u64) -> Action {
-        if self.candidates.is_empty() {
+        if self.candidates.is_empty() && !self.pausing {
             self.search(now_us);
         }
         if self.new_baud.is_none() && self.message.is_none() && now_us >= self.deadline_us {
@@ -219,6 +224,7 @@ impl Session {
                     self.timed_out(step, now_us);
                 }
                 Phase::Streaming => self.silent(now_us),
+                Phase::Paused => self.deadline_us = u64::MAX,
             }
         }
         if let Some(rate_baud) = self.new_baud.take() {
@@ -267,6 +273,34 @@ impl Session {
         if self.link_failures == LINK_FAILURES && self.phase == Phase::Streaming {
             self.deadline_us = self.deadline_us.min(now_us);
         }
+    }
+
+    /// Stops the stream; whatever was going on ends. The state becomes [`SensorState::Paused`] when the sensor
+    /// has answered, or did not in time.
+    pub fn pause(&mut self, now_us: u64) {
+        self.pausing = true;
+        self.resuming = matches!(self.phase, Phase::Streaming) || self.resuming;
+        self.ask(Step::Quit, now_us);
+    }
+
+    /// Goes on after [`pause`](Self::pause), with these settings; the sensor is set up anew if they differ.
+    pub fn resume_with(&mut self, settings: SensorSettings, now_us: u64) {
+        let changed = settings != self.settings;
+        self.settings = settings;
+        self.pausing = false;
+        self.set_state(if self.plan.is_some() { SensorState::Starting } else { SensorState::Searching });
+        if changed || !self.resuming || self.plan.is_none() {
+            self.search(now_us);
+        } else {
+            self.ask(Step::Quit, now_us);
+        }
+    }
+
+    /// The sensor is quiet, or silent.
+    pub(super) fn paused(&mut self) {
+        self.phase = Phase::Paused;
+        self.deadline_us = u64::MAX;
+        self.set_state(SensorState::Paused);
     }
 
     /// How the sensor is.

@@ -122,6 +122,11 @@ impl Session {
     /// No answer to `step`.
     pub(super) fn timed_out(&mut self, step: Step, now_us: u64) {
         match step {
+            Step::Quit if self.pausing => {
+                if !self.again(step, now_us, 2) {
+                    self.paused();
+                }
+            }
             Step::Quit if self.resuming => {
                 if !self.again(step, now_us, 2) {
                     self.set_state(SensorState::Searching);
@@ -188,6 +193,10 @@ impl Session {
 
     /// `step` was answered with nothing but a status.
     pub(super) fn answered(&mut self, step: Step, status: Status, now_us: u64) {
+        if self.pausing {
+            self.paused();
+            return;
+        }
         if status == Status::ABNORMAL && !matches!(step, Step::Reboot | Step::RebootAgain) {
             self.abnormal(now_us);
             return;
@@ -244,7 +253,9 @@ impl Session {
 
     /// `step` was answered in SCIP 1.1.
     pub(super) fn answered_in_scip11(&mut self, step: Step, status: u8, now_us: u64) {
-        if step == Step::Scip20 && status == b'0' {
+        if self.pausing {
+            self.paused();
+        } else if step == Step::Scip20 && status == b'0' {
             self.found(now_us);
         } else if step == Step::Scip20 {
             self.denied(Step::Scip20, now_us);

@@ -37,6 +37,8 @@ pub enum SensorState {
     Unusable(GeometryError),
     /// It refuses to measure, with this status.
     Refused(Status),
+    /// Its stream was stopped on purpose.
+    Paused,
 }
 
 /// What happened since the start. Counters stop at their largest value.

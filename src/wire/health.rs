@@ -44,7 +44,7 @@ code_enum! {
         Unusable = 7, "the sensor's parameters describe no scan";
         /// [`SensorState::Refused`]; detail: the two characters of the status.
         Refused = 8, "the sensor refuses to measure";
-        /// Stopped by the module while it stores something.
+        /// [`SensorState::Paused`]: by the module, while it stores something.
         Paused = 9, "stopped while storing";
     }
 }
@@ -70,6 +70,7 @@ impl From<SensorState> for SensorHealth {
             SensorState::Abnormal => (SensorCode::Abnormal, (0, 0)),
             SensorState::TooLarge { beams, capacity } => (SensorCode::TooLarge, (beams, capacity)),
             SensorState::Unusable(error) => (SensorCode::Unusable, (error as u16, 0)),
+            SensorState::Paused => (SensorCode::Paused, (0, 0)),
             SensorState::Refused(Status([one, two])) => (SensorCode::Refused, (one.into(), two.into())),
         };
         Self { code, detail }

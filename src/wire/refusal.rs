@@ -79,6 +79,8 @@ pub enum Refusal {
         /// What is wrong with it.
         fault: SettingFault,
     },
+    /// The store failed; the old settings are in use.
+    NotStored,
     /// A code of a newer module.
     Unknown(u8),
 }
@@ -107,6 +109,7 @@ impl Refusal {
             Self::NoSensor => [14, 0, 0],
             Self::Busy => [15, 0, 0],
             Self::Setting { line, fault } => [16, line, fault.into()],
+            Self::NotStored => [17, 0, 0],
             Self::Unknown(code) => [code, 0, 0],
         }
     }
@@ -130,6 +133,7 @@ impl Refusal {
             14 => Self::NoSensor,
             15 => Self::Busy,
             16 => Self::Setting { line: one, fault: two.into() },
+            17 => Self::NotStored,
             code => Self::Unknown(code),
         }
     }
@@ -150,7 +154,7 @@ impl Refusal {
             Self::Moved | Self::NoBackground | Self::Span | Self::Report => Counter::RefusedAbsorb,
             Self::TooFewScans | Self::NoSensor => Counter::RefusedLearn,
             Self::Busy => Counter::RefusedBusy,
-            Self::Setting { .. } => Counter::RefusedSetting,
+            Self::Setting { .. } | Self::NotStored => Counter::RefusedSetting,
         }
     }
 }
@@ -197,6 +201,7 @@ impl core::fmt::Display for Refusal {
             Self::Report => "that report is too old or was never made",
             Self::TooFewScans => "a background needs at least 30 scans",
             Self::NoSensor => "no sensor is known yet",
+            Self::NotStored => "it cannot be stored; nothing has changed",
             Self::Busy => "busy with an earlier request; ask again",
         })
     }

@@ -1,6 +1,7 @@
 //! The commands of `kehai-sim`, one file each.
 
 mod demo;
+mod module;
 mod replay;
 mod sensor;
 
@@ -19,6 +20,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Sensor(Box<sensor::Arguments>),
+    Module(module::Arguments),
     Replay(replay::Arguments),
     Demo(demo::Arguments),
 }
@@ -27,6 +29,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Sensor(arguments) => sensor::run(&arguments),
+        Command::Module(arguments) => module::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
     };

@@ -285,6 +285,7 @@ const fn state_in_words(state: SensorState) -> &'static str {
         SensorState::TooLarge { .. } => "too many beams",
         SensorState::Unusable(_) => "unusable",
         SensorState::Refused(_) => "refuses to measure",
+        SensorState::Paused => "stopped",
     }
 }
 

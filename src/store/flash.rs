@@ -1,0 +1,70 @@
+//! The store in flash: records of a map that moves round the pages, so that they wear evenly.
+//!
+//! ```text
+//!   page 0 (full)     │ boot 1 │ settings │ boot 2 │ chunk │ chunk │ …
+//!   page 1 (in use)   │ boot 3 │ commit │ settings │            the newest of a key counts
+//!   page 2 (erased)   │
+//! ```
+//!
+//! `sequential-storage` writes an item, then its header's checksum makes it count; a page that is to be erased
+//! first has its living items copied. A loss of power in between is repaired at the next access.
+
+use core::ops::Range;
+
+use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage};
+
+use crate::link::{RECORD_MAX, Store, StoreError};
+
+/// Room for a record, its key, and the padding of the largest word.
+const BUFFER: usize = RECORD_MAX + 1 + 32;
+
+type Map<F> = MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>;
+
+/// Records in flash.
+pub struct FlashStore<F: NorFlash> {
+    map: Map<F>,
+    buffer: [u8; BUFFER],
+}
+
+impl<F: NorFlash> FlashStore<F> {
+    /// The store in this range of `flash`, whole pages, at least two. None for a range that is not that.
+    #[must_use]
+    pub fn new(flash: F, range: Range<u32>) -> Option<Self> {
+        let config = MapConfig::try_new(range).ok()?;
+        Some(Self { map: MapStorage::new(flash, config, Cache::new_uncached()), buffer: [0; BUFFER] })
+    }
+
+    /// Gives the flash back.
+    pub fn into_flash(self) -> F {
+        self.map.destroy().0
+    }
+}
+
+impl<F: NorFlash> Store for FlashStore<F> {
+    async fn load(&mut self, key: u8, buffer: &mut [u8]) -> Result<Option<usize>, StoreError> {
+        match self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await {
+            Ok(None) => Ok(None),
+            Ok(Some(record)) => {
+                let place = buffer.get_mut(..record.len()).ok_or(StoreError)?;
+                place.copy_from_slice(record);
+                Ok(Some(record.len()))
+            }
+            Err(_) => Err(StoreError),
+        }
+    }
+
+    async fn save(&mut self, key: u8, record: &[u8]) -> Result<(), StoreError> {
+        if record.len() > RECORD_MAX {
+            return Err(StoreError);
+        }
+        let first = self.map.store_item(&mut self.buffer, &key, &record).await;
+        if !matches!(first, Err(sequential_storage::Error::Corrupted { .. })) {
+            return first.map_err(|_| StoreError);
+        }
+        // Memory that was never a store, or is damaged beyond repair.
+        self.map.erase_all().await.map_err(|_| StoreError)?;
+        self.map.store_item(&mut self.buffer, &key, &record).await.map_err(|_| StoreError)
+    }
+}

@@ -1,0 +1,256 @@
+//! What survives a loss of power: the count of starts, the settings, the background, the sensor's speed.
+//!
+//! ```text
+//!   record   0  boot        u32
+//!            1  settings    text, as on the wire
+//!            2  baud        u32: speed at which the sensor answered last
+//!            3  background  slot u8, version u16, beams u16, fingerprint u32, sum u32, serial 16 u8
+//!    16 … 31  slot 0: chunks of the background      version u16, 170 beams of 6 bytes
+//!    32 … 47  slot 1: the same
+//!
+//!   storing a background:  chunks into the slot that record 3 does not name … then record 3
+//! ```
+//!
+//! Each record changes at once or not at all ([`Store`]). A background counts from the moment record 3 names
+//! it; until then the old one does. Chunks that do not belong to it, or do not add up to its sum, are none.
+//!
+//! Flash of at least 32 KiB in pages of 8 KiB holds both backgrounds of 1081 beams beside everything else.
+
+pub mod flash;
+
+use embassy_futures::yield_now;
+
+use crate::background::{BEAM_BYTES, Background, Fingerprint};
+use crate::link::{RECORD_MAX, Store, StoreError};
+use crate::module::Settings;
+use crate::scan::MAX_BEAMS;
+use crate::scip::Text;
+
+const BOOT: u8 = 0;
+const SETTINGS: u8 = 1;
+const BAUD: u8 = 2;
+const BACKGROUND: u8 = 3;
+const CHUNKS: [u8; 2] = [16, 32];
+
+/// Beams of a chunk.
+const CHUNK_BEAMS: usize = 170;
+/// Bytes of the version in front of a chunk.
+const CHUNK_HEAD: usize = 2;
+const COMMIT_LEN: usize = 1 + 2 + 2 + 4 + 4 + 16;
+
+const _: () = assert!(CHUNK_HEAD + CHUNK_BEAMS * BEAM_BYTES <= RECORD_MAX);
+const _: () = assert!(MAX_BEAMS.div_ceil(CHUNK_BEAMS) <= 16);
+
+/// What a module begins with.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Number of this start, from 1.
+    pub boot: u32,
+    /// The settings.
+    pub settings: Settings,
+    /// Speed at which the sensor answered last.
+    pub last_baud: Option<u32>,
+    /// Something could not be read or written.
+    pub failed: bool,
+}
+
+/// Counts this start and reads what a module begins with. Without a readable count, `boot` is
+/// `otherwise`: better a number that was not used before.
+///
+/// # Cancellation
+/// The start may have been counted.
+pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
+    let mut start =
+        Start { boot: otherwise.max(1), settings: Settings::new(), last_baud: None, failed: false };
+    let mut buffer = [0; RECORD_MAX];
+    match number(store, BOOT).await {
+        Ok(last) => start.boot = last.unwrap_or(0).checked_add(1).unwrap_or(1),
+        Err(StoreError) => start.failed = true,
+    }
+    start.failed |= store.save(BOOT, &start.boot.to_le_bytes()).await.is_err();
+    match store.load(SETTINGS, &mut buffer).await {
+        Ok(length) => start.settings = Settings::restored(buffer.get(..length.unwrap_or(0)).unwrap_or(&[])),
+        Err(StoreError) => start.failed = true,
+    }
+    match number(store, BAUD).await {
+        Ok(rate_baud) => start.last_baud = rate_baud,
+        Err(StoreError) => start.failed = true,
+    }
+    start
+}
+
+/// A record that is one number.
+async fn number(store: &mut impl Store, key: u8) -> Result<Option<u32>, StoreError> {
+    let mut bytes = [0; 4];
+    let length = store.load(key, &mut bytes).await?;
+    Ok(length.filter(|&length| length == bytes.len()).map(|_| u32::from_le_bytes(bytes)))
+}
+
+/// Stores the settings.
+///
+/// # Errors
+/// [`StoreError`]: the old ones are still stored, or the new ones.
+///
+/// # Cancellation
+/// As an error.
+pub async fn save_settings(store: &mut impl Store, settings: &Settings) -> Result<(), StoreError> {
+    store.save(SETTINGS, settings.text().as_bytes()).await
+}
+
+/// Stores the speed at which the sensor answered, if it is another one.
+///
+/// # Errors
+/// [`StoreError`].
+///
+/// # Cancellation
+/// The old one is still stored, or the new one.
+pub async fn save_baud(store: &mut impl Store, rate_baud: u32) -> Result<(), StoreError> {
+    if number(store, BAUD).await? == Some(rate_baud) {
+        return Ok(());
+    }
+    store.save(BAUD, &rate_baud.to_le_bytes()).await
+}
+
+/// The record that makes chunks a background.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Commit {
+    slot: bool,
+    version: u16,
+    beams: u16,
+    fingerprint: u32,
+    sum: u32,
+    serial: Text<16>,
+}
+
+impl Commit {
+    fn to_bytes(self) -> [u8; COMMIT_LEN] {
+        let mut bytes = [0; COMMIT_LEN];
+        let numbers = [u8::from(self.slot)]
+            .into_iter()
+            .chain(self.version.to_le_bytes())
+            .chain(self.beams.to_le_bytes());
+        let sums = self.fingerprint.to_le_bytes().into_iter().chain(self.sum.to_le_bytes());
+        let all = numbers.chain(sums).chain(self.serial.as_str().bytes());
+        bytes.iter_mut().zip(all).for_each(|(place, byte)| *place = byte);
+        bytes
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (&[slot, v0, v1, b0, b1, f0, f1, f2, f3, s0, s1, s2, s3], serial) =
+            bytes.split_first_chunk::<13>()?;
+        let length = serial.iter().position(|&byte| byte == 0).unwrap_or(serial.len());
+        Some(Self {
+            slot: slot != 0,
+            version: u16::from_le_bytes([v0, v1]),
+            beams: u16::from_le_bytes([b0, b1]),
+            fingerprint: u32::from_le_bytes([f0, f1, f2, f3]),
+            sum: u32::from_le_bytes([s0, s1, s2, s3]),
+            serial: Text::new(serial.get(..length).unwrap_or(serial)),
+        })
+    }
+
+    fn chunk_key(&self, chunk: u8) -> u8 {
+        let [zero, one] = CHUNKS;
+        (if self.slot { one } else { zero }).saturating_add(chunk)
+    }
+
+    /// First beam of each chunk.
+    fn chunks(&self) -> impl Iterator<Item = (u8, usize)> + use<> {
+        (0u8..).zip((0..usize::from(self.beams)).step_by(CHUNK_BEAMS))
+    }
+}
+
+/// The record in the store.
+async fn committed(store: &mut impl Store) -> Result<Option<Commit>, StoreError> {
+    let mut bytes = [0; COMMIT_LEN];
+    let length = store.load(BACKGROUND, &mut bytes).await?;
+    Ok(length.filter(|&length| length == COMMIT_LEN).and_then(|_| Commit::from_bytes(&bytes)))
+}
+
+/// Stores a background and the serial number of its sensor. Others may run before every chunk.
+///
+/// # Errors
+/// [`StoreError`]: the old one is still stored, or the new one.
+///
+/// # Cancellation
+/// As an error.
+pub async fn save_background<const BEAMS: usize>(
+    store: &mut impl Store,
+    background: &Background<BEAMS>,
+    serial: Text<16>,
+) -> Result<(), StoreError> {
+    // An unreadable record names no slot that would have to be spared.
+    let old = committed(store).await.unwrap_or(None);
+    let mut commit = Commit {
+        slot: !old.is_some_and(|old| old.slot),
+        version: background.version(),
+        beams: background.beams().min(MAX_BEAMS) as u16,
+        fingerprint: background.fingerprint().0,
+        sum: SUM_BEGIN,
+        serial,
+    };
+    let mut record = [0; CHUNK_HEAD + CHUNK_BEAMS * BEAM_BYTES];
+    for (chunk, first) in commit.chunks() {
+        yield_now().await;
+        let (head, beams) = record.split_at_mut(CHUNK_HEAD);
+        head.iter_mut().zip(commit.version.to_le_bytes()).for_each(|(place, byte)| *place = byte);
+        let written = background.store_part(first, beams);
+        let bytes = record.get(..CHUNK_HEAD + written).unwrap_or(&record);
+        commit.sum = sum(commit.sum, bytes);
+        store.save(commit.chunk_key(chunk), bytes).await?;
+    }
+    yield_now().await;
+    store.save(BACKGROUND, &commit.to_bytes()).await
+}
+
+/// Reads the background into `background`; gives the serial number of its sensor, or nothing when there is none,
+/// it is damaged, or it is larger than there is room for. It is in use once it is bound to that sensor.
+///
+/// # Errors
+/// [`StoreError`]; nothing is known then.
+///
+/// # Cancellation
+/// Nothing is known.
+pub async fn load_background<const BEAMS: usize>(
+    store: &mut impl Store,
+    background: &mut Background<BEAMS>,
+) -> Result<Option<Text<16>>, StoreError> {
+    let Some(commit) = committed(store).await?.filter(|commit| usize::from(commit.beams) <= BEAMS) else {
+        return Ok(None);
+    };
+    let whole = load_chunks(store, &commit, background).await;
+    if !matches!(whole, Ok(true)) {
+        background.forget();
+        return whole.map(|_| None);
+    }
+    background.restored(usize::from(commit.beams), commit.version, Fingerprint(commit.fingerprint));
+    Ok(Some(commit.serial))
+}
+
+/// Whether all chunks are there and are those of the commit.
+async fn load_chunks<const BEAMS: usize>(
+    store: &mut impl Store,
+    commit: &Commit,
+    background: &mut Background<BEAMS>,
+) -> Result<bool, StoreError> {
+    let mut record = [0; CHUNK_HEAD + CHUNK_BEAMS * BEAM_BYTES];
+    let mut added = SUM_BEGIN;
+    for (chunk, first) in commit.chunks() {
+        let Some(length) = store.load(commit.chunk_key(chunk), &mut record).await? else { return Ok(false) };
+        let bytes = record.get(..length).unwrap_or(&[]);
+        added = sum(added, bytes);
+        let (head, beams) = bytes.split_at_checked(CHUNK_HEAD).unwrap_or((&[], &[]));
+        if head != commit.version.to_le_bytes() {
+            return Ok(false);
+        }
+        background.restore_part(first, beams);
+    }
+    Ok(added == commit.sum)
+}
+
+const SUM_BEGIN: u32 = 0x811c_9dc5;
+
+/// FNV-1a, 32 bits: tells whether chunks belong together.
+fn sum(before: u32, bytes: &[u8]) -> u32 {
+    bytes.iter().fold(before, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+}

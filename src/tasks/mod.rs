@@ -1,0 +1,89 @@
+//! The module's tasks, for any executor: they wait, and decide nothing.
+//!
+//! ```text
+//!   begin:  store ─▶ start, settings, background                       before the first datagram
+//!
+//!   run:    ┌ sensor ─────── driver ──▶ scan, state ─┐
+//!           │ control ────── datagrams ─▶ request ───┼─▶ Module ─▶ perception ─▶ uplink: reports, health
+//!           │ time ──────────────────────────────────┘     │
+//!           │ storing ◀──────────── wish ──────────────────┘   stream stopped meanwhile
+//!           └ supervision ─▶ watchdog
+//! ```
+//!
+//! Sensor, control, perception and uplink are one task: they share the background, a scan is judged in less
+//! than a millisecond, and no send ever waits. Supervision runs beside it and feeds the watchdog only as
+//! long as that task comes round.
+//!
+//! All memory is the caller's: driver, module, sockets, store.
+
+mod operation;
+mod supervision;
+
+pub use supervision::{Pulse, Waiting};
+
+use embassy_futures::select::{Either, select};
+use embedded_io_async::{Read, Write};
+
+use crate::link::{Baud, Clock, Datagrams, Store, StoreError, Watchdog};
+use crate::module::Module;
+use crate::sensor::{Driver, LineSettings};
+use crate::store;
+use operation::Operation;
+
+/// Counts this start and gives the module its settings and its background. To be done before the network is
+/// up: no datagram may be sent with another start's number. Returns the speed at which the sensor
+/// answered last, for [`LineSettings`].
+///
+/// # Cancellation
+/// The start may have been counted; begin anew with a new module.
+pub async fn begin<const BEAMS: usize>(store: &mut impl Store, module: &mut Module<BEAMS>) -> Option<u32> {
+    let start = store::start(store, module.unlikely_boot()).await;
+    module.begin(start.boot, start.settings);
+    if start.failed {
+        module.store_failed();
+    }
+    match store::load_background(store, module.background_mut()).await {
+        Ok(serial) => serial.into_iter().for_each(|serial| module.remember_serial(serial)),
+        Err(StoreError) => module.store_failed(),
+    }
+    start.last_baud
+}
+
+/// The hardware of a module, as the library sees it.
+#[derive(Debug)]
+pub struct Hardware<'a, L, C, D, S, W, const BEAMS: usize> {
+    /// The sensor, set up by [`Settings::sensor`](crate::module::Settings::sensor).
+    pub driver: &'a mut Driver<L, C, BEAMS>,
+    /// Its line.
+    pub line: LineSettings,
+    /// The module's port.
+    pub datagrams: D,
+    /// Where settings and background are kept.
+    pub store: S,
+    /// The watchdog.
+    pub watchdog: W,
+    /// The same clock as the driver's.
+    pub clock: C,
+}
+
+/// Runs the module until it is to start anew: the caller then resets the board.
+///
+/// # Cancellation
+/// As a loss of power: settings and background are the old or the new ones. Call again.
+pub async fn run<L, C, D, S, W, const BEAMS: usize>(
+    module: &mut Module<BEAMS>,
+    hardware: Hardware<'_, L, C, D, S, W, BEAMS>,
+) where
+    L: Read + Write + Baud,
+    C: Clock,
+    D: Datagrams,
+    S: Store,
+    W: Watchdog,
+{
+    let Hardware { driver, line, datagrams, store, watchdog, clock } = hardware;
+    let pulse = Pulse::new(clock.now_us());
+    let operation = Operation::new(module, driver, line, datagrams, &clock, &pulse).run(store);
+    match select(operation, supervision::run(watchdog, &clock, &pulse)).await {
+        Either::First(()) | Either::Second(()) => {}
+    }
+}

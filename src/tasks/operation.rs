@@ -1,0 +1,132 @@
+//! The task that does the work: whatever comes first of sensor, datagrams and time goes to the module.
+
+use core::pin::pin;
+
+use embassy_futures::select::{Either3, select3};
+use embedded_io_async::{Read, Write};
+
+use super::supervision::{Pulse, Waiting};
+use crate::link::{Baud, Clock, Datagrams, Store};
+use crate::module::{Module, Wish};
+use crate::sensor::{Driver, Happened, LineSettings, SensorState};
+use crate::store;
+use crate::wire::DATAGRAM_MAX;
+
+/// The sensor is looked at so often when nothing comes from it, µs.
+const LOOK_US: u64 = 500_000;
+
+/// Longest wait for the stream to stop, µs: two requests without an answer, and a second.
+const PAUSE_US: u64 = 2_000_000;
+
+/// Time for the last answers to leave, µs.
+const FAREWELL_US: u64 = 200_000;
+
+pub(super) struct Operation<'a, L, C, D, const BEAMS: usize> {
+    module: &'a mut Module<BEAMS>,
+    driver: &'a mut Driver<L, C, BEAMS>,
+    line: LineSettings,
+    datagrams: D,
+    clock: &'a C,
+    pulse: &'a Pulse,
+}
+
+impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operation<'a, L, C, D, BEAMS> {
+    pub(super) const fn new(
+        module: &'a mut Module<BEAMS>,
+        driver: &'a mut Driver<L, C, BEAMS>,
+        line: LineSettings,
+        datagrams: D,
+        clock: &'a C,
+        pulse: &'a Pulse,
+    ) -> Self {
+        Self { module, driver, line, datagrams, clock, pulse }
+    }
+
+    /// Until the module is to start anew.
+    ///
+    /// # Cancellation
+    /// As a loss of power.
+    pub(super) async fn run(mut self, mut store: impl Store) {
+        loop {
+            match self.module.wish() {
+                None => self.turn(u64::MAX).await,
+                Some(Wish::Store) => self.store(&mut store).await,
+                Some(Wish::Restart) => break,
+            }
+        }
+        self.pulse.beat(Waiting::Restart, self.clock.now_us());
+        self.clock.wait_until(self.clock.now_us().saturating_add(FAREWELL_US)).await;
+    }
+
+    /// Until the sensor has something to say, the module has a wish, or `limit_us`.
+    ///
+    /// # Cancellation
+    /// As [`Driver::happens_until`].
+    async fn turn(&mut self, limit_us: u64) {
+        let Self { module, driver, datagrams, clock, pulse, .. } = self;
+        let mut datagram = [0; DATAGRAM_MAX + 1];
+        let look_us = clock.now_us().saturating_add(LOOK_US).min(limit_us);
+        let happened = {
+            // Kept over all datagrams: nothing that is under way with the sensor is given up for them.
+            let mut sensor = pin!(driver.happens_until(look_us));
+            loop {
+                let due_us = module.poll(clock.now_us(), datagrams);
+                let time = clock.wait_until(due_us);
+                match select3(sensor.as_mut(), datagrams.receive_from(&mut datagram), time).await {
+                    Either3::First(happened) => break happened,
+                    Either3::Second((length, from)) => {
+                        let received = datagram.get(..length).unwrap_or(&datagram);
+                        module.receive(from, received, clock.now_us(), datagrams);
+                    }
+                    Either3::Third(()) => {}
+                }
+                if module.wish().is_some() {
+                    return;
+                }
+            }
+        };
+        let now_us = clock.now_us();
+        match (happened, driver.scan()) {
+            (Happened::Scan, Some(scan)) => module.scan(driver.session(), &scan, now_us, datagrams),
+            _ => module.sensor(driver.session(), now_us, datagrams),
+        }
+        match (happened, driver.session().state()) {
+            // Here only scans show that all is well.
+            (Happened::Nothing, SensorState::Streaming) => {}
+            (_, SensorState::Streaming) => pulse.beat(Waiting::Scans, now_us),
+            _ => pulse.beat(Waiting::Sensor, now_us),
+        }
+    }
+
+    /// Stops the stream, stores what is to be stored, and lets the sensor go on.
+    ///
+    /// # Cancellation
+    /// As a loss of power.
+    async fn store(&mut self, store: &mut impl Store) {
+        self.module.begin_storing(self.clock.now_us(), &mut self.datagrams);
+        self.driver.pause();
+        let limit_us = self.clock.now_us().saturating_add(PAUSE_US);
+        while self.driver.session().state() != SensorState::Paused && self.clock.now_us() < limit_us {
+            self.turn(limit_us).await;
+        }
+        self.pulse.beat(Waiting::Storing, self.clock.now_us());
+        let settings = match self.module.settings_to_store() {
+            Some(settings) => Some(store::save_settings(store, settings).await.is_ok()),
+            None => None,
+        };
+        let mut background = match self.module.background_to_store() {
+            Some((background, serial)) => {
+                Some(store::save_background(store, background, serial).await.is_ok())
+            }
+            None => None,
+        };
+        if let Some(rate_baud) = self.driver.session().last_baud()
+            && store::save_baud(store, rate_baud).await.is_err()
+        {
+            background = Some(false);
+        }
+        self.module.end_storing(settings, background, self.clock.now_us(), &mut self.datagrams);
+        self.driver.resume_with(self.module.settings().sensor(self.line));
+        self.pulse.beat(Waiting::Sensor, self.clock.now_us());
+    }
+}
