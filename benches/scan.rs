@@ -15,8 +15,8 @@ use host_sim::urg::encode;
 use kehai::background::{Background, Fingerprint};
 use kehai::pipeline::{Pipeline, Settings};
 use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime};
-use kehai::sensor::Session;
 use kehai::scip::{Command, Event, Measurement, Reader, Width};
+use kehai::sensor::Session;
 
 /// Bytes a UART hands out at once.
 const SLICE_BYTES: usize = 64;
@@ -240,7 +240,10 @@ fn report() -> ExitCode {
         "\nstatic memory for {MAX_BEAMS} steps: pipeline {state} bytes, learning included (background {}),",
         size_of::<Background<MAX_BEAMS>>()
     );
-    println!("session, reader and scan buffer {reader} bytes; together {} of {MEMORY_BUDGET_BYTES}", state + reader);
+    println!(
+        "session, reader and scan buffer {reader} bytes; together {} of {MEMORY_BUDGET_BYTES}",
+        state + reader
+    );
     if state + reader > MEMORY_BUDGET_BYTES {
         over.push(format!("the state takes {} bytes", state + reader));
     }
