@@ -16,6 +16,7 @@ use embassy_net::udp::{PacketMetadata, UdpSocket};
 use embassy_net::{ConfigV4, DhcpConfig, Ipv4Address, Ipv4Cidr, Stack, StaticConfigV4};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use kehai::address::{self, DHCP_QUESTION_LEN, Mac};
+use kehai::module::Addressing;
 
 /// A server on the same segment answers in milliseconds; three requests may be lost.
 const PATIENCE: Duration = Duration::from_secs(4);
@@ -50,11 +51,20 @@ fn link_local(mac: Mac) -> StaticConfigV4 {
     }
 }
 
-/// Keeps an address, for ever. The stack begins with [`dhcp`].
+/// Keeps an address, for ever: the one given, or else by DHCP. The stack begins with [`dhcp`].
 ///
 /// # Cancellation
 /// The address stays as it is.
-pub async fn keep_address(stack: Stack<'static>, mac: Mac) {
+pub async fn keep_address(stack: Stack<'static>, mac: Mac, addressing: Addressing) {
+    if let Addressing::Static { address, prefix, gateway } = addressing {
+        stack.set_config_v4(ConfigV4::Static(StaticConfigV4 {
+            address: Ipv4Cidr::new(Ipv4Address::from(address), prefix),
+            gateway: gateway.map(Ipv4Address::from),
+            dns_servers: Default::default(),
+        }));
+        log_address(stack);
+        core::future::pending::<()>().await;
+    }
     loop {
         stack.wait_link_up().await;
         if with_timeout(PATIENCE, stack.wait_config_up()).await.is_ok() {

@@ -54,7 +54,8 @@ mod image {
         let mut watchdog = Watchdog::start();
         let chip = CHIP.init(Lan9118::new().expect("no LAN9118 in this machine"));
         let mac = chip.mac();
-        // No random numbers on this board: modules differ by address, boots are told apart elsewhere.
+        // No random numbers on this board: modules differ by address, starts by their number.
+        let [a, b, c, d, e, f] = mac;
         let seed = mac.iter().fold(0, |seed, &byte| seed << 8 | u64::from(byte));
         let (stack, runner) = embassy_net::new(
             &mut *chip,
@@ -67,6 +68,8 @@ mod image {
         let mut led = Led;
         module::run(Board {
             mac,
+            secret: [a, b, c, d, e, f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
+            watchdog_reset: false,
             stack,
             uart: Uart::new(FIRST_BAUD),
             storage: Storage::new(psram()),

@@ -85,8 +85,10 @@ mod image {
             pins.PA2,
             pins.PC1,
         );
-        let mut seed = [0; 8];
-        Rng::new(pins.RNG, Interrupts).fill_bytes(&mut seed);
+        let (mut seed, mut secret) = ([0; 8], [0; 16]);
+        let mut random = Rng::new(pins.RNG, Interrupts);
+        random.fill_bytes(&mut seed);
+        random.fill_bytes(&mut secret);
         let (stack, runner) = embassy_net::new(
             chip,
             module::network_config(mac),
@@ -113,6 +115,8 @@ mod image {
         let mut led = Output::new(pins.PB0, Level::Low, Speed::Low);
         module::run(Board {
             mac,
+            secret,
+            watchdog_reset: false,
             stack,
             uart: Uart::new(transmitter, receiver),
             storage: BlockingAsync::new(Flash::new_blocking(pins.FLASH)),

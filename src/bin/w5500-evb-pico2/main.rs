@@ -30,7 +30,7 @@ mod image {
     use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, FLASH, SPI0, UART0};
     use embassy_rp::spi::{Async, Spi};
     use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart};
-    use embassy_rp::watchdog::Watchdog;
+    use embassy_rp::watchdog::{ResetReason, Watchdog};
     use embassy_rp::{bind_interrupts, dma, otp, spi};
     use embassy_time::{Delay, Duration};
     use embedded_hal_bus::spi::ExclusiveDevice;
@@ -70,6 +70,7 @@ mod image {
 
         let pins = embassy_rp::init(Default::default());
         let mut watchdog = Watchdog::new(pins.WATCHDOG);
+        let watchdog_reset = matches!(watchdog.reset_reason(), Some(ResetReason::TimedOut));
         watchdog.start(WATCHDOG);
 
         let mac = address::mac_from_unique_id(&otp::get_chipid().unwrap_or_default().to_le_bytes());
@@ -119,8 +120,12 @@ mod image {
 
         let mut led = Output::new(pins.PIN_25, Level::Low);
         let flash = Flash::<FLASH, Blocking, FLASH_LEN>::new_blocking(pins.FLASH);
+        let mut secret = [0; 16];
+        RoscRng.fill_bytes(&mut secret);
         module::run(Board {
             mac,
+            secret,
+            watchdog_reset,
             stack,
             uart: Uart(line),
             storage: BlockingAsync::new(flash),
