@@ -203,6 +203,8 @@ fn the_image_boots_names_itself_and_gets_an_address_by_dhcp() {
     let build = wait_for(&mut board, "kehai ");
     assert!(build.text.starts_with(concat!("kehai ", env!("CARGO_PKG_VERSION"), " ")), "{}", build.text);
     assert!(build.text.ends_with(" mps2-an386"), "{}", build.text);
+    let maths = wait_for(&mut board, "maths ").text;
+    assert_eq!(maths, format!("maths {:08x}", kehai::math::digest()), "board and PC calculate differently");
     assert_eq!(wait_for(&mut board, "mac ").text, "mac 52:54:00:12:34:81");
     assert_eq!(wait_for(&mut board, "host ").text, "host kehai-123481");
     let lease = wait_for(&mut board, "address ");

@@ -14,7 +14,8 @@ fn file(name: &str, text: &str) -> PathBuf {
 }
 
 /// A person of 0.4 m before a wall at 3 m, walking aside, after 40 scans of the empty room.
-fn walk() -> PathBuf {
+/// `name` tells the files of tests that run at the same time apart.
+fn walk(name: &str) -> PathBuf {
     use std::fmt::Write;
     let mut text = String::from(
         "# source=made for a test\n# amin_step=44 front_step=384 ares=1024 beams=682 dmin=20 dmax=5600 period_ms=100\n",
@@ -27,7 +28,7 @@ fn walk() -> PathBuf {
         }
         text.push('\n');
     }
-    file("walk.csv", &text)
+    file(&format!("{name}.csv"), &text)
 }
 
 fn refused(arguments: &[&str], status: i32, words: &[&str]) {
@@ -44,11 +45,12 @@ fn refused(arguments: &[&str], status: i32, words: &[&str]) {
 
 #[test]
 fn a_recording_becomes_lines_of_json_the_same_every_time() {
-    let path = walk();
+    let path = walk("walk");
     let path = path.to_str().unwrap();
     let output = kehai_sim(&["replay", path, "--learn", "30", "--json"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.stdout, kehai_sim(&["replay", path, "--learn", "30", "--json"]).stdout);
+    let again = kehai_sim(&["replay", path, "--learn", "30", "--json"]);
+    assert!(output.stdout == again.stdout, "two runs differ");
     let lines: Vec<serde_json::Value> = output
         .stdout
         .split(|&byte| byte == b'\n')
@@ -68,7 +70,7 @@ fn a_recording_becomes_lines_of_json_the_same_every_time() {
 
 #[test]
 fn the_figures_and_the_picture_are_for_people() {
-    let path = walk();
+    let path = walk("walk-drawn");
     let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("walk.svg");
     let output =
         kehai_sim(&["replay", path.to_str().unwrap(), "--learn", "30", "--svg", picture.to_str().unwrap()]);
@@ -91,7 +93,7 @@ fn bad_input_gets_one_line_that_names_what_and_where() {
     refused(&["replay", &bad("short.csv", &format!("{head}0,1,2\n"))], 1, &["short.csv:2", "2 values", "3"]);
     refused(&["replay", &bad("turn.csv", &head.replace("1024", "7"))], 1, &["turn.csv:1", "impossible"]);
     refused(&["replay", &bad("empty.csv", head)], 1, &["empty.csv", "no scan"]);
-    let path = walk();
+    let path = walk("walk-refused");
     let path = path.to_str().unwrap();
     refused(&["replay", path, "--learn", "3"], 2, &["--learn", "at least 30"]);
     refused(&["replay", path, "--learn", "many"], 2, &["--learn", "or all"]);

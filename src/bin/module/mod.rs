@@ -80,6 +80,7 @@ where
     static MODULE: StaticCell<Module<MAX_BEAMS>> = StaticCell::new();
 
     info!("{=str}", BUILD);
+    info!("maths {=u32:08x}", kehai::math::digest());
     let [a, b, c, d, e, f] = board.mac;
     info!("mac {=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}", a, b, c, d, e, f);
     info!("host {=str}", address::host_name(board.mac).as_str());
