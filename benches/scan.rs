@@ -14,7 +14,7 @@ use std::time::Instant;
 use host_sim::urg::encode;
 use kehai::background::{Background, Fingerprint};
 use kehai::pipeline::{Pipeline, Settings};
-use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime};
+use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime, URG_04LX};
 use kehai::scip::{Command, Event, Measurement, Reader, Width};
 use kehai::sensor::Session;
 
@@ -60,18 +60,8 @@ impl Stage {
 const RUNS: [&str; 3] = ["decode", "background", "pipeline"];
 
 fn geometry(steps: u16) -> Geometry {
-    let urg = GeometryParts {
-        first_step: 44,
-        last_step: 725,
-        cluster: 1,
-        front_step: 384,
-        steps_per_turn: 1024,
-        period_us: 100_000,
-        range_min_mm: 20,
-        range_max_mm: 5600,
-    };
     let parts = match steps {
-        682 => urg,
+        682 => URG_04LX,
         _ => GeometryParts {
             first_step: 0,
             last_step: steps - 1,
@@ -79,7 +69,7 @@ fn geometry(steps: u16) -> Geometry {
             steps_per_turn: 1440,
             period_us: 25_000,
             range_max_mm: 30_000,
-            ..urg
+            ..URG_04LX
         },
     };
     Geometry::new(parts).expect("the geometry is that of a real sensor")

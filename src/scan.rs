@@ -286,8 +286,7 @@ impl<'a> Scan<'a> {
 }
 
 /// The parameters of a URG-04LX as its `PP` reply states them: 682 steps, 240°, 10 Hz.
-#[cfg(test)]
-pub(crate) const URG_04LX: GeometryParts = GeometryParts {
+pub const URG_04LX: GeometryParts = GeometryParts {
     first_step: 44,
     last_step: 725,
     cluster: 1,

@@ -5,18 +5,7 @@ use kehai::background::Fingerprint;
 use kehai::candidate::Candidate;
 use kehai::centre::{Estimator, TWO_POINT_RADIUS_MM, centre};
 use kehai::pipeline::{Pipeline, Settings};
-use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime};
-
-const URG_04LX: GeometryParts = GeometryParts {
-    first_step: 44,
-    last_step: 725,
-    cluster: 1,
-    front_step: 384,
-    steps_per_turn: 1024,
-    period_us: 100_000,
-    range_min_mm: 20,
-    range_max_mm: 5600,
-};
+use kehai::scan::{Geometry, MAX_BEAMS, Scan, ScanTime, URG_04LX};
 
 /// Small, seeded, and the same everywhere: xorshift.
 struct Random(u64);

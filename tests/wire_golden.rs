@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use kehai::background::{Absorb, BeamProfile, BeamState, Suspect};
 use kehai::candidate::{Candidate, End, EndKind, Neck};
-use kehai::scan::{Geometry, GeometryParts, ScanTime};
+use kehai::scan::{Geometry, ScanTime, URG_04LX};
 use kehai::sensor::SensorState;
 use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
@@ -116,17 +116,7 @@ fn answers_have_their_bytes() {
     check_message("done", Message::Done { request_id });
     check_message("settings", Message::Settings { request_id, text: "name=door left\nskip=0\n" });
     check_message("absorbed", Message::Absorbed { request_id, beams: 38, background_version: 301 });
-    let geometry = Geometry::new(GeometryParts {
-        first_step: 44,
-        last_step: 725,
-        cluster: 1,
-        front_step: 384,
-        steps_per_turn: 1024,
-        period_us: 100_000,
-        range_min_mm: 20,
-        range_max_mm: 5600,
-    })
-    .unwrap();
+    let geometry = Geometry::new(URG_04LX).unwrap();
     let info = Info {
         request_id,
         version_min: 1,

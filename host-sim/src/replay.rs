@@ -12,8 +12,9 @@ use crate::chain::{Chain, ChainError};
 use crate::jsonl::CandidatesLine;
 use crate::picture::{Picture, exposure};
 use crate::recording::{Recording, RecordingSource};
+use crate::source::{RangeSource, SensorGeometry};
 use crate::urg::Config;
-use crate::urg::model::{Model, URG_04LX};
+use crate::urg::model::URG_04LX;
 
 /// From what the background is learned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -98,15 +99,16 @@ impl Replay {
             Learn::All => LearnRequest { scans: scans.try_into().unwrap_or(u16::MAX), even_if_moving: true },
         };
         let source = || Box::new(RecordingSource::new(recording.clone()));
+        let sensor = sensor(source().geometry());
         let settings = Settings { learn: request, ..Settings::default() };
-        let mut chain = Chain::new(source(), sensor(recording), settings);
+        let mut chain = Chain::new(source(), sensor.clone(), settings);
         if passes == 2 {
             let mut done = 0;
             while chain.next_scan()?.is_some() {
                 done += 1;
                 progress(done, passes * scans);
             }
-            chain.restart(source(), sensor(recording));
+            chain.restart(source(), sensor);
         }
         let done_before = (passes - 1) * scans;
         let mut replay = Self {
@@ -183,8 +185,6 @@ pub fn module_name(path: &Path) -> String {
 }
 
 /// A sensor that could have taken the recording, on a line that is never too slow.
-fn sensor(recording: &Recording) -> Config {
-    let geometry = crate::source::RangeSource::geometry(&RecordingSource::new(recording.clone()));
-    let model: Model = URG_04LX.with_geometry(geometry);
-    Config { paced: false, ..Config::new(model) }
+fn sensor(geometry: SensorGeometry) -> Config {
+    Config { paced: false, ..Config::new(URG_04LX.with_geometry(geometry)) }
 }

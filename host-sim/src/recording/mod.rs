@@ -166,12 +166,6 @@ impl Recording {
         }
         Ok(())
     }
-
-    /// The checked geometry.
-    #[must_use]
-    pub fn checked_geometry(&self) -> Option<Geometry> {
-        Geometry::new(self.geometry).ok()
-    }
 }
 
 fn read_geometry(comment: &str) -> Result<GeometryParts, Cause> {
