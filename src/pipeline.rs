@@ -226,7 +226,8 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
             // Refused only for too few scans; then the background stays unknown, and says so.
             let _ = self.background.learn(self.settings.learn);
         }
-        self.background.learn_scan(scan, self.settings, now_ds);
+        let Settings { blind_code, spread_min_mm, .. } = self.settings;
+        self.background.learn_scan(scan, blind_code, spread_min_mm, now_ds);
         self.background.publish_drift(now_ds);
         self.judgement.learning = self.background.learning(&geometry);
         &self.judgement

@@ -38,7 +38,7 @@ impl Bench {
         let scan = Scan { geometry: &self.geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
         self.now_ds += 1;
         self.background.judge(&scan, self.now_ds);
-        self.background.learn_scan(&scan, crate::pipeline::Settings::URG_04LX, self.now_ds);
+        self.background.learn_scan(&scan, Some(19), 0, self.now_ds);
         self.background.publish_drift(self.now_ds);
     }
 

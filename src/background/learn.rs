@@ -14,7 +14,6 @@
 
 use super::modes::{Modes, SAMPLES_MAX};
 use super::{Background, Beam, BeamProfile, BeamState, Status, suspects};
-use crate::pipeline::Settings;
 use crate::scan::{Geometry, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
@@ -247,7 +246,16 @@ impl<const BEAMS: usize> Background<BEAMS> {
     }
 
     /// Gives a scan to the learning under way. True when a new background came of it.
-    pub(crate) fn learn_scan(&mut self, scan: &Scan<'_>, settings: Settings, now_ds: u32) -> bool {
+    ///
+    /// `blind_code` is the code by which the model says that it cannot measure a step, `spread_min_mm` the least
+    /// spread a beam gets.
+    pub(crate) fn learn_scan(
+        &mut self,
+        scan: &Scan<'_>,
+        blind_code: Option<u16>,
+        spread_min_mm: u8,
+        now_ds: u32,
+    ) -> bool {
         if !self.learner.running || !self.learner.take(scan, self.beams) {
             return false;
         }
@@ -257,12 +265,11 @@ impl<const BEAMS: usize> Background<BEAMS> {
             self.learner.restart(moved);
             return false;
         }
-        self.install(scan, settings, now_ds);
+        self.install(scan, blind_code, spread_min_mm, now_ds);
         true
     }
 
-    fn install(&mut self, scan: &Scan<'_>, settings: Settings, now_ds: u32) {
-        let Settings { blind_code, spread_min_mm, .. } = settings;
+    fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, spread_min_mm: u8, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
         for (at, (beam, modes)) in
