@@ -34,8 +34,12 @@ fn build_image(board: &str) {
         copy(&folder.join("device.x"), &out.join("device.x"));
     }
     println!("cargo::rustc-link-search={}", out.display());
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
-        println!("cargo::rustc-link-arg-bin={board}={argument}");
+    // Beside the board's image, the program that counts its instructions.
+    let bench = (board == "mps2-an386").then_some("mps2-an386-bench");
+    for image in [board].into_iter().chain(bench) {
+        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+            println!("cargo::rustc-link-arg-bin={image}={argument}");
+        }
     }
 
     // Our own messages from `info` on, those of the dependencies only when something is wrong.

@@ -27,12 +27,12 @@ const MEMORY_BUDGET_BYTES: usize = 48 * 1024;
 /// Instructions a scan on the host, by steps and stage: a tenth above what was measured when the stage
 /// was last changed on purpose. They guard against what nobody meant to do.
 const INSTRUCTION_BUDGETS: [(u16, Stage, u64); 6] = [
-    (682, Stage::Decode, 37_700),
-    (682, Stage::Background, 12_600),
-    (682, Stage::Candidates, 29_200),
-    (1081, Stage::Decode, 59_100),
-    (1081, Stage::Background, 19_700),
-    (1081, Stage::Candidates, 38_000),
+    (682, Stage::Decode, 35_000),
+    (682, Stage::Background, 7_800),
+    (682, Stage::Candidates, 28_400),
+    (1081, Stage::Decode, 55_000),
+    (1081, Stage::Background, 12_000),
+    (1081, Stage::Candidates, 36_400),
 ];
 
 /// A part of the work on a scan.

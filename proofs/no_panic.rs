@@ -133,6 +133,11 @@ mod proof {
             opaque(at)
         }
 
+        fn is_empty(&mut self, lane: kehai::link::Lane) -> bool {
+            keep(0x2000_0000, lane);
+            opaque(0x2000_0000)
+        }
+
         fn reopen(&mut self, lane: kehai::link::Lane) {
             keep(0x2000_0000, lane);
         }

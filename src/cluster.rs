@@ -102,6 +102,27 @@ struct Run {
     valid: u16,
 }
 
+impl Run {
+    /// Takes the neighbours behind the last beam that plainly belong to it; returns how many.
+    fn go_on(&mut self, statuses: &[Status], scan: &Scan<'_>) -> usize {
+        let next = self.last + 1;
+        let statuses = statuses.get(next..).unwrap_or(&[]);
+        let ranges_mm = scan.ranges_mm.get(next..).unwrap_or(&[]);
+        let neighbours = statuses.iter().zip(ranges_mm).take_while(|(status, range_mm)| {
+            let joins =
+                status.class() == Class::Foreground && u32::from(range_mm.abs_diff(self.last_mm)) <= BREAK_MM;
+            if joins {
+                self.last_mm = **range_mm;
+            }
+            joins
+        });
+        let more = neighbours.count();
+        self.last += more;
+        self.valid = self.valid.saturating_add(more.min(usize::from(u16::MAX)) as u16);
+        more
+    }
+}
+
 /// Cuts a judged scan into its pieces, in scan order.
 pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut found: impl FnMut(Piece)) {
     let mut run: Option<Run> = None;
@@ -117,6 +138,7 @@ pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut 
             }
         }
         let (Some(status), Some(&range_mm)) = (statuses.get(here), scan.ranges_mm.get(here)) else { break };
+        beam = here + 1;
         match status.class() {
             Class::Foreground => {
                 lost_ends(&mut lost, &mut found);
@@ -132,6 +154,9 @@ pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut 
                         run_ends(&mut run, scan, breaks, &mut found);
                         run = Some(Run { first: here, last: here, last_mm: range_mm, valid: 1 });
                     }
+                }
+                if let Some(open) = &mut run {
+                    beam += open.go_on(statuses, scan);
                 }
             }
             Class::NoReturn => {
@@ -154,7 +179,6 @@ pub(crate) fn segment(statuses: &[Status], scan: &Scan<'_>, breaks: Breaks, mut 
                 }
             }
         }
-        beam = here + 1;
     }
     lost_ends(&mut lost, &mut found);
     run_ends(&mut run, scan, breaks, &mut found);

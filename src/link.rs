@@ -29,13 +29,16 @@ pub trait Baud {
     async fn set_baud(&mut self, rate_baud: u32);
 }
 
+/// Lanes for answers: a host that cannot be reached leaves one to the others.
+pub const ANSWER_LANES: usize = 2;
+
 /// Which way out a datagram takes. Each has a queue of its own, so that a host that cannot be reached
 /// delays nobody else: in some network stacks a datagram whose receiver answers no ARP blocks all behind it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Lane {
-    /// Answers to requests, whoever sent them.
-    Answers,
+    /// Answers to requests, whoever sent them; lanes count from 0 to [`ANSWER_LANES`] − 1.
+    Answers(u8),
     /// What the subscriber in this place is sent unasked; places count from 0.
     Place(u8),
 }
@@ -53,8 +56,21 @@ pub trait Outbox {
     /// [`Dropped`].
     fn try_send_to(&mut self, lane: Lane, to: SocketAddrV4, datagram: &[u8]) -> Result<(), Dropped>;
 
+    /// Whether everything queued in `lane` has left.
+    fn is_empty(&mut self, lane: Lane) -> bool;
+
     /// Throws away what is queued in `lane` and opens its socket anew. The port stays the same.
     fn reopen(&mut self, lane: Lane);
+}
+
+/// What a network has lost since the start, before the module could see it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NetworkLosses {
+    /// Times the link went down.
+    pub links: u32,
+    /// Datagrams for the port that there was no room for, or that were damaged.
+    pub datagrams: u32,
 }
 
 /// A UDP port.
@@ -66,6 +82,11 @@ pub trait Datagrams: Outbox {
     /// # Cancellation
     /// Nothing is lost.
     async fn receive_from(&mut self, buffer: &mut [u8]) -> (usize, SocketAddrV4);
+
+    /// What was lost so far, as far as this network can tell.
+    fn losses(&mut self) -> NetworkLosses {
+        NetworkLosses::default()
+    }
 }
 
 /// The record could not be read or written.

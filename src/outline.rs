@@ -37,7 +37,10 @@ pub(crate) fn nearest(scan: &Scan<'_>, cluster: Cluster) -> (usize, u16) {
 
 /// The beams of a cluster that returned something.
 fn readings(scan: &Scan<'_>, cluster: Cluster) -> impl Iterator<Item = (usize, u16)> {
-    (cluster.first..=cluster.last).filter_map(|beam| Some((beam, scan.reading(beam).range_mm()?)))
+    let ranges_mm = scan.ranges_mm.get(cluster.first..=cluster.last).unwrap_or(&[]);
+    let valid_mm = scan.geometry.range_min_mm()..=scan.geometry.range_max_mm();
+    let beams = (cluster.first..).zip(ranges_mm);
+    beams.map(|(beam, &range_mm)| (beam, range_mm)).filter(move |(_, range_mm)| valid_mm.contains(range_mm))
 }
 
 pub(crate) fn range_at(scan: &Scan<'_>, beam: usize) -> u16 {
@@ -83,28 +86,27 @@ pub(crate) fn contour(
 #[inline(never)]
 pub(crate) fn necks(scan: &Scan<'_>, cluster: Cluster) -> heapless::Vec<Neck, NECKS> {
     let mut necks = heapless::Vec::new();
+    let mut readings = readings(scan, cluster);
     // A top with the nearest range before it, whose other side is still going nearer.
     let mut passed: Option<(Neck, u16)> = None;
-    // The top being climbed: beam and range.
-    let mut top: Option<(usize, u16)> = None;
     let mut low_mm = u16::MAX;
-    for (beam, range_mm) in readings(scan, cluster) {
-        match top {
-            None => {
-                low_mm = low_mm.min(range_mm);
-                if range_mm >= low_mm.saturating_add(NECK_MM) {
-                    keep_deepest(&mut necks, passed.take(), low_mm);
-                    top = Some((beam, range_mm));
-                }
+    loop {
+        let rising = readings.find(|&(_, range_mm)| {
+            low_mm = low_mm.min(range_mm);
+            range_mm >= low_mm.saturating_add(NECK_MM)
+        });
+        let Some((mut top_beam, mut top_mm)) = rising else { break };
+        keep_deepest(&mut necks, passed.take(), low_mm);
+        let falling = readings.find(|&(beam, range_mm)| {
+            if range_mm > top_mm {
+                (top_beam, top_mm) = (beam, range_mm);
             }
-            Some((_, top_mm)) if range_mm > top_mm => top = Some((beam, range_mm)),
-            Some((top_beam, top_mm)) if range_mm.saturating_add(NECK_MM) <= top_mm => {
-                let step = scan.geometry.step(top_beam.min(usize::from(u16::MAX)) as u16);
-                passed = Some((Neck { step, depth_mm: top_mm }, low_mm));
-                (low_mm, top) = (range_mm, None);
-            }
-            Some(_) => {}
-        }
+            range_mm.saturating_add(NECK_MM) <= top_mm
+        });
+        let Some((_, range_mm)) = falling else { break };
+        let step = scan.geometry.step(top_beam.min(usize::from(u16::MAX)) as u16);
+        passed = Some((Neck { step, depth_mm: top_mm }, low_mm));
+        low_mm = range_mm;
     }
     keep_deepest(&mut necks, passed, low_mm);
     necks

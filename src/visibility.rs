@@ -29,6 +29,12 @@ pub fn seen_empty(
     open_range_mm: u16,
     empty_mm: &mut [u16],
 ) {
+    empty_before(profile, open_range_mm, empty_mm);
+    cover(geometry, candidates.iter(), unseen.iter().copied(), empty_mm);
+}
+
+/// The part that only depends on the background: up to which range a beam at its background saw nothing.
+pub fn empty_before(profile: &[BeamProfile], open_range_mm: u16, empty_mm: &mut [u16]) {
     empty_mm.fill(0);
     for (beam, (own, empty_mm)) in profile.iter().zip(empty_mm.iter_mut()).enumerate() {
         let first = beam.saturating_sub(DILATION_BEAMS);
@@ -40,6 +46,15 @@ pub fn seen_empty(
             BeamState::Wall => edge_mm,
         };
     }
+}
+
+/// The part of one scan: what stood before the background, and what was not seen.
+pub fn cover<'a>(
+    geometry: &Geometry,
+    candidates: impl Iterator<Item = &'a Candidate>,
+    unseen: impl Iterator<Item = UnseenSpan>,
+    empty_mm: &mut [u16],
+) {
     for candidate in candidates {
         let (first, last) = (geometry.beam(candidate.first_step), geometry.beam(candidate.last_step));
         let beams = usize::from(last.saturating_sub(first)) + 1;

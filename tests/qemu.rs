@@ -1,18 +1,17 @@
 //! The real firmware image, run in QEMU. Guest time is read from its log.
 
+#[path = "support/board.rs"]
+mod board;
 #[path = "support/segment.rs"]
 mod segment;
 
 use std::net::UdpSocket;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use board::{MAC, host_of, image, start, wait_for};
 use host_sim::module::flash::{Flash, PAGE_LEN};
-use host_sim::qemu::{self, Error, Line, Machine, Network, PATIENCE, Port, Qemu, Switch};
-use host_sim::serve::{Control, serve_pty};
+use host_sim::qemu::{Line, Machine, Network, PATIENCE, Port, Qemu, Switch, TerminalSensor};
+use host_sim::serve::UdpSensor;
 use host_sim::source::StillRoom;
 use host_sim::urg::model::URG_04LX;
 use host_sim::urg::{Config, Urg};
@@ -20,169 +19,14 @@ use kehai::address;
 use kehai::module::Settings;
 use kehai::store::flash::FlashStore;
 use kehai::store::save_settings;
-use kehai::wire::{Cookie, Counter, Identity, Message, ModuleId, Request};
-
-const MAC: [u8; 6] = [0x52, 0x54, 0x00, 0x12, 0x34, 0x81];
-
-/// The image, built once; `None`, with a message, where it cannot be built or run.
-fn image() -> Option<&'static Path> {
-    static IMAGE: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let build = || match qemu::image() {
-        Ok(image) => Some(image),
-        Err(error @ (Error::NoQemu | Error::NoTarget)) if std::env::var_os("CI").is_none() => {
-            println!("{error}: nothing tested");
-            None
-        }
-        Err(error) => panic!("{error}"),
-    };
-    IMAGE.get_or_init(build).as_deref()
-}
-
-/// An emulated sensor on a terminal, until dropped.
-struct Sensor {
-    terminal: PathBuf,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Sensor {
-    fn start(config: Config) -> Self {
-        let terminal = std::env::temp_dir().join(format!("kehai-sensor-{}", std::process::id()));
-        let stop = Arc::new(AtomicBool::new(false));
-        let (link, stopped) = (terminal.clone(), Arc::clone(&stop));
-        let urg = Urg::new(config, Box::new(StillRoom::new(URG_04LX.geometry)), 0);
-        let thread = std::thread::spawn(move || {
-            serve_pty(&link, urg, &mut Control { stop: &stopped, on_status: &mut |_| {} }).unwrap();
-        });
-        let begin = Instant::now();
-        while !terminal.exists() {
-            assert!(begin.elapsed() < PATIENCE, "{} does not appear", terminal.display());
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        Self { terminal, stop, thread: Some(thread) }
-    }
-}
-
-impl Drop for Sensor {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            thread.join().unwrap();
-        }
-    }
-}
-
-fn start(image: &Path) -> Qemu {
-    Qemu::start(&Machine { image, mac: MAC, line: Line::Datagrams, network: Network::User, flash: None })
-        .unwrap()
-}
-
-/// Waits for `text` and fails with what QEMU and the log have to say.
-#[track_caller]
-fn wait_for(board: &mut Qemu, text: &str) -> qemu::Message {
-    board.wait_for(text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// A host of the module.
-struct Host {
-    socket: UdpSocket,
-    identity: Identity,
-    cookie: Cookie,
-    renewed: Option<Instant>,
-}
-
-impl Host {
-    fn new(board: &Qemu) -> Self {
-        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-        socket.connect(board.module()).unwrap();
-        socket.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
-        Self { socket, identity: Identity::default(), cookie: Cookie::NONE, renewed: None }
-    }
-
-    /// Subscribes, and renews, until `found` finds something.
-    fn look<T>(&mut self, mut found: impl FnMut(&Message<'_>) -> Option<T>) -> T {
-        let begin = Instant::now();
-        let mut datagram = [0; 2000];
-        while begin.elapsed() < PATIENCE {
-            if self.renewed.is_none_or(|renewed| renewed.elapsed() > Duration::from_millis(500)) {
-                let subscribe = Request::Subscribe { t1: [0; 8] };
-                let len = subscribe.encode(self.identity, 1, self.cookie, &mut datagram).unwrap();
-                // Refused while the port is not there yet.
-                let _ = self.socket.send(&datagram[..len]);
-                self.renewed = Some(Instant::now());
-            }
-            let Ok(len) = self.socket.recv(&mut datagram) else { continue };
-            let (header, message) = Message::decode(&datagram[..len]).unwrap();
-            assert_eq!(header.identity.module, ModuleId(MAC));
-            self.identity = header.identity;
-            if let Message::Cookie { cookie, .. } = message {
-                (self.cookie, self.renewed) = (cookie, None);
-            }
-            if let Some(found) = found(&message) {
-                return found;
-            }
-        }
-        panic!("nothing of the kind");
-    }
-
-    /// `count` reports: sequences and background versions.
-    fn reports(&mut self, count: usize) -> Vec<(u32, u16)> {
-        let mut reports = Vec::new();
-        self.look(|message| {
-            if let Message::Report(report) = message {
-                reports.push((report.head.sequence, report.head.background_version));
-            }
-            (reports.len() >= count).then_some(())
-        });
-        reports
-    }
-}
+use kehai::wire::{Counter, Message, ModuleId, Request};
 
 /// The module answers a subscriber; the number of its start.
 fn answers(board: &Qemu) -> u32 {
-    let mut host = Host::new(board);
-    host.look(|message| matches!(message, Message::Health(_)).then_some(()));
+    let mut host = host_of(board);
+    host.health(|_| true);
+    assert_eq!(host.identity.module, ModuleId(MAC));
     host.identity.boot
-}
-
-/// An emulated sensor that streams on the board's line, in this thread's time, until dropped.
-struct Streaming {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Streaming {
-    fn start(board: &Qemu, mut urg: Urg) -> Self {
-        let socket = board.sensor().try_clone().unwrap();
-        socket.set_read_timeout(Some(Duration::from_millis(2))).unwrap();
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = std::thread::spawn(move || {
-            let begin = Instant::now();
-            let mut bytes = [0; 1024];
-            while !stopped.load(Ordering::Relaxed) {
-                let received = socket.recv(&mut bytes).unwrap_or(0);
-                let now_us = begin.elapsed().as_micros() as u64;
-                urg.receive(&bytes[..received], now_us);
-                for sent in urg.take_output(now_us) {
-                    for chunk in sent.bytes.chunks(1024) {
-                        // QEMU is gone: so is the test.
-                        let _ = socket.send(chunk);
-                    }
-                }
-            }
-        });
-        Self { stop, thread: Some(thread) }
-    }
-}
-
-impl Drop for Streaming {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            thread.join().unwrap();
-        }
-    }
 }
 
 /// Looks at frames from the module until one will do.
@@ -199,7 +43,7 @@ fn frame<T>(port: &Port, mut look: impl FnMut(&[u8]) -> Option<T>) -> T {
 #[test]
 fn the_image_boots_names_itself_and_gets_an_address_by_dhcp() {
     let Some(image) = image() else { return };
-    let mut board = start(image);
+    let mut board = start(image, Line::Open, None);
     let build = wait_for(&mut board, "kehai ");
     assert!(build.text.starts_with(concat!("kehai ", env!("CARGO_PKG_VERSION"), " ")), "{}", build.text);
     assert!(build.text.ends_with(" mps2-an386"), "{}", build.text);
@@ -216,47 +60,64 @@ fn the_image_boots_names_itself_and_gets_an_address_by_dhcp() {
 #[test]
 fn a_host_gets_a_report_for_every_scan_and_the_background_survives_a_reset() {
     let Some(image) = image() else { return };
-    let mut board = start(image);
     let urg = Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0);
-    let _sensor = Streaming::start(&board, urg);
-    let mut host = Host::new(&board);
-    let reports = host.reports(20);
-    assert!(reports.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1), "{reports:?}");
-    host.look(|message| match message {
-        Message::Health(health) if health.head.storing => Some(()),
-        _ => None,
-    });
-    host.look(|message| match message {
-        Message::Health(health) if !health.head.storing => Some(()),
-        _ => None,
-    });
+    let sensor = UdpSensor::start(urg).unwrap();
+    let mut board = start(image, Line::Datagrams(&sensor), None);
+    let mut host = host_of(&board);
+    host.more(20);
+    let mut pairs = host.reports.windows(2);
+    assert!(pairs.all(|pair| pair[1].head.sequence == pair[0].head.sequence + 1), "{:?}", host.reports);
+    host.health(|health| health.head.storing);
+    host.health(|health| !health.head.storing);
     // It has learned and stored; reports go on.
-    while host.reports(1)[0].1 != 1 {}
+    while host.more(1).head.background_version != 1 {}
     board.reset().unwrap();
     wait_for(&mut board, "boot 2");
-    let mut host = Host::new(&board);
-    assert!(host.reports(5).iter().all(|(_, version)| *version == 1), "the background is back");
+    let mut host = host_of(&board);
+    host.more(5);
+    assert!(host.reports.iter().all(|report| report.head.background_version == 1), "the background is back");
     assert_eq!(host.identity.boot, 2);
+}
+
+/// Everything that goes deep: start, network, learning, storing background and settings, requests.
+#[test]
+fn the_stack_stays_within_its_budget() {
+    // All but 4 KiB of it while the module is made, before it moves to its place.
+    const BUDGET: usize = 64 * 1024;
+    let Some(image) = image() else { return };
+    let urg = Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0);
+    let sensor = UdpSensor::start(urg).unwrap();
+    let mut board = start(image, Line::Datagrams(&sensor), None);
+    let mut host = host_of(&board);
+    while host.more(1).head.background_version != 1 {}
+    let rename = Request::SetSettings { text: "name=hall" };
+    for request in [Request::Info, Request::Profile { version: 0, parts: 0 }, rename] {
+        host.ask(request);
+    }
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
+    host.more(20);
+    let used = board.stack_used().unwrap();
+    println!("stack of mps2-an386: {used} bytes at most, budget {BUDGET}");
+    assert!((256..=BUDGET).contains(&used), "{used} bytes of stack");
 }
 
 #[test]
 fn datagrams_of_any_length_and_content_do_no_harm() {
     let Some(image) = image() else { return };
-    let board = start(image);
+    let board = start(image, Line::Open, None);
     let boot = answers(&board);
-    let (stranger, mut host) = (Host::new(&board), Host::new(&board));
+    let mut host = host_of(&board);
+    let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
+    stranger.connect(board.module()).unwrap();
     // As many as it takes: a burst may overrun the network's buffers on the way.
     let mut foreign = 0;
     while foreign < 40 {
         for len in [1, 2, 3, 39, 40, 51, 100, 1400, 1401, 1472] {
             for byte in [0x5a, 0xe6] {
-                stranger.socket.send(&vec![byte; len]).unwrap();
+                stranger.send(&vec![byte; len]).unwrap();
             }
         }
-        foreign = host.look(|message| match message {
-            Message::Health(health) => Some(health.counters.get(Counter::DatagramsForeign)),
-            _ => None,
-        });
+        foreign = host.health(|_| true).counters.get(Counter::DatagramsForeign);
     }
     assert_eq!(answers(&board), boot);
 }
@@ -264,19 +125,17 @@ fn datagrams_of_any_length_and_content_do_no_harm() {
 #[test]
 fn a_restart_asked_for_is_a_new_start() {
     let Some(image) = image() else { return };
-    let mut board = start(image);
-    let mut host = Host::new(&board);
-    host.look(|message| matches!(message, Message::Subscribed(_)).then_some(()));
-    let mut datagram = [0; 100];
-    let len = Request::Restart.encode(host.identity, 2, host.cookie, &mut datagram).unwrap();
-    host.socket.send(&datagram[..len]).unwrap();
-    host.look(|message| matches!(message, Message::Done { .. }).then_some(()));
+    let mut board = start(image, Line::Open, None);
+    let mut host = host_of(&board);
+    host.subscribe();
+    host.ask(Request::Restart);
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
     wait_for(&mut board, "restart");
     wait_for(&mut board, "boot 2");
     assert_eq!(answers(&board), 2);
 }
 
-/// A terminal carries 10 kB/s at most, and QEMU sets none to 250 kbaud: two steps a beam need neither.
+/// A terminal carries 10 kB/s at most: two steps a beam need no more.
 #[test]
 fn an_emulated_sensor_on_a_terminal_is_found_at_a_rare_speed_and_its_line_made_faster() {
     let Some(image) = image() else { return };
@@ -287,18 +146,13 @@ fn an_emulated_sensor_on_a_terminal_is_found_at_a_rare_speed_and_its_line_made_f
     embassy_futures::block_on(save_settings(&mut store, &settings)).unwrap();
     std::fs::File::options().write(true).open(&path).unwrap().set_len(16 * 1024 * 1024).unwrap();
 
-    let sensor = Sensor::start(Config { baud: 57_600, ..Config::new(URG_04LX) });
-    let line = Line::Terminal(&sensor.terminal);
-    let machine = Machine { image, mac: MAC, line, network: Network::User, flash: Some(&path) };
-    let board = Qemu::start(&machine).unwrap();
-    let mut host = Host::new(&board);
-    let changes = host.look(|message| match message {
-        Message::Health(health) if health.counters.get(Counter::ScansAccepted) > 0 => {
-            Some(health.counters.get(Counter::SensorBaudChanges))
-        }
-        _ => None,
-    });
-    assert!(changes > 0);
+    let config = Config { baud: 57_600, ..Config::new(URG_04LX) };
+    let urg = Urg::new(config, Box::new(StillRoom::new(URG_04LX.geometry)), 0);
+    let sensor = TerminalSensor::start(urg).unwrap();
+    let board = start(image, Line::Terminal(sensor.path()), Some(&path));
+    let mut host = host_of(&board);
+    let health = host.health(|health| health.counters.get(Counter::ScansAccepted) > 0);
+    assert!(health.counters.get(Counter::SensorBaudChanges) > 0);
     drop(board);
     std::fs::remove_file(&path).unwrap();
 }
@@ -306,7 +160,7 @@ fn an_emulated_sensor_on_a_terminal_is_found_at_a_rare_speed_and_its_line_made_f
 #[test]
 fn a_hung_task_is_ended_by_the_watchdog_and_the_module_comes_back() {
     let Some(image) = image() else { return };
-    let mut board = start(image);
+    let mut board = start(image, Line::Open, None);
     wait_for(&mut board, "boot 1");
     wait_for(&mut board, "address ");
     board.hang().unwrap();
@@ -319,7 +173,7 @@ fn a_hung_task_is_ended_by_the_watchdog_and_the_module_comes_back() {
 #[test]
 fn after_the_link_was_down_the_module_gets_its_address_again() {
     let Some(image) = image() else { return };
-    let mut board = start(image);
+    let mut board = start(image, Line::Open, None);
     wait_for(&mut board, "address 10.0.2.15");
     board.set_link(false).unwrap();
     wait_for(&mut board, "address lost");
@@ -332,14 +186,12 @@ fn after_the_link_was_down_the_module_gets_its_address_again() {
 fn boots_are_counted_through_resets_and_power_cuts() {
     let Some(image) = image() else { return };
     let flash = std::env::temp_dir().join(format!("kehai-flash-{}", std::process::id()));
-    let machine =
-        || Machine { image, mac: MAC, line: Line::Datagrams, network: Network::User, flash: Some(&flash) };
-    let mut board = Qemu::start(&machine()).unwrap();
+    let mut board = start(image, Line::Open, Some(&flash));
     wait_for(&mut board, "boot 1");
     board.reset().unwrap();
     wait_for(&mut board, "boot 2");
     drop(board);
-    let mut board = Qemu::start(&machine()).unwrap();
+    let mut board = start(image, Line::Open, Some(&flash));
     wait_for(&mut board, "boot 3");
     drop(board);
     std::fs::remove_file(&flash).unwrap();
@@ -352,7 +204,7 @@ fn a_lost_dhcp_request_is_sent_again() {
     let segment = switch.take_port().unwrap();
     let network = Network::Switch(&switch);
     let mut board =
-        Qemu::start(&Machine { image, mac: MAC, line: Line::Datagrams, network, flash: None }).unwrap();
+        Qemu::start(&Machine { image, mac: MAC, line: Line::Open, network, flash: None }).unwrap();
     for lost in [true, false, true, false] {
         let answer = frame(&segment, segment::dhcp_answer);
         if !lost {
@@ -369,7 +221,7 @@ fn without_dhcp_the_module_is_at_its_link_local_address_until_a_server_comes() {
     let mut switch = Switch::start().unwrap();
     let segment = switch.take_port().unwrap();
     let machine =
-        Machine { image, mac: MAC, line: Line::Datagrams, network: Network::Switch(&switch), flash: None };
+        Machine { image, mac: MAC, line: Line::Open, network: Network::Switch(&switch), flash: None };
     let mut board = Qemu::start(&machine).unwrap();
     assert_eq!(frame(&segment, segment::host_name), "kehai-123481");
 

@@ -6,17 +6,23 @@ use kehai::scip::checksum;
 use kehai::sensor::{Action, SensorSettings, SensorState, Session};
 use proptest::prelude::*;
 
-/// A session without a line speed, and what it has asked.
+/// A session, and what came of it.
 struct Talk {
     session: Session,
     now_us: u64,
     ranges_mm: [u16; 16],
     scans: usize,
+    rates_baud: Vec<u32>,
 }
 
 impl Talk {
     fn new() -> Self {
-        Self { session: Session::new(SensorSettings::NO_SPEED, 16), now_us: 0, ranges_mm: [0; 16], scans: 0 }
+        Self::with(SensorSettings::NO_SPEED)
+    }
+
+    fn with(settings: SensorSettings) -> Self {
+        let session = Session::new(settings, 16);
+        Self { session, now_us: 0, ranges_mm: [0; 16], scans: 0, rates_baud: Vec::new() }
     }
 
     /// The next request, however long it takes.
@@ -27,7 +33,7 @@ impl Talk {
                     return message.parts().map(|part| String::from_utf8_lossy(part).into_owned()).concat();
                 }
                 Action::Wait(until_us) | Action::Pause(until_us) => self.now_us = until_us.max(self.now_us),
-                Action::SetBaud(_) => {}
+                Action::SetBaud(rate_baud) => self.rates_baud.push(rate_baud),
             }
         }
         panic!("nothing is asked");
@@ -84,6 +90,22 @@ fn a_sensor_is_set_up_and_its_scans_are_taken() {
     talk.streaming().hears(&scan(1000)).hears(&scan(1100));
     assert_eq!(talk.scans, 2);
     assert_eq!(talk.session.state(), SensorState::Streaming);
+}
+
+#[test]
+fn what_buffers_held_at_another_rate_is_not_taken_for_garbage_at_this_one() {
+    let (garbage, text) = ("\u{1}".repeat(100), "0C4".repeat(40));
+    for (late_us, rates_baud) in [(0, vec![19_200]), (60_000, vec![19_200, 115_200])] {
+        let mut talk = Talk::with(SensorSettings::SERIAL);
+        assert_eq!(talk.asked(), "\nQT\n");
+        let asked_us = talk.now_us;
+        talk.now_us += late_us;
+        talk.hears(&garbage);
+        talk.now_us = asked_us + 80_000;
+        talk.hears(&text);
+        talk.asked();
+        assert_eq!(talk.rates_baud, rates_baud, "garbage after {late_us} µs");
+    }
 }
 
 // Row 29: a late reply to QT is not taken for the answer to what is asked now.

@@ -49,6 +49,7 @@ COUNTERS = (
     "refused_bad_cookie", "refused_full", "refused_wrong_module", "refused_wrong_boot",
     "refused_not_allowed", "refused_superseded", "refused_absorb", "refused_learn", "refused_busy",
     "refused_setting", "store_failures", "watchdog_resets", "link_losses",
+    "datagrams_dropped", "discovery_dropped",
 )
 
 

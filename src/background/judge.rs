@@ -12,9 +12,7 @@
 
 use core::cmp::Ordering;
 
-use super::{
-    Background, Band, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, TOLERANCE_MIN_MM, noise_mm,
-};
+use super::{Background, Beam, BeamState, DILATION_BEAMS, PUBLISH_DRIFT_MM, noise_mm};
 use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
@@ -59,8 +57,6 @@ impl Status {
     const LOST: u8 = 4;
     /// At its background, foreground in the scan before.
     const LAPSED: u8 = 5;
-    /// Foreground at the range it held before.
-    const STANDING: Self = Self(Self::FOREGROUND);
     const KIND: u8 = 7;
     const COUNT_SHIFT: u32 = 3;
 
@@ -69,7 +65,7 @@ impl Status {
     pub(crate) const fn showing(class: Class) -> Self {
         match class {
             Class::Background => Self::QUIET,
-            Class::Foreground => Self::STANDING,
+            Class::Foreground => Self(Self::FOREGROUND),
             Class::NoReturn => Self(Self::NO_RETURN),
         }
     }
@@ -124,7 +120,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
     /// Compares a scan with the background; `now_ds` is the sensor's time in 0.1 s.
     ///
     /// Beams the scan does not hold keep nothing pending.
-    pub(crate) fn judge(&mut self, scan: &Scan<'_>, now_ds: u32) {
+    pub fn judge(&mut self, scan: &Scan<'_>, now_ds: u32) {
         let beams = scan.ranges_mm.len().min(self.beams);
         if let Some(missing) = self.statuses.get_mut(beams..self.beams) {
             missing.fill(Status::QUIET);
@@ -133,32 +129,59 @@ impl<const BEAMS: usize> Background<BEAMS> {
             self.limit_ages(now_ds as u16);
         }
         self.judged_ds = now_ds;
-        let mut done = 0;
-        while let Some(unsettled) = self.next_unsettled(scan, done, beams) {
-            self.judge_beam(scan, unsettled, now_ds as u16);
-            done = unsettled + 1;
+        let mut at = 0;
+        while at < beams {
+            at += self.quiet_beams(scan, at, beams);
+            at = self.judge_some(scan, at, beams, now_ds as u16);
         }
     }
 
-    /// The next beam from `from` on that is neither quietly at its background nor foreground at the
-    /// range it held before.
+    /// Beams from `from` on, four by four, that are quietly at their background: nothing is to be done.
+    fn quiet_beams(&self, scan: &Scan<'_>, from: usize, end: usize) -> usize {
+        let values_mm = scan.ranges_mm.get(from..end).unwrap_or(&[]).as_chunks::<4>().0;
+        let bands = self.bands.get(from..end).unwrap_or(&[]).as_chunks::<4>().0;
+        let statuses = self.statuses.get(from..end).unwrap_or(&[]).as_chunks::<4>().0;
+        let fours = values_mm.iter().zip(bands).zip(statuses);
+        let quiet = fours.take_while(|((values_mm, bands), statuses)| {
+            let ([a, b, c, d], [first, second, third, fourth]) = (values_mm, bands);
+            Status::all_quiet(statuses)
+                && first.holds(*a)
+                && second.holds(*b)
+                && third.holds(*c)
+                && fourth.holds(*d)
+        });
+        4 * quiet.count()
+    }
+
+    /// Judges four beams from `from` on, and more up to the next that is quietly at its background.
+    /// Returns where it stopped.
     #[inline(never)]
-    fn next_unsettled(&self, scan: &Scan<'_>, from: usize, end: usize) -> Option<usize> {
-        let range_min_mm = scan.geometry.range_min_mm();
-        let values_mm = scan.ranges_mm.get(from..end)?.iter();
-        let model = self.bands.get(from..end)?.iter().zip(self.per_beam.get(from..end)?);
-        let mut beams = values_mm.zip(model).zip(self.statuses.get(from..end)?);
-        let settled = |&((&value_mm, (band, beam)), &status): &((&u16, (&Band, &Beam)), &Status)| {
-            if band.holds(value_mm) {
-                status.is_quiet()
-            } else {
-                status == Status::STANDING
-                    && value_mm >= range_min_mm
-                    && value_mm < beam.clear_mm
-                    && value_mm.abs_diff(beam.held_mm) <= TOLERANCE_MIN_MM
-            }
+    fn judge_some(&mut self, scan: &Scan<'_>, from: usize, end: usize, now_ds: u16) -> usize {
+        let (Some(values_mm), Some(bands), Some(per_beam), Some(statuses)) = (
+            scan.ranges_mm.get(from..end),
+            self.bands.get(from..end),
+            self.per_beam.get_mut(from..end),
+            self.statuses.get_mut(from..end),
+        ) else {
+            return end;
         };
-        beams.position(|beam| !settled(&beam)).map(|passed| from + passed)
+        let valid_mm = scan.geometry.range_min_mm()..=scan.geometry.range_max_mm();
+        let mut at = from;
+        for (((&value_mm, band), beam), status) in values_mm.iter().zip(bands).zip(per_beam).zip(statuses) {
+            if band.holds(value_mm) {
+                if status.is_quiet() && at >= from + 4 {
+                    break;
+                }
+                *status = status.at_background();
+            } else if value_mm < beam.clear_mm && valid_mm.contains(&value_mm) {
+                *status = foreground(value_mm, *status, beam, now_ds);
+            } else {
+                self.judge_beam(scan, at, now_ds);
+                return at + 1;
+            }
+            at += 1;
+        }
+        at
     }
 
     /// The long way, for a reading that is not simply the beam's own background.
@@ -260,7 +283,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
 /// Keeps a foreground beam's range and since when it holds it; a single reading off it is forgiven.
 fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> Status {
     let off_mm = beam.held_mm.abs_diff(range_mm);
-    let holds = off_mm <= TOLERANCE_MIN_MM || off_mm <= beam.profile.tolerance_mm();
+    let holds = off_mm <= beam.profile.tolerance_mm();
     let (held, missed) = match status.kind() {
         Status::FOREGROUND => (true, status.count() > 0),
         Status::LAPSED | Status::LOST => (true, true),

@@ -79,7 +79,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
     }
 
-    fn alarms(&self, now_us: u64) -> Alarms {
+    pub(super) fn alarms(&self, now_us: u64) -> Alarms {
         let background = self.pipeline.background();
         let waits = matches!(self.learning, Learning::Running { restarts: 1.., .. });
         let pairs = [

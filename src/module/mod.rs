@@ -12,35 +12,43 @@
 //! |---|---|
 //! | `requests` | who may ask what, and what comes of it |
 //! | `subscribers`, `cookie`, `answers` | who gets the reports; who is who; what was answered |
+//! | `lanes` | by which way answers leave |
 //! | `parts` | profiles and raw scans |
 //! | `health` | counters, events, alarms |
 //! | `setup`, `settings` | what is measured, and what an installer may change |
+//! | `status`, `led`, `discovery` | what it shows: to its LED, and to hosts that look for modules |
 //!
 //! It waits for nothing and sends without waiting: what an [`Outbox`] does not take at once is dropped and
 //! counted. Nothing in here panics, whatever comes in.
 
 mod answers;
 pub mod cookie;
+pub mod discovery;
 mod health;
+mod lanes;
+pub mod led;
 mod parts;
 mod requests;
 pub mod settings;
 mod setup;
+mod status;
 pub mod subscribers;
 mod text;
 
 pub use settings::{Addressing, Settings};
+pub use status::Status;
 pub use subscribers::{LEASE_US, PLACES};
 
 use answers::{Answer, Answers, RequestKey};
 use cookie::Cookies;
 use health::{Events, Said};
+use lanes::AnswerLanes;
 use parts::RawScan;
 use setup::Setup;
 use subscribers::Subscribers;
 
 use crate::background::{Background, Learning};
-use crate::link::Outbox;
+use crate::link::{NetworkLosses, Outbox};
 use crate::pipeline::Pipeline;
 use crate::scan::Scan;
 use crate::scip::Text;
@@ -93,6 +101,7 @@ pub struct Module<const BEAMS: usize> {
     raw: RawScan<BEAMS>,
     subscribers: Subscribers,
     answers: Answers,
+    lanes: AnswerLanes,
     counters: Counters,
     events: Events,
     setup: Setup,
@@ -128,6 +137,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             raw: RawScan::new(),
             subscribers: Subscribers::new(),
             answers: Answers::new(),
+            lanes: AnswerLanes::new(),
             counters: Counters::new(),
             events: Events::new(),
             setup: Setup::new(),
@@ -190,9 +200,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.setup.remember_serial(serial);
     }
 
-    /// The network link went down.
-    pub fn link_lost(&mut self) {
-        self.counters.count(Counter::LinkLosses);
+    /// What the network has lost since the start.
+    pub fn network_lost(&mut self, losses: NetworkLosses) {
+        self.counters.set(Counter::LinkLosses, losses.links);
+        self.counters.set(Counter::DatagramsDropped, losses.datagrams);
     }
 
     /// A scan from the sensor of `session`: judges and reports it.
@@ -340,6 +351,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
                 self.counters.count(Refusal::NotStored.counter());
             }
             self.answers.keep(key, answer);
+            self.lanes.choose(*key.from.ip(), now_us, &mut self.counters, out);
             if let Some(message) = answer.message(key) {
                 self.send_answer(key.from, &message, out);
             }

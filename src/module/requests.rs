@@ -13,7 +13,7 @@ use super::answers::{Answer, RequestKey};
 use super::subscribers::LEASE_US;
 use super::{Module, PendingSettings, text};
 use crate::background::{Absorb, LearnRequest, Learning};
-use crate::link::{Lane, Outbox};
+use crate::link::Outbox;
 use crate::wire::{
     Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, VERSION, VERSION_MIN,
 };
@@ -22,6 +22,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     /// Takes a datagram that came from `from` at `now_us`, and answers it.
     pub fn receive(&mut self, from: SocketAddrV4, datagram: &[u8], now_us: u64, out: &mut impl Outbox) {
         self.subscribers.expire(now_us, &mut self.counters);
+        self.lanes.choose(*from.ip(), now_us, &mut self.counters, out);
         match Incoming::open(datagram) {
             Ok(incoming) => self.answer(from, &incoming, now_us, out),
             Err(unreadable) => self.counters.count(unreadable.counter()),
@@ -200,9 +201,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         };
         let encoded = Message::Info(info).encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
-        if out.try_send_to(Lane::Answers, key.from, datagram).is_err() {
-            self.counters.count(Counter::AnswersDropped);
-        }
+        self.lanes.send(key.from, datagram, &mut self.counters, out);
     }
 
     pub(super) fn refuse(&mut self, key: RequestKey, refusal: Refusal, out: &mut impl Outbox) {
@@ -215,8 +214,6 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub(super) fn send_answer(&mut self, to: SocketAddrV4, message: &Message<'_>, out: &mut impl Outbox) {
         let encoded = message.encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
-        if out.try_send_to(Lane::Answers, to, datagram).is_err() {
-            self.counters.count(Counter::AnswersDropped);
-        }
+        self.lanes.send(to, datagram, &mut self.counters, out);
     }
 }

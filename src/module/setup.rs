@@ -69,6 +69,11 @@ impl Setup {
         self.described.as_ref().map(|described| &described.geometry)
     }
 
+    /// Model and serial number; empty until there is a sensor.
+    pub(super) fn sensor(&self) -> (Text<16>, Text<16>) {
+        self.described.map_or((Text::EMPTY, Text::EMPTY), |described| (described.model, described.serial))
+    }
+
     pub(super) fn model(&self) -> &str {
         self.described.as_ref().map_or("", |described| described.model.as_str())
     }

@@ -190,6 +190,10 @@ mod tests {
             if *queued > self.room { Err(Dropped) } else { Ok(()) }
         }
 
+        fn is_empty(&mut self, lane: Lane) -> bool {
+            matches!(lane, Lane::Place(place) if self.queued[usize::from(place)] == 0)
+        }
+
         fn reopen(&mut self, lane: Lane) {
             let Lane::Place(place) = lane else { return };
             self.queued[usize::from(place)] = 0;

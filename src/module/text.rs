@@ -90,12 +90,17 @@ pub(super) fn line<const N: usize>(to: &mut String<N>, key: &str, value: &str) {
 pub(super) fn host_name(ModuleId([.., a, b, c]): ModuleId) -> String<12> {
     let mut name = String::new();
     push(&mut name, "kehai-");
-    for byte in [a, b, c] {
+    push_hex(&mut name, &[a, b, c]);
+    name
+}
+
+/// Adds two hexadecimal digits a byte; what does not fit is left out. The callers' texts always fit.
+pub(super) fn push_hex<const N: usize>(to: &mut String<N>, bytes: &[u8]) {
+    for byte in bytes {
         for digit in [byte >> 4, byte & 15] {
-            let _ = name.push(char::from(if digit < 10 { b'0' + digit } else { b'a' + digit - 10 }));
+            let _ = to.push(char::from(if digit < 10 { b'0' + digit } else { b'a' + digit - 10 }));
         }
     }
-    name
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@
 //!   \n
 //! ```
 //!
-//! A part of a line goes through one tight loop, a value a turn. It cannot see where the last,
+//! A part of a line goes through one tight loop, twelve characters a turn; what is left over, character
+//! by character. It cannot see where the last,
 //! short line ends, so it may take that line's checksum for a character of data; the line feed
 //! behind it then takes the character back.
 //! Source: SCIP 2.0 (C-42-03320B), data block; the minimum length of a line is that of the code.
@@ -18,6 +19,9 @@ use crate::scan::NO_RETURN_MM;
 
 /// Data characters of every line but the last.
 const LINE: usize = 64;
+
+/// Characters decoded at once: whole values of either width.
+const DOZEN: usize = 12;
 
 /// What came of some bytes of a data block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -99,33 +103,40 @@ impl DataBlock {
 
     /// Takes bytes up to the end of the block: at least one of a part that is not empty.
     /// `ranges_mm` must hold as many values as may come.
+    #[inline(never)]
     pub(super) fn feed<'a>(&mut self, bytes: &'a [u8], ranges_mm: &mut [u16]) -> Progress<'a> {
         match self.width {
-            Width::Two => self.lines(bytes, ranges_mm, |[high, low]| {
-                let (high, low) = (code(high), code(low));
-                Group { value: high << 6 | low, seen: high | low, sum: high.wrapping_add(low) }
+            Width::Two => self.lines::<2, 6>(bytes, ranges_mm, |[a, b, c, d, e, f, g, h, i, j, k, l]| {
+                let range_mm = |high, low| u16::from(high) << 6 | u16::from(low);
+                Some([
+                    range_mm(a, b),
+                    range_mm(c, d),
+                    range_mm(e, f),
+                    range_mm(g, h),
+                    range_mm(i, j),
+                    range_mm(k, l),
+                ])
             }),
-            Width::Three => self.lines(bytes, ranges_mm, |[high, middle, low]| {
-                let (high, middle, low) = (code(high), code(middle), code(low));
-                Group {
-                    value: high << 12 | middle << 6 | low,
-                    seen: high | middle | low,
-                    sum: high.wrapping_add(middle).wrapping_add(low),
-                }
+            Width::Three => self.lines::<3, 4>(bytes, ranges_mm, |[a, b, c, d, e, f, g, h, i, j, k, l]| {
+                let range_mm =
+                    |high, middle, low| u16::from(high) << 12 | u16::from(middle) << 6 | u16::from(low);
+                let fit = (a | d | g | j) < 16;
+                fit.then_some([range_mm(a, b, c), range_mm(d, e, f), range_mm(g, h, i), range_mm(j, k, l)])
             }),
         }
     }
 
-    fn lines<'a, const W: usize>(
+    /// `join` makes the `N` values of a dozen codes, `W` each; `None` when one does not fit 16 bits.
+    fn lines<'a, const W: usize, const N: usize>(
         &mut self,
         bytes: &'a [u8],
         ranges_mm: &mut [u16],
-        unpack: impl Fn([u8; W]) -> Group,
+        join: impl Fn([u8; DOZEN]) -> Option<[u16; N]>,
     ) -> Progress<'a> {
         let (mut line, mut fresh, mut rest) = (bytes, false, bytes);
         let step = loop {
             if self.room > 0 {
-                let (taken, overflow) = self.decode(rest, ranges_mm, &unpack);
+                let (taken, overflow) = self.decode::<W, N>(rest, ranges_mm, &join);
                 rest = rest.get(taken..).unwrap_or(&[]);
                 if overflow {
                     let too_many = self.count >= self.max;
@@ -155,39 +166,34 @@ impl DataBlock {
 
     /// Decodes characters of one line up to the first one outside the code. Returns how many, and
     /// whether the last of them completed a value for which there is no place.
-    fn decode<const W: usize>(
+    fn decode<const W: usize, const N: usize>(
         &mut self,
         bytes: &[u8],
         ranges_mm: &mut [u16],
-        unpack: impl Fn([u8; W]) -> Group,
+        join: impl Fn([u8; DOZEN]) -> Option<[u16; N]>,
     ) -> (usize, bool) {
-        let Self { mut value, mut sum, mut missing, mut count, .. } = *self;
+        let Self { mut value, mut missing, mut sum, mut count, .. } = *self;
         let run = bytes.get(..self.room).unwrap_or(bytes);
         let places = ranges_mm.get_mut(..self.max).unwrap_or_default();
-        let mut taken = 0;
-        let overflow = loop {
-            if missing == W {
-                let rest = run.get(taken..).unwrap_or(&[]);
-                let (groups, _) = rest.as_chunks::<W>();
-                let free = places.get_mut(count..).unwrap_or_default();
-                let before = count;
-                for (&group, place) in groups.iter().zip(free) {
-                    let group = unpack(group);
-                    if group.seen > 0x3F {
-                        break;
-                    }
-                    *place = range_mm(group.value);
-                    sum = sum.wrapping_add(group.sum);
-                    count = count.wrapping_add(1);
-                }
-                taken += W * (count - before);
+        let mut rest = run;
+        let full = loop {
+            while missing == W
+                && let Some((dozen, behind)) = rest.split_first_chunk()
+                && let Some((codes, of_dozen)) = codes(dozen)
+                && let Some(values) = join(codes)
+                && let Some(free) = places.get_mut(count..).and_then(<[u16]>::first_chunk_mut)
+            {
+                *free = values;
+                sum = sum.wrapping_add(of_dozen);
+                count = count.wrapping_add(N);
+                rest = behind;
             }
-            let Some(&character) = run.get(taken) else { break false };
+            let Some((&character, behind)) = rest.split_first() else { break false };
             let code = code(character);
             if code > 0x3F {
                 break false;
             }
-            taken += 1;
+            rest = behind;
             value = value << 6 | code;
             sum = sum.wrapping_add(code);
             missing = missing.wrapping_sub(1);
@@ -199,8 +205,9 @@ impl DataBlock {
             }
         };
         (self.value, self.sum, self.missing, self.count) = (value, sum, missing, count);
+        let taken = run.len().wrapping_sub(rest.len());
         self.room = self.room.wrapping_sub(taken);
-        (taken, overflow)
+        (taken, full)
     }
 
     /// A byte that is neither data nor a line feed: the checksum of a full line, or one too many.
@@ -256,14 +263,22 @@ impl DataBlock {
     }
 }
 
-/// The characters of one value, taken apart.
-struct Group {
-    /// The value, if all of them are legal.
-    value: u32,
-    /// Above 0x3F when one of them is not.
-    seen: u32,
-    /// Sum of their codes.
-    sum: u32,
+/// The codes of twelve characters and their sum, in the low six bits; `None` when one is not legal.
+fn codes(characters: &[u8; DOZEN]) -> Option<([u8; DOZEN], u32)> {
+    let (fours, _) = characters.as_chunks::<4>();
+    let &[a, b, c] = fours else { return None };
+    // Four at once: the lowest that is not legal leaves a bit above its six; what it borrows from the
+    // others changes nothing.
+    let code = |four| u32::from_le_bytes(four).wrapping_sub(0x0101_0101 * u32::from(encoding::FIRST));
+    let (one, two, three) = (code(a), code(b), code(c));
+    if (one | two | three) & 0xC0C0_C0C0 != 0 {
+        return None;
+    }
+    // Of the four sums only six bits each count, and so their sum is the product's highest byte.
+    let sum = ((one + two + three) & 0x3F3F_3F3F).wrapping_mul(0x0101_0101) >> 24;
+    let ([a, b, c, d], [e, f, g, h], [i, j, k, l]) =
+        (one.to_le_bytes(), two.to_le_bytes(), three.to_le_bytes());
+    Some(([a, b, c, d, e, f, g, h, i, j, k, l], sum))
 }
 
 /// The code of a character; above 0x3F when it is not legal.

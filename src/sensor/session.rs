@@ -27,6 +27,10 @@ use crate::scip::{Command, Dropped, Event, Losses, Measurement, Parameters, Read
 /// their mirror, 100 ms the slowest, and two of its turns may pass.
 const REPLY_US: u64 = 250_000;
 
+/// After a request, bytes may still come out of buffers that were filled at the speed before. They say nothing about
+/// this one.
+const STALE_US: u64 = 60_000;
+
 /// Bytes of the longest reply but scans, with its request: `VV`, `PP`.
 const LONGEST_REPLY_BYTES: u64 = 200;
 
@@ -113,7 +117,7 @@ pub struct Session {
     pub(super) attempt: u8,
     /// When it was asked last.
     pub(super) asked_us: u64,
-    /// Bytes since, those that text is made of and others.
+    /// Bytes since, but for those that may have been on their way before: those that text is made of, and others.
     pub(super) text_bytes: u32,
     pub(super) other_bytes: u32,
     message: Option<Message>,
@@ -252,7 +256,7 @@ impl Session {
             rest = behind;
             self.arrival.note(taken.len(), now_us, self.line_baud());
             if self.phase != Phase::Streaming {
-                self.note(taken);
+                self.note(taken, now_us);
                 self.impatient(now_us);
             }
             let scan = fed.event.and_then(|event| self.happened(event, now_us));
@@ -440,7 +444,10 @@ impl Session {
     }
 
     /// Counts what text is made of, and what is not.
-    fn note(&mut self, bytes: &[u8]) {
+    fn note(&mut self, bytes: &[u8], now_us: u64) {
+        if now_us.saturating_sub(self.asked_us) < STALE_US {
+            return;
+        }
         for byte in bytes {
             let counter = match byte {
                 b'\n' | b'\r' | b' '..=b'~' => &mut self.text_bytes,

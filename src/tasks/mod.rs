@@ -16,9 +16,12 @@
 //!
 //! All memory is the caller's: driver, module, sockets, store.
 
+mod log;
+mod notices;
 mod operation;
 mod supervision;
 
+pub use notices::Notices;
 pub use supervision::{Pulse, Waiting};
 
 use embassy_futures::select::{Either, select};
@@ -64,6 +67,8 @@ pub struct Hardware<'a, L, C, D, S, W, const BEAMS: usize> {
     pub watchdog: W,
     /// The same clock as the driver's.
     pub clock: C,
+    /// What the LED and the network have to know, and what they have counted.
+    pub notices: &'a Notices,
 }
 
 /// Runs the module until it is to start anew: the caller then resets the board.
@@ -80,9 +85,10 @@ pub async fn run<L, C, D, S, W, const BEAMS: usize>(
     S: Store,
     W: Watchdog,
 {
-    let Hardware { driver, line, datagrams, store, watchdog, clock } = hardware;
+    let Hardware { driver, line, datagrams, store, watchdog, clock, notices } = hardware;
     let pulse = Pulse::new(clock.now_us());
-    let operation = Operation::new(module, driver, line, datagrams, &clock, &pulse).run(store);
+    let operation = Operation { module, driver, line, datagrams, clock: &clock, pulse: &pulse, notices };
+    let operation = operation.run(store);
     match select(operation, supervision::run(watchdog, &clock, &pulse)).await {
         Either::First(()) | Either::Second(()) => {}
     }

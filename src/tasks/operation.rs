@@ -5,6 +5,8 @@ use core::pin::pin;
 use embassy_futures::select::{Either3, select3};
 use embedded_io_async::{Read, Write};
 
+use super::log;
+use super::notices::Notices;
 use super::supervision::{Pulse, Waiting};
 use crate::link::{Baud, Clock, Datagrams, Store};
 use crate::module::{Module, Wish};
@@ -22,26 +24,16 @@ const PAUSE_US: u64 = 2_000_000;
 const FAREWELL_US: u64 = 200_000;
 
 pub(super) struct Operation<'a, L, C, D, const BEAMS: usize> {
-    module: &'a mut Module<BEAMS>,
-    driver: &'a mut Driver<L, C, BEAMS>,
-    line: LineSettings,
-    datagrams: D,
-    clock: &'a C,
-    pulse: &'a Pulse,
+    pub(super) module: &'a mut Module<BEAMS>,
+    pub(super) driver: &'a mut Driver<L, C, BEAMS>,
+    pub(super) line: LineSettings,
+    pub(super) datagrams: D,
+    pub(super) clock: &'a C,
+    pub(super) pulse: &'a Pulse,
+    pub(super) notices: &'a Notices,
 }
 
-impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operation<'a, L, C, D, BEAMS> {
-    pub(super) const fn new(
-        module: &'a mut Module<BEAMS>,
-        driver: &'a mut Driver<L, C, BEAMS>,
-        line: LineSettings,
-        datagrams: D,
-        clock: &'a C,
-        pulse: &'a Pulse,
-    ) -> Self {
-        Self { module, driver, line, datagrams, clock, pulse }
-    }
-
+impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operation<'_, L, C, D, BEAMS> {
     /// Until the module is to start anew.
     ///
     /// # Cancellation
@@ -63,14 +55,17 @@ impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Ope
     /// # Cancellation
     /// As [`Driver::happens_until`].
     async fn turn(&mut self, limit_us: u64) {
-        let Self { module, driver, datagrams, clock, pulse, .. } = self;
+        let Self { module, driver, datagrams, clock, pulse, notices, .. } = self;
         let mut datagram = [0; DATAGRAM_MAX + 1];
         let look_us = clock.now_us().saturating_add(LOOK_US).min(limit_us);
         let happened = {
             // Kept over all datagrams: nothing that is under way with the sensor is given up for them.
             let mut sensor = pin!(driver.happens_until(look_us));
             loop {
+                module.network_lost(datagrams.losses());
+                module.discovery_dropped(notices.discovery_drops());
                 let due_us = module.poll(clock.now_us(), datagrams);
+                notices.tell(module.status(clock.now_us()));
                 let time = clock.wait_until(due_us);
                 match select3(sensor.as_mut(), datagrams.receive_from(&mut datagram), time).await {
                     Either3::First(happened) => break happened,
@@ -87,8 +82,14 @@ impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Ope
         };
         let now_us = clock.now_us();
         match (happened, driver.scan()) {
-            (Happened::Scan, Some(scan)) => module.scan(driver.session(), &scan, now_us, datagrams),
+            (Happened::Scan, Some(scan)) => {
+                module.scan(driver.session(), &scan, now_us, datagrams);
+                log::report(module.pipeline().judgement().sequence);
+            }
             _ => module.sensor(driver.session(), now_us, datagrams),
+        }
+        if let Happened::State(state) = happened {
+            log::sensor(state);
         }
         match (happened, driver.session().state()) {
             // Here only scans show that all is well.
@@ -96,6 +97,7 @@ impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Ope
             (_, SensorState::Streaming) => pulse.beat(Waiting::Scans, now_us),
             _ => pulse.beat(Waiting::Sensor, now_us),
         }
+        notices.tell(module.status(now_us));
     }
 
     /// Stops the stream, stores what is to be stored, and lets the sensor go on.
@@ -104,6 +106,7 @@ impl<'a, L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Ope
     /// As a loss of power.
     async fn store(&mut self, store: &mut impl Store) {
         self.module.begin_storing(self.clock.now_us(), &mut self.datagrams);
+        self.notices.tell(self.module.status(self.clock.now_us()));
         self.driver.pause();
         let limit_us = self.clock.now_us().saturating_add(PAUSE_US);
         while self.driver.session().state() != SensorState::Paused && self.clock.now_us() < limit_us {

@@ -101,7 +101,7 @@ counters! {
     PartsDropped = "parts_dropped";
     /// Answers that could not be queued at once.
     AnswersDropped = "answers_dropped";
-    /// Times a stuck report socket was opened anew.
+    /// Times a stuck socket for reports or answers was opened anew.
     SocketsReopened = "sockets_reopened";
     /// Datagrams dropped: not of this protocol.
     DatagramsForeign = "datagrams_foreign";
@@ -149,6 +149,10 @@ counters! {
     WatchdogResets = "watchdog_resets";
     /// Times the network link went down.
     LinkLosses = "link_losses";
+    /// Datagrams for the module that its network stack had no room for, or found damaged.
+    DatagramsDropped = "datagrams_dropped";
+    /// Datagrams of the service discovery that were dropped, in either direction.
+    DiscoveryDropped = "discovery_dropped";
 }
 
 /// Number of [`Counter`]s.

@@ -19,7 +19,7 @@ use kehai::module::{About, Module};
 use kehai::scan::MAX_BEAMS;
 use kehai::sensor::{Driver, LineSettings};
 use kehai::store::flash::FlashStore;
-use kehai::tasks::{self, Hardware};
+use kehai::tasks::{self, Hardware, Notices};
 use kehai::wire::{Cookie, Counter, Identity, Message, ModuleId, Refusal, Request, Subscribed};
 
 pub const SECOND_US: u64 = 1_000_000;
@@ -64,6 +64,7 @@ pub struct World {
     pub somebody: Shared,
     pub fed: Fed,
     pub line: LineSettings,
+    pub notices: Notices,
     /// Starts so far.
     pub starts: Rc<Cell<u32>>,
 }
@@ -83,6 +84,7 @@ impl World {
             link,
             somebody,
             fed: Fed::default(),
+            notices: Notices::new(),
             line: if serial { speed } else { LineSettings::NoSpeed },
             starts: Rc::default(),
         }
@@ -117,6 +119,7 @@ impl World {
                 store,
                 watchdog: self.fed.clone(),
                 clock: self.clock.clone(),
+                notices: &self.notices,
             };
             tasks::run(&mut module, hardware).await;
         }

@@ -1,5 +1,5 @@
 //! A host on a module's network segment that speaks in whole Ethernet frames: it asks for addresses
-//! (ARP) and gives them out (DHCP), and nothing else.
+//! and has one (ARP), gives them out (DHCP), and exchanges datagrams.
 //!
 //! ```text
 //! Ethernet  0 to  6 from  12 type │ ARP   14 … 20 operation  22 sender  32 target          42
@@ -8,11 +8,12 @@
 //!                                 │ DHCP  42 … 46 transaction  58 address given  70 hardware address
 //!                                 │       282 options: type, length, value
 //! ```
+#![allow(dead_code, reason = "every test file uses a part of this")]
 
 /// Hardware address of this host.
 const HOST_MAC: [u8; 6] = [0x02, 0, 0, 0, 0, 0xfe];
 /// Its address, and that of the DHCP server.
-const HOST: [u8; 4] = [10, 1, 2, 1];
+pub const HOST: [u8; 4] = [10, 1, 2, 1];
 /// The address it gives out, in a network of 256.
 pub const GIVEN: [u8; 4] = [10, 1, 2, 77];
 
@@ -39,6 +40,16 @@ pub fn has(frame: &[u8], mac: [u8; 6], address: [u8; 4]) -> bool {
         && frame[28..32] == address
 }
 
+/// What this host answers to `frame`, if that asks for its address.
+pub fn arp_answer(frame: &[u8]) -> Option<Vec<u8>> {
+    if frame.len() < 42 || frame[12..14] != [8, 6] || frame[20..22] != [0, 1] || frame[38..42] != HOST {
+        return None;
+    }
+    let (asker_mac, asker) = (&frame[22..28], &frame[28..32]);
+    let head = [asker_mac, &HOST_MAC, &[0x08, 0x06], &[0, 1, 8, 0, 6, 4, 0, 2]].concat();
+    Some([&head[..], &HOST_MAC, &HOST, asker_mac, asker].concat())
+}
+
 /// The name in a DHCP message, or `None` if `frame` is none or has no name.
 pub fn host_name(frame: &[u8]) -> Option<String> {
     option(frame, HOST_NAME).map(|name| String::from_utf8_lossy(name).into_owned())
@@ -61,7 +72,7 @@ pub fn dhcp_answer(frame: &[u8]) -> Option<Vec<u8>> {
         message.extend([&[code, value.len() as u8], value].concat());
     }
     message.push(255);
-    Some(broadcast(67, 68, &message))
+    Some(datagram(67, ([0xff; 6], [255; 4], 68), &message))
 }
 
 /// The value of a DHCP option in `frame`.
@@ -80,15 +91,15 @@ fn option(frame: &[u8], wanted: u8) -> Option<&[u8]> {
     None
 }
 
-/// A UDP datagram to everybody. Its own checksum is left out, as IPv4 allows.
-fn broadcast(from: u16, to: u16, payload: &[u8]) -> Vec<u8> {
+/// A UDP datagram of this host. Its own checksum is left out, as IPv4 allows.
+pub fn datagram(from: u16, (mac, address, to): ([u8; 6], [u8; 4], u16), payload: &[u8]) -> Vec<u8> {
     let udp_len = payload.len() as u16 + 8;
     let mut header =
-        [&[0x45, 0][..], &(udp_len + 20).to_be_bytes(), &[0, 0, 0, 0, 64, 17, 0, 0], &HOST, &[255; 4]]
+        [&[0x45, 0][..], &(udp_len + 20).to_be_bytes(), &[0, 0, 0, 0, 255, 17, 0, 0], &HOST, &address]
             .concat();
     let sum: u32 = header.chunks(2).map(|pair| u32::from(pair[0]) << 8 | u32::from(pair[1])).sum();
     let checksum = !((sum & 0xffff) + (sum >> 16)) as u16;
     header[10..12].copy_from_slice(&checksum.to_be_bytes());
     let udp = [from.to_be_bytes(), to.to_be_bytes(), udp_len.to_be_bytes(), [0, 0]].concat();
-    [&[0xff; 6][..], &HOST_MAC, &[8, 0], &header, &udp, payload].concat()
+    [&mac[..], &HOST_MAC, &[8, 0], &header, &udp, payload].concat()
 }

@@ -4,16 +4,21 @@
 //! board's main.rs ─▶ Board { uart, storage, stack, feed, led } ─▶ run
 //! ```
 //!
-//! It counts its start in the storage, keeps an address on the network, and runs the library's tasks: the
-//! sensor's driver, the module at UDP port 4040, the watchdog. When they end it starts anew.
+//! It counts its start in the storage, keeps an address on the network, lets hosts find it, shows on its LED how
+//! it is, and runs the library's tasks: the sensor's driver, the module at UDP port 4040, the watchdog. When
+//! they end it starts anew.
 
 pub mod clock;
+mod discovery;
+mod led;
 mod network;
 mod port;
+mod watched;
 
 use core::ops::Range;
 
 use defmt::info;
+use embassy_futures::join::join3;
 use embassy_futures::select::select;
 use embassy_net::Stack;
 use embedded_io_async::{Read, Write};
@@ -24,12 +29,13 @@ use kehai::module::{About, Module};
 use kehai::scan::MAX_BEAMS;
 use kehai::sensor::{Driver, LineSettings};
 use kehai::store::flash::FlashStore;
-use kehai::tasks::{self, Hardware};
+use kehai::tasks::{self, Hardware, Notices};
 use kehai::wire::ModuleId;
 use static_cell::StaticCell;
 
 use clock::BoardClock;
-use port::Port;
+use port::{PORT_SOCKETS, Port};
+pub use watched::Watched;
 
 /// Version, source and board of this image.
 pub const BUILD: &str =
@@ -37,8 +43,8 @@ pub const BUILD: &str =
 
 /// Speed the sensor's line begins with.
 pub const FIRST_BAUD: u32 = 115_200;
-/// Sockets of the network stack: DHCP and the search for a server, the module's own five, mDNS, spare.
-pub const SOCKETS: usize = 10;
+/// Sockets of the network stack: DHCP and the search for a server, the port's, mDNS's two, spare.
+pub const SOCKETS: usize = PORT_SOCKETS + 5;
 /// Fastest speed of the sensors and of the transceivers in front of them.
 const FASTEST_BAUD: u32 = 750_000;
 
@@ -60,7 +66,7 @@ pub struct Board<Line, Flash, Feed, Light> {
     pub storage_range: Range<u32>,
     /// Feeds the watchdog.
     pub feed: Feed,
-    /// Lights the LED, or not.
+    /// Lights the LED, or not: see [`kehai::module::led`].
     pub led: Light,
 }
 
@@ -77,54 +83,58 @@ where
     Feed: FnMut(),
     Light: FnMut(bool),
 {
-    static MODULE: StaticCell<Module<MAX_BEAMS>> = StaticCell::new();
-
     info!("{=str}", BUILD);
     info!("maths {=u32:08x}", kehai::math::digest());
     let [a, b, c, d, e, f] = board.mac;
     info!("mac {=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}", a, b, c, d, e, f);
     info!("host {=str}", address::host_name(board.mac).as_str());
     let mut store = FlashStore::new(board.storage, board.storage_range).expect("whole pages");
-    let module = MODULE.init_with(|| {
-        Module::new(About {
-            module: ModuleId(board.mac),
-            secret: board.secret,
-            firmware: env!("CARGO_PKG_VERSION"),
-            build: env!("KEHAI_GIT"),
-            board: env!("KEHAI_BOARD"),
-            watchdog_reset: board.watchdog_reset,
-        })
+    let module = make(About {
+        module: ModuleId(board.mac),
+        secret: board.secret,
+        firmware: env!("CARGO_PKG_VERSION"),
+        build: env!("KEHAI_GIT"),
+        board: env!("KEHAI_BOARD"),
+        watchdog_reset: board.watchdog_reset,
     });
     let last_baud = tasks::begin(&mut store, module).await;
     info!("boot {=u32}", module.identity().boot);
     let line = LineSettings::Serial { last_baud, wanted_baud: None, fastest_baud: FASTEST_BAUD };
     let settings = module.settings();
-    let network = network::keep_address(board.stack, board.mac, settings.addressing);
+    let notices = Notices::new();
+    let beside = join3(
+        network::keep_address(board.stack, board.mac, settings.addressing),
+        discovery::announce(board.stack, board.mac, &notices),
+        led::show(board.stack, &notices, board.led),
+    );
     let mut driver = Driver::new(board.uart, BoardClock, settings.sensor(line));
     let hardware = Hardware {
         driver: &mut driver,
         line,
         datagrams: Port::open(board.stack),
         store,
-        watchdog: Lit { feed: board.feed, led: board.led, on: false },
+        watchdog: Fed(board.feed),
         clock: BoardClock,
+        notices: &notices,
     };
-    select(tasks::run(module, hardware), network).await;
+    select(tasks::run(module, hardware), beside).await;
     info!("restart");
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// A watchdog whose LED blinks as long as it is fed.
-struct Lit<Feed, Light> {
-    feed: Feed,
-    led: Light,
-    on: bool,
+/// The module, in its place. On its way there it is on the stack once, and off it when this returns: inlined into
+/// a task, that room would stay taken for ever.
+#[inline(never)]
+fn make(about: About) -> &'static mut Module<MAX_BEAMS> {
+    static MODULE: StaticCell<Module<MAX_BEAMS>> = StaticCell::new();
+    MODULE.init_with(|| Module::new(about))
 }
 
-impl<Feed: FnMut(), Light: FnMut(bool)> Watchdog for Lit<Feed, Light> {
+/// A watchdog, by what feeds it.
+struct Fed<Feed>(Feed);
+
+impl<Feed: FnMut()> Watchdog for Fed<Feed> {
     fn feed(&mut self) {
-        (self.feed)();
-        self.on = !self.on;
-        (self.led)(self.on);
+        (self.0)();
     }
 }

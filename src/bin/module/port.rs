@@ -1,21 +1,26 @@
-//! The module's UDP port over embassy-net: one socket for requests and answers, one for each subscriber.
+//! The module's UDP port over embassy-net: one socket that receives, one for each way out.
 //!
 //! ```text
-//!   answers   receives everything, answers it           first in the stack: the stack gives it every datagram
-//!   place 0   sends reports to the subscriber there     a datagram whose receiver answers no ARP
-//!   place 1   …                                         blocks its own socket and no other
+//!   requests   receives everything                       first in the stack: the stack gives it every datagram
+//!   answer 0   sends answers                             a datagram whose receiver answers no ARP
+//!   answer 1   …                                         blocks its own socket and no other
+//!   place 0    sends reports to the subscriber there
+//!   place 1    …
 //! ```
 
-use core::future::poll_fn;
+use core::future::{Future, poll_fn};
 use core::net::SocketAddrV4;
+use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
 use embassy_net::udp::{PacketMetadata, UdpMetadata, UdpSocket};
 use embassy_net::{IpAddress, Stack};
-use kehai::link::{Datagrams, Dropped, Lane, Outbox};
+use kehai::link::{ANSWER_LANES, Datagrams, Dropped, Lane, NetworkLosses, Outbox};
 use kehai::module::PLACES;
 use kehai::wire::{DATAGRAM_MAX, PORT};
 use static_cell::ConstStaticCell;
+
+use super::watched;
 
 /// Datagrams to one host that wait in memory: a report, two parts and health, and one more.
 const WAITING: usize = 5;
@@ -25,54 +30,82 @@ const WAITING_LEN: usize = 2 * DATAGRAM_MAX;
 const REQUESTS: usize = 16;
 const REQUESTS_LEN: usize = 4096;
 
-struct Memory {
-    received_metadata: [PacketMetadata; REQUESTS],
+/// Ways out: those for answers come first.
+const LANES: usize = ANSWER_LANES + PLACES;
+
+/// Sockets of the port.
+pub const PORT_SOCKETS: usize = 1 + LANES;
+
+/// Apart from the bytes: those are zero at first and take no flash, as one static with these they would.
+struct Metadata {
+    received: [PacketMetadata; REQUESTS],
+    /// The socket that receives sends nothing.
+    no_waiting: [PacketMetadata; 1],
+    /// Lanes receive nothing.
+    nothing: [[PacketMetadata; 1]; LANES],
+    waiting: [[PacketMetadata; WAITING]; LANES],
+}
+
+struct Bytes {
     received: [u8; REQUESTS_LEN],
-    /// Places receive nothing.
-    nothing_metadata: [[PacketMetadata; 1]; PLACES],
-    nothing: [[u8; 1]; PLACES],
-    waiting_metadata: [[PacketMetadata; WAITING]; PLACES + 1],
-    waiting: [[u8; WAITING_LEN]; PLACES + 1],
+    no_waiting: [u8; 1],
+    nothing: [[u8; 1]; LANES],
+    waiting: [[u8; WAITING_LEN]; LANES],
 }
 
 /// The port.
 pub struct Port {
-    answers: UdpSocket<'static>,
-    places: heapless::Vec<UdpSocket<'static>, PLACES>,
+    stack: Stack<'static>,
+    requests: UdpSocket<'static>,
+    lanes: heapless::Vec<UdpSocket<'static>, LANES>,
+    /// Datagrams received, and those that never were: counted whenever none wait.
+    received: u32,
+    lost: u32,
 }
 
 impl Port {
     /// Opens the port. To be called once, before any other socket for it.
     pub fn open(stack: Stack<'static>) -> Self {
-        static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory {
-            received_metadata: [PacketMetadata::EMPTY; _],
+        static METADATA: ConstStaticCell<Metadata> = ConstStaticCell::new(Metadata {
+            received: [PacketMetadata::EMPTY; _],
+            no_waiting: [PacketMetadata::EMPTY; _],
+            nothing: [[PacketMetadata::EMPTY; _]; _],
+            waiting: [[PacketMetadata::EMPTY; _]; _],
+        });
+        static BYTES: ConstStaticCell<Bytes> = ConstStaticCell::new(Bytes {
             received: [0; _],
-            nothing_metadata: [[PacketMetadata::EMPTY; _]; _],
+            no_waiting: [0; _],
             nothing: [[0; _]; _],
-            waiting_metadata: [[PacketMetadata::EMPTY; _]; _],
             waiting: [[0; _]; _],
         });
-        let memory = MEMORY.take();
-        let mut to_send = memory.waiting_metadata.iter_mut().zip(&mut memory.waiting);
-        let (metadata, bytes) = to_send.next().expect("one more than places");
-        let answers =
-            UdpSocket::new(stack, &mut memory.received_metadata, &mut memory.received, metadata, bytes);
-        let mut port = Self { answers, places: heapless::Vec::new() };
-        let nothing = memory.nothing_metadata.iter_mut().zip(&mut memory.nothing);
-        for ((no_metadata, no_bytes), (metadata, bytes)) in nothing.zip(to_send) {
-            // As many as there are places.
-            let _ = port.places.push(UdpSocket::new(stack, no_metadata, no_bytes, metadata, bytes));
+        let (metadata, bytes) = (METADATA.take(), BYTES.take());
+        let mut requests = UdpSocket::new(
+            stack,
+            &mut metadata.received,
+            &mut bytes.received,
+            &mut metadata.no_waiting,
+            &mut bytes.no_waiting,
+        );
+        bind(&mut requests);
+        let mut lanes = heapless::Vec::new();
+        let nothing = metadata.nothing.iter_mut().zip(&mut bytes.nothing);
+        let waiting = metadata.waiting.iter_mut().zip(&mut bytes.waiting);
+        for ((no_metadata, no_bytes), (metadata, bytes)) in nothing.zip(waiting) {
+            let mut lane = UdpSocket::new(stack, no_metadata, no_bytes, metadata, bytes);
+            bind(&mut lane);
+            // As many as there are lanes.
+            let _ = lanes.push(lane);
         }
-        bind(&mut port.answers);
-        port.places.iter_mut().for_each(bind);
-        port
+        // What came before there was a port is nobody's loss.
+        Self { stack, requests, lanes, received: watched::datagrams(), lost: 0 }
     }
 
     fn lane(&mut self, lane: Lane) -> Option<&mut UdpSocket<'static>> {
-        match lane {
-            Lane::Answers => Some(&mut self.answers),
-            Lane::Place(place) => self.places.get_mut(usize::from(place)),
-        }
+        let index = match lane {
+            Lane::Answers(lane) => usize::from(lane),
+            Lane::Place(place) => usize::from(place).saturating_add(ANSWER_LANES),
+        };
+        self.lanes.get_mut(index)
     }
 }
 
@@ -83,6 +116,10 @@ fn bind(socket: &mut UdpSocket<'static>) {
 
 impl Outbox for Port {
     fn try_send_to(&mut self, lane: Lane, to: SocketAddrV4, datagram: &[u8]) -> Result<(), Dropped> {
+        if !self.stack.is_link_up() || !self.stack.is_config_up() {
+            // The stack would take it, and lose it.
+            return Err(Dropped);
+        }
         let socket = self.lane(lane).ok_or(Dropped)?;
         // Nobody waits: what is not queued now is dropped.
         let mut context = Context::from_waker(Waker::noop());
@@ -91,6 +128,11 @@ impl Outbox for Port {
             Poll::Ready(Ok(())) => Ok(()),
             Poll::Ready(Err(_)) | Poll::Pending => Err(Dropped),
         }
+    }
+
+    fn is_empty(&mut self, lane: Lane) -> bool {
+        let mut context = Context::from_waker(Waker::noop());
+        self.lane(lane).is_none_or(|socket| pin!(socket.flush()).poll(&mut context).is_ready())
     }
 
     fn reopen(&mut self, lane: Lane) {
@@ -104,13 +146,21 @@ impl Outbox for Port {
 impl Datagrams for Port {
     async fn receive_from(&mut self, buffer: &mut [u8]) -> (usize, SocketAddrV4) {
         // Waits first: what is taken from the socket is handed on at once.
-        poll_fn(|context| self.answers.poll_recv_ready(context)).await;
+        poll_fn(|context| self.requests.poll_recv_ready(context)).await;
+        self.received = self.received.wrapping_add(1);
         let copy = |datagram: &[u8], from: UdpMetadata| {
             let length = datagram.len().min(buffer.len());
             buffer.iter_mut().zip(datagram).for_each(|(place, &byte)| *place = byte);
             let IpAddress::Ipv4(address) = from.endpoint.addr;
             (length, SocketAddrV4::new(address, from.endpoint.port))
         };
-        self.answers.recv_from_with(copy).await
+        self.requests.recv_from_with(copy).await
+    }
+
+    fn losses(&mut self) -> NetworkLosses {
+        if !self.requests.may_recv() {
+            self.lost = watched::datagrams().wrapping_sub(self.received);
+        }
+        NetworkLosses { links: watched::link_losses(), datagrams: self.lost }
     }
 }

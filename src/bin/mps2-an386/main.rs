@@ -7,7 +7,7 @@
 //! | LAN9118 | the network |
 //! | TIMER0, TIMER1 | time |
 //! | PSRAM | flash |
-//! | LED0 | blinks as long as the tasks run |
+//! | LED0 | how the module is: `kehai::module::led` |
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
@@ -34,7 +34,7 @@ mod image {
 
     use lan9118::Lan9118;
     use led::Led;
-    use module::{Board, FIRST_BAUD, SOCKETS};
+    use module::{Board, FIRST_BAUD, SOCKETS, Watched};
     use storage::{STORAGE_LEN, Storage};
     use uart::Uart;
     use watchdog::Watchdog;
@@ -49,16 +49,19 @@ mod image {
     #[task]
     async fn module_task(spawner: Spawner) {
         static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
-        static CHIP: StaticCell<Lan9118> = StaticCell::new();
+        static CHIP: StaticCell<Watched<Lan9118>> = StaticCell::new();
 
+        let watchdog_reset = watchdog::caused_reset();
         let mut watchdog = Watchdog::start();
-        let chip = CHIP.init(Lan9118::new().expect("no LAN9118 in this machine"));
+        let chip = Lan9118::new().expect("no LAN9118 in this machine");
         let mac = chip.mac();
-        // No random numbers on this board: modules differ by address, starts by their number.
+        // No random numbers on this board: modules differ by address, starts by their number and by how far the
+        // timer has come. That is no secret, and good for tests only.
         let [a, b, c, d, e, f] = mac;
-        let seed = mac.iter().fold(0, |seed, &byte| seed << 8 | u64::from(byte));
+        let [g, h, i, j] = time_driver::counter().to_le_bytes();
+        let seed = u64::from_le_bytes([a, b, c, d, e, f, g, h]);
         let (stack, runner) = embassy_net::new(
-            &mut *chip,
+            CHIP.init(Watched::new(chip)),
             module::network_config(mac),
             RESOURCES.init(StackResources::new()),
             seed,
@@ -68,8 +71,8 @@ mod image {
         let mut led = Led;
         module::run(Board {
             mac,
-            secret: [a, b, c, d, e, f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
-            watchdog_reset: false,
+            secret: [g, h, i, j, a, b, c, d, e, f, 0, 0, 0, 0, 0, 0],
+            watchdog_reset,
             stack,
             uart: Uart::new(FIRST_BAUD),
             storage: Storage::new(psram()),
@@ -81,7 +84,7 @@ mod image {
     }
 
     #[task]
-    async fn network_task(mut runner: embassy_net::Runner<'static, &'static mut Lan9118>) -> ! {
+    async fn network_task(mut runner: embassy_net::Runner<'static, &'static mut Watched<Lan9118>>) -> ! {
         runner.run().await
     }
 

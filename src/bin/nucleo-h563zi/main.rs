@@ -4,7 +4,7 @@
 //! |---|---|
 //! | PD5, PD6 | USART2 to the sensor, transmit and receive (CN9 pins 6 and 4, "D53" and "D52") |
 //! | PA1 PA2 PA7 PB15 PC1 PC4 PC5 PG11 PG13 | RMII and management of the LAN8742 on the board |
-//! | PB0 | green LED, blinks as long as the tasks run |
+//! | PB0 | green LED, how the module is: `kehai::module::led` |
 //!
 //! Source: UM3115 (board), RM0481 (chip).
 #![cfg_attr(target_os = "none", no_std)]
@@ -29,12 +29,12 @@ mod image {
     use embassy_stm32::rng::Rng;
     use embassy_stm32::time::Hertz;
     use embassy_stm32::wdg::IndependentWatchdog;
-    use embassy_stm32::{Config, bind_interrupts, dma, eth, rng, uid, usart};
+    use embassy_stm32::{Config, bind_interrupts, dma, eth, pac, rng, uid, usart};
     use panic_probe as _;
     use static_cell::StaticCell;
 
     use kehai::address;
-    use module::{Board, FIRST_BAUD, SOCKETS};
+    use module::{Board, FIRST_BAUD, SOCKETS, Watched};
     use uart::Uart;
 
     bind_interrupts!(struct Interrupts {
@@ -45,7 +45,7 @@ mod image {
         GPDMA1_CHANNEL1 => dma::InterruptHandler<GPDMA1_CH1>;
     });
 
-    type Chip = Ethernet<'static, ETH, GenericPhy<Sma<'static, ETH_SMA>>>;
+    type Chip = Watched<Ethernet<'static, ETH, GenericPhy<Sma<'static, ETH_SMA>>>>;
 
     /// Frames in either direction that wait in memory.
     type Frames = PacketQueue<4, 8>;
@@ -63,6 +63,7 @@ mod image {
         static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
         static RING: StaticCell<[u8; RING_LEN]> = StaticCell::new();
 
+        let watchdog_reset = watchdog_reset();
         let pins = embassy_stm32::init(clocks());
         // First of all: without a clock from the PHY, the Ethernet controller is waited for in vain.
         let mut watchdog = IndependentWatchdog::new(pins.IWDG, WATCHDOG_US);
@@ -90,7 +91,7 @@ mod image {
         random.fill_bytes(&mut seed);
         random.fill_bytes(&mut secret);
         let (stack, runner) = embassy_net::new(
-            chip,
+            Watched::new(chip),
             module::network_config(mac),
             RESOURCES.init_with(StackResources::new),
             u64::from_le_bytes(seed),
@@ -116,7 +117,7 @@ mod image {
         module::run(Board {
             mac,
             secret,
-            watchdog_reset: false,
+            watchdog_reset,
             stack,
             uart: Uart::new(transmitter, receiver),
             storage: BlockingAsync::new(Flash::new_blocking(pins.FLASH)),
@@ -125,6 +126,13 @@ mod image {
             led: |on: bool| led.set_level(on.into()),
         })
         .await;
+    }
+
+    /// Whether the watchdog caused this start. The flags add up until they are taken back.
+    fn watchdog_reset() -> bool {
+        let bitten = pac::RCC.rsr().read().iwdgrstf();
+        pac::RCC.rsr().modify(|flags| flags.set_rmvf(true));
+        bitten
     }
 
     #[task]

@@ -5,7 +5,7 @@
 //! | GP0, GP1 | UART0 to the sensor, transmit and receive |
 //! | GP16 GP17 GP18 GP19 | SPI0 to the W5500 on the board: MISO, select, clock, MOSI |
 //! | GP20, GP21 | reset and interrupt of the W5500 |
-//! | GP25 | LED, blinks as long as the tasks run |
+//! | GP25 | LED, how the module is: `kehai::module::led` |
 //!
 //! Source: WIZnet, W5500-EVB-Pico2 schematic; RP2350 data sheet.
 #![cfg_attr(target_os = "none", no_std)]
@@ -24,25 +24,26 @@ mod image {
     use embassy_net::StackResources;
     use embassy_net_wiznet::chip::W5500;
     use embassy_net_wiznet::{Device, State};
-    use embassy_rp::clocks::RoscRng;
     use embassy_rp::flash::{Blocking, Flash};
     use embassy_rp::gpio::{Input, Level, Output, Pull};
-    use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, FLASH, SPI0, UART0};
+    use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, FLASH, SPI0, TRNG, UART0};
     use embassy_rp::spi::{Async, Spi};
+    use embassy_rp::trng::Trng;
     use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart};
     use embassy_rp::watchdog::{ResetReason, Watchdog};
-    use embassy_rp::{bind_interrupts, dma, otp, spi};
+    use embassy_rp::{bind_interrupts, dma, otp, spi, trng};
     use embassy_time::{Delay, Duration};
     use embedded_hal_bus::spi::ExclusiveDevice;
     use panic_probe as _;
     use static_cell::{ConstStaticCell, StaticCell};
 
     use kehai::address;
-    use module::{Board, FIRST_BAUD, SOCKETS};
+    use module::{Board, FIRST_BAUD, SOCKETS, Watched};
     use uart::Uart;
 
     bind_interrupts!(struct Interrupts {
         UART0_IRQ => BufferedInterruptHandler<UART0>;
+        TRNG_IRQ => trng::InterruptHandler<TRNG>;
         DMA_IRQ_0 => dma::InterruptHandler<DMA_CH0>, dma::InterruptHandler<DMA_CH1>;
     });
 
@@ -98,11 +99,15 @@ mod image {
         .await
         .expect("no W5500 on this board");
         spawner.spawn(chip_task(chip_runner).expect("the only one"));
+        let (mut seed, mut secret) = ([0; 8], [0; 16]);
+        let mut random = Trng::new(pins.TRNG, Interrupts, Default::default());
+        random.blocking_fill_bytes(&mut seed);
+        random.blocking_fill_bytes(&mut secret);
         let (stack, runner) = embassy_net::new(
-            chip,
+            Watched::new(chip),
             module::network_config(mac),
             RESOURCES.init_with(StackResources::new),
-            RoscRng.next_u64(),
+            u64::from_le_bytes(seed),
         );
         spawner.spawn(network_task(runner).expect("the only one"));
 
@@ -120,8 +125,6 @@ mod image {
 
         let mut led = Output::new(pins.PIN_25, Level::Low);
         let flash = Flash::<FLASH, Blocking, FLASH_LEN>::new_blocking(pins.FLASH);
-        let mut secret = [0; 16];
-        RoscRng.fill_bytes(&mut secret);
         module::run(Board {
             mac,
             secret,
@@ -142,7 +145,7 @@ mod image {
     }
 
     #[task]
-    async fn network_task(mut runner: embassy_net::Runner<'static, Device<'static>>) -> ! {
+    async fn network_task(mut runner: embassy_net::Runner<'static, Watched<Device<'static>>>) -> ! {
         runner.run().await
     }
 }
