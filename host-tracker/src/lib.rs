@@ -1,9 +1,21 @@
 //! The host tracker's place: reports of many modules in, counted and followed people out.
 //!
 //! ```text
-//! reports ─▶ one time line ─▶ predict ─▶ associate ─▶ update ─▶ tracks ─▶ zones · doors · counts
-//! (kehai::wire)  module clocks    life cycle: tentative ─▶ confirmed ⇄ occluded ─▶ deleted
+//! datagrams ─▶ intake ─▶ Sighting ─▶ tracker ─▶ TrackState ─▶ zones · counts · lines
+//! (kehai::wire)  clock     site's frame  │
+//!                          host's time   └─ tentative ─▶ confirmed ⇄ occluded ─▶ deleted
 //! ```
-//!
-//! Not built yet. What modules send can be read with [`kehai::wire`] today.
 #![forbid(unsafe_code)]
+
+pub mod clock;
+pub mod conversation;
+pub mod follower;
+pub mod geometry;
+pub mod intake;
+pub mod jsonl;
+pub mod live;
+pub mod outline;
+pub mod sighting;
+pub mod site;
+pub mod trackers;
+pub mod zones;

@@ -1,8 +1,120 @@
-//! `kehai-tracker`: the tracker's commands, not built yet.
+//! `kehai-tracker`: the tracker's commands.
 
+use std::error::Error;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::{Args, Parser, Subcommand};
+use host_tracker::follower::Follower;
+use host_tracker::jsonl::write_line;
+use host_tracker::live::Live;
+use host_tracker::site::Site;
+use host_tracker::trackers::Choice;
+
+/// Follows people from the reports of kehai modules.
+#[derive(Debug, Parser)]
+#[command(name = "kehai-tracker", version, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(Run),
+}
+
+/// Follow people with live modules, and write where they are every 0.1 s
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21 --tracks-out -
+  kehai-tracker run --site door.toml --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60")]
+struct Run {
+    /// The site: where the modules, walls, zones and entries are
+    #[arg(long, value_name = "FILE.toml")]
+    site: PathBuf,
+
+    /// A module's address; port 4040 if none is given
+    #[arg(long, value_name = "HOST[:PORT]", required = true)]
+    module: Vec<String>,
+
+    /// Where the lines go; - is the terminal
+    #[arg(long, value_name = "FILE", default_value = "-")]
+    tracks_out: PathBuf,
+
+    /// The tracker
+    #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
+    tracker: Choice,
+
+    /// Stop after so long
+    #[arg(long, value_name = "N")]
+    seconds: Option<u64>,
+}
+
+/// The port modules listen on.
+const PORT: u16 = 4040;
 
 fn main() -> ExitCode {
-    eprintln!("kehai-tracker: not built yet; `kehai-sim demo` and `kehai-sim replay` show what modules see");
-    ExitCode::FAILURE
+    let Command::Run(arguments) = Arguments::parse().command;
+    match run(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("kehai-tracker: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Run) -> Result<(), Box<dyn Error>> {
+    let site = Arc::new(Site::load(&arguments.site)?);
+    let addresses = arguments.module.iter().map(|text| address(text)).collect::<Result<Vec<_>, _>>()?;
+    let mut out: Box<dyn Write> = if arguments.tracks_out.as_os_str() == "-" {
+        Box::new(io::stdout().lock())
+    } else {
+        let name = arguments.tracks_out.display();
+        Box::new(BufWriter::new(
+            File::create(&arguments.tracks_out).map_err(|error| format!("{name}: {error}"))?,
+        ))
+    };
+    let mut live = Live::new(&addresses, Follower::new(&site, arguments.tracker))?;
+    let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
+    loop {
+        let line = live.line()?;
+        match write_line(&mut out, &line).and_then(|()| out.flush()) {
+            // Whoever read the lines has had enough.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
+            other => other?,
+        }
+        if line.t >= end_s {
+            break;
+        }
+    }
+    let intake = live.follower().intake();
+    for (id, module) in intake.modules() {
+        let offset = module
+            .clock()
+            .offset_s()
+            .map_or("unknown".into(), |offset_s| format!("{:.1} ms", offset_s * 1e3));
+        eprintln!(
+            "module {}: {} reports, clock offset {offset}",
+            id.0.map(|byte| format!("{byte:02x}")).join(":"),
+            module.reports()
+        );
+    }
+    if intake.modules().is_empty() {
+        return Err("no module answered: is it switched on, and is its address right?".into());
+    }
+    Ok(())
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let found = if text.contains(':') { text.to_socket_addrs() } else { (text, PORT).to_socket_addrs() };
+    found
+        .map_err(|error| format!("--module {text}: {error}"))?
+        .find(SocketAddr::is_ipv4)
+        .ok_or_else(|| format!("--module {text}: no IPv4 address"))
 }

@@ -1,0 +1,146 @@
+//! The host's side of the conversation with one module, as a tracker has it.
+//!
+//! ```text
+//!   subscribe ─▶ cookie ─▶ subscribe, T1, every second ─▶ subscribed: T1, T2, T3
+//!       a new place, start or setup ─▶ info?      another background version ─▶ profile?
+//!       parts that do not come within a second ─▶ asked for again
+//! ```
+//!
+//! It does no I/O: what comes in and the time go in, datagrams to send come out.
+
+use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Message, ModuleId, Refusal, Request};
+
+/// Between two renewals, and before anything is asked for again.
+const AGAIN_US: u64 = 1_000_000;
+
+/// The host's side of the conversation with one module.
+#[derive(Debug)]
+pub struct Conversation {
+    module: ModuleId,
+    boot: u32,
+    cookie: Cookie,
+    next_id: u32,
+    renew_us: u64,
+    /// Of the last info, and of the newest report.
+    told_setup: Option<u16>,
+    setup: u16,
+    sequence: Option<u32>,
+    /// Version and parts that are there, bit i for part i, and how many there are.
+    profile: (u16, u32, u8),
+    version: u16,
+    ask_us: u64,
+}
+
+impl Conversation {
+    /// One that knows nothing but whom to ask; [`ModuleId::ANY`]: whoever answers at the address.
+    #[must_use]
+    pub fn new(module: ModuleId) -> Self {
+        Self {
+            module,
+            boot: 0,
+            cookie: Cookie::NONE,
+            next_id: 1,
+            renew_us: 0,
+            told_setup: None,
+            setup: 0,
+            sequence: None,
+            profile: (0, 0, 0),
+            version: 0,
+            ask_us: 0,
+        }
+    }
+
+    /// Whom it talks to; [`ModuleId::ANY`] until the first answer.
+    #[must_use]
+    pub const fn module(&self) -> ModuleId {
+        self.module
+    }
+
+    /// A datagram that has arrived; `send` takes the answers to it.
+    pub fn receive(&mut self, now_us: u64, datagram: &[u8], mut send: impl FnMut(&[u8])) {
+        let Ok((header, message)) = Message::decode(datagram) else { return };
+        let Identity { module, boot } = header.identity;
+        if self.module == ModuleId::ANY {
+            self.module = module;
+        }
+        // A late datagram of an earlier start says nothing any more.
+        if module != self.module || boot < self.boot {
+            return;
+        }
+        if boot > self.boot {
+            *self = Self { boot, next_id: self.next_id, ..Self::new(self.module) };
+        }
+        match message {
+            Message::Cookie { cookie, .. } if cookie != self.cookie => {
+                self.cookie = cookie;
+                self.renew(now_us, &mut send);
+            }
+            Message::Refused(refused) if refused.refusal == Refusal::BadCookie => self.cookie = Cookie::NONE,
+            Message::Info(info) => {
+                self.told_setup = Some(info.setup);
+                self.ask_us = now_us;
+            }
+            Message::Report(report) if self.sequence.is_none_or(|last| report.head.sequence > last) => {
+                self.sequence = Some(report.head.sequence);
+                self.setup = report.head.setup;
+                self.version = report.head.background_version;
+            }
+            Message::ProfilePart(part) => {
+                let version = part.head.object as u16;
+                if self.profile.0 != version {
+                    self.profile = (version, 0, part.head.parts);
+                }
+                self.profile.1 |= 1u32.checked_shl(part.head.part.into()).unwrap_or(0);
+            }
+            _ => {}
+        }
+        self.poll(now_us, send);
+    }
+
+    /// Does what is due.
+    pub fn poll(&mut self, now_us: u64, mut send: impl FnMut(&[u8])) {
+        if now_us >= self.renew_us {
+            self.renew(now_us, &mut send);
+        }
+        if self.cookie == Cookie::NONE || now_us < self.ask_us {
+            return;
+        }
+        // A background means nothing to somebody who does not know where the beams point.
+        if self.told_setup != Some(self.setup) {
+            self.ask_us = now_us + AGAIN_US;
+            return self.ask(Request::Info, &mut send);
+        }
+        let missing = self.missing();
+        if self.version != 0 && missing != Some(0) {
+            self.ask_us = now_us + AGAIN_US;
+            self.ask(Request::Profile { version: self.version, parts: missing.unwrap_or(0) }, &mut send);
+        }
+    }
+
+    /// When [`poll`](Self::poll) has something to do next.
+    #[must_use]
+    pub fn next_us(&self) -> u64 {
+        let waits = self.told_setup != Some(self.setup) || (self.version != 0 && self.missing() != Some(0));
+        if self.cookie != Cookie::NONE && waits { self.renew_us.min(self.ask_us) } else { self.renew_us }
+    }
+
+    /// The parts of the profile in use that are missing; None: all.
+    fn missing(&self) -> Option<u32> {
+        let (version, there, parts) = self.profile;
+        let all = 1u32.checked_shl(parts.into()).unwrap_or(0).wrapping_sub(1);
+        (version == self.version).then_some(all & !there)
+    }
+
+    fn renew(&mut self, now_us: u64, send: &mut impl FnMut(&[u8])) {
+        self.renew_us = now_us + AGAIN_US;
+        self.ask(Request::Subscribe { t1: now_us.to_le_bytes() }, send);
+    }
+
+    fn ask(&mut self, request: Request<'_>, send: &mut impl FnMut(&[u8])) {
+        let mut datagram = [0; DATAGRAM_MAX];
+        let to = Identity { module: self.module, boot: self.boot };
+        let length = request.encode(to, self.next_id, self.cookie, &mut datagram).unwrap_or(0);
+        self.next_id += 1;
+        send(datagram.get(..length).unwrap_or(&[]));
+    }
+}

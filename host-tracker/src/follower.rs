@@ -1,0 +1,60 @@
+//! All of it: datagrams in, what is known at a time out.
+
+use std::sync::Arc;
+
+use crate::intake::Intake;
+use crate::jsonl::{TrackLine, TracksLine};
+use crate::sighting::Sighting;
+use crate::site::Site;
+use crate::trackers::{Choice, TrackState, Tracker};
+use crate::zones::Zones;
+
+/// Follows people from what modules send.
+pub struct Follower {
+    intake: Intake,
+    tracker: Box<dyn Tracker>,
+    zones: Zones,
+}
+
+impl Follower {
+    /// With nothing received yet.
+    #[must_use]
+    pub fn new(site: &Arc<Site>, choice: Choice) -> Self {
+        Self {
+            intake: Intake::new(Arc::clone(site), choice.estimator()),
+            tracker: choice.build(site),
+            zones: Zones::new(site),
+        }
+    }
+
+    /// Takes a datagram that arrived at `now_us` on the host's clock; true if it was a report that counts.
+    pub fn receive(&mut self, datagram: &[u8], now_us: u64) -> bool {
+        let Some(sighting) = self.intake.receive(datagram, now_us) else { return false };
+        self.see(&sighting);
+        true
+    }
+
+    /// Takes a sighting.
+    pub fn see(&mut self, sighting: &Sighting) {
+        self.tracker.see(sighting);
+        self.zones.see(sighting);
+    }
+
+    /// Everybody at `at_s`, s on the host's clock.
+    pub fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
+        self.tracker.tracks(at_s)
+    }
+
+    /// What is known at `at_s`, from what had arrived by then.
+    pub fn line(&mut self, at_s: f64) -> TracksLine {
+        let tracks = self.tracker.tracks(at_s);
+        let zones = self.zones.lines(&tracks, at_s);
+        TracksLine { t: at_s, tracks: tracks.iter().map(TrackLine::from).collect(), zones }
+    }
+
+    /// The modules heard of, and what was not used.
+    #[must_use]
+    pub const fn intake(&self) -> &Intake {
+        &self.intake
+    }
+}

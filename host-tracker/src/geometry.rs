@@ -1,0 +1,200 @@
+//! Points, poses, lines and polygons in the plane of a site: metres, radians, counter-clockwise.
+//!
+//! ```text
+//!        y                    pose: where a sensor is, and where its front step points
+//!        │    ╲ ▲ forward     segment: two ends; a polygon: its corners, in order, closed by itself
+//!        │  left ●
+//!        └──────────── x
+//! ```
+
+use std::ops::{Add, Mul, Sub};
+
+/// A place or a vector in the plane, in metres.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Point {
+    /// Metres along the site's x axis.
+    pub x: f64,
+    /// Metres along the site's y axis.
+    pub y: f64,
+}
+
+impl Point {
+    /// A point from its coordinates.
+    #[must_use]
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y }
+    }
+
+    /// The unit vector that points along `angle_rad`.
+    #[must_use]
+    pub fn towards(angle_rad: f64) -> Self {
+        let (sine, cosine) = libm::sincos(angle_rad);
+        Self::new(cosine, sine)
+    }
+
+    /// Scalar product.
+    #[must_use]
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// How far `other` turns to the left of `self`: the z part of the vector product.
+    #[must_use]
+    pub fn cross(self, other: Self) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// Distance from the origin.
+    #[must_use]
+    pub fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// Direction of the vector, counter-clockwise from x.
+    #[must_use]
+    pub fn angle_rad(self) -> f64 {
+        libm::atan2(self.y, self.x)
+    }
+
+    /// The vector turned a quarter to the left.
+    #[must_use]
+    pub const fn left(self) -> Self {
+        Self { x: -self.y, y: self.x }
+    }
+}
+
+impl Add for Point {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y)
+    }
+}
+
+impl Sub for Point {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y)
+    }
+}
+
+impl Mul<f64> for Point {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self::new(self.x * factor, self.y * factor)
+    }
+}
+
+impl From<[f64; 2]> for Point {
+    fn from([x, y]: [f64; 2]) -> Self {
+        Self { x, y }
+    }
+}
+
+/// Where a sensor is and where its front step points.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Pose {
+    /// Its axis in the site.
+    pub at: Point,
+    /// Direction of the front step, counter-clockwise from the site's x axis.
+    pub yaw_rad: f64,
+}
+
+impl Pose {
+    /// A point of the sensor's frame (x forward, y left) in the site's.
+    #[must_use]
+    pub fn to_site(&self, point: Point) -> Point {
+        let forward = Point::towards(self.yaw_rad);
+        self.at + forward * point.x + forward.left() * point.y
+    }
+
+    /// A point of the site in the sensor's frame (x forward, y left).
+    #[must_use]
+    pub fn to_sensor(&self, point: Point) -> Point {
+        let forward = Point::towards(self.yaw_rad);
+        let offset = point - self.at;
+        Point::new(offset.dot(forward), offset.dot(forward.left()))
+    }
+}
+
+/// How far `point` is from the straight piece `from` → `to`, m.
+#[must_use]
+pub fn distance_to_segment(point: Point, from: Point, to: Point) -> f64 {
+    let side = to - from;
+    let share = ((point - from).dot(side) / side.dot(side).max(1e-12)).clamp(0.0, 1.0);
+    (point - (from + side * share)).length()
+}
+
+/// Whether the straight pieces `a` and `b` cross.
+#[must_use]
+pub fn cross(a: (Point, Point), b: (Point, Point)) -> bool {
+    let turn = |from: Point, to: Point, point: Point| (to - from).cross(point - from);
+    turn(a.0, a.1, b.0) * turn(a.0, a.1, b.1) < 0.0 && turn(b.0, b.1, a.0) * turn(b.0, b.1, a.1) < 0.0
+}
+
+/// Whether `point` is inside the polygon, by the number of sides to its right.
+#[must_use]
+pub fn inside(point: Point, polygon: &[Point]) -> bool {
+    let mut within = false;
+    for (index, &to) in polygon.iter().enumerate() {
+        let from = polygon[(index + polygon.len() - 1) % polygon.len()];
+        if (from.y > point.y) != (to.y > point.y)
+            && point.x < from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y)
+        {
+            within = !within;
+        }
+    }
+    within
+}
+
+/// The polygon's centre of area; of one without area the mean of its corners.
+#[must_use]
+pub fn centroid(polygon: &[Point]) -> Point {
+    let (mut area, mut sum) = (0.0, Point::default());
+    for (index, &to) in polygon.iter().enumerate() {
+        let from = polygon[(index + polygon.len() - 1) % polygon.len()];
+        let part = from.cross(to);
+        area += part;
+        sum = sum + (from + to) * part;
+    }
+    if area.abs() > 1e-9 {
+        return sum * (1.0 / (3.0 * area));
+    }
+    polygon.iter().fold(Point::default(), |sum, &corner| sum + corner) * (1.0 / polygon.len().max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [Point; 4] =
+        [Point::new(-1.0, -1.0), Point::new(1.0, -1.0), Point::new(1.0, 1.0), Point::new(-1.0, 1.0)];
+
+    #[test]
+    fn a_square_holds_its_inside_only() {
+        assert!(inside(Point::new(0.9, -0.9), &SQUARE) && !inside(Point::new(1.1, 0.0), &SQUARE));
+        assert!(!inside(Point::new(0.0, 1.1), &SQUARE));
+        assert!(centroid(&SQUARE).length() < 1e-12);
+    }
+
+    #[test]
+    fn distance_is_to_the_nearest_point_of_the_piece() {
+        let (from, to) = (Point::new(0.0, 0.0), Point::new(2.0, 0.0));
+        assert_eq!(distance_to_segment(Point::new(1.0, 0.5), from, to), 0.5);
+        assert_eq!(distance_to_segment(Point::new(5.0, 4.0), from, to), 5.0);
+    }
+
+    #[test]
+    fn pieces_cross_inside_both_only() {
+        let piece = |x1, y1, x2, y2| (Point::new(x1, y1), Point::new(x2, y2));
+        assert!(cross(piece(-1.0, 0.0, 1.0, 0.0), piece(0.0, -1.0, 0.0, 1.0)));
+        assert!(!cross(piece(-1.0, 0.0, 1.0, 0.0), piece(2.0, -1.0, 2.0, 1.0)));
+    }
+
+    #[test]
+    fn frames_turn_there_and_back() {
+        let pose = Pose { at: Point::new(-1.0, 2.0), yaw_rad: std::f64::consts::FRAC_PI_2 };
+        let ahead = pose.to_site(Point::new(1.0, 0.25));
+        assert!((ahead - Point::new(-1.25, 3.0)).length() < 1e-12);
+        assert!((pose.to_sensor(ahead) - Point::new(1.0, 0.25)).length() < 1e-12);
+    }
+}

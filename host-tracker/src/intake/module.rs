@@ -1,0 +1,165 @@
+//! What is known of one module: its boot, clock, sensor and background.
+
+use std::sync::Arc;
+
+use kehai::centre::Estimator;
+use kehai::visibility;
+use kehai::wire::{Info, ModuleId, ProfilePart, Report, Subscribed};
+
+use super::profile::Profile;
+use super::{Drops, LATE_S};
+use crate::clock::{Exchange, ModuleClock};
+use crate::sighting::{Seen, Sighting, View};
+use crate::site::Site;
+
+/// Sequence numbers back from the newest that are remembered as used.
+const REMEMBERED: u32 = 64;
+
+/// One module.
+#[derive(Clone, Debug, Default)]
+pub struct Module {
+    boot: u32,
+    clock: ModuleClock,
+    setup: Option<Setup>,
+    profile: Profile,
+    /// Newest sequence used, and the ones before it, a bit each.
+    newest: Option<u32>,
+    used: u64,
+    last_heard_us: u64,
+    /// Reports used.
+    reports: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Setup {
+    number: u16,
+    view: Option<Arc<View>>,
+    beams: u16,
+    open_range_mm: u16,
+}
+
+impl Module {
+    /// Whether a datagram of this boot is current. A newer boot begins everything anew.
+    pub(super) fn accepts_boot(&mut self, boot: u32) -> bool {
+        if boot < self.boot {
+            return false;
+        }
+        if boot > self.boot {
+            *self = Self { boot, ..Self::default() };
+        }
+        true
+    }
+
+    pub(super) fn take_exchange(&mut self, answer: &Subscribed, now_us: u64) {
+        let t1_us = u64::from_le_bytes(answer.t1);
+        self.clock.add(Exchange { t1_us, t2_us: answer.t2_us, t3_us: answer.t3_us, t4_us: now_us });
+    }
+
+    pub(super) fn take_info(&mut self, info: &Info<'_>, id: ModuleId, site: &Site) {
+        let Some(sensor) = info.sensor else { return };
+        let Ok(geometry) = sensor.geometry() else { return };
+        let hex = id.0.map(|byte| format!("{byte:02x}")).join(":");
+        let place = site
+            .modules
+            .iter()
+            .position(|placed| placed.name == info.name || placed.name.eq_ignore_ascii_case(&hex));
+        let view = place.map(|module| {
+            let placed = &site.modules[module];
+            Arc::new(View { module, pose: placed.pose(), height_m: placed.height_m, geometry })
+        });
+        self.setup = Some(Setup {
+            number: info.setup,
+            view,
+            beams: geometry.beams(),
+            open_range_mm: sensor.open_range_mm,
+        });
+    }
+
+    pub(super) fn take_profile(&mut self, part: &ProfilePart<'_>) {
+        let Some(setup) = &self.setup else { return };
+        if part.head.setup == setup.number {
+            self.profile.take(part, setup.beams, setup.open_range_mm);
+        }
+    }
+
+    pub(super) fn sighting(
+        &mut self,
+        report: &Report<'_>,
+        now_us: u64,
+        estimator: Estimator,
+        drops: &mut Drops,
+    ) -> Option<Sighting> {
+        let head = &report.head;
+        if !self.is_new(head.sequence) {
+            drops.repeated += 1;
+            return None;
+        }
+        self.last_heard_us = now_us;
+        let (Some(setup), Some(start_s)) = (&self.setup, self.clock.host_s(head.stamp_us)) else {
+            drops.early += 1;
+            return None;
+        };
+        if setup.number != head.setup {
+            drops.early += 1;
+            return None;
+        }
+        let Some(view) = &setup.view else {
+            drops.unplaced += 1;
+            return None;
+        };
+        let period_s = f64::from(view.geometry.period_us()) * 1e-6;
+        if now_us as f64 * 1e-6 - start_s > LATE_S + period_s {
+            drops.late += 1;
+            return None;
+        }
+        let candidates: Vec<_> = report.candidates.iter().collect();
+        let background_mm = self.profile.empty_mm(head.background_version, setup.beams);
+        let mut empty_mm = background_mm.to_vec();
+        visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
+        let seen =
+            candidates.into_iter().map(|candidate| Seen::new(candidate, view, start_s, estimator)).collect();
+        self.reports += 1;
+        Some(Sighting { view: Arc::clone(view), start_s, seen, empty_mm, background_mm })
+    }
+
+    /// Whether a report's sequence has not been used yet; marks it.
+    fn is_new(&mut self, sequence: u32) -> bool {
+        let Some(newest) = self.newest else {
+            (self.newest, self.used) = (Some(sequence), 1);
+            return true;
+        };
+        let ahead = sequence.wrapping_sub(newest);
+        if ahead == 0 {
+            return false;
+        }
+        if ahead < u32::MAX / 2 {
+            self.used = if ahead < REMEMBERED { self.used << ahead | 1 } else { 1 };
+            self.newest = Some(sequence);
+            return true;
+        }
+        let behind = newest.wrapping_sub(sequence);
+        if behind >= REMEMBERED || self.used >> behind & 1 == 1 {
+            return false;
+        }
+        self.used |= 1 << behind;
+        true
+    }
+
+    /// Its clock on the host's.
+    #[must_use]
+    pub const fn clock(&self) -> &ModuleClock {
+        &self.clock
+    }
+
+    /// When its last report came, µs on the host's clock.
+    #[must_use]
+    pub const fn last_heard_us(&self) -> u64 {
+        self.last_heard_us
+    }
+
+    /// Reports used.
+    #[must_use]
+    pub const fn reports(&self) -> u64 {
+        self.reports
+    }
+}

@@ -1,0 +1,66 @@
+//! A module's background, put together from its parts.
+//!
+//! ```text
+//!   parts of version v ─▶ all there? ─▶ up to which range each beam is empty when nothing stands before it
+//! ```
+
+use std::sync::Arc;
+
+use kehai::background::BeamProfile;
+use kehai::visibility;
+use kehai::wire::ProfilePart;
+
+/// The newest whole background, and the one being received.
+#[derive(Clone, Debug, Default)]
+pub struct Profile {
+    version: u16,
+    empty_mm: Arc<[u16]>,
+    arriving: Option<Arriving>,
+}
+
+#[derive(Clone, Debug)]
+struct Arriving {
+    version: u16,
+    /// Beams by part, as they come.
+    parts: Vec<Option<Vec<BeamProfile>>>,
+}
+
+impl Profile {
+    /// Takes a part of a background of `beams` beams.
+    pub fn take(&mut self, part: &ProfilePart<'_>, beams: u16, open_range_mm: u16) {
+        let Ok(version) = u16::try_from(part.head.object) else { return };
+        if self.has(version) {
+            return;
+        }
+        let parts = usize::from(part.head.parts);
+        let arriving = match &mut self.arriving {
+            Some(arriving) if arriving.version == version && arriving.parts.len() == parts => arriving,
+            other => other.insert(Arriving { version, parts: vec![None; parts] }),
+        };
+        let Some(place) = arriving.parts.get_mut(usize::from(part.head.part)) else { return };
+        *place = Some(part.beams.iter().collect());
+        if arriving.parts.iter().any(Option::is_none) {
+            return;
+        }
+        let whole: Vec<BeamProfile> = arriving.parts.drain(..).flatten().flatten().collect();
+        self.arriving = None;
+        if whole.len() == usize::from(beams) {
+            self.version = version;
+            let mut empty_mm = vec![0; whole.len()];
+            visibility::empty_before(&whole, open_range_mm, &mut empty_mm);
+            self.empty_mm = empty_mm.into();
+        }
+    }
+
+    /// Whether this version is whole.
+    #[must_use]
+    pub fn has(&self, version: u16) -> bool {
+        self.version == version && version != 0
+    }
+
+    /// Up to which range each beam is empty when nothing stands before it; nothing is known of another version.
+    #[must_use]
+    pub fn empty_mm(&self, version: u16, beams: u16) -> Arc<[u16]> {
+        if self.has(version) { Arc::clone(&self.empty_mm) } else { vec![0; usize::from(beams)].into() }
+    }
+}

@@ -1,0 +1,228 @@
+//! A site: where the modules are, and what is around them. Its own file, or the `[site]` part of a scene.
+//!
+//! ```toml
+//! [[module]]          # yaw: where the front step points, counter-clockwise
+//! name = "left"
+//! x = -1.0
+//! y = 0.0
+//! yaw_deg = 0.0
+//! height_m = 0.6
+//!
+//! [[wall]]
+//! points = [[-1.0, -1.0], [-1.0, 1.0]]
+//! blocks = ["people", "beams"]      # default both; glass blocks people only
+//!
+//! [[zone]]
+//! name = "area"
+//! polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+//!
+//! [[entry]]
+//! name = "street"
+//! line = [[-1, -1], [1, -1]]
+//! zone = "area"
+//!
+//! [[mover]]           # the area a door leaf or a curtain sweeps
+//! polygon = [[0.4, 1.0], [1.2, 1.0], [0.4, 1.8]]
+//! ```
+//!
+//! Metres and degrees, counter-clockwise.
+
+use std::path::Path;
+
+use crate::geometry::{Point, Pose};
+use serde::{Deserialize, Serialize};
+
+/// Modules with their poses, walls, zones, entries and movers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Site {
+    /// The modules.
+    #[serde(default, rename = "module")]
+    pub modules: Vec<Module>,
+    /// What stops people, beams or both.
+    #[serde(default, rename = "wall")]
+    pub walls: Vec<Wall>,
+    /// Areas with a meaning.
+    #[serde(default, rename = "zone")]
+    pub zones: Vec<Zone>,
+    /// Lines across which people come and go.
+    #[serde(default, rename = "entry")]
+    pub entries: Vec<Entry>,
+    /// Areas in which things move that are not people.
+    #[serde(default, rename = "mover")]
+    pub movers: Vec<Mover>,
+}
+
+/// A module and where it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Module {
+    /// Its name, MAC or instance name.
+    pub name: String,
+    /// Its place.
+    pub x: f64,
+    /// Its place.
+    pub y: f64,
+    /// Where its front step points.
+    #[serde(default)]
+    pub yaw_deg: f64,
+    /// Height of its plane above the floor.
+    #[serde(default = "default_height_m")]
+    pub height_m: f64,
+}
+
+/// Paper A's height of the plane: the waist.
+const fn default_height_m() -> f64 {
+    0.6
+}
+
+impl Module {
+    /// Its place and direction.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        Pose { at: Point::new(self.x, self.y), yaw_rad: self.yaw_deg.to_radians() }
+    }
+}
+
+/// What a wall stops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Blocks {
+    /// Nobody walks through.
+    People,
+    /// No beam passes.
+    Beams,
+}
+
+/// A wall: a line of straight pieces.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// Its corners, at least two.
+    pub points: Vec<[f64; 2]>,
+    /// What it stops.
+    #[serde(default = "everything")]
+    pub blocks: Vec<Blocks>,
+    /// Share of the light it gives back.
+    #[serde(default = "default_reflectance")]
+    pub reflectance: f64,
+    /// Beams do not end at it but go on as its image shows.
+    #[serde(default)]
+    pub mirror: bool,
+}
+
+fn everything() -> Vec<Blocks> {
+    vec![Blocks::People, Blocks::Beams]
+}
+
+/// Painted plaster in infrared: a URG-04LX loses it beyond 5.7 m.
+const fn default_reflectance() -> f64 {
+    0.53
+}
+
+/// An area with a meaning.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Zone {
+    /// Its name.
+    pub name: String,
+    /// Its corners, at least three.
+    pub polygon: Vec<[f64; 2]>,
+    /// People in it are counted.
+    #[serde(default)]
+    pub count: bool,
+    /// Somebody unexplained counts, too.
+    #[serde(default)]
+    pub secure: bool,
+    /// Walls and entries surround it.
+    #[serde(default)]
+    pub enclosed: bool,
+}
+
+/// A line across which people come and go.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Its ends, in either direction.
+    pub line: [[f64; 2]; 2],
+    /// The zone it leads to; by default the only one that counts.
+    pub zone: Option<String>,
+}
+
+/// An area in which a door leaf, a curtain or a fan moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mover {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// Its corners, at least three.
+    pub polygon: Vec<[f64; 2]>,
+}
+
+/// Why a site file cannot be used: file, place and what is wrong.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct SiteError(String);
+
+impl Site {
+    /// Reads a site file.
+    ///
+    /// # Errors
+    /// One line: it cannot be read, is not TOML, has unknown or missing keys, or contradicts itself.
+    pub fn load(file: &Path) -> Result<Self, SiteError> {
+        let name = file.display();
+        let text = std::fs::read_to_string(file).map_err(|error| SiteError(format!("{name}: {error}")))?;
+        let site: Self = toml::from_str(&text).map_err(|error| {
+            let line =
+                error.span().map_or(0, |span| text.get(..span.start).unwrap_or("").lines().count().max(1));
+            SiteError(format!("{name}:{line}: {}", error.message().replace('\n', " ")))
+        })?;
+        site.check().map_err(|error| SiteError(format!("{name}: {error}")))?;
+        Ok(site)
+    }
+
+    /// What is wrong with the site, as one sentence that names the part and what to do.
+    ///
+    /// # Errors
+    /// The first contradiction found.
+    pub fn check(&self) -> Result<(), String> {
+        for (index, module) in self.modules.iter().enumerate() {
+            if self.modules.iter().take(index).any(|other| other.name == module.name) {
+                return Err(format!("two modules are named \"{}\": rename one", module.name));
+            }
+            let numbers = [module.x, module.y, module.yaw_deg, module.height_m];
+            if numbers.iter().any(|number| !number.is_finite()) {
+                return Err(format!(
+                    "module \"{}\": x, y, yaw_deg and height_m must be numbers",
+                    module.name
+                ));
+            }
+        }
+        for (index, wall) in self.walls.iter().enumerate() {
+            if wall.points.len() < 2 {
+                return Err(format!("wall {}: points needs at least two", index + 1));
+            }
+            if !(0.0..=1.0).contains(&wall.reflectance) {
+                return Err(format!("wall {}: reflectance must be between 0 and 1", index + 1));
+            }
+        }
+        for zone in &self.zones {
+            if zone.polygon.len() < 3 {
+                return Err(format!("zone \"{}\": polygon needs at least three corners", zone.name));
+            }
+        }
+        for entry in &self.entries {
+            let Some(zone) = &entry.zone else { continue };
+            if !self.zones.iter().any(|known| &known.name == zone) {
+                return Err(format!("entry \"{}\": there is no zone \"{zone}\"", entry.name));
+            }
+        }
+        if let Some(mover) = self.movers.iter().find(|mover| mover.polygon.len() < 3) {
+            return Err(format!("mover \"{}\": polygon needs at least three corners", mover.name));
+        }
+        Ok(())
+    }
+}

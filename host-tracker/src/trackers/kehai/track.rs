@@ -1,0 +1,132 @@
+//! Somebody: where, how sure, how long unseen, and why.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::hidden::Cloud;
+use crate::geometry::Point;
+use crate::sighting::Seen;
+use crate::trackers::kalman::Kinematics;
+use crate::trackers::{LifeCycle, TrackState};
+
+/// Most that is ever believed in somebody, as log-odds: e⁶, one in four hundred.
+pub const SURE: f64 = 6.0;
+
+/// Below this somebody is nobody, as log-odds: one in twelve.
+pub const NOBODY: f64 = -2.5;
+
+/// Unseen for so long, somebody is hidden: three scans.
+pub const HIDDEN_S: f64 = 0.3;
+
+/// Part of the filter's covariance that is stated for somebody seen. The filter takes a candidate's deviations as a
+/// bound, so that gates are wide; the errors of a walker in the furnished home say what they really are.
+const STATED: f64 = 0.45;
+
+/// How long two must have been seen side by side to be two, s: three scans.
+const BESIDE_S: f64 = 0.3;
+
+/// Somebody, or perhaps somebody.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Never used again.
+    pub id: u32,
+    /// Motion as last seen.
+    pub motion: Kinematics,
+    /// While hidden.
+    pub cloud: Option<Cloud>,
+    /// Somebody for sure.
+    pub confirmed: bool,
+    /// Evidence for a birth, then that somebody is there, as log-odds.
+    pub existence: f64,
+    /// First candidate.
+    pub first_s: f64,
+    /// Last candidate.
+    pub last_hit_s: f64,
+    /// Where it was first.
+    pub first_at: Point,
+    /// Widest candidate so far, m.
+    pub width_m: f64,
+    /// Modules that have detected it, a bit each.
+    pub seen_by: u128,
+    /// Scans in which only one of it and somebody at the same place was detected.
+    pub twin: u32,
+    /// When it was first seen, or last came out of hiding.
+    pub emerged_s: f64,
+    /// Why it is in its state.
+    pub reason: &'static str,
+}
+
+impl Track {
+    /// Where it is taken to be at `at_s`, and how well that is known.
+    #[must_use]
+    pub fn place(&self, at_s: f64) -> (Point, Matrix2<f64>) {
+        match &self.cloud {
+            Some(cloud) => cloud.moments(),
+            None => (self.motion.place(at_s), self.motion.spread(at_s)),
+        }
+    }
+
+    /// Whether both were seen at one time: then they are not the same person.
+    #[must_use]
+    pub fn was_beside(&self, lost: &Self) -> bool {
+        self.first_s + BESIDE_S < lost.last_hit_s
+    }
+
+    /// Whether it was seen just now.
+    #[must_use]
+    pub const fn is_hidden(&self) -> bool {
+        self.cloud.is_some()
+    }
+
+    /// Takes a candidate.
+    pub fn hit(&mut self, seen: &Seen, centre: Vector2<f64>, noise: &Matrix2<f64>, module: usize) {
+        if let Some(cloud) = self.cloud.take() {
+            // Where it comes out, its velocity begins anew.
+            self.emerged_s = seen.at_s;
+            self.twin = 0;
+            let (_, spread) = cloud.moments();
+            let agility = self.motion.agility;
+            self.motion = Kinematics::new(
+                seen.at_s,
+                centre,
+                &(spread.map(|part| part.min(0.04)) + noise),
+                0.7,
+                agility,
+            );
+            self.motion.update(seen.at_s, centre, noise);
+        } else {
+            self.motion.update(seen.at_s, centre, noise);
+        }
+        self.last_hit_s = self.last_hit_s.max(seen.at_s);
+        self.width_m = self.width_m.max(seen.width_m);
+        self.seen_by |= 1 << (module % 128);
+    }
+
+    /// Whether this module has ever detected it.
+    #[must_use]
+    pub const fn known_to(&self, module: usize) -> bool {
+        self.seen_by >> (module % 128) & 1 == 1
+    }
+
+    /// As published.
+    #[must_use]
+    pub fn state(&self, at_s: f64) -> TrackState {
+        let (at, mut spread) = self.place(at_s);
+        if !self.is_hidden() {
+            spread *= STATED;
+        }
+        let velocity = if self.is_hidden() { Point::default() } else { self.motion.velocity() };
+        TrackState {
+            id: self.id,
+            at,
+            velocity,
+            covariance_m2: [spread[(0, 0)], spread[(0, 1)], spread[(1, 1)]],
+            state: match (self.confirmed, self.is_hidden()) {
+                (false, _) => LifeCycle::Tentative,
+                (true, false) => LifeCycle::Confirmed,
+                (true, true) => LifeCycle::Occluded,
+            },
+            existence: 1.0 / (1.0 + libm::exp(-self.existence)),
+            reason: self.reason,
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Where nobody can be, and what nobody crosses unseen.
+//!
+//! ```text
+//!   ━━━━━━━ wall        ▒ cells nearer than half a body: no middle of a body is there
+//!   ▒▒▒▒▒▒▒
+//!     ·  ·  free cells
+//! ```
+//!
+//! Entries are walls for the hidden: whoever crosses one is seen there.
+
+use crate::geometry::{Point, centroid, cross, distance_to_segment};
+use crate::site::{Blocks, Site};
+
+/// Half of a body's depth, m.
+const HALF_DEPTH_M: f64 = 0.12;
+
+/// Who was lost nearer to an entry than this may come in unseen, m: one or two in a queue.
+const QUEUE_M: f64 = 1.0;
+
+/// Who moves away from a zone faster than this is leaving, m/s.
+const LEAVING_MPS: f64 = 0.1;
+
+/// Side of a cell, m.
+const CELL_M: f64 = 0.05;
+
+/// Most cells on a side: 100 m.
+const CELLS: usize = 2000;
+
+/// Walls and entries of a site, with a map of the cells beside them.
+#[derive(Clone, Debug, Default)]
+pub struct Walls {
+    /// Walls first, then entries.
+    pieces: Vec<(Point, Point)>,
+    walls: usize,
+    /// The middle of the zone each entry leads to.
+    inner: Vec<Point>,
+    corner: Point,
+    columns: usize,
+    blocked: Vec<bool>,
+}
+
+impl Walls {
+    /// Of a site.
+    #[must_use]
+    pub fn of(site: &Site) -> Self {
+        let walls =
+            site.walls.iter().filter(|wall| wall.blocks.contains(&Blocks::People)).flat_map(|wall| {
+                wall.points.windows(2).map(|ends| (Point::from(ends[0]), Point::from(ends[1])))
+            });
+        let entries = site.entries.iter().map(|entry| (entry.line[0].into(), entry.line[1].into()));
+        let mut pieces: Vec<_> = walls.collect();
+        let walls = pieces.len();
+        pieces.extend(entries);
+        let leads_to = |entry: &crate::site::Entry| {
+            let named =
+                |zone: &&crate::site::Zone| entry.zone.as_ref().map_or(zone.count, |name| *name == zone.name);
+            site.zones.iter().find(named).map_or(Point::default(), |zone| {
+                centroid(&zone.polygon.iter().map(|&corner| corner.into()).collect::<Vec<_>>())
+            })
+        };
+        let inner = site.entries.iter().map(leads_to).collect();
+        let mut map = Self { pieces, walls, inner, ..Self::default() };
+        map.draw();
+        map
+    }
+
+    fn draw(&mut self) {
+        let ends = || self.pieces.iter().flat_map(|&(from, to)| [from, to]);
+        let least = |pick: fn(Point) -> f64| {
+            ends().map(pick).fold(f64::INFINITY, f64::min) - 2.0 * CELL_M - HALF_DEPTH_M
+        };
+        let most = |pick: fn(Point) -> f64| {
+            ends().map(pick).fold(f64::NEG_INFINITY, f64::max) + 2.0 * CELL_M + HALF_DEPTH_M
+        };
+        self.corner = Point::new(least(|at| at.x), least(|at| at.y));
+        let size = Point::new(most(|at| at.x), most(|at| at.y)) - self.corner;
+        if self.pieces.is_empty() {
+            return;
+        }
+        let cells = |length_m: f64| ((length_m / CELL_M).ceil() as usize).clamp(1, CELLS);
+        let (columns, rows) = (cells(size.x), cells(size.y));
+        self.columns = columns;
+        self.blocked = vec![false; columns * rows];
+        for &(from, to) in &self.pieces {
+            let reach = |one: f64, other: f64, base: f64, count: usize| {
+                let low = ((one.min(other) - HALF_DEPTH_M - base) / CELL_M).floor().max(0.0) as usize;
+                let high = ((one.max(other) + HALF_DEPTH_M - base) / CELL_M).ceil().max(0.0) as usize;
+                low..high.min(count - 1) + 1
+            };
+            for row in reach(from.y, to.y, self.corner.y, rows) {
+                for column in reach(from.x, to.x, self.corner.x, columns) {
+                    let middle = self.corner + Point::new(column as f64 + 0.5, row as f64 + 0.5) * CELL_M;
+                    if distance_to_segment(middle, from, to) < HALF_DEPTH_M {
+                        self.blocked[row * columns + column] = true;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the middle of a hidden body cannot be at `place`.
+    #[must_use]
+    pub fn beside(&self, place: Point) -> bool {
+        let cell = (place - self.corner) * (1.0 / CELL_M);
+        if !(cell.x >= 0.0 && cell.y >= 0.0 && cell.x < self.columns as f64) {
+            return false;
+        }
+        self.blocked.get(cell.y as usize * self.columns + cell.x as usize).copied().unwrap_or(false)
+    }
+
+    /// Whether a wall or entry is between two places.
+    #[must_use]
+    pub fn between(&self, from: Point, to: Point) -> bool {
+        self.pieces.iter().any(|&piece| cross((from, to), piece))
+    }
+
+    /// Whether a wall is between two places.
+    #[must_use]
+    pub fn wall_between(&self, from: Point, to: Point) -> bool {
+        self.pieces.iter().take(self.walls).any(|&piece| cross((from, to), piece))
+    }
+
+    /// Whether the way leads across an entry into its zone.
+    #[must_use]
+    pub fn enters(&self, from: Point, to: Point) -> bool {
+        self.pieces.iter().skip(self.walls).zip(&self.inner).any(|(&entry, &inner)| {
+            let side = |place: Point| (entry.1 - entry.0).cross(place - entry.0);
+            cross((from, to), entry) && side(to) * side(inner) > 0.0
+        })
+    }
+
+    /// Whether somebody at `place` may be about to come in through an entry: near it, outside, and not leaving.
+    #[must_use]
+    pub fn waits_outside(&self, place: Point, velocity: Point) -> bool {
+        self.pieces.iter().skip(self.walls).zip(&self.inner).any(|(&(from, to), &inner)| {
+            let side = |place: Point| (to - from).cross(place - from);
+            let inwards = inner - place;
+            side(place) * side(inner) < 0.0
+                && distance_to_segment(place, from, to) < QUEUE_M
+                && velocity.dot(inwards) > -LEAVING_MPS * inwards.length()
+        })
+    }
+
+    /// Whether a small step is not possible unseen.
+    #[must_use]
+    pub fn stop(&self, from: Point, to: Point) -> bool {
+        let (was, is) = (self.beside(from), self.beside(to));
+        (is && !was) || (was && self.between(from, to))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corridor() -> Walls {
+        let site: Site =
+            toml::from_str("[[wall]]\npoints = [[0, 0], [4, 0]]\n[[wall]]\npoints = [[0, 1], [4, 1]]")
+                .unwrap();
+        Walls::of(&site)
+    }
+
+    #[test]
+    fn nobody_is_beside_or_behind_a_wall() {
+        let walls = corridor();
+        assert!(walls.beside(Point::new(2.0, 0.05)) && !walls.beside(Point::new(2.0, 0.5)));
+        assert!(walls.stop(Point::new(2.0, 0.16), Point::new(2.0, 0.09)));
+        assert!(!walls.stop(Point::new(2.0, 0.3), Point::new(2.0, 0.25)));
+        assert!(!walls.beside(Point::new(50.0, 0.0)) && !walls.beside(Point::new(-50.0, 0.0)));
+    }
+
+    #[test]
+    fn who_is_beside_a_wall_gets_away_on_his_side_only() {
+        let walls = corridor();
+        assert!(walls.stop(Point::new(2.0, 0.05), Point::new(2.0, -0.02)));
+        assert!(!walls.stop(Point::new(2.0, 0.05), Point::new(2.0, 0.08)));
+    }
+}

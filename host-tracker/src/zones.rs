@@ -1,0 +1,146 @@
+//! How many people are in each zone, how sure that is, and how much of the zone was seen.
+//!
+//! ```text
+//!   tracks ─▶ inside? existence ─▶ P(0), P(1), …          count: confirmed and occluded tracks inside
+//!   sightings ─▶ cells of 0.2 m, seen when last ─▶ share    known · partly · unknown
+//! ```
+//!
+//! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
+
+use std::collections::BTreeMap;
+
+use crate::geometry::{Point, inside};
+use crate::jsonl::{ZoneKnown, ZoneLine};
+use crate::sighting::Sighting;
+use crate::site::Site;
+use crate::trackers::{LifeCycle, TrackState};
+
+/// Side of a cell, m: a body.
+const CELL_M: f64 = 0.2;
+
+/// A cell seen so long ago is not seen, s.
+const SEEN_S: f64 = 2.0;
+
+/// Seen share from which a zone is known.
+const KNOWN: f64 = 0.8;
+
+/// Seen share under which nothing is known.
+const UNKNOWN: f64 = 0.1;
+
+/// The zones of a site.
+#[derive(Debug)]
+pub struct Zones(Vec<Zone>);
+
+#[derive(Debug)]
+struct Zone {
+    name: String,
+    polygon: Vec<Point>,
+    cells: Vec<Cell>,
+}
+
+#[derive(Debug)]
+struct Cell {
+    middle: Point,
+    seen_s: f64,
+}
+
+impl Zones {
+    /// Of a site.
+    #[must_use]
+    pub fn new(site: &Site) -> Self {
+        Self(site.zones.iter().map(Zone::new).collect())
+    }
+
+    /// Notes what a module saw.
+    pub fn see(&mut self, sighting: &Sighting) {
+        for cell in self.0.iter_mut().flat_map(|zone| &mut zone.cells) {
+            let (distance_m, Some(beam)) = sighting.view.beam_at(cell.middle) else { continue };
+            if sighting.empty_m(beam) > distance_m - 0.5 * CELL_M {
+                cell.seen_s = cell.seen_s.max(sighting.start_s);
+            }
+        }
+    }
+
+    /// What is known of each zone at `at_s`, by its name.
+    #[must_use]
+    pub fn lines(&self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
+        self.0.iter().map(|zone| (zone.name.clone(), zone.line(tracks, at_s))).collect()
+    }
+}
+
+impl Zone {
+    fn new(zone: &crate::site::Zone) -> Self {
+        let polygon: Vec<Point> = zone.polygon.iter().map(|&corner| corner.into()).collect();
+        let bound = |pick: fn(&Point) -> f64, fold: fn(f64, f64) -> f64, from: f64| {
+            polygon.iter().map(pick).fold(from, fold)
+        };
+        let (left, right) =
+            (bound(|at| at.x, f64::min, f64::INFINITY), bound(|at| at.x, f64::max, f64::NEG_INFINITY));
+        let (low, high) =
+            (bound(|at| at.y, f64::min, f64::INFINITY), bound(|at| at.y, f64::max, f64::NEG_INFINITY));
+        let mut cells = Vec::new();
+        let (columns, rows) =
+            (((right - left) / CELL_M).ceil() as u32, ((high - low) / CELL_M).ceil() as u32);
+        for row in 0..rows {
+            for column in 0..columns {
+                let offset = Point::new(f64::from(column) + 0.5, f64::from(row) + 0.5) * CELL_M;
+                let middle = Point::new(left, low) + offset;
+                if inside(middle, &polygon) {
+                    cells.push(Cell { middle, seen_s: f64::NEG_INFINITY });
+                }
+            }
+        }
+        Self { name: zone.name.clone(), polygon, cells }
+    }
+
+    fn line(&self, tracks: &[TrackState], at_s: f64) -> ZoneLine {
+        let mut count = 0;
+        let mut p = vec![1.0];
+        for track in tracks {
+            if track.state == LifeCycle::Tentative || !inside(track.at, &self.polygon) {
+                continue;
+            }
+            count += 1;
+            add(&mut p, track.existence);
+        }
+        let seen = self.cells.iter().filter(|cell| at_s - cell.seen_s < SEEN_S).count();
+        let seen_share = seen as f64 / self.cells.len().max(1) as f64;
+        let state = match seen_share {
+            share if share >= KNOWN => ZoneKnown::Known,
+            share if share < UNKNOWN => ZoneKnown::Unknown,
+            _ => ZoneKnown::Partly,
+        };
+        ZoneLine { count, p, seen_share, state }
+    }
+}
+
+/// One more person who is there with probability `existence`.
+fn add(p: &mut Vec<f64>, existence: f64) {
+    p.push(0.0);
+    for number in (0..p.len()).rev() {
+        let one_less = if number == 0 { 0.0 } else { p[number - 1] };
+        p[number] = p[number] * (1.0 - existence) + one_less * existence;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distribution_is_that_of_independent_people() {
+        let mut p = vec![1.0];
+        add(&mut p, 1.0);
+        add(&mut p, 0.5);
+        assert_eq!(p, [0.0, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn a_zone_nobody_looks_at_is_unknown() {
+        let zone: crate::site::Zone =
+            toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
+        let zone = Zone::new(&zone);
+        assert_eq!(zone.cells.len(), 25);
+        assert_eq!(zone.line(&[], 10.0).state, ZoneKnown::Unknown);
+    }
+}
