@@ -1,10 +1,12 @@
 //! The lines of `candidates.jsonl`: one JSON object a scan, times in seconds, places in metres.
 
+use host_tracker::sighting::{Seen, Sighting};
 use kehai::candidate::{Candidate, EndKind};
 use kehai::centre::{Estimator, centre};
 use kehai::pipeline::Judgement;
 use kehai::scan::Geometry;
 use kehai::unseen::UnseenSpan;
+use kehai::wire::Report;
 use serde::Serialize;
 
 /// A scan as the module reports it.
@@ -82,15 +84,38 @@ impl CandidatesLine {
             unseen: judgement.unseen().iter().map(|span| UnseenLine::new(span, geometry)).collect(),
         }
     }
+
+    /// What a host makes of a report: places in the site's frame, time on the host's clock.
+    #[must_use]
+    pub fn of_sighting(module: &str, sighting: &Sighting, report: &Report<'_>) -> Self {
+        let candidate = |seen: &Seen| {
+            let (centre, covariance) = (seen.centre, seen.covariance);
+            let cov = [covariance.m11, covariance.m12, covariance.m22];
+            CandidateLine::at([centre.x, centre.y], cov, &seen.candidate)
+        };
+        let geometry = &sighting.view.geometry;
+        Self {
+            t: rounded(sighting.start_s, 6),
+            module: module.to_owned(),
+            seq: report.head.sequence,
+            candidates: sighting.seen.iter().map(candidate).collect(),
+            unseen: report.unseen.iter().map(|span| UnseenLine::new(&span, geometry)).collect(),
+        }
+    }
 }
 
 impl CandidateLine {
     fn new(candidate: &Candidate, geometry: &Geometry) -> Self {
         let place = centre(candidate, geometry, Estimator::default());
+        let at = [place.x_m, place.y_m].map(f64::from);
+        Self::at(at, place.covariance_m2.map(f64::from), candidate)
+    }
+
+    fn at([x, y]: [f64; 2], cov: [f64; 3], candidate: &Candidate) -> Self {
         Self {
-            x: rounded(place.x_m, 4),
-            y: rounded(place.y_m, 4),
-            cov: place.covariance_m2.map(|value| rounded(value, 6)),
+            x: rounded(x, 4),
+            y: rounded(y, 4),
+            cov: cov.map(|value| rounded(value, 6)),
             first_step: candidate.first_step,
             last_step: candidate.last_step,
             beams: candidate.beams,
@@ -132,7 +157,7 @@ const fn end(kind: EndKind) -> &'static str {
 }
 
 /// As many decimals as mean something, so that lines stay short and alike on every machine.
-fn rounded(value: f32, decimals: i32) -> f64 {
+fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);
-    (f64::from(value) * scale).round() / scale
+    (value * scale).round() / scale
 }

@@ -3,11 +3,12 @@
 //!
 //! ```text
 //! source ─▶ urg ─▶ link | serve ─▶ any SCIP client
-//! ranges    SCIP    bytes in memory on virtual time | TCP or a pseudo terminal in real time
+//! ranges    SCIP    bytes in memory on virtual time | TCP, terminal or datagrams in real time
 //! ```
 #![forbid(unsafe_code)]
 
 pub mod chain;
+pub mod experiment;
 pub mod jsonl;
 pub mod link;
 pub mod module;
@@ -16,6 +17,8 @@ pub mod picture;
 pub mod qemu;
 pub mod recording;
 pub mod replay;
+pub mod run;
+pub mod score;
 pub mod serve;
 pub mod simulated_time;
 pub mod source;

@@ -1,13 +1,10 @@
 //! `kehai-sim module` as people meet it: beside `kehai-sim sensor`, with a host that subscribes; and what it refuses.
 
 use std::io::{BufRead, BufReader};
-use std::net::UdpSocket;
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
-use kehai::wire::{Cookie, Identity, Message, Request};
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use host_sim::module::host::Host;
+use kehai::wire::{Message, Request};
 
 /// A program that is ended with the test, and what it says on stderr until `marker`.
 struct Program(Child);
@@ -47,63 +44,8 @@ fn word<'a>(line: &'a str, before: &str) -> &'a str {
     behind.split([' ', ',', ';']).next().unwrap_or(behind)
 }
 
-struct Host {
-    socket: UdpSocket,
-    identity: Identity,
-    cookie: Cookie,
-    next_id: u32,
-}
-
-impl Host {
-    fn new(module: &str) -> Self {
-        let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
-        socket.connect(module).expect("an address");
-        socket.set_read_timeout(Some(Duration::from_millis(500))).expect("a time");
-        Self { socket, identity: Identity::default(), cookie: Cookie::NONE, next_id: 1 }
-    }
-
-    fn ask(&mut self, request: Request<'_>) {
-        let mut datagram = [0; 1400];
-        let length =
-            request.encode(self.identity, self.next_id, self.cookie, &mut datagram).expect("it fits");
-        self.next_id += 1;
-        self.socket.send(&datagram[..length]).expect("sent");
-    }
-
-    /// Subscribes and renews until `found` finds something.
-    fn look<T>(&mut self, mut found: impl FnMut(&Message<'_>) -> Option<T>) -> T {
-        let (begin, mut renewed) = (Instant::now(), None::<Instant>);
-        let mut buffer = [0; 1500];
-        while begin.elapsed() < PATIENCE {
-            if renewed.is_none_or(|renewed| renewed.elapsed() > Duration::from_secs(1)) {
-                self.ask(Request::Subscribe { t1: [0; 8] });
-                renewed = Some(Instant::now());
-            }
-            let Ok(length) = self.socket.recv(&mut buffer) else { continue };
-            let (header, message) = Message::decode(&buffer[..length]).expect("a message of the module");
-            self.identity = header.identity;
-            if let Message::Cookie { cookie, .. } = message {
-                self.cookie = cookie;
-                renewed = None;
-            }
-            if let Some(found) = found(&message) {
-                return found;
-            }
-        }
-        panic!("nothing of the kind within {PATIENCE:?}");
-    }
-
-    /// `count` reports: their sequences and background versions.
-    fn reports(&mut self, count: usize) -> Vec<(u32, u16)> {
-        let mut reports = Vec::new();
-        self.look(|message| {
-            if let Message::Report(report) = message {
-                reports.push((report.head.sequence, report.head.background_version));
-            }
-            (reports.len() >= count).then_some(())
-        });
-        reports
-    }
+fn host_of(module: &str) -> Host {
+    Host::new(module.parse().expect("an address")).expect("a socket")
 }
 
 #[test]
@@ -126,29 +68,25 @@ fn a_host_gets_the_reports_of_a_module_beside_a_sensor_over_tcp() {
     ];
     let (module, line) = Program::start(&arguments, " at ");
     assert!(line.contains("start 1;"), "{line}");
-    let mut host = Host::new(word(&line, " at "));
-    let first = host.reports(10);
-    assert!(first.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1), "{first:?}");
+    let mut host = host_of(word(&line, " at "));
+    host.more(10);
+    let pairs = host.reports.windows(2);
+    assert!(pairs.into_iter().all(|pair| pair[1].head.sequence == pair[0].head.sequence + 1));
     host.ask(Request::Info);
-    let name = host.look(|message| match message {
+    let name = host.look(|_, message| match message {
         Message::Info(info) => Some((info.name.to_owned(), info.board.to_owned())),
         _ => None,
     });
     assert_eq!(name, ("hall".to_owned(), "pc".to_owned()));
     // It learns, and stores what it has learned.
-    host.look(|message| match message {
-        Message::Health(health) if health.head.storing => Some(()),
-        _ => None,
-    });
-    host.look(|message| match message {
-        Message::Report(report) if report.head.background_version == 1 => Some(()),
-        _ => None,
-    });
+    host.health(|health| health.head.storing);
+    while host.more(1).head.background_version != 1 {}
     module.interrupt();
     let (module, line) = Program::start(&arguments, " at ");
     assert!(line.contains("start 2;"), "{line}");
-    let mut host = Host::new(word(&line, " at "));
-    assert!(host.reports(3).iter().all(|(_, version)| *version == 1), "the background was kept");
+    let mut host = host_of(word(&line, " at "));
+    host.more(3);
+    assert!(host.reports.iter().all(|report| report.head.background_version == 1), "the background was kept");
     module.interrupt();
     sensor.interrupt();
     std::fs::remove_file(&store).expect("the store is a file");
@@ -164,8 +102,8 @@ fn a_module_finds_a_sensor_on_a_serial_device_at_the_wrong_speed() {
     let (sensor, _) = Program::start(&sensor, "serial device");
     let place = format!("serial://{device}");
     let (module, line) = Program::start(&["module", "--sensor", &place, "--listen", "127.0.0.1:0"], " at ");
-    let mut host = Host::new(word(&line, " at "));
-    assert_eq!(host.reports(5).len(), 5);
+    let mut host = host_of(word(&line, " at "));
+    host.more(5);
     module.interrupt();
     sensor.interrupt();
 }

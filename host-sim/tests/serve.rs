@@ -4,16 +4,16 @@
 //! generous time.
 
 use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use host_sim::serve::{Control, serve_tcp};
+use host_sim::serve::{Control, UdpSensor, serve_tcp};
 use host_sim::source::StillRoom;
-use host_sim::urg::model::{Model, UST_10LX};
-use host_sim::urg::{Config, Urg};
+use host_sim::urg::model::{Model, URG_04LX, UST_10LX};
+use host_sim::urg::{Config, LinkState, Urg};
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -115,6 +115,39 @@ fn a_power_cycle_closes_the_connection_and_lets_the_client_back_in() {
     client.write_all(b"VV\n").unwrap();
     assert!(read_to(&mut client, "\n\n").starts_with("VV\n00P\nVEND:"));
     server.stop();
+}
+
+#[test]
+fn a_client_in_datagrams_gets_every_byte_and_the_test_has_a_hand_on_the_sensor() {
+    let sensor = UdpSensor::start(sensor(URG_04LX, &[])).unwrap();
+    let client = UdpSocket::bind("127.0.0.1:0").unwrap();
+    client.connect(("127.0.0.1", sensor.port())).unwrap();
+    client.set_read_timeout(Some(PATIENCE)).unwrap();
+    let ask = |text: &str, answers: &[&str]| {
+        text.bytes().for_each(|byte| assert_eq!(client.send(&[byte]).unwrap(), 1));
+        let (mut heard, mut datagram) = (String::new(), [0; 4096]);
+        while !answers.iter().all(|answer| heard.contains(answer)) {
+            let count = client.recv(&mut datagram).unwrap();
+            assert!(count <= 1024);
+            heard.extend(datagram[..count].iter().copied().map(char::from));
+        }
+        heard
+    };
+    ask("SS750000\n", &["SS750000\n00P\n\n"]);
+    // The line has its new speed a moment after the answer.
+    while sensor.with(|urg, _| urg.baud()) != 750_000 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let heard = ask("MD0044072501003\n", &["03\n00P\n\n", "02\n99b\n", "01\n99b\n", "00\n99b\n"]);
+    assert!(heard.len() > 2 * 2137);
+    assert_eq!(sensor.with(|urg, _| urg.counts().scans_sent), 3);
+    sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
+    client.send(b"QT\n").unwrap();
+    client.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
+    assert!(client.recv(&mut [0; 1024]).is_err(), "unplugged");
+    sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Up));
+    client.set_read_timeout(Some(PATIENCE)).unwrap();
+    ask("QT\n", &["QT\n00P\n\n"]);
 }
 
 #[cfg(target_os = "linux")]

@@ -1,8 +1,11 @@
 //! The commands of `kehai-sim`, one file each.
 
 mod demo;
+mod experiment;
 mod module;
 mod replay;
+mod scene;
+mod score;
 mod sensor;
 
 use std::process::ExitCode;
@@ -22,6 +25,9 @@ enum Command {
     Sensor(Box<sensor::Arguments>),
     Module(module::Arguments),
     Replay(replay::Arguments),
+    Scene(scene::Arguments),
+    Score(score::Arguments),
+    Experiment(experiment::Arguments),
     Demo(demo::Arguments),
 }
 
@@ -31,6 +37,9 @@ pub fn run() -> ExitCode {
         Command::Sensor(arguments) => sensor::run(&arguments),
         Command::Module(arguments) => module::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Scene(arguments) => scene::run(&arguments),
+        Command::Score(arguments) => score::run(&arguments),
+        Command::Experiment(arguments) => experiment::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),
     };
     match done {

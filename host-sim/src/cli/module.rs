@@ -1,33 +1,23 @@
 //! `kehai-sim module`: the library's own tasks, on a PC.
 
 use std::error::Error;
-use std::fs::File;
-use std::io::Read as _;
 use std::net::SocketAddrV4;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use host_sim::module::Fed;
-use host_sim::module::flash::{Flash, PAGE_LEN};
-use host_sim::module::line::{Line, Place};
+use host_sim::module::flash::Flash;
+use host_sim::module::line::Place;
+use host_sim::module::pc::{PAGES, Pc};
 use host_sim::module::reactor::Reactor;
 use host_sim::module::udp::Udp;
-use kehai::address::mac_from_unique_id;
-use kehai::module::{About, Module};
-use kehai::scan::MAX_BEAMS;
-use kehai::sensor::Driver;
-use kehai::store::flash::FlashStore;
-use kehai::tasks::{self, Hardware};
-use kehai::wire::{ModuleId, NAME_MAX, PORT};
-
-/// Pages of the store: as many as on a board.
-const PAGES: usize = 32;
+use kehai::wire::{Identity, NAME_MAX, PORT};
 
 /// A module on this PC: the very tasks of the firmware, beside any sensor
 ///
-/// It answers at its UDP port as a module on a board does. Ends with Ctrl-C.
+/// It answers at its UDP port as a module on a board does, and hosts find it by DNS-SD as _kehai._udp. Ends with
+/// Ctrl-C.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -46,6 +36,10 @@ pub struct Arguments {
     /// Keep settings and background in this file [default: forgotten at the end]
     #[arg(long, value_name = "FILE")]
     store: Option<PathBuf>,
+
+    /// Do not announce the module by DNS-SD: only hosts that are told its address find it
+    #[arg(long)]
+    no_mdns: bool,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -79,54 +73,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     };
     let port = Udp::bind(arguments.listen, &Reactor::new())
         .map_err(|error| format!("cannot listen at {}: {error}", arguments.listen))?;
-    while !stop.load(Ordering::Relaxed) {
-        start(arguments, &port, &flash, &stop)?;
-    }
-    Ok(())
-}
-
-/// One start of the module.
-fn start(arguments: &Arguments, port: &Udp, flash: &Flash, stop: &AtomicBool) -> Result<(), Box<dyn Error>> {
-    let reactor = Reactor::new();
-    let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
-    let mut store = FlashStore::new(flash.clone(), range).ok_or("the store has no room")?;
-    let mut secret = [0; 16];
-    File::open("/dev/urandom")
-        .and_then(|mut random| random.read_exact(&mut secret))
-        .map_err(|error| format!("/dev/urandom: {error}"))?;
-    let host = std::fs::read_to_string("/etc/machine-id").unwrap_or_default();
-    let own_name = arguments.name.clone().unwrap_or_default();
-    let unique = format!("{host}{own_name}{:?}", arguments.sensor);
-    let module_id = ModuleId(mac_from_unique_id(unique.as_bytes()));
-    let mut module = Box::new(Module::<MAX_BEAMS>::new(About {
-        module: module_id,
-        secret,
-        firmware: env!("CARGO_PKG_VERSION"),
-        build: concat!("kehai-sim ", env!("CARGO_PKG_VERSION")),
-        board: "pc",
-        watchdog_reset: false,
-    }));
-    let begun = reactor.block_on(stop, async {
-        let last_baud = tasks::begin(&mut store, &mut module).await;
-        if let Some(name) = &arguments.name {
-            module.rename(name);
-        }
-        last_baud
-    });
-    let Some(last_baud) = begun else { return Ok(()) };
-    let line = arguments.sensor.settings(last_baud);
-    let link = Line::new(arguments.sensor.clone(), &reactor);
-    let mut driver = Box::new(Driver::new(link, reactor.clone(), module.settings().sensor(line)));
     let address = port.local_addr()?;
-    eprintln!("module {module_id} at {address}, start {}; Ctrl-C ends it", module.identity().boot);
-    let hardware = Hardware {
-        driver: &mut driver,
-        line,
-        datagrams: port.again(&reactor),
-        store,
-        watchdog: Fed::default(),
-        clock: reactor.clone(),
+    let pc = Pc {
+        sensor: &arguments.sensor,
+        port: &port,
+        flash: &flash,
+        name: arguments.name.as_deref(),
+        announced: !arguments.no_mdns,
     };
-    let _ = reactor.block_on(stop, tasks::run(&mut module, hardware));
+    while !stop.load(Ordering::Relaxed) {
+        pc.start(&stop, |Identity { module, boot }| {
+            eprintln!("module {module} at {address}, start {boot}; Ctrl-C ends it");
+        })?;
+    }
     Ok(())
 }

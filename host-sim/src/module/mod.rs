@@ -7,11 +7,17 @@
 //!   network    `udp`                        `network`
 //!   store      `flash`, kept in a file      `flash`, in memory, with power cuts
 //!   executor   `reactor`                    `crate::simulated_time`
+//!   service    `discovery`
 //! ```
+//!
+//! `pc` puts the left column together; `host` is somebody who listens to it.
 
+pub mod discovery;
 pub mod flash;
+pub mod host;
 pub mod line;
 pub mod network;
+pub mod pc;
 pub mod reactor;
 pub mod udp;
 

@@ -96,7 +96,7 @@ fn deliver(hosts: &mut BTreeMap<SocketAddrV4, Inbox>, datagram: Vec<u8>, to: Soc
 
 fn number(lane: Lane) -> u8 {
     match lane {
-        Lane::Answers => u8::MAX,
+        Lane::Answers(lane) => u8::MAX - lane,
         Lane::Place(place) => place,
     }
 }
@@ -114,6 +114,10 @@ impl Outbox for Network {
         }
         queue.push_back((datagram.to_vec(), to));
         Ok(())
+    }
+
+    fn is_empty(&mut self, lane: Lane) -> bool {
+        self.shared.borrow().lanes.get(&number(lane)).is_none_or(VecDeque::is_empty)
     }
 
     fn reopen(&mut self, lane: Lane) {

@@ -14,6 +14,7 @@
 pub mod exposure;
 mod map;
 mod palette;
+pub mod site;
 mod timeline;
 
 use std::io;

@@ -1,7 +1,7 @@
 //! The real firmware image in QEMU: built, started, fed, listened to, frozen, reset and hung.
 //!
 //! ```text
-//!   sensor socket ── UDP ──▶ UART0 ┌────────────┐ LAN9118 ◀── user network (slirp), or a Switch
+//!   UdpSensor, terminal ───▶ UART0 ┌────────────┐ LAN9118 ◀── user network (slirp), a Switch, a tap
 //!                                  │ mps2-an386 │
 //!   log file (defmt) ◀────── UART1 └────────────┘ PSRAM ◀──▶ flash file
 //!                                   ▲         ▲
@@ -16,10 +16,14 @@ mod image;
 mod log;
 mod monitor;
 mod switch;
+mod terminal;
 
+pub use crate::module::host::PATIENCE;
+pub use debugger::Watch;
 pub use image::image;
 pub use log::Message;
 pub use switch::{Port, Switch};
+pub use terminal::TerminalSensor;
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -34,8 +38,7 @@ use log::Log;
 use monitor::Monitor;
 use thiserror::Error;
 
-/// Longest wait for anything: a hundred times what a loaded machine needs.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+use crate::serve::UdpSensor;
 
 /// Between two looks at whatever is waited for.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
@@ -46,6 +49,13 @@ const MODULE_PORT: u16 = 4040;
 const PSRAM_LEN: u64 = 16 * 1024 * 1024;
 /// Its beginning is the image's storage; erased flash is all ones.
 const STORAGE_LEN: usize = 128 * 1024;
+const STORAGE_ADDRESS: u32 = 0x2100_0000;
+
+/// The image's memory: what is static at its beginning, the stack at its end.
+const RAM_ADDRESS: usize = 0x2000_0000;
+const RAM_LEN: usize = 4 * 1024 * 1024;
+/// What the image fills the stack with when it starts (cortex-m-rt, `paint-stack`).
+const PAINT: u32 = 0xcccc_cccc;
 
 /// Target of the image.
 const TARGET: &str = "thumbv7em-none-eabihf";
@@ -89,11 +99,13 @@ pub enum Error {
     Io(#[from] io::Error),
 }
 
-/// What the sensor's line is.
+/// What is on the sensor's line.
 pub enum Line<'a> {
-    /// Datagrams of at most 1024 bytes, on the socket [`Qemu::sensor`]: for any rate of scans, but the
-    /// line's speed cannot be seen.
-    Datagrams,
+    /// No sensor.
+    Open,
+    /// A sensor that is spoken to in datagrams: for any rate of scans, but the line's speed cannot be seen.
+    /// It learns of the board with the first byte the board sends.
+    Datagrams(&'a UdpSensor),
     /// A terminal, whose speed the image sets; 10 kB/s at most.
     Terminal(&'a Path),
 }
@@ -104,6 +116,8 @@ pub enum Network<'a> {
     User,
     /// A switch of ours, which carries frames and nothing else.
     Switch(&'a Switch),
+    /// A network interface of this machine, by name: a tap, which only root may open.
+    Tap(&'a str),
 }
 
 /// A board to be started.
@@ -126,7 +140,6 @@ pub struct Qemu {
     folder: PathBuf,
     log: Log,
     monitor: Option<Monitor>,
-    sensor: UdpSocket,
     module: SocketAddr,
 }
 
@@ -142,14 +155,11 @@ impl Qemu {
             fs::write(&flash, vec![0xff; STORAGE_LEN])?;
             File::options().write(true).open(&flash)?.set_len(PSRAM_LEN)?;
         }
-        let sensor = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
-        let sensor_port = free_port()?;
-        sensor.connect((Ipv4Addr::LOCALHOST, sensor_port))?;
         let line = match machine.line {
-            Line::Datagrams => OsString::from(format!(
-                "udp,id=sensor,host=127.0.0.1,port={},localaddr=127.0.0.1,localport={sensor_port},mux=on",
-                sensor.local_addr()?.port()
-            )),
+            Line::Open => OsString::from("null,id=sensor"),
+            Line::Datagrams(sensor) => {
+                format!("udp,id=sensor,host=127.0.0.1,port={},mux=on", sensor.port()).into()
+            }
             Line::Terminal(path) => with_path("serial,id=sensor,path=", path),
         };
         let module = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()?));
@@ -180,16 +190,10 @@ impl Qemu {
             .stderr(File::create(folder.join("stderr"))?);
         let child = command.spawn().map_err(|_| Error::NoQemu)?;
         let log = Log::new(machine.image, folder.join("log"))?;
-        let mut qemu = Self { child, folder, log, monitor: None, sensor, module };
+        let mut qemu = Self { child, folder, log, monitor: None, module };
         let monitor = qemu.folder.join("monitor");
         qemu.monitor = Some(qemu.until("no monitor", |_| Ok(Monitor::connect(&monitor).ok()))?);
         Ok(qemu)
-    }
-
-    /// The sensor's end of UART0, with [`Line::Datagrams`].
-    #[must_use]
-    pub fn sensor(&self) -> &UdpSocket {
-        &self.sensor
     }
 
     /// Where the module's UDP port is reached, with [`Network::User`].
@@ -212,6 +216,19 @@ impl Qemu {
     /// The log cannot be decoded.
     pub fn messages(&mut self) -> Result<&[Message], Error> {
         self.log.messages()
+    }
+
+    /// How long QEMU has waited for a processor of this machine so far, all its threads together. The guest's time
+    /// went on meanwhile, the guest did not.
+    #[must_use]
+    pub fn waited(&self) -> Duration {
+        let threads = fs::read_dir(format!("/proc/{}/task", self.child.id()));
+        let waited_ns = |thread: fs::DirEntry| -> Option<u64> {
+            let times = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+            times.split_whitespace().nth(1)?.parse().ok()
+        };
+        let all_ns = threads.into_iter().flatten().flatten().filter_map(waited_ns).sum();
+        Duration::from_nanos(all_ns)
     }
 
     /// Pulls the Ethernet plug, or puts it back.
@@ -252,6 +269,37 @@ impl Qemu {
     /// QEMU refuses or is gone.
     pub fn hang(&mut self) -> Result<(), Error> {
         debugger::hang(&self.folder.join("debugger"))
+    }
+
+    /// Stops the program, and then at each of its writes to the storage.
+    ///
+    /// # Errors
+    /// QEMU refuses or is gone.
+    pub fn watch_storage(&mut self) -> Result<Watch, Error> {
+        Watch::start(&self.folder.join("debugger"), STORAGE_ADDRESS, STORAGE_LEN)
+    }
+
+    /// Most bytes of stack in use at once since the last reset: what lies behind the longest stretch that was
+    /// never written.
+    ///
+    /// # Errors
+    /// QEMU refuses or is gone.
+    pub fn stack_used(&mut self) -> Result<usize, Error> {
+        let path = self.folder.join("memory");
+        let arguments = serde_json::json!({ "val": RAM_ADDRESS, "size": RAM_LEN, "filename": path });
+        self.execute("pmemsave", arguments)?;
+        let memory = fs::read(path)?;
+        let (words, _) = memory.as_chunks();
+        let stretches =
+            words.chunk_by(|one, other| (*one == PAINT.to_le_bytes()) == (*other == PAINT.to_le_bytes()));
+        let (mut passed, mut longest, mut used) = (0, 0, RAM_LEN);
+        for stretch in stretches {
+            passed += 4 * stretch.len();
+            if stretch.first() == Some(&PAINT.to_le_bytes()) && stretch.len() > longest {
+                (longest, used) = (stretch.len(), RAM_LEN - passed);
+            }
+        }
+        Ok(used)
     }
 
     fn execute(&mut self, command: &str, arguments: serde_json::Value) -> Result<(), Error> {
@@ -307,6 +355,7 @@ fn network_arguments(machine: &Machine<'_>, module_port: u16) -> Result<[String;
             free_port()?,
             switch.port()
         ),
+        Network::Tap(name) => format!("tap,id=net,ifname={name},script=no,downscript=no"),
     };
     let [a, b, c, d, e, f] = machine.mac;
     let nic = format!("nic,model=lan9118,netdev=net,macaddr={a:02x}:{b:02x}:{c:02x}:{d:02x}:{e:02x}:{f:02x}");

@@ -1,4 +1,5 @@
-//! Emulated sensors for real clients, in real time: over TCP, or on a pseudo terminal as a serial line.
+//! Emulated sensors for real clients, in real time: over TCP, on a pseudo terminal as a serial line, or in
+//! datagrams for QEMU.
 //!
 //! ```text
 //! client ◀──▶ socket or terminal ◀──▶ poll loop ◀──▶ emulated sensor
@@ -9,10 +10,12 @@
 #[cfg(target_os = "linux")]
 mod pty;
 mod tcp;
+mod udp;
 
 #[cfg(target_os = "linux")]
-pub use pty::serve_pty;
+pub use pty::{serve_pty, serve_terminal};
 pub use tcp::serve_tcp;
+pub use udp::UdpSensor;
 
 use std::io;
 use std::os::fd::BorrowedFd;
@@ -72,9 +75,17 @@ impl Control<'_> {
 
 /// Sleeps until one of the descriptors is ready, or the sensor has something to do.
 fn sleep(descriptors: &[(BorrowedFd<'_>, PollFlags)], sensor: &Urg, clock: &Clock) -> io::Result<()> {
-    let now_us = clock.now_us();
+    wait(descriptors, sleep_us(sensor, clock))
+}
+
+/// Time until the sensor has something to do, µs.
+fn sleep_us(sensor: &Urg, clock: &Clock) -> u64 {
     let due_us = sensor.next_chunk_us(CHUNK_BYTES).unwrap_or(u64::MAX);
-    let sleep_us = due_us.saturating_sub(now_us).min(LONGEST_SLEEP_US);
+    due_us.saturating_sub(clock.now_us()).min(LONGEST_SLEEP_US)
+}
+
+/// Sleeps until one of the descriptors is ready, or `sleep_us` have passed.
+fn wait(descriptors: &[(BorrowedFd<'_>, PollFlags)], sleep_us: u64) -> io::Result<()> {
     let mut polled: Vec<_> =
         descriptors.iter().map(|&(fd, flags)| PollFd::from_borrowed_fd(fd, flags)).collect();
     let timeout = Timespec::try_from(Duration::from_micros(sleep_us)).ok();

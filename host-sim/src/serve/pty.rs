@@ -6,7 +6,9 @@
 //! ```
 //!
 //! The terminal is held open here, so that its settings stay; `inotify` tells when somebody else opens it.
-//! As on a real line, bytes that nobody reads are lost.
+//! As on a real line, bytes that nobody reads are lost. A client that reads late (QEMU takes one byte at a time)
+//! must not take what it should have heard at one speed for what it hears at the next: garbage hardly waits for
+//! it, and nothing outlasts a change of its speed.
 
 use std::fs;
 use std::io;
@@ -19,6 +21,7 @@ use std::time::Instant;
 use rustix::event::PollFlags;
 use rustix::fs::inotify;
 use rustix::fs::{Mode, OFlags, fcntl_setfl, open};
+use rustix::io::ioctl_fionread;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 
@@ -26,12 +29,28 @@ use super::{Clock, Control, sleep};
 use crate::uart;
 use crate::urg::{LinkState, Urg};
 
+/// Most bytes of garbage, heard at a wrong speed, that wait for the client.
+const GARBAGE_BYTES: usize = 64;
+
 /// Serves the sensor on a new pseudo terminal until told to stop; `link` points at it meanwhile and is removed in
 /// the end. The sensor's time starts at 0 with this call.
 ///
 /// # Errors
 /// What the operating system says; [`io::ErrorKind::AlreadyExists`] if `link` is something else than a link.
-pub fn serve_pty(link: &Path, mut sensor: Urg, control: &mut Control<'_>) -> io::Result<()> {
+pub fn serve_pty(link: &Path, sensor: Urg, control: &mut Control<'_>) -> io::Result<()> {
+    serve_terminal(link, sensor, |rate_baud| rate_baud, control)
+}
+
+/// As [`serve_pty`], for a client that cannot set every speed: `meant` says which one it means.
+///
+/// # Errors
+/// As [`serve_pty`].
+pub fn serve_terminal(
+    link: &Path,
+    mut sensor: Urg,
+    meant: fn(u32) -> u32,
+    control: &mut Control<'_>,
+) -> io::Result<()> {
     let clock = Clock(Instant::now());
     let mut terminal = None;
     while !control.stopped() {
@@ -42,7 +61,7 @@ pub fn serve_pty(link: &Path, mut sensor: Urg, control: &mut Control<'_>) -> io:
                 sensor.client_left(clock.now_us());
             }
         } else if terminal.is_none() {
-            terminal = Some(Terminal::new(link, sensor.baud())?);
+            terminal = Some(Terminal::new(link, sensor.baud(), meant)?);
         }
         let Some(line) = &mut terminal else {
             control.report(&sensor, false);
@@ -65,11 +84,14 @@ struct Terminal {
     master: OwnedFd,
     slave: OwnedFd,
     watch: OwnedFd,
+    meant: fn(u32) -> u32,
+    /// The client's speed, when last looked at.
+    baud: u32,
     clients: u32,
 }
 
 impl Terminal {
-    fn new(link: &Path, baud: u32) -> io::Result<Self> {
+    fn new(link: &Path, baud: u32, meant: fn(u32) -> u32) -> io::Result<Self> {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&master)?;
         unlockpt(&master)?;
@@ -86,7 +108,7 @@ impl Terminal {
             inotify::WatchFlags::OPEN | inotify::WatchFlags::CLOSE_WRITE | inotify::WatchFlags::CLOSE_NOWRITE;
         inotify::add_watch(&watch, &device, opened)?;
         point(link, &device)?;
-        Ok(Self { link: link.to_owned(), device, master, slave, watch, clients: 0 })
+        Ok(Self { link: link.to_owned(), device, master, slave, watch, meant, baud, clients: 0 })
     }
 
     /// Counts who has the terminal open. What came before the first client did is gone.
@@ -109,11 +131,16 @@ impl Terminal {
         }
     }
 
-    fn baud(&self) -> io::Result<u32> {
-        Ok(tcgetattr(&self.master)?.output_speed())
+    /// The client's speed. What waits at another one is gone.
+    fn baud(&mut self) -> io::Result<u32> {
+        let baud = (self.meant)(tcgetattr(&self.master)?.output_speed());
+        if std::mem::replace(&mut self.baud, baud) != baud {
+            tcflush(&self.slave, QueueSelector::IFlush)?;
+        }
+        Ok(baud)
     }
 
-    fn receive(&self, sensor: &mut Urg, clock: &Clock) -> io::Result<()> {
+    fn receive(&mut self, sensor: &mut Urg, clock: &Clock) -> io::Result<()> {
         let mut buffer = [0; 1024];
         let count = match rustix::io::read(&self.master, &mut buffer) {
             Ok(count) => count,
@@ -130,15 +157,20 @@ impl Terminal {
         Ok(())
     }
 
-    fn send(&self, sensor: &mut Urg, clock: &Clock) -> io::Result<()> {
+    fn send(&mut self, sensor: &mut Urg, clock: &Clock) -> io::Result<()> {
         for sent in sensor.take_output(clock.now_us()) {
             if self.clients == 0 {
                 continue;
             }
-            let bytes = match sent.baud {
-                Some(baud) => uart::received(&sent.bytes, baud, self.baud()?),
+            let heard_baud = self.baud()?;
+            let mut bytes = match sent.baud {
+                Some(baud) => uart::received(&sent.bytes, baud, heard_baud),
                 None => sent.bytes,
             };
+            if sent.baud.is_some_and(|baud| baud != heard_baud) {
+                let waiting = usize::try_from(ioctl_fionread(&self.slave)?).unwrap_or(usize::MAX);
+                bytes.truncate(GARBAGE_BYTES.saturating_sub(waiting));
+            }
             match rustix::io::write(&self.master, &bytes) {
                 // Without flow control a receiver that is full loses bytes.
                 Ok(_) | Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => {}

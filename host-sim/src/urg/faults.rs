@@ -76,6 +76,12 @@ impl Faults {
         }
     }
 
+    /// From `now_us` on, these and no others.
+    pub(super) fn replace(&mut self, faults: &[Fault], now_us: u64) {
+        let Self { faults, timed, .. } = Self::new(faults, 0, now_us);
+        (self.faults, self.timed, self.origin_us) = (faults, timed, now_us);
+    }
+
     /// Faults done so far.
     pub(super) fn done(&self) -> u64 {
         self.done

@@ -31,7 +31,7 @@ use std::collections::VecDeque;
 use crate::source::RangeSource;
 use clock::{Mirror, SensorClock};
 pub use config::{Config, Counts, LinkState, ScanTruth, Start, State};
-use faults::{Faults, TimedEvent};
+use faults::{Fault, Faults, TimedEvent};
 use model::{Family, Interface, Model};
 use request::Lines;
 use stream::Stream;
@@ -298,6 +298,12 @@ impl Urg {
     #[must_use]
     pub fn period_us(&self) -> u32 {
         self.mirror.period_us()
+    }
+
+    /// From now on, these things go wrong, and no others; their times count from now.
+    pub fn set_faults(&mut self, faults: &[Fault], now_us: u64) {
+        self.advance(now_us);
+        self.faults.replace(faults, now_us);
     }
 
     /// Cuts the power for `off_us`, now.

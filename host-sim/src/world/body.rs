@@ -29,6 +29,11 @@ const ARM_SWING_M: f64 = 0.13;
 const THIGH_SWING_M: f64 = 0.14;
 /// Space between the thighs of somebody who stands.
 const THIGH_GAP_M: f64 = 0.03;
+/// Shoulders of an adult above the floor.
+pub const SHOULDERS_M: f64 = 1.4;
+/// Half the depth of somebody who crouches, knees to back, and their shoulders above the floor.
+const CROUCHING_DEPTH_M: f64 = 0.28;
+const CROUCHING_TOP_M: f64 = 0.85;
 /// Most outlines of one body.
 pub const MAX_OUTLINES: usize = 3;
 
@@ -43,6 +48,19 @@ pub enum Section {
     TorsoOnly,
     /// Two thighs.
     Thighs,
+}
+
+impl std::str::FromStr for Section {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "torso" => Ok(Self::Torso),
+            "torso-only" => Ok(Self::TorsoOnly),
+            "thighs" => Ok(Self::Thighs),
+            _ => Err(String::from("torso, torso-only or thighs")),
+        }
+    }
 }
 
 /// How a person is made.
@@ -60,6 +78,8 @@ pub struct Body {
     pub reflectance: f64,
     /// What the clothes add to every range (soft cloth reads long, glossy cloth short).
     pub clothing_bias_mm: f64,
+    /// Shoulders above the floor: planes above see nobody.
+    pub top_m: f64,
 }
 
 impl Body {
@@ -73,13 +93,22 @@ impl Body {
             thigh_radius_m: stream.between(0.075, 0.095),
             reflectance: stream.between(0.55, 0.85),
             clothing_bias_mm: stream.between(-10.0, 10.0),
+            top_m: SHOULDERS_M,
         }
+    }
+
+    /// The same person crouching: as deep as wide, and low.
+    #[must_use]
+    pub fn crouching(self) -> Self {
+        Self { section: Section::TorsoOnly, half_depth_m: CROUCHING_DEPTH_M, top_m: CROUCHING_TOP_M, ..self }
     }
 
     /// Radius of a circle around [`Stance::at`] that holds every outline.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
-        self.half_width_m.max(2.0 * self.thigh_radius_m + THIGH_GAP_M) + ARM_RADIUS_M + ARM_SWING_M
+        self.half_width_m.max(self.half_depth_m).max(2.0 * self.thigh_radius_m + THIGH_GAP_M)
+            + ARM_RADIUS_M
+            + ARM_SWING_M
     }
 
     /// The outlines of the body in a stance.

@@ -27,6 +27,8 @@ pub struct Door {
     pub opens_s: Option<f64>,
     /// When it begins to shut.
     pub closes_s: Option<f64>,
+    /// All of it again after so many seconds; once, by default.
+    pub every_s: Option<f64>,
     /// How long opening and shutting take.
     #[serde(default = "one_second")]
     pub takes_s: f64,
@@ -47,6 +49,11 @@ impl Door {
     /// How far it is open at `time_s`, 0 to 1.
     #[must_use]
     pub fn open_share(&self, time_s: f64) -> f64 {
+        let first_s = self.opens_s.unwrap_or(0.0);
+        let time_s = match self.every_s {
+            Some(every_s) if time_s > first_s => first_s + (time_s - first_s) % every_s,
+            _ => time_s,
+        };
         let since = |begin_s: Option<f64>| {
             let passed_s = begin_s.map_or(f64::NEG_INFINITY, |begin_s| time_s - begin_s);
             (passed_s / self.takes_s.max(1e-3)).clamp(0.0, 1.0)
@@ -84,6 +91,9 @@ impl Door {
         if self.closes_s.is_some_and(|closes_s| self.opens_s.is_none_or(|opens_s| closes_s < opens_s)) {
             return Err(String::from("closes_s needs an earlier opens_s"));
         }
+        if self.every_s.is_some_and(|every_s| !(1.0..=86_400.0).contains(&every_s)) {
+            return Err(String::from("every_s must be between 1 and 86400"));
+        }
         Ok(())
     }
 }
@@ -100,6 +110,7 @@ mod tests {
             swing_deg,
             opens_s: Some(10.0),
             closes_s: Some(20.0),
+            every_s: None,
             takes_s: 2.0,
             reflectance: 0.7,
         }
@@ -111,6 +122,8 @@ mod tests {
         let shares: Vec<f64> =
             [0.0, 10.0, 11.0, 12.0, 19.0, 21.0, 30.0].iter().map(|time_s| door.open_share(*time_s)).collect();
         assert_eq!(shares, [0.0, 0.0, 0.5, 1.0, 1.0, 0.5, 0.0]);
+        let again = Door { every_s: Some(60.0), ..door };
+        assert_eq!([9.0, 71.0, 131.0, 145.0].map(|time_s| again.open_share(time_s)), [0.0, 0.5, 0.5, 0.0]);
     }
 
     #[test]

@@ -45,9 +45,16 @@ pub struct GatheringSpec {
     /// What the plane cuts (thighs: condition T).
     #[serde(default)]
     pub section: Section,
+    /// Slowest and fastest walk.
+    #[serde(default = "ordinary_walks")]
+    pub speed_m_s: [f64; 2],
     /// When the first one starts; before that, the area is empty and can be learned.
     #[serde(default = "ten_seconds")]
     pub from_s: f64,
+}
+
+const fn ordinary_walks() -> [f64; 2] {
+    [0.7, 1.2]
 }
 
 const fn ten_seconds() -> f64 {
@@ -220,7 +227,7 @@ fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> 
                 start_s += HEADWAY_S * stream.between(0.8, 1.5);
             }
             let at = Point::new(lane_m, START_Y_M);
-            let speed_m_s = person.between(0.7, 1.2);
+            let speed_m_s = person.between(spec.speed_m_s[0], spec.speed_m_s[1]);
             let radius_m = body.half_width_m * ROOM_SHARE;
             let fidget = [(); 2].map(|()| (TAU * person.between(0.1, 0.3), person.between(0.0, TAU)));
             Guest {
@@ -344,7 +351,13 @@ mod tests {
     use super::*;
 
     fn gathering(condition: Condition, people: usize, seed: u64) -> Gathering {
-        let spec = GatheringSpec { condition, people, section: Section::Torso, from_s: 10.0 };
+        let spec = GatheringSpec {
+            condition,
+            people,
+            section: Section::Torso,
+            speed_m_s: ordinary_walks(),
+            from_s: 10.0,
+        };
         let wall = |x: f64| Outline::Segment(Point::new(x, -1.6), Point::new(x, 1.0));
         let front = |x: f64| Outline::Segment(Point::new(x, 1.0), Point::new(x * 0.45, 1.0));
         Gathering::simulate(&spec, seed, &[wall(-1.0), wall(1.0), front(-1.0), front(1.0)])

@@ -1,4 +1,4 @@
-//! Points, poses and the three shapes a beam can hit, in the plane the sensor sweeps.
+//! Beams and the shapes a beam can hit, in the plane the sensor sweeps.
 //!
 //! ```text
 //!        y                         beam: origin, unit direction
@@ -8,114 +8,7 @@
 //!        └──────────────── x       (metres, counter-clockwise, as the site)
 //! ```
 
-use std::ops::{Add, Mul, Sub};
-
-/// A place or a vector in the plane, in metres.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Point {
-    /// Metres along the site's x axis.
-    pub x: f64,
-    /// Metres along the site's y axis.
-    pub y: f64,
-}
-
-impl Point {
-    /// A point from its coordinates.
-    #[must_use]
-    pub const fn new(x: f64, y: f64) -> Self {
-        Self { x, y }
-    }
-
-    /// The unit vector that points along `angle_rad`.
-    #[must_use]
-    pub fn towards(angle_rad: f64) -> Self {
-        let (sine, cosine) = libm::sincos(angle_rad);
-        Self::new(cosine, sine)
-    }
-
-    /// Scalar product.
-    #[must_use]
-    pub fn dot(self, other: Self) -> f64 {
-        self.x * other.x + self.y * other.y
-    }
-
-    /// How far `other` turns to the left of `self`: the z part of the vector product.
-    #[must_use]
-    pub fn cross(self, other: Self) -> f64 {
-        self.x * other.y - self.y * other.x
-    }
-
-    /// Distance from the origin.
-    #[must_use]
-    pub fn length(self) -> f64 {
-        self.dot(self).sqrt()
-    }
-
-    /// Direction of the vector, counter-clockwise from x.
-    #[must_use]
-    pub fn angle_rad(self) -> f64 {
-        libm::atan2(self.y, self.x)
-    }
-
-    /// The vector turned a quarter to the left.
-    #[must_use]
-    pub const fn left(self) -> Self {
-        Self { x: -self.y, y: self.x }
-    }
-}
-
-impl Add for Point {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self::new(self.x + other.x, self.y + other.y)
-    }
-}
-
-impl Sub for Point {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self::new(self.x - other.x, self.y - other.y)
-    }
-}
-
-impl Mul<f64> for Point {
-    type Output = Self;
-    fn mul(self, factor: f64) -> Self {
-        Self::new(self.x * factor, self.y * factor)
-    }
-}
-
-impl From<[f64; 2]> for Point {
-    fn from([x, y]: [f64; 2]) -> Self {
-        Self { x, y }
-    }
-}
-
-/// Where a sensor is and where its front step points.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Pose {
-    /// Its axis in the site.
-    pub at: Point,
-    /// Direction of the front step, counter-clockwise from the site's x axis.
-    pub yaw_rad: f64,
-}
-
-impl Pose {
-    /// A point of the sensor's frame (x forward, y left) in the site's.
-    #[must_use]
-    pub fn to_site(&self, point: Point) -> Point {
-        let forward = Point::towards(self.yaw_rad);
-        self.at + forward * point.x + forward.left() * point.y
-    }
-
-    /// A point of the site in the sensor's frame (x forward, y left).
-    #[must_use]
-    pub fn to_sensor(&self, point: Point) -> Point {
-        let forward = Point::towards(self.yaw_rad);
-        let offset = point - self.at;
-        Point::new(offset.dot(forward), offset.dot(forward.left()))
-    }
-}
+pub use host_tracker::geometry::{Point, Pose};
 
 /// A half line along which light travels.
 #[derive(Clone, Copy, Debug)]
@@ -248,13 +141,5 @@ mod tests {
     #[test]
     fn a_sensor_inside_a_shape_does_not_see_it() {
         assert_eq!(Outline::disc(Point::new(0.0, 0.0), 0.5).meet(&beam(0.1, 0.0, 0.0)), None);
-    }
-
-    #[test]
-    fn frames_turn_there_and_back() {
-        let pose = Pose { at: Point::new(-1.0, 2.0), yaw_rad: std::f64::consts::FRAC_PI_2 };
-        let ahead = pose.to_site(Point::new(1.0, 0.25));
-        assert!((ahead - Point::new(-1.25, 3.0)).length() < 1e-12);
-        assert!((pose.to_sensor(ahead) - Point::new(1.0, 0.25)).length() < 1e-12);
     }
 }

@@ -16,29 +16,35 @@ pub mod door;
 pub mod gathering;
 pub mod geometry;
 pub mod motion;
+pub mod moving;
 pub mod noise;
 pub mod optics;
+pub mod prop;
 pub mod random;
 pub mod raycast;
 pub mod scene;
 pub mod sensor;
-pub mod site;
+pub mod standing;
 pub mod trajectory;
+pub mod variation;
 pub mod walker;
 pub mod wandering;
+
+pub use host_tracker::site;
 
 use std::sync::Arc;
 
 use body::{Body, Section};
-use door::Door;
 use gathering::Gathering;
 use geometry::{Outline, Point};
 use motion::{Motion, Track};
+use moving::Moving;
+use prop::Prop;
 use random::{Purpose, Stream};
 use raycast::{Caster, Person, Thing};
 use scene::{Furniture, PersonSpec, Scene};
 use sensor::WorldSensor;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use site::{Blocks, Wall};
 use trajectory::Recorded;
 use walker::{Habit, Route, WayPoint};
@@ -46,6 +52,8 @@ use wandering::Wanderer;
 
 /// Walls reach from the floor to the ceiling, above every plane.
 const CEILING_M: f64 = 3.0;
+/// Time from reaching a place to having put something down there.
+const PUTTING_DOWN_S: f64 = 0.8;
 /// A gathering is watched for so long after the last one is gone.
 const AFTERWARDS_S: f64 = 6.0;
 
@@ -59,7 +67,7 @@ pub struct World {
 }
 
 /// What happened when in a gathering.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Events {
     /// How many people there are.
     pub people: usize,
@@ -95,7 +103,11 @@ impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
-        let mut people = scripted(scene, seed);
+        let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
+        let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
+        let mut people = scripted(scene, &wanderers, seed);
+        let props: Vec<Moving> =
+            props(scene, &wanderers, &people).map(|prop| Moving::Prop(Box::new(prop))).collect();
         let mut doors = scene.doors.clone();
         let mut duration_s = scene.duration_s;
         let mut events = None;
@@ -112,28 +124,38 @@ impl World {
                 name: format!("guest {}", index + 1),
                 body,
                 motion: Motion::Track(track),
+                crouches_s: None,
             }));
         }
         people.extend(scene.recorded.iter().flat_map(recorded).enumerate().map(
             |(index, (section, track))| {
                 let mut stream = Stream::new(seed, Purpose::Person, [index as u64, 1]);
                 let body = Body::random(section, &mut stream);
-                Person { name: format!("recorded {}", index + 1), body, motion: Motion::Track(track) }
+                let name = format!("recorded {}", index + 1);
+                Person { name, body, motion: Motion::Track(track), crouches_s: None }
             },
         ));
         let people: Arc<[Person]> = people.into();
-        let doors: Arc<[Door]> = doors.into();
+        let doors = doors.into_iter().map(Moving::Door);
+        let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
+        let fans = scene.fans.iter().cloned().map(Moving::Fan);
+        let moving: Arc<[Moving]> = doors.chain(curtains).chain(fans).chain(props).collect();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
             let spec = scene.sensors.iter().find(|spec| spec.module == module.name);
             let (model, level) = spec.map_or_else(Default::default, |spec| (spec.model, spec.noise));
             let caster = Caster::new(module.pose(), module.height_m, model.optics().geometry, &things);
-            let moving = (Arc::clone(&people), Arc::clone(&doors));
-            let sensor = WorldSensor::new(model, level, caster, moving, seed, index as u64);
+            let seen = (Arc::clone(&people), Arc::clone(&moving));
+            let sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
             (module.name.clone(), sensor)
         };
-        let sensors = scene.site.modules.iter().enumerate().map(sensor).collect();
+        let mut sensors: Vec<(String, WorldSensor)> =
+            scene.site.modules.iter().enumerate().map(sensor).collect();
+        if scene.cross_talk {
+            let others: Vec<WorldSensor> = sensors.iter().map(|(_, sensor)| sensor.clone()).collect();
+            sensors.iter_mut().for_each(|(_, sensor)| sensor.look_at(&others));
+        }
         Self { duration_s, events, people, sensors }
     }
 
@@ -185,11 +207,9 @@ fn recorded(recorded: &Recorded) -> impl Iterator<Item = (Section, Track)> {
 }
 
 /// The people of the script.
-fn scripted(scene: &Scene, seed: u64) -> Vec<Person> {
-    let wanderer = |(index, spec)| wanderer(index, spec, seed);
-    let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
+fn scripted(scene: &Scene, wanderers: &[Wanderer], seed: u64) -> Vec<Person> {
     let motions: Vec<Motion> = if scene.avoid {
-        let tracks = wandering::simulate(&wanderers, &obstacles(scene), scene.duration_s);
+        let tracks = wandering::simulate(wanderers, &obstacles(scene), scene.duration_s);
         tracks.into_iter().map(Motion::Track).collect()
     } else {
         let route = |(index, wanderer): (usize, &Wanderer)| {
@@ -198,14 +218,26 @@ fn scripted(scene: &Scene, seed: u64) -> Vec<Person> {
         };
         wanderers.iter().enumerate().map(route).collect()
     };
-    let person = |(index, ((spec, wanderer), motion)): (usize, ((&PersonSpec, Wanderer), Motion))| {
+    let person = |(index, ((spec, wanderer), motion)): (usize, ((&PersonSpec, &Wanderer), Motion))| {
         let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
-        Person { name, body: wanderer.body, motion }
+        Person { name, body: wanderer.body, motion, crouches_s: spec.crouches_s }
     };
     scene.people.iter().zip(wanderers).zip(motions).enumerate().map(person).collect()
 }
 
-fn wanderer(index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
+/// What people of the script carry.
+fn props(scene: &Scene, wanderers: &[Wanderer], people: &[Person]) -> impl Iterator<Item = Prop> {
+    scene.carried.iter().filter_map(|carried| {
+        let index = scene.people.iter().position(|person| person.name == carried.by)?;
+        let (wanderer, person) = (wanderers.get(index)?, people.get(index)?);
+        let put_down_s = carried.puts_down_at.map_or(f64::INFINITY, |point| {
+            walker::arrival_s(&wanderer.points, &wanderer.habit, point) + PUTTING_DOWN_S
+        });
+        Some(Prop::new(carried.clone(), person.motion.clone(), put_down_s))
+    })
+}
+
+fn wanderer(scene: &Scene, index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
     let mut body = Body::random(spec.section, &mut Stream::new(seed, Purpose::Person, [index as u64, 0]));
     let overrides = [
         (spec.half_width_m, &mut body.half_width_m),
@@ -213,6 +245,7 @@ fn wanderer(index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
         (spec.thigh_radius_m, &mut body.thigh_radius_m),
         (spec.reflectance, &mut body.reflectance),
         (spec.clothing_bias_mm, &mut body.clothing_bias_mm),
+        (spec.top_m, &mut body.top_m),
     ];
     for (given, value) in overrides {
         *value = given.unwrap_or(*value);
@@ -225,8 +258,17 @@ fn wanderer(index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
         heading_rad: spec.heading_deg.to_radians(),
         turn_rad_s: spec.turn_deg_s.to_radians(),
         sway_m: spec.sway_mm * 1e-3,
+        shift_m: spec.shift_mm * 1e-3,
+        shift_every_s: spec.shift_every_s,
     };
-    Wanderer { body, points: spec.route.iter().filter_map(|point| way_point(point)).collect(), habit }
+    let mut points: Vec<WayPoint> = spec.route.iter().filter_map(|point| way_point(point)).collect();
+    let key = spec.group.map_or([index as u64, 1], |group| [group, 2]);
+    let mut stream = Stream::new(seed, Purpose::Crowd, key);
+    let mut aside = || stream.between(-1.0, 1.0) * spec.scatter_m;
+    points.iter_mut().for_each(|point| point.at = point.at + Point::new(aside(), aside()));
+    let carried = scene.carried.iter().enumerate().filter(|(_, carried)| carried.by == spec.name);
+    carried.for_each(|(number, carried)| carried.lead(&mut points, seed, number));
+    Wanderer { body, points, habit }
 }
 
 /// What people cannot walk through.
@@ -249,7 +291,8 @@ fn sides(wall: &Wall) -> Vec<Outline> {
 
 fn wall(wall: &Wall) -> Vec<Thing> {
     let opaque = wall.blocks.contains(&Blocks::Beams);
-    let thing = |outline| Thing { outline, reflectance: wall.reflectance, low_m: 0.0, high_m: CEILING_M };
+    let Wall { reflectance, mirror, .. } = *wall;
+    let thing = |outline| Thing { outline, reflectance, low_m: 0.0, high_m: CEILING_M, mirror };
     sides(wall).into_iter().filter(|_| opaque).map(thing).collect()
 }
 
@@ -258,5 +301,5 @@ fn furniture(furniture: &Furniture) -> Vec<Thing> {
     let disc = furniture.disc.map(|[x, y, radius_m]| Outline::disc(Point::new(x, y), radius_m));
     let corners = furniture.polygon.iter().map(|corner| Point::from(*corner));
     let sides = corners.clone().zip(corners.cycle().skip(1)).map(|(from, to)| Outline::Segment(from, to));
-    sides.chain(disc).map(|outline| Thing { outline, reflectance, low_m, high_m }).collect()
+    sides.chain(disc).map(|outline| Thing { outline, reflectance, low_m, high_m, mirror: false }).collect()
 }

@@ -31,6 +31,10 @@ pub enum Purpose {
     DropOut = 6,
     /// Where people of a crowd go, and when.
     Crowd = 7,
+    /// Where one sensor's light falsifies another's readings.
+    CrossTalk = 9,
+    /// What the network does to one module's datagrams, and how its clock runs.
+    Network = 8,
 }
 
 /// One stream of random numbers.

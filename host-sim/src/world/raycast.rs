@@ -9,9 +9,9 @@
 //! What does not move is looked up: each step's nearest wall is found once, when the sensor is set up.
 
 use super::body::{Body, MAX_OUTLINES};
-use super::door::Door;
 use super::geometry::{Beam, Meeting, Outline, Point, Pose};
 use super::motion::Motion;
+use super::moving::Moving;
 use super::noise::Seen;
 use crate::source::{Revolution, SensorGeometry};
 use heapless::Vec as SmallVec;
@@ -27,6 +27,8 @@ pub struct Thing {
     pub low_m: f64,
     /// See `low_m`.
     pub high_m: f64,
+    /// Beams go on from it.
+    pub mirror: bool,
 }
 
 /// A person of the world.
@@ -38,12 +40,27 @@ pub struct Person {
     pub body: Body,
     /// Where they are when.
     pub motion: Motion,
+    /// When they crouch.
+    pub crouches_s: Option<[f64; 2]>,
 }
 
-/// [`Seen::thing`] of the first door; what stands still has smaller numbers.
-pub const FIRST_DOOR: u16 = 0x4000;
+impl Person {
+    /// Their body at `time_s`.
+    #[must_use]
+    pub fn body_at(&self, time_s: f64) -> Body {
+        match self.crouches_s {
+            Some([from_s, until_s]) if (from_s..until_s).contains(&time_s) => self.body.crouching(),
+            _ => self.body,
+        }
+    }
+}
+
+/// [`Seen::thing`] of the first thing that moves; what stands still has smaller numbers.
+pub const FIRST_MOVING: u16 = 0x4000;
 /// [`Seen::thing`] of the first person.
 pub const FIRST_PERSON: u16 = 0x8000;
+/// Looks at things that move, in a full turn.
+const LOOKS_A_TURN: usize = 16;
 /// Steps between two looks at where people are.
 const STEPS_A_LOOK: usize = 8;
 /// Somebody may walk this far during a revolution (3 m/s for 0.1 s) without being overlooked.
@@ -53,11 +70,24 @@ const WALK_MARGIN_M: f64 = 0.35;
 #[derive(Clone, Debug)]
 pub struct Caster {
     pose: Pose,
+    height_m: f64,
     geometry: SensorGeometry,
     /// Per step: direction of the beam in the site.
     directions: Vec<Point>,
-    /// Per step: the nearest thing that does not move.
+    /// Per step: the nearest thing that does not move, over a mirror if there is one on the way.
     fixed: Vec<Option<Seen>>,
+    /// Per step: how far the beam goes straight.
+    straight_m: Vec<f64>,
+    reflections: Vec<Reflection>,
+}
+
+/// What becomes of a beam at a mirror.
+#[derive(Clone, Copy, Debug)]
+struct Reflection {
+    index: usize,
+    beam: Beam,
+    /// Way up to the mirror.
+    way_m: f64,
 }
 
 impl Caster {
@@ -67,11 +97,11 @@ impl Caster {
         let steps = geometry.first_step..=geometry.last_step;
         let directions: Vec<Point> =
             steps.map(|step| Point::towards(pose.yaw_rad + geometry.bearing_rad(step))).collect();
-        let nearest = |direction: &Point| {
-            let beam = Beam { origin: pose.at, direction: *direction };
+        let nearest = |beam: &Beam, except: Option<u16>| {
             let cut = |thing: &&Thing| (thing.low_m..=thing.high_m).contains(&height_m);
             let seen = |(number, thing): (usize, &Thing)| {
-                let meeting = Some(thing).filter(cut)?.outline.meet(&beam)?;
+                let other = Some(thing).filter(|_| except != Some(number as u16));
+                let meeting = other.filter(cut)?.outline.meet(beam)?;
                 Some(Seen {
                     range_m: meeting.range_m,
                     incidence: meeting.incidence,
@@ -82,8 +112,27 @@ impl Caster {
             };
             things.iter().enumerate().filter_map(seen).min_by(|a, b| a.range_m.total_cmp(&b.range_m))
         };
-        let fixed = directions.iter().map(nearest).collect();
-        Self { pose, geometry, directions, fixed }
+        let mut straight_m = vec![f64::INFINITY; directions.len()];
+        let mut reflections = Vec::new();
+        let mut look = |(index, direction): (usize, &Point)| {
+            let beam = Beam { origin: pose.at, direction: *direction };
+            let first = nearest(&beam, None)?;
+            let thing = things.get(usize::from(first.thing)).filter(|thing| thing.mirror);
+            let Some(Outline::Segment(from, to)) = thing.map(|thing| thing.outline) else {
+                return Some(first);
+            };
+            straight_m[index] = first.range_m;
+            let along = (to - from) * (1.0 / (to - from).length().max(1e-9));
+            let beam = Beam {
+                origin: beam.origin + beam.direction * first.range_m,
+                direction: along * (2.0 * beam.direction.dot(along)) - beam.direction,
+            };
+            reflections.push(Reflection { index, beam, way_m: first.range_m });
+            let behind = nearest(&beam, Some(first.thing))?;
+            Some(Seen { range_m: first.range_m + behind.range_m, ..behind })
+        };
+        let fixed = directions.iter().enumerate().map(&mut look).collect();
+        Self { pose, height_m, geometry, directions, fixed, straight_m, reflections }
     }
 
     /// Where the sensor is.
@@ -92,52 +141,112 @@ impl Caster {
         self.pose
     }
 
-    /// What each step sees in the given revolution; people are numbered from [`FIRST_PERSON`],
-    /// doors from [`FIRST_DOOR`].
+    /// The entry that points at a place, and how far that is; nothing if something fixed stands between.
     #[must_use]
-    pub fn cast(&self, revolution: Revolution, people: &[Person], doors: &[Door]) -> Vec<Option<Seen>> {
+    pub fn entry_of(&self, at: Point) -> Option<(usize, f64)> {
+        let place = self.pose.to_sensor(at);
+        let steps_a_rad = f64::from(self.geometry.steps_per_turn) / std::f64::consts::TAU;
+        let front = f64::from(self.geometry.front_step) - f64::from(self.geometry.first_step);
+        let entry = (front + place.angle_rad() * steps_a_rad).round();
+        let fixed = (entry >= 0.0).then(|| self.fixed.get(entry as usize))??;
+        let distance_m = place.length();
+        let hidden = fixed.is_some_and(|seen| seen.range_m < distance_m - 0.05);
+        (!hidden).then_some((entry as usize, distance_m))
+    }
+
+    /// Whether both planes are one, as far as light spreads.
+    #[must_use]
+    pub fn is_level_with(&self, other: &Self) -> bool {
+        (self.height_m - other.height_m).abs() < 0.05
+    }
+
+    /// What each step sees in the given revolution; people are numbered from [`FIRST_PERSON`],
+    /// what else moves from [`FIRST_MOVING`].
+    #[must_use]
+    pub fn cast(&self, revolution: Revolution, people: &[Person], moving: &[Moving]) -> Vec<Option<Seen>> {
         let mut seen = self.fixed.clone();
-        for (number, door) in doors.iter().enumerate() {
-            self.add_door(revolution, FIRST_DOOR + number as u16, door, &mut seen);
+        for (number, moving) in moving.iter().enumerate().filter(|(_, moving)| moving.is_cut(self.height_m)) {
+            self.add_moving(revolution, FIRST_MOVING + number as u16, moving, &mut seen);
         }
         for (number, person) in people.iter().enumerate() {
             self.add_person(revolution, FIRST_PERSON + number as u16, person, &mut seen);
         }
+        for reflection in &self.reflections {
+            self.add_reflected(revolution, reflection, people, &mut seen);
+        }
         seen
     }
 
-    /// A leaf is slow: within one revolution it is taken as standing.
-    fn add_door(&self, revolution: Revolution, thing: u16, door: &Door, seen: &mut [Option<Seen>]) {
-        let middle_us = revolution.start_us as f64 + f64::from(revolution.period_us) * 0.5;
-        let outline = door.outline(middle_us * 1e-6);
-        for (direction, seen) in self.directions.iter().zip(seen) {
-            let beam = Beam { origin: self.pose.at, direction: *direction };
-            let Some(Meeting { range_m, incidence }) = outline.meet(&beam) else { continue };
-            if seen.is_none_or(|seen| range_m < seen.range_m) {
-                *seen = Some(Seen { range_m, incidence, reflectance: door.reflectance, bias_mm: 0.0, thing });
+    /// Looked at less often than people: within a sixteenth of a turn it is taken as standing.
+    fn add_moving(&self, revolution: Revolution, thing: u16, moving: &Moving, seen: &mut [Option<Seen>]) {
+        let steps = (usize::from(self.geometry.steps_per_turn) / LOOKS_A_TURN).max(1);
+        let reflectance = moving.reflectance();
+        let beams = self.directions.chunks(steps).zip(self.straight_m.chunks(steps));
+        for (chunk, ((directions, straight_m), seen)) in beams.zip(seen.chunks_mut(steps)).enumerate() {
+            let outlines = moving.outlines(self.time_s(revolution, chunk * steps + steps / 2));
+            for outline in &outlines {
+                for ((direction, straight_m), seen) in directions.iter().zip(straight_m).zip(&mut *seen) {
+                    let beam = Beam { origin: self.pose.at, direction: *direction };
+                    let Some(Meeting { range_m, incidence }) = outline.meet(&beam) else { continue };
+                    if range_m < *straight_m && seen.is_none_or(|seen| range_m < seen.range_m) {
+                        *seen = Some(Seen { range_m, incidence, reflectance, bias_mm: 0.0, thing });
+                    }
+                }
             }
         }
     }
 
-    fn add_person(&self, revolution: Revolution, thing: u16, person: &Person, seen: &mut [Option<Seen>]) {
-        let turn = f64::from(self.geometry.steps_per_turn);
+    /// People whom a beam meets behind a mirror; nothing else that moves is looked for there.
+    fn add_reflected(
+        &self,
+        revolution: Revolution,
+        reflection: &Reflection,
+        people: &[Person],
+        seen: &mut [Option<Seen>],
+    ) {
+        let Some(seen) = seen.get_mut(reflection.index) else { return };
+        let time_s = self.time_s(revolution, reflection.index);
+        for (number, person) in people.iter().enumerate() {
+            let body = person.body_at(time_s);
+            let Some(stance) = person.motion.stance(time_s).filter(|_| body.top_m > self.height_m) else {
+                continue;
+            };
+            let (thing, mut image) = (FIRST_PERSON + number as u16, None);
+            add_body(&reflection.beam, &body.outlines(&stance), &body, (thing, f64::INFINITY), &mut image);
+            let image = image.map(|image: Seen| Seen { range_m: image.range_m + reflection.way_m, ..image });
+            *seen = match (*seen, image) {
+                (Some(now), Some(image)) if now.range_m <= image.range_m => Some(now),
+                (now, image) => image.or(now),
+            };
+        }
+    }
+
+    /// When the beam of an entry is fired.
+    fn time_s(&self, revolution: Revolution, index: usize) -> f64 {
+        let step = index as f64 + f64::from(self.geometry.first_step);
         let period_s = f64::from(revolution.period_us) * 1e-6;
-        let time_s = |index: usize| {
-            let step = index as f64 + f64::from(self.geometry.first_step);
-            revolution.start_us as f64 * 1e-6 + period_s * step / turn
-        };
+        revolution.start_us as f64 * 1e-6 + period_s * step / f64::from(self.geometry.steps_per_turn)
+    }
+
+    fn add_person(&self, revolution: Revolution, thing: u16, person: &Person, seen: &mut [Option<Seen>]) {
+        let time_s = |index: usize| self.time_s(revolution, index);
+        let body = person.body_at(time_s(seen.len() / 2));
+        if body.top_m <= self.height_m {
+            return;
+        }
         let middle = person.motion.stance(time_s(seen.len() / 2));
         let sector = middle.map_or(0..seen.len(), |stance| {
-            self.sector(stance.at, person.body.reach_m() + WALK_MARGIN_M, seen.len())
+            self.sector(stance.at, body.reach_m() + WALK_MARGIN_M, seen.len())
         });
         let mut index = sector.start;
         while index < sector.end {
             let end = (index + STEPS_A_LOOK).min(sector.end);
             if let Some(stance) = person.motion.stance(time_s((index + end) / 2)) {
-                let outlines = person.body.outlines(&stance);
-                for (direction, seen) in self.directions[index..end].iter().zip(&mut seen[index..end]) {
+                let outlines = body.outlines(&stance);
+                let beams = self.directions[index..end].iter().zip(&self.straight_m[index..end]);
+                for ((direction, straight_m), seen) in beams.zip(&mut seen[index..end]) {
                     let beam = Beam { origin: self.pose.at, direction: *direction };
-                    add_body(&beam, &outlines, &person.body, thing, seen);
+                    add_body(&beam, &outlines, &body, (thing, *straight_m), seen);
                 }
             }
             index = end;
@@ -172,12 +281,12 @@ fn add_body(
     beam: &Beam,
     outlines: &SmallVec<Outline, MAX_OUTLINES>,
     body: &Body,
-    thing: u16,
+    (thing, straight_m): (u16, f64),
     seen: &mut Option<Seen>,
 ) {
     for outline in outlines {
         let Some(meeting) = outline.meet(beam) else { continue };
-        if seen.is_none_or(|seen| meeting.range_m < seen.range_m) {
+        if meeting.range_m < straight_m && seen.is_none_or(|seen| meeting.range_m < seen.range_m) {
             *seen = Some(Seen {
                 range_m: meeting.range_m,
                 // Cloth is rough and sends light back at a slant, too.
@@ -201,12 +310,12 @@ mod tests {
     fn person(positions: &[Point]) -> Person {
         let body = Body::random(Section::TorsoOnly, &mut Stream::new(1, Purpose::Person, [0, 0]));
         let motion = Motion::Track(Track::new(-10.0, 1.0, positions, 0.0));
-        Person { name: String::from("one"), body, motion }
+        Person { name: String::from("one"), body, motion, crouches_s: None }
     }
 
     fn caster(yaw_deg: f64) -> Caster {
         let wall = Outline::Segment(Point::new(4.0, -9.0), Point::new(4.0, 9.0));
-        let wall = Thing { outline: wall, reflectance: 0.53, low_m: 0.0, high_m: 2.5 };
+        let wall = Thing { outline: wall, reflectance: 0.53, low_m: 0.0, high_m: 2.5, mirror: false };
         let pose = Pose { at: Point::default(), yaw_rad: yaw_deg.to_radians() };
         Caster::new(pose, 0.6, SensorModel::Urg04lx.optics().geometry, &[wall])
     }
@@ -226,7 +335,8 @@ mod tests {
                     let stance = person.motion.stance(5.0).unwrap();
                     for (direction, seen) in caster.directions.iter().zip(&mut slow) {
                         let beam = Beam { origin: Point::default(), direction: *direction };
-                        add_body(&beam, &person.body.outlines(&stance), &person.body, FIRST_PERSON, seen);
+                        let thing = (FIRST_PERSON, f64::INFINITY);
+                        add_body(&beam, &person.body.outlines(&stance), &person.body, thing, seen);
                     }
                     assert_eq!(fast, slow, "yaw {yaw_deg}, {angle_deg}° at {distance_m} m");
                 }
@@ -248,11 +358,57 @@ mod tests {
     }
 
     #[test]
+    fn a_plane_above_the_shoulders_sees_nobody() {
+        let mut child = person(&[Point::new(1.0, 0.0); 30]);
+        child.body.top_m = 0.5;
+        let beams = |child: &Person| {
+            let seen = caster(0.0).cast(REVOLUTION, std::slice::from_ref(child), &[]);
+            seen.iter().flatten().filter(|seen| seen.thing == FIRST_PERSON).count()
+        };
+        assert_eq!(beams(&child), 0);
+        child.body.top_m = 0.7;
+        let standing = beams(&child);
+        child.crouches_s = Some([4.0, 6.0]);
+        child.body.top_m = 1.4;
+        assert!(standing > 20 && beams(&child) > 20, "still in the plane, crouching or not");
+    }
+
+    #[test]
+    fn a_mirror_shows_people_behind_it_as_far_as_their_image() {
+        let wall = |x: f64, mirror| Thing {
+            outline: Outline::Segment(Point::new(x, -9.0), Point::new(x, 9.0)),
+            reflectance: 0.5,
+            low_m: 0.0,
+            high_m: 2.5,
+            mirror,
+        };
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        let geometry = SensorModel::Urg04lx.optics().geometry;
+        // A mirror 1 m ahead; somebody to the right of the sensor, out of its straight view.
+        let caster = Caster::new(pose, 0.6, geometry, &[wall(1.0, true), wall(-3.0, false)]);
+        let front = 384 - 44;
+        let fixed_m = caster.fixed[front].unwrap().range_m;
+        assert!((fixed_m - 5.0).abs() < 1e-9, "to the mirror, and back to the wall behind: {fixed_m}");
+        let person = person(&[Point::new(-0.6, -0.4); 30]);
+        let seen = caster.cast(REVOLUTION, std::slice::from_ref(&person), &[]);
+        let image = Point::new(2.6, -0.4);
+        let index = (front as f64 + image.angle_rad() * 1024.0 / std::f64::consts::TAU).round() as usize;
+        let there = seen[index].unwrap();
+        assert_eq!(there.thing, FIRST_PERSON);
+        assert!((there.range_m - image.length()).abs() < 0.3, "{}", there.range_m);
+        let behind = Person {
+            motion: Motion::Track(Track::new(-10.0, 1.0, &[Point::new(2.0, 0.0); 30], 0.0)),
+            ..person
+        };
+        assert_eq!(caster.cast(REVOLUTION, &[behind], &[]), caster.fixed, "nobody is seen through it");
+    }
+
+    #[test]
     fn a_table_top_above_the_plane_is_not_seen() {
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
         let geometry = SensorModel::Urg04lx.optics().geometry;
         let outline = Outline::disc(Point::new(2.0, 0.0), 0.3);
-        let table = |low_m| Thing { outline, reflectance: 0.5, low_m, high_m: 0.75 };
+        let table = |low_m| Thing { outline, reflectance: 0.5, low_m, high_m: 0.75, mirror: false };
         assert!(Caster::new(pose, 0.6, geometry, &[table(0.7)]).fixed.iter().all(Option::is_none));
         assert!(Caster::new(pose, 0.6, geometry, &[table(0.5)]).fixed.iter().any(Option::is_some));
     }

@@ -4,6 +4,7 @@
 //! about = "one person walks to and fro"
 //! duration_s = 60
 //! seed = 1
+//! base = "door-area"              # another scene, of which this one changes something
 //! avoid = true                    # people get out of each other's way
 //!
 //! [[site.module]]                 # and site.wall, site.zone, …: exactly a site file
@@ -41,10 +42,13 @@
 use super::body::Section;
 use super::door::Door;
 use super::gathering::{GatheringSpec, MOST_PEOPLE};
+use super::moving::{Curtain, Fan};
 use super::noise::NoiseLevel;
 use super::optics::SensorModel;
+use super::prop::Carried;
 use super::site::Site;
 use super::trajectory::Recorded;
+use super::variation::Arrangement;
 use super::walker::Repeat;
 use serde::Deserialize;
 use std::fmt;
@@ -57,6 +61,9 @@ pub struct Scene {
     /// What there is to see, for people.
     #[serde(default)]
     pub about: String,
+    /// The built-in scene that this one changes: its tables are merged, everything else is replaced.
+    #[serde(default)]
+    pub base: Option<String>,
     /// How long it is worth watching; scripted walkers go on after that.
     #[serde(default = "one_minute")]
     pub duration_s: f64,
@@ -67,6 +74,9 @@ pub struct Scene {
     /// written, for ever.
     #[serde(default)]
     pub avoid: bool,
+    /// Sensors that face each other now and then read each other's light.
+    #[serde(default)]
+    pub cross_talk: bool,
     /// Modules, walls, zones.
     pub site: Site,
     /// Sensors that are not the default.
@@ -86,6 +96,18 @@ pub struct Scene {
     /// Doors that open and shut.
     #[serde(default, rename = "door")]
     pub doors: Vec<Door>,
+    /// Curtains that sway.
+    #[serde(default, rename = "curtain")]
+    pub curtains: Vec<Curtain>,
+    /// Fans that turn to and fro.
+    #[serde(default, rename = "fan")]
+    pub fans: Vec<Fan>,
+    /// What people of the script carry, push, pull or put down; not with `avoid`.
+    #[serde(default)]
+    pub carried: Vec<Carried>,
+    /// Other modules that can take the place of the site's.
+    #[serde(default, rename = "arrangement")]
+    pub arrangements: Vec<Arrangement>,
 }
 
 const fn one_minute() -> f64 {
@@ -169,6 +191,21 @@ pub struct PersonSpec {
     /// Standard deviation of the swaying.
     #[serde(default = "ordinary_sway")]
     pub sway_mm: f64,
+    /// How far a shift of weight moves them at most.
+    #[serde(default)]
+    pub shift_mm: f64,
+    /// Shortest and longest time between two shifts of weight.
+    #[serde(default = "some_minutes")]
+    pub shift_every_s: [f64; 2],
+    /// How far, by the seed, every way point is moved at most along each axis.
+    #[serde(default)]
+    pub scatter_m: f64,
+    /// People of one group are moved alike.
+    pub group: Option<u64>,
+    /// Shoulders above the floor.
+    pub top_m: Option<f64>,
+    /// When they begin to crouch, and when they stand up again.
+    pub crouches_s: Option<[f64; 2]>,
     /// Half the torso's width; random by default, as everything below.
     pub half_width_m: Option<f64>,
     /// Half the torso's depth.
@@ -179,6 +216,10 @@ pub struct PersonSpec {
     pub reflectance: Option<f64>,
     /// What the clothes add to a range.
     pub clothing_bias_mm: Option<f64>,
+}
+
+const fn some_minutes() -> [f64; 2] {
+    [120.0, 300.0]
 }
 
 const fn ordinary_walk() -> f64 {
@@ -195,12 +236,38 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("torso", include_str!("../../scenes/torso.toml")),
     ("empty", include_str!("../../scenes/empty.toml")),
     ("crossing", include_str!("../../scenes/crossing.toml")),
+    ("passage", include_str!("../../scenes/passage.toml")),
     ("door-area", include_str!("../../scenes/door-area.toml")),
+    ("runners", include_str!("../../scenes/runners.toml")),
+    ("home", include_str!("../../scenes/home.toml")),
+    ("standing", include_str!("../../scenes/standing.toml")),
+    ("one-of-two", include_str!("../../scenes/one-of-two.toml")),
+    ("touching", include_str!("../../scenes/touching.toml")),
+    ("together", include_str!("../../scenes/together.toml")),
+    ("chair-back", include_str!("../../scenes/chair-back.toml")),
+    ("chair-legs", include_str!("../../scenes/chair-legs.toml")),
+    ("movers", include_str!("../../scenes/movers.toml")),
+    ("suitcase", include_str!("../../scenes/suitcase.toml")),
+    ("pushchair", include_str!("../../scenes/pushchair.toml")),
+    ("wheelchair", include_str!("../../scenes/wheelchair.toml")),
+    ("backpack", include_str!("../../scenes/backpack.toml")),
+    ("crouching", include_str!("../../scenes/crouching.toml")),
+    ("embracing", include_str!("../../scenes/embracing.toml")),
+    ("facing", include_str!("../../scenes/facing.toml")),
+    ("mirror", include_str!("../../scenes/mirror.toml")),
+    ("child", include_str!("../../scenes/child.toml")),
 ];
 
 /// Why a scene cannot be used: one line with the file, the place in it, and what to do.
 #[derive(Debug)]
 pub struct SceneError(String);
+
+impl SceneError {
+    /// An error with one line of text.
+    pub(super) fn new(line: &str) -> Self {
+        Self(line.to_owned())
+    }
+}
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -231,11 +298,19 @@ impl Scene {
     /// # Errors
     /// When the text is not TOML, has unknown or missing keys, or contradicts itself.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let mut scene: Self = toml::from_str(text).map_err(|error| {
+        let wrong = |error: toml::de::Error| {
             let before = error.span().and_then(|span| text.get(..span.start));
-            let line = before.map_or(1, |before| before.matches('\n').count() + 1);
-            SceneError(format!("{file}:{line}: {}", error.message().replace('\n', " ")))
-        })?;
+            let line = before.map(|before| format!("{}:", before.matches('\n').count() + 1));
+            let message = error.message().replace('\n', " ");
+            SceneError(format!("{file}:{} {message}", line.unwrap_or_default()))
+        };
+        let own: toml::Table = toml::from_str(text).map_err(wrong)?;
+        let mut scene: Self = if own.contains_key("base") {
+            let whole = on_its_base(own).map_err(|what| SceneError(format!("{file}: {what}")))?;
+            whole.try_into().map_err(wrong)?
+        } else {
+            toml::from_str(text).map_err(wrong)?
+        };
         scene.check().map_err(|what| SceneError(format!("{file}: {what}")))?;
         let folder = Path::new(file).parent().unwrap_or(Path::new(""));
         for recorded in &mut scene.recorded {
@@ -274,6 +349,19 @@ impl Scene {
         for (index, door) in self.doors.iter().enumerate() {
             door.check().map_err(|what| format!("door {} \"{}\": {what}", index + 1, door.name))?;
         }
+        for carried in &self.carried {
+            carried.check().map_err(|what| format!("carried \"{}\": {what}", carried.name))?;
+            let carrier = self.people.iter().find(|person| person.name == carried.by);
+            let Some(carrier) = carrier.filter(|_| !self.avoid) else {
+                return Err(format!(
+                    "carried \"{}\": nobody named \"{}\", or people avoid each other (avoid = true)",
+                    carried.name, carried.by
+                ));
+            };
+            if carried.puts_down_at.is_some_and(|index| index >= carrier.route.len()) {
+                return Err(format!("carried \"{}\": the route has no such way point", carried.name));
+            }
+        }
         if let Some(gathering) = &self.gathering
             && !((1..=MOST_PEOPLE).contains(&gathering.people) && (0.0..=3600.0).contains(&gathering.from_s))
         {
@@ -288,6 +376,29 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// The built-in scene that `own` names as its base, and that one's base, with the changes of `own`.
+fn on_its_base(own: toml::Table) -> Result<toml::Table, String> {
+    let Some(base) = own.get("base").and_then(toml::Value::as_str) else { return Ok(own) };
+    let text = BUILT_IN.iter().find(|(name, _)| *name == base).map(|(_, text)| *text);
+    let text = text.ok_or_else(|| format!("base: no scene \"{base}\""))?;
+    let table = toml::from_str(text).map_err(|error| format!("{base}: {}", error.message()))?;
+    Ok(overlay(on_its_base(table)?, own))
+}
+
+/// `base` with the changes of `own`.
+fn overlay(mut base: toml::Table, own: toml::Table) -> toml::Table {
+    for (key, value) in own {
+        let merged = match (base.remove(&key), value) {
+            (Some(toml::Value::Table(base)), toml::Value::Table(own)) => {
+                toml::Value::Table(overlay(base, own))
+            }
+            (_, value) => value,
+        };
+        base.insert(key, merged);
+    }
+    base
 }
 
 impl PersonSpec {
@@ -307,6 +418,9 @@ impl PersonSpec {
             ("speed_m_s", Some(self.speed_m_s), 0.05, 4.0),
             ("from_s", Some(self.from_s), 0.0, 86_400.0),
             ("sway_mm", Some(self.sway_mm), 0.0, 200.0),
+            ("shift_mm", Some(self.shift_mm), 0.0, 300.0),
+            ("scatter_m", Some(self.scatter_m), 0.0, 10.0),
+            ("top_m", self.top_m, 0.1, 2.5),
             ("half_width_m", self.half_width_m, 0.05, 0.6),
             ("half_depth_m", self.half_depth_m, 0.05, 0.6),
             ("thigh_radius_m", self.thigh_radius_m, 0.03, 0.2),
@@ -338,6 +452,15 @@ mod tests {
             let scene = Scene::load(name).unwrap_or_else(|error| panic!("{error}"));
             assert!(!scene.site.modules.is_empty() && !scene.about.is_empty(), "{name}");
         }
+    }
+
+    #[test]
+    fn a_scene_can_change_another_one() {
+        let text = "base = \"door-area\"\n[gathering]\npeople = 9\ncondition = \"dense\"";
+        let (changed, base) = (Scene::parse("x.toml", text).unwrap(), Scene::load("door-area").unwrap());
+        assert_eq!(changed.gathering.unwrap().people, 9);
+        assert_eq!((changed.site, changed.doors, changed.about), (base.site, base.doors, base.about));
+        assert_eq!(refused("base = \"nowhere\""), "x.toml: base: no scene \"nowhere\"");
     }
 
     #[test]
@@ -377,6 +500,10 @@ mod tests {
                 "x.toml: door 1 \"\": line must be at least",
             ),
             (format!("{module}[[recorded]]\nfile = \"none.txt\""), "x.toml: none.txt: cannot be read"),
+            (
+                String::from("base = \"chair-back\"\n[[person]]\nname = \"eve\"\nroute = [[0, 0]]"),
+                "x.toml: carried \"chair\": nobody named \"carrier\"",
+            ),
             (String::from("duration_s = 0\n[site]"), "x.toml: duration_s must be more than 0"),
         ];
         for (text, expected) in cases {

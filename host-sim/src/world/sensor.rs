@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use super::door::Door;
 use super::geometry::Pose;
+use super::moving::Moving;
 use super::noise::{Noise, NoiseLevel, Seen};
 use super::optics::SensorModel;
 use super::random::{Purpose, Stream};
@@ -51,8 +51,27 @@ pub struct WorldSensor {
     caster: Caster,
     noise: Noise,
     people: Arc<[Person]>,
-    doors: Arc<[Door]>,
+    moving: Arc<[Moving]>,
+    facing: Vec<Facing>,
+    seed: u64,
+    number: u64,
 }
+
+/// Another sensor in view: now and then both beams meet.
+#[derive(Clone, Copy, Debug)]
+struct Facing {
+    /// The entry that points at it, and how far it is.
+    entry: usize,
+    distance_m: f64,
+    /// When it points at this one for the first time, and again and again after its period.
+    first_us: f64,
+    period_us: f64,
+}
+
+/// Both beams meet if they pass within this time.
+const MEETING_US: f64 = 300.0;
+/// Entries to either side that read the other's light.
+const DAZZLED: usize = 2;
 
 impl WorldSensor {
     /// Sensor number `sensor` of a world.
@@ -61,12 +80,57 @@ impl WorldSensor {
         model: SensorModel,
         level: NoiseLevel,
         caster: Caster,
-        (people, doors): (Arc<[Person]>, Arc<[Door]>),
+        (people, moving): (Arc<[Person]>, Arc<[Moving]>),
         seed: u64,
         sensor: u64,
     ) -> Self {
         let noise = Noise::new(level, model.optics(), seed, sensor);
-        Self { model, clock: SensorClock::new(model, seed, sensor), caster, noise, people, doors }
+        let clock = SensorClock::new(model, seed, sensor);
+        Self { model, clock, caster, noise, people, moving, facing: Vec::new(), seed, number: sensor }
+    }
+
+    /// From now on the light of those of `others` that are in view dazzles it now and then.
+    pub fn look_at(&mut self, others: &[Self]) {
+        let facing = |other: &Self| {
+            if other.number == self.number || !self.caster.is_level_with(&other.caster) {
+                return None;
+            }
+            let (entry, distance_m) = self.caster.entry_of(other.pose().at)?;
+            let (from_there, _) = other.caster.entry_of(self.pose().at)?;
+            let geometry = other.model.optics().geometry;
+            let step = from_there as f64 + f64::from(geometry.first_step);
+            let period_us = f64::from(other.clock.period_us);
+            let first_us =
+                other.clock.phase_us as f64 + period_us * step / f64::from(geometry.steps_per_turn);
+            Some(Facing { entry, distance_m, first_us, period_us })
+        };
+        self.facing = others.iter().filter_map(facing).collect();
+    }
+
+    /// Where the other's beam meets this one's, readings are short by chance.
+    fn dazzle(&self, revolution: Revolution, seen: &[Option<Seen>], readings: &mut [u32]) {
+        for facing in &self.facing {
+            let blocked = |seen: &Seen| seen.range_m < facing.distance_m;
+            if seen.get(facing.entry).and_then(Option::as_ref).is_some_and(blocked) {
+                continue;
+            }
+            let geometry = self.model.optics().geometry;
+            let step = facing.entry as f64 + f64::from(geometry.first_step);
+            let own_us = revolution.start_us as f64
+                + f64::from(revolution.period_us) * step / f64::from(geometry.steps_per_turn);
+            let turns = (own_us - facing.first_us) / facing.period_us;
+            if ((turns - turns.round()) * facing.period_us).abs() > MEETING_US {
+                continue;
+            }
+            let mut stream = Stream::new(self.seed, Purpose::CrossTalk, [self.number, revolution.start_us]);
+            let first = facing.entry.saturating_sub(DAZZLED);
+            for reading in readings.iter_mut().skip(first).take(2 * DAZZLED + 1) {
+                let false_mm = stream.between(f64::from(geometry.range_min_mm), facing.distance_m * 1000.0);
+                if stream.chance(0.7) {
+                    *reading = false_mm as u32;
+                }
+            }
+        }
     }
 
     /// The model it is.
@@ -107,14 +171,18 @@ impl WorldSensor {
     /// What a perfect sensor would see, per step.
     #[must_use]
     pub fn seen(&self, revolution: Revolution) -> Vec<Option<Seen>> {
-        self.caster.cast(revolution, &self.people, &self.doors)
+        self.caster.cast(revolution, &self.people, &self.moving)
     }
 
     /// How many beams meet each person, in the order of the world's people.
     #[must_use]
     pub fn beams_on_people(&self, revolution: Revolution) -> Vec<u32> {
+        self.count_beams(&self.seen(revolution))
+    }
+
+    fn count_beams(&self, seen: &[Option<Seen>]) -> Vec<u32> {
         let mut beams = vec![0; self.people.len()];
-        for seen in self.seen(revolution).into_iter().flatten() {
+        for seen in seen.iter().flatten() {
             let person = seen.thing.checked_sub(FIRST_PERSON).map(usize::from);
             if let Some(count) = person.and_then(|person| beams.get_mut(person)) {
                 *count += 1;
@@ -123,10 +191,21 @@ impl WorldSensor {
         beams
     }
 
+    /// The scan of one revolution, and how many beams met each person.
+    #[must_use]
+    pub fn observe(&self, revolution: Revolution) -> (SourceScan, Vec<u32>) {
+        let seen = self.seen(revolution);
+        let mut ranges_mm = self.noise.readings(revolution.start_us, &seen);
+        self.dazzle(revolution, &seen, &mut ranges_mm);
+        let ready_us = revolution.start_us + u64::from(revolution.period_us);
+        let scan = SourceScan { start_us: revolution.start_us, ready_us, ranges_mm };
+        (scan, self.count_beams(&seen))
+    }
+
     /// The readings of one revolution.
     #[must_use]
     pub fn readings(&self, revolution: Revolution) -> Vec<u32> {
-        self.noise.readings(revolution.start_us, &self.seen(revolution))
+        self.observe(revolution).0.ranges_mm
     }
 }
 
@@ -136,10 +215,6 @@ impl RangeSource for WorldSensor {
     }
 
     fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
-        Some(SourceScan {
-            start_us: revolution.start_us,
-            ready_us: revolution.start_us + u64::from(revolution.period_us),
-            ranges_mm: self.readings(revolution),
-        })
+        Some(self.observe(revolution).0)
     }
 }

@@ -11,6 +11,7 @@ use super::body::Stance;
 use super::geometry::Point;
 use super::motion::wrap;
 use super::random::Stream;
+use super::standing::Shifts;
 use std::f64::consts::TAU;
 
 /// A place on the way and how long to stay there.
@@ -54,6 +55,10 @@ pub struct Habit {
     pub turn_rad_s: f64,
     /// Standard deviation of the swaying, per axis.
     pub sway_m: f64,
+    /// How far weight is shifted at most, and how often: shortest and longest time between.
+    pub shift_m: f64,
+    /// See `shift_m`.
+    pub shift_every_s: [f64; 2],
 }
 
 /// The state at the beginning of a leg or a wait, within one round.
@@ -74,6 +79,7 @@ pub struct Route {
     knots: Vec<Knot>,
     /// Swaying: per axis three (angular frequency, phase).
     sway: [[(f64, f64); 3]; 2],
+    shifts: Shifts,
 }
 
 /// Half the time over which places and headings are averaged.
@@ -96,7 +102,8 @@ impl Route {
         }
         let knots = timeline(&round, &habit);
         let sway = [(); 2].map(|()| [0.13, 0.31, 0.57].map(|hertz| sway_tone(hertz, stream)));
-        Self { habit, knots, sway }
+        let shifts = Shifts::new(habit.shift_m, habit.shift_every_s, habit.until_s, stream);
+        Self { habit, knots, sway, shifts }
     }
 
     /// The stance at `time_s`; nothing before the person appears and after they leave.
@@ -121,8 +128,9 @@ impl Route {
         let distance_m = (before.distance_m + after.distance_m) * 0.5;
         let speed_m_s = (after.distance_m - before.distance_m) / (2.0 * SMOOTHING_S);
         let sway = Point::new(self.sway_m(0, time_s), self.sway_m(1, time_s));
-        heading_rad += self.habit.turn_rad_s * walked_s;
-        Some(Stance::walking(at + sway, heading_rad, distance_m, speed_m_s))
+        let (shift, turn_rad) = self.shifts.at(walked_s);
+        heading_rad += self.habit.turn_rad_s * walked_s + turn_rad;
+        Some(Stance::walking(at + sway + shift, heading_rad, distance_m, speed_m_s))
     }
 
     fn sway_m(&self, axis: usize, time_s: f64) -> f64 {
@@ -164,6 +172,14 @@ impl Route {
 
 fn sway_tone(hertz: f64, stream: &mut Stream) -> (f64, f64) {
     (TAU * hertz * stream.between(0.8, 1.25), stream.between(0.0, TAU))
+}
+
+/// When somebody who walks like that reaches a way point for the first time, in s of the world.
+#[must_use]
+pub fn arrival_s(points: &[WayPoint], habit: &Habit, index: usize) -> f64 {
+    let legs = points.windows(2).take(index).map(|pair| (pair[1].at - pair[0].at).length() / habit.speed_m_s);
+    let waits = points.iter().take(index).map(|point| point.wait_s);
+    habit.from_s + legs.chain(waits).sum::<f64>()
 }
 
 /// When the person is where, for one round.
@@ -212,6 +228,8 @@ mod tests {
         heading_rad: 0.5,
         turn_rad_s: 0.0,
         sway_m: 0.0,
+        shift_m: 0.0,
+        shift_every_s: [120.0, 300.0],
     };
 
     fn route(points: &[[f64; 3]], habit: Habit) -> Route {
@@ -233,6 +251,8 @@ mod tests {
         let arrived = route.stance(100.0).unwrap();
         assert!((arrived.at - Point::new(3.0, 0.0)).length() < 1e-9);
         assert_eq!(arrived.stride, 0.0);
+        let way = [[0.0, 2.0], [3.0, 0.0]].map(|[x, wait_s]| WayPoint { at: Point::new(x, 0.0), wait_s });
+        assert_eq!(arrival_s(&way, &HABIT, 1), 6.0);
     }
 
     #[test]

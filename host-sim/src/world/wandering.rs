@@ -158,6 +158,8 @@ mod tests {
             heading_rad: 0.0,
             turn_rad_s: 0.0,
             sway_m: 0.0,
+            shift_m: 0.0,
+            shift_every_s: [120.0, 300.0],
         };
         let points = points.iter().map(|[x, y, wait_s]| WayPoint { at: Point::new(*x, *y), wait_s: *wait_s });
         let body = Body::random(Section::Torso, &mut Stream::new(1, Purpose::Person, [0, 0]));

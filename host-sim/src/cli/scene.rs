@@ -1,0 +1,197 @@
+//! `kehai-sim scene`: a simulated world through sensors, modules, network and tracker, faster than real time.
+
+use std::error::Error;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use host_sim::picture::site::SitePicture;
+use host_sim::run::{Conditions, Options, Record};
+use host_sim::world::body::Section;
+use host_sim::world::scene::Scene;
+use host_sim::world::variation::{Letter, Variation};
+use host_tracker::jsonl::{TracksLine, TruthLine, write_line};
+use host_tracker::trackers::{Choice, LifeCycle};
+use serde::Serialize;
+
+/// Run a scene: world → sensors → modules → network → tracker, faster than real time
+///
+/// The same scene, seed and options give the same output every time.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  kehai-sim scene crossing --out crossing           candidates, tracks, truth, a picture
+  kehai-sim scene door-area --people 5 --condition H --sensors 3 --seed 10000
+  kehai-sim scene standing --network disturbed --json")]
+pub struct Arguments {
+    /// The scene's file, or the name of a built-in one
+    #[arg(value_name = "FILE.toml")]
+    file: String,
+
+    /// Seed of everything random [default: the scene's]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// Write candidates.jsonl, tracks.jsonl, truth.jsonl and scene.svg to this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Print the figures as one JSON object
+    #[arg(long)]
+    json: bool,
+
+    /// The tracker
+    #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
+    tracker: Choice,
+
+    /// People of the gathering
+    #[arg(long, value_name = "N")]
+    people: Option<usize>,
+
+    /// How they come and wait: D spread, H dense, P in pairs, T seen at the thighs
+    #[arg(long, value_name = "D|H|P|T")]
+    condition: Option<Letter>,
+
+    /// An arrangement of sensors, by its name in the scene
+    #[arg(long, value_name = "NAME")]
+    sensors: Option<String>,
+
+    /// What the plane cuts of everybody: torso, torso-only or thighs
+    #[arg(long, value_name = "PART")]
+    section: Option<Section>,
+
+    /// Watch it at least so long
+    #[arg(long, value_name = "N")]
+    seconds: Option<u32>,
+
+    /// Network and clocks: ideal, lan or disturbed
+    #[arg(long, value_name = "NAME", default_value = "lan", value_parser = conditions)]
+    network: Conditions,
+
+    /// Keep everything the host received, and truth, for development
+    #[arg(long, value_name = "FILE")]
+    save_arrivals: Option<PathBuf>,
+}
+
+pub fn conditions(text: &str) -> Result<Conditions, String> {
+    Conditions::named(text).ok_or_else(|| {
+        let names: Vec<&str> = Conditions::NAMED.iter().map(|(name, _)| *name).collect();
+        format!("one of {}", names.join(", "))
+    })
+}
+
+/// The figures of a run.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    seed: u64,
+    tracker: String,
+    duration_s: f64,
+    modules: usize,
+    datagrams: usize,
+    /// Everybody who was ever there.
+    people: usize,
+    /// The most at one time, true and found.
+    most_true: usize,
+    most_found: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    events: Option<host_sim::world::Events>,
+}
+
+/// Does it.
+pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    let mut scene = Scene::load(&arguments.file)?;
+    let Arguments { people, condition, sensors, section, seconds, .. } = arguments;
+    let variation = Variation {
+        people: *people,
+        condition: *condition,
+        sensors: sensors.clone(),
+        section: *section,
+        duration_s: *seconds,
+    };
+    scene.vary(&variation).map_err(|error| format!("{}: {error}", arguments.file))?;
+    let seed = arguments.seed.unwrap_or(scene.seed);
+    let options = Options { conditions: arguments.network, ..Options::default() };
+    let record = Record::of(&scene, seed, &options)?;
+    if let Some(path) = &arguments.save_arrivals {
+        record.save(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    let tracks = record.tracks_lines(arguments.tracker);
+    let truth: Vec<TruthLine> = record.truth_lines().collect();
+    let mut ids: Vec<u64> = truth.iter().flat_map(|line| line.people.iter().map(|who| who.id)).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let summary = Summary {
+        scene: &arguments.file,
+        seed,
+        tracker: arguments.tracker.to_string(),
+        duration_s: record.duration_s,
+        modules: record.modules.len(),
+        datagrams: record.arrivals.len(),
+        people: ids.len(),
+        most_true: truth.iter().map(|line| line.people.len()).max().unwrap_or(0),
+        most_found: tracks.iter().map(found).max().unwrap_or(0),
+        events: record.events,
+    };
+    if let Some(folder) = &arguments.out {
+        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        write(&folder.join("candidates.jsonl"), &record.candidates_lines())?;
+        write(&folder.join("tracks.jsonl"), &tracks)?;
+        write(&folder.join("truth.jsonl"), &truth)?;
+        let events = record.events.map(|events| {
+            vec![("all in", events.all_in_s), ("door opens", events.door_opens_s), ("empty", events.empty_s)]
+        });
+        let picture = SitePicture {
+            title: format!("{}, seed {seed}", arguments.file),
+            subtitle: format!(
+                "{}: {} modules, {} people, tracker {}",
+                scene.about, summary.modules, summary.people, summary.tracker
+            ),
+            site: &record.site,
+            truth: &truth,
+            tracks: &tracks,
+            marks: events.unwrap_or_default(),
+        };
+        let path = folder.join("scene.svg");
+        picture.save(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    print(&summary, arguments.json)
+}
+
+/// Tracks that count.
+fn found(line: &TracksLine) -> usize {
+    line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative).count()
+}
+
+fn write(path: &Path, lines: &[impl Serialize]) -> Result<(), String> {
+    let written = || {
+        let mut out = BufWriter::new(File::create(path)?);
+        lines.iter().try_for_each(|line| write_line(&mut out, line))?;
+        out.flush()
+    };
+    written().map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn print(summary: &Summary<'_>, json: bool) -> Result<(), Box<dyn Error>> {
+    let mut out = std::io::stdout().lock();
+    if json {
+        serde_json::to_writer(&mut out, summary)?;
+        writeln!(out)?;
+        return Ok(());
+    }
+    let Summary { scene, seed, tracker, duration_s, modules, datagrams, .. } = summary;
+    writeln!(out, "{scene}, seed {seed}: {duration_s:.1} s, {modules} modules, {datagrams} datagrams")?;
+    if let Some(events) = summary.events {
+        writeln!(
+            out,
+            "  all in at {:.1} s, door opens at {:.1} s, empty at {:.1} s",
+            events.all_in_s, events.door_opens_s, events.empty_s
+        )?;
+    }
+    writeln!(
+        out,
+        "  {} people, at most {} at once; tracker {tracker} found at most {}",
+        summary.people, summary.most_true, summary.most_found
+    )?;
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! One module on a PC, in real time: the library's tasks beside any sensor.
+
+use std::error::Error;
+use std::fs::File;
+use std::io::Read as _;
+use std::net::SocketAddr;
+use std::sync::atomic::AtomicBool;
+
+use embassy_futures::select::select;
+use kehai::address::mac_from_unique_id;
+use kehai::module::{About, Module};
+use kehai::scan::MAX_BEAMS;
+use kehai::sensor::Driver;
+use kehai::store::flash::FlashStore;
+use kehai::tasks::{self, Hardware, Notices};
+use kehai::wire::{Identity, ModuleId};
+
+use super::Fed;
+use super::discovery::Announcement;
+use super::flash::{Flash, PAGE_LEN};
+use super::line::{Line, Place};
+use super::reactor::Reactor;
+use super::udp::Udp;
+
+/// Pages of the store: as many as on a board.
+pub const PAGES: usize = 32;
+
+/// A module that is switched on.
+pub struct Pc<'a> {
+    /// Its sensor.
+    pub sensor: &'a Place,
+    /// Its port.
+    pub port: &'a Udp,
+    /// [`PAGES`] pages for settings and background.
+    pub flash: &'a Flash,
+    /// Its name, also what tells several on this PC apart.
+    pub name: Option<&'a str>,
+    /// Whether it is announced by DNS-SD.
+    pub announced: bool,
+}
+
+impl Pc<'_> {
+    /// One start of the module, until it is to start anew or `stop` is set. `on_start` is told which module and
+    /// which start this is.
+    ///
+    /// # Errors
+    /// What the PC lacks.
+    pub fn start(&self, stop: &AtomicBool, on_start: impl FnOnce(Identity)) -> Result<(), Box<dyn Error>> {
+        let reactor = Reactor::new();
+        let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
+        let mut store = FlashStore::new(self.flash.clone(), range).ok_or("the store has no room")?;
+        let mut secret = [0; 16];
+        File::open("/dev/urandom")
+            .and_then(|mut random| random.read_exact(&mut secret))
+            .map_err(|error| format!("/dev/urandom: {error}"))?;
+        let mut module = Box::new(Module::<MAX_BEAMS>::new(About {
+            module: self.id(),
+            secret,
+            firmware: env!("CARGO_PKG_VERSION"),
+            build: concat!("kehai-sim ", env!("CARGO_PKG_VERSION")),
+            board: "pc",
+            watchdog_reset: false,
+        }));
+        let begun = reactor.block_on(stop, async {
+            let last_baud = tasks::begin(&mut store, &mut module).await;
+            if let Some(name) = self.name {
+                module.rename(name);
+            }
+            last_baud
+        });
+        let Some(last_baud) = begun else { return Ok(()) };
+        let line = self.sensor.settings(last_baud);
+        let link = Line::new(self.sensor.clone(), &reactor);
+        let mut driver = Box::new(Driver::new(link, reactor.clone(), module.settings().sensor(line)));
+        on_start(module.identity());
+        let listen = self.port.local_addr()?;
+        let notices = Notices::new();
+        let hardware = Hardware {
+            driver: &mut driver,
+            line,
+            datagrams: self.port.again(&reactor),
+            store,
+            watchdog: Fed::default(),
+            clock: reactor.clone(),
+            notices: &notices,
+        };
+        let running = tasks::run(&mut module, hardware);
+        let announcing = async {
+            if self.announced {
+                let error = announce(self.id(), listen, &notices, &reactor).await;
+                eprintln!("module {} cannot be announced: {error}", self.id());
+            }
+            std::future::pending::<()>().await;
+        };
+        let _ = reactor.block_on(stop, select(running, announcing));
+        Ok(())
+    }
+
+    /// Its identity: the same at every start.
+    fn id(&self) -> ModuleId {
+        let host = std::fs::read_to_string("/etc/machine-id").unwrap_or_default();
+        let name = self.name.unwrap_or_default();
+        let unique = format!("{host}{name}{:?}", self.sensor);
+        ModuleId(mac_from_unique_id(unique.as_bytes()))
+    }
+}
+
+/// Announces `module`, which listens at `listen`, until that fails, and why it did.
+///
+/// # Cancellation
+/// The module is no longer announced.
+async fn announce(
+    module: ModuleId,
+    listen: SocketAddr,
+    notices: &Notices,
+    reactor: &Reactor,
+) -> mdns_sd::Error {
+    match Announcement::new(listen, module, env!("CARGO_PKG_VERSION")) {
+        Ok(mut announcement) => announcement.keep(notices, reactor).await,
+        Err(error) => error,
+    }
+}

@@ -1,0 +1,66 @@
+//! What a run looks like in JSON lines: candidates, tracks, truth.
+//!
+//! ```text
+//!   arrivals ─┬─▶ intake ─▶ candidates.jsonl     every report used, at its own time on the host's clock
+//!             └─▶ tracker ─▶ tracks.jsonl        every 0.1 s, from what had arrived by then
+//!   truth ─────────────────▶ truth.jsonl         the same times
+//! ```
+
+use std::sync::Arc;
+
+use host_tracker::follower::Follower;
+use host_tracker::intake::Intake;
+use host_tracker::jsonl::{PersonLine, TracksLine, TruthLine};
+use host_tracker::trackers::Choice;
+use kehai::centre::Estimator;
+use kehai::wire::Message;
+
+use super::{Moment, Record};
+use crate::jsonl::CandidatesLine;
+
+impl From<&Moment> for TruthLine {
+    fn from(moment: &Moment) -> Self {
+        let person = |somebody: &super::Somebody| PersonLine {
+            id: u64::from(somebody.id),
+            x: somebody.x,
+            y: somebody.y,
+            beams: Some(somebody.beams),
+        };
+        Self { t: moment.t, people: moment.people.iter().map(person).collect() }
+    }
+}
+
+impl Record {
+    /// Truth, every 0.1 s.
+    pub fn truth_lines(&self) -> impl Iterator<Item = TruthLine> {
+        self.truth.iter().map(TruthLine::from)
+    }
+
+    /// What the tracker of this name makes of the datagrams, every 0.1 s.
+    #[must_use]
+    pub fn tracks_lines(&self, tracker: Choice) -> Vec<TracksLine> {
+        let mut follower = Follower::new(&Arc::new(self.site.clone()), tracker);
+        let mut arrivals = self.arrivals.iter().peekable();
+        let mut line = |moment: &Moment| {
+            let until_us = (moment.t * 1e6).round() as u64;
+            while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us <= until_us) {
+                follower.receive(&arrival.bytes, arrival.at_us);
+            }
+            follower.line(moment.t)
+        };
+        self.truth.iter().map(&mut line).collect()
+    }
+
+    /// The candidates of every report that a host can use, in the site's frame.
+    #[must_use]
+    pub fn candidates_lines(&self) -> Vec<CandidatesLine> {
+        let mut intake = Intake::new(Arc::new(self.site.clone()), Estimator::default());
+        let mut line = |arrival: &super::Arrival| {
+            let sighting = intake.receive(&arrival.bytes, arrival.at_us)?;
+            let Ok((_, Message::Report(report))) = Message::decode(&arrival.bytes) else { return None };
+            let name = &self.modules.get(usize::from(arrival.module))?.name;
+            Some(CandidatesLine::of_sighting(name, &sighting, &report))
+        };
+        self.arrivals.iter().filter_map(&mut line).collect()
+    }
+}

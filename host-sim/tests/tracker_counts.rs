@@ -1,0 +1,94 @@
+//! Our tracker counts the people before a door, through sensors, modules and network: a smoke of ten development
+//! seeds. The figures themselves are in `docs/accuracy.md`, from held-out seeds.
+#![allow(missing_docs, reason = "a test program")]
+
+use std::sync::Arc;
+
+use host_sim::experiment::plan::Case;
+use host_sim::experiment::{Row, runner};
+use host_sim::run::{Conditions, Options, Outage, Record};
+use host_sim::world::variation::Letter;
+use host_tracker::follower::Follower;
+use host_tracker::jsonl::ZoneKnown;
+use host_tracker::trackers::Choice;
+
+fn rows(cases: &[Case], options: &Options) -> Vec<Row> {
+    runner::run(cases, &(0..=9), options, || ()).unwrap()
+}
+
+#[test]
+fn people_are_counted_before_a_door() {
+    let trackers = ["kehai", "lee"].map(|name| name.parse::<Choice>().unwrap());
+    let cases = [(Letter::D, 1), (Letter::D, 3), (Letter::D, 6), (Letter::H, 3), (Letter::H, 6)]
+        .map(|(condition, people)| Case::door(condition, people, &trackers));
+    for pair in rows(&cases, &Options::default()).chunks(2) {
+        let [ours, lee] = pair else { panic!("two trackers") };
+        println!(
+            "{}, {} people: {} of {} right, {} steady, {} emptied; lee {} right",
+            ours.scene, ours.people, ours.successes, ours.runs, ours.steady, ours.emptied, lee.successes
+        );
+        assert!(ours.successes >= 9 && ours.emptied >= 9, "{ours:?}");
+        assert!(ours.successes >= lee.successes, "{lee:?}");
+        assert!(ours.idf1.unwrap() > 0.92 && ours.rms_visible_m.unwrap() < 0.08, "{ours:?}");
+    }
+}
+
+#[test]
+fn a_disturbed_network_and_wrong_clocks_cost_next_to_nothing() {
+    let case = [Case::door(Letter::H, 5, &[Choice::default()])];
+    let idf1 = |conditions| {
+        let options = Options { conditions, ..Options::default() };
+        rows(&case, &options)[0].idf1.unwrap()
+    };
+    let [lan, disturbed] = [Conditions::LAN, Conditions::DISTURBED].map(idf1);
+    println!("IDF1 {lan:.3} on a LAN, {disturbed:.3} disturbed");
+    assert!(disturbed > lan - 0.03);
+}
+
+fn record(options: &Options) -> Record {
+    let case = Case::door(Letter::D, 2, &[]);
+    Record::of(&case.build().unwrap(), 3, options).unwrap()
+}
+
+/// Lines every 0.1 s, from the datagrams that arrived up to `until_s`.
+fn lines(record: &Record, until_s: f64) -> Vec<String> {
+    let mut follower = Follower::new(&Arc::new(record.site.clone()), Choice::default());
+    let mut arrivals =
+        record.arrivals.iter().filter(|arrival| arrival.at_us as f64 * 1e-6 <= until_s).peekable();
+    let line = |moment: &host_sim::run::Moment| {
+        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
+            follower.receive(&arrival.bytes, arrival.at_us);
+        }
+        serde_json::to_string(&follower.line(moment.t)).unwrap()
+    };
+    record.truth.iter().map(line).collect()
+}
+
+#[test]
+fn what_arrives_later_changes_nothing_said_before() {
+    let record = record(&Options::default());
+    let [whole, cut] = [f64::INFINITY, 20.0].map(|until_s| lines(&record, until_s));
+    let before = record.truth.iter().filter(|moment| moment.t <= 20.0).count();
+    assert_eq!(whole[..before], cut[..before]);
+    assert_ne!(whole[before..], cut[before..]);
+}
+
+#[test]
+fn without_modules_nothing_is_known_of_a_zone() {
+    let outage = |module| Outage { module, from_s: 18.0, until_s: Some(24.0) };
+    let options = Options { outages: vec![outage(0), outage(1)], ..Options::default() };
+    let record = record(&options);
+    let mut follower = Follower::new(&Arc::new(record.site.clone()), Choice::default());
+    let mut arrivals = record.arrivals.iter().peekable();
+    let mut states = Vec::new();
+    for moment in &record.truth {
+        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
+            follower.receive(&arrival.bytes, arrival.at_us);
+        }
+        states.push((moment.t, follower.line(moment.t).zones["area"].state));
+    }
+    let at = |time_s: f64| states.iter().find(|(t, _)| *t >= time_s).unwrap().1;
+    assert_eq!(at(17.5), ZoneKnown::Known);
+    assert_eq!(at(22.0), ZoneKnown::Unknown, "silence is never an empty zone");
+    assert_eq!(at(30.0), ZoneKnown::Known, "both have started anew");
+}
