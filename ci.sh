@@ -8,7 +8,8 @@
 #   embedded  the library for a Cortex-M4 without std, with lints
 #   no-panic  a program that links only if the core cannot panic
 #   boards    the image of each board, with lints
-#   budget    flash and static memory of each image, against their budgets
+#   budget    flash and static memory of each image, instructions a scan on a Cortex-M4 and the stack in
+#             QEMU, against their budgets
 #   qemu      the real image in QEMU, through its tests
 #   bench     instructions a scan and static memory, against their budgets
 #   demo      the demo and the commands of the README, headless
@@ -26,6 +27,9 @@ CORTEX_M33=thumbv8m.main-none-eabihf
 BOARDS=(mps2-an386 nucleo-h563zi w5500-evb-pico2)
 FLASH_BUDGET=$((192 * 1024))
 MEMORY_BUDGET=$((112 * 1024)) # without the stack
+# Instructions of the dearest scan with two people walking, of 682 and 1081 steps.
+INSTRUCTIONS_BUDGET_682=60000
+INSTRUCTIONS_BUDGET_1081=95000
 USUAL=(fmt clippy test doc embedded no-panic boards budget qemu bench demo)
 EXTRA=(fuzz deny fallback)
 
@@ -105,6 +109,11 @@ image() {
     echo "$PWD/$root/$target/release/$1"
 }
 
+# bench_cargo COMMAND ARGUMENTS… — the same for the program that counts a scan's instructions in QEMU.
+bench_cargo() {
+    embedded_cargo "$1" --locked --release -p kehai --bin mps2-an386-bench --features board-mps2-an386 "${@:2}"
+}
+
 need_qemu() {
     need_command qemu-system-arm qemu-system-arm
     board_cargo build mps2-an386
@@ -112,13 +121,18 @@ need_qemu() {
     export KEHAI_QEMU_IMAGE
 }
 
+# The scores are compared with those of Python packages, kept in an environment under target/.
+need_python() {
+    python3 -c 'import venv, ensurepip' 2>/dev/null || apt_install python3-venv
+}
+
 step_fmt() { cargo fmt --all --check; }
 
 step_clippy() { cargo clippy --locked --workspace --all-targets --all-features -- -D warnings; }
 
 step_test() {
-    # Without QEMU its tests are left out on somebody's desk, but fail here.
-    [ -z "${CI:-}" ] || need_qemu
+    # Without QEMU or Python their tests are left out on somebody's desk, but fail here.
+    [ -z "${CI:-}" ] || { need_qemu; need_python; }
     cargo test --locked --workspace
 }
 
@@ -146,6 +160,9 @@ step_boards() {
             board_cargo clippy "$board" -- -D warnings
         fi
     done
+    if [ "$EMBEDDED_RUST" = rustup ]; then
+        bench_cargo clippy -- -D warnings
+    fi
 }
 
 step_budget() {
@@ -161,11 +178,36 @@ step_budget() {
     done
     printf '%-18s %9d %9d\n' 'at most' "$FLASH_BUDGET" "$MEMORY_BUDGET"
     [ "$over" = 0 ] || fail "an image is over its budget"
+    budget_instructions
+    budget_stack
+}
+
+budget_instructions() {
+    local table
+    need_command qemu-system-arm qemu-system-arm
+    bench_cargo build 2>/dev/null || bench_cargo build
+    table=$(timeout 300 qemu-system-arm -M mps2-an386 -icount shift=10 -display none -monitor none \
+        -serial stdio -no-reboot -kernel "$(image mps2-an386)-bench" </dev/null) || fail "the bench image hangs"
+    printf '\n%s\n' "$table"
+    awk -v budget_682="$INSTRUCTIONS_BUDGET_682" -v budget_1081="$INSTRUCTIONS_BUDGET_1081" '
+        $1 == 682 && $2 == 2 { seen++; over += $8 > budget_682 }
+        $1 == 1081 && $2 == 2 { seen++; over += $8 > budget_1081 }
+        END { printf "at most, the dearest scan with 2 people: %d of 682 steps, %d of 1081\n", budget_682, budget_1081
+              exit seen != 2 || over > 0 }
+    ' <<<"$table" || fail "a scan with two people takes more instructions than its budget, or none was counted"
+}
+
+budget_stack() {
+    local said
+    need_qemu
+    said=$(CI=true cargo test --locked -p kehai --test qemu -- --exact --nocapture the_stack_stays_within_its_budget 2>&1) \
+        || { printf '%s\n' "$said" >&2; fail "the stack is over its budget"; }
+    printf '\n%s\n' "$(grep '^stack of ' <<<"$said" || fail "the stack was not measured")"
 }
 
 step_qemu() {
     need_qemu
-    CI=true cargo test --locked -p kehai --test qemu
+    CI=true cargo test --locked -p kehai --test 'qemu*'
 }
 
 step_bench() {
