@@ -5,10 +5,12 @@
 mod rig;
 
 use host_sim::link::LinkOptions;
+use host_sim::simulated_time::block_on;
 use host_sim::source::Rows;
 use host_sim::urg::faults::Fault;
-use host_sim::urg::model::{URG_04LX, URG_04LX_UG01, UST_10LX, UTM_30LX};
+use host_sim::urg::model::{Interface, URG_04LX, URG_04LX_UG01, UST_10LX, UTM_30LX};
 use host_sim::urg::{Config, Start};
+use kehai::link::Clock;
 use kehai::sensor::{SensorSettings, SensorState};
 use rig::{Rig, SECOND_US, config, fault};
 
@@ -202,6 +204,29 @@ fn an_overrun_costs_exactly_one_scan() {
         assert_only_scans_lost(&rig);
         let damaged = rig.truth().iter().filter(|truth| truth.damaged).count() as u32;
         assert!(rig.counters().scans_missing.abs_diff(damaged) <= 1, "{bytes} bytes: {rig:?}");
+    }
+}
+
+// Row 21: a host held up until its receiver was full. What waits there is read before anything else is tried: were
+// reading to pause, the receiver would be full again, answers lost in it, and no end of it.
+#[test]
+fn a_full_receiver_is_emptied_before_anything_else() {
+    for model in [URG_04LX, UTM_30LX, UST_10LX] {
+        let options = LinkOptions { receiver_bytes: 4096, ..LinkOptions::default() };
+        let settings = match model.interface {
+            Interface::Rs232 => SensorSettings::SERIAL,
+            Interface::Usb | Interface::Ethernet => SensorSettings::NO_SPEED,
+        };
+        let mut rig: Rig = Rig::with(config(model, Start::Idle, &[]), options, settings);
+        rig.run_to(5.0);
+        let held_up_us = 7 * SECOND_US;
+        block_on(&rig.clock, rig.clock.wait_until(held_up_us)).unwrap();
+        let back_s = rig.scan_after(7.0);
+        println!("{}: held up until 7 s, scans again from {back_s:.2} s", model.name);
+        assert!(rig.counters().link_failures >= 1, "it was never full: {rig:?}");
+        assert!(back_s < 8.0, "{rig:?}");
+        rig.run_to(20.0);
+        assert_eq!(rig.state(), SensorState::Streaming);
     }
 }
 

@@ -33,12 +33,22 @@ pub struct LinkOptions {
     pub baud: u32,
     /// What a reader gets while the connection is closed: an error, or the end of file.
     pub closed_is_error: bool,
+    /// Bytes the host's receiver holds until they are read. What comes when it is full is lost, and the next read
+    /// says so.
+    pub receiver_bytes: usize,
 }
 
 impl Default for LinkOptions {
-    /// Chunks of 64 bytes, no jitter, 19 200 baud, end of file when closed.
+    /// Chunks of 64 bytes, no jitter, 19 200 baud, end of file when closed, a receiver that is never full.
     fn default() -> Self {
-        Self { chunk_bytes: 64, jitter_us: 0, seed: 1, baud: 19_200, closed_is_error: false }
+        Self {
+            chunk_bytes: 64,
+            jitter_us: 0,
+            seed: 1,
+            baud: 19_200,
+            closed_is_error: false,
+            receiver_bytes: usize::MAX,
+        }
     }
 }
 
@@ -48,11 +58,17 @@ pub enum LinkError {
     /// The sensor is unplugged, or the connection is gone.
     #[error("the link is closed")]
     Closed,
+    /// The receiver was full, and bytes are lost.
+    #[error("bytes were received faster than they were read")]
+    Overrun,
 }
 
 impl embedded_io_async::Error for LinkError {
     fn kind(&self) -> ErrorKind {
-        ErrorKind::NotConnected
+        match self {
+            Self::Closed => ErrorKind::NotConnected,
+            Self::Overrun => ErrorKind::OutOfMemory,
+        }
     }
 }
 
@@ -71,6 +87,7 @@ struct Shared {
     transmitter_free_us: u64,
     arriving: VecDeque<(u64, VecDeque<u8>)>,
     last_arrival_us: u64,
+    overrun: bool,
     reader: Option<Waker>,
 }
 
@@ -94,6 +111,7 @@ impl MemoryLink {
             transmitter_free_us: 0,
             arriving: VecDeque::new(),
             last_arrival_us: 0,
+            overrun: false,
             reader: None,
         })))
     }
@@ -143,6 +161,17 @@ impl Shared {
             self.sensor.receive(&bytes, due_us);
         }
         self.collect(now_us);
+        self.overflow(now_us);
+    }
+
+    /// Loses what has arrived and is more than the receiver holds.
+    fn overflow(&mut self, now_us: u64) {
+        let mut room = self.options.receiver_bytes;
+        for (_, bytes) in self.arriving.iter_mut().take_while(|(at_us, _)| *at_us <= now_us) {
+            self.overrun |= bytes.len() > room;
+            bytes.truncate(room);
+            room -= bytes.len();
+        }
     }
 
     fn collect(&mut self, now_us: u64) {
@@ -202,6 +231,9 @@ impl Read for MemoryLink {
             let mut shared = self.0.borrow_mut();
             let now_us = shared.clock.now_us();
             shared.pump(now_us);
+            if std::mem::take(&mut shared.overrun) {
+                return Poll::Ready(Err(LinkError::Overrun));
+            }
             let count = shared.arrived(now_us, buffer);
             if count > 0 || buffer.is_empty() {
                 return Poll::Ready(Ok(count));

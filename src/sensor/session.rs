@@ -267,12 +267,16 @@ impl Session {
         Received { consumed: bytes.len(), scan: None }
     }
 
-    /// A read or write failed, or the read found the end of file. Reading pauses for a moment, longer each
-    /// time it fails again; everything else goes on by its deadlines.
+    /// A read or write failed, or the read found the end of file. It is read again at once: after an overrun bytes
+    /// wait, and whoever leaves them loses what comes next as well. When that fails too, reading pauses for a
+    /// moment, longer each time; everything else goes on by its deadlines.
     pub fn link_failed(&mut self, now_us: u64) {
         count(&mut self.counters.link_failures, 1);
         self.link_failures = self.link_failures.saturating_add(1);
-        let pause_us = 1000u64 << (2 * self.link_failures.min(8));
+        let pause_us = match self.link_failures {
+            1 => 0,
+            again => 1000u64 << (2 * again.min(8)),
+        };
         self.pause_until_us = now_us.saturating_add(pause_us.min(LINK_PAUSE_MAX_US));
         if self.link_failures == LINK_FAILURES && self.phase == Phase::Streaming {
             self.deadline_us = self.deadline_us.min(now_us);
