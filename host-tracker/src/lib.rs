@@ -10,6 +10,7 @@
 pub mod clock;
 pub mod conversation;
 pub mod follower;
+pub mod frame;
 pub mod geometry;
 pub mod intake;
 pub mod jsonl;

@@ -1,0 +1,66 @@
+//! What is known at one time, for everybody who shows, stores or tells it: a line of tracks, and how each module is.
+//!
+//! ```text
+//!   live ── every 0.1 s ──▶ Frame ──▶ file of lines · live map · database · MQTT · metrics
+//!                            ├ line      tracks and zones at t        (`jsonl`)
+//!                            └ modules   rates, losses, clock, alarms
+//! ```
+//!
+//! A frame is made once and shared; whoever is slow misses frames and holds up nobody.
+
+use serde::{Deserialize, Serialize};
+
+use crate::jsonl::TracksLine;
+
+/// What is known at one time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Milliseconds since 1970 when it was made, by this machine's clock: for people and databases, never for
+    /// computing.
+    pub unix_ms: u64,
+    /// Tracks and zones.
+    #[serde(flatten)]
+    pub line: TracksLine,
+    /// Every module of the site, and every one that was found beside them.
+    pub modules: Vec<ModuleLine>,
+}
+
+/// How a module is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModuleLine {
+    /// As the site calls it, or else as it calls itself.
+    pub name: String,
+    /// Its identity, as hexadecimal bytes between colons; empty until it has answered.
+    pub id: String,
+    /// Where it answers; empty until it is found.
+    pub address: String,
+    /// What it is doing, in a word: `missing`, `searching`, `learning`, `watching`, `storing`.
+    pub state: String,
+    /// Scans a second over the last ten seconds.
+    pub scans_hz: f64,
+    /// Share of its scans that were lost over the last minute, on whatever part of the way.
+    pub lost_share: f64,
+    /// Checksum errors on its sensor's line since it started.
+    pub checksum_errors: u64,
+    /// Share of its beams that could not be judged in the newest report.
+    pub unknown_share: f64,
+    /// Its clock minus this machine's, ms; absent until it was measured.
+    pub clock_offset_ms: Option<f64>,
+    /// How much that scatters, ms.
+    pub clock_jitter_ms: f64,
+    /// Age of its background, s; absent while it has none.
+    pub background_age_s: Option<f64>,
+    /// Since its last datagram, s; absent until there was one.
+    pub silent_s: Option<f64>,
+    /// What is wrong, worst first.
+    pub alarms: Vec<AlarmLine>,
+}
+
+/// Something that is wrong with a module.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AlarmLine {
+    /// Its name, for programs: `silent`, `slow`, `clock-off`, `covered`, `dirty`, `sensor`.
+    pub name: String,
+    /// What it is and what to do, in words.
+    pub text: String,
+}
