@@ -12,6 +12,7 @@ pub mod conversation;
 pub mod follower;
 pub mod frame;
 pub mod geometry;
+pub mod health;
 pub mod intake;
 pub mod jsonl;
 pub mod live;

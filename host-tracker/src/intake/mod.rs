@@ -9,6 +9,7 @@
 
 mod module;
 mod profile;
+pub mod sequence;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
