@@ -9,6 +9,7 @@
 
 pub mod clock;
 pub mod conversation;
+pub mod discovery;
 pub mod follower;
 pub mod frame;
 pub mod geometry;
@@ -17,6 +18,7 @@ pub mod intake;
 pub mod jsonl;
 pub mod live;
 pub mod outline;
+pub mod peers;
 pub mod service;
 pub mod sighting;
 pub mod site;

@@ -220,7 +220,7 @@ impl Bell {
         let uncertain = facts.health.is_some_and(|health| health.alarms.has(Alarms::CLOCK_UNCERTAIN));
         let jitter_s = facts.jitter_s.unwrap_or(0.0);
         let age_s = facts.age_s.unwrap_or(0.0);
-        let odd = age_s < -EARLY_S || age_s > LATE_S;
+        let odd = !(-EARLY_S..=LATE_S).contains(&age_s);
         let holds = uncertain || jitter_s > CLOCK_S || odd;
         if !self.clock.step(holds, facts.now_us, 10 * SECOND_US, 10 * SECOND_US) {
             return None;

@@ -69,15 +69,11 @@ impl Module {
     /// Takes its place in the site: by the name it calls itself, or by its identity.
     pub(super) fn place(&mut self, id: ModuleId, site: &Site) {
         let Some(setup) = &mut self.setup else { return };
-        let hex = id.to_string();
-        let placed = site
-            .modules
-            .iter()
-            .enumerate()
-            .find(|(_, placed)| placed.name == setup.name || placed.name.eq_ignore_ascii_case(&hex));
-        setup.view = placed.map(|(module, placed)| {
+        let place = site.place_of(&setup.name, id);
+        setup.view = place.and_then(|module| {
+            let placed = site.modules.get(module)?;
             let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
-            Arc::new(View { module, pose, height_m, geometry })
+            Some(Arc::new(View { module, pose, height_m, geometry }))
         });
     }
 
