@@ -18,6 +18,8 @@ pub mod health;
 pub mod intake;
 pub mod jsonl;
 pub mod live;
+pub mod metrics;
+pub mod mqtt;
 pub mod outline;
 pub mod peers;
 pub mod service;

@@ -11,6 +11,7 @@ use std::time::Duration;
 use clap::Args;
 use host_tracker::frame::{Frame, ModuleLine};
 use host_tracker::jsonl::write_line;
+use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site::Site;
 use host_tracker::trackers::Choice;
@@ -36,13 +37,34 @@ pub struct Arguments {
     #[arg(long, requires = "module")]
     no_mdns: bool,
 
-    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
     /// The tracker
     #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
     tracker: Choice,
+
+    /// Publish to this broker, with discovery for Home Assistant
+    #[arg(
+        long,
+        value_name = "mqtt://[USER:PASSWORD@]HOST[:PORT]",
+        env = "KEHAI_MQTT",
+        hide_env_values = true
+    )]
+    mqtt: Option<Broker>,
+
+    /// In front of every topic
+    #[arg(long, value_name = "TOPIC", default_value = "kehai", value_parser = prefix)]
+    mqtt_prefix: String,
+
+    /// Name of the site there [default: the site file's]
+    #[arg(long, value_name = "NAME")]
+    mqtt_site: Option<String>,
+
+    /// Where Home Assistant discovers; empty: it is not told
+    #[arg(long, value_name = "TOPIC", default_value = "homeassistant", value_parser = prefix)]
+    home_assistant_prefix: String,
 
     /// Stop after so long
     #[arg(long, value_name = "N")]
@@ -52,6 +74,7 @@ pub struct Arguments {
 const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --tracks-out -
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
+  kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
 
 /// Between two looks at whether it is to end.
@@ -68,13 +91,23 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let mut out = arguments.tracks_out.as_deref().map(open).transpose()?;
+    let silent = arguments.mqtt.is_some();
+    let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
+    let mut out = tracks_out.map(open).transpose()?;
+    let topics = topics(&arguments);
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     let service =
         Service::start(Options { site, modules, discover: !arguments.no_mdns, tracker: arguments.tracker })?;
+    let publisher = arguments
+        .mqtt
+        .map(|broker| {
+            let settings = mqtt::Settings { broker, topics };
+            Publisher::start(settings, service.queue(), |text| eprintln!("{text}"))
+        })
+        .transpose()?;
     let frames = service.queue();
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut told = Told::default();
@@ -94,8 +127,25 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             }
         }
     }
+    drop(publisher);
     service.stop()?;
     summary(&last)
+}
+
+fn prefix(text: &str) -> Result<String, String> {
+    if text.contains(['#', '+', '\0']) || text.starts_with('/') || text.ends_with('/') {
+        return Err("a topic has neither # nor +, and no / at its ends".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+fn topics(arguments: &Arguments) -> Topics {
+    let file = arguments.site.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    Topics {
+        title: arguments.mqtt_site.clone().or(file).unwrap_or_default(),
+        prefix: arguments.mqtt_prefix.clone(),
+        home_assistant: Some(arguments.home_assistant_prefix.clone()).filter(|prefix| !prefix.is_empty()),
+    }
 }
 
 fn open(file: &Path) -> Result<Box<dyn Write>, String> {
