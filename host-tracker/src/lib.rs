@@ -25,5 +25,6 @@ pub mod peers;
 pub mod service;
 pub mod sighting;
 pub mod site;
+pub mod store;
 pub mod trackers;
 pub mod zones;
