@@ -126,13 +126,18 @@ need_python() {
     python3 -c 'import venv, ensurepip' 2>/dev/null || apt_install python3-venv
 }
 
+# Debian puts the broker where only root looks.
+need_mosquitto() {
+    [ -x /usr/sbin/mosquitto ] || need_command mosquitto mosquitto
+}
+
 step_fmt() { cargo fmt --all --check; }
 
 step_clippy() { cargo clippy --locked --workspace --all-targets --all-features -- -D warnings; }
 
 step_test() {
-    # Without QEMU or Python their tests are left out on somebody's desk, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; }
+    # Without QEMU, Python or a broker their tests are left out on somebody's desk, but fail here.
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_mosquitto; }
     cargo test --locked --workspace --no-fail-fast
 }
 

@@ -1,0 +1,242 @@
+//! `kehai-tracker` beside a module: the library's own tasks and an emulated sensor, over real sockets. The module is
+//! found by DNS-SD where this machine allows it, and else by its address, with a message.
+#![allow(missing_docs, reason = "a test program")]
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read};
+use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use host_sim::module::flash::Flash;
+use host_sim::module::pc::{PAGES, Pc};
+use host_sim::module::reactor::Reactor;
+use host_sim::module::udp::Udp;
+use host_sim::serve::{Control, serve_tcp};
+use host_sim::source::StillRoom;
+use host_sim::urg::model::URG_04LX;
+use host_sim::urg::{Config, Urg};
+use serde_json::Value;
+
+/// A hundred times what a loaded machine needs.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A sensor and a module in threads of their own.
+struct Bench {
+    stop: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+    name: String,
+    address: SocketAddr,
+}
+
+impl Bench {
+    fn start(name: &str) -> Self {
+        // Other runs of this test on this machine and network have names of their own.
+        let name = format!("{name}-{}", std::process::id());
+        let stop = Arc::new(AtomicBool::new(false));
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let place = format!("tcp://{}", listener.local_addr().unwrap()).parse().unwrap();
+        let stopped = Arc::clone(&stop);
+        let sensor = std::thread::spawn(move || {
+            let urg = Urg::new(
+                Config { paced: false, ..Config::new(URG_04LX) },
+                Box::new(StillRoom::new(URG_04LX.geometry)),
+                0,
+            );
+            serve_tcp(&listener, urg, &mut Control { stop: &stopped, on_status: &mut |_| {} }).unwrap();
+        });
+        let (tell, told) = std::sync::mpsc::channel();
+        let (stopped, own) = (Arc::clone(&stop), name.clone());
+        let module = std::thread::spawn(move || {
+            let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
+            let address: SocketAddr = port.local_addr().unwrap().into();
+            let flash = Flash::new(PAGES);
+            let pc = Pc { sensor: &place, port: &port, flash: &flash, name: Some(&own), announced: true };
+            while !stopped.load(Ordering::Relaxed) {
+                pc.start(&stopped, |_| drop(tell.send(address))).unwrap();
+            }
+        });
+        let address = told.recv_timeout(PATIENCE).unwrap();
+        Self { stop, threads: vec![sensor, module], name, address }
+    }
+
+    /// The module's name if it can be found by that, or else its address.
+    fn target(&self) -> String {
+        let found = kehai_tracker(&["module", "info", &self.name]);
+        if found.status.success() {
+            return self.name.clone();
+        }
+        eprintln!("no multicast here: the module is not found by its name, its address is used");
+        self.address.to_string()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn kehai_tracker(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_kehai-tracker")).args(arguments).output().expect("it runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// What it prints; it must end well.
+#[track_caller]
+fn done(arguments: &[&str]) -> String {
+    let output = kehai_tracker(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Its exit status and its one line.
+fn refused(arguments: &[&str]) -> (i32, String) {
+    let output = kehai_tracker(arguments);
+    let text = text(&output.stderr);
+    assert!(output.status.code() == Some(2) || text.lines().count() == 1, "{text}");
+    (output.status.code().unwrap_or(0), text.lines().next().unwrap_or_default().to_owned())
+}
+
+fn json(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))
+}
+
+#[test]
+fn a_module_is_asked_set_taught_looked_at_and_restarted() {
+    let bench = Bench::start("hall");
+    let target = bench.target();
+    let target = target.as_str();
+    // Its sensor is found within a second or two.
+    let begin = Instant::now();
+    let info = loop {
+        let info = json(&done(&["module", "info", target, "--json"]));
+        if !info["sensor"].is_null() {
+            break info;
+        }
+        assert!(begin.elapsed() < PATIENCE, "{info}");
+    };
+    assert_eq!(info["name"], bench.name.as_str());
+    assert_eq!(info["address"], bench.address.to_string());
+    assert!(info["sensor"]["model"].as_str().unwrap().starts_with("URG-04LX"), "{info}");
+    assert!(done(&["module", "info", target]).contains("URG-04LX"));
+    let by_address = json(&done(&["module", "info", &bench.address.to_string(), "--json"]));
+    assert_eq!(by_address["id"], info["id"]);
+
+    if target == bench.name {
+        let listed = done(&["module", "list", "--json"]);
+        let own = listed.lines().map(json).find(|module| module["id"] == info["id"]);
+        assert_eq!(own.expect(&listed)["name"], bench.name.as_str());
+        let by_id = done(&["module", "info", info["id"].as_str().unwrap(), "--json"]);
+        assert_eq!(json(&by_id)["name"], bench.name.as_str());
+    }
+
+    assert_eq!(done(&["module", "get", target, "body_radius_mm"]), "190\n");
+    done(&["module", "set", target, "body_radius_mm=200", "learn_scans=40"]);
+    assert_eq!(done(&["module", "get", target, "body_radius_mm"]), "200\n");
+    assert_eq!(json(&done(&["module", "get", target, "--json"]))["learn_scans"], "40");
+    let (status, line) = refused(&["module", "set", target, "learn_scans=50", "body_radius_mm=9"]);
+    assert_eq!(
+        (status, line.as_str()),
+        (1, "kehai-tracker: body_radius_mm=9: the value is out of range; nothing was changed")
+    );
+    assert_eq!(done(&["module", "get", target, "learn_scans"]), "40\n");
+    let (status, line) = refused(&["module", "get", target, "colour"]);
+    assert!(status == 1 && line.contains("there is no setting \"colour\""), "{line}");
+
+    assert!(done(&["module", "learn", target, "--scans", "30"]).starts_with("learned: background version"));
+    let learned = done(&["module", "learn", target, "--scans", "30", "--json"]);
+    assert!(
+        json(learned.lines().last().unwrap())["learned"]["background_version"].as_u64() > Some(0),
+        "{learned}"
+    );
+
+    let raw = done(&["module", "raw", target, "--seconds", "2"]);
+    let scan = json(raw.lines().next().unwrap());
+    assert_eq!((scan["ranges_mm"].as_array().unwrap().len(), &scan["first_step"]), (682, &Value::from(44)));
+
+    done(&["module", "restart", target]);
+    let begin = Instant::now();
+    while json(&done(&["module", "info", target, "--json"]))["start"] != Value::from(2) {
+        assert!(begin.elapsed() < PATIENCE, "it starts again");
+    }
+}
+
+#[test]
+fn nobody_at_home_is_exit_status_3_and_one_line() {
+    let (status, line) = refused(&["module", "info", "127.0.0.1:9"]);
+    assert_eq!(status, 3);
+    assert_eq!(
+        line,
+        "kehai-tracker: no module answers at 127.0.0.1:9: is it switched on, and is the address right?"
+    );
+    let (status, line) = refused(&["module", "learn", "02:00:00:ff:ff:ff"]);
+    assert!(status == 3 && line.contains("no module \"02:00:00:ff:ff:ff\" was found"), "{line}");
+    assert_eq!(refused(&["module", "set", "127.0.0.1:9", "name"]).0, 2);
+    assert_eq!(refused(&["module", "raw", "127.0.0.1:9", "--seconds", "0"]).0, 2);
+    assert_eq!(refused(&["module"]).0, 2);
+}
+
+#[test]
+fn every_command_has_examples() {
+    for command in ["list", "info", "learn", "get", "set", "raw", "restart"] {
+        let help = done(&["module", command, "--help"]);
+        assert!(help.contains(&format!("kehai-tracker module {command}")), "{help}");
+    }
+}
+
+/// `kehai-tracker run`, ended with the test.
+struct Tracker(Child);
+
+impl Drop for Tracker {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn the_tracker_follows_with_a_module_and_says_who_is_missing() {
+    let bench = Bench::start("left");
+    let found = bench.target() == bench.name;
+    let site = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("run-{}.toml", std::process::id()));
+    let text = format!(
+        "[[module]]\nname = \"{}\"\nx = 0.0\ny = 0.0\n\n[[module]]\nname = \"ghost\"\nx = 9.0\ny = 0.0\n\n\
+         [[zone]]\nname = \"hall\"\npolygon = [[0.2, -0.3], [0.8, -0.3], [0.8, 0.3], [0.2, 0.3]]\n",
+        bench.name
+    );
+    std::fs::write(&site, text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(["run", "--tracks-out", "-", "--site"]).arg(&site);
+    if !found {
+        command.args(["--no-mdns", "--module", &bench.address.to_string()]);
+    }
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut tracker = Tracker(child);
+    // The still room is all walls: what lies before them is known once the module has learned.
+    let lines = BufReader::new(tracker.0.stdout.take().unwrap()).lines();
+    let begin = Instant::now();
+    let known = lines
+        .map(|line| json(&line.unwrap()))
+        .take_while(|_| begin.elapsed() < PATIENCE)
+        .find(|line| line["zones"]["hall"]["state"] == "known" && line["t"].as_f64() > Some(6.0));
+    assert_eq!(known.expect("the zone is seen")["zones"]["hall"]["count"], 0);
+    let sent = Command::new("kill").args(["-INT", &tracker.0.id().to_string()]).status();
+    assert!(sent.unwrap().success());
+    let mut said = String::new();
+    tracker.0.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert!(tracker.0.wait().unwrap().success(), "{said}");
+    assert!(said.contains("module ghost: silent: it has not been found"), "{said}");
+    assert!(said.contains(&format!("module {} (", bench.name)) && said.contains("watching"), "{said}");
+    let _ = std::fs::remove_file(site);
+}
