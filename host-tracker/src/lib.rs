@@ -16,6 +16,7 @@ pub mod intake;
 pub mod jsonl;
 pub mod live;
 pub mod outline;
+pub mod record;
 pub mod sighting;
 pub mod site;
 pub mod store;
