@@ -69,6 +69,11 @@ pub fn replay(
                 follower = Some(Follower::new(&Arc::new(told.site), tracker));
             }
             (_, None) => return Err(failed(Cause::Foreign)),
+            (SITE, Some(follower)) => {
+                let told: Told =
+                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
+                follower.change_site(&Arc::new(told.site));
+            }
             (DATAGRAMS, Some(follower)) => {
                 follower.receive(&message.data, now_us);
                 outcome.datagrams += 1;
