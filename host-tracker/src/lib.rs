@@ -18,5 +18,6 @@ pub mod live;
 pub mod outline;
 pub mod sighting;
 pub mod site;
+pub mod store;
 pub mod trackers;
 pub mod zones;
