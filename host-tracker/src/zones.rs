@@ -143,6 +143,28 @@ mod tests {
     }
 
     #[test]
+    fn somebody_unexplained_counts_only_where_it_is_secure() {
+        let track = TrackState {
+            id: 1,
+            at: Point::new(0.5, 0.5),
+            velocity: Point::default(),
+            covariance_m2: [0.01, 0.0, 0.01],
+            state: LifeCycle::Tentative,
+            existence: 1.0,
+            reason: "unexplained",
+            unexplained: true,
+        };
+        let line = |secure: bool| {
+            let text =
+                format!("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]\nsecure = {secure}");
+            let zone: crate::site::Zone = toml::from_str(&text).unwrap();
+            Zone::new(&zone).line(&[track], 10.0)
+        };
+        assert_eq!((line(false).count, line(false).p), (0, vec![0.5, 0.5]));
+        assert_eq!((line(true).count, line(true).p), (1, vec![0.0, 1.0]));
+    }
+
+    #[test]
     fn a_zone_nobody_looks_at_is_unknown() {
         let zone: crate::site::Zone =
             toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
