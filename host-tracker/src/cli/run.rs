@@ -14,6 +14,7 @@ use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site::Site;
+use host_tracker::store::Store;
 use host_tracker::trackers::Choice;
 
 use super::{Failure, address};
@@ -66,6 +67,18 @@ pub struct Arguments {
     #[arg(long, value_name = "TOPIC", default_value = "homeassistant", value_parser = prefix)]
     home_assistant_prefix: String,
 
+    /// Keep what happens in this database, made if missing
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
+
+    /// Days it is kept
+    #[arg(long, value_name = "N", default_value_t = 365, requires = "db")]
+    keep_days: u32,
+
+    /// Record everything that comes in, for kehai-tracker replay and Foxglove
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
+
     /// Stop after so long
     #[arg(long, value_name = "N")]
     seconds: Option<u64>,
@@ -75,6 +88,7 @@ const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --tracks-out -
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
   kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
+  kehai-tracker run --site door.toml --db door.db --keep-days 30
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
 
 /// Between two looks at whether it is to end.
@@ -91,7 +105,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let silent = arguments.mqtt.is_some();
+    let silent = arguments.mqtt.is_some() || arguments.db.is_some() || arguments.record.is_some();
     let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
     let mut out = tracks_out.map(open).transpose()?;
     let topics = topics(&arguments);
@@ -99,8 +113,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let service =
-        Service::start(Options { site, modules, discover: !arguments.no_mdns, tracker: arguments.tracker })?;
+    let keep = |file| Store::open(file, &Arc::new(site.clone()), arguments.keep_days);
+    let store = arguments.db.as_deref().map(keep).transpose()?;
+    let service = Service::start(Options {
+        site,
+        modules,
+        discover: !arguments.no_mdns,
+        tracker: arguments.tracker,
+        record: arguments.record,
+    })?;
     let publisher = arguments
         .mqtt
         .map(|broker| {
@@ -117,6 +138,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             Ok(frame) => last = frame,
             Err(RecvTimeoutError::Timeout) => continue,
             Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if let Some(store) = &store {
+            store.see(Arc::clone(&last));
+            service.trouble().set("database", &store.state().trouble);
         }
         told.tell(&last);
         if let Some(out) = &mut out {
@@ -156,7 +181,7 @@ fn open(file: &Path) -> Result<Box<dyn Write>, String> {
     Ok(Box::new(BufWriter::new(file_out)))
 }
 
-/// Alarms that have been told: module, name.
+/// Alarms that have been told: whose, and which.
 #[derive(Debug, Default)]
 struct Told(Vec<(String, String)>);
 
@@ -164,17 +189,19 @@ impl Told {
     /// Tells on stderr which alarms have begun and which have ended.
     fn tell(&mut self, frame: &Frame) {
         let mut now = Vec::new();
-        for module in &frame.modules {
-            for alarm in &module.alarms {
-                let key = (module.name.clone(), alarm.name.clone());
-                if !self.0.contains(&key) {
-                    eprintln!("module {}: {}: {}", module.name, alarm.name, alarm.text);
-                }
-                now.push(key);
+        let of_modules = frame.modules.iter().flat_map(|module| {
+            module.alarms.iter().map(move |alarm| (format!("module {}", module.name), alarm))
+        });
+        let own = frame.alarms.iter().map(|alarm| ("the tracker".to_owned(), alarm));
+        for (who, alarm) in own.chain(of_modules) {
+            let key = (who, alarm.name.clone());
+            if !self.0.contains(&key) {
+                eprintln!("{}: {}: {}", key.0, alarm.name, alarm.text);
             }
+            now.push(key);
         }
-        for (module, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
-            eprintln!("module {module}: {alarm}: over");
+        for (who, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
+            eprintln!("{who}: {alarm}: over");
         }
         self.0 = now;
     }
