@@ -57,7 +57,10 @@ impl Bench {
             let flash = Flash::new(PAGES);
             let pc = Pc { sensor: &place, port: &port, flash: &flash, name: Some(&own), announced: true };
             while !stopped.load(Ordering::Relaxed) {
-                pc.start(&stopped, |_| drop(tell.send(address))).unwrap();
+                let started = |_| {
+                    let _ = tell.send(address);
+                };
+                pc.start(&stopped, started).unwrap();
             }
         });
         let address = told.recv_timeout(PATIENCE).unwrap();
