@@ -58,7 +58,7 @@ impl Module {
     pub(super) fn take_info(&mut self, info: &Info<'_>, id: ModuleId, site: &Site) {
         let Some(sensor) = info.sensor else { return };
         let Ok(geometry) = sensor.geometry() else { return };
-        let hex = id.0.map(|byte| format!("{byte:02x}")).join(":");
+        let hex = id.to_string();
         let place = site
             .modules
             .iter()
