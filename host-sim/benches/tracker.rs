@@ -25,6 +25,7 @@ use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
 use host_tracker::follower::Follower;
 use host_tracker::live::Live;
+use host_tracker::peers::Peers;
 use host_tracker::trackers::Choice;
 use kehai::wire::Message;
 
@@ -104,7 +105,7 @@ fn feed(record: &Record, follower: &mut Follower, from_s: f64, until_s: f64) -> 
     let mut reports = 0;
     for moment in record.truth.iter().filter(|moment| within(moment.t)) {
         while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            reports += u64::from(follower.receive(&arrival.bytes, arrival.at_us));
+            reports += u64::from(follower.receive(&arrival.bytes, arrival.at_us).is_some());
         }
         std::hint::black_box(follower.line(moment.t));
     }
@@ -195,12 +196,13 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
         (0..record.modules.len()).map(|_| UdpSocket::bind("127.0.0.1:0")).collect::<Result<_, _>>()?;
     sockets.iter().try_for_each(|socket| socket.set_nonblocking(true))?;
     let addresses: Vec<SocketAddr> = sockets.iter().map(UdpSocket::local_addr).collect::<Result<_, _>>()?;
-    let mut live = Live::new(&addresses, follower(&record))?;
+    let peers = Peers::new(Arc::new(record.site.clone()), &addresses);
+    let mut live = Live::new(Live::bind()?, peers, None, follower(&record));
     let begun = Instant::now();
     let sent = std::thread::scope(|scope| {
         let sender = scope.spawn(|| send(&record, &sockets, begun));
         while live.now_us() < (u64::from(seconds) + 1) * 1_000_000 {
-            live.line()?;
+            live.frame()?;
         }
         sender.join().map_err(|_| std::io::Error::other("the sender fell over"))
     })?;

@@ -10,6 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::intake::Drops;
 use crate::jsonl::TracksLine;
 
 /// What is known at one time.
@@ -21,8 +22,17 @@ pub struct Frame {
     /// Tracks and zones.
     #[serde(flatten)]
     pub line: TracksLine,
+    /// What is wrong with the tracker itself: its database, its recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alarms: Vec<AlarmLine>,
     /// Every module of the site, and every one that was found beside them.
     pub modules: Vec<ModuleLine>,
+    /// Datagrams of modules that were not used, since the start.
+    #[serde(default)]
+    pub dropped: Drops,
+    /// Datagrams that came from nobody we know, since the start.
+    #[serde(default)]
+    pub strangers: u64,
 }
 
 /// How a module is.
@@ -34,7 +44,8 @@ pub struct ModuleLine {
     pub id: String,
     /// Where it answers; empty until it is found.
     pub address: String,
-    /// What it is doing, in a word: `missing`, `searching`, `learning`, `watching`, `storing`.
+    /// What it is doing, in a word: `missing`, `found` (it is there, but has no place in the site), `searching` for its
+    /// sensor, `learning`, `watching`, `storing`.
     pub state: String,
     /// Scans a second over the last ten seconds.
     pub scans_hz: f64,
@@ -52,14 +63,19 @@ pub struct ModuleLine {
     pub background_age_s: Option<f64>,
     /// Since its last datagram, s; absent until there was one.
     pub silent_s: Option<f64>,
+    /// What its newest scan saw empty, in the site's frame, m: the corners of an area that begins at the module.
+    /// Empty while it sees nothing. What lies outside is not seen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<[f64; 2]>,
     /// What is wrong, worst first.
     pub alarms: Vec<AlarmLine>,
 }
 
-/// Something that is wrong with a module.
+/// Something that is wrong.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AlarmLine {
-    /// Its name, for programs: `silent`, `slow`, `clock-off`, `covered`, `dirty`, `sensor`.
+    /// Its name, for programs: `silent`, `sensor`, `line`, `covered`, `slow`, `clock-off`, `dirty`, `store`, `background`,
+    /// `suspect`, `watchdog`. When each is raised: `host-tracker/src/health/alarms.rs`.
     pub name: String,
     /// What it is and what to do, in words.
     pub text: String,

@@ -7,17 +7,26 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod client;
 pub mod clock;
 pub mod conversation;
+pub mod discovery;
 pub mod follower;
 pub mod frame;
 pub mod geometry;
+pub mod health;
 pub mod intake;
 pub mod jsonl;
 pub mod live;
+pub mod metrics;
+pub mod mqtt;
 pub mod outline;
+pub mod peers;
+pub mod record;
+pub mod service;
 pub mod sighting;
 pub mod site;
 pub mod store;
 pub mod trackers;
+pub mod trouble;
 pub mod zones;

@@ -1,20 +1,23 @@
-//! Live modules over UDP: one socket for all of them, and the conversation with each.
+//! Live modules over UDP: one socket for all of them, and what is known every 0.1 s.
 //!
 //! ```text
-//!   socket ─▶ whose? ─▶ conversation ─▶ subscribe, info, profile ─▶ socket
-//!                  └──▶ follower ─▶ a line of tracks every 0.1 s
+//!   DNS-SD ──────▶ peers ─▶ subscribe, info, profile ─▶ socket
+//!   socket ─┬────▶   │ how each module is ─╮
+//!           └▶ follower ─▶ tracks, zones ──┴─▶ a frame every 0.1 s
 //! ```
 
-use std::collections::BTreeMap;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use kehai::wire::ModuleId;
-
-use crate::conversation::Conversation;
+use crate::discovery::Search;
 use crate::follower::Follower;
-use crate::jsonl::TracksLine;
+use crate::frame::Frame;
+use crate::peers::Peers;
+use crate::record::Recorder;
+use crate::site::Site;
+use crate::trouble::Trouble;
 
 /// Between two lines of tracks.
 pub const LINE_US: u64 = 100_000;
@@ -28,25 +31,63 @@ const BUFFER: usize = 2048;
 /// Follows live modules.
 pub struct Live {
     socket: UdpSocket,
-    modules: BTreeMap<SocketAddr, Conversation>,
+    search: Option<Search>,
+    peers: Peers,
     follower: Follower,
     begun: Instant,
     next_line_us: u64,
     /// Datagrams from addresses that are no module of ours.
     strangers: u64,
+    recorder: Option<Recorder>,
+    trouble: Trouble,
 }
 
 impl Live {
-    /// Listens to the modules at `addresses`.
+    /// A socket for [`new`](Self::new).
     ///
     /// # Errors
-    /// No socket can be had.
-    pub fn new(addresses: &[SocketAddr], follower: Follower) -> io::Result<Self> {
+    /// None can be had.
+    pub fn bind() -> io::Result<UdpSocket> {
         let socket = UdpSocket::bind("0.0.0.0:0")?;
         socket.set_read_timeout(Some(WAIT))?;
-        let begin = |&address| (address, Conversation::new(ModuleId::ANY));
-        let modules = addresses.iter().map(begin).collect();
-        Ok(Self { socket, modules, follower, begun: Instant::now(), next_line_us: LINE_US, strangers: 0 })
+        Ok(socket)
+    }
+
+    /// Listens to modules over a socket of [`bind`](Self::bind): to those among `peers`, and to those that are found.
+    #[must_use]
+    pub fn new(socket: UdpSocket, peers: Peers, search: Option<Search>, follower: Follower) -> Self {
+        Self {
+            socket,
+            search,
+            peers,
+            follower,
+            begun: Instant::now(),
+            next_line_us: LINE_US,
+            strangers: 0,
+            recorder: None,
+            trouble: Trouble::default(),
+        }
+    }
+
+    /// Records everything from now on; to be called before the first frame.
+    #[must_use]
+    pub fn recording(self, recorder: Option<Recorder>) -> Self {
+        Self { recorder, ..self }
+    }
+
+    /// Tells in every frame what is wrong with the tracker itself.
+    #[must_use]
+    pub fn telling(self, trouble: Trouble) -> Self {
+        Self { trouble, ..self }
+    }
+
+    /// Goes on with another site.
+    pub fn change_site(&mut self, site: &Arc<Site>) {
+        if let Some(recorder) = &self.recorder {
+            recorder.told(self.now_us(), site);
+        }
+        self.follower.change_site(site);
+        self.peers.change_site(site);
     }
 
     /// µs since it began: the clock of all that follows.
@@ -55,11 +96,11 @@ impl Live {
         u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 
-    /// Sends what is due and takes what arrives, until the next line of tracks is.
+    /// Sends what is due and takes what arrives, until the next frame is.
     ///
     /// # Errors
     /// The socket fails for good.
-    pub fn line(&mut self) -> io::Result<TracksLine> {
+    pub fn frame(&mut self) -> io::Result<Frame> {
         let mut buffer = [0; BUFFER];
         loop {
             let now_us = self.now_us();
@@ -67,24 +108,52 @@ impl Live {
                 let at_us = self.next_line_us;
                 // After a stall the lines missed are left out.
                 self.next_line_us = (now_us / LINE_US + 1) * LINE_US;
-                return Ok(self.follower.line(at_us as f64 * 1e-6));
+                return Ok(self.frame_at(at_us));
             }
-            for (address, conversation) in &mut self.modules {
-                conversation.poll(now_us, |datagram| send(&self.socket, datagram, *address));
+            for finding in self.search.iter().flat_map(Search::findings) {
+                self.peers.find(finding, now_us);
             }
+            let socket = &self.socket;
+            self.peers.poll(now_us, |datagram, to| send(socket, datagram, to));
             let (len, from) = match self.socket.recv_from(&mut buffer) {
                 Ok(received) => received,
                 Err(error) if is_passing(&error) => continue,
                 Err(error) => return Err(error),
             };
-            let Some(datagram) = buffer.get(..len) else { continue };
-            let now_us = self.now_us();
-            let Some(conversation) = self.modules.get_mut(&from) else {
-                self.strangers += 1;
-                continue;
-            };
-            self.follower.receive(datagram, now_us);
-            conversation.receive(now_us, datagram, |datagram| send(&self.socket, datagram, from));
+            if let Some(datagram) = buffer.get(..len) {
+                self.receive(datagram, from);
+            }
+        }
+    }
+
+    fn receive(&mut self, datagram: &[u8], from: SocketAddr) {
+        let now_us = self.now_us();
+        if !self.peers.knows(from) {
+            self.strangers += 1;
+            return;
+        }
+        if let Some(recorder) = &self.recorder {
+            recorder.datagram(now_us, datagram);
+        }
+        let sighting = self.follower.receive(datagram, now_us);
+        let socket = &self.socket;
+        self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
+    }
+
+    fn frame_at(&mut self, at_us: u64) -> Frame {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let line = self.follower.line(at_us as f64 * 1e-6);
+        if let Some(recorder) = &self.recorder {
+            recorder.line(at_us, &line);
+            self.trouble.set("recording", &recorder.trouble());
+        }
+        Frame {
+            unix_ms: u64::try_from(since_1970.as_millis()).unwrap_or(u64::MAX),
+            line,
+            alarms: self.trouble.lines(),
+            modules: self.peers.lines(self.follower.intake(), self.now_us()),
+            dropped: *self.follower.intake().drops(),
+            strangers: self.strangers,
         }
     }
 
@@ -92,12 +161,6 @@ impl Live {
     #[must_use]
     pub const fn follower(&self) -> &Follower {
         &self.follower
-    }
-
-    /// Datagrams from addresses that are no module of ours.
-    #[must_use]
-    pub const fn strangers(&self) -> u64 {
-        self.strangers
     }
 }
 

@@ -9,12 +9,15 @@
 
 mod module;
 mod profile;
+pub mod sequence;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai::wire::{Message, ModuleId};
+
+use serde::{Deserialize, Serialize};
 
 use crate::sighting::Sighting;
 use crate::site::Site;
@@ -24,7 +27,7 @@ pub use module::Module;
 pub const LATE_S: f64 = 0.3;
 
 /// What was not used, by cause.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Drops {
     /// Not a module's datagram, or not a version understood.
     pub unreadable: u64,
@@ -54,6 +57,14 @@ impl Intake {
     #[must_use]
     pub fn new(site: Arc<Site>, estimator: Estimator) -> Self {
         Self { site, estimator, modules: BTreeMap::new(), drops: Drops::default() }
+    }
+
+    /// Goes on with another site: every module takes its place there.
+    pub fn change_site(&mut self, site: Arc<Site>) {
+        for (id, module) in &mut self.modules {
+            module.place(*id, &site);
+        }
+        self.site = site;
     }
 
     /// Takes a datagram that arrived at `now_us` on the host's clock.

@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
+use kehai::scan::Geometry;
 use kehai::visibility;
 use kehai::wire::{Info, ModuleId, ProfilePart, Report, Subscribed};
 
 use super::profile::Profile;
+use super::sequence::{Kind, Sequences};
 use super::{Drops, LATE_S};
 use crate::clock::{Exchange, ModuleClock};
 use crate::sighting::{Seen, Sighting, View};
 use crate::site::Site;
-
-/// Sequence numbers back from the newest that are remembered as used.
-const REMEMBERED: u32 = 64;
 
 /// One module.
 #[derive(Clone, Debug, Default)]
@@ -22,9 +21,7 @@ pub struct Module {
     clock: ModuleClock,
     setup: Option<Setup>,
     profile: Profile,
-    /// Newest sequence used, and the ones before it, a bit each.
-    newest: Option<u32>,
-    used: u64,
+    used: Sequences,
     last_heard_us: u64,
     /// Reports used.
     reports: u64,
@@ -33,8 +30,9 @@ pub struct Module {
 #[derive(Clone, Debug)]
 struct Setup {
     number: u16,
+    name: String,
+    geometry: Geometry,
     view: Option<Arc<View>>,
-    beams: u16,
     open_range_mm: u16,
 }
 
@@ -58,27 +56,31 @@ impl Module {
     pub(super) fn take_info(&mut self, info: &Info<'_>, id: ModuleId, site: &Site) {
         let Some(sensor) = info.sensor else { return };
         let Ok(geometry) = sensor.geometry() else { return };
-        let hex = id.to_string();
-        let place = site
-            .modules
-            .iter()
-            .position(|placed| placed.name == info.name || placed.name.eq_ignore_ascii_case(&hex));
-        let view = place.map(|module| {
-            let placed = &site.modules[module];
-            Arc::new(View { module, pose: placed.pose(), height_m: placed.height_m, geometry })
-        });
         self.setup = Some(Setup {
             number: info.setup,
-            view,
-            beams: geometry.beams(),
+            name: info.name.to_owned(),
+            geometry,
+            view: None,
             open_range_mm: sensor.open_range_mm,
+        });
+        self.place(id, site);
+    }
+
+    /// Takes its place in the site: by the name it calls itself, or by its identity.
+    pub(super) fn place(&mut self, id: ModuleId, site: &Site) {
+        let Some(setup) = &mut self.setup else { return };
+        let place = site.place_of(&setup.name, id);
+        setup.view = place.and_then(|module| {
+            let placed = site.modules.get(module)?;
+            let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
+            Some(Arc::new(View { module, pose, height_m, geometry }))
         });
     }
 
     pub(super) fn take_profile(&mut self, part: &ProfilePart<'_>) {
         let Some(setup) = &self.setup else { return };
         if part.head.setup == setup.number {
-            self.profile.take(part, setup.beams, setup.open_range_mm);
+            self.profile.take(part, setup.geometry.beams(), setup.open_range_mm);
         }
     }
 
@@ -90,7 +92,7 @@ impl Module {
         drops: &mut Drops,
     ) -> Option<Sighting> {
         let head = &report.head;
-        if !self.is_new(head.sequence) {
+        if self.used.take(head.sequence) == Kind::Repeated {
             drops.repeated += 1;
             return None;
         }
@@ -113,36 +115,13 @@ impl Module {
             return None;
         }
         let candidates: Vec<_> = report.candidates.iter().collect();
-        let background_mm = self.profile.empty_mm(head.background_version, setup.beams);
+        let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
         let mut empty_mm = background_mm.to_vec();
         visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
         let seen =
             candidates.into_iter().map(|candidate| Seen::new(candidate, view, start_s, estimator)).collect();
         self.reports += 1;
         Some(Sighting { view: Arc::clone(view), start_s, seen, empty_mm, background_mm })
-    }
-
-    /// Whether a report's sequence has not been used yet; marks it.
-    fn is_new(&mut self, sequence: u32) -> bool {
-        let Some(newest) = self.newest else {
-            (self.newest, self.used) = (Some(sequence), 1);
-            return true;
-        };
-        let ahead = sequence.wrapping_sub(newest);
-        if ahead == 0 {
-            return false;
-        }
-        if ahead < u32::MAX / 2 {
-            self.used = if ahead < REMEMBERED { self.used << ahead | 1 } else { 1 };
-            self.newest = Some(sequence);
-            return true;
-        }
-        let behind = newest.wrapping_sub(sequence);
-        if behind >= REMEMBERED || self.used >> behind & 1 == 1 {
-            return false;
-        }
-        self.used |= 1 << behind;
-        true
     }
 
     /// Its clock on the host's.

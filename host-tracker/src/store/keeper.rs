@@ -311,7 +311,7 @@ mod tests {
     }
 
     fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Frame {
-        Frame { unix_ms, line: TracksLine { tracks, ..TracksLine::default() }, modules: Vec::new() }
+        Frame { unix_ms, line: TracksLine { tracks, ..TracksLine::default() }, ..Frame::default() }
     }
 
     #[test]

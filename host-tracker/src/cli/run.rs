@@ -1,0 +1,233 @@
+//! `kehai-tracker run`: follows people with live modules.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
+
+use clap::Args;
+use host_tracker::frame::{Frame, ModuleLine};
+use host_tracker::jsonl::write_line;
+use host_tracker::mqtt::{self, Broker, Publisher, Topics};
+use host_tracker::service::{Options, Service};
+use host_tracker::site::Site;
+use host_tracker::store::Store;
+use host_tracker::trackers::Choice;
+
+use super::{Failure, address};
+
+/// Follow people with live modules
+///
+/// Modules that the site names are found by themselves, by DNS-SD as _kehai._udp; others are only asked who they
+/// are. What is wrong with a module is said on stderr, when it begins and when it ends. Ends with Ctrl-C.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The site: where the modules, walls, zones and entries are
+    #[arg(long, value_name = "FILE.toml")]
+    site: PathBuf,
+
+    /// A module's address, beside those that are found; port 4040 if none is given
+    #[arg(long, value_name = "HOST[:PORT]")]
+    module: Vec<String>,
+
+    /// Look for no modules on the network: only those at --module
+    #[arg(long, requires = "module")]
+    no_mdns: bool,
+
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told
+    #[arg(long, value_name = "FILE")]
+    tracks_out: Option<PathBuf>,
+
+    /// The tracker
+    #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
+    tracker: Choice,
+
+    /// Publish to this broker, with discovery for Home Assistant
+    #[arg(
+        long,
+        value_name = "mqtt://[USER:PASSWORD@]HOST[:PORT]",
+        env = "KEHAI_MQTT",
+        hide_env_values = true
+    )]
+    mqtt: Option<Broker>,
+
+    /// In front of every topic
+    #[arg(long, value_name = "TOPIC", default_value = "kehai", value_parser = prefix)]
+    mqtt_prefix: String,
+
+    /// Name of the site there [default: the site file's]
+    #[arg(long, value_name = "NAME")]
+    mqtt_site: Option<String>,
+
+    /// Where Home Assistant discovers; empty: it is not told
+    #[arg(long, value_name = "TOPIC", default_value = "homeassistant", value_parser = prefix)]
+    home_assistant_prefix: String,
+
+    /// Keep what happens in this database, made if missing
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
+
+    /// Days it is kept
+    #[arg(long, value_name = "N", default_value_t = 365, requires = "db")]
+    keep_days: u32,
+
+    /// Record everything that comes in, for kehai-tracker replay and Foxglove
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
+
+    /// Stop after so long
+    #[arg(long, value_name = "N")]
+    seconds: Option<u64>,
+}
+
+const EXAMPLES: &str = "Examples:
+  kehai-tracker run --site door.toml --tracks-out -
+  kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
+  kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
+  kehai-tracker run --site door.toml --db door.db --keep-days 30
+  kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
+
+/// Between two looks at whether it is to end.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// Runs the tracker until Ctrl-C.
+///
+/// # Errors
+/// One line: what is wrong with which file or address.
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let site = Site::load(&arguments.site)?;
+    let modules = arguments
+        .module
+        .iter()
+        .map(|text| address(text).map_err(|error| format!("--module {error}")))
+        .collect::<Result<Vec<_>, _>>()?;
+    let silent = arguments.mqtt.is_some() || arguments.db.is_some() || arguments.record.is_some();
+    let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
+    let mut out = tracks_out.map(open).transpose()?;
+    let topics = topics(&arguments);
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let keep = |file| Store::open(file, &Arc::new(site.clone()), arguments.keep_days);
+    let store = arguments.db.as_deref().map(keep).transpose()?;
+    let service = Service::start(Options {
+        site,
+        modules,
+        discover: !arguments.no_mdns,
+        tracker: arguments.tracker,
+        record: arguments.record,
+    })?;
+    let publisher = arguments
+        .mqtt
+        .map(|broker| {
+            let settings = mqtt::Settings { broker, topics };
+            Publisher::start(settings, service.queue(), |text| eprintln!("{text}"))
+        })
+        .transpose()?;
+    let frames = service.queue();
+    let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
+    let mut told = Told::default();
+    let mut last = Arc::<Frame>::default();
+    while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
+        match frames.recv_timeout(WAIT) {
+            Ok(frame) => last = frame,
+            Err(RecvTimeoutError::Timeout) => continue,
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if let Some(store) = &store {
+            store.see(Arc::clone(&last));
+            service.trouble().set("database", &store.state().trouble);
+        }
+        told.tell(&last);
+        if let Some(out) = &mut out {
+            match write_line(out, &last.line).and_then(|()| out.flush()) {
+                // Whoever read the lines has had enough.
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
+                other => other?,
+            }
+        }
+    }
+    drop(publisher);
+    service.stop()?;
+    summary(&last)
+}
+
+fn prefix(text: &str) -> Result<String, String> {
+    if text.contains(['#', '+', '\0']) || text.starts_with('/') || text.ends_with('/') {
+        return Err("a topic has neither # nor +, and no / at its ends".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+fn topics(arguments: &Arguments) -> Topics {
+    let file = arguments.site.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    Topics {
+        title: arguments.mqtt_site.clone().or(file).unwrap_or_default(),
+        prefix: arguments.mqtt_prefix.clone(),
+        home_assistant: Some(arguments.home_assistant_prefix.clone()).filter(|prefix| !prefix.is_empty()),
+    }
+}
+
+fn open(file: &Path) -> Result<Box<dyn Write>, String> {
+    if file.as_os_str() == "-" {
+        return Ok(Box::new(io::stdout()));
+    }
+    let file_out = File::create(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(Box::new(BufWriter::new(file_out)))
+}
+
+/// Alarms that have been told: whose, and which.
+#[derive(Debug, Default)]
+struct Told(Vec<(String, String)>);
+
+impl Told {
+    /// Tells on stderr which alarms have begun and which have ended.
+    fn tell(&mut self, frame: &Frame) {
+        let mut now = Vec::new();
+        let of_modules = frame.modules.iter().flat_map(|module| {
+            module.alarms.iter().map(move |alarm| (format!("module {}", module.name), alarm))
+        });
+        let own = frame.alarms.iter().map(|alarm| ("the tracker".to_owned(), alarm));
+        for (who, alarm) in own.chain(of_modules) {
+            let key = (who, alarm.name.clone());
+            if !self.0.contains(&key) {
+                eprintln!("{}: {}: {}", key.0, alarm.name, alarm.text);
+            }
+            now.push(key);
+        }
+        for (who, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
+            eprintln!("{who}: {alarm}: over");
+        }
+        self.0 = now;
+    }
+}
+
+/// How the modules were, on stderr.
+fn summary(last: &Frame) -> Result<(), Failure> {
+    let answered: Vec<&ModuleLine> = last.modules.iter().filter(|module| !module.id.is_empty()).collect();
+    for module in &answered {
+        let offset =
+            module.clock_offset_ms.map_or("unknown".to_owned(), |offset_ms| format!("{offset_ms:.1} ms"));
+        eprintln!(
+            "module {} ({}): {}, {:.1} scans/s, {:.1} % lost, clock offset {offset}",
+            module.name,
+            module.id,
+            module.state,
+            module.scans_hz,
+            module.lost_share * 100.0,
+        );
+    }
+    if answered.is_empty() {
+        return Err(
+            "no module answered: is it switched on and in this network? kehai-tracker module list shows \
+                    what is there; --module gives an address"
+                .into(),
+        );
+    }
+    Ok(())
+}
