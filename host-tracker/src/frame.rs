@@ -52,6 +52,10 @@ pub struct ModuleLine {
     pub background_age_s: Option<f64>,
     /// Since its last datagram, s; absent until there was one.
     pub silent_s: Option<f64>,
+    /// What its newest scan saw empty, in the site's frame, m: the corners of an area that begins at the module.
+    /// Empty while it sees nothing. What lies outside is not seen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<[f64; 2]>,
     /// What is wrong, worst first.
     pub alarms: Vec<AlarmLine>,
 }
