@@ -14,6 +14,10 @@ pub struct Follower {
     intake: Intake,
     tracker: Box<dyn Tracker>,
     zones: Zones,
+    choice: Choice,
+    /// Added to the tracker's numbers: those of the trackers before it.
+    numbers: u64,
+    newest: u64,
 }
 
 impl Follower {
@@ -24,7 +28,18 @@ impl Follower {
             intake: Intake::new(Arc::clone(site), choice.estimator()),
             tracker: choice.build(site),
             zones: Zones::new(site),
+            choice,
+            numbers: 0,
+            newest: 0,
         }
+    }
+
+    /// Goes on with another site. Clocks and backgrounds stay; the people are found anew, under new numbers.
+    pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.intake.change_site(Arc::clone(site));
+        self.tracker = self.choice.build(site);
+        self.zones = Zones::new(site);
+        self.numbers = self.newest;
     }
 
     /// Takes a datagram that arrived at `now_us` on the host's clock; true if it was a report that counts.
@@ -49,7 +64,12 @@ impl Follower {
     pub fn line(&mut self, at_s: f64) -> TracksLine {
         let tracks = self.tracker.tracks(at_s);
         let zones = self.zones.lines(&tracks, at_s);
-        TracksLine { t: at_s, tracks: tracks.iter().map(TrackLine::from).collect(), zones }
+        let mut tracks: Vec<_> = tracks.iter().map(TrackLine::from).collect();
+        for track in &mut tracks {
+            track.id += self.numbers;
+            self.newest = self.newest.max(track.id);
+        }
+        TracksLine { t: at_s, tracks, zones }
     }
 
     /// The modules heard of, and what was not used.

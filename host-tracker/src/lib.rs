@@ -17,6 +17,7 @@ pub mod intake;
 pub mod jsonl;
 pub mod live;
 pub mod outline;
+pub mod service;
 pub mod sighting;
 pub mod site;
 pub mod site_file;

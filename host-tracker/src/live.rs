@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kehai::wire::ModuleId;
@@ -15,6 +16,7 @@ use kehai::wire::ModuleId;
 use crate::conversation::Conversation;
 use crate::follower::Follower;
 use crate::jsonl::TracksLine;
+use crate::site::Site;
 
 /// Between two lines of tracks.
 pub const LINE_US: u64 = 100_000;
@@ -37,16 +39,35 @@ pub struct Live {
 }
 
 impl Live {
+    /// A socket for [`with`](Self::with).
+    ///
+    /// # Errors
+    /// None can be had.
+    pub fn bind() -> io::Result<UdpSocket> {
+        let socket = UdpSocket::bind("0.0.0.0:0")?;
+        socket.set_read_timeout(Some(WAIT))?;
+        Ok(socket)
+    }
+
+    /// Listens to the modules at `addresses`, over a socket of [`bind`](Self::bind).
+    #[must_use]
+    pub fn with(socket: UdpSocket, addresses: &[SocketAddr], follower: Follower) -> Self {
+        let begin = |&address| (address, Conversation::new(ModuleId::ANY));
+        let modules = addresses.iter().map(begin).collect();
+        Self { socket, modules, follower, begun: Instant::now(), next_line_us: LINE_US, strangers: 0 }
+    }
+
     /// Listens to the modules at `addresses`.
     ///
     /// # Errors
     /// No socket can be had.
     pub fn new(addresses: &[SocketAddr], follower: Follower) -> io::Result<Self> {
-        let socket = UdpSocket::bind("0.0.0.0:0")?;
-        socket.set_read_timeout(Some(WAIT))?;
-        let begin = |&address| (address, Conversation::new(ModuleId::ANY));
-        let modules = addresses.iter().map(begin).collect();
-        Ok(Self { socket, modules, follower, begun: Instant::now(), next_line_us: LINE_US, strangers: 0 })
+        Ok(Self::with(Self::bind()?, addresses, follower))
+    }
+
+    /// Goes on with another site.
+    pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.follower.change_site(site);
     }
 
     /// µs since it began: the clock of all that follows.

@@ -9,10 +9,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand};
-use host_tracker::follower::Follower;
+use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::write_line;
-use host_tracker::live::Live;
-use host_tracker::site::Site;
+use host_tracker::service::{Options, Service};
+use host_tracker::site_file::SiteFile;
 use host_tracker::trackers::Choice;
 
 /// Follows people from the reports of kehai modules.
@@ -46,6 +46,14 @@ struct Run {
     #[arg(long, value_name = "FILE", default_value = "-")]
     tracks_out: PathBuf,
 
+    /// Serve the live map at this address; 127.0.0.1 is this machine alone, 0.0.0.0 everybody on the network
+    #[arg(long, value_name = "IP:PORT")]
+    http: Option<SocketAddr>,
+
+    /// A name under which browsers may open the map, beside addresses and local names
+    #[arg(long, value_name = "NAME", requires = "http")]
+    http_name: Vec<String>,
+
     /// The tracker
     #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
     tracker: Choice,
@@ -70,8 +78,8 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Run) -> Result<(), Box<dyn Error>> {
-    let site = Arc::new(Site::load(&arguments.site)?);
-    let addresses = arguments.module.iter().map(|text| address(text)).collect::<Result<Vec<_>, _>>()?;
+    let site = SiteFile::load(&arguments.site)?;
+    let modules = arguments.module.iter().map(|text| address(text)).collect::<Result<Vec<_>, _>>()?;
     let mut out: Box<dyn Write> = if arguments.tracks_out.as_os_str() == "-" {
         Box::new(io::stdout().lock())
     } else {
@@ -80,35 +88,48 @@ fn run(arguments: &Run) -> Result<(), Box<dyn Error>> {
             File::create(&arguments.tracks_out).map_err(|error| format!("{name}: {error}"))?,
         ))
     };
-    let mut live = Live::new(&addresses, Follower::new(&site, arguments.tracker))?;
+    let options = Options {
+        site: (*site.current().site).clone(),
+        modules,
+        tracker: arguments.tracker,
+        ..Options::default()
+    };
+    let service = Arc::new(Service::start(options)?);
+    let frames = service.queue();
+    let _map = arguments.http.map(|listen| map(listen, site, &service, &arguments.http_name)).transpose()?;
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
-    loop {
-        let line = live.line()?;
-        match write_line(&mut out, &line).and_then(|()| out.flush()) {
+    for frame in frames {
+        match write_line(&mut out, &frame.line).and_then(|()| out.flush()) {
             // Whoever read the lines has had enough.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
             other => other?,
         }
-        if line.t >= end_s {
+        if frame.line.t >= end_s {
             break;
         }
     }
-    let intake = live.follower().intake();
-    for (id, module) in intake.modules() {
-        let offset = module
-            .clock()
-            .offset_s()
-            .map_or("unknown".into(), |offset_s| format!("{:.1} ms", offset_s * 1e3));
-        eprintln!(
-            "module {}: {} reports, clock offset {offset}",
-            id.0.map(|byte| format!("{byte:02x}")).join(":"),
-            module.reports()
-        );
-    }
-    if intake.modules().is_empty() {
-        return Err("no module answered: is it switched on, and is its address right?".into());
-    }
     Ok(())
+}
+
+/// Serves the live map.
+fn map(
+    listen: SocketAddr,
+    site: SiteFile,
+    service: &Arc<Service>,
+    names: &[String],
+) -> Result<Server, Box<dyn Error>> {
+    let changing = Arc::clone(service);
+    let desk = Desk {
+        frames: service.frames(),
+        site,
+        changed: Box::new(move |site| changing.change_site(site)),
+        metrics: None,
+        names: names.to_vec(),
+    };
+    let server =
+        Server::start(listen, desk).map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
+    eprintln!("live map at http://{}/", server.address());
+    Ok(server)
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {

@@ -56,6 +56,14 @@ impl Intake {
         Self { site, estimator, modules: BTreeMap::new(), drops: Drops::default() }
     }
 
+    /// Goes on with another site: every module takes its place there.
+    pub fn change_site(&mut self, site: Arc<Site>) {
+        for (id, module) in &mut self.modules {
+            module.place(*id, &site);
+        }
+        self.site = site;
+    }
+
     /// Takes a datagram that arrived at `now_us` on the host's clock.
     pub fn receive(&mut self, datagram: &[u8], now_us: u64) -> Option<Sighting> {
         let Ok((header, message)) = Message::decode(datagram) else {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
+use kehai::scan::Geometry;
 use kehai::visibility;
 use kehai::wire::{Info, ModuleId, ProfilePart, Report, Subscribed};
 
@@ -33,8 +34,9 @@ pub struct Module {
 #[derive(Clone, Debug)]
 struct Setup {
     number: u16,
+    name: String,
+    geometry: Geometry,
     view: Option<Arc<View>>,
-    beams: u16,
     open_range_mm: u16,
 }
 
@@ -58,27 +60,35 @@ impl Module {
     pub(super) fn take_info(&mut self, info: &Info<'_>, id: ModuleId, site: &Site) {
         let Some(sensor) = info.sensor else { return };
         let Ok(geometry) = sensor.geometry() else { return };
-        let hex = id.0.map(|byte| format!("{byte:02x}")).join(":");
-        let place = site
-            .modules
-            .iter()
-            .position(|placed| placed.name == info.name || placed.name.eq_ignore_ascii_case(&hex));
-        let view = place.map(|module| {
-            let placed = &site.modules[module];
-            Arc::new(View { module, pose: placed.pose(), height_m: placed.height_m, geometry })
-        });
         self.setup = Some(Setup {
             number: info.setup,
-            view,
-            beams: geometry.beams(),
+            name: info.name.to_owned(),
+            geometry,
+            view: None,
             open_range_mm: sensor.open_range_mm,
+        });
+        self.place(id, site);
+    }
+
+    /// Takes its place in the site: by the name it calls itself, or by its identity.
+    pub(super) fn place(&mut self, id: ModuleId, site: &Site) {
+        let Some(setup) = &mut self.setup else { return };
+        let hex = id.to_string();
+        let placed = site
+            .modules
+            .iter()
+            .enumerate()
+            .find(|(_, placed)| placed.name == setup.name || placed.name.eq_ignore_ascii_case(&hex));
+        setup.view = placed.map(|(module, placed)| {
+            let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
+            Arc::new(View { module, pose, height_m, geometry })
         });
     }
 
     pub(super) fn take_profile(&mut self, part: &ProfilePart<'_>) {
         let Some(setup) = &self.setup else { return };
         if part.head.setup == setup.number {
-            self.profile.take(part, setup.beams, setup.open_range_mm);
+            self.profile.take(part, setup.geometry.beams(), setup.open_range_mm);
         }
     }
 
@@ -113,7 +123,7 @@ impl Module {
             return None;
         }
         let candidates: Vec<_> = report.candidates.iter().collect();
-        let background_mm = self.profile.empty_mm(head.background_version, setup.beams);
+        let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
         let mut empty_mm = background_mm.to_vec();
         visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
         let seen =

@@ -1,0 +1,173 @@
+//! The running tracker: a thread that listens and follows, and frames for everybody who wants them.
+//!
+//! ```text
+//!   UDP ─▶ tracking thread ──▶ Arc<Frame> ─┬─▶ watch     the newest: live map, MQTT, metrics
+//!            ▲        every 0.1 s          └─▶ queues    each one: files, the database
+//!            └── a changed site
+//! ```
+//!
+//! The thread knows nothing of async. Whoever is slow misses frames and holds up nobody; what a queue has no
+//! room for is counted.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender, SyncSender, TrySendError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use tokio::sync::watch;
+
+use crate::follower::Follower;
+use crate::frame::Frame;
+use crate::live::Live;
+use crate::site::Site;
+use crate::trackers::Choice;
+
+/// Frames a queue holds: six seconds.
+const QUEUE: usize = 64;
+
+/// What the service is told at its start.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Where everything is.
+    pub site: Site,
+    /// Modules at known addresses.
+    pub modules: Vec<SocketAddr>,
+    /// Whether modules are looked for on the network, too.
+    pub discover: bool,
+    /// The tracker.
+    pub tracker: Choice,
+}
+
+/// The running tracker. It ends when it is dropped.
+#[derive(Debug)]
+pub struct Service {
+    frames: watch::Receiver<Arc<Frame>>,
+    site: watch::Sender<Arc<Site>>,
+    changes: Sender<Arc<Site>>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<io::Result<()>>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    stop: AtomicBool,
+    queues: Mutex<Vec<SyncSender<Arc<Frame>>>>,
+    missed: AtomicU64,
+}
+
+impl Service {
+    /// Starts it.
+    ///
+    /// # Errors
+    /// No socket or no thread is to be had.
+    pub fn start(options: Options) -> io::Result<Self> {
+        let site = Arc::new(options.site);
+        let (frames_in, frames) = watch::channel(Arc::default());
+        let (changes, changed) = mpsc::channel();
+        let shared = Arc::new(Shared::default());
+        let socket = Live::bind()?;
+        let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
+        let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
+            let mut live = Live::with(socket, &options.modules, Follower::new(&the_site, options.tracker));
+            track(&mut live, &changed, &frames_in, &sharing)
+        })?;
+        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, thread: Some(thread) })
+    }
+
+    /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
+    #[must_use]
+    pub fn frames(&self) -> watch::Receiver<Arc<Frame>> {
+        self.frames.clone()
+    }
+
+    /// Every frame from now on, as long as no more than six seconds of them wait.
+    #[must_use]
+    pub fn queue(&self) -> Receiver<Arc<Frame>> {
+        let (sender, receiver) = mpsc::sync_channel(QUEUE);
+        self.shared.queues.lock().unwrap_or_else(PoisonError::into_inner).push(sender);
+        receiver
+    }
+
+    /// Frames that a queue had no room for.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.shared.missed.load(Ordering::Relaxed)
+    }
+
+    /// The site in use, and every change of it.
+    #[must_use]
+    pub fn site(&self) -> watch::Receiver<Arc<Site>> {
+        self.site.subscribe()
+    }
+
+    /// Goes on with another site: modules elsewhere, other walls, zones or entries. The people are found anew.
+    ///
+    /// # Errors
+    /// What is wrong with the site, as [`Site::check`] says; nothing has changed then.
+    pub fn change_site(&self, site: Site) -> Result<(), String> {
+        site.check()?;
+        let site = Arc::new(site);
+        self.site.send_replace(Arc::clone(&site));
+        // Who has ended takes no changes.
+        let _ = self.changes.send(site);
+        Ok(())
+    }
+
+    /// Ends it, and says how it went.
+    ///
+    /// # Errors
+    /// The socket has failed.
+    pub fn stop(mut self) -> io::Result<()> {
+        self.end()
+    }
+
+    fn end(&mut self) -> io::Result<()> {
+        self.shared.stop.store(true, Ordering::Relaxed);
+        match self.thread.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(done)) => done,
+            Some(Err(_)) => Err(io::Error::other("the tracking thread has failed")),
+        }
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        let _ = self.end();
+    }
+}
+
+/// Until it is stopped, or the socket fails for good.
+fn track(
+    live: &mut Live,
+    changed: &Receiver<Arc<Site>>,
+    frames: &watch::Sender<Arc<Frame>>,
+    shared: &Shared,
+) -> io::Result<()> {
+    while !shared.stop.load(Ordering::Relaxed) {
+        if let Some(site) = changed.try_iter().last() {
+            live.change_site(&site);
+        }
+        let line = live.line()?;
+        let frame = Arc::new(Frame { unix_ms: unix_ms(), line, modules: Vec::new() });
+        frames.send_replace(Arc::clone(&frame));
+        let mut queues = shared.queues.lock().unwrap_or_else(PoisonError::into_inner);
+        queues.retain(|queue| match queue.try_send(Arc::clone(&frame)) {
+            Ok(()) => true,
+            Err(TrySendError::Full(_)) => {
+                shared.missed.fetch_add(1, Ordering::Relaxed);
+                true
+            }
+            Err(TrySendError::Disconnected(_)) => false,
+        });
+    }
+    Ok(())
+}
+
+fn unix_ms() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}
