@@ -71,7 +71,7 @@ export class Panel {
       put(words, !zone ? "no news" : KNOWN[zone.state] + (!unknown && sure !== undefined && sure < 0.995 ? `, ${percent(sure)} sure` : ""));
       meter.hidden = zone?.seen_share === undefined;
       meter.title = meter.hidden ? "" : `${percent(zone.seen_share)} of it seen now`;
-      meter.firstChild.style.width = percent(zone?.seen_share ?? 0);
+      meter.firstChild.style.width = `${Math.round((zone?.seen_share ?? 0) * 100)}%`;
     });
   }
 

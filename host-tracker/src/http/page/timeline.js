@@ -71,7 +71,7 @@ export class TimeLine {
     const back = this.at === null ? 0 : (this.at - this.newest()) / 1000;
     if (document.activeElement !== this.slider || this.at === null || this.playing) this.slider.value = back;
     const time = new Date(this.at ?? this.newest());
-    this.clock.textContent = this.newest() ? time.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" }) : "–";
+    this.clock.textContent = this.newest() ? time.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hour12: false }) : "–";
     this.slider.setAttribute("aria-valuetext", this.at === null ? "now" : `${Math.round(-back)} seconds ago, ${this.clock.textContent}`);
     this.live.setAttribute("aria-pressed", this.at === null);
     this.play.disabled = this.at === null;

@@ -24,9 +24,10 @@ export class View {
     this.own = false;
     const { width, height } = this.svg.getBoundingClientRect();
     const [left, low, right, high] = bounds;
-    const room = width < 500 ? 28 : 72;
-    this.px = Math.max((right - left) / Math.max(width - room, 50), (high - low) / Math.max(height - room - 24, 50), NEAREST);
-    this.centre = [(left + right) / 2, (low + high) / 2];
+    // Room for the names at the edge, and for what lies over the map at the top and the bottom.
+    const [side, top, bottom] = width < 500 ? [24, 24, 56] : [64, 72, 68];
+    this.px = Math.max((right - left) / Math.max(width - side, 50), (high - low) / Math.max(height - top - bottom, 50), NEAREST);
+    this.centre = [(left + right) / 2, (low + high) / 2 + ((top - bottom) / 2) * this.px];
     this.show();
   }
 
