@@ -20,6 +20,8 @@ pub struct Conversation {
     boot: u32,
     cookie: Cookie,
     next_id: u32,
+    /// Whether it wants reports, or just to know who is there.
+    subscribes: bool,
     renew_us: u64,
     /// Of the last info, and of the newest report.
     told_setup: Option<u16>,
@@ -40,6 +42,7 @@ impl Conversation {
             boot: 0,
             cookie: Cookie::NONE,
             next_id: 1,
+            subscribes: true,
             renew_us: 0,
             told_setup: None,
             setup: 0,
@@ -56,6 +59,18 @@ impl Conversation {
         self.module
     }
 
+    /// Whether it wants reports, and so a place among the subscribers, or just to know who is there. The former, unless
+    /// told.
+    pub fn subscribes(&mut self, wants: bool) {
+        self.subscribes = wants;
+    }
+
+    /// Whether it wants reports.
+    #[must_use]
+    pub const fn is_subscribing(&self) -> bool {
+        self.subscribes
+    }
+
     /// A datagram that has arrived; `send` takes the answers to it.
     pub fn receive(&mut self, now_us: u64, datagram: &[u8], mut send: impl FnMut(&[u8])) {
         let Ok((header, message)) = Message::decode(datagram) else { return };
@@ -68,7 +83,8 @@ impl Conversation {
             return;
         }
         if boot > self.boot {
-            *self = Self { boot, next_id: self.next_id, ..Self::new(self.module) };
+            let (next_id, subscribes) = (self.next_id, self.subscribes);
+            *self = Self { boot, next_id, subscribes, ..Self::new(self.module) };
         }
         match message {
             Message::Cookie { cookie, .. } if cookie != self.cookie => {
@@ -102,7 +118,7 @@ impl Conversation {
         if now_us >= self.renew_us {
             self.renew(now_us, &mut send);
         }
-        if self.cookie == Cookie::NONE || now_us < self.ask_us {
+        if self.cookie == Cookie::NONE || now_us < self.ask_us || !self.subscribes {
             return;
         }
         // A background means nothing to somebody who does not know where the beams point.
@@ -120,7 +136,8 @@ impl Conversation {
     /// When [`poll`](Self::poll) has something to do next.
     #[must_use]
     pub fn next_us(&self) -> u64 {
-        let waits = self.told_setup != Some(self.setup) || (self.version != 0 && self.missing() != Some(0));
+        let waits = self.subscribes
+            && (self.told_setup != Some(self.setup) || (self.version != 0 && self.missing() != Some(0)));
         if self.cookie != Cookie::NONE && waits { self.renew_us.min(self.ask_us) } else { self.renew_us }
     }
 
@@ -133,6 +150,9 @@ impl Conversation {
 
     fn renew(&mut self, now_us: u64, send: &mut impl FnMut(&[u8])) {
         self.renew_us = now_us + AGAIN_US;
+        if self.cookie != Cookie::NONE && !self.subscribes {
+            return self.ask(Request::Info, send);
+        }
         self.ask(Request::Subscribe { t1: now_us.to_le_bytes() }, send);
     }
 

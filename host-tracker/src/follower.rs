@@ -42,11 +42,11 @@ impl Follower {
         self.numbers = self.newest;
     }
 
-    /// Takes a datagram that arrived at `now_us` on the host's clock; true if it was a report that counts.
-    pub fn receive(&mut self, datagram: &[u8], now_us: u64) -> bool {
-        let Some(sighting) = self.intake.receive(datagram, now_us) else { return false };
+    /// Takes a datagram that arrived at `now_us` on the host's clock; what was seen, if it was a report that counts.
+    pub fn receive(&mut self, datagram: &[u8], now_us: u64) -> Option<Sighting> {
+        let sighting = self.intake.receive(datagram, now_us)?;
         self.see(&sighting);
-        true
+        Some(sighting)
     }
 
     /// Takes a sighting.

@@ -10,6 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::intake::Drops;
 use crate::jsonl::TracksLine;
 
 /// What is known at one time.
@@ -23,6 +24,12 @@ pub struct Frame {
     pub line: TracksLine,
     /// Every module of the site, and every one that was found beside them.
     pub modules: Vec<ModuleLine>,
+    /// Datagrams of modules that were not used, since the start.
+    #[serde(default)]
+    pub dropped: Drops,
+    /// Datagrams that came from nobody we know, since the start.
+    #[serde(default)]
+    pub strangers: u64,
 }
 
 /// How a module is.
@@ -34,7 +41,8 @@ pub struct ModuleLine {
     pub id: String,
     /// Where it answers; empty until it is found.
     pub address: String,
-    /// What it is doing, in a word: `missing`, `searching`, `learning`, `watching`, `storing`.
+    /// What it is doing, in a word: `missing`, `found` (it is there, but has no place in the site), `searching` for its
+    /// sensor, `learning`, `watching`, `storing`.
     pub state: String,
     /// Scans a second over the last ten seconds.
     pub scans_hz: f64,
@@ -63,7 +71,8 @@ pub struct ModuleLine {
 /// Something that is wrong with a module.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AlarmLine {
-    /// Its name, for programs: `silent`, `slow`, `clock-off`, `covered`, `dirty`, `sensor`.
+    /// Its name, for programs: `silent`, `sensor`, `line`, `covered`, `slow`, `clock-off`, `dirty`, `store`, `background`,
+    /// `suspect`, `watchdog`. When each is raised: `host-tracker/src/health/alarms.rs`.
     pub name: String,
     /// What it is and what to do, in words.
     pub text: String,

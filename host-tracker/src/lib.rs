@@ -9,14 +9,17 @@
 
 pub mod clock;
 pub mod conversation;
+pub mod discovery;
 pub mod follower;
 pub mod frame;
 pub mod geometry;
+pub mod health;
 pub mod http;
 pub mod intake;
 pub mod jsonl;
 pub mod live;
 pub mod outline;
+pub mod peers;
 pub mod service;
 pub mod sighting;
 pub mod site;

@@ -1,21 +1,20 @@
-//! Live modules over UDP: one socket for all of them, and the conversation with each.
+//! Live modules over UDP: one socket for all of them, and what is known every 0.1 s.
 //!
 //! ```text
-//!   socket ─▶ whose? ─▶ conversation ─▶ subscribe, info, profile ─▶ socket
-//!                  └──▶ follower ─▶ a line of tracks every 0.1 s
+//!   DNS-SD ──────▶ peers ─▶ subscribe, info, profile ─▶ socket
+//!   socket ─┬────▶   │ how each module is ─╮
+//!           └▶ follower ─▶ tracks, zones ──┴─▶ a frame every 0.1 s
 //! ```
 
-use std::collections::BTreeMap;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use kehai::wire::ModuleId;
-
-use crate::conversation::Conversation;
+use crate::discovery::Search;
 use crate::follower::Follower;
-use crate::jsonl::TracksLine;
+use crate::frame::Frame;
+use crate::peers::Peers;
 use crate::site::Site;
 
 /// Between two lines of tracks.
@@ -30,7 +29,8 @@ const BUFFER: usize = 2048;
 /// Follows live modules.
 pub struct Live {
     socket: UdpSocket,
-    modules: BTreeMap<SocketAddr, Conversation>,
+    search: Option<Search>,
+    peers: Peers,
     follower: Follower,
     begun: Instant,
     next_line_us: u64,
@@ -39,7 +39,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// A socket for [`with`](Self::with).
+    /// A socket for [`new`](Self::new).
     ///
     /// # Errors
     /// None can be had.
@@ -49,25 +49,16 @@ impl Live {
         Ok(socket)
     }
 
-    /// Listens to the modules at `addresses`, over a socket of [`bind`](Self::bind).
+    /// Listens to modules over a socket of [`bind`](Self::bind): to those among `peers`, and to those that are found.
     #[must_use]
-    pub fn with(socket: UdpSocket, addresses: &[SocketAddr], follower: Follower) -> Self {
-        let begin = |&address| (address, Conversation::new(ModuleId::ANY));
-        let modules = addresses.iter().map(begin).collect();
-        Self { socket, modules, follower, begun: Instant::now(), next_line_us: LINE_US, strangers: 0 }
-    }
-
-    /// Listens to the modules at `addresses`.
-    ///
-    /// # Errors
-    /// No socket can be had.
-    pub fn new(addresses: &[SocketAddr], follower: Follower) -> io::Result<Self> {
-        Ok(Self::with(Self::bind()?, addresses, follower))
+    pub fn new(socket: UdpSocket, peers: Peers, search: Option<Search>, follower: Follower) -> Self {
+        Self { socket, search, peers, follower, begun: Instant::now(), next_line_us: LINE_US, strangers: 0 }
     }
 
     /// Goes on with another site.
     pub fn change_site(&mut self, site: &Arc<Site>) {
         self.follower.change_site(site);
+        self.peers.change_site(site);
     }
 
     /// µs since it began: the clock of all that follows.
@@ -76,11 +67,11 @@ impl Live {
         u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 
-    /// Sends what is due and takes what arrives, until the next line of tracks is.
+    /// Sends what is due and takes what arrives, until the next frame is.
     ///
     /// # Errors
     /// The socket fails for good.
-    pub fn line(&mut self) -> io::Result<TracksLine> {
+    pub fn frame(&mut self) -> io::Result<Frame> {
         let mut buffer = [0; BUFFER];
         loop {
             let now_us = self.now_us();
@@ -88,24 +79,44 @@ impl Live {
                 let at_us = self.next_line_us;
                 // After a stall the lines missed are left out.
                 self.next_line_us = (now_us / LINE_US + 1) * LINE_US;
-                return Ok(self.follower.line(at_us as f64 * 1e-6));
+                return Ok(self.frame_at(at_us));
             }
-            for (address, conversation) in &mut self.modules {
-                conversation.poll(now_us, |datagram| send(&self.socket, datagram, *address));
+            for finding in self.search.iter().flat_map(Search::findings) {
+                self.peers.find(finding, now_us);
             }
+            let socket = &self.socket;
+            self.peers.poll(now_us, |datagram, to| send(socket, datagram, to));
             let (len, from) = match self.socket.recv_from(&mut buffer) {
                 Ok(received) => received,
                 Err(error) if is_passing(&error) => continue,
                 Err(error) => return Err(error),
             };
-            let Some(datagram) = buffer.get(..len) else { continue };
-            let now_us = self.now_us();
-            let Some(conversation) = self.modules.get_mut(&from) else {
-                self.strangers += 1;
-                continue;
-            };
-            self.follower.receive(datagram, now_us);
-            conversation.receive(now_us, datagram, |datagram| send(&self.socket, datagram, from));
+            if let Some(datagram) = buffer.get(..len) {
+                self.receive(datagram, from);
+            }
+        }
+    }
+
+    fn receive(&mut self, datagram: &[u8], from: SocketAddr) {
+        let now_us = self.now_us();
+        if !self.peers.knows(from) {
+            self.strangers += 1;
+            return;
+        }
+        let sighting = self.follower.receive(datagram, now_us);
+        let socket = &self.socket;
+        self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
+    }
+
+    fn frame_at(&mut self, at_us: u64) -> Frame {
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let line = self.follower.line(at_us as f64 * 1e-6);
+        Frame {
+            unix_ms: u64::try_from(since_1970.as_millis()).unwrap_or(u64::MAX),
+            line,
+            modules: self.peers.lines(self.follower.intake(), self.now_us()),
+            dropped: *self.follower.intake().drops(),
+            strangers: self.strangers,
         }
     }
 
@@ -113,12 +124,6 @@ impl Live {
     #[must_use]
     pub const fn follower(&self) -> &Follower {
         &self.follower
-    }
-
-    /// Datagrams from addresses that are no module of ours.
-    #[must_use]
-    pub const fn strangers(&self) -> u64 {
-        self.strangers
     }
 }
 

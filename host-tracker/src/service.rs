@@ -15,13 +15,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use tokio::sync::watch;
 
+use crate::discovery::Search;
 use crate::follower::Follower;
 use crate::frame::Frame;
 use crate::live::Live;
+use crate::peers::Peers;
 use crate::site::Site;
 use crate::trackers::Choice;
 
@@ -62,16 +63,18 @@ impl Service {
     /// Starts it.
     ///
     /// # Errors
-    /// No socket or no thread is to be had.
+    /// No socket or no thread is to be had, or modules cannot be looked for.
     pub fn start(options: Options) -> io::Result<Self> {
         let site = Arc::new(options.site);
         let (frames_in, frames) = watch::channel(Arc::default());
         let (changes, changed) = mpsc::channel();
         let shared = Arc::new(Shared::default());
         let socket = Live::bind()?;
+        let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
-            let mut live = Live::with(socket, &options.modules, Follower::new(&the_site, options.tracker));
+            let peers = Peers::new(Arc::clone(&the_site), &options.modules);
+            let mut live = Live::new(socket, peers, search, Follower::new(&the_site, options.tracker));
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
         Ok(Self { frames, site: watch::Sender::new(site), changes, shared, thread: Some(thread) })
@@ -151,8 +154,7 @@ fn track(
         if let Some(site) = changed.try_iter().last() {
             live.change_site(&site);
         }
-        let line = live.line()?;
-        let frame = Arc::new(Frame { unix_ms: unix_ms(), line, modules: Vec::new() });
+        let frame = Arc::new(live.frame()?);
         frames.send_replace(Arc::clone(&frame));
         let mut queues = shared.queues.lock().unwrap_or_else(PoisonError::into_inner);
         queues.retain(|queue| match queue.try_send(Arc::clone(&frame)) {
@@ -165,9 +167,4 @@ fn track(
         });
     }
     Ok(())
-}
-
-fn unix_ms() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }

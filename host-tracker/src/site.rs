@@ -30,6 +30,8 @@
 use std::path::Path;
 
 use crate::geometry::{Point, Pose};
+use kehai::address::host_name;
+use kehai::wire::ModuleId;
 use serde::{Deserialize, Serialize};
 
 /// Modules with their poses, walls, zones, entries and movers.
@@ -190,6 +192,17 @@ impl Site {
         })?;
         site.check().map_err(|error| SiteError(format!("{name}: {error}")))?;
         Ok(site)
+    }
+
+    /// Which of the site's modules one is that calls itself `name` (empty: it has not told) and has this identity.
+    #[must_use]
+    pub fn place_of(&self, name: &str, id: ModuleId) -> Option<usize> {
+        let (hex, instance) = (id.to_string(), host_name(id.0));
+        self.modules.iter().position(|module| {
+            let known = module.name.as_str();
+            (known == name && !name.is_empty())
+                || (id != ModuleId::ANY && (known.eq_ignore_ascii_case(&hex) || known == instance.as_str()))
+        })
     }
 
     /// What is wrong with the site, as one sentence that names the part and what to do.

@@ -29,7 +29,7 @@ struct Tracker {
 impl Tracker {
     fn start(site: &Path, building: &Building) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
-        command.args(["run", "--http", "127.0.0.1:0", "--tracks-out", "/dev/null", "--site"]).arg(site);
+        command.args(["run", "--http", "127.0.0.1:0", "--no-mdns", "--site"]).arg(site);
         for (_, address) in building.modules() {
             command.arg("--module").arg(address.to_string());
         }

@@ -9,12 +9,15 @@
 
 mod module;
 mod profile;
+pub mod sequence;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai::wire::{Message, ModuleId};
+
+use serde::{Deserialize, Serialize};
 
 use crate::sighting::Sighting;
 use crate::site::Site;
@@ -24,7 +27,7 @@ pub use module::Module;
 pub const LATE_S: f64 = 0.3;
 
 /// What was not used, by cause.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Drops {
     /// Not a module's datagram, or not a version understood.
     pub unreadable: u64,

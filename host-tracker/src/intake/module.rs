@@ -8,13 +8,11 @@ use kehai::visibility;
 use kehai::wire::{Info, ModuleId, ProfilePart, Report, Subscribed};
 
 use super::profile::Profile;
+use super::sequence::{Kind, Sequences};
 use super::{Drops, LATE_S};
 use crate::clock::{Exchange, ModuleClock};
 use crate::sighting::{Seen, Sighting, View};
 use crate::site::Site;
-
-/// Sequence numbers back from the newest that are remembered as used.
-const REMEMBERED: u32 = 64;
 
 /// One module.
 #[derive(Clone, Debug, Default)]
@@ -23,9 +21,7 @@ pub struct Module {
     clock: ModuleClock,
     setup: Option<Setup>,
     profile: Profile,
-    /// Newest sequence used, and the ones before it, a bit each.
-    newest: Option<u32>,
-    used: u64,
+    used: Sequences,
     last_heard_us: u64,
     /// Reports used.
     reports: u64,
@@ -73,15 +69,11 @@ impl Module {
     /// Takes its place in the site: by the name it calls itself, or by its identity.
     pub(super) fn place(&mut self, id: ModuleId, site: &Site) {
         let Some(setup) = &mut self.setup else { return };
-        let hex = id.to_string();
-        let placed = site
-            .modules
-            .iter()
-            .enumerate()
-            .find(|(_, placed)| placed.name == setup.name || placed.name.eq_ignore_ascii_case(&hex));
-        setup.view = placed.map(|(module, placed)| {
+        let place = site.place_of(&setup.name, id);
+        setup.view = place.and_then(|module| {
+            let placed = site.modules.get(module)?;
             let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
-            Arc::new(View { module, pose, height_m, geometry })
+            Some(Arc::new(View { module, pose, height_m, geometry }))
         });
     }
 
@@ -100,7 +92,7 @@ impl Module {
         drops: &mut Drops,
     ) -> Option<Sighting> {
         let head = &report.head;
-        if !self.is_new(head.sequence) {
+        if self.used.take(head.sequence) == Kind::Repeated {
             drops.repeated += 1;
             return None;
         }
@@ -130,29 +122,6 @@ impl Module {
             candidates.into_iter().map(|candidate| Seen::new(candidate, view, start_s, estimator)).collect();
         self.reports += 1;
         Some(Sighting { view: Arc::clone(view), start_s, seen, empty_mm, background_mm })
-    }
-
-    /// Whether a report's sequence has not been used yet; marks it.
-    fn is_new(&mut self, sequence: u32) -> bool {
-        let Some(newest) = self.newest else {
-            (self.newest, self.used) = (Some(sequence), 1);
-            return true;
-        };
-        let ahead = sequence.wrapping_sub(newest);
-        if ahead == 0 {
-            return false;
-        }
-        if ahead < u32::MAX / 2 {
-            self.used = if ahead < REMEMBERED { self.used << ahead | 1 } else { 1 };
-            self.newest = Some(sequence);
-            return true;
-        }
-        let behind = newest.wrapping_sub(sequence);
-        if behind >= REMEMBERED || self.used >> behind & 1 == 1 {
-            return false;
-        }
-        self.used |= 1 << behind;
-        true
     }
 
     /// Its clock on the host's.

@@ -3,10 +3,11 @@
 import { health, path, svg } from "./shapes.js";
 
 const TRAIL_MS = 12_000;
-const FADES = [0.14, 0.3, 0.5, 0.8];
+const FADES = [0.2, 0.4, 0.65, 0.9];
 const SIGMAS = 2;
 const BODY_M = 0.2;
 const HUES = 8;
+const NAMES_PX = 0.022; // metres a pixel
 
 export class Drawing {
   constructor(root) {
@@ -43,14 +44,23 @@ export class Drawing {
   }
 
   module(module, px, chosen) {
-    const r = 7 * px;
+    const r = (px > NAMES_PX ? 5 : 7) * px;
     const cone = [-32, 32].map((deg) => (deg * Math.PI) / 180).map((rad) => [Math.cos(rad) * 3.4 * r, -Math.sin(rad) * 3.4 * r]);
     return svg("g", { class: `module${chosen === module.name ? " chosen" : ""}`, "data-module": module.name, tabindex: 0, role: "button",
       "aria-label": `Module ${module.name}`, transform: `translate(${module.x} ${-module.y})` },
       svg("circle", { class: "halo", r: 3 * r }),
       svg("path", { class: "cone", transform: `rotate(${-module.yaw_deg})`, d: `M0 0L${cone[0]}A${3.4 * r} ${3.4 * r} 0 0 0 ${cone[1]}Z` }),
       svg("circle", { class: "box", r }),
-      svg("text", { class: "module-name", dy: module.y > 0 ? "-1em" : "1.9em", "text-anchor": "middle" }, module.name));
+      this.moduleName(module, px, chosen));
+  }
+
+  /** Where it looks, there is room for its name; on a small map there is none at all. */
+  moduleName({ name, yaw_deg }, px, chosen) {
+    if (px > NAMES_PX && chosen !== name) return "";
+    const rad = (yaw_deg * Math.PI) / 180, far = 30 * px;
+    const anchor = Math.cos(rad) > 0.4 ? "start" : Math.cos(rad) < -0.4 ? "end" : "middle";
+    return svg("text", { class: "module-name", x: Math.cos(rad) * far, y: -Math.sin(rad) * far, dy: Math.sin(rad) < -0.4 ? ".8em" : ".35em",
+      "text-anchor": anchor }, name);
   }
 
   /** What each module sees now; the chosen one's stands out. */

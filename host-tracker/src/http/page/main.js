@@ -20,9 +20,9 @@ const panel = new Panel(get("panel"), { choose });
 const time = new TimeLine({ seek });
 const view = new View(get("map"), {
   change: () => redraw(),
-  click: (place, event) => {
+  click: (element) => {
     if (body.contains("editing")) return;
-    const target = event.target.closest("[data-module],[data-person]");
+    const target = element.closest("[data-module],[data-person]");
     choose(!target ? null : target.dataset.module ? { module: target.dataset.module } : { person: Number(target.dataset.person) });
   },
   down: (place, event) => editor?.down(place, event),

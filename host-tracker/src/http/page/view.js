@@ -4,12 +4,12 @@ const CLICK_PX = 5;
 const NEAREST = 0.002, FARTHEST = 1; // metres a pixel
 
 export class View {
-  /** `on.change` after every move, `on.click` with a place, and `on.down/move/up`, which take a pointer when true. */
+  /** `on.change` after every move, `on.click` with an element, and `on.down/move/up`, which take a pointer when true. */
   constructor(svg, on) {
     Object.assign(this, { svg, on, centre: [0, 0], px: 0.02, pointers: new Map(), moved: false, bounds: null, own: false });
     svg.addEventListener("pointerdown", (event) => this.down(event));
     svg.addEventListener("pointermove", (event) => this.move(event));
-    for (const end of ["pointerup", "pointercancel"]) svg.addEventListener(end, (event) => this.up(event));
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) svg.addEventListener(end, (event) => this.up(event));
     svg.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.zoom(Math.exp(Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 120) / 400), this.place(event));
@@ -63,20 +63,19 @@ export class View {
 
   down(event) {
     if (event.button > 0) return;
+    // Whatever happens to the pointer afterwards, it is told here.
+    this.svg.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, event);
     this.moved = false;
     this.start = event;
+    this.target = event.target;
     this.taken = this.pointers.size === 1 && this.on.down?.(this.place(event), event);
-    if (this.taken) this.svg.setPointerCapture(event.pointerId);
   }
 
   move(event) {
     const before = this.pointers.get(event.pointerId);
     if (!before) return this.on.move?.(this.place(event), event, false);
-    if (Math.hypot(event.clientX - this.start.clientX, event.clientY - this.start.clientY) > CLICK_PX && !this.moved) {
-      this.moved = true;
-      this.svg.setPointerCapture(event.pointerId);
-    }
+    if (Math.hypot(event.clientX - this.start.clientX, event.clientY - this.start.clientY) > CLICK_PX) this.moved = true;
     if (this.taken && this.pointers.size === 1) {
       this.on.move?.(this.place(event), event, this.moved);
     } else if (this.pointers.size === 1) {
@@ -103,7 +102,7 @@ export class View {
     if (!this.pointers.delete(event.pointerId)) return;
     this.svg.classList.remove("dragging");
     if (this.taken) this.on.up?.(this.place(event), event, this.moved);
-    else if (!this.moved && event.type === "pointerup") this.on.click?.(this.place(event), event);
+    else if (!this.moved && event.type === "pointerup") this.on.click?.(this.target);
     this.taken = false;
   }
 

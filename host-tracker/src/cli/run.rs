@@ -1,0 +1,194 @@
+//! `kehai-tracker run`: follows people with live modules.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
+
+use clap::Args;
+use host_tracker::frame::{Frame, ModuleLine};
+use host_tracker::http::{Desk, Server};
+use host_tracker::jsonl::write_line;
+use host_tracker::service::{Options, Service};
+use host_tracker::site_file::SiteFile;
+use host_tracker::trackers::Choice;
+
+use super::{Failure, address};
+
+/// Follow people with live modules
+///
+/// Modules that the site names are found by themselves, by DNS-SD as _kehai._udp; others are only asked who they
+/// are. What is wrong with a module is said on stderr, when it begins and when it ends. Ends with Ctrl-C.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The site: where the modules, walls, zones and entries are
+    #[arg(long, value_name = "FILE.toml")]
+    site: PathBuf,
+
+    /// A module's address, beside those that are found; port 4040 if none is given
+    #[arg(long, value_name = "HOST[:PORT]")]
+    module: Vec<String>,
+
+    /// Look for no modules on the network: only those at --module
+    #[arg(long, requires = "module")]
+    no_mdns: bool,
+
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal
+    #[arg(long, value_name = "FILE")]
+    tracks_out: Option<PathBuf>,
+
+    /// Serve the live map at this address: 127.0.0.1:8420 for this machine alone, 0.0.0.0:8420 for the whole network,
+    /// of which everybody may then edit the site
+    #[arg(long, value_name = "IP:PORT")]
+    http: Option<SocketAddr>,
+
+    /// A name under which browsers may open the map, beside addresses and local names
+    #[arg(long, value_name = "NAME", requires = "http")]
+    http_name: Vec<String>,
+
+    /// The tracker
+    #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
+    tracker: Choice,
+
+    /// Stop after so long
+    #[arg(long, value_name = "N")]
+    seconds: Option<u64>,
+}
+
+const EXAMPLES: &str = "Examples:
+  kehai-tracker run --site door.toml --tracks-out -
+  kehai-tracker run --site door.toml --http 127.0.0.1:8420
+  kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
+  kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
+
+/// Between two looks at whether it is to end.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// Runs the tracker until Ctrl-C.
+///
+/// # Errors
+/// One line: what is wrong with which file or address.
+pub fn run(arguments: Arguments) -> Result<(), Failure> {
+    let file = SiteFile::load(&arguments.site)?;
+    let site = (*file.current().site).clone();
+    let modules = arguments
+        .module
+        .iter()
+        .map(|text| address(text).map_err(|error| format!("--module {error}")))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut out = arguments.tracks_out.as_deref().map(open).transpose()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let service = Arc::new(Service::start(Options {
+        site,
+        modules,
+        discover: !arguments.no_mdns,
+        tracker: arguments.tracker,
+    })?);
+    let frames = service.queue();
+    let map = arguments.http.map(|listen| map(listen, file, &service, arguments.http_name)).transpose()?;
+    let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
+    let mut told = Told::default();
+    let mut last = Arc::<Frame>::default();
+    while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
+        match frames.recv_timeout(WAIT) {
+            Ok(frame) => last = frame,
+            Err(RecvTimeoutError::Timeout) => continue,
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        told.tell(&last);
+        if let Some(out) = &mut out {
+            match write_line(out, &last.line).and_then(|()| out.flush()) {
+                // Whoever read the lines has had enough.
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
+                other => other?,
+            }
+        }
+    }
+    drop(map);
+    // The map had the only other share of it.
+    if let Some(service) = Arc::into_inner(service) {
+        service.stop()?;
+    }
+    summary(&last)
+}
+
+/// Serves the live map.
+fn map(
+    listen: SocketAddr,
+    site: SiteFile,
+    service: &Arc<Service>,
+    names: Vec<String>,
+) -> Result<Server, Failure> {
+    let changing = Arc::clone(service);
+    let changed = Box::new(move |site| changing.change_site(site));
+    let desk = Desk { frames: service.frames(), site, changed, metrics: None, names };
+    let server = Server::start(listen, desk)
+        .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
+    eprintln!("live map at http://{}/", server.address());
+    Ok(server)
+}
+
+fn open(file: &Path) -> Result<Box<dyn Write>, String> {
+    if file.as_os_str() == "-" {
+        return Ok(Box::new(io::stdout()));
+    }
+    let file_out = File::create(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(Box::new(BufWriter::new(file_out)))
+}
+
+/// Alarms that have been told: module, name.
+#[derive(Debug, Default)]
+struct Told(Vec<(String, String)>);
+
+impl Told {
+    /// Tells on stderr which alarms have begun and which have ended.
+    fn tell(&mut self, frame: &Frame) {
+        let mut now = Vec::new();
+        for module in &frame.modules {
+            for alarm in &module.alarms {
+                let key = (module.name.clone(), alarm.name.clone());
+                if !self.0.contains(&key) {
+                    eprintln!("module {}: {}: {}", module.name, alarm.name, alarm.text);
+                }
+                now.push(key);
+            }
+        }
+        for (module, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
+            eprintln!("module {module}: {alarm}: over");
+        }
+        self.0 = now;
+    }
+}
+
+/// How the modules were, on stderr.
+fn summary(last: &Frame) -> Result<(), Failure> {
+    let answered: Vec<&ModuleLine> = last.modules.iter().filter(|module| !module.id.is_empty()).collect();
+    for module in &answered {
+        let offset =
+            module.clock_offset_ms.map_or("unknown".to_owned(), |offset_ms| format!("{offset_ms:.1} ms"));
+        eprintln!(
+            "module {} ({}): {}, {:.1} scans/s, {:.1} % lost, clock offset {offset}",
+            module.name,
+            module.id,
+            module.state,
+            module.scans_hz,
+            module.lost_share * 100.0,
+        );
+    }
+    if answered.is_empty() {
+        return Err(
+            "no module answered: is it switched on and in this network? kehai-tracker module list shows \
+                    what is there; --module gives an address"
+                .into(),
+        );
+    }
+    Ok(())
+}
