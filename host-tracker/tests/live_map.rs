@@ -122,7 +122,7 @@ fn module_details(page: &mut Page) {
     );
     page.wait(
         "what it sees stands out",
-        "document.querySelector('.fields path.chosen')?.dataset.field === 'kitchen'",
+        "document.querySelector('.fields.chosen path')?.dataset.field === 'kitchen'",
     );
     page.key("Escape", 27);
     page.wait("the details are closed", "document.querySelector('#detail').hidden");

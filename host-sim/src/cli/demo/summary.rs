@@ -32,7 +32,7 @@ impl Summary {
         self.frames += 1;
         self.newest = frame.clone();
         let watching =
-            !frame.modules.is_empty() && frame.modules.iter().all(|module| !module.free.is_empty());
+            !frame.modules.is_empty() && frame.modules.iter().all(|module| module.state == "watching");
         if self.ready_s.is_none() && watching {
             self.ready_s = Some(frame.line.t);
         }

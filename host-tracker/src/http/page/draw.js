@@ -18,7 +18,7 @@ export class Drawing {
     const grid = svg("pattern", { id: "grid", width: 1, height: 1, patternUnits: "userSpaceOnUse" }, dot);
     root.append(svg("defs", {}, grid), svg("rect", { x: -5000, y: -5000, width: 10000, height: 10000, fill: "url(#grid)" }));
     for (const name of ["fields", "rims", "zones", "movers", "trails", "walls", "entries", "modules", "labels", "people", "edit"]) {
-      root.append(this.layers[name] = svg("g", { class: name === "rims" ? "fields rims" : name }));
+      root.append(this.layers[name] = svg("g", { class: name === "rims" ? "fields chosen" : name }));
     }
   }
 
@@ -63,13 +63,12 @@ export class Drawing {
       "text-anchor": anchor }, name);
   }
 
-  /** What each module sees now; the chosen one's stands out. */
-  fields(fields, chosen) {
-    const all = Object.entries(fields).filter(([, corners]) => corners.length > 2);
-    const one = (extra) => ([name, corners]) =>
-      svg("path", { d: path(corners, true), "data-field": name, class: extra && name === chosen ? "chosen" : null });
-    this.layers.fields.replaceChildren(...all.map(one(false)));
-    this.layers.rims.replaceChildren(...all.map(one(true)));
+  /** What was seen within the last two seconds, as zones have it; the chosen module's stands out. */
+  fields(recent, chosen) {
+    const all = recent.flatMap((fields) => Object.entries(fields)).filter(([, corners]) => corners.length > 2);
+    const one = ([name, corners]) => svg("path", { d: path(corners, true), "data-field": name });
+    this.layers.fields.replaceChildren(...all.map(one));
+    this.layers.rims.replaceChildren(...all.filter(([name]) => name === chosen).map(one));
   }
 
   /** How modules and zones are. */

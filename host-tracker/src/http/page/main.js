@@ -4,17 +4,18 @@ import { Drawing } from "./draw.js";
 import { Editor } from "./edit.js";
 import { ask, connect } from "./net.js";
 import { Panel } from "./panel.js";
-import { bounds } from "./shapes.js";
-import { TimeLine, counts } from "./timeline.js";
+import { bounds, people } from "./shapes.js";
+import { TimeLine } from "./timeline.js";
 import { View } from "./view.js";
 
 const TRAIL_FRAMES = 120;
+const FIELDS = 4; // two seconds
 const PANEL_MS = 250;
 const SPEAK_MS = 5000;
 
 const get = (id) => document.getElementById(id);
 const body = document.body.classList;
-const state = { site: {}, revision: 0, file: "", frame: null, recent: [], fields: {}, chosen: null, link: "", fitted: false };
+const state = { site: {}, revision: 0, file: "", frame: null, recent: [], fields: [], chosen: null, link: "", fitted: false };
 
 const panel = new Panel(get("panel"), { choose });
 const time = new TimeLine({ seek });
@@ -88,6 +89,7 @@ async function loadSite() {
     const answer = await ask("/api/site");
     Object.assign(state, { site: answer.site, revision: answer.revision, file: answer.file });
     get("site-name").textContent = answer.file.replace(/\.toml$/, "");
+    time.site = answer.site;
     const all = bounds(answer.site);
     if (all && !state.fitted) { state.fitted = true; view.fit(all); }
     if (all) view.bounds = all;
@@ -106,6 +108,8 @@ function link(next) {
   get("link").dataset.state = next === "live" ? "live" : "lost";
   get("link").lastElementChild.textContent = words;
   body.toggle("lost", next !== "live");
+  // What was seen is not seen any more.
+  if (next !== "live") drawing.fields(state.fields = [], null);
   const since = state.frame ? ` The map shows ${new Date(state.frame.unix_ms).toLocaleTimeString()}.` : "";
   notice(next === "live" ? "" : next === "lost" ? `Connection lost.${since} Trying again…` : `The tracker says nothing.${since}`);
   if (next === "live") loadHistory(); else show();
@@ -118,7 +122,7 @@ async function loadHistory() {
 
 let spoken = { at: 0, total: null };
 function speak(frame) {
-  const total = counts(frame), now = performance.now();
+  const total = people(frame, state.site).length, now = performance.now();
   if (total === spoken.total || now - spoken.at < SPEAK_MS) return;
   spoken = { at: now, total };
   get("spoken").textContent = `${total} ${total === 1 ? "person" : "people"}`;
@@ -134,7 +138,10 @@ connect({
     if (time.at === null) show(true);
     speak(frame);
   },
-  fields: (fields) => { state.fields = fields; drawing.fields(fields, state.chosen?.module); },
+  fields: (fields) => {
+    state.fields = [...state.fields.slice(1 - FIELDS), fields];
+    drawing.fields(state.fields, state.chosen?.module);
+  },
   site: (revision) => { if (revision !== state.revision && !editor.open) loadSite(); },
   link,
 });

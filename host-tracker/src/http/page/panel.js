@@ -1,7 +1,6 @@
 // The side panel: how many people, zone by zone, what is chosen, and how the modules are. In words.
 
-import { health, html } from "./shapes.js";
-import { counts } from "./timeline.js";
+import { health, html, people } from "./shapes.js";
 
 const STATES = { missing: "not found", searching: "looks for its sensor", learning: "learns the empty room", watching: "watches", storing: "stores what it learned" };
 const LIVES = { confirmed: "seen", occluded: "hidden, believed to be there", tentative: "not sure yet" };
@@ -45,9 +44,9 @@ export class Panel {
 
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
   show({ site, line, modules, chosen, known, past }) {
-    const total = line ? counts(line) : null;
+    const here = line ? people(line, site) : null, total = here?.length ?? null;
     put(this.number, known && total !== null ? String(total) : "–");
-    const hidden = line?.tracks.filter((track) => track.state === "occluded").length ?? 0;
+    const hidden = here?.filter((track) => track.state === "occluded").length ?? 0;
     const who = total === 1 ? "person" : "people";
     put(this.words, !known ? "nothing is known now" : `${who} ${past ? "then" : "here"}${hidden ? `, ${hidden} of them hidden` : ""}`);
     this.showZones(site, line?.zones ?? {}, known);

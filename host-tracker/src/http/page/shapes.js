@@ -72,6 +72,22 @@ export function bounds(site) {
     Math.max(right, (left + right + least) / 2), Math.max(high, (low + high + least) / 2)];
 }
 
+function inside([x, y], polygon) {
+  let within = false;
+  polygon.forEach(([ax, ay], index) => {
+    const [bx, by] = polygon.at(index - 1);
+    if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) within = !within;
+  });
+  return within;
+}
+
+/** Those of a frame or line that somebody is sure of and that are in a zone; without zones, anywhere. */
+export function people(line, site) {
+  const zones = site.zone ?? [];
+  return line.tracks.filter(({ state, x, y }) =>
+    state !== "tentative" && (!zones.length || zones.some((zone) => inside([x, y], zone.polygon))));
+}
+
 /** How a module is: "good", "warn", "bad", or "none" when nothing was heard of it. */
 export function health(line) {
   if (!line) return "none";

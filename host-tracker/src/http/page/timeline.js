@@ -1,18 +1,17 @@
 // The last ten minutes: a strip that shows how many people there were, and a slider to look back.
 
-import { svg } from "./shapes.js";
+import { people, svg } from "./shapes.js";
 
 const KEEP_MS = 600_000;
 const STEP_MS = 500;
 const BINS = 200;
-
-export const counts = (line) => line.tracks.filter((track) => track.state !== "tentative").length;
 
 export class TimeLine {
   /** `on.seek` with a time in ms since 1970, or null for now. */
   constructor(on) {
     this.on = on;
     this.lines = [];
+    this.site = {};
     this.at = null;
     this.playing = false;
     const get = (id) => document.getElementById(id);
@@ -78,13 +77,14 @@ export class TimeLine {
   }
 
   draw() {
-    const most = Math.max(4, ...this.lines.map(counts));
+    const counts = this.lines.map((line) => people(line, this.site).length);
+    const most = Math.max(4, ...counts);
     const newest = this.newest();
     const bins = new Array(BINS).fill(null);
-    for (const line of this.lines) {
+    this.lines.forEach((line, index) => {
       const bin = Math.floor(((line.unix_ms - newest + KEEP_MS) / KEEP_MS) * BINS - 0.001);
-      if (bin >= 0 && bin < BINS) bins[bin] = Math.max(bins[bin] ?? 0, counts(line));
-    }
+      if (bin >= 0 && bin < BINS) bins[bin] = Math.max(bins[bin] ?? 0, counts[index]);
+    });
     let d = "";
     bins.forEach((count, bin) => { if (count) d += `M${bin} 100V${100 - (count / most) * 92}H${bin + 1}V100Z`; });
     this.density.replaceChildren(svg("path", { d }));
