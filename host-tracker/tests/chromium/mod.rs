@@ -148,9 +148,12 @@ impl Page {
     /// Waits until an expression in the page is true; `what` says what did not happen.
     pub fn wait(&mut self, what: &str, expression: &str) {
         let begun = Instant::now();
-        while self.value(&format!("Boolean({expression})")) != json!(true) {
+        // What is not there yet is not true yet.
+        let careful =
+            format!("(() => {{ try {{ return Boolean({expression}); }} catch {{ return false; }} }})()");
+        while self.value(&careful) != json!(true) {
             if begun.elapsed() > PATIENCE {
-                let shown = self.value("document.body.innerText");
+                let shown = self.value("document.body?.innerText");
                 panic!("{what}: never. The page shows {shown}, and failed with {:?}", self.errors);
             }
             std::thread::sleep(LOOK);

@@ -19,7 +19,7 @@ export class TimeLine {
     this.density.setAttribute("viewBox", `0 0 ${BINS} 100`);
     this.slider.addEventListener("input", () => {
       const back = Number(this.slider.value);
-      this.seek(back > -1 ? null : Math.max(this.newest() + back * 1000, this.lines[0]?.unix_ms ?? 0));
+      this.seek(back >= 0 ? null : Math.max(this.newest() + back * 1000, this.lines[0]?.unix_ms ?? 0));
     });
     this.live.addEventListener("click", () => this.seek(null));
     this.play.addEventListener("click", () => this.setPlaying(!this.playing));
