@@ -136,7 +136,7 @@ step_clippy() { cargo clippy --locked --workspace --all-targets --all-features -
 step_test() {
     # Without QEMU, Python or Chromium their tests are left out on somebody's desk, but fail here.
     [ -z "${CI:-}" ] || { need_qemu; need_python; need_chromium; }
-    cargo test --locked --workspace
+    cargo test --locked --workspace --no-fail-fast
 }
 
 step_doc() { RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps; }

@@ -22,6 +22,9 @@ pub struct Frame {
     /// Tracks and zones.
     #[serde(flatten)]
     pub line: TracksLine,
+    /// What is wrong with the tracker itself: its database, its recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alarms: Vec<AlarmLine>,
     /// Every module of the site, and every one that was found beside them.
     pub modules: Vec<ModuleLine>,
     /// Datagrams of modules that were not used, since the start.
@@ -68,7 +71,7 @@ pub struct ModuleLine {
     pub alarms: Vec<AlarmLine>,
 }
 
-/// Something that is wrong with a module.
+/// Something that is wrong.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AlarmLine {
     /// Its name, for programs: `silent`, `sensor`, `line`, `covered`, `slow`, `clock-off`, `dirty`, `store`, `background`,

@@ -7,6 +7,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod client;
 pub mod clock;
 pub mod conversation;
 pub mod discovery;
@@ -18,12 +19,17 @@ pub mod http;
 pub mod intake;
 pub mod jsonl;
 pub mod live;
+pub mod metrics;
+pub mod mqtt;
 pub mod outline;
 pub mod peers;
+pub mod record;
 pub mod service;
 pub mod sighting;
 pub mod site;
 pub mod site_file;
 mod site_limits;
+pub mod store;
 pub mod trackers;
+pub mod trouble;
 pub mod zones;

@@ -15,7 +15,9 @@ use crate::discovery::Search;
 use crate::follower::Follower;
 use crate::frame::Frame;
 use crate::peers::Peers;
+use crate::record::Recorder;
 use crate::site::Site;
+use crate::trouble::Trouble;
 
 /// Between two lines of tracks.
 pub const LINE_US: u64 = 100_000;
@@ -36,6 +38,8 @@ pub struct Live {
     next_line_us: u64,
     /// Datagrams from addresses that are no module of ours.
     strangers: u64,
+    recorder: Option<Recorder>,
+    trouble: Trouble,
 }
 
 impl Live {
@@ -52,11 +56,36 @@ impl Live {
     /// Listens to modules over a socket of [`bind`](Self::bind): to those among `peers`, and to those that are found.
     #[must_use]
     pub fn new(socket: UdpSocket, peers: Peers, search: Option<Search>, follower: Follower) -> Self {
-        Self { socket, search, peers, follower, begun: Instant::now(), next_line_us: LINE_US, strangers: 0 }
+        Self {
+            socket,
+            search,
+            peers,
+            follower,
+            begun: Instant::now(),
+            next_line_us: LINE_US,
+            strangers: 0,
+            recorder: None,
+            trouble: Trouble::default(),
+        }
+    }
+
+    /// Records everything from now on; to be called before the first frame.
+    #[must_use]
+    pub fn recording(self, recorder: Option<Recorder>) -> Self {
+        Self { recorder, ..self }
+    }
+
+    /// Tells in every frame what is wrong with the tracker itself.
+    #[must_use]
+    pub fn telling(self, trouble: Trouble) -> Self {
+        Self { trouble, ..self }
     }
 
     /// Goes on with another site.
     pub fn change_site(&mut self, site: &Arc<Site>) {
+        if let Some(recorder) = &self.recorder {
+            recorder.told(self.now_us(), site);
+        }
         self.follower.change_site(site);
         self.peers.change_site(site);
     }
@@ -103,6 +132,9 @@ impl Live {
             self.strangers += 1;
             return;
         }
+        if let Some(recorder) = &self.recorder {
+            recorder.datagram(now_us, datagram);
+        }
         let sighting = self.follower.receive(datagram, now_us);
         let socket = &self.socket;
         self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
@@ -111,9 +143,14 @@ impl Live {
     fn frame_at(&mut self, at_us: u64) -> Frame {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let line = self.follower.line(at_us as f64 * 1e-6);
+        if let Some(recorder) = &self.recorder {
+            recorder.line(at_us, &line);
+            self.trouble.set("recording", &recorder.trouble());
+        }
         Frame {
             unix_ms: u64::try_from(since_1970.as_millis()).unwrap_or(u64::MAX),
             line,
+            alarms: self.trouble.lines(),
             modules: self.peers.lines(self.follower.intake(), self.now_us()),
             dropped: *self.follower.intake().drops(),
             strangers: self.strangers,

@@ -11,6 +11,7 @@
 
 use std::io;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,8 +24,11 @@ use crate::follower::Follower;
 use crate::frame::Frame;
 use crate::live::Live;
 use crate::peers::Peers;
+use crate::record::Recorder;
 use crate::site::Site;
+use crate::store::unix_ms;
 use crate::trackers::Choice;
+use crate::trouble::Trouble;
 
 /// Frames a queue holds: six seconds.
 const QUEUE: usize = 64;
@@ -40,6 +44,8 @@ pub struct Options {
     pub discover: bool,
     /// The tracker.
     pub tracker: Choice,
+    /// Everything that comes in is recorded in this file.
+    pub record: Option<PathBuf>,
 }
 
 /// The running tracker. It ends when it is dropped.
@@ -49,6 +55,7 @@ pub struct Service {
     site: watch::Sender<Arc<Site>>,
     changes: Sender<Arc<Site>>,
     shared: Arc<Shared>,
+    trouble: Trouble,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -63,7 +70,7 @@ impl Service {
     /// Starts it.
     ///
     /// # Errors
-    /// No socket or no thread is to be had, or modules cannot be looked for.
+    /// No socket or no thread is to be had, modules cannot be looked for, or the recording not be begun.
     pub fn start(options: Options) -> io::Result<Self> {
         let site = Arc::new(options.site);
         let (frames_in, frames) = watch::channel(Arc::default());
@@ -71,13 +78,18 @@ impl Service {
         let shared = Arc::new(Shared::default());
         let socket = Live::bind()?;
         let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
+        let trouble = Trouble::default();
+        let begin = |file: &PathBuf| Recorder::create(file, unix_ms() * 1_000_000, options.tracker, &site);
+        let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
+        let telling = trouble.clone();
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
-            let mut live = Live::new(socket, peers, search, Follower::new(&the_site, options.tracker));
+            let live = Live::new(socket, peers, search, Follower::new(&the_site, options.tracker));
+            let mut live = live.recording(recorder).telling(telling);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
-        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, thread: Some(thread) })
+        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, trouble, thread: Some(thread) })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -92,6 +104,12 @@ impl Service {
         let (sender, receiver) = mpsc::sync_channel(QUEUE);
         self.shared.queues.lock().unwrap_or_else(PoisonError::into_inner).push(sender);
         receiver
+    }
+
+    /// What is wrong with the tracker itself: for whoever finds out.
+    #[must_use]
+    pub fn trouble(&self) -> Trouble {
+        self.trouble.clone()
     }
 
     /// Frames that a queue had no room for.

@@ -38,7 +38,6 @@ impl Map {
                 told.lock().unwrap().push(site);
                 Ok(())
             }),
-            metrics: None,
             names: Vec::new(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
@@ -160,6 +159,9 @@ fn frames_reach_browsers_and_the_state() {
     assert_eq!(state["unix_ms"], 1000);
     let history: Value = serde_json::from_str(&map.ask("GET /api/history", "", b"").1).unwrap();
     assert_eq!(history[0]["unix_ms"], 1000);
+    let (status, metrics) = map.ask("GET /metrics", "", b"");
+    assert_eq!(status, 200);
+    assert!(metrics.contains("left"), "{metrics}");
 }
 
 #[test]

@@ -6,8 +6,10 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use host_sim::experiment::log::{around, zone};
 use host_sim::picture::site::SitePicture;
 use host_sim::run::{Conditions, Options, Record};
+use host_sim::score::{Estimate, Figures, Frame, Scorer, Settings, Target};
 use host_sim::world::body::Section;
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
@@ -17,7 +19,9 @@ use serde::Serialize;
 
 /// Run a scene: world → sensors → modules → network → tracker, faster than real time
 ///
-/// The same scene, seed and options give the same output every time.
+/// The same scene, seed and options give the same output every time. Tracks are judged against the truth in the
+/// rectangle around the first zone that counts, or everywhere where there is none; `kehai-sim score` judges
+/// elsewhere.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-sim scene crossing --out crossing           candidates, tracks, truth, a picture
@@ -96,6 +100,8 @@ struct Summary<'a> {
     most_found: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     events: Option<host_sim::world::Events>,
+    /// Tracks against the truth.
+    score: Figures,
 }
 
 /// Does it.
@@ -132,6 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         most_true: truth.iter().map(|line| line.people.len()).max().unwrap_or(0),
         most_found: tracks.iter().map(found).max().unwrap_or(0),
         events: record.events,
+        score: score(&record, &truth, &tracks),
     };
     if let Some(folder) = &arguments.out {
         std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -156,6 +163,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         picture.save(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     print(&summary, arguments.json)
+}
+
+/// The tracks against the truth, where people are counted.
+fn score(record: &Record, truth: &[TruthLine], tracks: &[TracksLine]) -> Figures {
+    let area = zone(&record.site).and_then(around);
+    let mut scorer = Scorer::new(Settings { region: area, area, ..Settings::default() });
+    for (truth, tracks) in truth.iter().zip(tracks) {
+        let people: Vec<Target> = truth.people.iter().map(Target::from).collect();
+        let tracks: Vec<Estimate> = tracks.tracks.iter().map(Estimate::from).collect();
+        scorer.frame(&Frame { t_s: truth.t, truth: &people, tracks: &tracks });
+    }
+    scorer.finish().0.figures()
 }
 
 /// Tracks that count.
@@ -193,5 +212,6 @@ fn print(summary: &Summary<'_>, json: bool) -> Result<(), Box<dyn Error>> {
         "  {} people, at most {} at once; tracker {tracker} found at most {}",
         summary.people, summary.most_true, summary.most_found
     )?;
+    write!(out, "{}", summary.score)?;
     Ok(())
 }

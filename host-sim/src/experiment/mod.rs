@@ -1,13 +1,20 @@
 //! What comes out of an experiment: a table of trackers in scenes, and its picture.
 //!
 //! ```text
-//! Plan ─▶ runner (seed by seed, on all cores) ─▶ Row: one scene, one number of people, one tracker ─▶ CSV · Markdown · SVG
+//! Plan ─┬▶ Case: the door area ──▶ runner (seed by seed, ─▶ Row: scene, people, tracker ─▶ CSV · Markdown · SVG
+//!       └▶ Trial: one scene, one rule ─▶ on all cores) ──▶ Pooled: trial, tracker ───────▶ CSV · Markdown
+//!                                                                       Markdown ─▶ docs/accuracy.md (`page`)
 //! ```
 
+pub mod findings;
+pub mod log;
+pub mod page;
 pub mod paper;
 pub mod picture;
 pub mod plan;
+pub mod rules;
 pub mod runner;
 pub mod table;
+pub mod trial;
 
 pub use self::table::{Cell, Outcome, Row};

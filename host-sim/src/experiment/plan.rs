@@ -1,8 +1,11 @@
 //! What an experiment runs: scenes with so many people, trackers, seeds.
 
+use std::ops::RangeInclusive;
+
 use host_tracker::trackers::Choice;
 
 use super::table::Cell;
+use super::trial::{self, Trial};
 use crate::world::scene::{Scene, SceneError};
 use crate::world::variation::{Letter, Variation};
 
@@ -59,6 +62,8 @@ impl Case {
 /// The tables there are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
 pub enum Table {
+    /// Every one of those below, one after the other: all figures of docs/accuracy.md
+    All,
     /// Paper A's door area, conditions D and H, one to seven people, all trackers
     Door,
     /// Condition H with five to seven people, our tracker with each idea left out in turn
@@ -67,18 +72,94 @@ pub enum Table {
     Thighs,
     /// People who come in pairs
     Pairs,
+    /// One of two leaves, and two leave as one
+    Leaving,
+    /// Two come in touching, one leaves; the zone is secure
+    Touching,
+    /// Somebody stands still for an hour
+    Standing,
+    /// A chair is put down at twenty places
+    Chairs,
+    /// Suitcase, pushchair, wheelchair, backpack, crouching, embracing, a child
+    Carried,
+    /// Paper C's furnished home, torso and thighs
+    Home,
+    /// Door leaf, curtain, fan, cross-talk and a mirror, 24 hours together
+    Clutter,
+    /// Condition H with five people over a network that loses, repeats and delays
+    Disturbed,
+}
+
+/// What a table is made of.
+#[derive(Clone, Debug)]
+pub enum Work {
+    /// Door areas, judged by success.
+    Door(Vec<Case>, RangeInclusive<u64>),
+    /// Scenes, each judged by its own rule.
+    Trials(Vec<Trial>),
+}
+
+impl std::fmt::Display for Table {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = clap::ValueEnum::to_possible_value(self);
+        f.write_str(name.as_ref().map_or("", clap::builder::PossibleValue::get_name))
+    }
 }
 
 impl Table {
-    /// Its cases; `trackers` in the place of its own, if there are any.
+    /// All but [`Table::All`], in the order of the page.
+    pub const EACH: [Self; 12] = [
+        Self::Door,
+        Self::Ideas,
+        Self::Thighs,
+        Self::Pairs,
+        Self::Leaving,
+        Self::Touching,
+        Self::Standing,
+        Self::Chairs,
+        Self::Carried,
+        Self::Home,
+        Self::Clutter,
+        Self::Disturbed,
+    ];
+
+    /// The tables this one stands for.
+    #[must_use]
+    pub fn each(self) -> Vec<Self> {
+        if self == Self::All { Self::EACH.to_vec() } else { vec![self] }
+    }
+
+    /// What it is made of; `trackers` and `seeds` in the place of its own, if there are any.
+    #[must_use]
+    pub fn work(self, trackers: &[Choice], seeds: Option<&RangeInclusive<u64>>) -> Work {
+        let own = |names: &[&str]| chosen(trackers, names);
+        let mut trials = match self {
+            Self::All | Self::Door | Self::Ideas | Self::Thighs | Self::Pairs => {
+                let last = if self == Self::Ideas { 10_049 } else { 10_199 };
+                return Work::Door(self.cases(trackers), seeds.cloned().unwrap_or(10_000..=last));
+            }
+            Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
+            // What is unexplained is told by our tracker only.
+            Self::Touching => trial::touching(&own(&["kehai"])),
+            Self::Standing => trial::standing(&own(&["kehai"])),
+            Self::Chairs => trial::chairs(&own(&["kehai", "lee", "particle"])),
+            Self::Carried => trial::carried(&own(&["kehai", "lee", "particle"])),
+            Self::Home => trial::home(&own(&host_tracker::trackers::NAMES)),
+            Self::Clutter => trial::clutter(&own(&["kehai", "lee"])),
+            Self::Disturbed => trial::disturbed(&own(&["kehai", "lee"])),
+        };
+        if let Some(seeds) = seeds {
+            trials.iter_mut().for_each(|trial| trial.seeds = seeds.clone());
+        }
+        Work::Trials(trials)
+    }
+
+    /// The door areas of a table of them, none of another; `trackers` in the place of its own, if there are any.
     #[must_use]
     pub fn cases(self, trackers: &[Choice]) -> Vec<Case> {
-        let own = |names: &[&str]| {
-            let known: Vec<Choice> = names.iter().filter_map(|name| name.parse().ok()).collect();
-            if trackers.is_empty() { known } else { trackers.to_vec() }
-        };
+        let own = |names: &[&str]| chosen(trackers, names);
         let all = own(&host_tracker::trackers::NAMES);
-        let door = |condition: Letter, people: std::ops::RangeInclusive<usize>, trackers: &[Choice]| {
+        let door = |condition: Letter, people: RangeInclusive<usize>, trackers: &[Choice]| {
             people.map(|people| Case::door(condition, people, trackers)).collect::<Vec<_>>()
         };
         match self {
@@ -93,6 +174,53 @@ impl Table {
             }
             Self::Thighs => door(Letter::T, 1..=5, &all),
             Self::Pairs => door(Letter::P, 2..=7, &all),
+            _ => Vec::new(),
         }
+    }
+}
+
+/// These trackers, or else those of these names.
+fn chosen(trackers: &[Choice], names: &[&str]) -> Vec<Choice> {
+    if trackers.is_empty() {
+        names.iter().filter_map(|name| name.parse().ok()).collect()
+    } else {
+        trackers.to_vec()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_table_has_its_scenes_and_all_seeds_are_held_out() {
+        for table in Table::EACH {
+            let held_out = |seeds: &RangeInclusive<u64>| {
+                assert!(*seeds.start() == 10_000 && *seeds.end() < 10_200 && !seeds.is_empty(), "{table}");
+            };
+            match table.work(&[], None) {
+                Work::Door(cases, seeds) => {
+                    held_out(&seeds);
+                    assert!(!cases.is_empty());
+                    cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
+                }
+                Work::Trials(trials) => {
+                    assert!(!trials.is_empty());
+                    for trial in &trials {
+                        held_out(&trial.seeds);
+                        assert!(trial.build().is_ok() && !trial.trackers.is_empty(), "{}", trial.name);
+                    }
+                }
+            }
+        }
+        assert_eq!(Table::All.each(), Table::EACH);
+    }
+
+    #[test]
+    fn clutter_is_watched_for_a_day() {
+        let Work::Trials(trials) = Table::Clutter.work(&[], None) else { panic!("trials") };
+        let hours =
+            |trial: &Trial| trial.seeds.clone().count() as f64 * trial.build().unwrap().duration_s / 3600.0;
+        assert_eq!(trials.iter().map(hours).sum::<f64>(), 24.0);
     }
 }

@@ -6,17 +6,22 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use host_tracker::follower::Follower;
 use host_tracker::geometry::Point;
 use host_tracker::trackers::Choice;
 
+use super::findings::Pooled;
+use super::log::Log;
 use super::plan::Case;
+use super::rules::Finding;
 use super::table::{Outcome, Row};
-use crate::run::{Options, Record};
+use super::trial::Trial;
+use crate::run::{Conditions, Options, Record};
 use crate::score::{Estimate, Frame, Region, Scorer, Settings, Target};
 
 /// The area must be found empty so soon after the last one has left, s.
@@ -43,52 +48,93 @@ pub fn run(
     seeds: &RangeInclusive<u64>,
     options: &Options,
     done: impl Fn() + Sync,
-) -> Result<Vec<Row>, Box<dyn std::error::Error>> {
+) -> Result<Vec<Row>, Box<dyn Error>> {
     let scenes = cases.iter().map(Case::build).collect::<Result<Vec<_>, _>>()?;
     let jobs: Vec<(usize, u64)> =
         (0..cases.len()).flat_map(|case| seeds.clone().map(move |seed| (case, seed))).collect();
-    let next = AtomicUsize::new(0);
-    let outcomes: Mutex<BTreeMap<(usize, usize, u64), Outcome>> = Mutex::default();
-    let fault: Mutex<Option<String>> = Mutex::default();
-    let work = || {
-        while let Some(&(case, seed)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let record = match Record::of(&scenes[case], seed, options) {
-                Ok(record) => record,
-                Err(error) => {
-                    let text =
-                        format!("{}, {} people, seed {seed}: {error}", cases[case].scene, cases[case].people);
-                    *fault.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(text);
-                    return;
-                }
-            };
-            for (tracker, choice) in cases[case].trackers.iter().enumerate() {
-                let outcome = judge(&record, *choice);
-                let mut outcomes = outcomes.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                outcomes.insert((case, tracker, seed), outcome);
-            }
-            done();
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(work);
-        }
-    });
-    if let Some(fault) = fault.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()) {
-        return Err(fault.into());
-    }
-    let outcomes = outcomes.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let outcomes = on_all_cores(&jobs, |(case, seed)| {
+        let Case { scene, people, trackers, .. } = &cases[case];
+        let record = Record::of(&scenes[case], seed, options)
+            .map_err(|error| format!("{scene}, {people} people, seed {seed}: {error}"))?;
+        let outcomes: Vec<Outcome> = trackers.iter().map(|choice| judge(&record, *choice)).collect();
+        done();
+        Ok(outcomes)
+    })?;
     let mut rows = Vec::new();
     for (index, case) in cases.iter().enumerate() {
         for (tracker, choice) in case.trackers.iter().enumerate() {
-            let runs: Vec<Outcome> = outcomes
-                .range((index, tracker, 0)..=(index, tracker, u64::MAX))
-                .map(|(_, outcome)| outcome.clone())
-                .collect();
+            let own = outcomes.range((index, 0)..=(index, u64::MAX));
+            let runs: Vec<Outcome> = own.filter_map(|(_, outcomes)| outcomes.get(tracker).cloned()).collect();
             rows.push(Row::new(case.cell(*choice, scenes[index].site.modules.len()), &runs));
         }
     }
     Ok(rows)
+}
+
+/// Runs every trial with its seeds and each of its trackers; `done` is told of every finished seed.
+///
+/// # Errors
+/// The first fault of a scene or of the simulation.
+pub fn run_trials(trials: &[Trial], done: impl Fn() + Sync) -> Result<Vec<Pooled>, Box<dyn Error>> {
+    let scenes = trials.iter().map(Trial::build).collect::<Result<Vec<_>, _>>()?;
+    let seeds = |index: usize| trials[index].seeds.clone().map(move |seed| (index, seed));
+    let jobs: Vec<(usize, u64)> = (0..trials.len()).flat_map(seeds).collect();
+    let findings = on_all_cores(&jobs, |(index, seed)| {
+        let trial = &trials[index];
+        let record = |conditions: &Conditions| {
+            let options = Options { conditions: *conditions, ..Options::default() };
+            Record::of(&scenes[index], seed, &options)
+                .map_err(|error| format!("{}, seed {seed}: {error}", trial.name))
+        };
+        let records = trial.networks.iter().map(record).collect::<Result<Vec<Record>, String>>()?;
+        let judge = |choice: &Choice| {
+            let log = |record| Log::of(record, *choice, trial.region);
+            trial.rule.judge(&records.iter().map(log).collect::<Vec<_>>())
+        };
+        let findings: Vec<Finding> = trial.trackers.iter().map(judge).collect();
+        done();
+        Ok(findings)
+    })?;
+    let mut all = Vec::new();
+    for (index, trial) in trials.iter().enumerate() {
+        for (tracker, choice) in trial.trackers.iter().enumerate() {
+            let own = findings.range((index, 0)..=(index, u64::MAX));
+            let runs = own.filter_map(|((_, seed), findings)| Some((*seed, findings.get(tracker)?.clone())));
+            all.push(Pooled { trial: trial.name.into(), tracker: choice.to_string(), runs: runs.collect() });
+        }
+    }
+    Ok(all)
+}
+
+/// What comes of every job, whichever core did it; the first fault ends all.
+fn on_all_cores<T: Send>(
+    jobs: &[(usize, u64)],
+    work: impl Fn((usize, u64)) -> Result<T, String> + Sync,
+) -> Result<BTreeMap<(usize, u64), T>, String> {
+    let next = AtomicUsize::new(0);
+    let results: Mutex<BTreeMap<(usize, u64), T>> = Mutex::default();
+    let fault: Mutex<Option<String>> = Mutex::default();
+    let worker = || {
+        while let Some(&job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            match work(job) {
+                Ok(result) => {
+                    results.lock().unwrap_or_else(PoisonError::into_inner).insert(job, result);
+                }
+                Err(text) => {
+                    next.store(jobs.len(), Ordering::Relaxed);
+                    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
+                    return;
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(worker);
+        }
+    });
+    let fault = fault.into_inner().unwrap_or_else(PoisonError::into_inner);
+    fault.map_or_else(|| Ok(results.into_inner().unwrap_or_else(PoisonError::into_inner)), Err)
 }
 
 /// One run through one tracker.

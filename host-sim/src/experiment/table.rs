@@ -224,17 +224,18 @@ pub fn figures_markdown(rows: &[Row]) -> String {
     for group in by_scene(rows) {
         let _ = writeln!(
             text,
-            "| {} | people | runs | steady % | right % of the time | IDF1 | HOTA | MOTA | MOTP cm | switches | \
+            "| {} | people | runs | steady % | empty in 3 s % | right % of the time | IDF1 | HOTA | MOTA | MOTP cm | switches | \
              GOSPA cm | RMS visible cm | RMS hidden cm | in 95 % ellipse |",
             escaped(&group[0].heading())
         );
-        let _ = writeln!(text, "|---|{}", "--:|".repeat(13));
+        let _ = writeln!(text, "|---|{}", "--:|".repeat(14));
         for row in group {
-            let steady = 100.0 * row.steady as f64 / row.runs.max(1) as f64;
+            let share = |number: u64| 100.0 * number as f64 / row.runs.max(1) as f64;
+            let (steady, emptied) = (share(row.steady), share(row.emptied));
             let right = row.exact_count_rate.map_or("–".into(), |rate| format!("{:.1}", rate * 100.0));
             let _ = writeln!(
                 text,
-                "| {} | {} | {} | {steady:.1} | {right} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {steady:.1} | {emptied:.1} | {right} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 escaped(&row.tracker),
                 row.people,
                 row.runs,
@@ -254,8 +255,26 @@ pub fn figures_markdown(rows: &[Row]) -> String {
     text
 }
 
+/// A sentence for each tracker of condition H: five to seven people together, by which worlds are compared.
+#[must_use]
+pub fn dense_markdown(rows: &[Row]) -> String {
+    let dense: Vec<&Row> =
+        rows.iter().filter(|row| row.scene.ends_with(", H") && (5..=7).contains(&row.people)).collect();
+    let pooled = |tracker: &&str| {
+        let own = || dense.iter().filter(|row| row.tracker == **tracker);
+        let (right, runs) = (own().map(|row| row.successes).sum(), own().map(|row| row.runs).sum());
+        format!("`{tracker}` {}", percent(right, runs))
+    };
+    let words: Vec<String> = trackers(&dense).iter().map(pooled).collect();
+    if words.is_empty() {
+        words.concat()
+    } else {
+        format!("H, five to seven people together: {}.\n", words.join(", "))
+    }
+}
+
 /// `98.5 [95.7–99.5]`, without decimals where there are none.
-fn percent(successes: u64, runs: u64) -> String {
+pub(super) fn percent(successes: u64, runs: u64) -> String {
     let Interval { low, high } = wilson(successes, runs);
     let short = |share: f64| {
         let text = format!("{:.1}", share * 100.0);
@@ -265,7 +284,7 @@ fn percent(successes: u64, runs: u64) -> String {
     format!("{} [{:.0}–{:.0}]", short(rate), low * 100.0, high * 100.0)
 }
 
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
@@ -316,7 +335,7 @@ pub(super) mod tests {
         assert_eq!(lines[9], "| paper A, Table 1 | – |");
         let figures = figures_markdown(&rows());
         let columns = |line: &str| line.replace("\\|", "").matches('|').count();
-        assert!(figures.lines().filter(|line| !line.is_empty()).all(|line| columns(line) == 15), "{figures}");
+        assert!(figures.lines().filter(|line| !line.is_empty()).all(|line| columns(line) == 16), "{figures}");
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! The commands of `kehai-tracker`, one file each.
 
+mod export;
+mod module;
+mod replay;
 mod run;
 
 use std::error::Error;
@@ -20,18 +23,24 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(Box<run::Arguments>),
+    Module(module::Arguments),
+    Replay(replay::Arguments),
+    Export(export::Arguments),
 }
 
 /// Does what the command line says. An exit status other than 0 comes with one line on stderr.
 pub fn run() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => run::run(*arguments),
+        Command::Module(arguments) => module::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("kehai-tracker: {error}");
-            ExitCode::FAILURE
+            ExitCode::from(module::status(&error))
         }
     }
 }

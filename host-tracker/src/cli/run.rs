@@ -13,8 +13,10 @@ use clap::Args;
 use host_tracker::frame::{Frame, ModuleLine};
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::write_line;
+use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
+use host_tracker::store::Store;
 use host_tracker::trackers::Choice;
 
 use super::{Failure, address};
@@ -38,7 +40,7 @@ pub struct Arguments {
     #[arg(long, requires = "module")]
     no_mdns: bool,
 
-    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
@@ -55,6 +57,39 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
     tracker: Choice,
 
+    /// Publish to this broker, with discovery for Home Assistant
+    #[arg(
+        long,
+        value_name = "mqtt://[USER:PASSWORD@]HOST[:PORT]",
+        env = "KEHAI_MQTT",
+        hide_env_values = true
+    )]
+    mqtt: Option<Broker>,
+
+    /// In front of every topic
+    #[arg(long, value_name = "TOPIC", default_value = "kehai", value_parser = prefix)]
+    mqtt_prefix: String,
+
+    /// Name of the site there [default: the site file's]
+    #[arg(long, value_name = "NAME")]
+    mqtt_site: Option<String>,
+
+    /// Where Home Assistant discovers; empty: it is not told
+    #[arg(long, value_name = "TOPIC", default_value = "homeassistant", value_parser = prefix)]
+    home_assistant_prefix: String,
+
+    /// Keep what happens in this database, made if missing
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
+
+    /// Days it is kept
+    #[arg(long, value_name = "N", default_value_t = 365, requires = "db")]
+    keep_days: u32,
+
+    /// Record everything that comes in, for kehai-tracker replay and Foxglove
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
+
     /// Stop after so long
     #[arg(long, value_name = "N")]
     seconds: Option<u64>,
@@ -64,6 +99,8 @@ const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --tracks-out -
   kehai-tracker run --site door.toml --http 127.0.0.1:8420
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
+  kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
+  kehai-tracker run --site door.toml --db door.db --keep-days 30
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
 
 /// Between two looks at whether it is to end.
@@ -81,17 +118,33 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let mut out = arguments.tracks_out.as_deref().map(open).transpose()?;
+    let silent = arguments.mqtt.is_some()
+        || arguments.db.is_some()
+        || arguments.record.is_some()
+        || arguments.http.is_some();
+    let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
+    let mut out = tracks_out.map(open).transpose()?;
+    let topics = topics(&arguments);
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
+    let keep = |file| Store::open(file, &Arc::new(site.clone()), arguments.keep_days);
+    let store = arguments.db.as_deref().map(keep).transpose()?;
     let service = Arc::new(Service::start(Options {
         site,
         modules,
         discover: !arguments.no_mdns,
         tracker: arguments.tracker,
+        record: arguments.record,
     })?);
+    let publisher = arguments
+        .mqtt
+        .map(|broker| {
+            let settings = mqtt::Settings { broker, topics };
+            Publisher::start(settings, service.queue(), |text| eprintln!("{text}"))
+        })
+        .transpose()?;
     let frames = service.queue();
     let map = arguments.http.map(|listen| map(listen, file, &service, arguments.http_name)).transpose()?;
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
@@ -103,6 +156,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             Err(RecvTimeoutError::Timeout) => continue,
             Err(RecvTimeoutError::Disconnected) => break,
         }
+        if let Some(store) = &store {
+            store.see(Arc::clone(&last));
+            service.trouble().set("database", &store.state().trouble);
+        }
         told.tell(&last);
         if let Some(out) = &mut out {
             match write_line(out, &last.line).and_then(|()| out.flush()) {
@@ -113,6 +170,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
     }
     drop(map);
+    drop(publisher);
     // The map had the only other share of it.
     if let Some(service) = Arc::into_inner(service) {
         service.stop()?;
@@ -129,11 +187,27 @@ fn map(
 ) -> Result<Server, Failure> {
     let changing = Arc::clone(service);
     let changed = Box::new(move |site| changing.change_site(site));
-    let desk = Desk { frames: service.frames(), site, changed, metrics: None, names };
+    let desk = Desk { frames: service.frames(), site, changed, names };
     let server = Server::start(listen, desk)
         .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
     eprintln!("live map at http://{}/", server.address());
     Ok(server)
+}
+
+fn prefix(text: &str) -> Result<String, String> {
+    if text.contains(['#', '+', '\0']) || text.starts_with('/') || text.ends_with('/') {
+        return Err("a topic has neither # nor +, and no / at its ends".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+fn topics(arguments: &Arguments) -> Topics {
+    let file = arguments.site.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    Topics {
+        title: arguments.mqtt_site.clone().or(file).unwrap_or_default(),
+        prefix: arguments.mqtt_prefix.clone(),
+        home_assistant: Some(arguments.home_assistant_prefix.clone()).filter(|prefix| !prefix.is_empty()),
+    }
 }
 
 fn open(file: &Path) -> Result<Box<dyn Write>, String> {
@@ -144,7 +218,7 @@ fn open(file: &Path) -> Result<Box<dyn Write>, String> {
     Ok(Box::new(BufWriter::new(file_out)))
 }
 
-/// Alarms that have been told: module, name.
+/// Alarms that have been told: whose, and which.
 #[derive(Debug, Default)]
 struct Told(Vec<(String, String)>);
 
@@ -152,17 +226,19 @@ impl Told {
     /// Tells on stderr which alarms have begun and which have ended.
     fn tell(&mut self, frame: &Frame) {
         let mut now = Vec::new();
-        for module in &frame.modules {
-            for alarm in &module.alarms {
-                let key = (module.name.clone(), alarm.name.clone());
-                if !self.0.contains(&key) {
-                    eprintln!("module {}: {}: {}", module.name, alarm.name, alarm.text);
-                }
-                now.push(key);
+        let of_modules = frame.modules.iter().flat_map(|module| {
+            module.alarms.iter().map(move |alarm| (format!("module {}", module.name), alarm))
+        });
+        let own = frame.alarms.iter().map(|alarm| ("the tracker".to_owned(), alarm));
+        for (who, alarm) in own.chain(of_modules) {
+            let key = (who, alarm.name.clone());
+            if !self.0.contains(&key) {
+                eprintln!("{}: {}: {}", key.0, alarm.name, alarm.text);
             }
+            now.push(key);
         }
-        for (module, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
-            eprintln!("module {module}: {alarm}: over");
+        for (who, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
+            eprintln!("{who}: {alarm}: over");
         }
         self.0 = now;
     }

@@ -4,6 +4,7 @@
 //!   frames ─▶ feed ─▶ one text for all ─▶ /ws            every 0.1 s; a slow client misses some
 //!               └───▶ ten minutes      ─▶ /api/history   two lines a second
 //!                                         /api/state     the newest frame
+//!                                         /metrics       the same for Prometheus
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
 //! ```
@@ -65,8 +66,6 @@ pub struct Desk {
     pub site: SiteFile,
     /// Told of every site that was saved.
     pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
-    /// Makes the answer to `/metrics`; without it there is none.
-    pub metrics: Option<Box<dyn Fn(&Frame) -> String + Send + Sync>>,
     /// Names under which a browser may ask for this machine, beside its addresses and local names.
     pub names: Vec<String>,
 }
@@ -211,9 +210,6 @@ async fn past(State(shared): State<Arc<Shared>>) -> Response {
 }
 
 async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
-    let Some(make) = &shared.desk.metrics else {
-        return refuse(StatusCode::NOT_FOUND, "this tracker has no metrics");
-    };
     let frame = Arc::clone(&shared.desk.frames.borrow());
-    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], make(&frame)).into_response()
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], crate::metrics::text(&frame)).into_response()
 }

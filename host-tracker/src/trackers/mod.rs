@@ -71,8 +71,8 @@ pub trait Tracker {
 pub enum Choice {
     /// Ours.
     Kehai(Ideas),
-    /// Paper A's, with r_c in mm.
-    Lee(LeeSettings, u16),
+    /// Paper A's.
+    Lee(LeeSettings),
     /// Paper C's.
     Particle(ParticleSettings),
 }
@@ -101,8 +101,8 @@ impl FromStr for Choice {
     fn from_str(name: &str) -> Result<Self, UnknownTracker> {
         Ok(match name {
             "kehai" => Self::default(),
-            "lee" => Self::Lee(LeeSettings::RADIUS_19, 190),
-            "lee-38" => Self::Lee(LeeSettings::RADIUS_38, 380),
+            "lee" => Self::Lee(LeeSettings::RADIUS_19),
+            "lee-38" => Self::Lee(LeeSettings::RADIUS_38),
             "particle" => Self::Particle(ParticleSettings::RADIUS_15),
             _ => {
                 let idea = name.strip_prefix(WITHOUT).and_then(|idea| idea.parse().ok());
@@ -119,8 +119,8 @@ impl fmt::Display for Choice {
                 Some(idea) => return write!(f, "{WITHOUT}{idea}"),
                 None => "kehai",
             },
-            Self::Lee(_, 380) => "lee-38",
-            Self::Lee(..) => "lee",
+            Self::Lee(LeeSettings::RADIUS_38) => "lee-38",
+            Self::Lee(_) => "lee",
             Self::Particle(_) => "particle",
         })
     }
@@ -132,7 +132,7 @@ impl Choice {
     pub const fn estimator(self) -> Estimator {
         match self {
             Self::Kehai(_) | Self::Particle(_) => Estimator::Silhouette,
-            Self::Lee(_, radius_mm) => Estimator::TwoPoint { radius_mm },
+            Self::Lee(settings) => Estimator::TwoPoint { radius_mm: settings.radius_mm },
         }
     }
 
@@ -141,7 +141,7 @@ impl Choice {
     pub fn build(self, site: &Arc<Site>) -> Box<dyn Tracker> {
         match self {
             Self::Kehai(ideas) => Box::new(kehai::Kehai::new(Arc::clone(site), ideas)),
-            Self::Lee(settings, _) => Box::new(lee::Lee::new(settings)),
+            Self::Lee(settings) => Box::new(lee::Lee::new(settings)),
             Self::Particle(settings) => Box::new(particle::Particle::new(site, settings)),
         }
     }

@@ -139,7 +139,6 @@ fn serve(listen: Option<SocketAddr>, site: SiteFile, service: &Arc<Service>) -> 
         frames: service.frames(),
         site,
         changed: Box::new(move |site| changing.change_site(site)),
-        metrics: None,
         names: Vec::new(),
     };
     Server::start(address, desk).map_err(|error| format!("the live map cannot be at {address}: {error}"))

@@ -68,7 +68,7 @@ function show(quick = false) {
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();
   const known = Boolean(line) && (past || state.link === "live");
-  panel.show({ site: state.site, line, modules: past ? [] : modules, chosen: state.chosen, known, past });
+  panel.show({ site: state.site, line, alarmed: state.frame?.alarms, modules: past ? [] : modules, chosen: state.chosen, known, past });
 }
 
 function choose(chosen) {

@@ -32,23 +32,27 @@ export class Panel {
     this.number = html("b", { id: "total" }, "–");
     this.words = html("span");
     this.zones = html("div", { className: "cards", id: "zones" });
+    this.alarms = html("div", { className: "cards", id: "alarms", role: "alert" });
     this.zoneTitle = html("h2", {}, "Zones");
     this.detail = html("section", { className: "detail", id: "detail", hidden: true });
     this.detail.setAttribute("aria-label", "Details");
     this.modules = html("ul", { className: "module-list", id: "modules" });
     this.figures = html("div", { className: "cards", style: "gap:16px" },
-      html("div", { className: "total" }, this.number, this.words), this.detail,
+      html("div", { className: "total" }, this.number, this.words), this.alarms, this.detail,
       html("section", {}, this.zoneTitle, this.zones), html("section", {}, html("h2", {}, "Modules"), this.modules));
     root.append(this.form, this.figures);
   }
 
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
-  show({ site, line, modules, chosen, known, past }) {
+  show({ site, line, alarmed, modules, chosen, known, past }) {
     const here = line ? people(line, site) : null, total = here?.length ?? null;
     put(this.number, known && total !== null ? String(total) : "–");
     const hidden = here?.filter((track) => track.state === "occluded").length ?? 0;
     const who = total === 1 ? "person" : "people";
     put(this.words, !known ? "nothing is known now" : `${who} ${past ? "then" : "here"}${hidden ? `, ${hidden} of them hidden` : ""}`);
+    const alarms = new Map((alarmed ?? []).map(({ name, text }) => [name, text]));
+    keyed(this.alarms, [...alarms.keys()], () => html("p", { className: "alarm" }), (alarm, name) => put(alarm, alarms.get(name)));
+    this.alarms.hidden = !alarms.size;
     this.showZones(site, line?.zones ?? {}, known);
     this.showModules(site, modules, past);
     this.showDetail(site, line, modules, chosen);

@@ -1,0 +1,50 @@
+//! `kehai-tracker module get`: a module's settings.
+
+use std::collections::BTreeMap;
+
+use clap::Args;
+use kehai::wire::{Message, Request};
+
+use super::{Target, print_json};
+use crate::cli::Failure;
+
+/// Print a module's settings, or one of them
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  kehai-tracker module get hall
+  kehai-tracker module get hall learn_scans
+  kehai-tracker module get hall --json")]
+pub struct Arguments {
+    #[command(flatten)]
+    target: Target,
+
+    /// One setting
+    #[arg(value_name = "KEY")]
+    key: Option<String>,
+}
+
+/// Asks and prints.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut client = arguments.target.connect()?;
+    let text = client.ask(Request::GetSettings, |_, message| match message {
+        Message::Settings { text, .. } => Some((*text).to_owned()),
+        _ => None,
+    })?;
+    let mut settings: Vec<(&str, &str)> = text.lines().filter_map(|line| line.split_once('=')).collect();
+    if let Some(key) = &arguments.key {
+        settings.retain(|(known, _)| known == key);
+        if settings.is_empty() {
+            return Err(format!(
+                "there is no setting \"{key}\": kehai-tracker module get without it shows all"
+            )
+            .into());
+        }
+    }
+    if arguments.target.json {
+        return print_json(&settings.into_iter().collect::<BTreeMap<_, _>>());
+    }
+    for (key, value) in settings {
+        if arguments.key.is_some() { println!("{value}") } else { println!("{key}={value}") }
+    }
+    Ok(())
+}

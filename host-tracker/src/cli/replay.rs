@@ -1,0 +1,76 @@
+//! `kehai-tracker replay`: follows a recording again.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use host_tracker::jsonl::write_line;
+use host_tracker::record::replay::replay;
+
+use super::Failure;
+
+/// Follow a recording again, and compare with what was found then
+///
+/// The same datagrams go into the same tracker at the same times. Exit status 0: every line is, byte for byte, what it
+/// was; 1: something differs, or the file cannot be read.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  kehai-tracker replay evening.mcap
+  kehai-tracker replay evening.mcap --tracks-out - --speed 10")]
+pub struct Arguments {
+    /// From kehai-tracker run --record
+    #[arg(value_name = "FILE.mcap")]
+    file: PathBuf,
+
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal
+    #[arg(long, value_name = "FILE")]
+    tracks_out: Option<PathBuf>,
+
+    /// Times as fast as life; without it, as fast as it can be done
+    #[arg(long, value_name = "N", value_parser = speed)]
+    speed: Option<f64>,
+}
+
+/// Replays.
+///
+/// # Errors
+/// One line: the file cannot be read, or the lines differ.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut out: Option<Box<dyn Write>> = match arguments.tracks_out.as_deref() {
+        None => None,
+        Some(file) if file.as_os_str() == "-" => Some(Box::new(io::stdout())),
+        Some(file) => {
+            let created = File::create(file).map_err(|error| format!("{}: {error}", file.display()))?;
+            Some(Box::new(BufWriter::new(created)))
+        }
+    };
+    let begun = Instant::now();
+    let outcome = replay(&arguments.file, |at_us, line| {
+        if let Some(speed) = arguments.speed {
+            let due = Duration::from_secs_f64(at_us as f64 * 1e-6 / speed);
+            std::thread::sleep(due.saturating_sub(begun.elapsed()));
+        }
+        out.as_mut().map_or(Ok(()), |out| write_line(out, line))
+    })?;
+    if let Some(out) = &mut out {
+        out.flush()?;
+    }
+    eprintln!("{} datagrams, {} lines", outcome.datagrams, outcome.lines);
+    eprintln!("recorded sha256 {}", outcome.recorded);
+    eprintln!("replayed sha256 {}", outcome.replayed);
+    if !outcome.cut_off.is_empty() {
+        eprintln!("the file ends early: {}", outcome.cut_off);
+    }
+    if outcome.different > 0 {
+        return Err(format!("{}: {} lines differ", arguments.file.display(), outcome.different).into());
+    }
+    eprintln!("identical");
+    Ok(())
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let speed: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if speed.is_finite() && speed > 0.0 { Ok(speed) } else { Err("must be more than 0".to_owned()) }
+}

@@ -1,0 +1,124 @@
+//! What is known, told to a broker, with discovery for Home Assistant.
+//!
+//! ```text
+//!   frames ─▶ messages     frame → topics and payloads, pure
+//!             └▶ outbox    what has changed, what is new to this broker, what is stale, pure
+//!                └▶ publisher ─▶ broker        a thread; a new connection begins with everything
+//!
+//!   kehai/SITE/status                      online │ offline (also the last will)
+//!   kehai/SITE/zone/ZONE                   {"state":"known","occupied":true,"count":2}
+//!   kehai/SITE/zone/ZONE/availability      online │ offline: nothing is known of it
+//!   kehai/SITE/module/MODULE               {"state":"watching","alarm":null,"alarms":[],"scans_hz":10.0,…}
+//!   kehai/SITE/module/MODULE/availability
+//!   homeassistant/device/kehai_SITE…/config
+//! ```
+//!
+//! Everything is retained. *Unknown* is never *empty*: a zone that nobody sees has neither count nor occupancy, and is
+//! not available.
+//!
+//! Sources: MQTT 3.1.1; Home Assistant's MQTT discovery, *device discovery payload*.
+
+mod messages;
+mod outbox;
+mod publisher;
+
+use std::str::FromStr;
+
+pub use messages::{Topics, discovery, states};
+pub use outbox::{Outbox, Publication};
+pub use publisher::{Publisher, Settings};
+
+/// Port of a broker.
+const PORT: u16 = 1883;
+
+/// A broker, and who we are there.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Broker {
+    /// Name or address.
+    pub host: String,
+    /// Port.
+    pub port: u16,
+    /// User and password.
+    pub login: Option<(String, String)>,
+}
+
+impl std::fmt::Debug for Broker {
+    /// Without the password.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "Broker({self})")
+    }
+}
+
+impl std::fmt::Display for Broker {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}:{}", self.host, self.port)
+    }
+}
+
+/// That is no broker.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum BrokerError {
+    /// Not of the form.
+    #[error("a broker is mqtt://[USER:PASSWORD@]HOST[:PORT]")]
+    Form,
+    /// Asked for encryption.
+    #[error(
+        "encrypted connections are not supported: use mqtt:// and a broker on this machine or in this network"
+    )]
+    Encrypted,
+}
+
+impl FromStr for Broker {
+    type Err = BrokerError;
+
+    fn from_str(text: &str) -> Result<Self, BrokerError> {
+        if text.starts_with("mqtts:") || text.starts_with("wss:") {
+            return Err(BrokerError::Encrypted);
+        }
+        let rest = text.strip_prefix("mqtt://").ok_or(BrokerError::Form)?.trim_end_matches('/');
+        let (login, place) = match rest.rsplit_once('@') {
+            None => (None, rest),
+            Some((login, place)) => (Some(login.split_once(':').ok_or(BrokerError::Form)?), place),
+        };
+        let (host, port) = match place.rsplit_once(':') {
+            Some((host, port)) if !place.ends_with(']') => {
+                (host, port.parse().map_err(|_| BrokerError::Form)?)
+            }
+            _ => (place, PORT),
+        };
+        let host = host.trim_start_matches('[').trim_end_matches(']');
+        if host.is_empty() || host.contains(['/', '@', ' ']) {
+            return Err(BrokerError::Form);
+        }
+        let login = login.map(|(user, password)| (user.to_owned(), password.to_owned()));
+        Ok(Self { host: host.to_owned(), port, login })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broker_is_read_in_all_its_forms() {
+        let read = |text: &str| text.parse::<Broker>().map(|broker| (broker.host, broker.port, broker.login));
+        assert_eq!(read("mqtt://here"), Ok(("here".into(), 1883, None)));
+        assert_eq!(read("mqtt://here:99/"), Ok(("here".into(), 99, None)));
+        assert_eq!(read("mqtt://[::1]:99"), Ok(("::1".into(), 99, None)));
+        assert_eq!(read("mqtt://[::1]"), Ok(("::1".into(), 1883, None)));
+        let login = Some(("me".into(), "p@ss:word".into()));
+        assert_eq!(read("mqtt://me:p@ss:word@here"), Ok(("here".into(), 1883, login)));
+        for wrong in
+            ["", "here:1883", "http://here", "mqtt://", "mqtt://here:port", "mqtt://me@here", "mqtt://a/b"]
+        {
+            assert_eq!(read(wrong), Err(BrokerError::Form), "{wrong}");
+        }
+        assert_eq!(read("mqtts://here"), Err(BrokerError::Encrypted));
+    }
+
+    #[test]
+    fn a_password_is_not_shown() {
+        let broker: Broker = "mqtt://me:secret@here".parse().unwrap();
+        assert!(!format!("{broker} {broker:?}").contains("secret"));
+    }
+}

@@ -1,0 +1,233 @@
+//! The thread that talks to the broker.
+//!
+//! ```text
+//!   frames ─▶ outbox ─▶ client ══▶ broker
+//!                ▲        │ link thread: connected, retained topics, the end
+//!                └────────┘
+//!   the end ─▶ everything about the connection is thrown away, a second later a new one begins with everything
+//! ```
+//!
+//! Nothing of one connection lives on in the next: what was meant for a broker that went away is stale.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS};
+
+use super::Broker;
+use super::messages::Topics;
+use super::outbox::{Outbox, Publication};
+use crate::frame::Frame;
+
+/// Between two connections.
+const AGAIN: Duration = Duration::from_secs(1);
+
+/// Wait for a frame.
+const WAIT: Duration = Duration::from_millis(100);
+
+/// A broker that is silent for half as long again is gone.
+const KEEP_ALIVE: Duration = Duration::from_secs(5);
+
+/// Messages on the way to the link: everything about a thousand modules.
+const ON_THE_WAY: usize = 8192;
+
+/// Longest message that is taken, bytes: other devices' discoveries come, too.
+const LONGEST: usize = 4 << 20;
+
+/// Longest time for the last words.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// Where to publish.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The broker.
+    pub broker: Broker,
+    /// Where everything goes there.
+    pub topics: Topics,
+}
+
+/// Publishes until it is dropped.
+#[derive(Debug)]
+pub struct Publisher {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the link says.
+enum News {
+    Connected,
+    Retained(String),
+    Ended(String),
+}
+
+impl Publisher {
+    /// Begins to publish `frames`. `say` is told when the broker comes and goes.
+    ///
+    /// # Errors
+    /// There is no thread for it.
+    pub fn start(
+        settings: Settings,
+        frames: Receiver<Arc<Frame>>,
+        say: impl Fn(&str) + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = std::thread::Builder::new()
+            .name("mqtt".into())
+            .spawn(move || run(&settings, &frames, &stopped, &say))?;
+        Ok(Self { stop, thread: Some(thread) })
+    }
+}
+
+impl Drop for Publisher {
+    /// Says that nothing more will come.
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+fn run(settings: &Settings, frames: &Receiver<Arc<Frame>>, stop: &AtomicBool, say: &impl Fn(&str)) {
+    let begun = Instant::now();
+    let mut outbox = Outbox::new(settings.topics.clone());
+    let mut away = false;
+    while !stop.load(Ordering::Relaxed) {
+        let (client, connection) = Client::new(options(settings), ON_THE_WAY);
+        let (tell, news) = mpsc::channel();
+        let Ok(link) =
+            std::thread::Builder::new().name("mqtt link".into()).spawn(move || link(connection, &tell))
+        else {
+            return say("mqtt: no thread is to be had; nothing is published");
+        };
+        let mut session = Session { client, outbox: &mut outbox, connected: false };
+        let end = session.run(frames, &news, stop, begun);
+        let was_connected = session.connected;
+        drop(session);
+        let Some(reason) = end else {
+            // The last words are on their way; the link ends with them.
+            let patience = Instant::now();
+            while !link.is_finished() && patience.elapsed() < FAREWELL {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            return;
+        };
+        if was_connected || !away {
+            say(&format!("mqtt: broker {}: {reason}; trying again", settings.broker));
+        }
+        away = true;
+        let pause = Instant::now();
+        while pause.elapsed() < AGAIN && !stop.load(Ordering::Relaxed) {
+            match frames.recv_timeout(WAIT) {
+                // What happens meanwhile is old when the broker is back.
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+}
+
+fn options(settings: &Settings) -> MqttOptions {
+    let Broker { host, port, login } = &settings.broker;
+    let id = format!("{}-{}", settings.topics.site().replace('/', "-"), std::process::id());
+    let mut options = MqttOptions::new(id, host.clone(), *port);
+    options.set_keep_alive(KEEP_ALIVE).set_max_packet_size(LONGEST, LONGEST);
+    options.set_last_will(LastWill::new(settings.topics.status(), "offline", QoS::AtLeastOnce, true));
+    if let Some((user, password)) = login {
+        options.set_credentials(user, password);
+    }
+    options
+}
+
+/// Keeps the connection going until it ends, and tells of it.
+fn link(mut connection: Connection, tell: &mpsc::Sender<News>) {
+    for event in connection.iter() {
+        let news = match event {
+            Ok(Event::Incoming(Packet::ConnAck(_))) => News::Connected,
+            Ok(Event::Incoming(Packet::Publish(publish)))
+                if publish.retain && !publish.payload.is_empty() =>
+            {
+                News::Retained(publish.topic)
+            }
+            Ok(_) => continue,
+            Err(error) => {
+                let _ = tell.send(News::Ended(error.to_string()));
+                return;
+            }
+        };
+        if tell.send(news).is_err() {
+            return;
+        }
+    }
+}
+
+/// One connection.
+struct Session<'a> {
+    client: Client,
+    outbox: &'a mut Outbox,
+    connected: bool,
+}
+
+impl Session<'_> {
+    /// Publishes until the connection ends, and why it did; None when it was told to stop.
+    fn run(
+        &mut self,
+        frames: &Receiver<Arc<Frame>>,
+        news: &Receiver<News>,
+        stop: &AtomicBool,
+        begun: Instant,
+    ) -> Option<String> {
+        loop {
+            let fresh = match frames.recv_timeout(WAIT) {
+                Ok(frame) => Some(frame),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.end();
+                    return None;
+                }
+            };
+            if stop.load(Ordering::Relaxed) {
+                self.end();
+                return None;
+            }
+            // Older ones are of no use to anybody.
+            let fresh = frames.try_iter().last().or(fresh);
+            for news in news.try_iter() {
+                match news {
+                    News::Connected => {
+                        self.connected = true;
+                        self.outbox.connected();
+                        for filter in self.outbox.topics().filters() {
+                            if let Err(error) = self.client.try_subscribe(filter, QoS::AtLeastOnce) {
+                                return Some(error.to_string());
+                            }
+                        }
+                    }
+                    News::Retained(topic) => self.outbox.retained(&topic),
+                    News::Ended(reason) => return Some(reason),
+                }
+            }
+            if self.connected {
+                let now_ms = u64::try_from(begun.elapsed().as_millis()).unwrap_or(u64::MAX);
+                for publication in self.outbox.due(fresh.as_deref(), now_ms) {
+                    if let Err(error) = self.publish(publication) {
+                        return Some(error);
+                    }
+                }
+            }
+        }
+    }
+
+    fn publish(&self, Publication { topic, payload }: Publication) -> Result<(), String> {
+        self.client.try_publish(topic, QoS::AtLeastOnce, true, payload).map_err(|error| error.to_string())
+    }
+
+    fn end(&self) {
+        if self.connected {
+            let _ = self.publish(self.outbox.farewell());
+        }
+        let _ = self.client.try_disconnect();
+    }
+}

@@ -1,0 +1,103 @@
+//! A recording, followed again: the same datagrams at the same times into the same tracker.
+//!
+//! ```text
+//!   /site ─▶ a follower      /datagrams ─▶ receive at the recorded µs      /lines ─▶ line at that time: equal?
+//! ```
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+
+use mcap::io::MessageReader;
+use sha2::{Digest, Sha256};
+
+use super::{Cause, DATAGRAMS, LINES, RecordError, SITE, Told};
+use crate::follower::Follower;
+use crate::jsonl::TracksLine;
+
+/// What came of it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// Datagrams taken.
+    pub datagrams: u64,
+    /// Lines given.
+    pub lines: u64,
+    /// Lines that differ from the recorded ones.
+    pub different: u64,
+    /// SHA-256 over the recorded lines.
+    pub recorded: String,
+    /// The same over those of now.
+    pub replayed: String,
+    /// Why it ended before the file's end, in words; empty if it did not.
+    pub cut_off: String,
+}
+
+/// Follows a recording again; every line goes to `give`, which may take its time, with the tracker's time in µs.
+///
+/// # Errors
+/// The file cannot be read, or is no recording. One that was cut off is followed up to there.
+pub fn replay(
+    file: &Path,
+    mut give: impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
+) -> Result<Outcome, RecordError> {
+    let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
+    let input = File::open(file).map_err(|error| failed(error.into()))?;
+    let mut outcome = Outcome::default();
+    let (mut recorded, mut replayed) = (Sha256::new(), Sha256::new());
+    let mut follower: Option<Follower> = None;
+    let mut begun_ns = 0;
+    for message in MessageReader::new(BufReader::new(input)) {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) if follower.is_none() => return Err(failed(error.into())),
+            Err(error) => {
+                outcome.cut_off = error.to_string();
+                break;
+            }
+        };
+        let now_us = message.log_time.saturating_sub(begun_ns) / 1000;
+        match (message.channel.topic.as_str(), &mut follower) {
+            (SITE, None) => {
+                let told: Told =
+                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
+                begun_ns = message.log_time;
+                let tracker = told
+                    .tracker
+                    .parse()
+                    .map_err(|error: crate::trackers::UnknownTracker| failed(error.into()))?;
+                follower = Some(Follower::new(&Arc::new(told.site), tracker));
+            }
+            (_, None) => return Err(failed(Cause::Foreign)),
+            (SITE, Some(follower)) => {
+                let told: Told =
+                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
+                follower.change_site(&Arc::new(told.site));
+            }
+            (DATAGRAMS, Some(follower)) => {
+                follower.receive(&message.data, now_us);
+                outcome.datagrams += 1;
+            }
+            (LINES, Some(follower)) => {
+                let line = follower.line(now_us as f64 * 1e-6);
+                let bytes = serde_json::to_vec(&line).map_err(|error| failed(error.into()))?;
+                recorded.update(&message.data);
+                replayed.update(&bytes);
+                outcome.lines += 1;
+                outcome.different += u64::from(*message.data != *bytes);
+                give(now_us, &line).map_err(|error| failed(error.into()))?;
+            }
+            _ => {}
+        }
+    }
+    if follower.is_none() {
+        return Err(failed(Cause::Foreign));
+    }
+    outcome.recorded = hexadecimal(&recorded.finalize());
+    outcome.replayed = hexadecimal(&replayed.finalize());
+    Ok(outcome)
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,396 @@
+//! What of a stream of frames is worth keeping: frames in, rows out.
+//!
+//! ```text
+//!   Frame ─▶ tracks   ─▶ path parts, simplified, five minutes each; the open part again at every batch
+//!         ├▶ zones    ─▶ counts, when they change          ─▶ enter, leave
+//!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
+//!         └▶ itself   ─▶ snapshot, the newest only
+//! ```
+//!
+//! It does no I/O. Rows that could not be written stay here and are handed out again.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::path::{Path, Place, encode};
+use crate::frame::{Frame, ModuleLine};
+use crate::geometry::{Point, distance_to_segment, inside};
+use crate::jsonl::{TrackLine, ZoneKnown};
+use crate::site::Site;
+use crate::trackers::LifeCycle;
+
+/// Longest part of a path, ms: what is asked for by time is found in parts that began at most this long before.
+pub const PART_MS: u64 = 300_000;
+
+/// Between two rows of a module's health, ms.
+const HEALTH_MS: u64 = 60_000;
+
+/// How far into a zone, or out of it, somebody must be to have crossed its edge, m: half a body. Noise is less.
+const CROSSED_M: f64 = 0.15;
+
+/// Between two counts of a zone, ms, however often it changes.
+const COUNT_MS: u64 = 1000;
+
+/// Most rows kept while the database cannot be written: an hour of three people in a home, some MB. Older ones
+/// are dropped, and counted.
+const ROWS_MAX: usize = 50_000;
+
+/// Something to be kept, beside paths.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Row {
+    /// How many people are in a zone from now on.
+    Count {
+        /// Its name.
+        zone: String,
+        /// ms since 1970.
+        at_ms: u64,
+        /// People.
+        count: u32,
+        /// How far that can be trusted.
+        state: ZoneKnown,
+    },
+    /// Something happened.
+    Event(Event),
+    /// How a module was.
+    Health {
+        /// ms since 1970.
+        at_ms: u64,
+        /// The module.
+        module: Box<ModuleLine>,
+    },
+}
+
+/// A part of somebody's path; it replaces what was written of that part before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathRow {
+    /// Its first time, ms since 1970.
+    pub begun_ms: u64,
+    /// Its last.
+    pub ended_ms: u64,
+    /// As [`encode`] makes them.
+    pub points: Vec<u8>,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Event {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// `started`, `restored`, `discarded`, `enter`, `leave`, `alarm`, `cleared`, `state`.
+    pub kind: String,
+    /// Zone or module.
+    pub subject: String,
+    /// Who, if it was somebody.
+    pub track: Option<u64>,
+    /// In words.
+    pub text: String,
+}
+
+#[derive(Debug)]
+struct Walk {
+    part: u32,
+    path: Path,
+    zones: BTreeSet<usize>,
+    changed: bool,
+    seen_ms: u64,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    state: String,
+    alarms: BTreeMap<String, String>,
+    health_ms: u64,
+}
+
+/// Keeps what frames say.
+#[derive(Debug, Default)]
+pub struct Keeper {
+    zones: Vec<(String, Vec<Point>)>,
+    walks: BTreeMap<u64, Walk>,
+    /// And when that was kept, ms since 1970.
+    counts: BTreeMap<String, (u32, ZoneKnown, u64)>,
+    modules: BTreeMap<String, Known>,
+    rows: Vec<Row>,
+    /// By track and part, from 0.
+    paths: BTreeMap<(u64, u32), PathRow>,
+    dropped: u64,
+}
+
+impl Keeper {
+    /// One for this site.
+    #[must_use]
+    pub fn new(site: &Site) -> Self {
+        let mut keeper = Self::default();
+        keeper.set_site(site);
+        keeper
+    }
+
+    /// The site has changed.
+    pub fn set_site(&mut self, site: &Site) {
+        let corners = |corners: &[[f64; 2]]| corners.iter().map(|&corner| corner.into()).collect();
+        self.zones = site.zones.iter().map(|zone| (zone.name.clone(), corners(&zone.polygon))).collect();
+        self.walks.values_mut().for_each(|walk| walk.zones.clear());
+    }
+
+    /// Takes a frame.
+    pub fn see(&mut self, frame: &Frame) {
+        let at_ms = frame.unix_ms;
+        for track in &frame.line.tracks {
+            if track.state != LifeCycle::Tentative {
+                self.walk(track, at_ms);
+            }
+        }
+        let gone: Vec<u64> =
+            self.walks.iter().filter(|(_, walk)| walk.seen_ms < at_ms).map(|(&id, _)| id).collect();
+        for id in gone {
+            if let Some(mut walk) = self.walks.remove(&id) {
+                self.paths.extend(walk.row(id));
+                for &zone in &walk.zones {
+                    self.crossed("leave", zone, id, walk.seen_ms);
+                }
+            }
+        }
+        for (name, zone) in &frame.line.zones {
+            let (count, state) = (zone.count, zone.state);
+            let due = self.counts.get(name).is_none_or(|&(before, known, kept_ms)| {
+                (before, known) != (count, state) && at_ms.saturating_sub(kept_ms) >= COUNT_MS
+            });
+            if due {
+                self.counts.insert(name.clone(), (count, state, at_ms));
+                self.rows.push(Row::Count { zone: name.clone(), at_ms, count, state });
+            }
+        }
+        for module in &frame.modules {
+            self.module(module, at_ms);
+        }
+        let over = self.rows.len().saturating_sub(ROWS_MAX);
+        self.rows.drain(..over);
+        self.dropped += over as u64;
+        while self.paths.len() > ROWS_MAX {
+            self.paths.pop_first();
+            self.dropped += 1;
+        }
+    }
+
+    /// Notes that something happened.
+    pub fn happened(&mut self, event: Event) {
+        self.rows.push(Row::Event(event));
+    }
+
+    /// All that is to be written: rows, and parts of paths by track and part, the open ones included. Until
+    /// [`written`](Self::written) is called it is handed out again.
+    pub fn rows(&mut self) -> (&[Row], &BTreeMap<(u64, u32), PathRow>) {
+        let open = self.walks.iter_mut().filter_map(|(&id, walk)| walk.row(id));
+        self.paths.extend(open);
+        (&self.rows, &self.paths)
+    }
+
+    /// What was handed out last is safe.
+    pub fn written(&mut self) {
+        self.rows.clear();
+        self.paths.clear();
+    }
+
+    /// Rows that were dropped because the database could not be written for so long.
+    #[must_use]
+    pub const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    fn walk(&mut self, track: &TrackLine, at_ms: u64) {
+        let place = Place {
+            at_ms,
+            x_mm: (track.x * 1e3) as i32,
+            y_mm: (track.y * 1e3) as i32,
+            hidden: track.state == LifeCycle::Occluded,
+        };
+        let walk = self.walks.entry(track.id).or_insert_with(|| Walk {
+            part: 0,
+            path: Path::beginning(place),
+            zones: BTreeSet::new(),
+            changed: true,
+            seen_ms: at_ms,
+        });
+        walk.seen_ms = at_ms;
+        walk.path.add(place);
+        walk.changed = true;
+        let (begun_ms, _) = walk.path.span_ms();
+        if at_ms.saturating_sub(begun_ms) >= PART_MS {
+            self.paths.extend(walk.row(track.id));
+            walk.part += 1;
+            walk.path = Path::beginning(place);
+        }
+        let at = Point::new(track.x, track.y);
+        let before = walk.zones.clone();
+        let within: BTreeSet<usize> = (0..)
+            .zip(&self.zones)
+            .filter(|(zone, (_, corners))| {
+                let inside = inside(at, corners);
+                if edge_m(at, corners) > CROSSED_M { inside } else { before.contains(zone) }
+            })
+            .map(|(zone, _)| zone)
+            .collect();
+        walk.zones.clone_from(&within);
+        for &zone in within.difference(&before) {
+            self.crossed("enter", zone, track.id, at_ms);
+        }
+        for &zone in before.difference(&within) {
+            self.crossed("leave", zone, track.id, at_ms);
+        }
+    }
+
+    fn crossed(&mut self, kind: &str, zone: usize, track: u64, at_ms: u64) {
+        let Some((name, _)) = self.zones.get(zone) else { return };
+        self.rows.push(Row::Event(Event {
+            at_ms,
+            kind: kind.into(),
+            subject: name.clone(),
+            track: Some(track),
+            text: String::new(),
+        }));
+    }
+
+    fn module(&mut self, module: &ModuleLine, at_ms: u64) {
+        let known = self.modules.entry(module.name.clone()).or_default();
+        let mut event = |kind: &str, text: &str| {
+            self.rows.push(Row::Event(Event {
+                at_ms,
+                kind: kind.into(),
+                subject: module.name.clone(),
+                track: None,
+                text: text.into(),
+            }));
+        };
+        if known.state != module.state {
+            event("state", &module.state);
+            known.state.clone_from(&module.state);
+        }
+        let alarms: BTreeMap<String, String> =
+            module.alarms.iter().map(|alarm| (alarm.name.clone(), alarm.text.clone())).collect();
+        for (name, text) in alarms.iter().filter(|(name, _)| !known.alarms.contains_key(*name)) {
+            event("alarm", &format!("{name}: {text}"));
+        }
+        for name in known.alarms.keys().filter(|name| !alarms.contains_key(*name)) {
+            event("cleared", name);
+        }
+        known.alarms = alarms;
+        if at_ms.saturating_sub(known.health_ms) >= HEALTH_MS {
+            known.health_ms = at_ms;
+            self.rows.push(Row::Health { at_ms, module: Box::new(module.clone()) });
+        }
+    }
+}
+
+/// Distance to the nearest side of a polygon, m.
+fn edge_m(at: Point, corners: &[Point]) -> f64 {
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    sides.map(|(&from, &to)| distance_to_segment(at, from, to)).fold(f64::INFINITY, f64::min)
+}
+
+impl Walk {
+    /// The part that is open, if it has changed since it was asked for last.
+    fn row(&mut self, track: u64) -> Option<((u64, u32), PathRow)> {
+        let (begun_ms, ended_ms) = self.path.span_ms();
+        std::mem::take(&mut self.changed)
+            .then(|| ((track, self.part), PathRow { begun_ms, ended_ms, points: encode(self.path.places()) }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::AlarmLine;
+    use crate::jsonl::{TracksLine, ZoneLine};
+
+    fn site() -> Site {
+        toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]").unwrap()
+    }
+
+    fn track(id: u64, x: f64) -> TrackLine {
+        let text = format!("{{\"id\":{id},\"x\":{x},\"y\":1.0,\"state\":\"confirmed\"}}");
+        serde_json::from_str(&text).unwrap()
+    }
+
+    fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Frame {
+        Frame { unix_ms, line: TracksLine { tracks, ..TracksLine::default() }, ..Frame::default() }
+    }
+
+    #[test]
+    fn whoever_walks_through_a_zone_enters_it_and_leaves_it() {
+        let mut keeper = Keeper::new(&site());
+        for tenth in 0..60 {
+            keeper.see(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));
+        }
+        keeper.see(&frame(8000, vec![]));
+        let (rows, paths) = keeper.rows();
+        let events: Vec<&str> = rows
+            .iter()
+            .filter_map(|row| match row {
+                Row::Event(event) if event.track == Some(7) && event.subject == "hall" => Some(&*event.kind),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(events, ["enter", "leave"]);
+        let path = &paths[&(7, 0)];
+        assert_eq!((path.begun_ms, path.ended_ms), (1000, 6900));
+        assert_eq!(super::super::path::decode(&path.points).len(), 2);
+    }
+
+    #[test]
+    fn what_was_not_written_is_handed_out_again_and_nothing_twice() {
+        let mut keeper = Keeper::new(&site());
+        keeper.see(&frame(1000, vec![track(1, 1.0)]));
+        let before = (keeper.rows().0.to_vec(), keeper.rows().1.clone());
+        assert_eq!((keeper.rows().0.to_vec(), keeper.rows().1.clone()), before);
+        keeper.written();
+        assert!(keeper.rows().0.is_empty() && keeper.rows().1.is_empty());
+        keeper.see(&frame(1100, vec![track(1, 1.0)]));
+        assert_eq!(keeper.rows().1.len(), 1, "the open part, longer than before");
+    }
+
+    #[test]
+    fn a_long_stay_is_parts_that_meet() {
+        let mut keeper = Keeper::new(&site());
+        for second in 0..700 {
+            keeper.see(&frame(1000 * second, vec![track(1, 1.0)]));
+        }
+        let spans: Vec<_> = keeper.rows().1.values().map(|row| (row.begun_ms, row.ended_ms)).collect();
+        assert_eq!(spans, [(0, 300_000), (300_000, 600_000), (600_000, 699_000)]);
+    }
+
+    #[test]
+    fn counts_and_alarms_are_kept_when_they_change() {
+        let mut keeper = Keeper::new(&site());
+        for second in 0..10_u64 {
+            let mut frame = frame(1000 * second, vec![]);
+            let (count, state) = (u32::from(second > 4), ZoneKnown::Known);
+            frame.line.zones.insert("hall".into(), ZoneLine { count, p: vec![], seen_share: 1.0, state });
+            let alarm = AlarmLine { name: "silent".into(), text: "no datagram for 3 s".into() };
+            let alarms = if (3..6).contains(&second) { vec![alarm] } else { vec![] };
+            frame.modules.push(ModuleLine { name: "left".into(), alarms, ..ModuleLine::default() });
+            keeper.see(&frame);
+        }
+        let (rows, _) = keeper.rows();
+        let counts = rows.iter().filter(|row| matches!(row, Row::Count { .. })).count();
+        let kinds: Vec<&str> = rows
+            .iter()
+            .filter_map(|row| if let Row::Event(event) = row { Some(&*event.kind) } else { None })
+            .collect();
+        assert_eq!((counts, kinds), (2, vec!["alarm", "cleared"]));
+    }
+
+    #[test]
+    fn a_database_that_cannot_be_written_for_long_costs_rows_and_says_how_many() {
+        let mut keeper = Keeper::new(&site());
+        for number in 0..ROWS_MAX as u64 + 10 {
+            keeper.happened(Event {
+                at_ms: number,
+                kind: "state".into(),
+                subject: String::new(),
+                track: None,
+                text: String::new(),
+            });
+        }
+        keeper.see(&frame(1, vec![]));
+        assert_eq!((keeper.rows().0.len(), keeper.dropped()), (ROWS_MAX, 10));
+    }
+}

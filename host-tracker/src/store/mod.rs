@@ -1,0 +1,303 @@
+//! What happened, in a file: paths, counts, events, health. SQLite.
+//!
+//! ```text
+//!   frames ─▶ (queue of 64) ─▶ keeper ─▶ every half second, one transaction ─▶ FILE, FILE-wal
+//!                                 ▲                 └ fails: an alarm in words, kept, tried again
+//!                                 └ rows until they are written, an hour's at most
+//!
+//!   time line, export ◀─ reader ◀─ index ─────────────────────────────────────┘
+//! ```
+//!
+//! The thread that writes is the only one that does; tracking never waits for it. The death of the process loses
+//! what came since the last transaction, half a second; a power cut may lose the last transactions before that,
+//! and never the file.
+
+pub mod export;
+pub mod keeper;
+pub mod path;
+pub mod reader;
+mod schema;
+mod writer;
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use keeper::{Event, Keeper};
+pub use schema::Newer;
+use writer::Writer;
+
+use crate::frame::Frame;
+use crate::site::Site;
+
+/// Between two transactions. The promise is a second.
+const BATCH: Duration = Duration::from_millis(500);
+
+/// Between two looks for what is too old.
+const FORGET: Duration = Duration::from_secs(600);
+
+/// Between two tries to open a file that could not be.
+const AGAIN: Duration = Duration::from_secs(2);
+
+/// Frames that wait while a transaction is being written: six seconds of them.
+const QUEUE: usize = 64;
+
+/// Why there is no database.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// SQLite refuses.
+    #[error("{}: {error}", file.display())]
+    Sqlite {
+        /// The database.
+        file: PathBuf,
+        /// What SQLite says.
+        error: rusqlite::Error,
+    },
+    /// The database is of a newer version.
+    #[error("{}: {error}", file.display())]
+    Newer {
+        /// The database.
+        file: PathBuf,
+        /// Which.
+        error: Newer,
+    },
+    /// A file beside the database: an export.
+    #[error("{}: {error}", file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+}
+
+/// How the store is.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct StoreState {
+    /// What is wrong, in words; empty if nothing is.
+    pub trouble: String,
+    /// Frames for which there was no room, and rows dropped because nothing could be written for too long.
+    pub dropped: u64,
+    /// Transactions.
+    pub written: u64,
+}
+
+enum Message {
+    Frame(Arc<Frame>),
+    Event(Event),
+    Site(Arc<Site>),
+}
+
+/// A database that is being written.
+#[derive(Debug)]
+pub struct Store {
+    queue: Option<SyncSender<Message>>,
+    state: Arc<Mutex<StoreState>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Store {
+    /// Opens `file`, or makes it, and keeps `days` of what happens.
+    ///
+    /// # Errors
+    /// It is no database, or of a newer version. A disk that is full or cannot be written is no error: the
+    /// state says so, and it is tried again.
+    pub fn open(file: &Path, site: &Arc<Site>, days: u32) -> Result<Self, StoreError> {
+        let writer = match Writer::open(file, unix_ms()) {
+            Ok(writer) => Some(writer),
+            Err(error) if is_passing(&error) => None,
+            Err(error) => return Err(error),
+        };
+        let (queue, messages) = sync_channel(QUEUE);
+        let state = Arc::new(Mutex::new(StoreState::default()));
+        let mut work = Work {
+            file: file.to_path_buf(),
+            days,
+            writer,
+            keeper: Keeper::new(site),
+            newest: None,
+            state: Arc::clone(&state),
+        };
+        let thread = std::thread::Builder::new()
+            .name("store".into())
+            .spawn(move || work.run(&messages))
+            .map_err(|error| StoreError::File { file: file.to_path_buf(), error })?;
+        Ok(Self { queue: Some(queue), state, thread: Some(thread) })
+    }
+
+    /// Hands a frame over. It never waits.
+    pub fn see(&self, frame: Arc<Frame>) {
+        self.send(Message::Frame(frame));
+    }
+
+    /// Hands a frame over as soon as there is room: for what is not live.
+    pub fn see_waiting(&self, frame: Arc<Frame>) {
+        let Some(queue) = &self.queue else { return };
+        if queue.send(Message::Frame(frame)).is_err() {
+            locked(&self.state, |state| state.dropped += 1);
+        }
+    }
+
+    /// Notes that something happened.
+    pub fn happened(&self, event: Event) {
+        self.send(Message::Event(event));
+    }
+
+    /// The site has changed.
+    pub fn set_site(&self, site: &Arc<Site>) {
+        self.send(Message::Site(Arc::clone(site)));
+    }
+
+    /// How it is.
+    #[must_use]
+    pub fn state(&self) -> StoreState {
+        locked(&self.state, |state| state.clone())
+    }
+
+    fn send(&self, message: Message) {
+        let Some(queue) = &self.queue else { return };
+        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = queue.try_send(message) {
+            locked(&self.state, |state| state.dropped += 1);
+        }
+    }
+}
+
+impl Drop for Store {
+    /// Writes what is still to be written.
+    fn drop(&mut self) {
+        self.queue = None;
+        if let Some(thread) = self.thread.take() {
+            // A thread that has panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// ms since 1970, by this machine's clock.
+#[must_use]
+pub fn unix_ms() -> u64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}
+
+/// A full or read-only disk, or another process at the file: this may pass. Anything else will not.
+fn is_passing(error: &StoreError) -> bool {
+    use rusqlite::ErrorCode as Code;
+    let StoreError::Sqlite { error: rusqlite::Error::SqliteFailure(failure, _), .. } = error else {
+        return false;
+    };
+    matches!(
+        failure.code,
+        Code::DiskFull
+            | Code::ReadOnly
+            | Code::CannotOpen
+            | Code::DatabaseBusy
+            | Code::DatabaseLocked
+            | Code::SystemIoFailure
+            | Code::PermissionDenied
+    )
+}
+
+fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) -> T {
+    act(&mut state.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+struct Work {
+    file: PathBuf,
+    days: u32,
+    writer: Option<Writer>,
+    keeper: Keeper,
+    newest: Option<Arc<Frame>>,
+    state: Arc<Mutex<StoreState>>,
+}
+
+impl Work {
+    fn run(&mut self, messages: &Receiver<Message>) {
+        let begun = Instant::now();
+        let (mut batch_at, mut open_at, mut forget_at) = (begun + BATCH, begun, begun);
+        loop {
+            let ended = match messages.recv_timeout(batch_at.saturating_duration_since(Instant::now())) {
+                Ok(message) => {
+                    self.take(message);
+                    false
+                }
+                Err(RecvTimeoutError::Timeout) => false,
+                Err(RecvTimeoutError::Disconnected) => true,
+            };
+            let now = Instant::now();
+            if !ended && now < batch_at {
+                continue;
+            }
+            batch_at = now + BATCH;
+            if self.writer.is_none() && now >= open_at {
+                open_at = now + AGAIN;
+                match Writer::open(&self.file, unix_ms()) {
+                    Ok(writer) => self.writer = Some(writer),
+                    Err(error) => self.trouble(&error.to_string()),
+                }
+            }
+            self.write();
+            if now >= forget_at {
+                forget_at = now + if self.forget() { BATCH } else { FORGET };
+            }
+            if ended {
+                return;
+            }
+        }
+    }
+
+    fn take(&mut self, message: Message) {
+        match message {
+            Message::Frame(frame) => {
+                self.keeper.see(&frame);
+                self.newest = Some(frame);
+            }
+            Message::Event(event) => self.keeper.happened(event),
+            Message::Site(site) => self.keeper.set_site(&site),
+        }
+    }
+
+    fn write(&mut self) {
+        let Some(writer) = &mut self.writer else { return };
+        let (rows, paths) = self.keeper.rows();
+        if rows.is_empty() && paths.is_empty() && self.newest.is_none() {
+            return;
+        }
+        match writer.write(rows, paths, self.newest.as_deref()) {
+            Ok(()) => {
+                self.keeper.written();
+                self.newest = None;
+                let dropped = self.keeper.dropped();
+                locked(&self.state, |state| {
+                    state.trouble.clear();
+                    state.written += 1;
+                    state.dropped = state.dropped.max(dropped);
+                });
+            }
+            Err(error) => {
+                let file = self.file.clone();
+                self.trouble(&StoreError::Sqlite { file, error }.to_string());
+                // A file that was replaced or lost is opened anew.
+                self.writer = None;
+            }
+        }
+    }
+
+    fn forget(&mut self) -> bool {
+        let Some(writer) = &mut self.writer else { return false };
+        match writer.forget(unix_ms(), self.days) {
+            Ok(more) => more,
+            Err(error) => {
+                let file = self.file.clone();
+                self.trouble(&StoreError::Sqlite { file, error }.to_string());
+                false
+            }
+        }
+    }
+
+    fn trouble(&self, text: &str) {
+        locked(&self.state, |state| text.clone_into(&mut state.trouble));
+    }
+}

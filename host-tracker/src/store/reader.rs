@@ -1,0 +1,163 @@
+//! What happened: questions to the file, each answered by way of an index.
+//!
+//! ```text
+//!   between a and b ─▶ paths that touch it · counts, with the one before a · events · health
+//! ```
+
+use std::path::Path as File;
+
+use rusqlite::{Connection, OpenFlags, Row, params};
+use serde::Serialize;
+
+use super::StoreError;
+use super::keeper::{Event, PART_MS};
+use super::path::{Place, decode};
+use super::writer::integer;
+use crate::frame::Frame;
+
+const PATHS: &str = "SELECT run, track, points FROM path
+    WHERE begun_ms BETWEEN ?1 AND ?2 AND ended_ms >= ?3 ORDER BY run, track, part";
+const COUNTS: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM count
+    JOIN zone USING (zone) WHERE count.at_ms BETWEEN ?1 AND ?2 ORDER BY count.at_ms";
+const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM zone
+    CROSS JOIN count ON count.zone = zone.zone
+        AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
+const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
+    WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
+
+/// Somebody's path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Walked {
+    /// The start of the tracker it belongs to; numbers of tracks begin anew with each.
+    pub run: i64,
+    /// The track's number.
+    pub track: u64,
+    /// Where, at what times.
+    pub places: Vec<Place>,
+}
+
+/// How many people were in a zone from some time on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Count {
+    /// Its name.
+    pub zone: String,
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// People.
+    pub count: u32,
+    /// `known`, `partly`, `unknown`.
+    pub state: String,
+}
+
+/// The one who asks. It never writes, and waits for nobody.
+#[derive(Debug)]
+pub struct Reader(Connection);
+
+impl Reader {
+    /// Opens the file for reading.
+    ///
+    /// # Errors
+    /// It is not there, or no database.
+    pub fn open(file: &File) -> Result<Self, StoreError> {
+        let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        Ok(Self(Connection::open_with_flags(file, flags).map_err(failed)?))
+    }
+
+    /// Paths that touch the time from `from_ms` to `to_ms`, the parts of each joined.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn paths(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Walked>> {
+        let mut statement = self.0.prepare_cached(PATHS)?;
+        let earliest_ms = from_ms.saturating_sub(PART_MS);
+        let mut rows = statement.query(params![integer(earliest_ms), integer(to_ms), integer(from_ms)])?;
+        let mut paths: Vec<Walked> = Vec::new();
+        while let Some(row) = rows.next()? {
+            let (run, track, points): (i64, i64, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
+            let track = track.unsigned_abs();
+            match paths.last_mut().filter(|last| (last.run, last.track) == (run, track)) {
+                Some(last) => last.places.extend(decode(&points)),
+                None => paths.push(Walked { run, track, places: decode(&points) }),
+            }
+        }
+        Ok(paths)
+    }
+
+    /// Counts from `from_ms` to `to_ms`, and the last of each zone before that.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn counts(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Count>> {
+        let count = |row: &Row<'_>| {
+            Ok(Count { zone: row.get(0)?, at_ms: time(row, 1)?, count: row.get(2)?, state: row.get(3)? })
+        };
+        let mut before = self.0.prepare_cached(COUNTS_BEFORE)?;
+        let mut during = self.0.prepare_cached(COUNTS)?;
+        before
+            .query_map(params![integer(from_ms)], count)?
+            .chain(during.query_map(params![integer(from_ms), integer(to_ms)], count)?)
+            .collect()
+    }
+
+    /// Events from `from_ms` to `to_ms`.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn events(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Event>> {
+        let event = |row: &Row<'_>| {
+            let track: Option<i64> = row.get(3)?;
+            Ok(Event {
+                at_ms: time(row, 0)?,
+                kind: row.get(1)?,
+                subject: row.get(2)?,
+                track: track.map(i64::unsigned_abs),
+                text: row.get(4)?,
+            })
+        };
+        self.0.prepare_cached(EVENTS)?.query_map(params![integer(from_ms), integer(to_ms)], event)?.collect()
+    }
+
+    /// The first and the last time there is something of, ms since 1970.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn span_ms(&self) -> rusqlite::Result<Option<(u64, u64)>> {
+        let asked = "SELECT (SELECT MIN(begun_ms) FROM run), (SELECT at_ms FROM snapshot)";
+        self.0.query_row(asked, [], |row| {
+            let (first, last): (Option<i64>, Option<i64>) = (row.get(0)?, row.get(1)?);
+            Ok(first.zip(last).map(|(first, last)| (first.unsigned_abs(), last.unsigned_abs())))
+        })
+    }
+
+    /// What was known last.
+    ///
+    /// # Errors
+    /// What SQLite says. A frame that cannot be understood counts as none.
+    pub fn snapshot(&self) -> rusqlite::Result<Option<Frame>> {
+        let mut statement = self.0.prepare_cached("SELECT frame FROM snapshot")?;
+        let mut rows = statement.query([])?;
+        let Some(row) = rows.next()? else { return Ok(None) };
+        let text: String = row.get(0)?;
+        Ok(serde_json::from_str(&text).ok())
+    }
+
+    /// How SQLite finds the answers of each question, in its own words: for tests.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn plans(&self) -> rusqlite::Result<Vec<String>> {
+        let mut plans = Vec::new();
+        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS] {
+            let mut statement = self.0.prepare(&format!("EXPLAIN QUERY PLAN {asked}"))?;
+            let blanks = vec![0_i64; statement.parameter_count()];
+            let lines = statement.query_map(rusqlite::params_from_iter(blanks), |row| row.get(3))?;
+            plans.push(lines.collect::<rusqlite::Result<Vec<String>>>()?.join("\n"));
+        }
+        Ok(plans)
+    }
+}
+
+fn time(row: &Row<'_>, column: usize) -> rusqlite::Result<u64> {
+    row.get::<_, i64>(column).map(i64::unsigned_abs)
+}

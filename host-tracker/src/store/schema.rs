@@ -1,0 +1,114 @@
+//! The tables, and how the file is opened.
+//!
+//! ```text
+//!   run ─ 1:n ─ path (track, part) ── begun_ms ◀─ index ── "what happened between a and b"
+//!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
+//!   snapshot: one row, what was known last
+//! ```
+//!
+//! Write-ahead log with `synchronous = NORMAL`: a transaction that was committed survives the death of the
+//! process; a power cut may take the last ones with it, never the file.
+
+use rusqlite::Connection;
+
+/// Written into the file; a newer one is refused rather than damaged.
+const VERSION: i64 = 1;
+
+const TABLES: &str = "
+CREATE TABLE run (
+    run INTEGER PRIMARY KEY,
+    begun_ms INTEGER NOT NULL
+);
+CREATE TABLE path (
+    run INTEGER NOT NULL,
+    track INTEGER NOT NULL,
+    part INTEGER NOT NULL,
+    begun_ms INTEGER NOT NULL,
+    ended_ms INTEGER NOT NULL,
+    points BLOB NOT NULL,
+    PRIMARY KEY (run, track, part)
+) WITHOUT ROWID;
+CREATE INDEX path_begun ON path (begun_ms);
+CREATE TABLE zone (
+    zone INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE
+);
+CREATE TABLE count (
+    zone INTEGER NOT NULL REFERENCES zone,
+    at_ms INTEGER NOT NULL,
+    count INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    PRIMARY KEY (zone, at_ms)
+) WITHOUT ROWID;
+CREATE INDEX count_at ON count (at_ms);
+CREATE TABLE event (
+    event INTEGER PRIMARY KEY,
+    at_ms INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    subject TEXT NOT NULL,
+    track INTEGER,
+    text TEXT NOT NULL
+);
+CREATE INDEX event_at ON event (at_ms);
+CREATE TABLE module (
+    module INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE
+);
+CREATE TABLE health (
+    module INTEGER NOT NULL REFERENCES module,
+    at_ms INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    scans_hz REAL NOT NULL,
+    lost_share REAL NOT NULL,
+    checksum_errors INTEGER NOT NULL,
+    unknown_share REAL NOT NULL,
+    clock_offset_ms REAL,
+    clock_jitter_ms REAL NOT NULL,
+    PRIMARY KEY (module, at_ms)
+) WITHOUT ROWID;
+CREATE INDEX health_at ON health (at_ms);
+CREATE TABLE pose (
+    at_ms INTEGER NOT NULL,
+    module TEXT NOT NULL,
+    x_m REAL NOT NULL,
+    y_m REAL NOT NULL,
+    yaw_deg REAL NOT NULL,
+    source TEXT NOT NULL,
+    PRIMARY KEY (module, at_ms)
+) WITHOUT ROWID;
+CREATE TABLE snapshot (
+    only INTEGER PRIMARY KEY CHECK (only = 1),
+    at_ms INTEGER NOT NULL,
+    frame TEXT NOT NULL
+);
+";
+
+/// The database was written by a newer version.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "it was written by a newer version (layout {0}, this one knows {VERSION}): use that one, or another file"
+)]
+pub struct Newer(i64);
+
+/// Makes `connection` ready: settings, and the tables if there are none.
+///
+/// # Errors
+/// What SQLite says.
+pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer>> {
+    // Pages of deleted rows are given back bit by bit; to be said before the first table.
+    connection.pragma_update(None, "auto_vacuum", "INCREMENTAL")?;
+    connection.pragma_update(None, "journal_mode", "WAL")?;
+    connection.pragma_update(None, "synchronous", "NORMAL")?;
+    connection.pragma_update(None, "busy_timeout", 2000)?;
+    let transaction = connection.transaction()?;
+    let version: i64 = transaction.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    if version > VERSION {
+        return Ok(Err(Newer(version)));
+    }
+    if version == 0 {
+        transaction.execute_batch(TABLES)?;
+        transaction.pragma_update(None, "user_version", VERSION)?;
+    }
+    transaction.commit()?;
+    Ok(Ok(()))
+}

@@ -1,0 +1,177 @@
+//! Rows into the file: one transaction a batch, and what is too old out of it.
+
+use std::collections::BTreeMap;
+use std::path::Path as File;
+
+use rusqlite::{Connection, Transaction, params};
+
+use super::StoreError;
+use super::keeper::{PathRow, Row};
+use super::schema;
+use crate::frame::Frame;
+use crate::jsonl::ZoneKnown;
+
+/// Most rows of a table deleted in one go, so that no batch waits for them.
+const DELETE_AT_ONCE: u32 = 2000;
+
+/// Pages given back to the file system in one go.
+const PAGES_AT_ONCE: u32 = 256;
+
+/// A day, ms.
+const DAY_MS: u64 = 86_400_000;
+
+/// The one who writes.
+#[derive(Debug)]
+pub struct Writer {
+    connection: Connection,
+    run: i64,
+}
+
+impl Writer {
+    /// Opens the file, or makes it, and begins a run at `now_ms`, since 1970.
+    ///
+    /// # Errors
+    /// It cannot be opened or written, is no database, or was made by a newer version.
+    pub fn open(file: &File, now_ms: u64) -> Result<Self, StoreError> {
+        let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
+        let mut connection = Connection::open(file).map_err(failed)?;
+        schema::prepare(&mut connection)
+            .map_err(failed)?
+            .map_err(|error| StoreError::Newer { file: file.to_path_buf(), error })?;
+        connection
+            .execute("INSERT INTO run (begun_ms) VALUES (?1)", params![integer(now_ms)])
+            .map_err(failed)?;
+        let run = connection.last_insert_rowid();
+        Ok(Self { connection, run })
+    }
+
+    /// Writes all of it, or nothing.
+    ///
+    /// # Errors
+    /// What SQLite says; the file is as before.
+    pub fn write(
+        &mut self,
+        rows: &[Row],
+        paths: &BTreeMap<(u64, u32), PathRow>,
+        newest: Option<&Frame>,
+    ) -> rusqlite::Result<()> {
+        let run = self.run;
+        let transaction = self.connection.transaction()?;
+        for (&(track, part), path) in paths {
+            transaction
+                .prepare_cached(
+                    "INSERT OR REPLACE INTO path (run, track, part, begun_ms, ended_ms, points)
+                     VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+                )?
+                .execute(params![
+                    run,
+                    integer(track),
+                    part,
+                    integer(path.begun_ms),
+                    integer(path.ended_ms),
+                    path.points
+                ])?;
+        }
+        for row in rows {
+            write_row(&transaction, row)?;
+        }
+        if let Some(frame) = newest {
+            let text = serde_json::to_string(frame).unwrap_or_default();
+            transaction
+                .prepare_cached("INSERT OR REPLACE INTO snapshot (only, at_ms, frame) VALUES (1, ?1, ?2)")?
+                .execute(params![integer(frame.unix_ms), text])?;
+        }
+        transaction.commit()
+    }
+
+    /// Deletes some of what is older than `days`; true if there may be more.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn forget(&mut self, now_ms: u64, days: u32) -> rusqlite::Result<bool> {
+        let before_ms = integer(now_ms.saturating_sub(u64::from(days) * DAY_MS));
+        let mut more = false;
+        for (table, column, key) in [
+            ("path", "begun_ms", "run, track, part"),
+            ("count", "at_ms", "zone, at_ms"),
+            ("event", "at_ms", "event"),
+            ("health", "at_ms", "module, at_ms"),
+        ] {
+            let statement = format!(
+                "DELETE FROM {table} WHERE ({key}) IN
+                 (SELECT {key} FROM {table} WHERE {column} < ?1 LIMIT {DELETE_AT_ONCE})"
+            );
+            let deleted = self.connection.prepare_cached(&statement)?.execute(params![before_ms])?;
+            more |= deleted == DELETE_AT_ONCE as usize;
+        }
+        self.connection.pragma_update(None, "incremental_vacuum", PAGES_AT_ONCE)?;
+        Ok(more)
+    }
+}
+
+fn write_row(transaction: &Transaction<'_>, row: &Row) -> rusqlite::Result<()> {
+    match row {
+        Row::Count { zone, at_ms, count, state } => {
+            named(transaction, "zone", zone)?;
+            transaction
+                .prepare_cached(
+                    "INSERT OR REPLACE INTO count (zone, at_ms, count, state)
+                     VALUES ((SELECT zone FROM zone WHERE name = ?1), ?2, ?3, ?4)",
+                )?
+                .execute(params![zone, integer(*at_ms), count, state_name(*state)])?;
+        }
+        Row::Event(event) => {
+            transaction
+                .prepare_cached(
+                    "INSERT INTO event (at_ms, kind, subject, track, text) VALUES (?1, ?2, ?3, ?4, ?5)",
+                )?
+                .execute(params![
+                    integer(event.at_ms),
+                    event.kind,
+                    event.subject,
+                    event.track.map(integer),
+                    event.text
+                ])?;
+        }
+        Row::Health { at_ms, module } => {
+            named(transaction, "module", &module.name)?;
+            transaction
+                .prepare_cached(
+                    "INSERT OR REPLACE INTO health
+                     VALUES ((SELECT module FROM module WHERE name = ?1), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
+                )?
+                .execute(params![
+                    module.name,
+                    integer(*at_ms),
+                    module.state,
+                    module.scans_hz,
+                    module.lost_share,
+                    integer(module.checksum_errors),
+                    module.unknown_share,
+                    module.clock_offset_ms,
+                    module.clock_jitter_ms
+                ])?;
+        }
+    }
+    Ok(())
+}
+
+/// Gives a name its number.
+fn named(transaction: &Transaction<'_>, table: &str, name: &str) -> rusqlite::Result<usize> {
+    transaction
+        .prepare_cached(&format!("INSERT OR IGNORE INTO {table} (name) VALUES (?1)"))?
+        .execute(params![name])
+}
+
+/// As SQLite has them: signed. No time or number of ours is that large.
+pub(super) fn integer(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
+}
+
+const fn state_name(state: ZoneKnown) -> &'static str {
+    match state {
+        ZoneKnown::Known => "known",
+        ZoneKnown::Partly => "partly",
+        ZoneKnown::Unknown => "unknown",
+    }
+}

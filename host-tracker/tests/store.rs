@@ -1,0 +1,290 @@
+//! The database through deaths of the process, full disks, years of people and questions about one day.
+//!
+//! ```text
+//!   this test ── starts itself as a writer ─▶ "offered T" "written N" … ── kill -9 ──▶ opens what is left
+//! ```
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
+
+use host_tracker::frame::Frame;
+use host_tracker::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
+use host_tracker::site::Site;
+use host_tracker::store::path::TOLERANCE_MM;
+use host_tracker::store::reader::Reader;
+use host_tracker::store::{Store, StoreError, export, unix_ms};
+use host_tracker::trackers::LifeCycle;
+
+/// In the environment of a child: the database it is to write.
+const CHILD: &str = "KEHAI_TEST_STORE";
+
+/// A folder that is gone with its test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("kehai-store-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn file(&self) -> PathBuf {
+        self.0.join("kehai.db")
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn site() -> Arc<Site> {
+    Arc::new(
+        toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[-9, -9], [0, -9], [0, 9], [-9, 9]]").unwrap(),
+    )
+}
+
+fn track(id: u64, x: f64, y: f64) -> TrackLine {
+    TrackLine {
+        id,
+        x,
+        y,
+        vx: 0.0,
+        vy: 0.0,
+        cov: Some([0.01, 0.0, 0.01]),
+        state: LifeCycle::Confirmed,
+        existence: 1.0,
+        reason: "seen".into(),
+    }
+}
+
+fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Frame> {
+    let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
+    let hall = ZoneLine { count, p: vec![], seen_share: 1.0, state: ZoneKnown::Known };
+    let zones = [("hall".to_string(), hall)].into();
+    Arc::new(Frame { unix_ms, line: TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }, ..Frame::default() })
+}
+
+/// Somebody who walks at 0.1 to 1.3 m/s through a room of 8 m by 8 m, with a tracker's noise: 1 cm.
+fn walker(id: u64, at_ms: u64) -> TrackLine {
+    let t = (at_ms % 86_400_000) as f64 * 1e-3 + id as f64 * 17.0;
+    let phase = t + 18.0 * (t * 0.05).sin();
+    let noise = |k: f64| 0.01 * ((t * 977.0 + k).sin() * 43_758.5).fract();
+    track(id, 4.0 * (0.15 * phase).sin() + noise(1.0), 4.0 * (0.11 * phase).cos() + noise(2.0))
+}
+
+/// Not a test by itself: the process that the others start and kill.
+#[test]
+fn writer() {
+    let Some(file) = std::env::var_os(CHILD) else { return };
+    let store = Store::open(Path::new(&file), &site(), 30).unwrap();
+    loop {
+        let now_ms = unix_ms();
+        store.see(frame(now_ms, (1..=50).map(|id| walker(id, now_ms)).collect()));
+        let state = store.state();
+        println!("\noffered {now_ms} {} {}", state.written, state.trouble);
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+fn child(file: &Path, before: &str) -> std::process::Child {
+    let program = std::env::current_exe().unwrap();
+    let command = format!("{before} exec \"$0\" writer --exact --nocapture --test-threads=1");
+    Command::new("sh")
+        .args(["-c", &command])
+        .arg(program)
+        .env(CHILD, file)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+fn fifty_deaths_at_any_moment_lose_a_second_at_most_and_never_the_file() {
+    let folder = Folder::new("deaths");
+    let mut worst_ms = 0;
+    for death in 0..50_u64 {
+        let mut child = child(&folder.file(), "");
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        // Offered frames until it dies: another number of them each time.
+        let (mut last_ms, mut gap_ms) = (0, 0);
+        for line in lines
+            .by_ref()
+            .map_while(Result::ok)
+            .filter(|line| line.starts_with("offered"))
+            .take(7 + (death * 7919 % 13) as usize)
+        {
+            let offered_ms: u64 = line.split(' ').nth(1).unwrap().parse().unwrap();
+            gap_ms = if last_ms == 0 { 0 } else { gap_ms.max(offered_ms - last_ms) };
+            last_ms = offered_ms;
+        }
+        std::thread::sleep(Duration::from_millis(death * 37 % 100));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        // What it offered between the last line read and its death counts as well.
+        let offered = lines.map_while(Result::ok).filter_map(|line| line.split(' ').nth(1)?.parse().ok());
+        last_ms = offered.fold(last_ms, u64::max);
+        let reader = Reader::open(&folder.file()).unwrap();
+        let kept_ms = reader.snapshot().unwrap().map_or(0, |frame| frame.unix_ms);
+        let paths = reader.paths(kept_ms.saturating_sub(200), kept_ms).unwrap();
+        assert_eq!(paths.len(), 50, "death {death}");
+        assert!(
+            paths.iter().all(|path| path.places.last().unwrap().at_ms == kept_ms),
+            "one transaction, or none"
+        );
+        worst_ms = worst_ms.max(last_ms - kept_ms);
+        // A machine that was held up offers nothing meanwhile, and writes nothing.
+        assert!(last_ms - kept_ms <= 1000 + gap_ms, "death {death}: {} ms lost", last_ms - kept_ms);
+    }
+    println!("50 deaths, at most {worst_ms} ms lost");
+}
+
+#[test]
+fn a_full_disk_is_said_and_what_was_written_stays() {
+    let folder = Folder::new("full");
+    // No file may grow beyond 256 KiB.
+    let mut child = child(&folder.file(), "trap '' XFSZ; ulimit -f 512;");
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut offered = lines.map_while(Result::ok).filter(|line| line.starts_with("offered"));
+    let trouble =
+        offered.by_ref().find(|line| line.split(' ').nth(3).is_some_and(|word| !word.is_empty())).unwrap();
+    println!("{trouble}");
+    assert!(trouble.contains("kehai.db"), "it names the file");
+    assert!(offered.by_ref().take(10).count() == 10, "and frames are taken as before");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(Reader::open(&folder.file()).unwrap().snapshot().unwrap().is_some());
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_no_reason_to_stop() {
+    let store = Store::open(Path::new("/proc/kehai/kehai.db"), &site(), 30).unwrap();
+    while store.state().trouble.is_empty() {
+        store.see(frame(unix_ms(), vec![walker(1, 0)]));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(store.state().trouble.contains("/proc/kehai/kehai.db"), "{:?}", store.state());
+}
+
+#[test]
+fn what_is_no_database_is_refused_and_left_alone() {
+    let folder = Folder::new("foreign");
+    std::fs::write(folder.file(), "a letter to a friend, longer than a header of a database is, by some words, at least a hundred of bytes").unwrap();
+    let error = Store::open(&folder.file(), &site(), 30).unwrap_err();
+    assert!(matches!(error, StoreError::Sqlite { .. }) && error.to_string().contains("kehai.db"), "{error}");
+    assert!(std::fs::read_to_string(folder.file()).unwrap().starts_with("a letter"));
+}
+
+/// Writes `frames` at once and closes.
+fn written(folder: &Folder, days: u32, frames: impl Iterator<Item = Arc<Frame>>) -> Reader {
+    let store = Store::open(&folder.file(), &site(), days).unwrap();
+    frames.for_each(|frame| store.see_waiting(frame));
+    let dropped = store.state().dropped;
+    drop(store);
+    assert_eq!(dropped, 0);
+    Reader::open(&folder.file()).unwrap()
+}
+
+/// Bytes of the database, its log included.
+fn bytes(folder: &Folder) -> u64 {
+    std::fs::read_dir(&folder.0).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum()
+}
+
+#[test]
+fn a_year_at_home_fits_in_2_gb() {
+    let (empty, folder) = (Folder::new("empty"), Folder::new("home"));
+    let begun_ms = unix_ms() - 3_600_000;
+    drop(written(&empty, 365, [frame(begun_ms, vec![])].into_iter()));
+    // An hour of three people, ten lines a second.
+    let hour = (0..36_000).map(|tenth| begun_ms + 100 * tenth);
+    let reader =
+        written(&folder, 365, hour.map(|at_ms| frame(at_ms, (1..=3).map(|id| walker(id, at_ms)).collect())));
+    let an_hour = bytes(&folder) - bytes(&empty);
+    let a_year = an_hour * 6 * 365;
+    println!("{an_hour} bytes an hour of three people, {:.2} GB a year of 6 h a day", a_year as f64 * 1e-9);
+    assert!(a_year <= 2_000_000_000);
+    // What is stored is where they were.
+    let paths = reader.paths(begun_ms, begun_ms + 3_600_000).unwrap();
+    assert_eq!(paths.len(), 3);
+    for (id, path) in (1..).zip(&paths) {
+        for place in &path.places {
+            let walked = walker(id, place.at_ms);
+            let off_mm =
+                (walked.x * 1e3 - f64::from(place.x_mm)).hypot(walked.y * 1e3 - f64::from(place.y_mm));
+            assert!(off_mm < TOLERANCE_MM);
+        }
+    }
+}
+
+#[test]
+fn a_month_at_an_entrance_fits_in_1_gb() {
+    let (empty, folder) = (Folder::new("none"), Folder::new("entrance"));
+    let begun_ms = unix_ms() - 3_600_000;
+    drop(written(&empty, 30, [frame(begun_ms, vec![])].into_iter()));
+    // 250 passages of 8 s, one after the other: a twentieth of a day's 5000.
+    let frames = (0..250 * 80_u64).map(|tenth| {
+        let (id, t) = (tenth / 80, (tenth % 80) as f64 * 0.1);
+        let noise = 0.01 * ((tenth as f64 * 977.0).sin() * 43_758.5).fract();
+        frame(begun_ms + 100 * tenth, vec![track(1 + id, -4.0 + t, 0.3 * (t * 1.3).sin() + noise)])
+    });
+    drop(written(&folder, 30, frames));
+    let a_month = (bytes(&folder) - bytes(&empty)) * 20 * 30;
+    println!("{:.2} GB for 5000 passages a day, 30 days", a_month as f64 * 1e-9);
+    assert!(a_month <= 1_000_000_000);
+}
+
+#[test]
+fn questions_about_a_day_use_an_index() {
+    let folder = Folder::new("plans");
+    let now_ms = unix_ms();
+    let reader = written(&folder, 30, [frame(now_ms, vec![walker(1, now_ms)])].into_iter());
+    for plan in reader.plans().unwrap() {
+        println!("{plan}\n");
+        assert!(plan.contains("INDEX") || plan.contains("PRIMARY KEY"), "{plan}");
+        let scans = plan.lines().filter(|line| line.starts_with("SCAN")).collect::<Vec<_>>();
+        // Zones are a handful.
+        assert!(scans.iter().all(|line| line.starts_with("SCAN zone")), "{plan}");
+    }
+}
+
+#[test]
+fn what_is_older_than_asked_for_is_deleted() {
+    let folder = Folder::new("old");
+    let now_ms = unix_ms();
+    let days_ago = |days: u64| now_ms - days * 86_400_000;
+    let frames = [days_ago(40), days_ago(10), now_ms - 1000];
+    let frames = frames.into_iter().zip(1..).flat_map(|(at_ms, id)| {
+        (0..3).map(move |tenth| frame(at_ms + 100 * tenth, vec![track(id, -1.0, 0.0)]))
+    });
+    drop(written(&folder, 365, frames));
+    let reader = written(&folder, 30, [frame(now_ms, vec![])].into_iter());
+    let ids: Vec<u64> = reader.paths(0, now_ms).unwrap().iter().map(|path| path.track).collect();
+    assert_eq!(ids, [2, 3]);
+    assert!(reader.events(0, days_ago(30)).unwrap().is_empty());
+}
+
+#[test]
+fn an_export_holds_paths_counts_and_events() {
+    let folder = Folder::new("export");
+    let now_ms = unix_ms();
+    let frames =
+        (0..50).map(|tenth| frame(now_ms + 100 * tenth, vec![track(1, -1.0 + 0.1 * tenth as f64, 0.0)]));
+    drop(written(&folder, 30, frames));
+    export::export(&folder.file(), &folder.0.join("out"), 0, u64::MAX / 2).unwrap();
+    let lines = |name: &str| -> Vec<String> {
+        let text = std::fs::read_to_string(folder.0.join("out").join(name)).unwrap();
+        text.lines().map(String::from).collect()
+    };
+    assert_eq!(lines("paths.csv").len(), 1 + 2, "{:?}", lines("paths.csv"));
+    assert_eq!(lines("counts.csv").len(), 1 + 2, "{:?}", lines("counts.csv"));
+    assert!(
+        lines("events.csv").iter().any(|line| line.contains(",leave,hall,1,")),
+        "{:?}",
+        lines("events.csv")
+    );
+}
