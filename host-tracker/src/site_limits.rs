@@ -51,7 +51,7 @@ pub fn check(site: &Site) -> Result<(), String> {
 }
 
 fn places(what: &str, places: &[[f64; 2]]) -> Result<(), String> {
-    match places.iter().flatten().find(|metres| !(metres.abs() <= FARTHEST_M)) {
+    match places.iter().flatten().find(|metres| metres.is_nan() || metres.abs() > FARTHEST_M) {
         None => Ok(()),
         Some(metres) => {
             Err(format!("{what}: {metres} is no place: metres, at most {FARTHEST_M} from the origin"))
