@@ -146,6 +146,18 @@ pub fn inside(point: Point, polygon: &[Point]) -> bool {
     within
 }
 
+/// The lowest and the highest corner of the upright rectangle around all points; None without any.
+#[must_use]
+pub fn bounds(points: impl IntoIterator<Item = Point>) -> Option<(Point, Point)> {
+    points.into_iter().fold(None, |around, at| {
+        let (low, high) = around.unwrap_or((at, at));
+        Some((
+            Point::new(low.x.min(at.x), low.y.min(at.y)),
+            Point::new(high.x.max(at.x), high.y.max(at.y)),
+        ))
+    })
+}
+
 /// The polygon's centre of area; of one without area the mean of its corners.
 #[must_use]
 pub fn centroid(polygon: &[Point]) -> Point {
@@ -174,6 +186,12 @@ mod tests {
         assert!(inside(Point::new(0.9, -0.9), &SQUARE) && !inside(Point::new(1.1, 0.0), &SQUARE));
         assert!(!inside(Point::new(0.0, 1.1), &SQUARE));
         assert!(centroid(&SQUARE).length() < 1e-12);
+    }
+
+    #[test]
+    fn bounds_hold_all_points() {
+        assert_eq!(bounds([Point::new(3.0, -1.0), Point::new(1.0, 2.0)]), Some((Point::new(1.0, -1.0), Point::new(3.0, 2.0))));
+        assert_eq!(bounds([]), None);
     }
 
     #[test]

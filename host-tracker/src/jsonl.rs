@@ -325,6 +325,7 @@ mod tests {
             state: LifeCycle::Occluded,
             existence: 0.98765,
             reason: "hidden by 3",
+            unexplained: false,
         };
         let zone = ZoneLine { count: 1, p: vec![0.1, 0.9], seen_share: 0.7, state: ZoneKnown::Partly };
         let line = TracksLine {

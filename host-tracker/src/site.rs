@@ -113,6 +113,13 @@ pub struct Wall {
     pub mirror: bool,
 }
 
+impl Wall {
+    /// Its straight pieces.
+    pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> {
+        self.points.windows(2).map(|ends| (Point::from(ends[0]), Point::from(ends[1])))
+    }
+}
+
 fn everything() -> Vec<Blocks> {
     vec![Blocks::People, Blocks::Beams]
 }
@@ -141,6 +148,18 @@ pub struct Zone {
     pub enclosed: bool,
 }
 
+impl Zone {
+    /// Its polygon.
+    #[must_use]
+    pub fn corners(&self) -> Vec<Point> {
+        corners(&self.polygon)
+    }
+}
+
+fn corners(polygon: &[[f64; 2]]) -> Vec<Point> {
+    polygon.iter().map(|&corner| corner.into()).collect()
+}
+
 /// A line across which people come and go.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -153,6 +172,14 @@ pub struct Entry {
     pub zone: Option<String>,
 }
 
+impl Entry {
+    /// Its ends.
+    #[must_use]
+    pub fn ends(&self) -> (Point, Point) {
+        (self.line[0].into(), self.line[1].into())
+    }
+}
+
 /// An area in which a door leaf, a curtain or a fan moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -162,6 +189,14 @@ pub struct Mover {
     pub name: String,
     /// Its corners, at least three.
     pub polygon: Vec<[f64; 2]>,
+}
+
+impl Mover {
+    /// Its polygon.
+    #[must_use]
+    pub fn corners(&self) -> Vec<Point> {
+        corners(&self.polygon)
+    }
 }
 
 /// Why a site file cannot be used: file, place and what is wrong.

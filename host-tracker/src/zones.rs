@@ -5,11 +5,14 @@
 //!   sightings ─▶ cells of 0.2 m, seen when last ─▶ share    known · partly · unknown
 //! ```
 //!
+//! Somebody unexplained, who was never seen to come in and has not moved, is in the distribution and not in the
+//! count; in a zone that is `secure` in both.
+//!
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
 use std::collections::BTreeMap;
 
-use crate::geometry::{Point, inside};
+use crate::geometry::{Point, bounds, inside};
 use crate::jsonl::{ZoneKnown, ZoneLine};
 use crate::sighting::Sighting;
 use crate::site::Site;
@@ -27,6 +30,10 @@ const KNOWN: f64 = 0.8;
 /// Seen share under which nothing is known.
 const UNKNOWN: f64 = 0.1;
 
+/// Probability that what nobody saw come in and has not moved since is somebody: people bring things as often as
+/// people in their arms.
+const UNEXPLAINED: f64 = 0.5;
+
 /// The zones of a site.
 #[derive(Debug)]
 pub struct Zones(Vec<Zone>);
@@ -35,6 +42,7 @@ pub struct Zones(Vec<Zone>);
 struct Zone {
     name: String,
     polygon: Vec<Point>,
+    secure: bool,
     cells: Vec<Cell>,
 }
 
@@ -70,38 +78,37 @@ impl Zones {
 
 impl Zone {
     fn new(zone: &crate::site::Zone) -> Self {
-        let polygon: Vec<Point> = zone.polygon.iter().map(|&corner| corner.into()).collect();
-        let bound = |pick: fn(&Point) -> f64, fold: fn(f64, f64) -> f64, from: f64| {
-            polygon.iter().map(pick).fold(from, fold)
-        };
-        let (left, right) =
-            (bound(|at| at.x, f64::min, f64::INFINITY), bound(|at| at.x, f64::max, f64::NEG_INFINITY));
-        let (low, high) =
-            (bound(|at| at.y, f64::min, f64::INFINITY), bound(|at| at.y, f64::max, f64::NEG_INFINITY));
+        let polygon = zone.corners();
+        let (low, high) = bounds(polygon.iter().copied()).unwrap_or_default();
         let mut cells = Vec::new();
-        let (columns, rows) =
-            (((right - left) / CELL_M).ceil() as u32, ((high - low) / CELL_M).ceil() as u32);
+        let size = high - low;
+        let (columns, rows) = ((size.x / CELL_M).ceil() as u32, (size.y / CELL_M).ceil() as u32);
         for row in 0..rows {
             for column in 0..columns {
                 let offset = Point::new(f64::from(column) + 0.5, f64::from(row) + 0.5) * CELL_M;
-                let middle = Point::new(left, low) + offset;
+                let middle = low + offset;
                 if inside(middle, &polygon) {
                     cells.push(Cell { middle, seen_s: f64::NEG_INFINITY });
                 }
             }
         }
-        Self { name: zone.name.clone(), polygon, cells }
+        Self { name: zone.name.clone(), polygon, secure: zone.secure, cells }
     }
 
     fn line(&self, tracks: &[TrackState], at_s: f64) -> ZoneLine {
         let mut count = 0;
         let mut p = vec![1.0];
         for track in tracks {
-            if track.state == LifeCycle::Tentative || !inside(track.at, &self.polygon) {
+            if !inside(track.at, &self.polygon) {
                 continue;
             }
-            count += 1;
-            add(&mut p, track.existence);
+            if track.unexplained && !self.secure {
+                // Perhaps a thing: the count may be higher by one.
+                add(&mut p, UNEXPLAINED * track.existence);
+            } else if track.unexplained || track.state != LifeCycle::Tentative {
+                count += 1;
+                add(&mut p, track.existence);
+            }
         }
         let seen = self.cells.iter().filter(|cell| at_s - cell.seen_s < SEEN_S).count();
         let seen_share = seen as f64 / self.cells.len().max(1) as f64;
@@ -133,6 +140,28 @@ mod tests {
         add(&mut p, 1.0);
         add(&mut p, 0.5);
         assert_eq!(p, [0.0, 0.5, 0.5]);
+    }
+
+    #[test]
+    fn somebody_unexplained_counts_only_where_it_is_secure() {
+        let track = TrackState {
+            id: 1,
+            at: Point::new(0.5, 0.5),
+            velocity: Point::default(),
+            covariance_m2: [0.01, 0.0, 0.01],
+            state: LifeCycle::Tentative,
+            existence: 1.0,
+            reason: "unexplained",
+            unexplained: true,
+        };
+        let line = |secure: bool| {
+            let text =
+                format!("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]\nsecure = {secure}");
+            let zone: crate::site::Zone = toml::from_str(&text).unwrap();
+            Zone::new(&zone).line(&[track], 10.0)
+        };
+        assert_eq!((line(false).count, line(false).p), (0, vec![0.5, 0.5]));
+        assert_eq!((line(true).count, line(true).p), (1, vec![0.0, 1.0]));
     }
 
     #[test]

@@ -228,6 +228,7 @@ impl Tracker for Lee {
                 state,
                 existence: if person.confirmed { 1.0 } else { 0.5 },
                 reason,
+                unexplained: false,
             }
         };
         self.people.iter().map(state).collect()

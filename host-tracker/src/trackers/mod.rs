@@ -55,6 +55,8 @@ pub struct TrackState {
     pub existence: f64,
     /// Why it is in this state, in words.
     pub reason: &'static str,
+    /// Perhaps a thing: nobody saw it come in, and it has not moved.
+    pub unexplained: bool,
 }
 
 /// Turns sightings into people.
@@ -140,7 +142,7 @@ impl Choice {
     #[must_use]
     pub fn build(self, site: &Arc<Site>) -> Box<dyn Tracker> {
         match self {
-            Self::Kehai(ideas) => Box::new(kehai::Kehai::new(Arc::clone(site), ideas)),
+            Self::Kehai(ideas) => Box::new(kehai::Kehai::new(site, ideas)),
             Self::Lee(settings) => Box::new(lee::Lee::new(settings)),
             Self::Particle(settings) => Box::new(particle::Particle::new(site, settings)),
         }

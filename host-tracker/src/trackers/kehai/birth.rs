@@ -7,11 +7,12 @@
 //! ```
 
 use super::ideas::Idea;
-use super::track::{SURE, Track};
-use super::{AGILITY, Kehai, associate, cost};
+use super::track::{SURE, Track, bit};
+use super::{AGILITY, Kehai, other_leg};
 use crate::geometry::Point;
 use crate::sighting::{Seen, Sighting};
 use crate::trackers::kalman::Kinematics;
+use nalgebra::Vector2;
 
 /// Forgotten after so long without a candidate, s.
 pub const PATIENCE_S: f64 = 0.6;
@@ -25,8 +26,15 @@ const REACH_M: f64 = 0.5;
 /// A wide one, m: two bodies cannot be nearer.
 const BODY_M: f64 = 0.3;
 
+/// Two appearances nearer than this are one, m: less than two bodies' middles, or two legs'.
+const SAME_M: f64 = 0.3;
+
 /// Nobody is born nearer to somebody, m.
 const ROOM_M: f64 = 0.4;
+
+/// What appears so near to somebody may have split off from him, m: a thing at arm's length. People who follow each
+/// other keep farther apart.
+const BESIDE_M: f64 = 0.8;
 
 /// Nearer to an entry than this somebody may just have come, m.
 const ENTRY_M: f64 = 0.35;
@@ -37,16 +45,11 @@ const WALK_MPS: f64 = 1.0;
 impl Kehai {
     /// Takes away what belongs to people already seen in this scan.
     pub(super) fn drop_limbs(&self, sighting: &Sighting, pieces: &[Seen], taken: &mut [bool]) {
-        let seen: Vec<Point> = self
-            .tracks
-            .iter()
-            .filter(|track| track.confirmed && !track.is_hidden())
-            .map(|track| track.motion.place(sighting.start_s))
-            .collect();
+        let seen = self.seen_places(sighting.start_s);
         for (piece, taken) in pieces.iter().zip(taken.iter_mut()).filter(|(_, taken)| !**taken) {
             let centre = Point::new(piece.centre.x, piece.centre.y);
             let reach_m = if piece.candidate.narrow { REACH_M } else { BODY_M };
-            *taken = seen.iter().any(|&place| {
+            *taken = seen.iter().any(|&(_, place)| {
                 (place - centre).length() < reach_m || (place - piece.chord_middle()).length() < reach_m
             });
         }
@@ -54,61 +57,56 @@ impl Kehai {
 
     /// Lets appearances grow on what is left, and new ones begin.
     pub(super) fn grow(&mut self, sighting: &Sighting, pieces: &[Seen], taken: &mut [bool]) {
-        let tentative: Vec<usize> =
-            (0..self.tracks.len()).filter(|&index| !self.tracks[index].confirmed).collect();
-        let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
-        let assigned = associate::assign(
-            &vec![super::UNASSIGNED; tentative.len()],
-            free.len(),
-            super::UNASSIGNED,
-            |row, column| cost(&self.tracks[tentative[row]], &pieces[free[column]]),
-        );
+        let hits = self.associate(|track| !track.confirmed, sighting, pieces, taken);
         let mut ready = Vec::new();
-        for (row, column) in assigned.into_iter().enumerate() {
-            let Some(column) = column else { continue };
-            let (track, index) = (tentative[row], free[column]);
-            taken[index] = true;
-            self.hit(track, index, sighting, pieces, taken);
-            let gain = self.evidence(&pieces[index], self.tracks[track].id);
+        for (track, index, legs) in hits {
+            let gain = self.evidence(&pieces[index], legs, self.tracks[track].id);
             let track = &mut self.tracks[track];
             track.existence += gain;
             if track.existence >= ENOUGH && track.width_m >= 0.2 {
                 ready.push(track.id);
             }
         }
+        self.merge_appearances(sighting);
         for id in ready {
-            self.confirm(id);
+            self.confirm(id, self.is_beginning(sighting));
         }
         for index in 0..pieces.len() {
             if !taken[index] {
                 taken[index] = true;
-                self.begin(&pieces[index], sighting.view.module);
+                let legs = other_leg(index, pieces[index].centre, pieces, |other| !taken[other]);
+                if let Some((other, _)) = legs {
+                    taken[other] = true;
+                }
+                self.begin(&pieces[index], legs.map(|(_, middle)| middle), sighting);
             }
         }
     }
 
     /// How much a candidate speaks for somebody of its own.
-    fn evidence(&self, seen: &Seen, own: u32) -> f64 {
+    fn evidence(&self, seen: &Seen, legs: bool, own: u32) -> f64 {
         let centre = Point::new(seen.centre.x, seen.centre.y);
         let beside = |track: &Track| {
             track.id != own
-                && track.confirmed
-                && !track.is_hidden()
+                && track.near_in == self.scan
+                && track.is_seen()
                 && (track.motion.place(seen.at_s) - centre).length() < ROOM_M
         };
         if self.tracks.iter().any(beside) {
             return -0.2;
         }
-        match (seen.candidate.narrow, seen.is_whole()) {
+        match (seen.candidate.narrow && !legs, legs || seen.is_whole()) {
             (false, true) => 0.5,
             (false, false) => 0.3,
             (true, _) => 0.1,
         }
     }
 
-    fn begin(&mut self, seen: &Seen, module: usize) {
-        let centre = Point::new(seen.centre.x, seen.centre.y);
-        let motion = Kinematics::new(seen.at_s, seen.centre, &seen.covariance, 1.0, AGILITY);
+    fn begin(&mut self, seen: &Seen, legs: Option<Vector2<f64>>, sighting: &Sighting) {
+        let middle = legs.unwrap_or(seen.centre);
+        let centre = Point::new(middle.x, middle.y);
+        let beside = self.beside(centre, seen.at_s);
+        let motion = Kinematics::new(seen.at_s, middle, &seen.covariance, 1.0, AGILITY);
         self.tracks.push(Track {
             id: self.next_id,
             motion,
@@ -119,20 +117,52 @@ impl Kehai {
             last_hit_s: seen.at_s,
             first_at: centre,
             width_m: seen.width_m,
-            seen_by: 1 << (module % 128),
+            seen_by: bit(sighting.view.module),
+            hit_in: self.scan,
+            near_in: self.scan,
+            faded_s: seen.at_s,
+            covered_s: seen.at_s,
+            beside,
+            rest: (centre, seen.at_s),
+            is_inside: false,
+            unexplained: None,
             reason: "appeared",
             twin: 0,
+            twin_since_s: seen.at_s,
             emerged_s: seen.at_s,
         });
         self.next_id += 1;
     }
 
+    /// Of two appearances at one place, each perhaps of one module only, the older stays.
+    fn merge_appearances(&mut self, sighting: &Sighting) {
+        let of = |track: &Track| (track.id, track.motion.place(sighting.start_s), track.existence);
+        let near = |track: &&Track| !track.confirmed && track.near_in == self.scan;
+        let all: Vec<_> = self.tracks.iter().filter(near).map(of).collect();
+        for (index, &(younger, place, evidence)) in all.iter().enumerate().skip(1) {
+            let same = |(_, other, _): &&(u32, Point, f64)| (*other - place).length() < SAME_M;
+            let Some(&(older, ..)) = all.iter().take(index).find(same) else { continue };
+            self.tracks.retain(|track| track.id != younger);
+            if let Some(track) = self.tracks.iter_mut().find(|track| track.id == older) {
+                track.existence = track.existence.max(evidence);
+            }
+        }
+    }
+
+    /// Somebody seen beside a place.
+    fn beside(&self, place: Point, at_s: f64) -> Option<u32> {
+        let seen = self.seen_places(at_s);
+        let far_m = |(id, other): (u32, Point)| ((other - place).length(), id);
+        let near = seen.into_iter().map(far_m).filter(|(distance_m, _)| *distance_m < BESIDE_M);
+        near.min_by(|one, two| one.0.total_cmp(&two.0)).map(|(_, id)| id)
+    }
+
     /// Makes an appearance somebody: new, or one of the hidden.
-    fn confirm(&mut self, id: u32) {
+    fn confirm(&mut self, id: u32, beginning: bool) {
         let Some(index) = self.tracks.iter().position(|track| track.id == id) else { return };
         let track = &self.tracks[index];
         let (at_s, at) = (track.last_hit_s, track.motion.place(track.last_hit_s));
-        let interior = self.is_enclosed(track.first_at) && self.entry_m(track.first_at) > ENTRY_M;
+        let interior = self.is_enclosed(track.first_at) && self.walls.entry_m(track.first_at) > ENTRY_M;
         if interior && self.ideas.has(Idea::Relink) {
             let likeliest = self
                 .tracks
@@ -147,24 +177,20 @@ impl Kehai {
                 .filter(|(_, effort)| *effort < 1.0)
                 .min_by(|one, two| one.1.total_cmp(&two.1));
             if let Some((hidden, _)) = likeliest {
-                let found = self.tracks[index].clone();
-                let hidden = &mut self.tracks[hidden];
-                hidden.motion = found.motion;
-                hidden.cloud = None;
-                hidden.last_hit_s = found.last_hit_s;
-                hidden.seen_by |= found.seen_by;
-                hidden.existence = SURE;
-                hidden.reason = "came out of hiding";
-                hidden.emerged_s = found.last_hit_s;
-                hidden.twin = 0;
-                self.tracks.remove(index);
+                let found = self.tracks.remove(index);
+                let hidden = if hidden > index { hidden - 1 } else { hidden };
+                self.tracks[hidden].is_found(&found);
                 return;
             }
             if track.existence < 2.0 * ENOUGH {
                 return;
             }
         }
+        let beside = track.beside.or_else(|| self.beside(at, at_s));
+        let unexplained = interior && !beginning && self.walls.has_entries();
         let track = &mut self.tracks[index];
+        track.beside = beside;
+        track.unexplained = unexplained.then_some(track.first_at);
         track.confirmed = true;
         track.existence = SURE * 0.5;
         track.reason = "seen";

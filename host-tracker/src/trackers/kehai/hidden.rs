@@ -9,7 +9,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::walls::Walls;
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 use crate::trackers::kalman::Kinematics;
 
 /// Places in a cloud.
@@ -31,6 +31,9 @@ const ENTERING_S: f64 = 1.5;
 /// Kernel around each place when something is compared with the cloud, m.
 const KERNEL_M: f64 = 0.12;
 
+/// Squared deviations from which on a place says nothing.
+const FAR: f64 = 18.0;
+
 /// A place and how much is to be said for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
@@ -49,6 +52,7 @@ pub struct Cloud {
     /// Walked towards a zone when last seen: goes on, and in.
     enters: bool,
     random: u64,
+    around: (Point, f64),
 }
 
 impl Cloud {
@@ -57,8 +61,13 @@ impl Cloud {
     pub fn new(at_s: f64, motion: &Kinematics, seen_s: f64, walls: &Walls, seed: u32) -> Self {
         let (seen, middle, spread) = (motion.place(seen_s), motion.place(at_s), motion.spread(at_s));
         let velocity = motion.velocity();
-        let mut cloud =
-            Self { at_s, places: Vec::with_capacity(PLACES), enters: false, random: u64::from(seed) * 2 + 1 };
+        let mut cloud = Self {
+            at_s,
+            places: Vec::with_capacity(PLACES),
+            enters: false,
+            random: u64::from(seed) * 2 + 1,
+            around: (middle, 0.0),
+        };
         let root = spread.cholesky().map_or_else(|| Matrix2::identity() * 0.1, |root| root.l());
         cloud.enters = walls.waits_outside(seen, velocity)
             || (velocity.length() > LEAVING_MPS && walls.enters(seen, seen + velocity * ENTERING_S));
@@ -75,6 +84,7 @@ impl Cloud {
                 weight: 1.0 / PLACES as f64,
             });
         }
+        cloud.enclose();
         cloud
     }
 
@@ -107,6 +117,7 @@ impl Cloud {
                 place.velocity = place.velocity * slower;
             }
         }
+        self.enclose();
     }
 
     /// Weights every place by the likelihood of what was seen there; returns how likely that was for the cloud.
@@ -149,14 +160,30 @@ impl Cloud {
     #[must_use]
     pub fn density(&self, place: Vector2<f64>, noise: &Matrix2<f64>) -> f64 {
         let spread = noise + Matrix2::identity() * (KERNEL_M * KERNEL_M);
+        let (middle, radius_m) = self.around;
+        let far_m = (place - Vector2::new(middle.x, middle.y)).norm() - radius_m;
+        if far_m > 0.0 && far_m * far_m > FAR * spread.trace() {
+            return 0.0;
+        }
         let Some(inverse) = spread.try_inverse() else { return 0.0 };
         let scale = 1.0 / (core::f64::consts::TAU * spread.determinant().sqrt());
         let one = |candidate: &Place| {
             let off = place - Vector2::new(candidate.at.x, candidate.at.y);
             let distance = (off.transpose() * inverse * off)[(0, 0)];
-            if distance > 18.0 { 0.0 } else { candidate.weight * libm::exp(-0.5 * distance) }
+            if distance > FAR { 0.0 } else { candidate.weight * libm::exp(-0.5 * distance) }
         };
         self.places.iter().map(one).sum::<f64>() * scale
+    }
+
+    /// A circle around all places: its middle, and its radius in m.
+    #[must_use]
+    pub const fn around(&self) -> (Point, f64) {
+        self.around
+    }
+
+    fn enclose(&mut self) {
+        let (low, high) = bounds(self.places.iter().map(|place| place.at)).unwrap_or_default();
+        self.around = ((low + high) * 0.5, (high - low).length() * 0.5);
     }
 
     /// Mean and covariance of the place.
@@ -170,11 +197,6 @@ impl Cloud {
             spread += off * off.transpose() * place.weight;
         }
         (mean, spread)
-    }
-
-    /// Share of the cloud for which `is` holds.
-    pub fn share(&self, mut is: impl FnMut(Point) -> bool) -> f64 {
-        self.places.iter().filter(|place| is(place.at)).map(|place| place.weight).sum()
     }
 
     fn uniform(&mut self) -> f64 {

@@ -18,14 +18,12 @@ mod look;
 mod track;
 mod walls;
 
-use std::sync::Arc;
-
 use nalgebra::{Matrix2, Vector2};
 
 use super::{TrackState, Tracker};
-use crate::geometry::{Point, distance_to_segment, inside};
+use crate::geometry::{Point, inside};
 use crate::sighting::{Seen, Sighting};
-use crate::site::Site;
+use crate::site::{Mover, Site, Zone};
 use hidden::Cloud;
 use ideas::{Idea, Ideas};
 use track::{HIDDEN_S, NOBODY, SURE, Track};
@@ -52,44 +50,128 @@ const TWIN_SCANS: u32 = 12;
 /// A candidate farther from a track than this is never its own, m.
 const GATE_M: f64 = 0.8;
 
+/// Between the middles of two legs, m.
+const STRIDE_M: core::ops::Range<f64> = 0.08..0.45;
+
+/// Deviation of the middle between two legs from their owner's, m.
+const LEGS_M: f64 = 0.06;
+
 /// What is nearer to a module touches it, and has no place, mm.
 const TOUCHING_MM: u16 = 80;
 
 /// What the face of a mover is unsure by, mm.
 const FACE_MM: u16 = 60;
 
+/// Evidence of a module that never detected somebody, against that of one that did: beams pass over children.
+const UNKNOWN: f64 = 0.2;
+
+/// For so long after a module began, whoever is inside was there before, s.
+const BEGINNING_S: f64 = 10.0;
+
+/// A module that was silent for so long begins anew, s.
+const SILENT_S: f64 = 2.0;
+
+/// Who has moved so far is no thing, m.
+const MOVED_M: f64 = 0.3;
+
+/// Two who came as one have parted at this distance, m: a thing is not carried farther away.
+const PARTED_M: f64 = 1.0;
+
+/// Who is faster than this walks, m/s: half a slow walk, and more than a place jumps between the legs of a chair.
+const WALKING_MPS: f64 = 0.5;
+
+/// Who has not moved for so long rests, s.
+const RESTS_S: f64 = 1.0;
+
+/// Somebody unseen is doubted after so long without a module that looks there, s.
+const UNCOVERED_S: f64 = 0.5;
+
+/// Half-life of somebody hidden in the open, s, and where no module looks.
+const HALF_LIFE_S: (f64, f64) = (15.0, 3.0);
+
+/// What one such half-life takes, as log-odds: from sure to nobody in three.
+const HALVES: f64 = 4.2;
+
 /// Our tracker.
 pub struct Kehai {
-    site: Arc<Site>,
     walls: Walls,
-    zones: Vec<(Vec<Point>, bool)>,
+    enclosed: Vec<Vec<Point>>,
     movers: Vec<Vec<Point>>,
     ideas: Ideas,
     tracks: Vec<Track>,
     next_id: u32,
     now_s: f64,
-    begun_s: Option<f64>,
+    /// Number of the sighting.
+    scan: u64,
+    modules: Vec<Heard>,
+}
+
+/// When a module was heard.
+#[derive(Clone, Copy)]
+struct Heard {
+    since_s: f64,
+    last_s: f64,
 }
 
 impl Kehai {
     /// Nobody yet.
     #[must_use]
-    pub fn new(site: Arc<Site>, ideas: Ideas) -> Self {
-        let zones = site
-            .zones
-            .iter()
-            .map(|zone| (zone.polygon.iter().map(|&corner| corner.into()).collect(), zone.enclosed))
-            .collect();
-        let corners =
-            |mover: &crate::site::Mover| mover.polygon.iter().map(|&corner| corner.into()).collect();
-        let movers = site.movers.iter().map(corners).collect();
-        let walls = Walls::of(&site);
-        Self { movers, site, walls, zones, ideas, tracks: Vec::new(), next_id: 1, now_s: 0.0, begun_s: None }
+    pub fn new(site: &Site, ideas: Ideas) -> Self {
+        let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
+        let movers = site.movers.iter().map(Mover::corners).collect();
+        let heard = Heard { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
+        Self {
+            walls: Walls::of(site),
+            enclosed,
+            movers,
+            ideas,
+            tracks: Vec::new(),
+            next_id: 1,
+            now_s: 0.0,
+            scan: 0,
+            modules: vec![heard; site.modules.len()],
+        }
+    }
+
+    /// Notes that a module was heard, and who is within its reach.
+    fn note(&mut self, sighting: &Sighting) {
+        self.now_s = self.now_s.max(sighting.start_s);
+        self.scan += 1;
+        if let Some(heard) = self.modules.get_mut(sighting.view.module) {
+            if sighting.start_s - heard.last_s > SILENT_S {
+                heard.since_s = sighting.start_s;
+            }
+            heard.last_s = heard.last_s.max(sighting.start_s);
+        }
+        let farthest_mm = sighting.background_mm.iter().copied().max().unwrap_or(0);
+        let nearest_mm = sighting.seen.iter().map(|seen| seen.candidate.near_mm).max().unwrap_or(0);
+        let reach_m = f64::from(farthest_mm.max(nearest_mm)) * 0.001 + GATE_M;
+        for track in &mut self.tracks {
+            let (middle, radius_m) = match &track.cloud {
+                Some(cloud) => cloud.around(),
+                None => (track.motion.place(sighting.start_s), 0.0),
+            };
+            if (middle - sighting.view.pose.at).length() < reach_m + radius_m {
+                track.near_in = self.scan;
+            }
+        }
+    }
+
+    /// Whether people may have been inside before the module of this sighting began.
+    fn is_beginning(&self, sighting: &Sighting) -> bool {
+        let heard = self.modules.get(sighting.view.module);
+        heard.is_none_or(|heard| sighting.start_s - heard.since_s < BEGINNING_S)
+    }
+
+    /// Where those are whom the module sees.
+    fn seen_places(&self, at_s: f64) -> Vec<(u32, Point)> {
+        let seen = self.tracks.iter().filter(|track| track.near_in == self.scan && track.is_seen());
+        seen.map(|track| (track.id, track.motion.place(at_s))).collect()
     }
 
     /// Whether nobody gets to a place but across an entry.
     fn is_enclosed(&self, place: Point) -> bool {
-        self.zones.iter().any(|(polygon, enclosed)| *enclosed && inside(place, polygon))
+        self.enclosed.iter().any(|polygon| inside(place, polygon))
     }
 
     /// Whether a candidate is a door leaf or a curtain: all of it where one moves.
@@ -117,14 +199,6 @@ impl Kehai {
         Some(cleared)
     }
 
-    /// Distance to the nearest entry, m.
-    fn entry_m(&self, place: Point) -> f64 {
-        let distance = |entry: &crate::site::Entry| {
-            distance_to_segment(place, entry.line[0].into(), entry.line[1].into())
-        };
-        self.site.entries.iter().map(distance).fold(f64::INFINITY, f64::min)
-    }
-
     /// Whether a candidate belongs to an appearance that was there while the hidden `track` was still seen.
     fn is_somebody_else(&self, track: &Track, seen: &Seen) -> bool {
         self.tracks.iter().filter(|other| !other.confirmed && other.was_beside(track)).any(|other| {
@@ -135,93 +209,108 @@ impl Kehai {
 
     /// What it costs to leave a track without a candidate: little where it is hidden.
     fn unassigned(&self, track: &Track, sighting: &Sighting) -> f64 {
-        if track.is_hidden() {
+        if !track.is_seen() {
             return UNASSIGNED;
         }
         let look = look::at_body(sighting, track.motion.place(sighting.start_s));
         UNASSIGNED + MISSED * (look.judged() - look.hidden)
     }
 
-    /// Finds a candidate for each of the tracks `of`; returns which pieces were taken.
+    /// Finds a candidate for each of the tracks `of` within reach; returns which of them got which,
+    /// and whether it was one of two legs.
     fn associate(
         &mut self,
         of: impl Fn(&Track) -> bool,
         sighting: &Sighting,
         pieces: &[Seen],
         taken: &mut [bool],
-    ) {
-        let tracks: Vec<usize> = (0..self.tracks.len()).filter(|&index| of(&self.tracks[index])).collect();
+    ) -> Vec<(usize, usize, bool)> {
         let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
+        let costs = |track: &Track| -> Vec<f64> {
+            let cost = |&index: &usize| {
+                let seen = &pieces[index];
+                let other = track.is_hidden() && self.is_somebody_else(track, seen);
+                if other { f64::INFINITY } else { cost(track, seen) }
+            };
+            free.iter().map(cost).collect()
+        };
+        // Whoever is far from every candidate needs no place in the matrix.
+        let rows: Vec<(usize, Vec<f64>)> = (0..self.tracks.len())
+            .filter(|&index| self.tracks[index].near_in == self.scan && of(&self.tracks[index]))
+            .map(|index| (index, costs(&self.tracks[index])))
+            .filter(|(_, costs)| costs.iter().any(|cost| *cost < UNASSIGNED))
+            .collect();
         let unassigned: Vec<f64> =
-            tracks.iter().map(|&index| self.unassigned(&self.tracks[index], sighting)).collect();
-        let assigned = associate::assign(&unassigned, free.len(), UNASSIGNED, |row, column| {
-            let (track, seen) = (&self.tracks[tracks[row]], &pieces[free[column]]);
-            if track.is_hidden() && self.is_somebody_else(track, seen) {
-                f64::INFINITY
-            } else {
-                cost(track, seen)
-            }
-        });
-        for (row, column) in assigned.into_iter().enumerate() {
-            let Some(column) = column else { continue };
-            let index = free[column];
-            taken[index] = true;
-            self.hit(tracks[row], index, sighting, pieces, taken);
+            rows.iter().map(|(index, _)| self.unassigned(&self.tracks[*index], sighting)).collect();
+        let assigned =
+            associate::assign(&unassigned, free.len(), UNASSIGNED, |row, column| rows[row].1[column]);
+        let pair = |((track, _), column): (&(usize, _), Option<usize>)| Some((*track, free[column?]));
+        let mut hits: Vec<(usize, usize, bool)> =
+            rows.iter().zip(assigned).filter_map(pair).map(|(track, index)| (track, index, false)).collect();
+        for (_, index, _) in &hits {
+            taken[*index] = true;
         }
+        for (track, index, is_pair) in &mut hits {
+            *is_pair = self.hit(*track, *index, sighting, pieces, taken);
+        }
+        hits
     }
 
-    /// Gives a track its candidate, and the other leg to a leg.
-    fn hit(&mut self, track: usize, index: usize, sighting: &Sighting, pieces: &[Seen], taken: &mut [bool]) {
+    /// Gives a track its candidate, and the other leg to a leg; returns whether there was one.
+    fn hit(
+        &mut self,
+        track: usize,
+        index: usize,
+        sighting: &Sighting,
+        pieces: &[Seen],
+        taken: &mut [bool],
+    ) -> bool {
         let seen = &pieces[index];
-        let track = &mut self.tracks[track];
         let (mut centre, mut noise) = (seen.centre, seen.covariance);
-        if seen.candidate.narrow {
-            let expected = track.place(seen.at_s).0;
+        let legs = if seen.candidate.narrow {
+            let expected = self.tracks[track].place(seen.at_s).0;
+            let own = self.tracks[track].id;
+            let others = self.seen_places(seen.at_s);
+            let is_own = |leg: &Seen| {
+                let far_m = |place: Point| (leg.centre - Vector2::new(place.x, place.y)).norm();
+                others.iter().all(|(id, place)| *id == own || far_m(*place) > far_m(expected))
+            };
             let expected = Vector2::new(expected.x, expected.y);
-            let other = (0..pieces.len())
-                .filter(|&other| !taken[other] && pieces[other].candidate.narrow)
-                .filter(|&other| (0.08..0.45).contains(&(pieces[other].centre - seen.centre).norm()))
-                .map(|other| (other, (pieces[other].centre + seen.centre) * 0.5))
-                .min_by(|one, two| (one.1 - expected).norm().total_cmp(&(two.1 - expected).norm()));
-            if let Some((other, middle)) = other
-                && (middle - expected).norm() < (centre - expected).norm().max(0.2)
-            {
-                taken[other] = true;
-                centre = middle;
-                noise = Matrix2::identity() * (0.06 * 0.06);
-            }
+            other_leg(index, expected, pieces, |other| !taken[other] && is_own(&pieces[other]))
+                .filter(|(_, middle)| (middle - expected).norm() < (centre - expected).norm().max(0.2))
+        } else {
+            None
+        };
+        let track = &mut self.tracks[track];
+        if let Some((other, middle)) = legs {
+            taken[other] = true;
+            centre = middle;
+            noise = Matrix2::identity() * (LEGS_M * LEGS_M);
+            track.width_m = track.width_m.max((pieces[other].centre - seen.centre).norm() + seen.width_m);
         }
         track.hit(seen, centre, &noise, sighting.view.module);
+        track.hit_in = self.scan;
         if track.confirmed {
             track.existence = (track.existence + 2.0).min(SURE);
             track.reason = "seen";
         }
+        legs.is_some()
     }
 
-    /// What the sighting says about everybody it did not detect.
-    fn miss(&mut self, sighting: &Sighting, hit: &impl Fn(&Track) -> bool) {
-        let seen_now: Vec<Point> = self
-            .tracks
-            .iter()
-            .filter(|track| track.confirmed && !track.is_hidden())
-            .map(|track| track.motion.place(sighting.start_s))
-            .collect();
+    /// What the sighting says about everybody within reach whom it did not detect.
+    fn miss(&mut self, sighting: &Sighting) {
+        let seen_now = self.seen_places(sighting.start_s);
         let end_s = sighting.start_s + f64::from(sighting.view.geometry.period_us()) * 1e-6;
-        for index in 0..self.tracks.len() {
-            if hit(&self.tracks[index]) {
+        let free_space = self.ideas.has(Idea::FreeSpace);
+        for track in &mut self.tracks {
+            if track.hit_in == self.scan || track.near_in != self.scan {
                 continue;
             }
-            let enclosed = self.is_enclosed(self.tracks[index].place(end_s).0);
-            let track = &mut self.tracks[index];
-            if !track.is_hidden() && end_s - track.last_hit_s > HIDDEN_S {
-                let cloud = Cloud::new(end_s, &track.motion, track.last_hit_s, &self.walls, track.id);
-                track.cloud = Some(cloud);
-                track.reason = "hidden";
-            }
-            let factor = if track.known_to(sighting.view.module) { 1.0 } else { 0.2 };
+            let known = track.known_to(sighting.view.module);
+            let factor = if known { 1.0 } else { UNKNOWN };
             let Some(cloud) = &mut track.cloud else {
                 let look = look::at_body(sighting, track.motion.place(end_s));
-                if self.ideas.has(Idea::FreeSpace) && look.judged() > 0.8 && look.through > 0.7 {
+                if free_space && look.judged() > 0.8 && look.through > 0.7 {
                     track.existence -= 0.8 * factor;
                     track.reason = "its place is seen empty";
                 }
@@ -229,28 +318,47 @@ impl Kehai {
             };
             cloud.predict(end_s, &self.walls);
             let enters = cloud.enters();
+            let mut covered = 0;
             let left = cloud.weigh(|place| {
+                covered += usize::from(look::covers(sighting, place));
                 let look = look::at_point(sighting, place);
-                let crowded = seen_now.iter().any(|&other| (other - place).length() < 0.3);
+                let crowded = seen_now.iter().any(|(_, other)| (*other - place).length() < 0.3);
                 let beside = if !enters && self.walls.beside(place) { 0.4 } else { 1.0 };
                 (1.0 - 0.8 * look.through).min(beside) * if crowded { 0.8 } else { 1.0 }
             });
-            if self.ideas.has(Idea::FreeSpace) && left < 0.5 {
+            if free_space && left < 0.5 {
                 track.existence += (left.max(0.1) * 2.0).ln() * factor;
                 track.reason = "its place is seen empty";
             }
-            // Where no module ever sees, nobody can be said to stay.
-            let unseen = cloud.share(|place| !look::covers(sighting, place));
-            let half_life_s = if enclosed {
-                f64::INFINITY
-            } else if unseen > 0.5 {
-                3.0
-            } else {
-                15.0
+            if 2 * covered >= hidden::PLACES {
+                track.covered_s = track.covered_s.max(end_s);
+            }
+        }
+    }
+
+    /// Whoever was seen last some time ago is hidden, and in the open believed in less and less.
+    fn fade(&mut self, now_s: f64) {
+        for index in 0..self.tracks.len() {
+            let track = &mut self.tracks[index];
+            let Some(cloud) = &track.cloud else {
+                if track.near_in == self.scan && now_s - track.last_hit_s > HIDDEN_S {
+                    let cloud = Cloud::new(now_s, &track.motion, track.last_hit_s, &self.walls, track.id);
+                    track.cloud = Some(cloud);
+                    track.reason = "hidden";
+                    track.faded_s = now_s;
+                    track.covered_s = now_s;
+                }
+                continue;
             };
-            let per_scan_s = f64::from(sighting.view.geometry.period_us()) * 1e-6;
-            track.existence -= core::f64::consts::LN_2 * per_scan_s / half_life_s * 3.0;
-            if !self.ideas.has(Idea::Persistence) && end_s - track.last_hit_s > 1.0 {
+            let (middle, _) = cloud.around();
+            let (faded_s, covered) = (track.faded_s, now_s - track.covered_s < UNCOVERED_S);
+            if !self.is_enclosed(middle) {
+                let half_life_s = if covered { HALF_LIFE_S.0 } else { HALF_LIFE_S.1 };
+                self.tracks[index].existence -= HALVES * (now_s - faded_s).max(0.0) / half_life_s;
+            }
+            let track = &mut self.tracks[index];
+            track.faded_s = faded_s.max(now_s);
+            if !self.ideas.has(Idea::Persistence) && now_s - track.last_hit_s > 1.0 {
                 track.existence = NOBODY;
             }
         }
@@ -258,9 +366,10 @@ impl Kehai {
 
     /// Two tracks that are always detected one at a time at the same place are one person: who came there last
     /// is hidden somewhere about.
-    fn part_twins(&mut self, now_s: f64, hit: &impl Fn(&Track) -> bool) {
+    fn part_twins(&mut self, now_s: f64) {
+        let hit = |track: &Track| track.hit_in == self.scan;
         for one in 0..self.tracks.len() {
-            let seen = |track: &Track| track.confirmed && !track.is_hidden();
+            let seen = |track: &Track| track.near_in == self.scan && track.is_seen();
             if !seen(&self.tracks[one]) {
                 continue;
             }
@@ -277,7 +386,13 @@ impl Kehai {
             match (hit(&self.tracks[one]), hit(&self.tracks[other])) {
                 (true, true) if distance_m > ONE_BODY_M => self.tracks[one].twin = 0,
                 (false, false) => {}
-                _ => self.tracks[one].twin += 1,
+                _ => {
+                    let track = &mut self.tracks[one];
+                    if track.twin == 0 {
+                        track.twin_since_s = now_s;
+                    }
+                    track.twin += 1;
+                }
             }
             if self.tracks[one].twin >= TWIN_SCANS
                 && self.tracks[one].emerged_s >= self.tracks[other].emerged_s
@@ -287,9 +402,66 @@ impl Kehai {
                 motion.covariance += nalgebra::Matrix4::identity() * (0.3 * 0.3);
                 track.cloud = Some(Cloud::new(now_s, &motion, now_s, &self.walls, track.id));
                 track.reason = "taken for somebody else";
+                // What was detected since was the other one.
+                track.last_hit_s = track.last_hit_s.min(track.twin_since_s);
                 track.twin = 0;
                 self.tracks[other].twin = 0;
             }
+        }
+    }
+
+    /// Whoever walks is explained. If of two that came as one the one walks out, it was it who came in: the other
+    /// may be a thing, and has to move first.
+    fn explain(&mut self) {
+        for index in 0..self.tracks.len() {
+            let track = &self.tracks[index];
+            if track.hit_in != self.scan || track.is_hidden() {
+                continue;
+            }
+            let place = track.motion.place(track.last_hit_s);
+            let is_inside = self.is_enclosed(place);
+            let track = &mut self.tracks[index];
+            track.is_inside = is_inside;
+            if (place - track.rest.0).length() > MOVED_M {
+                track.rest = (place, track.last_hit_s);
+            }
+            if track.unexplained.is_some_and(|from| (place - from).length() > MOVED_M) {
+                track.unexplained = None;
+            }
+            if track.confirmed && track.beside.is_some() {
+                self.part(index);
+            }
+        }
+    }
+
+    /// Looks whether somebody who appeared beside another has parted from him, and who of the two walked.
+    fn part(&mut self, index: usize) {
+        let track = &self.tracks[index];
+        let Some(other) = self.tracks.iter().position(|other| track.beside == Some(other.id)) else {
+            self.tracks[index].beside = None;
+            return;
+        };
+        let place = |index: usize| self.tracks[index].place(self.now_s).0;
+        if (place(index) - place(other)).length() < PARTED_M {
+            return;
+        }
+        let rests = |index: usize| self.now_s - self.tracks[index].rest.1 > RESTS_S;
+        let is_inside = |index: usize| self.tracks[index].is_inside;
+        for (walks, stays) in [(index, other), (other, index)] {
+            if !is_inside(walks) && is_inside(stays) && rests(stays) {
+                let rest = self.tracks[stays].rest.0;
+                self.tracks[stays].unexplained.get_or_insert(rest);
+                // What came with the one came with the other.
+                let (walks, stays) = (self.tracks[walks].id, self.tracks[stays].id);
+                for track in self.tracks.iter_mut().filter(|track| track.beside == Some(stays)) {
+                    track.beside = (track.id != walks).then_some(walks);
+                }
+                return;
+            }
+        }
+        let walks = |index: usize| self.tracks[index].motion.velocity().length() > WALKING_MPS;
+        if walks(index) && walks(other) {
+            self.tracks[index].beside = None;
         }
     }
 
@@ -302,6 +474,22 @@ impl Kehai {
             }
         });
     }
+}
+
+/// The free narrow candidate that is a pair of legs with a narrow one, and the middle of both: nearest to where
+/// their owner is expected.
+fn other_leg(
+    index: usize,
+    expected: Vector2<f64>,
+    pieces: &[Seen],
+    is_free: impl Fn(usize) -> bool,
+) -> Option<(usize, Vector2<f64>)> {
+    let seen = pieces.get(index).filter(|seen| seen.candidate.narrow)?;
+    (0..pieces.len())
+        .filter(|&other| other != index && pieces[other].candidate.narrow && is_free(other))
+        .filter(|&other| STRIDE_M.contains(&(pieces[other].centre - seen.centre).norm()))
+        .map(|other| (other, (pieces[other].centre + seen.centre) * 0.5))
+        .min_by(|one, two| (one.1 - expected).norm().total_cmp(&(two.1 - expected).norm()))
 }
 
 /// −ln likelihood of a candidate, given a track.
@@ -322,48 +510,41 @@ impl Tracker for Kehai {
     fn see(&mut self, sighting: &Sighting) {
         let with_movers = self.before_movers(sighting);
         let sighting = with_movers.as_ref().unwrap_or(sighting);
-        self.now_s = self.now_s.max(sighting.start_s);
-        self.begun_s.get_or_insert(sighting.start_s);
-        let places: Vec<Point> = self
-            .tracks
-            .iter()
-            .filter(|track| track.confirmed && !track.is_hidden())
-            .map(|track| track.motion.place(sighting.start_s))
-            .collect();
-        let pieces: Vec<Seen> = sighting
-            .seen
-            .iter()
-            .filter(|seen| seen.candidate.near_mm >= TOUCHING_MM && !self.is_mover(seen))
-            .flat_map(|seen| {
-                if self.ideas.has(Idea::Division) {
-                    divide::divide(seen, &sighting.view, sighting.start_s, &places)
-                } else {
-                    vec![seen.clone()]
-                }
-            })
-            .collect();
+        self.note(sighting);
+        let places: Vec<Point> =
+            self.seen_places(sighting.start_s).into_iter().map(|(_, place)| place).collect();
+        let at = sighting.view.pose.at;
+        let is_somebody = |seen: &&Seen| {
+            seen.candidate.near_mm >= TOUCHING_MM
+                && !self.is_mover(seen)
+                && !self.walls.is_reflection(at, seen.outline[1])
+        };
+        let divided = |seen: &Seen| {
+            if self.ideas.has(Idea::Division) {
+                divide::divide(seen, &sighting.view, sighting.start_s, &places)
+            } else {
+                vec![seen.clone()]
+            }
+        };
+        let pieces: Vec<Seen> = sighting.seen.iter().filter(is_somebody).flat_map(divided).collect();
         let mut taken = vec![false; pieces.len()];
-        let before: Vec<(u32, f64)> = self.tracks.iter().map(|track| (track.id, track.last_hit_s)).collect();
-        self.associate(|track| track.confirmed && !track.is_hidden(), sighting, &pieces, &mut taken);
+        self.associate(Track::is_seen, sighting, &pieces, &mut taken);
         if self.ideas.has(Idea::Limbs) {
             self.drop_limbs(sighting, &pieces, &mut taken);
         }
         self.associate(|track| track.confirmed && track.is_hidden(), sighting, &pieces, &mut taken);
         self.grow(sighting, &pieces, &mut taken);
-        let hit = |track: &Track| {
-            before
-                .iter()
-                .find(|(id, _)| *id == track.id)
-                .is_none_or(|(_, last_s)| *last_s != track.last_hit_s)
-        };
-        self.miss(sighting, &hit);
+        self.miss(sighting);
+        self.fade(self.now_s);
+        self.explain();
         if self.ideas.has(Idea::Twins) {
-            self.part_twins(self.now_s, &hit);
+            self.part_twins(self.now_s);
         }
         self.bury(self.now_s);
     }
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
+        self.fade(at_s);
         self.bury(at_s);
         self.tracks.iter().map(|track| track.state(at_s)).collect()
     }

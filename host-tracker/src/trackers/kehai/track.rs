@@ -24,6 +24,9 @@ const STATED: f64 = 0.45;
 /// How long two must have been seen side by side to be two, s: three scans.
 const BESIDE_S: f64 = 0.3;
 
+/// Why somebody is not counted who was never seen to come in.
+const UNEXPLAINED: &str = "unexplained: never seen to come in";
+
 /// Somebody, or perhaps somebody.
 #[derive(Clone, Debug)]
 pub struct Track {
@@ -47,8 +50,26 @@ pub struct Track {
     pub width_m: f64,
     /// Modules that have detected it, a bit each.
     pub seen_by: u128,
+    /// Number of the sighting that last detected it.
+    pub hit_in: u64,
+    /// Number of the last sighting of a module that reaches it.
+    pub near_in: u64,
     /// Scans in which only one of it and somebody at the same place was detected.
     pub twin: u32,
+    /// When the first of those was.
+    pub twin_since_s: f64,
+    /// Up to when its existence has faded while hidden, s.
+    pub faded_s: f64,
+    /// When a module last looked where it is taken to be hidden, s.
+    pub covered_s: f64,
+    /// Beside whom it appeared.
+    pub beside: Option<u32>,
+    /// Where it rests, and since when.
+    pub rest: (Point, f64),
+    /// Was in an enclosed zone when last seen.
+    pub is_inside: bool,
+    /// Where it was when nobody could say how it came there; None once that is known.
+    pub unexplained: Option<Point>,
     /// When it was first seen, or last came out of hiding.
     pub emerged_s: f64,
     /// Why it is in its state.
@@ -71,10 +92,16 @@ impl Track {
         self.first_s + BESIDE_S < lost.last_hit_s
     }
 
-    /// Whether it was seen just now.
+    /// Whether nobody sees it.
     #[must_use]
     pub const fn is_hidden(&self) -> bool {
         self.cloud.is_some()
+    }
+
+    /// Whether it is somebody, and seen.
+    #[must_use]
+    pub const fn is_seen(&self) -> bool {
+        self.confirmed && !self.is_hidden()
     }
 
     /// Takes a candidate.
@@ -98,13 +125,26 @@ impl Track {
         }
         self.last_hit_s = self.last_hit_s.max(seen.at_s);
         self.width_m = self.width_m.max(seen.width_m);
-        self.seen_by |= 1 << (module % 128);
+        self.seen_by |= bit(module);
+    }
+
+    /// Comes out of hiding where an appearance was.
+    pub fn is_found(&mut self, as_found: &Self) {
+        self.cloud = None;
+        self.motion = as_found.motion.clone();
+        self.last_hit_s = as_found.last_hit_s;
+        self.hit_in = as_found.hit_in;
+        self.emerged_s = as_found.last_hit_s;
+        self.seen_by |= as_found.seen_by;
+        self.twin = 0;
+        self.existence = SURE;
+        self.reason = "came out of hiding";
     }
 
     /// Whether this module has ever detected it.
     #[must_use]
     pub const fn known_to(&self, module: usize) -> bool {
-        self.seen_by >> (module % 128) & 1 == 1
+        self.seen_by & bit(module) != 0
     }
 
     /// As published.
@@ -120,13 +160,19 @@ impl Track {
             at,
             velocity,
             covariance_m2: [spread[(0, 0)], spread[(0, 1)], spread[(1, 1)]],
-            state: match (self.confirmed, self.is_hidden()) {
+            state: match (self.confirmed && self.unexplained.is_none(), self.is_hidden()) {
                 (false, _) => LifeCycle::Tentative,
                 (true, false) => LifeCycle::Confirmed,
                 (true, true) => LifeCycle::Occluded,
             },
             existence: 1.0 / (1.0 + libm::exp(-self.existence)),
-            reason: self.reason,
+            reason: if self.unexplained.is_some() { UNEXPLAINED } else { self.reason },
+            unexplained: self.unexplained.is_some(),
         }
     }
+}
+
+/// A module's bit in a set of them. Those beyond share a bit.
+pub const fn bit(module: usize) -> u128 {
+    1 << (module % 128)
 }

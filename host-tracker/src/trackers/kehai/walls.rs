@@ -8,8 +8,8 @@
 //!
 //! Entries are walls for the hidden: whoever crosses one is seen there.
 
-use crate::geometry::{Point, centroid, cross, distance_to_segment};
-use crate::site::{Blocks, Site};
+use crate::geometry::{Point, bounds, centroid, cross, distance_to_segment};
+use crate::site::{Blocks, Entry, Site, Wall, Zone};
 
 /// Half of a body's depth, m.
 const HALF_DEPTH_M: f64 = 0.12;
@@ -19,6 +19,9 @@ const QUEUE_M: f64 = 1.0;
 
 /// Who moves away from a zone faster than this is leaving, m/s.
 const LEAVING_MPS: f64 = 0.1;
+
+/// What is seen less than so far behind a wall stands before it, m: an error of range, and of the wall's place.
+const BEFORE_WALL_M: f64 = 0.15;
 
 /// Side of a cell, m.
 const CELL_M: f64 = 0.05;
@@ -32,6 +35,8 @@ pub struct Walls {
     /// Walls first, then entries.
     pieces: Vec<(Point, Point)>,
     walls: usize,
+    /// What no beam passes.
+    opaque: Vec<(Point, Point)>,
     /// The middle of the zone each entry leads to.
     inner: Vec<Point>,
     corner: Point,
@@ -43,40 +48,27 @@ impl Walls {
     /// Of a site.
     #[must_use]
     pub fn of(site: &Site) -> Self {
-        let walls =
-            site.walls.iter().filter(|wall| wall.blocks.contains(&Blocks::People)).flat_map(|wall| {
-                wall.points.windows(2).map(|ends| (Point::from(ends[0]), Point::from(ends[1])))
-            });
-        let entries = site.entries.iter().map(|entry| (entry.line[0].into(), entry.line[1].into()));
-        let mut pieces: Vec<_> = walls.collect();
+        let stops_people = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
+        let mut pieces: Vec<_> = site.walls.iter().filter(stops_people).flat_map(Wall::sides).collect();
         let walls = pieces.len();
-        pieces.extend(entries);
-        let leads_to = |entry: &crate::site::Entry| {
-            let named =
-                |zone: &&crate::site::Zone| entry.zone.as_ref().map_or(zone.count, |name| *name == zone.name);
-            site.zones.iter().find(named).map_or(Point::default(), |zone| {
-                centroid(&zone.polygon.iter().map(|&corner| corner.into()).collect::<Vec<_>>())
-            })
+        pieces.extend(site.entries.iter().map(Entry::ends));
+        let leads_to = |entry: &Entry| {
+            let named = |zone: &&Zone| entry.zone.as_ref().map_or(zone.count, |name| *name == zone.name);
+            site.zones.iter().find(named).map_or(Point::default(), |zone| centroid(&zone.corners()))
         };
         let inner = site.entries.iter().map(leads_to).collect();
-        let mut map = Self { pieces, walls, inner, ..Self::default() };
+        let stops_beams = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
+        let opaque = site.walls.iter().filter(stops_beams).flat_map(Wall::sides).collect();
+        let mut map = Self { pieces, walls, opaque, inner, ..Self::default() };
         map.draw();
         map
     }
 
     fn draw(&mut self) {
-        let ends = || self.pieces.iter().flat_map(|&(from, to)| [from, to]);
-        let least = |pick: fn(Point) -> f64| {
-            ends().map(pick).fold(f64::INFINITY, f64::min) - 2.0 * CELL_M - HALF_DEPTH_M
-        };
-        let most = |pick: fn(Point) -> f64| {
-            ends().map(pick).fold(f64::NEG_INFINITY, f64::max) + 2.0 * CELL_M + HALF_DEPTH_M
-        };
-        self.corner = Point::new(least(|at| at.x), least(|at| at.y));
-        let size = Point::new(most(|at| at.x), most(|at| at.y)) - self.corner;
-        if self.pieces.is_empty() {
-            return;
-        }
+        let Some((low, high)) = bounds(self.pieces.iter().flat_map(|&(from, to)| [from, to])) else { return };
+        let margin = Point::new(1.0, 1.0) * (2.0 * CELL_M + HALF_DEPTH_M);
+        self.corner = low - margin;
+        let size = high + margin - self.corner;
         let cells = |length_m: f64| ((length_m / CELL_M).ceil() as usize).clamp(1, CELLS);
         let (columns, rows) = (cells(size.x), cells(size.y));
         self.columns = columns;
@@ -118,6 +110,27 @@ impl Walls {
     #[must_use]
     pub fn wall_between(&self, from: Point, to: Point) -> bool {
         self.pieces.iter().take(self.walls).any(|&piece| cross((from, to), piece))
+    }
+
+    /// Distance to the nearest entry, m.
+    #[must_use]
+    pub fn entry_m(&self, place: Point) -> f64 {
+        let entries = self.pieces.iter().skip(self.walls);
+        entries.map(|&(from, to)| distance_to_segment(place, from, to)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether there is an entry at all.
+    #[must_use]
+    pub fn has_entries(&self) -> bool {
+        self.pieces.len() > self.walls
+    }
+
+    /// Whether something that a module at `from` saw at `to` is behind a wall that no beam passes.
+    #[must_use]
+    pub fn is_reflection(&self, from: Point, to: Point) -> bool {
+        let way = to - from;
+        let before = to - way * (BEFORE_WALL_M / way.length().max(BEFORE_WALL_M));
+        self.opaque.iter().any(|&piece| cross((from, before), piece))
     }
 
     /// Whether the way leads across an entry into its zone.

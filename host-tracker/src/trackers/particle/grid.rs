@@ -14,7 +14,7 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::{Point, inside};
+use crate::geometry::{Point, bounds, inside};
 use crate::site::{Blocks, Site};
 
 /// Side of a cell, m: what is lost of a person who leans on a wall is at most this.
@@ -40,12 +40,12 @@ impl GridMap {
     pub fn of(site: &Site) -> Self {
         let mut map = Self::default();
         for wall in site.walls.iter().filter(|wall| wall.blocks.contains(&Blocks::People)) {
-            for ends in wall.points.windows(2) {
-                map.draw_wall(ends[0].into(), ends[1].into());
+            for (from, to) in wall.sides() {
+                map.draw_wall(from, to);
             }
         }
         for mover in &site.movers {
-            map.draw_area(&mover.polygon.iter().map(|&corner| corner.into()).collect::<Vec<Point>>());
+            map.draw_area(&mover.corners());
         }
         map
     }
@@ -60,14 +60,8 @@ impl GridMap {
     }
 
     fn draw_area(&mut self, polygon: &[Point]) {
-        let corners = || polygon.iter().map(|&corner| cell(corner));
-        let (Some(left), Some(right)) = (corners().map(|at| at.0).min(), corners().map(|at| at.0).max())
-        else {
-            return;
-        };
-        let (Some(low), Some(high)) = (corners().map(|at| at.1).min(), corners().map(|at| at.1).max()) else {
-            return;
-        };
+        let Some((low, high)) = bounds(polygon.iter().copied()) else { return };
+        let ((left, low), (right, high)) = (cell(low), cell(high));
         for (x, y) in (left..=right).flat_map(|x| (low..=high).map(move |y| (x, y))) {
             let middle = Point::new((f64::from(x) + 0.5) * CELL_M, (f64::from(y) + 0.5) * CELL_M);
             if inside(middle, polygon) {

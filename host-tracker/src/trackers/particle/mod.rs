@@ -254,6 +254,7 @@ impl Tracker for Particle {
                 state,
                 existence: if confirmed { 1.0 } else { 0.5 },
                 reason,
+                unexplained: false,
             }
         };
         self.people.iter().map(state).collect()
