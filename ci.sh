@@ -11,7 +11,7 @@
 #   budget    flash and static memory of each image, instructions a scan on a Cortex-M4 and the stack in
 #             QEMU, against their budgets
 #   qemu      the real image in QEMU, through its tests
-#   bench     instructions a scan and static memory, against their budgets
+#   bench     instructions a scan and a report, and static memory, against their budgets
 #   demo      the demo and the commands of the README, headless
 # and, slower, only when named:
 #   fuzz      every fuzz target, 60 s each (FUZZ_SECONDS=n for another time)
@@ -216,6 +216,7 @@ step_qemu() {
 step_bench() {
     need_command valgrind valgrind
     cargo bench --locked -p kehai
+    cargo bench --locked -p host-sim
 }
 
 step_demo() { cargo demo --headless --seconds 20; }

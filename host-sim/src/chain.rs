@@ -40,6 +40,8 @@ pub struct Chain {
     driver: Box<Driver<MemoryLink, SimulatedClock, MAX_BEAMS>>,
     pipeline: Box<Pipeline<MAX_BEAMS>>,
     settings: Settings,
+    /// Of the sensor.
+    serial: &'static str,
     /// The scan last judged.
     geometry: Option<Geometry>,
     ranges_mm: Vec<u16>,
@@ -58,7 +60,7 @@ impl Chain {
     #[must_use]
     pub fn new(source: Box<dyn RangeSource>, config: Config, settings: Settings) -> Self {
         let line = if config.paced { SensorSettings::SERIAL } else { SensorSettings::NO_SPEED };
-        let clock = SimulatedClock::new();
+        let (clock, serial) = (SimulatedClock::new(), config.model.serial);
         let link = MemoryLink::new(&clock, Urg::new(config, source, 0), LinkOptions::default());
         let driver = Box::new(Driver::new(link.clone(), clock.clone(), line));
         Self {
@@ -67,6 +69,7 @@ impl Chain {
             driver,
             pipeline: Box::new(Pipeline::new()),
             settings,
+            serial,
             geometry: None,
             ranges_mm: Vec::new(),
         }
@@ -84,10 +87,10 @@ impl Chain {
     /// [`ChainError`].
     pub fn next_scan(&mut self) -> Result<Option<Judged<'_>>, ChainError> {
         let Some(time) = self.wait()? else { return Ok(None) };
-        let Self { pipeline, settings, geometry: Some(geometry), ranges_mm, .. } = self else {
+        let Self { pipeline, settings, serial, geometry: Some(geometry), ranges_mm, .. } = self else {
             return Ok(None);
         };
-        let fingerprint = Fingerprint::of(b"simulated", geometry);
+        let fingerprint = Fingerprint::of(serial.as_bytes(), geometry);
         if pipeline.background().fingerprint() != fingerprint {
             pipeline.configure(geometry, *settings, fingerprint)?;
         }

@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use host_tracker::jsonl::TracksLine;
+use host_tracker::trackers::LifeCycle;
 use kehai::background::{BeamState, LEARN_SCANS, LearnRequest};
 use kehai::pipeline::Settings;
 use kehai::scan::GeometryError;
@@ -40,6 +42,20 @@ pub enum ReplayError {
     /// The chain stopped.
     #[error(transparent)]
     Chain(#[from] ChainError),
+    /// A recording's name is no module of the site.
+    #[error("the site has no module \"{name}\"; it has: {known}")]
+    NoModule {
+        /// The recording's name.
+        name: String,
+        /// Those of the site.
+        known: String,
+    },
+    /// A module cannot have this name.
+    #[error("\"{0}\" is too long for a module's name: 32 bytes at most")]
+    LongName(String),
+    /// The background learned beforehand does not fit the module's flash.
+    #[error("what was learned does not fit the module's flash")]
+    NotStored,
 }
 
 /// What came of a recording.
@@ -184,7 +200,41 @@ pub fn module_name(path: &Path) -> String {
     path.file_stem().map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// A sensor that could have taken the recording, on a line that is never too slow.
-fn sensor(geometry: SensorGeometry) -> Config {
+/// Somebody whom a tracker was sure of.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Identity {
+    /// The track's.
+    pub id: u64,
+    /// First time as confirmed, s.
+    pub first_s: f64,
+    /// Last time as confirmed, s.
+    pub last_s: f64,
+    /// For how long as confirmed, s.
+    pub confirmed_s: f64,
+}
+
+/// Everybody who was ever confirmed in lines that are `step_s` apart, in order of appearance.
+#[must_use]
+pub fn identities(lines: &[TracksLine], step_s: f64) -> Vec<Identity> {
+    let mut found: Vec<Identity> = Vec::new();
+    for line in lines {
+        for track in line.tracks.iter().filter(|track| track.state == LifeCycle::Confirmed) {
+            match found.iter_mut().find(|identity| identity.id == track.id) {
+                Some(identity) => {
+                    identity.last_s = line.t;
+                    identity.confirmed_s += step_s;
+                }
+                None => {
+                    let (first_s, last_s) = (line.t, line.t);
+                    found.push(Identity { id: track.id, first_s, last_s, confirmed_s: step_s });
+                }
+            }
+        }
+    }
+    found
+}
+
+/// A sensor that could have taken a recording, on a line that is never too slow.
+pub(crate) fn sensor(geometry: SensorGeometry) -> Config {
     Config { paced: false, ..Config::new(URG_04LX.with_geometry(geometry)) }
 }

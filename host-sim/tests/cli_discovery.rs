@@ -1,51 +1,17 @@
 //! `kehai-sim module` is found by DNS-SD, and forgotten when it ends.
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use host_sim::module::discovery::service_type;
 use mdns_sd::{Receiver, ServiceDaemon, ServiceEvent};
+use program::{Program, word};
 
 const PATIENCE: Duration = Duration::from_secs(60);
-
-/// A program that is ended with the test, and the first line on stderr with `marker` in it.
-struct Program(Child);
-
-impl Program {
-    fn start(arguments: &[&str], marker: &str) -> (Self, String) {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_kehai-sim"))
-            .args(arguments)
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program runs");
-        let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
-        let line = lines.find_map(|line| line.ok().filter(|line| line.contains(marker)));
-        // Somebody has to read the rest.
-        std::thread::spawn(move || lines.count());
-        (Self(child), line.expect("it says where it is"))
-    }
-
-    fn interrupt(mut self) {
-        let sent = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
-        assert!(sent.expect("kill runs").success());
-        assert!(self.0.wait().expect("it ends").success());
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// The word behind `before` in `line`.
-fn word<'a>(line: &'a str, before: &str) -> &'a str {
-    let behind = line.split_once(before).unwrap_or_else(|| panic!("{before} in {line}")).1;
-    behind.split([' ', ',', ';']).next().unwrap_or(behind)
-}
 
 /// `02:aa:bb:cc:dd:ee` is announced as `kehai-ccddee`.
 fn full_name(module: &str) -> String {

@@ -64,6 +64,22 @@ fn the_same_seed_gives_the_same_bytes_however_time_is_cut() {
     assert!(first.0 != run(4, 100_000).0);
 }
 
+/// Without any delay an answer comes at the moment of the question: whoever asks again at once asks without end.
+#[test]
+fn time_goes_on_without_any_delay_whatever_comes_first() {
+    for seed in 0..8 {
+        let mut run = Run::new(&door_area(5, Letter::H), seed, &with(Conditions::IDEAL));
+        let arrivals = run.until(3_000_000).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        for module in [0, 1] {
+            let infos = all(&arrivals, module, |message| match message {
+                Message::Info(_) => Some(()),
+                _ => None,
+            });
+            assert!((1..=3).contains(&infos.len()), "seed {seed}: {} infos in 3 s", infos.len());
+        }
+    }
+}
+
 #[test]
 fn a_background_is_known_and_told_before_anybody_comes() {
     for conditions in [Conditions::IDEAL, Conditions::LAN, Conditions::DISTURBED] {

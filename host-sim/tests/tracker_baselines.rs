@@ -2,13 +2,11 @@
 #![allow(missing_docs, reason = "a test program")]
 
 use std::fmt;
-use std::sync::Arc;
 
 use host_sim::run::{Options, Record};
 use host_sim::world::body::Section;
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
-use host_tracker::follower::Follower;
 use host_tracker::geometry::Point;
 use host_tracker::trackers::LifeCycle;
 
@@ -44,32 +42,27 @@ impl fmt::Display for Followed {
 
 /// Follows the only person of a run. Frames count from the first at which they are seen inside `region`.
 fn follow(record: &Record, tracker: &str, region: impl Fn(Point) -> bool) -> Followed {
-    let mut follower = Follower::new(&Arc::new(record.site.clone()), tracker.parse().unwrap());
     let mut followed = Followed::default();
-    let mut arrivals = record.arrivals.iter().peekable();
     let mut seen_since_s = None;
-    for moment in &record.truth {
-        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            follower.receive(&arrival.bytes, arrival.at_us);
-        }
+    record.follow(tracker.parse().unwrap(), |follower, moment| {
         let mut tracks = follower.tracks(moment.t);
         tracks.retain(|track| track.state != LifeCycle::Tentative);
         let [person] = moment.people.as_slice() else {
             assert!(moment.people.is_empty());
             followed.ghosts +=
                 tracks.iter().filter(|track| track.state == LifeCycle::Confirmed).count() as u32;
-            continue;
+            return;
         };
         let place = Point::new(person.x, person.y);
         let distance_m = |at: Point| (at - place).length();
         let away = tracks.iter().filter(|track| region(track.at) && distance_m(track.at) > LOST_M).count();
         followed.ghosts += away as u32;
         if person.beams < VISIBLE_BEAMS || !region(place) {
-            continue;
+            return;
         }
         // Becoming somebody takes a tracker up to a second and a half.
         if moment.t - *seen_since_s.get_or_insert(moment.t) < 1.5 {
-            continue;
+            return;
         }
         followed.frames += 1;
         let nearest = tracks.iter().min_by(|one, two| distance_m(one.at).total_cmp(&distance_m(two.at)));
@@ -82,7 +75,7 @@ fn follow(record: &Record, tracker: &str, region: impl Fn(Point) -> bool) -> Fol
             }
             None => followed.lost += 1,
         }
-    }
+    });
     followed
 }
 

@@ -2,16 +2,13 @@
 //! seeds. The figures themselves are in `docs/accuracy.md`, from held-out seeds.
 #![allow(missing_docs, reason = "a test program")]
 
-use std::sync::Arc;
-
 use host_sim::experiment::plan::Case;
 use host_sim::experiment::{Row, runner};
 use host_sim::run::{Conditions, Options, Outage, Record};
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::Letter;
-use host_tracker::follower::Follower;
-use host_tracker::jsonl::ZoneKnown;
-use host_tracker::trackers::Choice;
+use host_tracker::jsonl::{TracksLine, ZoneKnown};
+use host_tracker::trackers::{Choice, LifeCycle};
 
 fn rows(cases: &[Case], options: &Options) -> Vec<Row> {
     runner::run(cases, &(0..=9), options, || ()).unwrap()
@@ -80,16 +77,10 @@ fn record(options: &Options) -> Record {
 
 /// Lines every 0.1 s, from the datagrams that arrived up to `until_s`.
 fn lines(record: &Record, until_s: f64) -> Vec<String> {
-    let mut follower = Follower::new(&Arc::new(record.site.clone()), Choice::default());
-    let mut arrivals =
-        record.arrivals.iter().filter(|arrival| arrival.at_us as f64 * 1e-6 <= until_s).peekable();
-    let line = |moment: &host_sim::run::Moment| {
-        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            follower.receive(&arrival.bytes, arrival.at_us);
-        }
-        serde_json::to_string(&follower.line(moment.t)).unwrap()
-    };
-    record.truth.iter().map(line).collect()
+    let mut cut = record.clone();
+    cut.arrivals.retain(|arrival| arrival.at_us as f64 * 1e-6 <= until_s);
+    let lines = cut.tracks_lines(Choice::default());
+    lines.iter().map(|line| serde_json::to_string(line).unwrap()).collect()
 }
 
 #[test]
@@ -106,17 +97,46 @@ fn without_modules_nothing_is_known_of_a_zone() {
     let outage = |module| Outage { module, from_s: 18.0, until_s: Some(24.0) };
     let options = Options { outages: vec![outage(0), outage(1)], ..Options::default() };
     let record = record(&options);
-    let mut follower = Follower::new(&Arc::new(record.site.clone()), Choice::default());
-    let mut arrivals = record.arrivals.iter().peekable();
-    let mut states = Vec::new();
-    for moment in &record.truth {
-        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            follower.receive(&arrival.bytes, arrival.at_us);
-        }
-        states.push((moment.t, follower.line(moment.t).zones["area"].state));
-    }
-    let at = |time_s: f64| states.iter().find(|(t, _)| *t >= time_s).unwrap().1;
+    let lines = record.tracks_lines(Choice::default());
+    let at = |time_s: f64| lines.iter().find(|line| line.t >= time_s).unwrap().zones["area"].state;
     assert_eq!(at(17.5), ZoneKnown::Known);
     assert_eq!(at(22.0), ZoneKnown::Unknown, "silence is never an empty zone");
     assert_eq!(at(30.0), ZoneKnown::Known, "both have started anew");
+}
+
+/// Who is there for sure in each line from `from_s` to `until_s`, and what they stand for.
+fn there(lines: &[TracksLine], from_s: f64, until_s: f64) -> Vec<Vec<u64>> {
+    let within = lines.iter().filter(|line| (from_s..until_s).contains(&line.t));
+    let sure = |line: &TracksLine| {
+        let known = line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative);
+        known.map(|track| track.id).collect()
+    };
+    within.map(sure).collect()
+}
+
+#[test]
+fn what_a_dead_module_saw_is_not_seen_rather_than_empty_and_it_breaks_nothing_when_it_comes_back() {
+    let (from_s, until_s) = (18.0, 22.0);
+    let outage = |until_s| {
+        let outages = vec![Outage { module: 1, from_s, until_s }];
+        record(&Options { outages, ..Options::default() })
+    };
+    let whole = record(&Options::default());
+    let events = whole.events.unwrap();
+    assert!(events.all_in_s < from_s && events.door_opens_s > 26.0, "{events:?}");
+    let share = |lines: &[TracksLine]| {
+        let during = lines.iter().filter(|line| (from_s + 2.5..until_s).contains(&line.t));
+        let shares: Vec<f64> = during.map(|line| line.zones["area"].seen_share).collect();
+        shares.iter().sum::<f64>() / shares.len() as f64
+    };
+    let seen = share(&whole.tracks_lines(Choice::default()));
+    for until_s in [Some(until_s), None] {
+        let lines = outage(until_s).tracks_lines(Choice::default());
+        println!("seen of the area {seen:.3}, with one module {:.3}", share(&lines));
+        assert!(share(&lines) < seen - 0.01, "its shadow is taken for seen");
+        let before = there(&lines, from_s - 0.5, from_s);
+        assert!(before.iter().all(|ids| *ids == before[0]) && before[0].len() == 2, "{before:?}");
+        let after = there(&lines, from_s, events.door_opens_s);
+        assert!(after.iter().all(|ids| *ids == before[0]), "somebody was lost or born: {after:?}");
+    }
 }

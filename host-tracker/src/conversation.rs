@@ -25,7 +25,7 @@ pub struct Conversation {
     renew_us: u64,
     /// Of the last info, and of the newest report.
     told_setup: Option<u16>,
-    setup: u16,
+    setup: Option<u16>,
     sequence: Option<u32>,
     /// Version and parts that are there, bit i for part i, and how many there are.
     profile: (u16, u32, u8),
@@ -45,7 +45,7 @@ impl Conversation {
             subscribes: true,
             renew_us: 0,
             told_setup: None,
-            setup: 0,
+            setup: None,
             sequence: None,
             profile: (0, 0, 0),
             version: 0,
@@ -94,11 +94,15 @@ impl Conversation {
             Message::Refused(refused) if refused.refusal == Refusal::BadCookie => self.cookie = Cookie::NONE,
             Message::Info(info) => {
                 self.told_setup = Some(info.setup);
-                self.ask_us = now_us;
+                // Now the profile. But an info that is late, or early, is asked for again in its time only: as
+                // fast as answers come would be without end.
+                if self.knows_setup() {
+                    self.ask_us = now_us;
+                }
             }
             Message::Report(report) if self.sequence.is_none_or(|last| report.head.sequence > last) => {
                 self.sequence = Some(report.head.sequence);
-                self.setup = report.head.setup;
+                self.setup = Some(report.head.setup);
                 self.version = report.head.background_version;
             }
             Message::ProfilePart(part) => {
@@ -122,7 +126,7 @@ impl Conversation {
             return;
         }
         // A background means nothing to somebody who does not know where the beams point.
-        if self.told_setup != Some(self.setup) {
+        if !self.knows_setup() {
             self.ask_us = now_us + AGAIN_US;
             return self.ask(Request::Info, &mut send);
         }
@@ -137,8 +141,14 @@ impl Conversation {
     #[must_use]
     pub fn next_us(&self) -> u64 {
         let waits = self.subscribes
-            && (self.told_setup != Some(self.setup) || (self.version != 0 && self.missing() != Some(0)));
+            && (!self.knows_setup() || (self.version != 0 && self.missing() != Some(0)));
         if self.cookie != Cookie::NONE && waits { self.renew_us.min(self.ask_us) } else { self.renew_us }
+    }
+
+    /// Whether the last info describes what the newest report was measured with; before any report, whether
+    /// there was an info at all.
+    fn knows_setup(&self) -> bool {
+        self.told_setup.is_some() && (self.setup.is_none() || self.setup == self.told_setup)
     }
 
     /// The parts of the profile in use that are missing; None: all.
@@ -162,5 +172,53 @@ impl Conversation {
         let length = request.encode(to, self.next_id, self.cookie, &mut datagram).unwrap_or(0);
         self.next_id += 1;
         send(datagram.get(..length).unwrap_or(&[]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kehai::wire::Info;
+
+    const MODULE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
+
+    fn datagram(message: &Message<'_>) -> Vec<u8> {
+        let mut bytes = [0; DATAGRAM_MAX];
+        let length = message.encode(Identity { module: MODULE, boot: 1 }, &mut bytes).unwrap();
+        bytes[..length].to_vec()
+    }
+
+    fn info(setup: u16) -> Vec<u8> {
+        datagram(&Message::Info(Info {
+            request_id: 1,
+            version_min: 1,
+            version_max: 1,
+            firmware: "",
+            build: "",
+            board: "",
+            name: "",
+            uptime_us: 0,
+            setup,
+            background_version: 0,
+            sensor: None,
+        }))
+    }
+
+    /// What is sent when each of `datagrams` comes at once.
+    fn sent(conversation: &mut Conversation, now_us: u64, datagrams: &[Vec<u8>]) -> usize {
+        let mut sent = 0;
+        for datagram in datagrams {
+            conversation.receive(now_us, datagram, |_| sent += 1);
+        }
+        sent
+    }
+
+    #[test]
+    fn an_info_before_the_first_report_is_enough_and_asked_for_no_more() {
+        let mut conversation = Conversation::new(MODULE);
+        let cookie = datagram(&Message::Cookie { request_id: 1, t1: [0; 8], cookie: Cookie([7; 8]) });
+        assert_eq!(sent(&mut conversation, 1000, &[cookie]), 2, "subscribe with the cookie, info");
+        assert_eq!(sent(&mut conversation, 1000, &[info(1), info(1), info(1)]), 0);
+        assert!(conversation.next_us() > 1000);
     }
 }

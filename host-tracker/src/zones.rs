@@ -8,13 +8,17 @@
 //! Somebody unexplained, who was never seen to come in and has not moved, is in the distribution and not in the
 //! count; in a zone that is `secure` in both.
 //!
+//! Which beam of a module points at a cell does not change, so that is worked out once a module: a scan costs as many
+//! cells as that module can see, however large the zones are and however many others there are.
+//!
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::geometry::{Point, bounds, inside};
 use crate::jsonl::{ZoneKnown, ZoneLine};
-use crate::sighting::Sighting;
+use crate::sighting::{Sighting, View};
 use crate::site::Site;
 use crate::trackers::{LifeCycle, TrackState};
 
@@ -36,7 +40,11 @@ const UNEXPLAINED: f64 = 0.5;
 
 /// The zones of a site.
 #[derive(Debug)]
-pub struct Zones(Vec<Zone>);
+pub struct Zones {
+    zones: Vec<Zone>,
+    /// What each module can see of them, by its number in the site.
+    reaches: BTreeMap<usize, Reach>,
+}
 
 #[derive(Debug)]
 struct Zone {
@@ -52,18 +60,49 @@ struct Cell {
     seen_s: f64,
 }
 
+/// The cells in a module's view.
+#[derive(Debug)]
+struct Reach {
+    view: Arc<View>,
+    cells: Box<[InView]>,
+}
+
+/// A cell in a module's view.
+#[derive(Clone, Copy, Debug)]
+struct InView {
+    zone: u32,
+    cell: u32,
+    /// The beam that points at its middle, and how far it has to be empty for the cell to be, mm.
+    beam: u16,
+    empty_mm: u16,
+}
+
 impl Zones {
     /// Of a site.
     #[must_use]
     pub fn new(site: &Site) -> Self {
-        Self(site.zones.iter().map(Zone::new).collect())
+        Self { zones: site.zones.iter().map(Zone::new).collect(), reaches: BTreeMap::new() }
     }
 
     /// Notes what a module saw.
     pub fn see(&mut self, sighting: &Sighting) {
-        for cell in self.0.iter_mut().flat_map(|zone| &mut zone.cells) {
-            let (distance_m, Some(beam)) = sighting.view.beam_at(cell.middle) else { continue };
-            if sighting.empty_m(beam) > distance_m - 0.5 * CELL_M {
+        let Self { zones, reaches } = self;
+        let reach = match reaches.entry(sighting.view.module) {
+            std::collections::btree_map::Entry::Occupied(known) => {
+                let known = known.into_mut();
+                if !Arc::ptr_eq(&known.view, &sighting.view) {
+                    *known = Reach::of(&sighting.view, zones);
+                }
+                known
+            }
+            std::collections::btree_map::Entry::Vacant(new) => new.insert(Reach::of(&sighting.view, zones)),
+        };
+        for in_view in &reach.cells {
+            let empty_mm = sighting.empty_mm.get(usize::from(in_view.beam));
+            if empty_mm.is_some_and(|empty_mm| *empty_mm > in_view.empty_mm)
+                && let Some(zone) = zones.get_mut(in_view.zone as usize)
+                && let Some(cell) = zone.cells.get_mut(in_view.cell as usize)
+            {
                 cell.seen_s = cell.seen_s.max(sighting.start_s);
             }
         }
@@ -72,7 +111,25 @@ impl Zones {
     /// What is known of each zone at `at_s`, by its name.
     #[must_use]
     pub fn lines(&self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
-        self.0.iter().map(|zone| (zone.name.clone(), zone.line(tracks, at_s))).collect()
+        self.zones.iter().map(|zone| (zone.name.clone(), zone.line(tracks, at_s))).collect()
+    }
+}
+
+impl Reach {
+    fn of(view: &Arc<View>, zones: &[Zone]) -> Self {
+        let range_max_m = f64::from(view.geometry.parts().range_max_mm) * 0.001;
+        let numbered = (0..).zip(zones).flat_map(|(zone, whole)| {
+            (0..).zip(&whole.cells).map(move |(number, cell)| (zone, number, cell.middle))
+        });
+        let in_view = |(zone, cell, middle): (u32, u32, Point)| {
+            if (middle - view.pose.at).length() > range_max_m + CELL_M {
+                return None;
+            }
+            let (distance_m, beam) = view.beam_at(middle);
+            let empty_mm = ((distance_m - 0.5 * CELL_M) * 1000.0).clamp(0.0, f64::from(u16::MAX)) as u16;
+            Some(InView { zone, cell, beam: beam?, empty_mm })
+        };
+        Self { view: Arc::clone(view), cells: numbered.filter_map(in_view).collect() }
     }
 }
 

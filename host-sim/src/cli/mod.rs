@@ -4,6 +4,7 @@ mod demo;
 mod experiment;
 mod module;
 mod replay;
+mod replay_site;
 mod scene;
 mod score;
 mod sensor;

@@ -1,52 +1,92 @@
-//! `kehai-sim replay`: recorded scans through the emulated sensor, the driver and the pipeline.
+//! `kehai-sim replay`: recorded scans through the emulated sensor, the driver and the pipeline; with a site, through
+//! whole modules and the tracker (`replay_site`).
 
 use std::error::Error;
 use std::io::{BufWriter, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use host_sim::recording::Recording;
 use host_sim::replay::{Learn, Replay, module_name};
+use host_tracker::trackers::Choice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kehai::background::LEARN_SCANS_MIN;
+
+use super::replay_site::Together;
 
 /// Judge a recording as a module would have: recorded scans → emulated sensor → driver → candidates
 ///
 /// The scans leave the emulated sensor as SCIP bytes and come back through the driver and the pipeline of the
-/// firmware. The same recording gives the same output every time.
+/// firmware. The same recording gives the same output every time. With a site, recordings of several sensors are
+/// played together, each NAME=FILE.csv, through whole modules and the tracker.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-sim replay walk.csv                        figures, learned as a module learns
   kehai-sim replay walk.csv --learn all --svg walk.svg
-  kehai-sim replay walk.csv --json > candidates.jsonl")]
+  kehai-sim replay walk.csv --json > candidates.jsonl
+  kehai-sim replay --site hall.toml left=l.csv right=r.csv --learn all --out walk")]
 pub struct Arguments {
-    /// The recording
-    #[arg(value_name = "FILE.csv")]
-    file: PathBuf,
+    /// The recording; with --site one or more NAME=FILE.csv, NAME a module of the site
+    #[arg(value_name = "FILE.csv", required = true)]
+    files: Vec<String>,
+
+    /// Where the modules are: play the recordings together, and follow people
+    #[arg(long, value_name = "FILE.toml")]
+    site: Option<PathBuf>,
 
     /// Learn the empty room from this many scans in which nobody moves, or from all of the recording first
     #[arg(long, value_name = "N|all", default_value = "60", value_parser = learn)]
     learn: Learn,
 
-    /// Print one JSON object a scan instead of figures
+    /// Print JSON lines instead of figures: one a scan, with --site one of tracks every 0.1 s
     #[arg(long)]
     json: bool,
 
     /// Draw the recording: background, foreground, candidates
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "site")]
     svg: Option<PathBuf>,
+
+    /// Write candidates.jsonl and tracks.jsonl to this folder
+    #[arg(long, value_name = "DIR", requires = "site")]
+    out: Option<PathBuf>,
+
+    /// The tracker [default: kehai]
+    #[arg(long, value_name = "NAME", requires = "site")]
+    tracker: Option<Choice>,
 }
 
 /// Does it.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    let recording = Recording::open(&arguments.file)?;
-    let name = module_name(&arguments.file);
-    let bar = progress_bar();
+    if let Some(site) = &arguments.site {
+        let bar = progress_bar("modules");
+        let together = Together {
+            site,
+            files: &arguments.files,
+            learn: arguments.learn,
+            tracker: arguments.tracker.unwrap_or_default(),
+            out: arguments.out.as_deref(),
+            json: arguments.json,
+        };
+        return together.run(|done, of| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+            if done == of {
+                bar.finish_and_clear();
+            }
+        });
+    }
+    let [file] = arguments.files.as_slice() else {
+        return Err("several recordings need --site FILE.toml, which says where their sensors are".into());
+    };
+    let path = Path::new(file);
+    let recording = Recording::open(path)?;
+    let name = module_name(path);
+    let bar = progress_bar("scans");
     let replay = Replay::run(&recording, &name, arguments.learn, |done, of| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
     })
-    .map_err(|error| format!("{}: {error}", arguments.file.display()))?;
+    .map_err(|error| format!("{file}: {error}"))?;
     bar.finish_and_clear();
     if let Some(path) = &arguments.svg {
         replay
@@ -90,13 +130,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 }
 
 /// A bar on stderr when somebody watches.
-fn progress_bar() -> ProgressBar {
+fn progress_bar(what: &str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()
     };
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} scans, {eta} to go")
+    let style = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{eta}} to go"))
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::with_draw_target(None, target).with_style(style)
 }

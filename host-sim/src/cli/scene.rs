@@ -182,7 +182,8 @@ fn found(line: &TracksLine) -> usize {
     line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative).count()
 }
 
-fn write(path: &Path, lines: &[impl Serialize]) -> Result<(), String> {
+/// Lines of JSON to a file.
+pub fn write(path: &Path, lines: &[impl Serialize]) -> Result<(), String> {
     let written = || {
         let mut out = BufWriter::new(File::create(path)?);
         lines.iter().try_for_each(|line| write_line(&mut out, line))?;

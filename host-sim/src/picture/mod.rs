@@ -126,16 +126,7 @@ impl Picture {
         let map = map::Frame::around(self, WIDTH - 2.0 * MARGIN);
         let timeline_top = TITLE_HEIGHT + map.height() + 2.0 * MARGIN + LEGEND_HEIGHT;
         let height = timeline_top + TIMELINE_HEIGHT + MARGIN;
-        let title = Text::new(self.title.as_str()).set("class", "title").set("x", MARGIN).set("y", 40);
-        let subtitle = Text::new(self.subtitle.as_str()).set("class", "small").set("x", MARGIN).set("y", 62);
-        Document::new()
-            .set("viewBox", (0, 0, WIDTH, height))
-            .set("width", WIDTH)
-            .set("height", height)
-            .add(Style::new(palette::STYLE))
-            .add(Rectangle::new().set("width", "100%").set("height", "100%").set("fill", palette::PAPER))
-            .add(title)
-            .add(subtitle)
+        page(&self.title, &self.subtitle, height)
             .add(map.draw(self).set("transform", translate(MARGIN, TITLE_HEIGHT + MARGIN / 2.0)))
             .add(
                 timeline::draw(self, WIDTH - 2.0 * MARGIN, TIMELINE_HEIGHT)
@@ -157,6 +148,18 @@ impl Picture {
         let last = self.scans.last().map_or(first, |scan| scan.t_s);
         (first, last.max(first + 0.1))
     }
+}
+
+/// A sheet of paper with its two lines.
+fn page(title: &str, subtitle: &str, height: f64) -> Document {
+    Document::new()
+        .set("viewBox", (0, 0, WIDTH, height))
+        .set("width", WIDTH)
+        .set("height", height)
+        .add(Style::new(palette::STYLE))
+        .add(Rectangle::new().set("width", "100%").set("height", "100%").set("fill", palette::PAPER))
+        .add(Text::new(title).set("class", "title").set("x", MARGIN).set("y", 40))
+        .add(Text::new(subtitle).set("class", "small").set("x", MARGIN).set("y", 62))
 }
 
 fn translate(x: f64, y: f64) -> String {

@@ -20,9 +20,9 @@ use host_tracker::jsonl::{TracksLine, TruthLine};
 use host_tracker::site::Site;
 use host_tracker::trackers::LifeCycle;
 use svg::Document;
-use svg::node::element::{Circle, Group, Path as Line, Rectangle, Style, Text};
+use svg::node::element::{Circle, Group, Path as Line, Text};
 
-use super::{MARGIN, TIMELINE_HEIGHT, TITLE_HEIGHT, WIDTH, palette, translate};
+use super::{MARGIN, TIMELINE_HEIGHT, TITLE_HEIGHT, WIDTH, page, palette, translate};
 
 /// Largest height of the map.
 const MAX_HEIGHT: f64 = 900.0;
@@ -112,14 +112,7 @@ impl SitePicture<'_> {
         let frame = Frame::around(self, width);
         let timeline_top = TITLE_HEIGHT + frame.height + 2.0 * MARGIN;
         let height = timeline_top + TIMELINE_HEIGHT + MARGIN;
-        Document::new()
-            .set("viewBox", (0, 0, WIDTH, height))
-            .set("width", WIDTH)
-            .set("height", height)
-            .add(Style::new(palette::STYLE))
-            .add(Rectangle::new().set("width", "100%").set("height", "100%").set("fill", palette::PAPER))
-            .add(Text::new(self.title.as_str()).set("class", "title").set("x", MARGIN).set("y", 40))
-            .add(Text::new(self.subtitle.as_str()).set("class", "small").set("x", MARGIN).set("y", 62))
+        page(&self.title, &self.subtitle, height)
             .add(self.map(&frame).set("transform", translate(MARGIN, TITLE_HEIGHT + MARGIN / 2.0)))
             .add(self.timeline(width).set("transform", translate(MARGIN, timeline_top)))
     }

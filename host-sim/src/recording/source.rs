@@ -9,7 +9,7 @@ const APART_US: u64 = 1000;
 
 /// Plays a recording once, scan for scan, with the times at which it was taken.
 ///
-/// The first scan starts with the first measurement command.
+/// The first scan starts with the first measurement command, or at a time given.
 #[derive(Clone, Debug)]
 pub struct RecordingSource {
     recording: Recording,
@@ -23,6 +23,12 @@ impl RecordingSource {
     #[must_use]
     pub fn new(recording: Recording) -> Self {
         Self { recording, next: 0, origin_us: None, last_us: None }
+    }
+
+    /// One whose first scan starts at `start_us`, whenever the measurement begins.
+    #[must_use]
+    pub fn starting_at(recording: Recording, start_us: u64) -> Self {
+        Self { origin_us: Some(start_us), ..Self::new(recording) }
     }
 
     fn at(&self, index: usize, start_us: u64, period_us: u32) -> Option<SourceScan> {

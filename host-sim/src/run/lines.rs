@@ -36,19 +36,26 @@ impl Record {
         self.truth.iter().map(TruthLine::from)
     }
 
-    /// What the tracker of this name makes of the datagrams, every 0.1 s.
-    #[must_use]
-    pub fn tracks_lines(&self, tracker: Choice) -> Vec<TracksLine> {
+    /// Feeds a follower, and lets `look` at it at every moment of the truth: by then it has received what had
+    /// arrived by then, and nothing else.
+    pub fn follow<T>(&self, tracker: Choice, mut look: impl FnMut(&mut Follower, &Moment) -> T) -> Vec<T> {
         let mut follower = Follower::new(&Arc::new(self.site.clone()), tracker);
         let mut arrivals = self.arrivals.iter().peekable();
-        let mut line = |moment: &Moment| {
+        let mut seen = Vec::with_capacity(self.truth.len());
+        for moment in &self.truth {
             let until_us = (moment.t * 1e6).round() as u64;
             while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us <= until_us) {
                 follower.receive(&arrival.bytes, arrival.at_us);
             }
-            follower.line(moment.t)
-        };
-        self.truth.iter().map(&mut line).collect()
+            seen.push(look(&mut follower, moment));
+        }
+        seen
+    }
+
+    /// What the tracker of this name makes of the datagrams, every 0.1 s.
+    #[must_use]
+    pub fn tracks_lines(&self, tracker: Choice) -> Vec<TracksLine> {
+        self.follow(tracker, |follower, moment| follower.line(moment.t))
     }
 
     /// The candidates of every report that a host can use, in the site's frame.

@@ -34,12 +34,16 @@
 //! | `way`, `network` | the way between module and host, what happens to it there |
 //! | `clock` | a module's own clock |
 //! | `record` | a whole run to and from a file |
+//! | `recorded` | recordings in the place of a world |
+//! | `copies` | a site many times over, to see what it costs |
 //! | `lines` | candidates, tracks and truth as JSON lines |
 
 pub mod clock;
+mod copies;
 mod lines;
 pub mod network;
 pub mod record;
+pub mod recorded;
 mod unit;
 mod way;
 
@@ -52,7 +56,8 @@ use serde::{Deserialize, Serialize};
 use crate::simulated_time::Stuck;
 use crate::world::World;
 use crate::world::scene::Scene;
-use unit::{Plan, Unit};
+use crate::world::sensor::WorldSensor;
+use unit::{Plan, Sights, Unit, Witness, empty_flash};
 
 /// Time between two lines of truth, and of tracks.
 pub const TICK_US: u64 = 100_000;
@@ -140,11 +145,16 @@ impl Run {
             let us = |time_s: f64| (time_s.max(0.0) * 1e6) as u64;
             own.map(|outage| (us(outage.from_s), outage.until_s.map_or(u64::MAX, us))).collect()
         };
-        let unit = |(index, (name, sensor)): (usize, &(String, _))| {
+        let unit = |(index, (name, sensor)): (usize, &(String, WorldSensor))| {
+            let sights = Sights::default();
             Unit::new(Plan {
                 index,
                 name: name.clone(),
-                sensor: Clone::clone(sensor),
+                config: sensor.config(),
+                phase_us: sensor.clock().phase_us,
+                source: Box::new(Witness { sensor: sensor.clone(), sights: sights.clone() }),
+                sights,
+                flash: empty_flash(),
                 conditions: options.conditions,
                 seed,
                 outages_us: outages_us(index),

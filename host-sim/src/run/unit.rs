@@ -31,7 +31,7 @@ use crate::module::Fed;
 use crate::module::flash::{Flash, PAGE_LEN};
 use crate::simulated_time::{SimulatedClock, Stuck, block_on_until};
 use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
-use crate::urg::Urg;
+use crate::urg::{Config, Urg};
 use crate::world::random::{Purpose, Stream};
 use crate::world::sensor::WorldSensor;
 use host_tracker::conversation::Conversation;
@@ -51,12 +51,14 @@ pub struct Sight {
 }
 
 /// The sights of one sensor, oldest first.
-type Sights = Arc<Mutex<Vec<Sight>>>;
+pub type Sights = Arc<Mutex<Vec<Sight>>>;
 
 /// A sensor of the world that remembers whom it saw.
-struct Witness {
-    sensor: WorldSensor,
-    sights: Sights,
+pub struct Witness {
+    /// The sensor.
+    pub sensor: WorldSensor,
+    /// Whom it saw, shared with the [`Unit`].
+    pub sights: Sights,
 }
 
 impl RangeSource for Witness {
@@ -85,8 +87,14 @@ pub struct Plan {
     pub index: usize,
     /// Name in the site.
     pub name: String,
-    /// Its sensor.
-    pub sensor: WorldSensor,
+    /// What its sensor measures, and the sensor: `phase_us` is when its mirror passes the front first.
+    pub source: Box<dyn RangeSource>,
+    pub config: Config,
+    pub phase_us: u64,
+    /// Whom the source saw, if it says so.
+    pub sights: Sights,
+    /// What the module has stored before.
+    pub flash: Flash,
     /// The network, and how clocks run.
     pub conditions: Conditions,
     /// For everything random.
@@ -111,29 +119,26 @@ impl Unit {
     #[must_use]
     pub fn new(plan: Plan) -> Self {
         let clock = SimulatedClock::new();
-        let (arrivals, sights) = (Arrivals::default(), Sights::default());
+        let arrivals = Arrivals::default();
         let mut stream = Stream::new(plan.seed, Purpose::Network, [plan.index as u64, 0]);
         let start_us = stream.between(0.0, plan.conditions.start_spread_us) as u64;
         let fast_ppm = stream.between(-plan.conditions.drift_ppm, plan.conditions.drift_ppm) as i32;
         let way = Way::new(&clock, plan.conditions, stream);
         let host =
             converse(clock.clone(), way.clone(), Conversation::new(module_id(plan.index)), arrivals.clone());
-        let config = plan.sensor.config();
-        let paced = config.paced;
-        let phase_us = plan.sensor.clock().phase_us;
-        let witness = Witness { sensor: plan.sensor, sights: sights.clone() };
+        let paced = plan.config.paced;
         let options = LinkOptions { chunk_bytes: CHUNK_BYTES, ..LinkOptions::default() };
         let board = Board {
             index: plan.index,
             name: plan.name,
-            link: MemoryLink::new(&clock, Urg::new(config, Box::new(witness), phase_us), options),
+            link: MemoryLink::new(&clock, Urg::new(plan.config, plan.source, plan.phase_us), options),
             line: if paced {
                 LineSettings::Serial { last_baud: None, wanted_baud: None, fastest_baud: 750_000 }
             } else {
                 LineSettings::NoSpeed
             },
             clock: clock.clone(),
-            flash: Flash::new(PAGES),
+            flash: plan.flash,
             way,
             start_us,
             fast_ppm,
@@ -142,7 +147,7 @@ impl Unit {
         let life = Box::pin(async move {
             join(host, board.live()).await;
         });
-        Self { clock, life, arrivals, sights }
+        Self { clock, life, arrivals, sights: plan.sights }
     }
 
     /// Lets time pass up to `until_us`, and takes what arrived.
@@ -177,6 +182,18 @@ async fn converse(clock: SimulatedClock, way: Way, mut host: Conversation, arriv
     }
 }
 
+/// Flash with nothing in it.
+#[must_use]
+pub fn empty_flash() -> Flash {
+    Flash::new(PAGES)
+}
+
+/// The store in a module's flash.
+#[must_use]
+pub fn store(flash: &Flash) -> Option<FlashStore<Flash>> {
+    FlashStore::new(flash.clone(), 0..(PAGES * PAGE_LEN) as u32)
+}
+
 /// A module's hardware, which outlives its starts.
 struct Board {
     index: usize,
@@ -208,7 +225,7 @@ impl Board {
 
     /// Start after start, as long as there is power.
     async fn starts(&self) {
-        while let Some(store) = FlashStore::new(self.flash.clone(), 0..(PAGES * PAGE_LEN) as u32) {
+        while let Some(store) = store(&self.flash) {
             self.start(store).await;
         }
     }

@@ -11,6 +11,7 @@
 //! bytes on every machine, and any scan or truth can be asked for in any order.
 
 pub mod body;
+mod built_in;
 pub mod crowd;
 pub mod door;
 pub mod gathering;

@@ -39,7 +39,10 @@
 //! slide = [0.9, 0]
 //! ```
 
+pub use super::built_in::BUILT_IN;
+
 use super::body::Section;
+use super::built_in::on_its_base;
 use super::door::Door;
 use super::gathering::{GatheringSpec, MOST_PEOPLE};
 use super::moving::{Curtain, Fan};
@@ -230,35 +233,6 @@ const fn ordinary_sway() -> f64 {
     4.0
 }
 
-/// Scenes that are part of the program, by the name of their file.
-pub const BUILT_IN: &[(&str, &str)] = &[
-    ("demo", include_str!("../../scenes/demo.toml")),
-    ("building", include_str!("../../scenes/building.toml")),
-    ("torso", include_str!("../../scenes/torso.toml")),
-    ("empty", include_str!("../../scenes/empty.toml")),
-    ("crossing", include_str!("../../scenes/crossing.toml")),
-    ("passage", include_str!("../../scenes/passage.toml")),
-    ("door-area", include_str!("../../scenes/door-area.toml")),
-    ("runners", include_str!("../../scenes/runners.toml")),
-    ("home", include_str!("../../scenes/home.toml")),
-    ("standing", include_str!("../../scenes/standing.toml")),
-    ("one-of-two", include_str!("../../scenes/one-of-two.toml")),
-    ("touching", include_str!("../../scenes/touching.toml")),
-    ("together", include_str!("../../scenes/together.toml")),
-    ("chair-back", include_str!("../../scenes/chair-back.toml")),
-    ("chair-legs", include_str!("../../scenes/chair-legs.toml")),
-    ("movers", include_str!("../../scenes/movers.toml")),
-    ("suitcase", include_str!("../../scenes/suitcase.toml")),
-    ("pushchair", include_str!("../../scenes/pushchair.toml")),
-    ("wheelchair", include_str!("../../scenes/wheelchair.toml")),
-    ("backpack", include_str!("../../scenes/backpack.toml")),
-    ("crouching", include_str!("../../scenes/crouching.toml")),
-    ("embracing", include_str!("../../scenes/embracing.toml")),
-    ("facing", include_str!("../../scenes/facing.toml")),
-    ("mirror", include_str!("../../scenes/mirror.toml")),
-    ("child", include_str!("../../scenes/child.toml")),
-];
-
 /// Why a scene cannot be used: one line with the file, the place in it, and what to do.
 #[derive(Debug)]
 pub struct SceneError(String);
@@ -377,29 +351,6 @@ impl Scene {
         }
         Ok(())
     }
-}
-
-/// The built-in scene that `own` names as its base, and that one's base, with the changes of `own`.
-fn on_its_base(own: toml::Table) -> Result<toml::Table, String> {
-    let Some(base) = own.get("base").and_then(toml::Value::as_str) else { return Ok(own) };
-    let text = BUILT_IN.iter().find(|(name, _)| *name == base).map(|(_, text)| *text);
-    let text = text.ok_or_else(|| format!("base: no scene \"{base}\""))?;
-    let table = toml::from_str(text).map_err(|error| format!("{base}: {}", error.message()))?;
-    Ok(overlay(on_its_base(table)?, own))
-}
-
-/// `base` with the changes of `own`.
-fn overlay(mut base: toml::Table, own: toml::Table) -> toml::Table {
-    for (key, value) in own {
-        let merged = match (base.remove(&key), value) {
-            (Some(toml::Value::Table(base)), toml::Value::Table(own)) => {
-                toml::Value::Table(overlay(base, own))
-            }
-            (_, value) => value,
-        };
-        base.insert(key, merged);
-    }
-    base
 }
 
 impl PersonSpec {

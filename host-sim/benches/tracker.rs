@@ -1,0 +1,286 @@
+//! What the tracker costs, from a datagram to tracks and zones: instructions a report (counted by valgrind, so the
+//! same in every run), time on this machine, and whether it keeps up with a network.
+//!
+//! ```text
+//!   worlds, simulated once ─▶ datagrams in memory ─┬─▶ callgrind: instructions up to t₁, up to t₂ ─▶ a report
+//!                                                  ├─▶ a clock: µs a report, multiple of real time
+//!                                                  └─▶ one UDP socket a module ─▶ Live ─▶ reports lost
+//! ```
+//!
+//! `cargo bench -p host-sim` prints the table and fails when a budget is exceeded. `-- --loopback N` listens to the
+//! network for N seconds instead of five, `-- --loopback-modules N` to so many modules.
+//!
+//! Only the tracker is measured: what it is fed was recorded before. A line of tracks is asked for every 0.1 s, as
+//! `kehai-tracker` does, and is part of the cost.
+
+use std::error::Error;
+use std::net::{SocketAddr, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::process::{Command as Process, ExitCode};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use host_sim::run::{Options, Record};
+use host_sim::world::scene::Scene;
+use host_sim::world::variation::{Letter, Variation};
+use host_tracker::follower::Follower;
+use host_tracker::live::Live;
+use host_tracker::peers::Peers;
+use host_tracker::trackers::Choice;
+use kehai::wire::Message;
+
+/// Most instructions a report, with eight people before two modules.
+const EIGHT_BUDGET: u64 = 200_000;
+
+/// Most that a report may cost at 64 modules, of what it costs at two.
+const GROWTH_BUDGET: f64 = 1.3;
+
+/// Five hundred modules on one core are to be so much faster than real time; printed, not guarded.
+const AIM_REAL_TIME: f64 = 5.0;
+
+/// Distance from one hall to the next, m: eight, and walls between.
+const APART_M: f64 = 8.2;
+
+/// Everybody is in and walks: s, of the halls' 20.
+const WALKING_S: (f64, f64) = (15.0, 17.0);
+
+/// A world to be fed to a tracker.
+#[derive(Clone, Copy)]
+struct World {
+    name: &'static str,
+    what: &'static str,
+    /// Halls side by side; 0: the door area instead.
+    halls: usize,
+    /// Modules and people of a hall.
+    modules: usize,
+}
+
+const WORLDS: [World; 5] = [
+    World { name: "door", what: "2 modules, 8 people before a door", halls: 0, modules: 2 },
+    World { name: "two", what: "2 modules, 2 people", halls: 1, modules: 2 },
+    World { name: "four", what: "4 modules, 4 people", halls: 1, modules: 4 },
+    World { name: "sixty-four", what: "64 modules, 64 people", halls: 16, modules: 4 },
+    World { name: "five-hundred", what: "500 modules, 500 people", halls: 125, modules: 4 },
+];
+
+fn hall(modules: usize, duration_s: u32) -> Result<Record, Box<dyn Error>> {
+    let mut scene = Scene::load("hall")?;
+    scene.site.modules.truncate(modules);
+    scene.people.truncate(modules);
+    scene.vary(&Variation { duration_s: Some(duration_s), ..Variation::default() })?;
+    Ok(Record::of(&scene, 1, &Options::default())?)
+}
+
+/// Simulates what is in the file, once a run of this program.
+fn recorded(world: &World) -> Result<PathBuf, Box<dyn Error>> {
+    let record = if world.halls == 0 {
+        let mut scene = Scene::load("door-area")?;
+        let condition = Some(Letter::D);
+        scene.vary(&Variation { people: Some(8), condition, ..Variation::default() })?;
+        Record::of(&scene, 1, &Options::default())?
+    } else {
+        hall(world.modules, 20)?
+    };
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bench-{}.run", world.name));
+    record.save(&path)?;
+    Ok(path)
+}
+
+/// The world in the file, as often as it is needed.
+fn load(path: &Path, halls: usize) -> Result<Record, Box<dyn Error>> {
+    let record = Record::load(path)?;
+    Ok(if halls > 1 { record.copies(halls, APART_M) } else { record })
+}
+
+/// The time that counts: everybody is there.
+fn window_s(record: &Record) -> (f64, f64) {
+    record.events.map_or(WALKING_S, |events| (events.all_in_s, events.door_opens_s))
+}
+
+/// Feeds everything up to a time; the reports among it.
+fn feed(record: &Record, follower: &mut Follower, from_s: f64, until_s: f64) -> u64 {
+    let within = |t: f64| t > from_s && t <= until_s;
+    let mut arrivals =
+        record.arrivals.iter().filter(|arrival| within(arrival.at_us as f64 * 1e-6)).peekable();
+    let mut reports = 0;
+    for moment in record.truth.iter().filter(|moment| within(moment.t)) {
+        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
+            reports += u64::from(follower.receive(&arrival.bytes, arrival.at_us).is_some());
+        }
+        std::hint::black_box(follower.line(moment.t));
+    }
+    reports
+}
+
+fn follower(record: &Record) -> Follower {
+    Follower::new(&Arc::new(record.site.clone()), Choice::default())
+}
+
+/// Instructions a report within the world's window, counted by valgrind; None where there is none.
+fn instructions(path: &Path, world: &World, reports: u64) -> Option<u64> {
+    let count = |end: &str| {
+        let output = Process::new("valgrind")
+            .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+            .arg(std::env::current_exe().ok()?)
+            .args(["--run", path.to_str()?, &world.halls.to_string(), end])
+            .output()
+            .ok()?;
+        let text = String::from_utf8_lossy(&output.stderr);
+        text.lines().find_map(|line| line.split("Collected : ").nth(1)?.trim().parse::<u64>().ok())
+    };
+    Some((count("last")? - count("first")?) / reports.max(1))
+}
+
+/// One line of the table: instructions, µs a report, multiple of real time.
+struct Cost {
+    instructions: Option<u64>,
+    us: f64,
+    real_time: f64,
+    reports: u64,
+    people: usize,
+}
+
+fn cost(world: &World) -> Result<Cost, Box<dyn Error>> {
+    let path = recorded(world)?;
+    let record = load(&path, world.halls)?;
+    let (first_s, last_s) = window_s(&record);
+    let (mut best_s, mut reports, mut people) = (f64::INFINITY, 0, 0);
+    for _ in 0..3 {
+        let mut follower = follower(&record);
+        feed(&record, &mut follower, -1.0, first_s);
+        let start = Instant::now();
+        reports = feed(&record, &mut follower, first_s, last_s);
+        best_s = best_s.min(start.elapsed().as_secs_f64());
+        people = follower.tracks(last_s).len();
+    }
+    // Five hundred take minutes under valgrind and say nothing that 64 do not.
+    let instructions = if world.halls > 16 { None } else { instructions(&path, world, reports) };
+    Ok(Cost {
+        instructions,
+        us: best_s * 1e6 / reports.max(1) as f64,
+        real_time: (last_s - first_s) / best_s,
+        reports,
+        people,
+    })
+}
+
+/// Sends what the modules of a record sent, each from a socket of its own, at the times at which it arrived.
+fn send(record: &Record, sockets: &[UdpSocket], begun: Instant) -> u64 {
+    let mut to: Vec<Option<SocketAddr>> = vec![None; sockets.len()];
+    let mut reports = 0;
+    let mut asked = [0; 2048];
+    for arrival in &record.arrivals {
+        let at = Duration::from_micros(arrival.at_us);
+        std::thread::sleep(at.saturating_sub(begun.elapsed()));
+        let (Some(socket), Some(to)) =
+            (sockets.get(usize::from(arrival.module)), to.get_mut(usize::from(arrival.module)))
+        else {
+            continue;
+        };
+        // Whoever asks is told everything; the record knows the answers.
+        while let Ok((_, from)) = socket.recv_from(&mut asked) {
+            *to = Some(from);
+        }
+        let Some(host) = to else { continue };
+        if socket.send_to(&arrival.bytes, *host).is_ok() {
+            reports += u64::from(matches!(Message::decode(&arrival.bytes), Ok((_, Message::Report(_)))));
+        }
+    }
+    reports
+}
+
+/// Follows modules over the loopback for so long; reports sent, and how many of them never came.
+fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> {
+    let record = hall(4, seconds)?.copies(modules.div_ceil(4), APART_M);
+    let sockets: Vec<UdpSocket> =
+        (0..record.modules.len()).map(|_| UdpSocket::bind("127.0.0.1:0")).collect::<Result<_, _>>()?;
+    sockets.iter().try_for_each(|socket| socket.set_nonblocking(true))?;
+    let addresses: Vec<SocketAddr> = sockets.iter().map(UdpSocket::local_addr).collect::<Result<_, _>>()?;
+    let peers = Peers::new(Arc::new(record.site.clone()), &addresses);
+    let mut live = Live::new(Live::bind()?, peers, None, follower(&record));
+    let begun = Instant::now();
+    let sent = std::thread::scope(|scope| {
+        let sender = scope.spawn(|| send(&record, &sockets, begun));
+        while live.now_us() < (u64::from(seconds) + 1) * 1_000_000 {
+            live.frame()?;
+        }
+        sender.join().map_err(|_| std::io::Error::other("the sender fell over"))
+    })?;
+    let intake = live.follower().intake();
+    let drops = intake.drops();
+    let came: u64 = intake.modules().values().map(host_tracker::intake::Module::reports).sum::<u64>()
+        + drops.repeated
+        + drops.late
+        + drops.early
+        + drops.unplaced;
+    if drops.late > 0 {
+        println!("  ({} of them came too late to be used)", drops.late);
+    }
+    Ok((sent, sent.saturating_sub(came)))
+}
+
+fn report(loopback_s: u32, loopback_modules: usize) -> Result<ExitCode, Box<dyn Error>> {
+    let mut over = Vec::new();
+    println!(
+        "{:<36}{:>8}{:>8}{:>14}{:>12}{:>14}",
+        "", "reports", "tracks", "instructions", "µs/report", "× real time"
+    );
+    let mut costs = Vec::new();
+    for world in &WORLDS {
+        let cost = cost(world)?;
+        let counted = cost.instructions.map_or("–".into(), |count| count.to_string());
+        println!(
+            "{:<36}{:>8}{:>8}{counted:>14}{:>12.1}{:>14.1}",
+            world.what, cost.reports, cost.people, cost.us, cost.real_time
+        );
+        costs.push(cost);
+    }
+    let [door, two, four, sixty_four, five_hundred] = costs.as_slice() else { return Ok(ExitCode::FAILURE) };
+    if let Some(count) = door.instructions.filter(|count| *count > EIGHT_BUDGET) {
+        over.push(format!(
+            "eight people before two modules take {count} instructions, more than {EIGHT_BUDGET}"
+        ));
+    }
+    if let (Some(two), Some(four), Some(many)) =
+        (two.instructions, four.instructions, sixty_four.instructions)
+    {
+        let (growth, from_four) = (many as f64 / two as f64, many as f64 / four as f64);
+        println!("\nat 64 modules {growth:.2} times what it is at 2, {from_four:.2} times what it is at 4");
+        println!("at most {EIGHT_BUDGET} with eight people and two modules, and {GROWTH_BUDGET} times at 64");
+        if growth > GROWTH_BUDGET {
+            over.push(format!(
+                "at 64 modules {growth:.2} times as much as at two, more than {GROWTH_BUDGET}"
+            ));
+        }
+    }
+    println!("500 modules on one core: {:.1} times real time, aim {AIM_REAL_TIME}", five_hundred.real_time);
+    let (sent, lost) = loopback(loopback_modules, loopback_s)?;
+    println!(
+        "over the loopback for {loopback_s} s: {sent} reports of {loopback_modules} modules, {lost} lost"
+    );
+    if lost > 0 {
+        over.push(format!("{lost} of {sent} reports were lost on the loopback"));
+    }
+    for line in &over {
+        eprintln!("over budget: {line}");
+    }
+    Ok(if over.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let arguments: Vec<_> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    if let [flag, path, halls, end] = arguments.as_slice()
+        && flag == "--run"
+    {
+        let record = load(Path::new(path), halls.parse()?)?;
+        let (first_s, last_s) = window_s(&record);
+        let mut follower = follower(&record);
+        feed(&record, &mut follower, -1.0, if end == "first" { first_s } else { last_s });
+        return Ok(ExitCode::SUCCESS);
+    }
+    let number = |flag: &str, otherwise: u32| {
+        let at = arguments.iter().position(|argument| argument == flag);
+        at.map_or(Ok(otherwise), |at| arguments.get(at + 1).map_or("", String::as_str).parse())
+    };
+    report(number("--loopback", 5)?, number("--loopback-modules", 64)? as usize)
+}
