@@ -35,7 +35,7 @@ pub fn find() -> Option<&'static str> {
             .status()
             .is_ok_and(|status| status.success())
     };
-    NAMES.into_iter().find(|name| runs(&name))
+    NAMES.into_iter().find(runs)
 }
 
 /// A page in a browser of its own.
