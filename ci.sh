@@ -121,6 +121,9 @@ need_qemu() {
     export KEHAI_QEMU_IMAGE
 }
 
+# The live map is clicked through in a real browser.
+need_chromium() { need_command chromium chromium; }
+
 # The scores are compared with those of Python packages, kept in an environment under target/.
 need_python() {
     python3 -c 'import venv, ensurepip' 2>/dev/null || apt_install python3-venv
@@ -136,8 +139,8 @@ step_fmt() { cargo fmt --all --check; }
 step_clippy() { cargo clippy --locked --workspace --all-targets --all-features -- -D warnings; }
 
 step_test() {
-    # Without QEMU, Python or a broker their tests are left out on somebody's desk, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; need_mosquitto; }
+    # Without QEMU, Python, a broker or Chromium their tests are left out on somebody's desk, but fail here.
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_mosquitto; need_chromium; }
     cargo test --locked --workspace --no-fail-fast
 }
 
@@ -221,7 +224,7 @@ step_bench() {
     cargo bench --locked -p host-sim
 }
 
-step_demo() { cargo demo --headless --seconds 5; }
+step_demo() { cargo demo --headless --seconds 20; }
 
 step_fuzz() {
     local cargo=(cargo) flags=(--sanitizer none)

@@ -7,6 +7,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod building;
 pub mod chain;
 pub mod experiment;
 pub mod jsonl;

@@ -212,7 +212,15 @@ impl Site {
     pub fn load(file: &Path) -> Result<Self, SiteError> {
         let name = file.display();
         let text = std::fs::read_to_string(file).map_err(|error| SiteError(format!("{name}: {error}")))?;
-        let site: Self = toml::from_str(&text).map_err(|error| {
+        Self::parse(&name.to_string(), &text)
+    }
+
+    /// Reads a site from text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn parse(name: &str, text: &str) -> Result<Self, SiteError> {
+        let site: Self = toml::from_str(text).map_err(|error| {
             let line =
                 error.span().map_or(0, |span| text.get(..span.start).unwrap_or("").lines().count().max(1));
             SiteError(format!("{name}:{line}: {}", error.message().replace('\n', " ")))
@@ -271,6 +279,6 @@ impl Site {
         if let Some(mover) = self.movers.iter().find(|mover| mover.polygon.len() < 3) {
             return Err(format!("mover \"{}\": polygon needs at least three corners", mover.name));
         }
-        Ok(())
+        crate::site_limits::check(self)
     }
 }

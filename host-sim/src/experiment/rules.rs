@@ -91,8 +91,8 @@ fn steady(lines: &[Line], share: f64) -> Finding {
 }
 
 fn settles(lines: &[Line], within_s: f64) -> Finding {
-    let changes = lines.windows(2).filter(|pair| pair[0].inside != pair[1].inside);
-    let change_s = changes.last().map_or(0.0, |pair| pair[1].t_s);
+    let mut changes = lines.windows(2).filter(|pair| pair[0].inside != pair[1].inside);
+    let change_s = changes.next_back().map_or(0.0, |pair| pair[1].t_s);
     let after: Vec<&Line> = lines.iter().filter(|line| line.t_s >= change_s).collect();
     let first_s = after.iter().find(|line| right(line)).map(|line| line.t_s - change_s);
     let later: Vec<&Line> = after.iter().filter(|line| line.t_s >= change_s + within_s).copied().collect();

@@ -9,6 +9,7 @@
 /// Scenes that are part of the program, by the name of their file.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("demo", include_str!("../../scenes/demo.toml")),
+    ("building", include_str!("../../scenes/building.toml")),
     ("torso", include_str!("../../scenes/torso.toml")),
     ("empty", include_str!("../../scenes/empty.toml")),
     ("crossing", include_str!("../../scenes/crossing.toml")),

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,10 +11,11 @@ use std::time::Duration;
 
 use clap::Args;
 use host_tracker::frame::{Frame, ModuleLine};
+use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
-use host_tracker::site::Site;
+use host_tracker::site_file::SiteFile;
 use host_tracker::store::Store;
 use host_tracker::trackers::Choice;
 
@@ -41,6 +43,15 @@ pub struct Arguments {
     /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
+
+    /// Serve the live map at this address: 127.0.0.1:8420 for this machine alone, 0.0.0.0:8420 for the whole network,
+    /// of which everybody may then edit the site
+    #[arg(long, value_name = "IP:PORT")]
+    http: Option<SocketAddr>,
+
+    /// A name under which browsers may open the map, beside addresses and local names
+    #[arg(long, value_name = "NAME", requires = "http")]
+    http_name: Vec<String>,
 
     /// The tracker
     #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
@@ -86,6 +97,7 @@ pub struct Arguments {
 
 const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --tracks-out -
+  kehai-tracker run --site door.toml --http 127.0.0.1:8420
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
   kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
   kehai-tracker run --site door.toml --db door.db --keep-days 30
@@ -99,13 +111,17 @@ const WAIT: Duration = Duration::from_millis(200);
 /// # Errors
 /// One line: what is wrong with which file or address.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let site = Site::load(&arguments.site)?;
+    let file = SiteFile::load(&arguments.site)?;
+    let site = (*file.current().site).clone();
     let modules = arguments
         .module
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let silent = arguments.mqtt.is_some() || arguments.db.is_some() || arguments.record.is_some();
+    let silent = arguments.mqtt.is_some()
+        || arguments.db.is_some()
+        || arguments.record.is_some()
+        || arguments.http.is_some();
     let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
     let mut out = tracks_out.map(open).transpose()?;
     let topics = topics(&arguments);
@@ -115,13 +131,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let keep = |file| Store::open(file, &Arc::new(site.clone()), arguments.keep_days);
     let store = arguments.db.as_deref().map(keep).transpose()?;
-    let service = Service::start(Options {
+    let service = Arc::new(Service::start(Options {
         site,
         modules,
         discover: !arguments.no_mdns,
         tracker: arguments.tracker,
         record: arguments.record,
-    })?;
+    })?);
     let publisher = arguments
         .mqtt
         .map(|broker| {
@@ -130,6 +146,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         })
         .transpose()?;
     let frames = service.queue();
+    let mut sites = service.site();
+    let map = arguments.http.map(|listen| map(listen, file, &service, arguments.http_name)).transpose()?;
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut told = Told::default();
     let mut last = Arc::<Frame>::default();
@@ -140,6 +158,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             Err(RecvTimeoutError::Disconnected) => break,
         }
         if let Some(store) = &store {
+            if sites.has_changed().unwrap_or(false) {
+                store.set_site(&sites.borrow_and_update());
+            }
             store.see(Arc::clone(&last));
             service.trouble().set("database", &store.state().trouble);
         }
@@ -152,9 +173,29 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             }
         }
     }
+    drop(map);
     drop(publisher);
-    service.stop()?;
+    // The map had the only other share of it.
+    if let Some(service) = Arc::into_inner(service) {
+        service.stop()?;
+    }
     summary(&last)
+}
+
+/// Serves the live map.
+fn map(
+    listen: SocketAddr,
+    site: SiteFile,
+    service: &Arc<Service>,
+    names: Vec<String>,
+) -> Result<Server, Failure> {
+    let changing = Arc::clone(service);
+    let changed = Box::new(move |site| changing.change_site(site));
+    let desk = Desk { frames: service.frames(), site, changed, names };
+    let server = Server::start(listen, desk)
+        .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
+    eprintln!("live map at http://{}/", server.address());
+    Ok(server)
 }
 
 fn prefix(text: &str) -> Result<String, String> {

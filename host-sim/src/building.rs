@@ -1,0 +1,135 @@
+//! A simulated building, live: every module of a scene on this PC, in real time.
+//!
+//! ```text
+//!   world ─▶ emulated sensor ──TCP, SCIP──▶ driver ─▶ pipeline ──UDP──▶ any tracker
+//!              a thread each                  a thread each: the tasks of the firmware
+//! ```
+//!
+//! The world's time begins with the building, for every sensor as soon as its thread runs: within a millisecond
+//! or two. Modules are not announced; their addresses are known.
+
+use std::error::Error;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpListener};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
+use std::thread::{Builder, JoinHandle};
+use std::time::Instant;
+
+use crate::module::flash::Flash;
+use crate::module::line::Place;
+use crate::module::pc::{PAGES, Pc};
+use crate::module::reactor::Reactor;
+use crate::module::udp::Udp;
+use crate::serve::{Control, serve_tcp};
+use crate::urg::{Config, Urg};
+use crate::world::World;
+use crate::world::scene::Scene;
+use crate::world::sensor::WorldSensor;
+
+/// A port that the system chooses, for this machine alone.
+const ANY_PORT: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
+
+/// A building in which people walk. It ends when it is dropped.
+pub struct Building {
+    world: World,
+    begun: Instant,
+    modules: Vec<(String, SocketAddr)>,
+    stop: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Building {
+    /// Switches everything on.
+    ///
+    /// # Errors
+    /// No port or thread is to be had.
+    pub fn start(scene: &Scene, seed: u64) -> io::Result<Self> {
+        let world = World::new(scene, seed);
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut building =
+            Self { begun: Instant::now(), modules: Vec::new(), stop, threads: Vec::new(), world };
+        let sensors = building.world.sensors().to_vec();
+        let mut places = Vec::new();
+        for (name, sensor) in sensors {
+            let listener = TcpListener::bind(ANY_PORT)?;
+            places.push((name.clone(), Place::Tcp(listener.local_addr()?.to_string())));
+            let stop = Arc::clone(&building.stop);
+            building.threads.push(Builder::new().name(format!("sensor {name}")).spawn(move || {
+                measure(&name, &listener, sensor, &stop);
+            })?);
+        }
+        for (name, place) in places {
+            let address = building.module(&name, place)?;
+            building.modules.push((name, address));
+        }
+        Ok(building)
+    }
+
+    /// Switches a module on, and says where it listens.
+    fn module(&mut self, name: &str, sensor: Place) -> io::Result<SocketAddr> {
+        let (listening, listens) = mpsc::channel();
+        let stop = Arc::clone(&self.stop);
+        let own_name = name.to_owned();
+        self.threads.push(Builder::new().name(format!("module {name}")).spawn(move || {
+            let port = match Udp::bind(ANY_PORT, &Reactor::new()) {
+                Ok(port) => port,
+                Err(error) => return drop(listening.send(Err(error))),
+            };
+            let _ = listening.send(port.local_addr());
+            if let Err(error) = live(&own_name, &sensor, &port, &stop) {
+                eprintln!("module {own_name} has ended: {error}");
+            }
+        })?);
+        listens.recv().unwrap_or_else(|_| Err(io::Error::other("the module's thread has failed")))
+    }
+
+    /// Names of the modules in the site, and where they listen.
+    #[must_use]
+    pub fn modules(&self) -> &[(String, SocketAddr)] {
+        &self.modules
+    }
+
+    /// The world.
+    #[must_use]
+    pub const fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Time since it began, s: the world's.
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+}
+
+impl Drop for Building {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            // A thread that has panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn measure(name: &str, listener: &TcpListener, sensor: WorldSensor, stop: &AtomicBool) {
+    let phase_us = sensor.clock().phase_us;
+    // TCP knows no bit rate.
+    let config = Config { paced: false, ..sensor.config() };
+    let urg = Urg::new(config, Box::new(sensor), phase_us);
+    let mut control = Control { stop, on_status: &mut |_| {} };
+    if let Err(error) = serve_tcp(listener, urg, &mut control) {
+        eprintln!("sensor {name} has ended: {error}");
+    }
+}
+
+/// Start after start, until everything ends.
+fn live(name: &str, sensor: &Place, port: &Udp, stop: &AtomicBool) -> Result<(), Box<dyn Error>> {
+    let flash = Flash::new(PAGES);
+    let pc = Pc { sensor, port, flash: &flash, name: Some(name), announced: false };
+    while !stop.load(Ordering::Relaxed) {
+        pc.start(stop, |_| {})?;
+    }
+    Ok(())
+}

@@ -1,0 +1,106 @@
+//! What a demo adds up to: how many people were counted and where, beside the truth.
+
+use host_sim::world::Truth;
+use host_tracker::frame::Frame;
+use host_tracker::geometry::{Point, inside};
+use host_tracker::jsonl::TrackLine;
+use host_tracker::site::Site;
+use host_tracker::trackers::LifeCycle;
+
+/// Distance up to which a track stands for a person, m: as far as the papers' scores allow.
+const MATCH_M: f64 = 0.5;
+
+/// Sums over the frames of a run.
+#[derive(Debug, Default)]
+pub struct Summary {
+    frames: u32,
+    /// Since when every module watches, s of the tracker.
+    ready_s: Option<f64>,
+    /// Frames since then, and those with the right number of people.
+    judged: u32,
+    right: u32,
+    people: u32,
+    found: u32,
+    errors_m: Vec<f64>,
+    most: usize,
+    newest: Frame,
+}
+
+impl Summary {
+    /// Takes a frame and where people are inside the site at its time.
+    pub fn add(&mut self, frame: &Frame, truth: &Truth, site: &Site) {
+        self.frames += 1;
+        self.newest = frame.clone();
+        let watching =
+            !frame.modules.is_empty() && frame.modules.iter().all(|module| module.state == "watching");
+        if self.ready_s.is_none() && watching {
+            self.ready_s = Some(frame.line.t);
+        }
+        if self.ready_s.is_none() {
+            return;
+        }
+        let zones: Vec<Vec<Point>> =
+            site.zones.iter().map(|zone| zone.polygon.iter().map(|&at| at.into()).collect()).collect();
+        let is_inside = |at: Point| zones.iter().any(|zone| inside(at, zone));
+        let there: Vec<Point> = truth
+            .people
+            .iter()
+            .map(|person| Point::new(person.x, person.y))
+            .filter(|&at| is_inside(at))
+            .collect();
+        let counts = |track: &&TrackLine| {
+            track.state != LifeCycle::Tentative && is_inside(Point::new(track.x, track.y))
+        };
+        let tracks: Vec<&TrackLine> = frame.line.tracks.iter().filter(counts).collect();
+        self.judged += 1;
+        self.right += u32::from(tracks.len() == there.len());
+        self.most = self.most.max(there.len());
+        for person in &there {
+            let distance_m = |track: &&TrackLine| (Point::new(track.x, track.y) - *person).length();
+            let nearest_m = tracks.iter().map(distance_m).fold(f64::INFINITY, f64::min);
+            self.people += 1;
+            if nearest_m < MATCH_M {
+                self.found += 1;
+                self.errors_m.push(nearest_m);
+            }
+        }
+    }
+
+    /// Prints it.
+    pub fn print(mut self, scene: &str) {
+        let share = |part: u32, whole: u32| match whole {
+            0 => "-".to_owned(),
+            _ => format!("{:.1} %", 100.0 * f64::from(part) / f64::from(whole)),
+        };
+        self.errors_m.sort_by(f64::total_cmp);
+        let median = self.errors_m.get(self.errors_m.len() / 2);
+        println!("the scene {scene}, {:.0} s", self.newest.line.t);
+        match self.ready_s {
+            Some(ready_s) => println!("  all modules watch     after {ready_s:.1} s"),
+            None => println!("  all modules watch     not yet: learning takes about ten seconds"),
+        }
+        println!("  frames                {}, {} of them judged", self.frames, self.judged);
+        println!("  people                {} at most at once", self.most);
+        println!("  counted right         {} of the judged frames", share(self.right, self.judged));
+        println!("  found where they are  {} of the time", share(self.found, self.people));
+        println!(
+            "  off by                {} (median)",
+            median.map_or_else(|| "-".to_owned(), |metres| format!("{:.0} mm", metres * 1e3))
+        );
+        println!("  {:<20} {:>9} {:>7} {:>9}  state", "module", "scans/s", "lost", "unknown");
+        for module in &self.newest.modules {
+            println!(
+                "  {:<20} {:>9.1} {:>5.1} % {:>7.1} %  {}",
+                module.name,
+                module.scans_hz,
+                module.lost_share * 100.0,
+                module.unknown_share * 100.0,
+                module.state
+            );
+        }
+        println!("  {:<20} {:>9}  known", "zone", "people");
+        for (name, zone) in &self.newest.line.zones {
+            println!("  {name:<20} {:>9}  {}", zone.count, format!("{:?}", zone.state).to_lowercase());
+        }
+    }
+}

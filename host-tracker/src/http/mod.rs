@@ -1,0 +1,215 @@
+//! The live map: a page, the frames it shows, and the site it edits, over HTTP.
+//!
+//! ```text
+//!   frames ─▶ feed ─▶ one text for all ─▶ /ws            every 0.1 s; a slow client misses some
+//!               └───▶ ten minutes      ─▶ /api/history   two lines a second
+//!                                         /api/state     the newest frame
+//!                                         /metrics       the same for Prometheus
+//!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
+//!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `guard` | who may ask, and from which page |
+//! | `feed` | frames to text, once for everybody |
+//! | `history` | the last ten minutes |
+//! | `socket` | a browser's connection |
+//! | `site` | the site, read and written |
+//! | `page/` | the page itself |
+//!
+//! The server has a thread of its own; the tracker never waits for it. Every answer that is no success says
+//! why in one line: `{"error": "…"}`.
+
+mod feed;
+pub mod guard;
+pub mod history;
+mod page;
+mod site;
+mod socket;
+
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::atomic::AtomicUsize;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Json, Router};
+use serde_json::json;
+use tokio::sync::{oneshot, watch};
+
+use crate::frame::Frame;
+use crate::site::Site;
+use crate::site_file::SiteFile;
+use feed::Packets;
+use history::History;
+
+/// Longest body of a request: a site of some ten thousand corners.
+const BODY_MAX: usize = 1 << 20;
+
+/// What the page may load and whom it may ask: this server alone.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+                      connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
+                      frame-ancestors 'none'";
+
+/// What the map needs of the tracker.
+pub struct Desk {
+    /// The newest frame.
+    pub frames: watch::Receiver<Arc<Frame>>,
+    /// The site's file.
+    pub site: SiteFile,
+    /// Told of every site that was saved.
+    pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
+    /// Names under which a browser may ask for this machine, beside its addresses and local names.
+    pub names: Vec<String>,
+}
+
+impl fmt::Debug for Desk {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Desk").field("site", &self.site).field("names", &self.names).finish_non_exhaustive()
+    }
+}
+
+/// What all requests share.
+struct Shared {
+    desk: Desk,
+    packets: watch::Receiver<Packets>,
+    history: Mutex<History>,
+    sockets: AtomicUsize,
+}
+
+/// The running server. It ends when it is dropped; open connections with it.
+#[derive(Debug)]
+pub struct Server {
+    address: SocketAddr,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Listens at `listen`; port 0 takes a free one.
+    ///
+    /// # Errors
+    /// The address cannot be had, or no thread.
+    pub fn start(listen: SocketAddr, desk: Desk) -> io::Result<Self> {
+        let listener = std::net::TcpListener::bind(listen)?;
+        listener.set_nonblocking(true)?;
+        let address = listener.local_addr()?;
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
+        let (stop, stopped) = oneshot::channel();
+        let thread = std::thread::Builder::new().name("http".into()).spawn(move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = serve(listener, desk) => {}
+                    _ = stopped => {}
+                }
+            });
+        })?;
+        Ok(Self { address, stop: Some(stop), thread: Some(thread) })
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub const fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            // A thread that has failed has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+async fn serve(listener: std::net::TcpListener, desk: Desk) {
+    let (packets_in, packets) = watch::channel(Packets::default());
+    let shared = Arc::new(Shared {
+        desk,
+        packets,
+        history: Mutex::new(History::default()),
+        sockets: AtomicUsize::new(0),
+    });
+    let listener = match tokio::net::TcpListener::from_std(listener) {
+        Ok(listener) => listener,
+        Err(error) => return eprintln!("the live map cannot be served: {error}"),
+    };
+    let feeding = feed::run(Arc::clone(&shared), packets_in);
+    let (served, ()) = tokio::join!(async { axum::serve(listener, router(shared)).await }, feeding);
+    if let Err(error) = served {
+        eprintln!("the live map is no longer served: {error}");
+    }
+}
+
+fn router(shared: Arc<Shared>) -> Router {
+    Router::new()
+        .route("/ws", get(socket::open))
+        .route("/api/site", get(site::show).put(site::change))
+        .route("/api/state", get(state))
+        .route("/api/history", get(past))
+        .route("/metrics", get(metrics))
+        .fallback(page::asset)
+        .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method"))
+        .layer(DefaultBodyLimit::max(BODY_MAX))
+        .layer(middleware::from_fn_with_state(Arc::clone(&shared), guarded))
+        .with_state(shared)
+}
+
+/// Lets pass whoever may ask, and tells browsers to be as careful.
+async fn guarded(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+    let asks = guard::Asks {
+        host: text(request.headers(), header::HOST),
+        origin: text(request.headers(), header::ORIGIN),
+        fetch_site: text(request.headers(), header::HeaderName::from_static("sec-fetch-site")),
+        writes: !matches!(*request.method(), Method::GET | Method::HEAD),
+        opens_socket: request.uri().path() == "/ws",
+    };
+    let mut response = match guard::check(&asks, &shared.desk.names) {
+        Ok(()) => next.run(request).await,
+        Err(why) => refuse(StatusCode::FORBIDDEN, &why.to_string()),
+    };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-cache"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
+    // What is no text is nobody's address.
+    headers.get(name).map(|value| value.to_str().unwrap_or("?"))
+}
+
+/// An answer that says why not.
+fn refuse(status: StatusCode, why: &str) -> Response {
+    (status, Json(json!({ "error": why }))).into_response()
+}
+
+async fn state(State(shared): State<Arc<Shared>>) -> Response {
+    let frame = Arc::clone(&shared.desk.frames.borrow());
+    Json(&*frame).into_response()
+}
+
+async fn past(State(shared): State<Arc<Shared>>) -> Response {
+    let text = shared.history.lock().unwrap_or_else(PoisonError::into_inner).to_json();
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
+    let frame = Arc::clone(&shared.desk.frames.borrow());
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], crate::metrics::text(&frame)).into_response()
+}

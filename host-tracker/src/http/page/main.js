@@ -1,0 +1,166 @@
+// The live map: what comes from the tracker, what was chosen, and where it is shown.
+
+import { Drawing } from "./draw.js";
+import { Editor } from "./edit.js";
+import { ask, connect } from "./net.js";
+import { Panel } from "./panel.js";
+import { bounds, people } from "./shapes.js";
+import { TimeLine } from "./timeline.js";
+import { View } from "./view.js";
+
+const TRAIL_FRAMES = 120;
+const FIELDS = 4; // two seconds
+const PANEL_MS = 250;
+const SPEAK_MS = 5000;
+
+const get = (id) => document.getElementById(id);
+const body = document.body.classList;
+const state = { site: {}, revision: 0, file: "", frame: null, recent: [], fields: [], chosen: null, link: "", fitted: false };
+
+const panel = new Panel(get("panel"), { choose });
+const time = new TimeLine({ seek });
+const view = new View(get("map"), {
+  change: () => redraw(),
+  click: (element) => {
+    if (body.contains("editing")) return;
+    const target = element.closest("[data-module],[data-person]");
+    choose(!target ? null : target.dataset.module ? { module: target.dataset.module } : { person: Number(target.dataset.person) });
+  },
+  down: (place, event) => editor?.down(place, event),
+  move: (place, event, moved) => editor?.move(place, event, moved),
+  up: (place, event, moved) => editor?.up(place, event, moved),
+});
+const drawing = new Drawing(get("map"));
+const editor = new Editor(drawing.layers.edit, view, {
+  change: (site) => drawing.site(site, view.px, null),
+  form: (form) => panel.edit(form),
+  close: (saved) => {
+    body.remove("editing");
+    panel.edit(null);
+    get("edit-open").hidden = false;
+    get("edit-open").focus();
+    saved ? loadSite() : redraw();
+  },
+});
+
+function redraw() {
+  if (!drawing || !editor) return;
+  if (editor.open) {
+    drawing.site(editor.site, view.px, null);
+    editor.showShapes();
+  } else {
+    drawing.site(state.site, view.px, state.chosen?.module);
+  }
+  const metres = [0.5, 1, 2, 5, 10, 20, 50].find((metres) => metres / view.px > 60) ?? 100;
+  get("scale").firstElementChild.style.width = `${metres / view.px}px`;
+  get("scale").lastElementChild.textContent = `${metres} m`;
+  show();
+}
+
+/** What is to be seen: now, or the time that was looked back to. */
+function show(quick = false) {
+  const past = time.at !== null;
+  const line = past ? time.lineAt(time.at) : state.frame;
+  const modules = state.frame?.modules ?? [];
+  const trail = past ? time.before(time.at, 12_000) : state.recent;
+  drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person);
+  drawing.states(past ? [] : modules, line?.zones ?? {});
+  if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
+  show.last = performance.now();
+  const known = Boolean(line) && (past || state.link === "live");
+  panel.show({ site: state.site, line, alarmed: state.frame?.alarms, modules: past ? [] : modules, chosen: state.chosen, known, past });
+}
+
+function choose(chosen) {
+  state.chosen = chosen;
+  drawing.fields(state.fields, chosen?.module);
+  redraw();
+  if (chosen) get("detail").scrollIntoView({ block: "nearest" });
+}
+
+function seek(at) {
+  body.toggle("past", at !== null);
+  body.toggle("jump", at !== null && !time.playing);
+  show();
+}
+
+async function loadSite() {
+  try {
+    const answer = await ask("/api/site");
+    Object.assign(state, { site: answer.site, revision: answer.revision, file: answer.file });
+    get("site-name").textContent = answer.file.replace(/\.toml$/, "");
+    time.site = answer.site;
+    const all = bounds(answer.site);
+    if (all && !state.fitted) { state.fitted = true; view.fit(all); }
+    if (all) view.bounds = all;
+    redraw();
+  } catch (error) { notice(error.message); }
+}
+
+function notice(text) {
+  get("notice").textContent = text;
+  get("notice").hidden = !text;
+}
+
+function link(next) {
+  state.link = next;
+  const words = { live: "live", silent: "tracker silent", lost: "connection lost" }[next];
+  get("link").dataset.state = next === "live" ? "live" : "lost";
+  get("link").lastElementChild.textContent = words;
+  body.toggle("lost", next !== "live");
+  // What was seen is not seen any more.
+  if (next !== "live") drawing.fields(state.fields = [], null);
+  const since = state.frame ? ` The map shows ${new Date(state.frame.unix_ms).toLocaleTimeString()}.` : "";
+  notice(next === "live" ? "" : next === "lost" ? `Connection lost.${since} Trying again…` : `The tracker says nothing.${since}`);
+  if (next === "live") loadHistory(); else show();
+}
+
+async function loadHistory() {
+  // Without it the time line begins now.
+  time.load(await ask("/api/history").catch(() => []));
+}
+
+let spoken = { at: 0, total: null };
+function speak(frame) {
+  const total = people(frame, state.site).length, now = performance.now();
+  if (total === spoken.total || now - spoken.at < SPEAK_MS) return;
+  spoken = { at: now, total };
+  get("spoken").textContent = `${total} ${total === 1 ? "person" : "people"}`;
+}
+
+connect({
+  frame: (frame) => {
+    if (state.frame && frame.unix_ms < state.frame.unix_ms) state.recent = [];
+    state.frame = frame;
+    state.recent.push(frame);
+    if (state.recent.length > TRAIL_FRAMES) state.recent.shift();
+    time.add(frame);
+    if (time.at === null) show(true);
+    speak(frame);
+  },
+  fields: (fields) => {
+    state.fields = [...state.fields.slice(1 - FIELDS), fields];
+    drawing.fields(state.fields, state.chosen?.module);
+  },
+  site: (revision) => { if (revision !== state.revision && !editor.open) loadSite(); },
+  link,
+});
+
+get("zoom-in").onclick = () => view.zoom(0.75);
+get("zoom-out").onclick = () => view.zoom(1.33);
+get("zoom-all").onclick = () => view.bounds && view.fit(view.bounds);
+get("edit-open").onclick = () => {
+  time.seek(null);
+  choose(null);
+  body.add("editing");
+  get("edit-open").hidden = true;
+  editor.start(state);
+};
+for (const layer of ["modules", "people"]) drawing.layers[layer].addEventListener("keydown", (event) => {
+  if (event.key !== "Enter" && event.key !== " ") return;
+  const { module, person } = event.target.dataset;
+  event.preventDefault();
+  choose(module ? { module } : { person: Number(person) });
+});
+window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !editor.open && state.chosen) choose(null); });
+window.addEventListener("beforeunload", (event) => { if (editor.open && editor.changed()) event.preventDefault(); });

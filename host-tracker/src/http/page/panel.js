@@ -1,0 +1,149 @@
+// The side panel: how many people, zone by zone, what is chosen, and how the modules are. In words.
+
+import { health, html, people } from "./shapes.js";
+
+const STATES = { missing: "not found", searching: "looks for its sensor", learning: "learns the empty room", watching: "watches", storing: "stores what it learned" };
+const LIVES = { confirmed: "seen", occluded: "hidden, believed to be there", tentative: "not sure yet" };
+const KNOWN = { known: "all of it seen", partly: "partly seen", unknown: "nobody looks there" };
+
+const percent = (share) => `${Math.round(share * 100)} %`;
+const age = (s) => (s < 90 ? `${Math.round(s)} s` : s < 5400 ? `${Math.round(s / 60)} min` : s < 172800 ? `${Math.round(s / 3600)} h` : `${Math.round(s / 86400)} days`);
+
+/** Elements kept by key, so that focus stays where it is while figures change. */
+function keyed(parent, keys, make, update) {
+  const old = new Map([...parent.children].map((child) => [child.dataset.key, child]));
+  keys.forEach((key, index) => {
+    let child = old.get(key);
+    if (!child) { child = make(key); child.dataset.key = key; }
+    old.delete(key);
+    if (parent.children[index] !== child) parent.insertBefore(child, parent.children[index] ?? null);
+    update(child, key);
+  });
+  for (const child of old.values()) child.remove();
+}
+
+const put = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+
+export class Panel {
+  /** `on.choose` with {module} or {person}, or null. */
+  constructor(root, on) {
+    this.on = on;
+    this.form = html("div", { hidden: true });
+    this.number = html("b", { id: "total" }, "–");
+    this.words = html("span");
+    this.zones = html("div", { className: "cards", id: "zones" });
+    this.alarms = html("div", { className: "cards", id: "alarms", role: "alert" });
+    this.zoneTitle = html("h2", {}, "Zones");
+    this.detail = html("section", { className: "detail", id: "detail", hidden: true });
+    this.detail.setAttribute("aria-label", "Details");
+    this.modules = html("ul", { className: "module-list", id: "modules" });
+    this.figures = html("div", { className: "cards", style: "gap:16px" },
+      html("div", { className: "total" }, this.number, this.words), this.alarms, this.detail,
+      html("section", {}, this.zoneTitle, this.zones), html("section", {}, html("h2", {}, "Modules"), this.modules));
+    root.append(this.form, this.figures);
+  }
+
+  /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
+  show({ site, line, alarmed, modules, chosen, known, past }) {
+    const here = line ? people(line, site) : null, total = here?.length ?? null;
+    put(this.number, known && total !== null ? String(total) : "–");
+    const hidden = here?.filter((track) => track.state === "occluded").length ?? 0;
+    const who = total === 1 ? "person" : "people";
+    put(this.words, !known ? "nothing is known now" : `${who} ${past ? "then" : "here"}${hidden ? `, ${hidden} of them hidden` : ""}`);
+    const alarms = new Map((alarmed ?? []).map(({ name, text }) => [name, text]));
+    keyed(this.alarms, [...alarms.keys()], () => html("p", { className: "alarm" }), (alarm, name) => put(alarm, alarms.get(name)));
+    this.alarms.hidden = !alarms.size;
+    this.showZones(site, line?.zones ?? {}, known);
+    this.showModules(site, modules, past);
+    this.showDetail(site, line, modules, chosen);
+  }
+
+  showZones(site, zones, known) {
+    const all = site.zone ?? [];
+    const counted = all.filter((zone) => zone.count);
+    const names = (counted.length ? counted : all).map((zone) => zone.name);
+    this.zoneTitle.hidden = !names.length;
+    keyed(this.zones, names, (name) => html("article", { className: "card zone-card" },
+      html("h3", {}, name), html("b", {}, "–"), html("p"), html("div", { className: "meter" }, html("i"))), (card, name) => {
+      const zone = known ? zones[name] : undefined;
+      const unknown = !zone || zone.state === "unknown";
+      card.classList.toggle("unknown", unknown);
+      const [, number, words, meter] = card.children;
+      put(number, unknown ? "unknown" : String(zone.count));
+      const sure = zone?.p?.[zone.count];
+      put(words, !zone ? "no news" : KNOWN[zone.state] + (!unknown && sure !== undefined && sure < 0.995 ? `, ${percent(sure)} sure` : ""));
+      meter.hidden = zone?.seen_share === undefined;
+      meter.title = meter.hidden ? "" : `${percent(zone.seen_share)} of it seen now`;
+      meter.firstChild.style.width = `${Math.round((zone?.seen_share ?? 0) * 100)}%`;
+    });
+  }
+
+  showModules(site, lines, past) {
+    const byName = new Map(lines.map((line) => [line.name, line]));
+    const names = [...new Set([...(site.module ?? []).map((module) => module.name), ...byName.keys()])];
+    keyed(this.modules, names, (name) => {
+      const row = html("button", { className: "module-row", type: "button", onclick: () => this.on.choose({ module: name }) },
+        html("i"), html("strong", {}, name), html("em"), html("p"));
+      return html("li", {}, row);
+    }, (item, name) => {
+      const row = item.firstChild, line = byName.get(name), [, , state, alarm] = row.children;
+      row.dataset.health = health(line);
+      put(state, past && !line ? "" : !line ? "no news" : STATES[line.state] ?? line.state);
+      put(alarm, line?.alarms[0]?.text ?? "");
+      alarm.hidden = !alarm.textContent;
+    });
+  }
+
+  showDetail(site, line, lines, chosen) {
+    const key = chosen?.module ?? chosen?.person ?? "";
+    if (this.detail.dataset.of !== String(key)) {
+      this.detail.dataset.of = key;
+      this.detail.hidden = !chosen;
+      const close = html("button", { className: "close", type: "button", "aria-label": "Close the details", onclick: () => this.on.choose(null) }, "×");
+      this.body = html("div");
+      this.detail.replaceChildren(html("header", {}, html("h2", {}, chosen?.module ?? `Person ${chosen?.person}`), close), this.body);
+    }
+    if (!chosen) return;
+    const parts = chosen.module ? this.aboutModule(site, lines.find(({ name }) => name === chosen.module), chosen.module)
+      : this.aboutPerson(line?.tracks.find(({ id }) => id === chosen.person));
+    const text = JSON.stringify(parts);
+    if (this.detail.dataset.text === text) return;
+    this.detail.dataset.text = text;
+    const rows = parts.rows.flatMap(([term, value]) => [html("dt", {}, term), html("dd", {}, value)]);
+    this.body.replaceChildren(...parts.alarms.map((alarm) => html("p", { className: "alarm" }, alarm)), html("dl", {}, ...rows));
+  }
+
+  aboutModule(site, line, name) {
+    const place = (site.module ?? []).find((module) => module.name === name);
+    const rows = [];
+    if (line) {
+      rows.push(["doing", STATES[line.state] ?? line.state], ["scans", `${line.scans_hz.toFixed(1)} a second`], ["lost", percent(line.lost_share)],
+        ["checksum errors", String(line.checksum_errors)], ["beams not judged", percent(line.unknown_share)]);
+      if (line.clock_offset_ms != null) rows.push(["clock", `${Math.round(line.clock_offset_ms).toLocaleString()} ± ${line.clock_jitter_ms.toFixed(1)} ms`]);
+      rows.push(["background", line.background_age_s == null ? "none yet" : `${age(line.background_age_s)} old`],
+        ["last heard", line.silent_s == null ? "never" : line.silent_s < 1.5 ? "now" : `${age(line.silent_s)} ago`]);
+      if (line.address) rows.push(["address", line.address]);
+      if (line.id) rows.push(["identity", line.id]);
+    }
+    rows.push(place ? ["place", `${place.x.toFixed(2)}, ${place.y.toFixed(2)} m, ${Math.round(place.yaw_deg)}°`] : ["place", "not in the site yet"]);
+    if (place) rows.push(["plane", `${place.height_m.toFixed(2)} m above the floor`]);
+    return { alarms: line ? line.alarms.map(({ text }) => text) : ["Nothing was heard of this module."], rows };
+  }
+
+  aboutPerson(track) {
+    if (!track) return { alarms: [], rows: [["state", "gone"]] };
+    const rows = [["state", LIVES[track.state] ?? track.state]];
+    if (track.reason) rows.push(["because", track.reason]);
+    rows.push(["there with", percent(track.existence)], ["walks", `${Math.hypot(track.vx, track.vy).toFixed(1)} m/s`]);
+    if (track.cov) rows.push(["place within", `${Math.round(200 * Math.sqrt(Math.max(track.cov[0], track.cov[2])))} cm`]);
+    rows.push(["place", `${track.x.toFixed(2)}, ${track.y.toFixed(2)} m`]);
+    return { alarms: [], rows };
+  }
+
+  /** Shows a form in the place of the figures, or the figures again. */
+  edit(form) {
+    this.form.hidden = !form;
+    this.figures.hidden = Boolean(form);
+    this.form.replaceChildren(...(form ? [form] : []));
+  }
+}

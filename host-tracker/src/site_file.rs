@@ -1,0 +1,221 @@
+//! The site's file: read once, written whole, never half.
+//!
+//! ```text
+//!   another site ─▶ checked ─▶ .home.toml.new, flushed ─▶ renamed to home.toml ─▶ in use
+//!                     │ wrong        │ disk full             whatever happens, one of the two is there whole
+//!                     └──────────────┴─▶ nothing has changed
+//! ```
+//!
+//! Comments are not kept: the first line says so. A file that somebody has changed by hand meanwhile is not overwritten.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use tokio::sync::watch;
+
+use crate::site::{Site, SiteError};
+
+/// First line of a file written here.
+const HEAD: &str = "# Saved by kehai-tracker. Comments are not kept when the map saves again.\n\n";
+
+/// The site's file, and what it says.
+#[derive(Debug)]
+pub struct SiteFile {
+    path: PathBuf,
+    kept: Mutex<Kept>,
+    revisions: watch::Sender<u64>,
+}
+
+/// What the file says.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// The file's name, without its folder.
+    pub name: Arc<str>,
+    /// Counts the changes since the start, from 1.
+    pub revision: u64,
+    /// The site.
+    pub site: Arc<Site>,
+    /// The file's text.
+    pub text: Arc<str>,
+}
+
+/// Why a site was not saved; nothing has changed then.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// It contradicts itself.
+    #[error("{0}")]
+    Wrong(String),
+    /// It was made from another revision.
+    #[error("the site was changed meanwhile (revision {now}, this one was made from {from}): load it again")]
+    Changed {
+        /// What it was made from.
+        from: u64,
+        /// What it is now.
+        now: u64,
+    },
+    /// Somebody has changed the file by hand.
+    #[error("{0} was changed by hand meanwhile: start the tracker anew to use it, then edit again")]
+    ChangedOnDisk(String),
+    /// The disk.
+    #[error("{file} cannot be saved: {error}")]
+    Failed {
+        /// The file.
+        file: String,
+        /// What the system says.
+        error: io::Error,
+    },
+}
+
+impl SiteFile {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// As [`Site::load`].
+    pub fn load(path: &Path) -> Result<Self, SiteError> {
+        let site = Site::load(path)?;
+        // The file itself, not a link to it, is what will be replaced.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into();
+        let kept = Kept { name, revision: 1, site: Arc::new(site), text: text.into() };
+        Ok(Self { path, kept: Mutex::new(kept), revisions: watch::Sender::new(1) })
+    }
+
+    /// What it says now.
+    #[must_use]
+    pub fn current(&self) -> Kept {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The newest revision.
+    #[must_use]
+    pub fn revisions(&self) -> watch::Receiver<u64> {
+        self.revisions.subscribe()
+    }
+
+    /// Saves another site made from revision `from` (of whatever was there, if none is said), tells
+    /// `changed`, and says its own revision.
+    ///
+    /// # Errors
+    /// Why not; the file and the site in use are as they were.
+    pub fn save(
+        &self,
+        site: Site,
+        from: Option<u64>,
+        changed: impl FnOnce(Site) -> Result<(), String>,
+    ) -> Result<u64, SaveError> {
+        site.check().map_err(SaveError::Wrong)?;
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(from) = from.filter(|&from| from != kept.revision) {
+            return Err(SaveError::Changed { from, now: kept.revision });
+        }
+        let file = self.path.display().to_string();
+        if fs::read_to_string(&self.path).is_ok_and(|text| *text != *kept.text) {
+            return Err(SaveError::ChangedOnDisk(file));
+        }
+        let body = toml::to_string(&site).map_err(|error| SaveError::Wrong(error.to_string()))?;
+        let text = format!("{HEAD}{body}");
+        replace(&self.path, text.as_bytes()).map_err(|error| SaveError::Failed { file, error })?;
+        let revision = kept.revision + 1;
+        *kept =
+            Kept { name: Arc::clone(&kept.name), revision, site: Arc::new(site.clone()), text: text.into() };
+        changed(site).map_err(SaveError::Wrong)?;
+        self.revisions.send_replace(revision);
+        Ok(revision)
+    }
+}
+
+/// Puts `bytes` in the place of a file: at every moment the old or the new one is there whole, also after a
+/// loss of power.
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.new"));
+    let written = write_beside(&beside, path, bytes).and_then(|()| fs::rename(&beside, path));
+    if written.is_err() {
+        // It may not even be there.
+        let _ = fs::remove_file(&beside);
+        return written;
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
+        _ => Ok(()),
+    }
+}
+
+fn write_beside(beside: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(beside)?;
+    if let Ok(metadata) = fs::metadata(path) {
+        file.set_permissions(metadata.permissions())?;
+    }
+    file.write_all(bytes)?;
+    file.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOME: &str = "# where we live\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
+
+    fn home(folder: &Path) -> SiteFile {
+        let path = folder.join("home.toml");
+        fs::write(&path, HOME).unwrap();
+        SiteFile::load(&path).unwrap()
+    }
+
+    fn renamed(file: &SiteFile, name: &str) -> Site {
+        let mut site = (*file.current().site).clone();
+        site.zones[0].name = name.to_owned();
+        site
+    }
+
+    #[test]
+    fn a_saved_site_is_what_the_file_says() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = home(folder.path());
+        let mut told = None;
+        let revision = file
+            .save(renamed(&file, "lounge"), Some(1), |site| {
+                told = Some(site);
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!((revision, *file.revisions().borrow()), (2, 2));
+        let read = Site::load(&folder.path().join("home.toml")).unwrap();
+        assert_eq!(Some(&read), told.as_ref());
+        assert_eq!(read.zones[0].name, "lounge");
+        assert!(file.current().text.starts_with("# Saved by kehai-tracker"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something was left beside it");
+    }
+
+    #[test]
+    fn nothing_changes_when_a_site_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = home(folder.path());
+        let path = folder.path().join("home.toml");
+        let never = |_: Site| -> Result<(), String> { panic!("told of a refused site") };
+        let mut wrong = renamed(&file, "hall");
+        wrong.zones[0].polygon.truncate(2);
+        let why = file.save(wrong, None, never).unwrap_err().to_string();
+        assert_eq!(why, "zone \"hall\": polygon needs at least three corners");
+        let stale = file.save(renamed(&file, "a"), Some(7), never).unwrap_err();
+        assert!(matches!(stale, SaveError::Changed { from: 7, now: 1 }), "{stale}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), HOME);
+        fs::write(&path, format!("{HOME}# by hand\n")).unwrap();
+        let by_hand = file.save(renamed(&file, "a"), Some(1), never).unwrap_err();
+        assert!(matches!(by_hand, SaveError::ChangedOnDisk(_)), "{by_hand}");
+        assert_eq!(file.current().revision, 1);
+    }
+
+    #[test]
+    fn a_folder_that_is_gone_is_said_and_nothing_is_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = home(folder.path());
+        drop(folder);
+        let error = file.save(renamed(&file, "a"), None, |_| Ok(())).unwrap_err().to_string();
+        assert!(error.contains("home.toml cannot be saved"), "{error}");
+        assert_eq!(file.current().site.zones[0].name, "hall");
+    }
+}

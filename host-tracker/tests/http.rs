@@ -1,0 +1,319 @@
+//! The live map's server: what it answers, what it refuses, and that nothing sent to it ends it.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::{Arc, Mutex};
+
+use host_tracker::frame::{Frame, ModuleLine};
+use host_tracker::http::{Desk, Server};
+use host_tracker::site::Site;
+use host_tracker::site_file::SiteFile;
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use tokio::sync::watch;
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+const HOME: &str = "# where we live\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
+
+struct Map {
+    server: Server,
+    frames: watch::Sender<Arc<Frame>>,
+    changes: Arc<Mutex<Vec<Site>>>,
+    folder: tempfile::TempDir,
+}
+
+impl Map {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("home.toml");
+        std::fs::write(&path, HOME).unwrap();
+        let (frames, newest) = watch::channel(Arc::default());
+        let changes = Arc::new(Mutex::new(Vec::new()));
+        let told = Arc::clone(&changes);
+        let desk = Desk {
+            frames: newest,
+            site: SiteFile::load(&path).unwrap(),
+            changed: Box::new(move |site| {
+                told.lock().unwrap().push(site);
+                Ok(())
+            }),
+            names: Vec::new(),
+        };
+        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
+        Self { server, frames, changes, folder }
+    }
+
+    fn show(&self, unix_ms: u64) {
+        let free = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        let module = ModuleLine { name: "left".into(), free, ..ModuleLine::default() };
+        self.frames.send_replace(Arc::new(Frame { unix_ms, modules: vec![module], ..Frame::default() }));
+    }
+
+    /// Status and body of the answer to a request with these headers.
+    fn ask(&self, line: &str, headers: &str, body: &[u8]) -> (u16, String) {
+        let address = self.server.address();
+        let host = if headers.contains("Host:") { String::new() } else { format!("Host: {address}\r\n") };
+        let mut request = format!(
+            "{line} HTTP/1.1\r\n{host}Connection: close\r\nContent-Length: {}\r\n{headers}\r\n",
+            body.len()
+        )
+        .into_bytes();
+        request.extend_from_slice(body);
+        let answer = String::from_utf8_lossy(&self.raw(&request)).into_owned();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or((&answer, ""));
+        let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
+        (status.unwrap_or_else(|| panic!("no answer to {line}: {answer}")), body.to_owned())
+    }
+
+    /// Whatever comes back for these bytes, until the server closes.
+    fn raw(&self, bytes: &[u8]) -> Vec<u8> {
+        self.send(bytes, false)
+    }
+
+    /// As `raw`; `leaves`: says that nothing more will come.
+    fn send(&self, bytes: &[u8], leaves: bool) -> Vec<u8> {
+        let mut stream = TcpStream::connect(self.server.address()).unwrap();
+        // Who is refused early may have closed already.
+        let _ = stream.write_all(bytes);
+        if leaves {
+            let _ = stream.shutdown(std::net::Shutdown::Write);
+        }
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        answer
+    }
+
+    fn put(&self, kind: &str, headers: &str, body: &str) -> (u16, String) {
+        self.ask("PUT /api/site", &format!("Content-Type: {kind}\r\n{headers}"), body.as_bytes())
+    }
+
+    fn socket(&self, origin: Option<&str>) -> Result<WebSocket<TcpStream>, tungstenite::Error> {
+        let address = self.server.address();
+        let mut request = format!("ws://{address}/ws").into_client_request().unwrap();
+        if let Some(origin) = origin {
+            request.headers_mut().insert("Origin", origin.parse().unwrap());
+        }
+        let stream = TcpStream::connect(address).unwrap();
+        tungstenite::client(request, stream).map(|(socket, _)| socket).map_err(|error| match error {
+            tungstenite::HandshakeError::Failure(error) => error,
+            tungstenite::HandshakeError::Interrupted(_) => panic!("interrupted"),
+        })
+    }
+}
+
+/// The next message with this key.
+fn next(socket: &mut WebSocket<TcpStream>, key: &str) -> Value {
+    loop {
+        let message = socket.read().unwrap();
+        let value: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();
+        if !value[key].is_null() {
+            return value[key].clone();
+        }
+    }
+}
+
+#[test]
+fn the_page_and_all_it_names_are_there() {
+    let map = Map::new();
+    let (status, page) = map.ask("GET /", "", b"");
+    assert_eq!(status, 200);
+    let mut named: Vec<String> = vec!["/main.js".into()];
+    let quoted = |text: &str| -> Vec<String> {
+        text.split(['"', '\''])
+            .filter(|part| part.starts_with('/') || part.starts_with("./"))
+            .map(|part| part.trim_start_matches('.').to_owned())
+            .filter(|path| path.ends_with(".js") || path.ends_with(".css") || path.ends_with(".svg"))
+            .collect()
+    };
+    named.extend(quoted(&page));
+    let mut index = 0;
+    while let Some(path) = named.get(index).cloned() {
+        let (status, text) = map.ask(&format!("GET {path}"), "", b"");
+        assert_eq!(status, 200, "{path}");
+        assert!(!text.is_empty(), "{path} is empty");
+        let elsewhere = text.replace("http://www.w3.org/", "");
+        assert!(
+            !elsewhere.contains("http://") && !elsewhere.contains("https://"),
+            "{path} asks another server"
+        );
+        let more: Vec<String> = quoted(&text).into_iter().filter(|path| !named.contains(path)).collect();
+        named.extend(more);
+        index += 1;
+    }
+    assert!(named.len() > 5, "{named:?}");
+}
+
+#[test]
+fn frames_reach_browsers_and_the_state() {
+    let map = Map::new();
+    let mut socket = map.socket(None).unwrap();
+    map.show(1000);
+    let fields = next(&mut socket, "fields");
+    assert_eq!(fields["left"], json!([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]));
+    let frame = next(&mut socket, "frame");
+    assert_eq!(frame["unix_ms"], 1000);
+    assert_eq!(frame["modules"][0]["name"], "left");
+    assert!(frame["modules"][0]["free"].is_null(), "what is seen goes its own, slower way");
+    let state: Value = serde_json::from_str(&map.ask("GET /api/state", "", b"").1).unwrap();
+    assert_eq!(state["unix_ms"], 1000);
+    let history: Value = serde_json::from_str(&map.ask("GET /api/history", "", b"").1).unwrap();
+    assert_eq!(history[0]["unix_ms"], 1000);
+    let (status, metrics) = map.ask("GET /metrics", "", b"");
+    assert_eq!(status, 200);
+    assert!(metrics.contains("left"), "{metrics}");
+}
+
+#[test]
+fn a_browser_that_reads_nothing_misses_frames_and_holds_up_nobody() {
+    let map = Map::new();
+    let sleeper = map.socket(None).unwrap();
+    let mut reader = map.socket(None).unwrap();
+    // Long enough names that no buffer on the way takes all of it.
+    let name = "x".repeat(100_000);
+    for unix_ms in 1..=500 {
+        let module = ModuleLine { name: name.clone(), ..ModuleLine::default() };
+        map.frames.send_replace(Arc::new(Frame { unix_ms, modules: vec![module], ..Frame::default() }));
+        let mut seen = 0;
+        while seen < unix_ms {
+            seen = next(&mut reader, "frame")["unix_ms"].as_u64().unwrap();
+        }
+    }
+    let mut late = sleeper;
+    let mut taken = 0;
+    let mut last = 0;
+    while last < 500 {
+        last = next(&mut late, "frame")["unix_ms"].as_u64().unwrap();
+        taken += 1;
+    }
+    assert!(taken < 400, "{taken} of 500 frames were queued for somebody who did not read");
+}
+
+#[test]
+fn a_wrong_message_is_answered() {
+    let map = Map::new();
+    let mut socket = map.socket(None).unwrap();
+    for message in ["{", "7", "{\"frames\": 3}", "{\"more\": true}", ""] {
+        socket.send(Message::text(message)).unwrap();
+        let error = next(&mut socket, "error");
+        assert!(error.as_str().unwrap().contains("understood:"), "{error}");
+    }
+    socket.send(Message::binary(vec![0; 3])).unwrap();
+    assert!(next(&mut socket, "error").as_str().unwrap().contains("binary"));
+    socket.send(Message::text("{\"frames\": false}")).unwrap();
+    map.show(5);
+    socket.send(Message::text("{\"frames\": true}")).unwrap();
+    assert_eq!(next(&mut socket, "frame")["unix_ms"], 5);
+    let mut rude = map.socket(None).unwrap();
+    let _ = rude.send(Message::text("x".repeat(5000)));
+    while rude.read().is_ok() {}
+    assert_eq!(map.ask("GET /", "", b"").0, 200);
+}
+
+#[test]
+fn other_pages_may_neither_write_nor_listen() {
+    let map = Map::new();
+    let body = json!({ "site": {} }).to_string();
+    let (status, why) = map.put("application/json", "Origin: http://evil.example\r\n", &body);
+    assert_eq!(status, 403);
+    assert!(why.contains("http://evil.example"), "{why}");
+    let (status, why) = map.ask("GET /api/site", "Host: evil.example\r\n", b"");
+    assert_eq!(status, 403);
+    assert!(why.contains("evil.example"), "{why}");
+    match map.socket(Some("http://evil.example")) {
+        Err(tungstenite::Error::Http(response)) => assert_eq!(response.status(), 403),
+        other => panic!("{other:?}"),
+    }
+    assert!(map.socket(Some(&format!("http://{}", map.server.address()))).is_ok());
+    assert!(map.changes.lock().unwrap().is_empty());
+}
+
+#[test]
+fn a_site_is_saved_and_handed_on() {
+    let map = Map::new();
+    let mut socket = map.socket(None).unwrap();
+    assert_eq!(next(&mut socket, "site"), 1);
+    let mut read: Value = serde_json::from_str(&map.ask("GET /api/site", "", b"").1).unwrap();
+    assert_eq!(
+        (&read["revision"], &read["file"], &read["toml"]),
+        (&json!(1), &json!("home.toml"), &json!(HOME))
+    );
+    read["site"]["zone"][0]["name"] = json!("lounge");
+    let body = json!({ "revision": 1, "site": read["site"] }).to_string();
+    let origin = format!("Origin: http://{}\r\n", map.server.address());
+    assert_eq!(map.put("application/json", &origin, &body), (200, "{\"revision\":2}".into()));
+    assert_eq!(next(&mut socket, "site"), 2);
+    assert_eq!(map.changes.lock().unwrap()[0].zones[0].name, "lounge");
+    assert_eq!(Site::load(&map.folder.path().join("home.toml")).unwrap().zones[0].name, "lounge");
+    let (status, why) = map.put("application/json", "", &body);
+    assert_eq!(status, 409, "{why}");
+    assert_eq!(map.put("application/toml", "If-Match: 2\r\n", HOME).0, 200);
+    assert_eq!(map.changes.lock().unwrap()[1].zones[0].name, "hall");
+}
+
+#[test]
+fn a_wrong_site_is_refused_by_line_or_field_and_nothing_is_lost() {
+    let map = Map::new();
+    let json = "application/json";
+    let cases = [
+        (json, "{", 400, "EOF"),
+        (
+            json,
+            "{\"site\":{\"zone\":[{\"name\":\"a\",\"polygon\":[[0,0],[1,\"b\"]]}]}}",
+            400,
+            "site.zone[0].polygon[1][1]",
+        ),
+        (json, "{\"site\":{\"zone\":[{\"name\":\"a\",\"polygon\":[[0,0],[1,1]]}]}}", 400, "zone \\\"a\\\""),
+        (json, "{\"site\":{\"door\":[]}}", 400, "door"),
+        (json, "{\"site\":{\"wall\":[{\"points\":[[0,0],[1e300,1]]}]}}", 400, "wall 1"),
+        (json, "{\"site\":{}} x", 400, "trailing"),
+        ("application/toml", "[[zone]]\nname = 3\n", 400, "request:2"),
+        (
+            "application/toml",
+            "[[zone]]\nname = \"a\"\npolygon = [[0, 0], [nan, 0], [1, 1]]",
+            400,
+            "zone \\\"a\\\"",
+        ),
+        ("text/plain", "hello", 415, "application/toml"),
+    ];
+    for (kind, body, expected, part) in cases {
+        let (status, why) = map.put(kind, "", body);
+        assert_eq!(status, expected, "{body}: {why}");
+        assert!(why.contains(part), "{body}: {why}");
+    }
+    let (status, why) = map.put(json, "", &" ".repeat(2 << 20));
+    assert_eq!(status, 413, "{why}");
+    assert_eq!(std::fs::read_to_string(map.folder.path().join("home.toml")).unwrap(), HOME);
+    assert!(map.changes.lock().unwrap().is_empty());
+}
+
+#[test]
+fn nothing_sent_ends_the_server() {
+    let map = Map::new();
+    for bytes in [
+        b"".as_slice(),
+        b"\0\xff\r\n\r\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"GET /../../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"GET /%00%ff HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"PUT /api/site HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999\r\n\r\n",
+        b"GET /ws HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n\r\n",
+        b"DELETE /api/site HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: \xff\xff\r\n\r\n",
+    ] {
+        map.send(bytes, true);
+        assert_eq!(map.ask("GET /", "", b"").0, 200);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn any_body_is_answered(body in proptest::collection::vec(any::<u8>(), 0..200), toml in any::<bool>()) {
+        let map = Map::new();
+        let kind = if toml { "application/toml" } else { "application/json" };
+        let (status, why) = map.ask("PUT /api/site", &format!("Content-Type: {kind}\r\n"), &body);
+        // An empty or a blank file is a site with nothing in it.
+        prop_assert!(status == 400 || (toml && status == 200), "{status} {why}");
+    }
+}

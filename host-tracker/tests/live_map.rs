@@ -1,0 +1,172 @@
+//! The live map in a real browser: a building with people, `kehai-tracker run`, and Chromium that looks and clicks.
+//!
+//! ```text
+//!   simulated building ─SCIP▶ modules ─UDP▶ kehai-tracker run ─HTTP▶ Chromium ◀─DevTools─ this test
+//! ```
+//!
+//! With `KEHAI_SCREENSHOTS=1` the pictures of `docs/images` are taken anew; otherwise they go under `target/`.
+
+mod chromium;
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use chromium::Page;
+use host_sim::building::Building;
+use host_sim::world::scene::Scene;
+use host_tracker::site::Site;
+use serde_json::json;
+
+/// People on the map of whom somebody is sure.
+const CONFIRMED: &str = "document.querySelectorAll('.person.confirmed').length";
+
+struct Tracker {
+    process: Child,
+    map: String,
+}
+
+impl Tracker {
+    fn start(site: &Path, building: &Building) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+        command.args(["run", "--http", "127.0.0.1:0", "--no-mdns", "--site"]).arg(site);
+        for (_, address) in building.modules() {
+            command.arg("--module").arg(address.to_string());
+        }
+        let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
+        let mut said = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
+        let map = said
+            .find_map(|line| Some(line.split_once("live map at ")?.1.trim().to_owned()))
+            .expect("the tracker does not say where its map is");
+        std::thread::spawn(move || said.for_each(|line| eprintln!("{line}")));
+        Self { process, map }
+    }
+}
+
+impl Drop for Tracker {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn pictures() -> PathBuf {
+    if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
+    } else {
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+    }
+}
+
+#[test]
+fn people_modules_zones_and_the_past_in_a_browser() {
+    let Some(program) = chromium::find() else {
+        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
+        return eprintln!("left out: no Chromium here (apt-get install chromium)");
+    };
+    let scene = Scene::load("building").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("building.toml");
+    std::fs::write(&file, toml::to_string(&scene.site).unwrap()).unwrap();
+    let building = Building::start(&scene, scene.seed).unwrap();
+    let tracker = Tracker::start(&file, &building);
+    let mut page = Page::new(program);
+    page.size(1440, 900, 1);
+    page.scheme("light");
+    page.open(&tracker.map);
+
+    page.wait("the map is live", "document.querySelector('#link').dataset.state === 'live'");
+    page.wait("modules see something", "document.querySelectorAll('.fields path').length >= 6");
+    page.wait("people are on the map", &format!("{CONFIRMED} >= 3"));
+    page.wait("the panel counts them", "Number(document.querySelector('#total').textContent) >= 3");
+    take_pictures(&mut page);
+
+    module_details(&mut page);
+    a_zone_is_drawn(&mut page, &file);
+    looking_back(&mut page);
+
+    let own = tracker.map.trim_end_matches('/').trim_start_matches("http://").to_owned();
+    assert!(page.requests.iter().all(|address| address.contains(&own)), "{:?}", page.requests);
+    drop(tracker);
+    page.wait(
+        "the loss of the connection is said",
+        "document.querySelector('#notice').innerText.includes('lost')",
+    );
+    page.wait("no count is shown without one", "document.querySelector('#total').textContent === '–'");
+    assert_eq!(page.errors, Vec::<String>::new());
+}
+
+fn take_pictures(page: &mut Page) {
+    let folder = pictures();
+    page.picture(&folder.join("live-map.png"));
+    page.scheme("dark");
+    page.picture(&folder.join("live-map-dark.png"));
+    page.size(360, 780, 2);
+    page.scheme("light");
+    page.wait("the page has the phone's width", "document.documentElement.scrollWidth <= 360");
+    page.wait("people are on the phone", &format!("{CONFIRMED} >= 1"));
+    page.picture(&folder.join("live-map-phone.png"));
+    page.size(1440, 900, 1);
+    page.wait("the page is wide again", "innerWidth === 1440");
+}
+
+fn module_details(page: &mut Page) {
+    page.click("[data-module=kitchen] .box");
+    page.wait(
+        "the kitchen's details are open",
+        "document.querySelector('#detail h2')?.innerText === 'kitchen'",
+    );
+    page.wait(
+        "they say how it is",
+        "/scans\\s+(9|10)\\.\\d a second/.test(document.querySelector('#detail').innerText)",
+    );
+    page.wait(
+        "what it sees stands out",
+        "document.querySelector('.fields.chosen path')?.dataset.field === 'kitchen'",
+    );
+    page.key("Escape", 27);
+    page.wait("the details are closed", "document.querySelector('#detail').hidden");
+}
+
+fn a_zone_is_drawn(page: &mut Page, file: &Path) {
+    let shapes = "document.querySelectorAll('.shape[data-kind=zone]').length";
+    page.click("#edit-open");
+    page.wait("the tools are there", "!document.querySelector('#tools').hidden");
+    page.click("#tool-zone");
+    let [x, y] = page.middle(".module[data-module=study] .box");
+    page.drag([x - 130.0, y + 40.0], [x - 30.0, y + 110.0]);
+    page.wait("a zone more", &format!("{shapes} === 6"));
+    page.click("#undo");
+    page.wait("it is undone", &format!("{shapes} === 5"));
+    page.click("#redo");
+    page.wait("it is back", &format!("{shapes} === 6"));
+    page.value("document.querySelector('.shape[data-kind=zone][data-index=\"5\"]').focus()");
+    page.wait("its form is open", "document.querySelector('#part-name')?.value === 'zone 1'");
+    page.value("document.querySelector('#part-name').select()");
+    page.write("desk");
+    page.key("Tab", 9);
+    page.wait("it has its name", "document.querySelector('#part-name').value === 'desk'");
+    page.click("#save");
+    page.wait("it is saved", "!document.body.classList.contains('editing')");
+    page.wait("the panel counts it", "document.querySelector('#zones').innerText.includes('desk')");
+    let saved = Site::load(file).unwrap();
+    let names: Vec<&str> = saved.zones.iter().map(|zone| zone.name.as_str()).collect();
+    assert_eq!(names.last(), Some(&"desk"), "{names:?}");
+    assert_eq!(names.len(), 6);
+    page.wait("people are found anew", &format!("{CONFIRMED} >= 1"));
+}
+
+fn looking_back(page: &mut Page) {
+    let then = page.value("document.querySelector('#clock').textContent");
+    page.value("document.querySelector('#slider').focus()");
+    for _ in 0..30 {
+        page.key("ArrowLeft", 37);
+    }
+    page.wait("the page looks back", "document.body.classList.contains('past')");
+    let back = page.value("document.querySelector('#clock').textContent");
+    assert_ne!(then, back);
+    assert_eq!(page.value("document.querySelector('#live').getAttribute('aria-pressed')"), json!("false"));
+    page.wait("people of then are shown", "document.querySelectorAll('.person').length >= 1");
+    page.click("#live");
+    page.wait("it is now again", "!document.body.classList.contains('past')");
+}
