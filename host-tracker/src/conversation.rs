@@ -140,8 +140,8 @@ impl Conversation {
     /// When [`poll`](Self::poll) has something to do next.
     #[must_use]
     pub fn next_us(&self) -> u64 {
-        let waits = self.subscribes
-            && (!self.knows_setup() || (self.version != 0 && self.missing() != Some(0)));
+        let waits =
+            self.subscribes && (!self.knows_setup() || (self.version != 0 && self.missing() != Some(0)));
         if self.cookie != Cookie::NONE && waits { self.renew_us.min(self.ask_us) } else { self.renew_us }
     }
 

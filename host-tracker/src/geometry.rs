@@ -151,10 +151,7 @@ pub fn inside(point: Point, polygon: &[Point]) -> bool {
 pub fn bounds(points: impl IntoIterator<Item = Point>) -> Option<(Point, Point)> {
     points.into_iter().fold(None, |around, at| {
         let (low, high) = around.unwrap_or((at, at));
-        Some((
-            Point::new(low.x.min(at.x), low.y.min(at.y)),
-            Point::new(high.x.max(at.x), high.y.max(at.y)),
-        ))
+        Some((Point::new(low.x.min(at.x), low.y.min(at.y)), Point::new(high.x.max(at.x), high.y.max(at.y))))
     })
 }
 
@@ -190,7 +187,10 @@ mod tests {
 
     #[test]
     fn bounds_hold_all_points() {
-        assert_eq!(bounds([Point::new(3.0, -1.0), Point::new(1.0, 2.0)]), Some((Point::new(1.0, -1.0), Point::new(3.0, 2.0))));
+        assert_eq!(
+            bounds([Point::new(3.0, -1.0), Point::new(1.0, 2.0)]),
+            Some((Point::new(1.0, -1.0), Point::new(3.0, 2.0)))
+        );
         assert_eq!(bounds([]), None);
     }
 

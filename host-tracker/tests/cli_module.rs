@@ -53,7 +53,7 @@ impl Bench {
         let (stopped, own) = (Arc::clone(&stop), name.clone());
         let module = std::thread::spawn(move || {
             let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
-            let address: SocketAddr = port.local_addr().unwrap().into();
+            let address: SocketAddr = port.local_addr().unwrap();
             let flash = Flash::new(PAGES);
             let pc = Pc { sensor: &place, port: &port, flash: &flash, name: Some(&own), announced: true };
             while !stopped.load(Ordering::Relaxed) {
@@ -170,7 +170,7 @@ fn a_module_is_asked_set_taught_looked_at_and_restarted() {
 
     done(&["module", "restart", target]);
     let begin = Instant::now();
-    while json(&done(&["module", "info", target, "--json"]))["start"] != Value::from(2) {
+    while json(&done(&["module", "info", target, "--json"]))["start"] != 2 {
         assert!(begin.elapsed() < PATIENCE, "it starts again");
     }
 }

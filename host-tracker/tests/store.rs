@@ -66,7 +66,11 @@ fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Frame> {
     let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
     let hall = ZoneLine { count, p: vec![], seen_share: 1.0, state: ZoneKnown::Known };
     let zones = [("hall".to_string(), hall)].into();
-    Arc::new(Frame { unix_ms, line: TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }, ..Frame::default() })
+    Arc::new(Frame {
+        unix_ms,
+        line: TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones },
+        ..Frame::default()
+    })
 }
 
 /// Somebody who walks at 0.1 to 1.3 m/s through a room of 8 m by 8 m, with a tracker's noise: 1 cm.
