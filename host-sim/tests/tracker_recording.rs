@@ -35,7 +35,7 @@ fn record(file: &Path, follower: Choice, written: Choice) -> (u64, u64) {
     scene.vary(&Variation { people, condition, ..Variation::default() }).unwrap();
     let options = Options { conditions: Conditions::DISTURBED, ..Options::default() };
     let run = Record::of(&scene, 7, &options).unwrap();
-    let recorder = Recorder::create(file, 1_700_000_000_123_456_789, written, &run.site).unwrap();
+    let recorder = Recorder::create(file, 1_700_000_000_123_456_789, written, &run.site, None).unwrap();
     let mut follower = Follower::new(&Arc::new(run.site.clone()), follower);
     let (mut lines, mut datagrams) = (0, 0);
     for arrival in &run.arrivals {

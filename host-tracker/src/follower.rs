@@ -6,7 +6,7 @@ use crate::intake::Intake;
 use crate::jsonl::{TrackLine, TracksLine};
 use crate::sighting::Sighting;
 use crate::site::Site;
-use crate::trackers::{Choice, TrackState, Tracker};
+use crate::trackers::{Choice, LifeCycle, TrackState, Tracker};
 use crate::zones::Zones;
 
 /// Follows people from what modules send.
@@ -40,6 +40,14 @@ impl Follower {
         self.tracker = self.choice.build(site);
         self.zones = Zones::new(site);
         self.numbers = self.newest;
+    }
+
+    /// Takes the people of a line that was given `age_s` before the start, by a process that has ended. They are hidden
+    /// until somebody sees them.
+    pub fn restore(&mut self, line: &TracksLine, age_s: f64) {
+        let sure = |track: &&TrackLine| track.state != LifeCycle::Tentative;
+        let people: Vec<TrackState> = line.tracks.iter().filter(sure).map(TrackState::from).collect();
+        self.tracker.restore(&people, age_s, 0.0);
     }
 
     /// Takes a datagram that arrived at `now_us` on the host's clock; what was seen, if it was a report that counts.

@@ -17,6 +17,7 @@ use std::marker::PhantomData;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::Point;
 use crate::trackers::{LifeCycle, TrackState};
 
 /// A line of `tracks.jsonl`: what the tracker says at one time, from the datagrams that had arrived by then.
@@ -125,6 +126,21 @@ impl From<&TrackState> for TrackLine {
             state: track.state,
             existence: rounded(track.existence, 1e4),
             reason: track.reason.to_owned(),
+        }
+    }
+}
+
+impl From<&TrackLine> for TrackState {
+    /// Its reason was that of another process.
+    fn from(line: &TrackLine) -> Self {
+        Self {
+            id: u32::try_from(line.id).unwrap_or(u32::MAX),
+            at: Point::new(line.x, line.y),
+            velocity: Point::new(line.vx, line.vy),
+            covariance_m2: line.cov.unwrap_or([0.04, 0.0, 0.04]),
+            state: line.state,
+            existence: line.existence,
+            reason: "",
         }
     }
 }

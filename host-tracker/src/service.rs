@@ -22,6 +22,7 @@ use tokio::sync::watch;
 use crate::discovery::Search;
 use crate::follower::Follower;
 use crate::frame::Frame;
+use crate::jsonl::TracksLine;
 use crate::live::Live;
 use crate::peers::Peers;
 use crate::record::Recorder;
@@ -46,6 +47,8 @@ pub struct Options {
     pub tracker: Choice,
     /// Everything that comes in is recorded in this file.
     pub record: Option<PathBuf>,
+    /// What was known last, and how long before the start, s, by a process that has ended.
+    pub restore: Option<(TracksLine, f64)>,
 }
 
 /// The running tracker. It ends when it is dropped.
@@ -79,13 +82,20 @@ impl Service {
         let socket = Live::bind()?;
         let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
         let trouble = Trouble::default();
-        let begin = |file: &PathBuf| Recorder::create(file, unix_ms() * 1_000_000, options.tracker, &site);
+        let begin = |file: &PathBuf| {
+            let (begun_ns, restored) = (unix_ms() * 1_000_000, options.restore.clone());
+            Recorder::create(file, begun_ns, options.tracker, &site, restored)
+        };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let telling = trouble.clone();
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
-            let live = Live::new(socket, peers, search, Follower::new(&the_site, options.tracker));
+            let mut follower = Follower::new(&the_site, options.tracker);
+            if let Some((line, age_s)) = &options.restore {
+                follower.restore(line, *age_s);
+            }
+            let live = Live::new(socket, peers, search, follower);
             let mut live = live.recording(recorder).telling(telling);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;

@@ -15,7 +15,7 @@ use host_tracker::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use host_tracker::site::Site;
 use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::reader::Reader;
-use host_tracker::store::{Store, StoreError, export, unix_ms};
+use host_tracker::store::{Store, StoreError, export, known_before, unix_ms};
 use host_tracker::trackers::LifeCycle;
 
 /// In the environment of a child: the database it is to write.
@@ -270,6 +270,20 @@ fn what_is_older_than_asked_for_is_deleted() {
     let ids: Vec<u64> = reader.paths(0, now_ms).unwrap().iter().map(|path| path.track).collect();
     assert_eq!(ids, [2, 3]);
     assert!(reader.events(0, days_ago(30)).unwrap().is_empty());
+}
+
+#[test]
+fn what_was_known_half_a_minute_ago_is_taken_back_and_what_is_older_is_not() {
+    let folder = Folder::new("restart");
+    let now_ms = unix_ms();
+    assert_eq!(known_before(&folder.file(), now_ms), (None, None), "there is no database yet");
+    drop(written(&folder, 30, [frame(now_ms, vec![walker(1, now_ms), walker(2, now_ms)])].into_iter()));
+    let (frame, event) = known_before(&folder.file(), now_ms + 29_000);
+    assert_eq!((frame.unwrap().line.tracks.len(), event.unwrap().kind.as_str()), (2, "restored"));
+    let (frame, event) = known_before(&folder.file(), now_ms + 31_000);
+    assert_eq!((frame, event.unwrap().kind.as_str()), (None, "discarded"));
+    // A clock that was set back says nothing about how long ago it was.
+    assert_eq!(known_before(&folder.file(), now_ms - 1000).0, None);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
-use host_tracker::store::Store;
+use host_tracker::store::{Store, known_before, unix_ms};
 use host_tracker::trackers::Choice;
 
 use super::{Failure, address};
@@ -129,9 +129,17 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
+    let now_ms = unix_ms();
+    let (known, event) = arguments.db.as_deref().map_or((None, None), |file| known_before(file, now_ms));
+    let restore = known.map(|frame| (frame.line, now_ms.saturating_sub(frame.unix_ms) as f64 * 1e-3));
     let keep = |file| Store::open(file, &Arc::new(site.clone()), arguments.keep_days);
     let store = arguments.db.as_deref().map(keep).transpose()?;
+    if let Some((store, event)) = store.as_ref().zip(event) {
+        eprintln!("{}: {}", event.kind, event.text);
+        store.happened(event);
+    }
     let service = Arc::new(Service::start(Options {
+        restore,
         site,
         modules,
         discover: !arguments.no_mdns,

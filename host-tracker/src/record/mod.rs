@@ -47,6 +47,9 @@ pub struct Told {
     pub tracker: String,
     /// The site.
     pub site: Site,
+    /// What it took back at its start from a process that had ended, and how long before that was known, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restored: Option<(TracksLine, f64)>,
 }
 
 /// Why there is no recording.
@@ -88,7 +91,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording in `file`, of a tracker whose clock stood at 0 at `begun_unix_ns`.
+    /// Begins a recording in `file`, of a tracker whose clock stood at 0 at `begun_unix_ns` and which took back what is
+    /// `restored`.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -100,7 +104,9 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
         let mut writer = Writer::create(file, begun_unix_ns).map_err(failed)?;
-        writer.told(0, &Told { tracker: tracker.to_string(), site: site.clone() }).map_err(failed)?;
+        writer
+            .told(0, &Told { tracker: tracker.to_string(), site: site.clone(), restored })
+            .map_err(failed)?;
         let (queue, messages) = sync_channel(QUEUE);
         let trouble = Arc::new(Mutex::new(String::new()));
         let (file, said) = (file.to_path_buf(), Arc::clone(&trouble));
@@ -121,7 +127,7 @@ impl Recorder {
 
     /// The site has changed, at `now_us` of the tracker's clock.
     pub fn told(&self, now_us: u64, site: &Site) {
-        let told = Told { tracker: self.tracker.to_string(), site: site.clone() };
+        let told = Told { tracker: self.tracker.to_string(), site: site.clone(), restored: None };
         self.send(Message::Told(now_us, Box::new(told)));
     }
 

@@ -66,7 +66,11 @@ pub fn replay(
                     .tracker
                     .parse()
                     .map_err(|error: crate::trackers::UnknownTracker| failed(error.into()))?;
-                follower = Some(Follower::new(&Arc::new(told.site), tracker));
+                let mut begun = Follower::new(&Arc::new(told.site), tracker);
+                if let Some((line, age_s)) = &told.restored {
+                    begun.restore(line, *age_s);
+                }
+                follower = Some(begun);
             }
             (_, None) => return Err(failed(Cause::Foreign)),
             (SITE, Some(follower)) => {

@@ -26,11 +26,15 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use keeper::{Event, Keeper};
+use reader::Reader;
 pub use schema::Newer;
 use writer::Writer;
 
 use crate::frame::Frame;
 use crate::site::Site;
+
+/// People known longer ago than this are not taken back after a restart: they have gone elsewhere.
+pub const RESTORE_MS: u64 = 30_000;
 
 /// Between two transactions. The promise is a second.
 const BATCH: Duration = Duration::from_millis(500);
@@ -173,6 +177,27 @@ impl Drop for Store {
             let _ = thread.join();
         }
     }
+}
+
+/// What a database knew last, if that is worth taking back at `now_ms`; else what happened, in words, if there was
+/// anything. A database that cannot be read knows nothing: [`Store::open`] says why.
+#[must_use]
+pub fn known_before(file: &Path, now_ms: u64) -> (Option<Frame>, Option<Event>) {
+    let frame = Reader::open(file).ok().and_then(|reader| reader.snapshot().ok().flatten());
+    let Some(frame) = frame.filter(|frame| !frame.line.tracks.is_empty()) else { return (None, None) };
+    let age_ms = now_ms.checked_sub(frame.unix_ms);
+    let is_fresh = age_ms.is_some_and(|age_ms| age_ms <= RESTORE_MS);
+    let (people, age_s) = (frame.line.tracks.len(), age_ms.unwrap_or_default() as f64 * 1e-3);
+    let (kind, text) = if is_fresh {
+        (
+            "restored",
+            format!("{people} tracks of {age_s:.1} s ago are taken back, hidden until they are seen"),
+        )
+    } else {
+        ("discarded", format!("{people} tracks of {age_s:.0} s ago are too old to be taken back"))
+    };
+    let event = Event { at_ms: now_ms, kind: kind.into(), subject: String::new(), track: None, text };
+    (is_fresh.then_some(frame), Some(event))
 }
 
 /// ms since 1970, by this machine's clock.

@@ -66,6 +66,12 @@ pub trait Tracker {
 
     /// Everybody at `at_s`, s on the host's clock, predicted from what has been seen so far.
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState>;
+
+    /// Takes people who were known `age_s` before `at_s`, when it was another process that followed them. The papers'
+    /// trackers begin with nobody.
+    fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
+        let _ = (people, age_s, at_s);
+    }
 }
 
 /// A tracker by its name.

@@ -15,6 +15,7 @@ mod divide;
 mod hidden;
 pub mod ideas;
 mod look;
+mod restore;
 mod track;
 mod walls;
 
@@ -547,5 +548,9 @@ impl Tracker for Kehai {
         self.fade(at_s);
         self.bury(at_s);
         self.tracks.iter().map(|track| track.state(at_s)).collect()
+    }
+
+    fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
+        self.take_back(people, age_s, at_s);
     }
 }
