@@ -102,13 +102,3 @@ fn bad_input_gets_one_line_that_names_what_and_where() {
     refused(&["demo", "--headless", "--scene", "no-such-scene"], 1, &["no-such-scene"]);
     refused(&["nonsense"], 2, &["nonsense"]);
 }
-
-#[test]
-fn the_demo_runs_without_a_terminal_and_names_what_it_leaves() {
-    let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("demo.svg");
-    let output = kehai_sim(&["demo", "--headless", "--seconds", "20", "--svg", picture.to_str().unwrap()]);
-    let text = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.contains("0 missing") && text.contains("demo.svg"), "{text}");
-    assert!(picture.exists());
-}

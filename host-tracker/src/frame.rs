@@ -8,13 +8,16 @@
 //!
 //! A frame is made once and shared; whoever is slow misses frames and holds up nobody.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::intake::Drops;
-use crate::jsonl::TracksLine;
+use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 
 /// What is known at one time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Flat")]
 pub struct Frame {
     /// Milliseconds since 1970 when it was made, by this machine's clock: for people and databases, never for
     /// computing.
@@ -33,6 +36,31 @@ pub struct Frame {
     /// Datagrams that came from nobody we know, since the start.
     #[serde(default)]
     pub strangers: u64,
+}
+
+/// A frame as it is written, its line's parts beside its own. To be read this way, since numbers within a flattened
+/// part cannot be read when some other crate has switched on `serde_json`'s `arbitrary_precision`.
+#[derive(Deserialize)]
+struct Flat {
+    unix_ms: u64,
+    t: f64,
+    tracks: Vec<TrackLine>,
+    #[serde(default)]
+    zones: BTreeMap<String, ZoneLine>,
+    #[serde(default)]
+    alarms: Vec<AlarmLine>,
+    modules: Vec<ModuleLine>,
+    #[serde(default)]
+    dropped: Drops,
+    #[serde(default)]
+    strangers: u64,
+}
+
+impl From<Flat> for Frame {
+    fn from(flat: Flat) -> Self {
+        let Flat { unix_ms, t, tracks, zones, alarms, modules, dropped, strangers } = flat;
+        Self { unix_ms, line: TracksLine { t, tracks, zones }, alarms, modules, dropped, strangers }
+    }
 }
 
 /// How a module is.
@@ -79,4 +107,28 @@ pub struct AlarmLine {
     pub name: String,
     /// What it is and what to do, in words.
     pub text: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jsonl::{ZoneKnown, ZoneLine};
+
+    #[test]
+    fn a_frame_survives_being_written_and_read() {
+        let zone = ZoneLine { count: 1, p: vec![0.1, 0.9], seen_share: 1.0, state: ZoneKnown::Known };
+        let track =
+            r#"{"id":7,"x":1.5,"y":-0.25,"cov":[0.01,0.0,0.01],"state":"occluded","reason":"hidden"}"#;
+        let line = TracksLine {
+            t: 12.3,
+            tracks: vec![serde_json::from_str(track).unwrap()],
+            zones: [("hall".to_owned(), zone)].into(),
+        };
+        let frame = Frame { unix_ms: 1_700_000_000_000, line, ..Frame::default() };
+        let text = serde_json::to_string(&frame).unwrap();
+        assert_eq!(
+            serde_json::from_str::<Frame>(&text).map_err(|error| format!("{error}: {text}")),
+            Ok(frame)
+        );
+    }
 }

@@ -141,6 +141,7 @@ impl From<&TrackLine> for TrackState {
             state: line.state,
             existence: line.existence,
             reason: "",
+            unexplained: false,
         }
     }
 }

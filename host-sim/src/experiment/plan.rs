@@ -219,8 +219,9 @@ mod tests {
     #[test]
     fn clutter_is_watched_for_a_day() {
         let Work::Trials(trials) = Table::Clutter.work(&[], None) else { panic!("trials") };
-        let hours =
-            |trial: &Trial| trial.seeds.clone().count() as f64 * trial.build().unwrap().duration_s / 3600.0;
-        assert_eq!(trials.iter().map(hours).sum::<f64>(), 24.0);
+        let seconds = |trial: &Trial| {
+            trial.seeds.clone().count() as u64 * trial.build().unwrap().duration_s.round() as u64
+        };
+        assert_eq!(trials.iter().map(seconds).sum::<u64>(), 24 * 3600);
     }
 }

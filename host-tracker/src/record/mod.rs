@@ -101,6 +101,7 @@ impl Recorder {
         begun_unix_ns: u64,
         tracker: Choice,
         site: &Site,
+        restored: Option<(TracksLine, f64)>,
     ) -> Result<Self, RecordError> {
         let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
         let mut writer = Writer::create(file, begun_unix_ns).map_err(failed)?;

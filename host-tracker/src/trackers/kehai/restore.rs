@@ -80,6 +80,7 @@ mod tests {
             state: LifeCycle::Confirmed,
             existence: 1.0,
             reason: "seen",
+            unexplained: false,
         }
     }
 
