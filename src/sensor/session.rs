@@ -275,7 +275,7 @@ impl Session {
         self.link_failures = self.link_failures.saturating_add(1);
         let pause_us = match self.link_failures {
             1 => 0,
-            again => 1000u64 << (2 * again.min(8)),
+            again => 1000u64 << (2 * again.saturating_sub(1).min(8)),
         };
         self.pause_until_us = now_us.saturating_add(pause_us.min(LINK_PAUSE_MAX_US));
         if self.link_failures == LINK_FAILURES && self.phase == Phase::Streaming {
