@@ -21,7 +21,7 @@ use super::Failure;
 
 /// List modules, ask them, set them up
 ///
-/// MODULE is a name, an instance name or an identity as `module list` shows them, or an address (HOST[:PORT]).
+/// MODULE is a name, an instance name or an identity as `module list` shows them, or an address (HOST or HOST:PORT).
 /// Only a host that a module lists as controlling may change it; with none listed, its first subscriber, and so the
 /// machine the tracker runs on.
 ///
