@@ -258,7 +258,7 @@ case "${1:-}" in -h | --help) sed -n '2,/^set -/{/^#/s/^# \{0,1\}//p}' "$0"; exi
 steps=("$@")
 [ ${#steps[@]} -gt 0 ] || steps=("${USUAL[@]}")
 for step in "${steps[@]}"; do
-    printf '%s\n' "${USUAL[@]}" "${EXTRA[@]}" | grep -qxF -- "$step" \
+    [[ " ${USUAL[*]} ${EXTRA[*]} " == *" $step "* ]] \
         || fail "unknown step $step: one of ${USUAL[*]} ${EXTRA[*]}"
 done
 need_cargo
