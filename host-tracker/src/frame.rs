@@ -9,11 +9,19 @@
 //! A frame is made once and shared; whoever is slow misses frames and holds up nobody.
 
 use std::collections::BTreeMap;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
 use crate::intake::Drops;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
+
+/// ms since 1970, by this machine's clock.
+#[must_use]
+pub fn unix_ms() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}
 
 /// What is known at one time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

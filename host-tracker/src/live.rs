@@ -9,11 +9,11 @@
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use crate::discovery::Search;
 use crate::follower::Follower;
-use crate::frame::Frame;
+use crate::frame::{Frame, unix_ms};
 use crate::peers::Peers;
 use crate::record::Recorder;
 use crate::site::Site;
@@ -141,14 +141,13 @@ impl Live {
     }
 
     fn frame_at(&mut self, at_us: u64) -> Frame {
-        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let line = self.follower.line(at_us as f64 * 1e-6);
         if let Some(recorder) = &self.recorder {
             recorder.line(at_us, &line);
             self.trouble.set("recording", &recorder.trouble());
         }
         Frame {
-            unix_ms: u64::try_from(since_1970.as_millis()).unwrap_or(u64::MAX),
+            unix_ms: unix_ms(),
             line,
             alarms: self.trouble.lines(),
             modules: self.peers.lines(self.follower.intake(), self.now_us()),

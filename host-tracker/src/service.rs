@@ -21,13 +21,12 @@ use tokio::sync::watch;
 
 use crate::discovery::Search;
 use crate::follower::Follower;
-use crate::frame::Frame;
+use crate::frame::{Frame, unix_ms};
 use crate::jsonl::TracksLine;
 use crate::live::Live;
 use crate::peers::Peers;
 use crate::record::Recorder;
 use crate::site::Site;
-use crate::store::unix_ms;
 use crate::trackers::Choice;
 use crate::trouble::Trouble;
 

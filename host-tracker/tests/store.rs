@@ -10,12 +10,12 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
-use host_tracker::frame::Frame;
+use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use host_tracker::site::Site;
 use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::reader::{Reader, Walked};
-use host_tracker::store::{Store, StoreError, export, known_before, unix_ms};
+use host_tracker::store::{Store, StoreError, export, known_before};
 use host_tracker::trackers::LifeCycle;
 
 /// In the environment of a child: the database it is to write.

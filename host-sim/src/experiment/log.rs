@@ -4,9 +4,6 @@
 //!   Record ─▶ tracker, every 0.1 s ─▶ Line { people, tracks, inside, counted } …    and a Tally of all scores
 //! ```
 
-use std::sync::Arc;
-
-use host_tracker::follower::Follower;
 use host_tracker::geometry::{Point, inside};
 use host_tracker::trackers::{Choice, LifeCycle};
 
@@ -62,14 +59,9 @@ impl Log {
         let area = zone.and_then(around);
         let polygon: Vec<Point> =
             zone.iter().flat_map(|zone| &zone.polygon).map(|&corner| corner.into()).collect();
-        let mut follower = Follower::new(&Arc::new(record.site.clone()), choice);
         let settings = Settings { region: region.or(area), area, ..Settings::default() };
         let mut scorer = Scorer::new(settings);
-        let mut arrivals = record.arrivals.iter().peekable();
-        let mut line = |moment: &crate::run::Moment| {
-            while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-                follower.receive(&arrival.bytes, arrival.at_us);
-            }
+        let lines = record.follow(choice, |follower, moment| {
             let known = follower.line(moment.t);
             let people: Vec<Target> = moment.people.iter().map(Target::from).collect();
             let mut tracks: Vec<Estimate> = known.tracks.iter().map(Estimate::from).collect();
@@ -78,8 +70,7 @@ impl Log {
             let counted = zone.and_then(|zone| known.zones.get(&zone.name)).map_or(0, |zone| zone.count);
             let inside = people.iter().filter(|person| inside(person.at, &polygon)).count();
             Line { t_s: moment.t, people, tracks, inside, counted: counted as usize }
-        };
-        let lines = record.truth.iter().map(&mut line).collect();
+        });
         Self { lines, tally: scorer.finish().0 }
     }
 }

@@ -9,9 +9,8 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use host_tracker::follower::Follower;
 use host_tracker::geometry::Point;
 use host_tracker::trackers::Choice;
 
@@ -140,18 +139,13 @@ fn on_all_cores<T: Send>(
 /// One run through one tracker.
 #[must_use]
 pub fn judge(record: &Record, choice: Choice) -> Outcome {
-    let mut follower = Follower::new(&Arc::new(record.site.clone()), choice);
     let settings = Settings { region: Some(judged()), area: Some(counted()), ..Settings::default() };
     let mut scorer = Scorer::new(settings);
-    let mut arrivals = record.arrivals.iter().peekable();
-    for moment in &record.truth {
-        while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            follower.receive(&arrival.bytes, arrival.at_us);
-        }
+    record.follow(choice, |follower, moment| {
         let truth: Vec<Target> = moment.people.iter().map(Target::from).collect();
         let tracks: Vec<Estimate> = follower.tracks(moment.t).iter().map(Estimate::from).collect();
         scorer.frame(&Frame { t_s: moment.t, truth: &truth, tracks: &tracks });
-    }
+    });
     let (tally, counts) = scorer.finish();
     let Some(events) = &record.events else {
         return Outcome { success: false, steady: false, emptied: false, tally };

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use host_tracker::frame::unix_ms;
 use host_tracker::store::export::export;
-use host_tracker::store::unix_ms;
 
 use super::Failure;
 

@@ -10,13 +10,13 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::frame::{Frame, ModuleLine};
+use host_tracker::frame::{Frame, ModuleLine, unix_ms};
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
-use host_tracker::store::{Store, known_before, unix_ms};
+use host_tracker::store::{Store, known_before};
 use host_tracker::trackers::Choice;
 
 use super::{Failure, address};

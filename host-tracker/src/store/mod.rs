@@ -30,7 +30,7 @@ use reader::Reader;
 pub use schema::Newer;
 use writer::Writer;
 
-use crate::frame::Frame;
+use crate::frame::{Frame, unix_ms};
 use crate::site::Site;
 
 /// People known longer ago than this are not taken back after a restart: they have gone elsewhere.
@@ -198,13 +198,6 @@ pub fn known_before(file: &Path, now_ms: u64) -> (Option<Frame>, Option<Event>) 
     };
     let event = Event { at_ms: now_ms, kind: kind.into(), subject: String::new(), track: None, text };
     (is_fresh.then_some(frame), Some(event))
-}
-
-/// ms since 1970, by this machine's clock.
-#[must_use]
-pub fn unix_ms() -> u64 {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// A full or read-only disk, or another process at the file: this may pass. Anything else will not.

@@ -17,6 +17,7 @@ pub mod ideas;
 mod look;
 mod restore;
 mod track;
+mod twins;
 mod walls;
 
 use nalgebra::{Matrix2, Vector2};
@@ -41,12 +42,6 @@ const MISSED: f64 = 2.0;
 
 /// Two tracks nearer than this are at the same place, m: two bodies cannot be.
 const TWINS_M: f64 = 0.33;
-
-/// Nearer than this they are one even if two candidates were seen: a torso and its arm, m.
-const ONE_BODY_M: f64 = 0.25;
-
-/// In so many scans only one of them was detected: they are one person.
-const TWIN_SCANS: u32 = 12;
 
 /// A candidate farther from a track than this is never its own, m.
 const GATE_M: f64 = 0.8;
@@ -361,52 +356,6 @@ impl Kehai {
             track.faded_s = faded_s.max(now_s);
             if !self.ideas.has(Idea::Persistence) && now_s - track.last_hit_s > 1.0 {
                 track.existence = NOBODY;
-            }
-        }
-    }
-
-    /// Two tracks that are always detected one at a time at the same place are one person: who came there last
-    /// is hidden somewhere about.
-    fn part_twins(&mut self, now_s: f64) {
-        let hit = |track: &Track| track.hit_in == self.scan;
-        for one in 0..self.tracks.len() {
-            let seen = |track: &Track| track.near_in == self.scan && track.is_seen();
-            if !seen(&self.tracks[one]) {
-                continue;
-            }
-            let place = self.tracks[one].motion.place(now_s);
-            let nearest = (0..self.tracks.len())
-                .filter(|&other| other != one && seen(&self.tracks[other]))
-                .map(|other| (other, (self.tracks[other].motion.place(now_s) - place).length()))
-                .min_by(|one, two| one.1.total_cmp(&two.1))
-                .filter(|(_, distance_m)| *distance_m < TWINS_M);
-            let Some((other, distance_m)) = nearest else {
-                self.tracks[one].twin = 0;
-                continue;
-            };
-            match (hit(&self.tracks[one]), hit(&self.tracks[other])) {
-                (true, true) if distance_m > ONE_BODY_M => self.tracks[one].twin = 0,
-                (false, false) => {}
-                _ => {
-                    let track = &mut self.tracks[one];
-                    if track.twin == 0 {
-                        track.twin_since_s = now_s;
-                    }
-                    track.twin += 1;
-                }
-            }
-            if self.tracks[one].twin >= TWIN_SCANS
-                && self.tracks[one].emerged_s >= self.tracks[other].emerged_s
-            {
-                let track = &mut self.tracks[one];
-                let mut motion = track.motion.clone();
-                motion.covariance += nalgebra::Matrix4::identity() * (0.3 * 0.3);
-                track.cloud = Some(Cloud::new(now_s, &motion, now_s, &self.walls, track.id));
-                track.reason = "taken for somebody else";
-                // What was detected since was the other one.
-                track.last_hit_s = track.last_hit_s.min(track.twin_since_s);
-                track.twin = 0;
-                self.tracks[other].twin = 0;
             }
         }
     }
