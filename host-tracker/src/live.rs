@@ -11,6 +11,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::calibrate::session::Session;
 use crate::discovery::Search;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
@@ -40,6 +41,7 @@ pub struct Live {
     strangers: u64,
     recorder: Option<Recorder>,
     trouble: Trouble,
+    calibration: Session,
 }
 
 impl Live {
@@ -66,6 +68,7 @@ impl Live {
             strangers: 0,
             recorder: None,
             trouble: Trouble::default(),
+            calibration: Session::default(),
         }
     }
 
@@ -81,8 +84,15 @@ impl Live {
         Self { trouble, ..self }
     }
 
+    /// Shows what is seen to whoever calibrates.
+    #[must_use]
+    pub fn calibrated_by(self, calibration: Session) -> Self {
+        Self { calibration, ..self }
+    }
+
     /// Goes on with another site.
     pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.calibration.set_site(site);
         if let Some(recorder) = &self.recorder {
             recorder.told(self.now_us(), site);
         }
@@ -136,12 +146,16 @@ impl Live {
             recorder.datagram(now_us, datagram);
         }
         let sighting = self.follower.receive(datagram, now_us);
+        if let Some(sighting) = &sighting {
+            self.calibration.see(sighting);
+        }
         let socket = &self.socket;
         self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
     }
 
     fn frame_at(&mut self, at_us: u64) -> Frame {
         let line = self.follower.line(at_us as f64 * 1e-6);
+        self.calibration.tick(self.follower.intake(), at_us as f64 * 1e-6);
         if let Some(recorder) = &self.recorder {
             recorder.line(at_us, &line);
             self.trouble.set("recording", &recorder.trouble());

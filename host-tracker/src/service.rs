@@ -19,6 +19,7 @@ use std::thread::JoinHandle;
 
 use tokio::sync::watch;
 
+use crate::calibrate::session::Session;
 use crate::discovery::Search;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
@@ -58,6 +59,7 @@ pub struct Service {
     changes: Sender<Arc<Site>>,
     shared: Arc<Shared>,
     trouble: Trouble,
+    calibration: Session,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -87,6 +89,9 @@ impl Service {
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let telling = trouble.clone();
+        let calibration = Session::default();
+        calibration.set_site(&site);
+        let calibrating = calibration.clone();
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
@@ -95,10 +100,11 @@ impl Service {
                 follower.restore(line, *age_s);
             }
             let live = Live::new(socket, peers, search, follower);
-            let mut live = live.recording(recorder).telling(telling);
+            let mut live = live.recording(recorder).telling(telling).calibrated_by(calibrating);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
-        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, trouble, thread: Some(thread) })
+        let (site, thread) = (watch::Sender::new(site), Some(thread));
+        Ok(Self { frames, site, changes, shared, trouble, calibration, thread })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -119,6 +125,12 @@ impl Service {
     #[must_use]
     pub fn trouble(&self) -> Trouble {
         self.trouble.clone()
+    }
+
+    /// The calibration under way, if there is one: to begin, follow and end it.
+    #[must_use]
+    pub fn calibration(&self) -> Session {
+        self.calibration.clone()
     }
 
     /// Frames that a queue had no room for.

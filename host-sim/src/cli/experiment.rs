@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use host_sim::experiment::plan::{Table, Work};
-use host_sim::experiment::{Row, findings, page, picture, runner, table};
+use host_sim::experiment::{Row, findings, page, picture, poses, runner, table};
 use host_sim::run::{Conditions, Options};
 use host_tracker::trackers::Choice;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -73,6 +73,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
                 let rows = runner::run(&cases, &seeds, &options, || bar.inc(1))?;
                 bar.finish_and_clear();
                 format!("{}Seeds {} to {}.\n", door(arguments, table, &rows)?, seeds.start(), seeds.end())
+            }
+            Work::Poses(seeds) => {
+                let bar = bar(table, poses::runs(&seeds))?;
+                let found = poses::run(&seeds, || bar.inc(1))?;
+                bar.finish_and_clear();
+                if let Some(folder) = &arguments.out {
+                    std::fs::write(folder.join(format!("{table}.csv")), found.csv())?;
+                }
+                format!("{}\nSeeds {} to {}.\n", found.markdown(), seeds.start(), seeds.end())
             }
             Work::Trials(trials) => {
                 let runs = trials.iter().map(|trial| trial.seeds.clone().count() as u64).sum();

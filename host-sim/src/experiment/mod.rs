@@ -12,6 +12,7 @@ pub mod page;
 pub mod paper;
 pub mod picture;
 pub mod plan;
+pub mod poses;
 pub mod rules;
 pub mod runner;
 pub mod table;

@@ -88,6 +88,8 @@ pub enum Table {
     Clutter,
     /// Condition H with five people over a network that loses, repeats and delays
     Disturbed,
+    /// Poses found by walking, and modules that were turned or covered (for docs/calibration.md; not among `all`)
+    Poses,
 }
 
 /// What a table is made of.
@@ -97,6 +99,8 @@ pub enum Work {
     Door(Vec<Case>, RangeInclusive<u64>),
     /// Scenes, each judged by its own rule.
     Trials(Vec<Trial>),
+    /// Poses by walking.
+    Poses(RangeInclusive<u64>),
 }
 
 impl std::fmt::Display for Table {
@@ -138,6 +142,7 @@ impl Table {
                 let last = if self == Self::Ideas { 10_049 } else { 10_199 };
                 return Work::Door(self.cases(trackers), seeds.cloned().unwrap_or(10_000..=last));
             }
+            Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
             // What is unexplained is told by our tracker only.
             Self::Touching => trial::touching(&own(&["kehai"])),
@@ -204,6 +209,7 @@ mod tests {
                     assert!(!cases.is_empty());
                     cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
                 }
+                Work::Poses(seeds) => held_out(&seeds),
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());
                     for trial in &trials {

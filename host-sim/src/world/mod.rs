@@ -16,6 +16,7 @@ pub mod crowd;
 pub mod door;
 pub mod gathering;
 pub mod geometry;
+pub mod mishap;
 pub mod motion;
 pub mod moving;
 pub mod noise;
@@ -38,7 +39,8 @@ use std::sync::Arc;
 use body::{Body, Section};
 use gathering::Gathering;
 use geometry::{Outline, Point};
-use motion::{Motion, Track};
+use mishap::Mishap;
+use motion::{Led, Motion, Track};
 use moving::Moving;
 use prop::Prop;
 use random::{Purpose, Stream};
@@ -104,6 +106,12 @@ impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
+        Self::with(scene, seed, None, &[])
+    }
+
+    /// The scene under `seed`, with somebody in it who is led, and with what befalls modules.
+    #[must_use]
+    pub fn with(scene: &Scene, seed: u64, led: Option<&Led>, mishaps: &[Mishap]) -> Self {
         let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
         let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
         let mut people = scripted(scene, &wanderers, seed);
@@ -136,6 +144,11 @@ impl World {
                 Person { name, body, motion: Motion::Track(track), crouches_s: None }
             },
         ));
+        if let Some(led) = led {
+            let body = Body::random(Section::Torso, &mut Stream::new(seed, Purpose::Person, [0, 2]));
+            let motion = Motion::Led(led.clone());
+            people.push(Person { name: "who is led".into(), body, motion, crouches_s: None });
+        }
         let people: Arc<[Person]> = people.into();
         let doors = doors.into_iter().map(Moving::Door);
         let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
@@ -148,7 +161,14 @@ impl World {
             let (model, level) = spec.map_or_else(Default::default, |spec| (spec.model, spec.noise));
             let caster = Caster::new(module.pose(), module.height_m, model.optics().geometry, &things);
             let seen = (Arc::clone(&people), Arc::clone(&moving));
-            let sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
+            let mut sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
+            for mishap in mishaps.iter().filter(|mishap| mishap.module == index) {
+                let (pose, height_m) = mishap.place(module.pose(), module.height_m);
+                let mut around = things.clone();
+                around.extend(mishap.cover(pose.at));
+                let caster = Caster::new(pose, height_m, model.optics().geometry, &around);
+                sensor.befall(mishap.from_s, caster);
+            }
             (module.name.clone(), sensor)
         };
         let mut sensors: Vec<(String, WorldSensor)> =

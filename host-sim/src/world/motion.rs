@@ -6,12 +6,14 @@
 //!                    stance(t)
 //! ```
 //!
-//! Both are pure functions of the time, so truth can be asked for at any moment and in any order.
+//! Both are pure functions of the time, so truth can be asked for at any moment and in any order. Somebody who is led is
+//! one, too, as far as the way is known: it is only ever added to, and must be known ahead of the time.
 
 use super::body::Stance;
 use super::geometry::Point;
 use super::walker::Route;
 use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// How a person moves.
 #[derive(Clone, Debug)]
@@ -20,6 +22,8 @@ pub enum Motion {
     Route(Route),
     /// Positions computed beforehand: a crowd or a recording.
     Track(Track),
+    /// Positions that are added while the world runs: somebody who is told where to go.
+    Led(Led),
 }
 
 impl Motion {
@@ -29,6 +33,7 @@ impl Motion {
         match self {
             Self::Route(route) => route.stance(time_s),
             Self::Track(track) => track.stance(time_s),
+            Self::Led(led) => led.stance(time_s),
         }
     }
 }
@@ -129,6 +134,44 @@ impl Track {
             blend(from.distance_m, to.distance_m),
             blend(from.speed_m_s, to.speed_m_s),
         ))
+    }
+}
+
+/// Time between two positions of somebody who is led.
+pub const LED_STEP_S: f64 = 0.05;
+
+/// Somebody who is told where to go. Clones are the same person.
+#[derive(Clone, Debug)]
+pub struct Led {
+    from_s: f64,
+    way: Arc<Mutex<(Vec<Point>, Track)>>,
+}
+
+impl Led {
+    /// Who appears at `at` at `from_s`.
+    #[must_use]
+    pub fn new(from_s: f64, at: Point) -> Self {
+        let way = vec![at; 2];
+        let track = Track::new(from_s, LED_STEP_S, &way, 0.0);
+        Self { from_s, way: Arc::new(Mutex::new((way, track))) }
+    }
+
+    /// Goes on along these places, one every [`LED_STEP_S`].
+    pub fn go(&self, places: &[Point]) {
+        let mut way = self.way.lock().unwrap_or_else(PoisonError::into_inner);
+        way.0.extend_from_slice(places);
+        way.1 = Track::new(self.from_s, LED_STEP_S, &way.0, 0.0);
+    }
+
+    /// Where the way ends, and when.
+    #[must_use]
+    pub fn end(&self) -> (Point, f64) {
+        let way = self.way.lock().unwrap_or_else(PoisonError::into_inner);
+        (way.0.last().copied().unwrap_or_default(), way.1.end_s())
+    }
+
+    fn stance(&self, time_s: f64) -> Option<Stance> {
+        self.way.lock().unwrap_or_else(PoisonError::into_inner).1.stance(time_s)
     }
 }
 
