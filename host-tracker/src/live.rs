@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::calibrate::session::Session;
 use crate::discovery::Search;
+use crate::door::Shown;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::peers::Peers;
@@ -42,6 +43,7 @@ pub struct Live {
     recorder: Option<Recorder>,
     trouble: Trouble,
     calibration: Session,
+    doors: Shown,
 }
 
 impl Live {
@@ -69,6 +71,7 @@ impl Live {
             recorder: None,
             trouble: Trouble::default(),
             calibration: Session::default(),
+            doors: Shown::default(),
         }
     }
 
@@ -88,6 +91,12 @@ impl Live {
     #[must_use]
     pub fn calibrated_by(self, calibration: Session) -> Self {
         Self { calibration, ..self }
+    }
+
+    /// Tells in every frame how the doors are.
+    #[must_use]
+    pub fn showing(self, doors: Shown) -> Self {
+        Self { doors, ..self }
     }
 
     /// Goes on with another site.
@@ -164,6 +173,7 @@ impl Live {
             unix_ms: unix_ms(),
             line,
             alarms: self.trouble.lines(),
+            doors: self.doors.lines(),
             modules: self.peers.lines(self.follower.intake(), self.now_us()),
             dropped: *self.follower.intake().drops(),
             strangers: self.strangers,

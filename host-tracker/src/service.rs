@@ -21,6 +21,7 @@ use tokio::sync::watch;
 
 use crate::calibrate::session::Session;
 use crate::discovery::Search;
+use crate::door::Shown;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::jsonl::TracksLine;
@@ -60,6 +61,7 @@ pub struct Service {
     shared: Arc<Shared>,
     trouble: Trouble,
     calibration: Session,
+    doors: Shown,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -88,10 +90,11 @@ impl Service {
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
-        let telling = trouble.clone();
         let calibration = Session::default();
         calibration.set_site(&site);
         let calibrating = calibration.clone();
+        let doors = Shown::default();
+        let (telling, showing) = (trouble.clone(), doors.clone());
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
@@ -100,11 +103,12 @@ impl Service {
                 follower.restore(line, *age_s);
             }
             let live = Live::new(socket, peers, search, follower);
-            let mut live = live.recording(recorder).telling(telling).calibrated_by(calibrating);
+            let live = live.recording(recorder).telling(telling);
+            let mut live = live.calibrated_by(calibrating).showing(showing);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
         let (site, thread) = (watch::Sender::new(site), Some(thread));
-        Ok(Self { frames, site, changes, shared, trouble, calibration, thread })
+        Ok(Self { frames, site, changes, shared, trouble, calibration, doors, thread })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -131,6 +135,12 @@ impl Service {
     #[must_use]
     pub fn calibration(&self) -> Session {
         self.calibration.clone()
+    }
+
+    /// How the doors are: for whoever runs them.
+    #[must_use]
+    pub fn doors(&self) -> Shown {
+        self.doors.clone()
     }
 
     /// Frames that a queue had no room for.

@@ -42,6 +42,7 @@ impl Map {
             calibration: Session::default(),
             accepted: Box::new(|_| {}),
             names: Vec::new(),
+            doors: None,
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, changes, folder }

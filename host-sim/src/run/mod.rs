@@ -142,7 +142,7 @@ impl Run {
         Self::of(World::new(scene, seed), seed, options)
     }
 
-    /// This world, at time 0.
+    /// A world under `seed`, at time 0.
     #[must_use]
     pub fn of(world: World, seed: u64, options: &Options) -> Self {
         let outages_us = |index: usize| {

@@ -40,7 +40,7 @@ use body::{Body, Section};
 use gathering::Gathering;
 use geometry::{Outline, Point};
 use mishap::Mishap;
-use motion::{Led, Motion, Track};
+use motion::{Motion, Track};
 use moving::Moving;
 use prop::Prop;
 use random::{Purpose, Stream};
@@ -106,12 +106,24 @@ impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
-        Self::with(scene, seed, None, &[])
+        Self::with(scene, seed, Vec::new(), Vec::new())
     }
 
-    /// The scene under `seed`, with somebody in it who is led, and with what befalls modules.
+    /// The scene under `seed`, with more people and things that move: those that others move while it is looked at.
     #[must_use]
-    pub fn with(scene: &Scene, seed: u64, led: Option<&Led>, mishaps: &[Mishap]) -> Self {
+    pub fn with(scene: &Scene, seed: u64, more_people: Vec<Person>, more_moving: Vec<Moving>) -> Self {
+        Self::befallen(scene, seed, more_people, more_moving, &[])
+    }
+
+    /// As [`with`](Self::with), with what befalls modules.
+    #[must_use]
+    pub fn befallen(
+        scene: &Scene,
+        seed: u64,
+        more_people: Vec<Person>,
+        more_moving: Vec<Moving>,
+        mishaps: &[Mishap],
+    ) -> Self {
         let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
         let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
         let mut people = scripted(scene, &wanderers, seed);
@@ -144,16 +156,13 @@ impl World {
                 Person { name, body, motion: Motion::Track(track), crouches_s: None }
             },
         ));
-        if let Some(led) = led {
-            let body = Body::random(Section::Torso, &mut Stream::new(seed, Purpose::Person, [0, 2]));
-            let motion = Motion::Led(led.clone());
-            people.push(Person { name: "who is led".into(), body, motion, crouches_s: None });
-        }
+        people.extend(more_people);
         let people: Arc<[Person]> = people.into();
         let doors = doors.into_iter().map(Moving::Door);
         let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
-        let moving: Arc<[Moving]> = doors.chain(curtains).chain(fans).chain(props).collect();
+        let moving: Arc<[Moving]> =
+            doors.chain(curtains).chain(fans).chain(props).chain(more_moving).collect();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
@@ -293,7 +302,8 @@ fn wanderer(scene: &Scene, index: usize, spec: &PersonSpec, seed: u64) -> Wander
 }
 
 /// What people cannot walk through.
-fn obstacles(scene: &Scene) -> Vec<Outline> {
+#[must_use]
+pub fn obstacles(scene: &Scene) -> Vec<Outline> {
     let solid = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
     let walls = scene.site.walls.iter().filter(solid).flat_map(sides);
     walls.chain(scene.furniture.iter().flat_map(furniture).map(|thing| thing.outline)).collect()

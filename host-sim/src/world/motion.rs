@@ -22,8 +22,8 @@ pub enum Motion {
     Route(Route),
     /// Positions computed beforehand: a crowd or a recording.
     Track(Track),
-    /// Positions that are added while the world runs: somebody who is told where to go.
-    Led(Led),
+    /// Positions that are computed while the world is looked at, some way ahead: people who wait for a real door.
+    Live(Arc<Mutex<Track>>),
 }
 
 impl Motion {
@@ -33,7 +33,7 @@ impl Motion {
         match self {
             Self::Route(route) => route.stance(time_s),
             Self::Track(track) => track.stance(time_s),
-            Self::Led(led) => led.stance(time_s),
+            Self::Live(track) => track.lock().unwrap_or_else(PoisonError::into_inner).stance(time_s),
         }
     }
 }
@@ -110,6 +110,34 @@ impl Track {
         Self { first_s, step_s, samples }
     }
 
+    /// A person who is nowhere yet; [`push`](Self::push) says where, step by step.
+    #[must_use]
+    pub const fn growing(first_s: f64, step_s: f64) -> Self {
+        Self { first_s, step_s, samples: Vec::new() }
+    }
+
+    /// Whether the person has been nowhere yet.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// Where the person is one step later. The chest follows the direction of the last 0.2 s.
+    pub fn push(&mut self, at: Point, heading_rad: f64) {
+        let reach = ((0.2 / self.step_s).ceil() as usize).max(1);
+        let before = self.samples.len().checked_sub(reach).and_then(|index| self.samples.get(index));
+        let moved = at - before.or(self.samples.first()).map_or(at, |before| before.at);
+        let steps = reach.min(self.samples.len()).max(1);
+        let speed_m_s = moved.length() / (self.step_s * steps as f64);
+        let last = self.samples.last();
+        let mut heading_rad = last.map_or(heading_rad, |last| last.heading_rad);
+        if speed_m_s > TURNING_SPEED_M_S {
+            heading_rad += wrap(moved.angle_rad() - heading_rad) * (self.step_s / TURNING_TIME_S).min(1.0);
+        }
+        let distance_m = last.map_or(0.0, |last| last.distance_m + speed_m_s * self.step_s);
+        self.samples.push(Sample { at, heading_rad, distance_m, speed_m_s });
+    }
+
     /// Time of the last sample.
     #[must_use]
     pub fn end_s(&self) -> f64 {
@@ -144,7 +172,8 @@ pub const LED_STEP_S: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub struct Led {
     from_s: f64,
-    way: Arc<Mutex<(Vec<Point>, Track)>>,
+    way: Arc<Mutex<Vec<Point>>>,
+    track: Arc<Mutex<Track>>,
 }
 
 impl Led {
@@ -152,26 +181,30 @@ impl Led {
     #[must_use]
     pub fn new(from_s: f64, at: Point) -> Self {
         let way = vec![at; 2];
-        let track = Track::new(from_s, LED_STEP_S, &way, 0.0);
-        Self { from_s, way: Arc::new(Mutex::new((way, track))) }
+        let track = Arc::new(Mutex::new(Track::new(from_s, LED_STEP_S, &way, 0.0)));
+        Self { from_s, way: Arc::new(Mutex::new(way)), track }
+    }
+
+    /// As a motion of the world.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        Motion::Live(Arc::clone(&self.track))
     }
 
     /// Goes on along these places, one every [`LED_STEP_S`].
     pub fn go(&self, places: &[Point]) {
         let mut way = self.way.lock().unwrap_or_else(PoisonError::into_inner);
-        way.0.extend_from_slice(places);
-        way.1 = Track::new(self.from_s, LED_STEP_S, &way.0, 0.0);
+        way.extend_from_slice(places);
+        let track = Track::new(self.from_s, LED_STEP_S, &way, 0.0);
+        *self.track.lock().unwrap_or_else(PoisonError::into_inner) = track;
     }
 
     /// Where the way ends, and when.
     #[must_use]
     pub fn end(&self) -> (Point, f64) {
         let way = self.way.lock().unwrap_or_else(PoisonError::into_inner);
-        (way.0.last().copied().unwrap_or_default(), way.1.end_s())
-    }
-
-    fn stance(&self, time_s: f64) -> Option<Stance> {
-        self.way.lock().unwrap_or_else(PoisonError::into_inner).1.stance(time_s)
+        let track = self.track.lock().unwrap_or_else(PoisonError::into_inner);
+        (way.last().copied().unwrap_or_default(), track.end_s())
     }
 }
 

@@ -280,8 +280,10 @@ impl PoseWatch {
             let change =
                 |from: &Pose, to: &Pose| (wrapped(to.yaw_rad - from.yaw_rad), (to.at - from.at).length());
             let changes = [change(&here, &back), change(&there, &found)];
-            let told =
-                changes.iter().any(|(turn_rad, shift_m)| turn_rad.abs() > TURN_RAD || *shift_m > SHIFT_M);
+            let told = changes.iter().any(|(turn_rad, shift_m)| {
+                let within = turn_rad.abs() < MOST_RAD && *shift_m < FARTHEST_M;
+                within && (turn_rad.abs() > TURN_RAD || *shift_m > SHIFT_M)
+            });
             let apart = before_m > APART_M && after_m < EXPLAINS * before_m && told;
             Some(Compared { modules: [one, other], common_s, apart, changes })
         };
@@ -357,19 +359,22 @@ fn turn(view: &View, walls_mm: &[u16], stands: &[(f64, f64)]) -> Option<f64> {
         return None;
     }
     let (least, most) = ((TURN_RAD / beam_rad) as i64, (MOST_RAD / beam_rad) as i64);
+    // How many fit, and by how little they miss, µm.
     let fits = |shift: i64| {
-        let fit = |&&(bearing_rad, range_m): &&(f64, f64)| {
+        let miss = |&(bearing_rad, range_m): &(f64, f64)| {
             let beam = ((bearing_rad - first_rad) / beam_rad).round() as i64 + shift;
             let wall = usize::try_from(beam).ok().and_then(|beam| walls_mm.get(beam)).copied().unwrap_or(0);
-            let wall_m = f64::from(wall) * 1e-3;
-            wall > 0 && (wall_m - range_m).abs() < SAME_M + SAME_SHARE * range_m
+            let miss_m = (f64::from(wall) * 1e-3 - range_m).abs();
+            (wall > 0 && miss_m < SAME_M + SAME_SHARE * range_m).then_some(miss_m)
         };
-        stands.iter().filter(fit).count()
+        let (count, sum_m) =
+            stands.iter().filter_map(miss).fold((0, 0.0), |(count, sum), miss| (count + 1, sum + miss));
+        (count, -(sum_m * 1e6) as i64)
     };
     let shifts = (least..=most).flat_map(|shift| [shift, -shift]);
-    let (count, shift) =
-        shifts.map(|shift| (fits(shift), shift)).max_by_key(|(count, shift)| (*count, -shift.abs()))?;
-    let share = count as f64 / stands.len() as f64;
+    let ((count, _), shift) =
+        shifts.map(|shift| (fits(shift), shift)).max_by_key(|(fits, shift)| (*fits, -shift.abs()))?;
+    let share = f64::from(count) / stands.len() as f64;
     // A beam that sees what was `shift` beams further to the left has been turned to the left by as much.
     (share >= WALLS_SHARE).then_some(shift as f64 * beam_rad)
 }

@@ -142,6 +142,7 @@ fn serve(listen: Option<SocketAddr>, site: SiteFile, service: &Arc<Service>) -> 
         calibration: service.calibration(),
         accepted: Box::new(|_| {}),
         names: Vec::new(),
+        doors: None,
     };
     Server::start(address, desk).map_err(|error| format!("the live map cannot be at {address}: {error}"))
 }
