@@ -21,8 +21,8 @@ use super::look::moves;
 use super::walk::{Glimpse, Walk};
 use super::{median, wrapped};
 
-/// Seconds back that are looked at.
-const WINDOW_S: f64 = 30.0;
+/// Seconds back that are looked at: what was before a module was moved must soon be forgotten.
+const WINDOW_S: f64 = 15.0;
 
 /// Between two judgements, s.
 const JUDGE_S: f64 = 1.0;
