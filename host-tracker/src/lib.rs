@@ -7,6 +7,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod cells;
 pub mod client;
 pub mod clock;
 pub mod conversation;

@@ -21,13 +21,15 @@ impl Kehai {
     /// is hidden somewhere about.
     pub(super) fn part_twins(&mut self, now_s: f64) {
         let hit = |track: &Track| track.hit_in == self.scan;
-        for one in 0..self.tracks.len() {
+        for place in 0..self.near.now.len() {
+            let one = self.near.now[place];
             let seen = |track: &Track| track.near_in == self.scan && track.is_seen();
             if !seen(&self.tracks[one]) {
                 continue;
             }
             let place = self.tracks[one].motion.place(now_s);
-            let nearest = (0..self.tracks.len())
+            let near = self.near.now.iter().copied();
+            let nearest = near
                 .filter(|&other| other != one && seen(&self.tracks[other]))
                 .map(|other| (other, (self.tracks[other].motion.place(now_s) - place).length()))
                 .min_by(|one, two| one.1.total_cmp(&two.1))
