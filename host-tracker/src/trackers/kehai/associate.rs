@@ -6,12 +6,16 @@
 //!              c21  c22  c23 │ ∞  u      u: left without one
 //! ```
 
+use std::cell::LazyCell;
+use std::ops::Deref;
+
 use nalgebra::{Matrix2, Vector2};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
+use super::look::Eye;
 use super::track::{SURE, Track};
-use super::{GATE_M, Kehai, TWINS_M, look};
+use super::{GATE_M, Kehai, TWINS_M};
 use crate::geometry::Point;
 use crate::sighting::{Seen, Sighting};
 
@@ -74,11 +78,11 @@ impl Kehai {
     }
 
     /// What it costs to leave a track without a candidate: little where it is hidden.
-    fn unassigned(&self, track: &Track, sighting: &Sighting) -> f64 {
+    fn unassigned<'a>(track: &Track, at_s: f64, eye: &impl Deref<Target = Eye<'a>>) -> f64 {
         if !track.is_seen() {
             return UNASSIGNED;
         }
-        let look = look::at_body(sighting, track.motion.place(sighting.start_s));
+        let look = eye.at_body(track.motion.place(at_s));
         UNASSIGNED + MISSED * (look.judged() - look.hidden)
     }
 
@@ -107,8 +111,9 @@ impl Kehai {
             .map(|index| (index, costs(&self.tracks[index])))
             .filter(|(_, costs)| costs.iter().any(|cost| *cost < UNASSIGNED))
             .collect();
-        let unassigned: Vec<f64> =
-            rows.iter().map(|(index, _)| self.unassigned(&self.tracks[*index], sighting)).collect();
+        let eye = LazyCell::new(|| Eye::of(sighting));
+        let cost = |(index, _): &(usize, _)| Self::unassigned(&self.tracks[*index], sighting.start_s, &eye);
+        let unassigned: Vec<f64> = rows.iter().map(cost).collect();
         let assigned = assign(&unassigned, free.len(), UNASSIGNED, |row, column| rows[row].1[column]);
         let pair = |((track, _), column): (&(usize, _), Option<usize>)| Some((*track, free[column?]));
         let mut hits: Vec<(usize, usize, bool)> =

@@ -5,11 +5,14 @@
 //!   place not seen   ─▶ nothing                   hidden in the open ─▶ half of it is left after 15 s
 //! ```
 
+use std::cell::LazyCell;
+
+use super::Kehai;
 use super::birth::PATIENCE_S;
 use super::hidden::{Cloud, PLACES};
 use super::ideas::Idea;
+use super::look::Eye;
 use super::track::{HIDDEN_S, NOBODY, Track};
-use super::{Kehai, look};
 use crate::sighting::Sighting;
 
 /// Evidence of a module that never detected somebody, against that of one that did: beams pass over children.
@@ -27,6 +30,7 @@ const HALVES: f64 = 4.2;
 impl Kehai {
     /// What the sighting says about everybody within reach whom it did not detect.
     pub(super) fn miss(&mut self, sighting: &Sighting) {
+        let eye = LazyCell::new(|| Eye::of(sighting));
         let seen_now = self.seen_places(sighting.start_s);
         let end_s = sighting.start_s + f64::from(sighting.view.geometry.period_us()) * 1e-6;
         let free_space = self.ideas.has(Idea::FreeSpace);
@@ -38,7 +42,7 @@ impl Kehai {
             let known = track.known_to(sighting.view.module);
             let factor = if known { 1.0 } else { UNKNOWN };
             let Some(cloud) = &mut track.cloud else {
-                let look = look::at_body(sighting, track.motion.place(end_s));
+                let look = eye.at_body(track.motion.place(end_s));
                 if free_space && look.judged() > 0.8 && look.through > 0.7 {
                     track.existence -= 0.8 * factor;
                     track.reason = "its place is seen empty";
@@ -49,8 +53,8 @@ impl Kehai {
             let enters = cloud.enters();
             let mut covered = 0;
             let left = cloud.weigh(|place| {
-                covered += usize::from(look::covers(sighting, place));
-                let look = look::at_point(sighting, place);
+                let (look, would_see) = eye.at_point(place);
+                covered += usize::from(would_see);
                 let crowded = seen_now.iter().any(|(_, other)| (*other - place).length() < 0.3);
                 let beside = if !enters && self.walls.beside(place) { 0.4 } else { 1.0 };
                 (1.0 - 0.8 * look.through).min(beside) * if crowded { 0.8 } else { 1.0 }
