@@ -117,7 +117,7 @@ pub struct ModuleLine {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AlarmLine {
     /// Its name, for programs: `silent`, `sensor`, `line`, `covered`, `slow`, `clock-off`, `dirty`, `store`, `background`,
-    /// `suspect`, `watchdog`. When each is raised: `host-tracker/src/health/alarms.rs`.
+    /// `suspect`, `watchdog`, and of its place `moved` and `blind` (`calibrate/watch.rs`). When each is raised: `host-tracker/src/health/alarms.rs`.
     pub name: String,
     /// What it is and what to do, in words.
     pub text: String,

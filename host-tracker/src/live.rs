@@ -11,6 +11,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::calibrate::session::Session;
 use crate::discovery::Search;
 use crate::door::Shown;
 use crate::follower::Follower;
@@ -42,6 +43,7 @@ pub struct Live {
     recorder: Option<Recorder>,
     trouble: Trouble,
     doors: Shown,
+    calibration: Session,
 }
 
 impl Live {
@@ -69,6 +71,7 @@ impl Live {
             recorder: None,
             trouble: Trouble::default(),
             doors: Shown::default(),
+            calibration: Session::default(),
         }
     }
 
@@ -90,8 +93,15 @@ impl Live {
         Self { doors, ..self }
     }
 
+    /// Shows what is seen to whoever calibrates.
+    #[must_use]
+    pub fn calibrated_by(self, calibration: Session) -> Self {
+        Self { calibration, ..self }
+    }
+
     /// Goes on with another site.
     pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.calibration.set_site(site);
         if let Some(recorder) = &self.recorder {
             recorder.told(self.now_us(), site);
         }
@@ -145,12 +155,16 @@ impl Live {
             recorder.datagram(now_us, datagram);
         }
         let sighting = self.follower.receive(datagram, now_us);
+        if let Some(sighting) = &sighting {
+            self.calibration.see(sighting);
+        }
         let socket = &self.socket;
         self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
     }
 
     fn frame_at(&mut self, at_us: u64) -> Frame {
         let line = self.follower.line(at_us as f64 * 1e-6);
+        self.calibration.tick(self.follower.intake(), at_us as f64 * 1e-6);
         if let Some(recorder) = &self.recorder {
             recorder.line(at_us, &line);
             self.trouble.set("recording", &recorder.trouble());

@@ -19,6 +19,7 @@ use std::thread::JoinHandle;
 
 use tokio::sync::watch;
 
+use crate::calibrate::session::Session;
 use crate::discovery::Search;
 use crate::door::Shown;
 use crate::follower::Follower;
@@ -60,6 +61,7 @@ pub struct Service {
     shared: Arc<Shared>,
     trouble: Trouble,
     doors: Shown,
+    calibration: Session,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -89,7 +91,9 @@ impl Service {
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let doors = Shown::default();
-        let (telling, showing) = (trouble.clone(), doors.clone());
+        let calibration = Session::default();
+        calibration.set_site(&site);
+        let (telling, showing, calibrating) = (trouble.clone(), doors.clone(), calibration.clone());
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
@@ -98,10 +102,12 @@ impl Service {
                 follower.restore(line, *age_s);
             }
             let live = Live::new(socket, peers, search, follower);
-            let mut live = live.recording(recorder).telling(telling).showing(showing);
+            let live = live.recording(recorder).telling(telling);
+            let mut live = live.showing(showing).calibrated_by(calibrating);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
-        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, trouble, doors, thread: Some(thread) })
+        let (site, thread) = (watch::Sender::new(site), Some(thread));
+        Ok(Self { frames, site, changes, shared, trouble, doors, calibration, thread })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -128,6 +134,12 @@ impl Service {
     #[must_use]
     pub fn doors(&self) -> Shown {
         self.doors.clone()
+    }
+
+    /// The calibration under way, if there is one: to begin, follow and end it.
+    #[must_use]
+    pub fn calibration(&self) -> Session {
+        self.calibration.clone()
     }
 
     /// Frames that a queue had no room for.

@@ -13,6 +13,7 @@ pub mod paper;
 pub mod passages;
 pub mod picture;
 pub mod plan;
+pub mod poses;
 pub mod rules;
 pub mod runner;
 pub mod table;

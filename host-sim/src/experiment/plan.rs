@@ -93,6 +93,8 @@ pub enum Table {
     Passages,
     /// Paper A's experiment from end to end: authenticate, enter a number, pass; of docs/door.md
     PaperA,
+    /// Poses found by walking, and modules that were turned or covered (for docs/calibration.md; not among `all`)
+    Poses,
 }
 
 /// What a table is made of.
@@ -104,6 +106,8 @@ pub enum Work {
     Trials(Vec<Trial>),
     /// Passages through a guarded door: tables below each other.
     Passages(Vec<Vec<passages::Row>>, RangeInclusive<u64>),
+    /// Poses by walking.
+    Poses(RangeInclusive<u64>),
 }
 
 impl std::fmt::Display for Table {
@@ -145,6 +149,7 @@ impl Table {
                 let last = if self == Self::Ideas { 10_049 } else { 10_199 };
                 return Work::Door(self.cases(trackers), seeds.cloned().unwrap_or(10_000..=last));
             }
+            Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
             // What is unexplained is told by our tracker only.
             Self::Touching => trial::touching(&own(&["kehai"])),
@@ -218,6 +223,7 @@ mod tests {
                     assert!(!cases.is_empty());
                     cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
                 }
+                Work::Poses(seeds) => held_out(&seeds),
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());
                     for trial in &trials {

@@ -6,7 +6,8 @@
 //!                    stance(t)
 //! ```
 //!
-//! Both are pure functions of the time, so truth can be asked for at any moment and in any order.
+//! Both are pure functions of the time, so truth can be asked for at any moment and in any order. Somebody who is led is
+//! one, too, as far as the way is known: it is only ever added to, and must be known ahead of the time.
 
 use super::body::Stance;
 use super::geometry::Point;
@@ -161,6 +162,42 @@ impl Track {
             blend(from.distance_m, to.distance_m),
             blend(from.speed_m_s, to.speed_m_s),
         ))
+    }
+}
+
+/// Time between two positions of somebody who is led.
+pub const LED_STEP_S: f64 = 0.05;
+
+/// Somebody who is told where to go. Clones are the same person.
+#[derive(Clone, Debug)]
+pub struct Led(Arc<Mutex<Track>>);
+
+impl Led {
+    /// Who appears at `at` at `from_s`.
+    #[must_use]
+    pub fn new(from_s: f64, at: Point) -> Self {
+        let led = Self(Arc::new(Mutex::new(Track::growing(from_s, LED_STEP_S))));
+        led.go(&[at; 2]);
+        led
+    }
+
+    /// Goes on along these places, one every [`LED_STEP_S`].
+    pub fn go(&self, places: &[Point]) {
+        let mut track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        places.iter().for_each(|at| track.push(*at, 0.0));
+    }
+
+    /// Where the way ends, and when.
+    #[must_use]
+    pub fn end(&self) -> (Point, f64) {
+        let track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (track.samples.last().map(|last| last.at).unwrap_or_default(), track.end_s())
+    }
+
+    /// How they move.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        Motion::Live(Arc::clone(&self.0))
     }
 }
 

@@ -5,6 +5,7 @@
 //!               └───▶ ten minutes      ─▶ /api/history   two lines a second
 //!                                         /api/state     the newest frame
 //!                                         /metrics       the same for Prometheus
+//!   poses by walking ◀──────────────────▶ /api/calibration
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
 //!   doors ◀─ messages, as `door` says ───▶ /api/door/NAME/INPUT, /door/NAME
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
@@ -18,11 +19,13 @@
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
+//! | `calibration` | poses found by walking |
 //! | `page/` | the page itself |
 //!
 //! The server has a thread of its own; the tracker never waits for it. Every answer that is no success says
 //! why in one line: `{"error": "…"}`.
 
+mod calibration;
 mod door;
 mod feed;
 pub mod guard;
@@ -47,8 +50,10 @@ use axum::{Json, Router};
 use serde_json::json;
 use tokio::sync::{oneshot, watch};
 
+use crate::calibrate::session::Session;
 use crate::door::DoorDesk;
 use crate::frame::Frame;
+use crate::geometry::Pose;
 use crate::site::Site;
 use crate::site_file::SiteFile;
 use feed::Packets;
@@ -62,6 +67,9 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
                       connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
 
+/// Somebody who is told of accepted poses.
+pub type Accepted = Box<dyn Fn(&[(String, Pose)]) + Send + Sync>;
+
 /// What the map needs of the tracker.
 pub struct Desk {
     /// The newest frame.
@@ -70,6 +78,10 @@ pub struct Desk {
     pub site: SiteFile,
     /// Told of every site that was saved.
     pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
+    /// The calibration under way.
+    pub calibration: Session,
+    /// Told of poses that were accepted, by module.
+    pub accepted: Accepted,
     /// Names under which a browser may ask for this machine, beside its addresses and local names.
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
@@ -162,6 +174,7 @@ fn router(shared: Arc<Shared>) -> Router {
         .route("/api/site", get(site::show).put(site::change))
         .route("/api/state", get(state))
         .route("/api/history", get(past))
+        .route("/api/calibration", get(calibration::show).post(calibration::change))
         .route("/metrics", get(metrics))
         .route("/api/door", get(door::all))
         .route("/api/door/{name}", get(door::one))

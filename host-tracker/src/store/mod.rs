@@ -15,6 +15,7 @@
 pub mod export;
 pub mod keeper;
 pub mod path;
+pub mod poses;
 pub mod reader;
 mod schema;
 mod writer;
