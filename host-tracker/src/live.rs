@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::discovery::Search;
+use crate::door::Shown;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::peers::Peers;
@@ -40,6 +41,7 @@ pub struct Live {
     strangers: u64,
     recorder: Option<Recorder>,
     trouble: Trouble,
+    doors: Shown,
 }
 
 impl Live {
@@ -66,6 +68,7 @@ impl Live {
             strangers: 0,
             recorder: None,
             trouble: Trouble::default(),
+            doors: Shown::default(),
         }
     }
 
@@ -79,6 +82,12 @@ impl Live {
     #[must_use]
     pub fn telling(self, trouble: Trouble) -> Self {
         Self { trouble, ..self }
+    }
+
+    /// Tells in every frame how the doors are.
+    #[must_use]
+    pub fn showing(self, doors: Shown) -> Self {
+        Self { doors, ..self }
     }
 
     /// Goes on with another site.
@@ -150,6 +159,7 @@ impl Live {
             unix_ms: unix_ms(),
             line,
             alarms: self.trouble.lines(),
+            doors: self.doors.lines(),
             modules: self.peers.lines(self.follower.intake(), self.now_us()),
             dropped: *self.follower.intake().drops(),
             strangers: self.strangers,

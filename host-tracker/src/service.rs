@@ -20,6 +20,7 @@ use std::thread::JoinHandle;
 use tokio::sync::watch;
 
 use crate::discovery::Search;
+use crate::door::Shown;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::jsonl::TracksLine;
@@ -58,6 +59,7 @@ pub struct Service {
     changes: Sender<Arc<Site>>,
     shared: Arc<Shared>,
     trouble: Trouble,
+    doors: Shown,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -86,7 +88,8 @@ impl Service {
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
-        let telling = trouble.clone();
+        let doors = Shown::default();
+        let (telling, showing) = (trouble.clone(), doors.clone());
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
@@ -95,10 +98,10 @@ impl Service {
                 follower.restore(line, *age_s);
             }
             let live = Live::new(socket, peers, search, follower);
-            let mut live = live.recording(recorder).telling(telling);
+            let mut live = live.recording(recorder).telling(telling).showing(showing);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
-        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, trouble, thread: Some(thread) })
+        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, trouble, doors, thread: Some(thread) })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -119,6 +122,12 @@ impl Service {
     #[must_use]
     pub fn trouble(&self) -> Trouble {
         self.trouble.clone()
+    }
+
+    /// How the doors are: for whoever runs them.
+    #[must_use]
+    pub fn doors(&self) -> Shown {
+        self.doors.clone()
     }
 
     /// Frames that a queue had no room for.

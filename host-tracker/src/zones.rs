@@ -25,6 +25,13 @@ use crate::trackers::{LifeCycle, TrackState};
 /// Side of a cell, m: a body.
 const CELL_M: f64 = 0.2;
 
+/// In the zone of a door, cells so near to the middle of a candidate are seen, m: a body hides what is under it, and
+/// that it is there is what is to be seen.
+const BODY_M: f64 = 0.3;
+
+/// A candidate wider than this is a body, m: half a narrow one.
+const WIDE_M: f64 = 0.15;
+
 /// A cell seen so long ago is not seen, s.
 const SEEN_S: f64 = 2.0;
 
@@ -51,6 +58,8 @@ struct Zone {
     name: String,
     polygon: Vec<Point>,
     secure: bool,
+    /// Before a door, which unlocks only if nearly all of it is seen.
+    is_guarded: bool,
     cells: Vec<Cell>,
 }
 
@@ -81,7 +90,9 @@ impl Zones {
     /// Of a site.
     #[must_use]
     pub fn new(site: &Site) -> Self {
-        Self { zones: site.zones.iter().map(Zone::new).collect(), reaches: BTreeMap::new() }
+        let guarded = |zone: &crate::site::Zone| site.doors.iter().any(|door| door.zone == zone.name);
+        let zone = |zone| Zone { is_guarded: guarded(zone), ..Zone::new(zone) };
+        Self { zones: site.zones.iter().map(zone).collect(), reaches: BTreeMap::new() }
     }
 
     /// Notes what a module saw.
@@ -104,6 +115,14 @@ impl Zones {
                 && let Some(cell) = zone.cells.get_mut(in_view.cell as usize)
             {
                 cell.seen_s = cell.seen_s.max(sighting.start_s);
+            }
+        }
+        for zone in zones.iter_mut().filter(|zone| zone.is_guarded) {
+            for seen in sighting.seen.iter().filter(|seen| seen.width_m > WIDE_M) {
+                let middle = Point::new(seen.centre.x, seen.centre.y);
+                for cell in zone.cells.iter_mut().filter(|cell| (cell.middle - middle).length() < BODY_M) {
+                    cell.seen_s = cell.seen_s.max(sighting.start_s);
+                }
             }
         }
     }
@@ -149,7 +168,7 @@ impl Zone {
                 }
             }
         }
-        Self { name: zone.name.clone(), polygon, secure: zone.secure, cells }
+        Self { name: zone.name.clone(), polygon, secure: zone.secure, is_guarded: false, cells }
     }
 
     fn line(&self, tracks: &[TrackState], at_s: f64) -> ZoneLine {

@@ -39,6 +39,7 @@ impl Map {
                 Ok(())
             }),
             names: Vec::new(),
+            doors: None,
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, changes, folder }

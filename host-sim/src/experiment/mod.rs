@@ -10,6 +10,7 @@ pub mod findings;
 pub mod log;
 pub mod page;
 pub mod paper;
+pub mod passages;
 pub mod picture;
 pub mod plan;
 pub mod rules;

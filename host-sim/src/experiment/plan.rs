@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use host_tracker::trackers::Choice;
 
+use super::passages;
 use super::table::Cell;
 use super::trial::{self, Trial};
 use crate::world::scene::{Scene, SceneError};
@@ -88,6 +89,10 @@ pub enum Table {
     Clutter,
     /// Condition H with five people over a network that loses, repeats and delays
     Disturbed,
+    /// The guarded door: tailgaters, and everything else that happens there; of docs/door.md
+    Passages,
+    /// Paper A's experiment from end to end: authenticate, enter a number, pass; of docs/door.md
+    PaperA,
 }
 
 /// What a table is made of.
@@ -97,6 +102,8 @@ pub enum Work {
     Door(Vec<Case>, RangeInclusive<u64>),
     /// Scenes, each judged by its own rule.
     Trials(Vec<Trial>),
+    /// Passages through a guarded door: tables below each other.
+    Passages(Vec<Vec<passages::Row>>, RangeInclusive<u64>),
 }
 
 impl std::fmt::Display for Table {
@@ -107,7 +114,7 @@ impl std::fmt::Display for Table {
 }
 
 impl Table {
-    /// All but [`Table::All`], in the order of the page.
+    /// The tables of docs/accuracy.md, in the order of the page.
     pub const EACH: [Self; 12] = [
         Self::Door,
         Self::Ideas,
@@ -145,6 +152,13 @@ impl Table {
             Self::Chairs => trial::chairs(&own(&["kehai", "lee", "particle"])),
             Self::Carried => trial::carried(&own(&["kehai", "lee", "particle"])),
             Self::Home => trial::home(&own(&host_tracker::trackers::NAMES)),
+            Self::Passages => {
+                let rows = vec![passages::tailgaters(), passages::others()];
+                return Work::Passages(rows, seeds.cloned().unwrap_or(10_000..=10_199));
+            }
+            Self::PaperA => {
+                return Work::Passages(vec![passages::paper()], seeds.cloned().unwrap_or(10_000..=10_049));
+            }
             Self::Clutter => trial::clutter(&own(&["kehai", "lee"])),
             Self::Disturbed => trial::disturbed(&own(&["kehai", "lee"])),
         };
@@ -194,7 +208,7 @@ mod tests {
 
     #[test]
     fn every_table_has_its_scenes_and_all_seeds_are_held_out() {
-        for table in Table::EACH {
+        for table in Table::EACH.into_iter().chain([Table::Passages, Table::PaperA]) {
             let held_out = |seeds: &RangeInclusive<u64>| {
                 assert!(*seeds.start() == 10_000 && *seeds.end() < 10_200 && !seeds.is_empty(), "{table}");
             };
@@ -210,6 +224,10 @@ mod tests {
                         held_out(&trial.seeds);
                         assert!(trial.build().is_ok() && !trial.trackers.is_empty(), "{}", trial.name);
                     }
+                }
+                Work::Passages(tables, seeds) => {
+                    held_out(&seeds);
+                    assert!(tables.iter().all(|rows| !rows.is_empty()));
                 }
             }
         }

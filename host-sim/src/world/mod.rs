@@ -104,6 +104,12 @@ impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
+        Self::with(scene, seed, Vec::new(), Vec::new())
+    }
+
+    /// The scene under `seed`, with more people and things that move: those that others move while it is looked at.
+    #[must_use]
+    pub fn with(scene: &Scene, seed: u64, more_people: Vec<Person>, more_moving: Vec<Moving>) -> Self {
         let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
         let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
         let mut people = scripted(scene, &wanderers, seed);
@@ -136,11 +142,12 @@ impl World {
                 Person { name, body, motion: Motion::Track(track), crouches_s: None }
             },
         ));
+        people.extend(more_people);
         let people: Arc<[Person]> = people.into();
         let doors = doors.into_iter().map(Moving::Door);
         let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
-        let moving: Arc<[Moving]> = doors.chain(curtains).chain(fans).chain(props).collect();
+        let moving: Arc<[Moving]> = doors.chain(curtains).chain(fans).chain(props).chain(more_moving).collect();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
@@ -273,7 +280,8 @@ fn wanderer(scene: &Scene, index: usize, spec: &PersonSpec, seed: u64) -> Wander
 }
 
 /// What people cannot walk through.
-fn obstacles(scene: &Scene) -> Vec<Outline> {
+#[must_use]
+pub fn obstacles(scene: &Scene) -> Vec<Outline> {
     let solid = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
     let walls = scene.site.walls.iter().filter(solid).flat_map(sides);
     walls.chain(scene.furniture.iter().flat_map(furniture).map(|thing| thing.outline)).collect()

@@ -12,6 +12,7 @@ use super::body::Stance;
 use super::geometry::Point;
 use super::walker::Route;
 use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// How a person moves.
 #[derive(Clone, Debug)]
@@ -20,6 +21,8 @@ pub enum Motion {
     Route(Route),
     /// Positions computed beforehand: a crowd or a recording.
     Track(Track),
+    /// Positions that are computed while the world is looked at, some way ahead: people who wait for a real door.
+    Live(Arc<Mutex<Track>>),
 }
 
 impl Motion {
@@ -29,6 +32,7 @@ impl Motion {
         match self {
             Self::Route(route) => route.stance(time_s),
             Self::Track(track) => track.stance(time_s),
+            Self::Live(track) => track.lock().unwrap_or_else(PoisonError::into_inner).stance(time_s),
         }
     }
 }
@@ -103,6 +107,34 @@ impl Track {
             samples.push(Sample { at: *at, heading_rad, distance_m, speed_m_s });
         }
         Self { first_s, step_s, samples }
+    }
+
+    /// A person who is nowhere yet; [`push`](Self::push) says where, step by step.
+    #[must_use]
+    pub const fn growing(first_s: f64, step_s: f64) -> Self {
+        Self { first_s, step_s, samples: Vec::new() }
+    }
+
+    /// Whether the person has been nowhere yet.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// Where the person is one step later. The chest follows the direction of the last 0.2 s.
+    pub fn push(&mut self, at: Point, heading_rad: f64) {
+        let reach = ((0.2 / self.step_s).ceil() as usize).max(1);
+        let before = self.samples.len().checked_sub(reach).and_then(|index| self.samples.get(index));
+        let moved = at - before.or(self.samples.first()).map_or(at, |before| before.at);
+        let steps = reach.min(self.samples.len()).max(1);
+        let speed_m_s = moved.length() / (self.step_s * steps as f64);
+        let last = self.samples.last();
+        let mut heading_rad = last.map_or(heading_rad, |last| last.heading_rad);
+        if speed_m_s > TURNING_SPEED_M_S {
+            heading_rad += wrap(moved.angle_rad() - heading_rad) * (self.step_s / TURNING_TIME_S).min(1.0);
+        }
+        let distance_m = last.map_or(0.0, |last| last.distance_m + speed_m_s * self.step_s);
+        self.samples.push(Sample { at, heading_rad, distance_m, speed_m_s });
     }
 
     /// Time of the last sample.

@@ -6,6 +6,7 @@
 //!                                         /api/state     the newest frame
 //!                                         /metrics       the same for Prometheus
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
+//!   doors ◀─ messages, as `door` says ───▶ /api/door/NAME/INPUT, /door/NAME
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
 //! ```
 //!
@@ -16,11 +17,13 @@
 //! | `history` | the last ten minutes |
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
+//! | `door` | doors, and messages to them |
 //! | `page/` | the page itself |
 //!
 //! The server has a thread of its own; the tracker never waits for it. Every answer that is no success says
 //! why in one line: `{"error": "…"}`.
 
+mod door;
 mod feed;
 pub mod guard;
 pub mod history;
@@ -39,11 +42,12 @@ use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::json;
 use tokio::sync::{oneshot, watch};
 
+use crate::door::DoorDesk;
 use crate::frame::Frame;
 use crate::site::Site;
 use crate::site_file::SiteFile;
@@ -68,6 +72,8 @@ pub struct Desk {
     pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
     /// Names under which a browser may ask for this machine, beside its addresses and local names.
     pub names: Vec<String>,
+    /// The doors, if the tracker runs any.
+    pub doors: Option<DoorDesk>,
 }
 
 impl fmt::Debug for Desk {
@@ -157,6 +163,10 @@ fn router(shared: Arc<Shared>) -> Router {
         .route("/api/state", get(state))
         .route("/api/history", get(past))
         .route("/metrics", get(metrics))
+        .route("/api/door", get(door::all))
+        .route("/api/door/{name}", get(door::one))
+        .route("/api/door/{name}/{*input}", post(door::tell))
+        .route("/door/{name}", get(door::screen))
         .fallback(page::asset)
         .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method"))
         .layer(DefaultBodyLimit::max(BODY_MAX))
