@@ -7,6 +7,7 @@
 //! ```
 
 use super::ideas::Idea;
+use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track, bit};
 use super::{AGILITY, Kehai, MOVED_M, other_leg};
 use crate::geometry::Point;
@@ -132,6 +133,7 @@ impl Kehai {
             is_inside: false,
             unexplained: None,
             still_s: if seen.width_m < THIN_M { seen.at_s } else { f64::NEG_INFINITY },
+            stirring: Stirring::default(),
             company: None,
             part_of: None,
             reason: "appeared",
@@ -200,7 +202,9 @@ impl Kehai {
         let unexplained = (interior || stands) && !beginning && self.walls.has_entries();
         let track = &mut self.tracks[index];
         track.beside = beside;
-        track.unexplained = unexplained.then_some(track.first_at);
+        if unexplained {
+            track.doubt(track.first_at);
+        }
         track.confirmed = true;
         track.existence = SURE * 0.5;
         track.reason = "seen";

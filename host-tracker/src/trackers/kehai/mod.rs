@@ -18,6 +18,7 @@ mod look;
 mod parts;
 mod reflection;
 mod restore;
+mod stir;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -387,7 +388,8 @@ impl Kehai {
             if (place - track.rest.0).length() > MOVED_M {
                 track.rest = (place, if track.walks() { track.last_hit_s } else { track.rest.1 });
             }
-            if track.walks() && track.unexplained.is_some_and(|from| (place - from).length() > MOVED_M) {
+            let has_moved = |from: Point| track.walks() && (place - from).length() > MOVED_M;
+            if track.stirring.is_somebody() || track.unexplained.is_some_and(has_moved) {
                 track.unexplained = None;
             }
             self.let_go(index);
@@ -414,7 +416,7 @@ impl Kehai {
         for (walks, stays) in [(index, other), (other, index)] {
             if !is_inside(walks) && is_inside(stays) && rests(stays) {
                 let rest = self.tracks[stays].rest.0;
-                self.tracks[stays].unexplained.get_or_insert(rest);
+                self.tracks[stays].doubt(rest);
                 // What came with the one came with the other.
                 let (walks, stays) = (self.tracks[walks].id, self.tracks[stays].id);
                 for track in self.tracks.iter_mut().filter(|track| track.beside == Some(stays)) {
