@@ -140,6 +140,7 @@ fn serve(listen: Option<SocketAddr>, site: SiteFile, service: &Arc<Service>) -> 
         site,
         changed: Box::new(move |site| changing.change_site(site)),
         names: Vec::new(),
+        doors: None,
     };
     Server::start(address, desk).map_err(|error| format!("the live map cannot be at {address}: {error}"))
 }
