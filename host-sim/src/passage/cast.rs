@@ -295,7 +295,7 @@ impl Cast {
             }
             Phase::ToDoor if actor.walker.at.y > DOOR_Y_M - 0.1 => actor.phase = Phase::Through,
             Phase::Through
-                if rule == Rule::TurnsBack && !even && index == leader && actor.walker.at.y > 1.3 =>
+                if rule == Rule::TurnsBack && !even && index == leader && actor.walker.at.y > 1.12 =>
             {
                 actor.phase = Phase::Back;
             }
@@ -318,7 +318,12 @@ impl Cast {
         let leader = self.leader();
         let door = Point::new(0.0, DOOR_Y_M);
         let waiting = |actor: &Actor| actor.kind == Kind::Member && actor.phase == Phase::Waiting;
-        let others = self.actors.iter().enumerate().any(|(index, actor)| index != leader && waiting(actor));
+        // Who is to stand in the doorway, or to turn back, lets the others go first.
+        let alone = matches!(self.plan.rule, Rule::HeldOpen | Rule::TurnsBack);
+        let others = self.actors.iter().enumerate().any(|(index, actor)| {
+            let member = index != leader && actor.kind == Kind::Member;
+            member && (waiting(actor) || (alone && actor.crossed_s.is_none_or(|at_s| now_s < at_s + 0.5)))
+        });
         let distance_m = |actor: &Actor| (actor.walker.at - door).length();
         let next = self
             .actors

@@ -47,6 +47,10 @@ const SHADE_S: f64 = 0.3;
 const SHADE_WAY_M: f64 = 0.25;
 const SHADE_APART_M: f64 = 0.22;
 
+/// In the zone a shade must have been there longer, s, and have come farther, m: there are more arms and bags there.
+const WALKING_SHADE_S: f64 = 0.6;
+const WALKING_SHADE_M: f64 = 0.3;
+
 #[derive(Clone, Copy, Debug)]
 struct Known {
     first_at: Point,
@@ -105,6 +109,19 @@ impl Gate {
         let sides = self.zone.iter().zip(self.zone.iter().cycle().skip(1));
         inside(at, &self.zone)
             || sides.into_iter().any(|(&from, &to)| distance_to_segment(at, from, to) < margin_m)
+    }
+
+    /// How many shades walk in the zone: not sure, apart from everybody who is, and on their way for a while.
+    #[must_use]
+    pub fn shades(&self, bodies: &[Body], now_s: f64) -> usize {
+        let walks = |body: &&Body| {
+            self.known.get(&body.id).is_some_and(|known| {
+                let way_m = (body.at - known.first_at).length();
+                now_s - known.first_s >= WALKING_SHADE_S && way_m >= WALKING_SHADE_M
+            })
+        };
+        let unsure = bodies.iter().filter(|body| !body.is_sure && self.in_zone(body.at));
+        unsure.filter(walks).filter(|body| is_apart(body, bodies)).count()
     }
 
     /// Notes where everybody is, and what they did since the last time.

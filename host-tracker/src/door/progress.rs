@@ -140,7 +140,8 @@ impl Progress {
                 && !gate.is_near_zone(body.at, LEFT_M)
         };
         let has_left = bodies.iter().any(|body| left(&body));
-        if since(&mut self.extra_since_s, too_many) >= EXTRA_S {
+        let shaded = in_zone + self.through() + gate.shades(bodies, now_s) > self.let_in;
+        if shaded || since(&mut self.extra_since_s, too_many) >= EXTRA_S {
             return Some(Alarm::RanIn);
         }
         (since(&mut self.left_since_s, has_left) >= LEFT_S).then_some(Alarm::TurnedBack)
