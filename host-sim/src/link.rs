@@ -195,20 +195,21 @@ impl Shared {
     /// Bytes that have arrived.
     fn arrived(&mut self, now_us: u64, buffer: &mut [u8]) -> usize {
         let most = buffer.len().min(self.options.chunk_bytes.max(1));
-        let mut places = buffer.iter_mut().take(most);
         let mut count = 0;
         while let Some((at_us, bytes)) = self.arriving.front_mut()
             && *at_us <= now_us
         {
-            let Some(place) = (if bytes.is_empty() { None } else { places.next() }) else {
-                if bytes.is_empty() {
-                    self.arriving.pop_front();
-                    continue;
-                }
+            if bytes.is_empty() {
+                self.arriving.pop_front();
+                continue;
+            }
+            // A queue in memory is read without an error; nothing is read where there is no place left.
+            let places = buffer.get_mut(count..most).unwrap_or_default();
+            let taken = std::io::Read::read(bytes, places).unwrap_or(0);
+            if taken == 0 {
                 break;
-            };
-            *place = bytes.pop_front().unwrap_or_default();
-            count += 1;
+            }
+            count += taken;
         }
         count
     }

@@ -9,6 +9,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::future::Future;
 use std::pin::pin;
 use std::rc::Rc;
@@ -26,8 +27,8 @@ pub struct SimulatedClock(Rc<Shared>);
 #[derive(Debug, Default)]
 struct Shared {
     now_us: Cell<u64>,
-    registered: Cell<u64>,
-    timers: RefCell<BTreeMap<(u64, u64), Waker>>,
+    /// Whom to wake when, in order of registration; the first apart, for there is seldom a second.
+    timers: RefCell<BTreeMap<u64, (Waker, Vec<Waker>)>>,
 }
 
 /// Why [`block_on`] gave up.
@@ -76,25 +77,40 @@ impl SimulatedClock {
 
     /// Wakes `waker` once the clock shows `at_us` or more.
     pub fn wake_at(&self, at_us: u64, waker: &Waker) {
-        let number = self.0.registered.get();
-        self.0.registered.set(number + 1);
-        self.0.timers.borrow_mut().insert((at_us, number), waker.clone());
+        // Whoever is polled again asks again: once is enough.
+        match self.0.timers.borrow_mut().entry(at_us) {
+            Entry::Vacant(entry) => {
+                entry.insert((waker.clone(), Vec::new()));
+            }
+            Entry::Occupied(mut entry) => {
+                let (first, others) = entry.get_mut();
+                if !first.will_wake(waker) && !others.iter().any(|other| other.will_wake(waker)) {
+                    others.push(waker.clone());
+                }
+            }
+        }
     }
 
     /// Jumps to the earliest timer, if it comes before `limit_us`, and wakes whoever set it.
     fn jump(&self, limit_us: u64) -> Result<(), Stuck> {
         let now_us = self.now_us();
-        let earliest_us = self.0.timers.borrow().keys().next().map(|&(at_us, _)| at_us);
+        let earliest_us = self.0.timers.borrow().keys().next().copied();
         let at_us = earliest_us.ok_or(Stuck::DeadLock { now_us })?.max(now_us);
         if at_us > limit_us {
             return Err(Stuck::Late { now_us: limit_us });
         }
         self.0.now_us.set(at_us);
-        let later = self.0.timers.borrow_mut().split_off(&(at_us + 1, 0));
-        for waker in self.0.timers.replace(later).into_values() {
-            waker.wake();
+        while let Some((first, others)) = self.due(at_us) {
+            first.wake();
+            others.into_iter().for_each(Waker::wake);
         }
         Ok(())
+    }
+
+    /// Takes whom to wake of the earliest timer that is due.
+    fn due(&self, at_us: u64) -> Option<(Waker, Vec<Waker>)> {
+        let mut timers = self.0.timers.borrow_mut();
+        timers.first_entry().filter(|entry| *entry.key() <= at_us).map(|entry| entry.remove())
     }
 }
 

@@ -24,8 +24,11 @@ pub fn checksum(text: &[u8]) -> u8 {
 /// Appends `value` as `characters` characters of 6 bits, most significant first; larger values lose their
 /// upper bits.
 pub fn push_value(out: &mut Vec<u8>, value: u32, characters: u32) {
-    for place in (0..characters).rev() {
-        out.push(((value >> (6 * place)) & 0x3f) as u8 + 0x30);
+    let character = |place: u32| ((value >> (6 * place)) & 0x3f) as u8 + 0x30;
+    match characters {
+        // Three at once: nearly all there is to write.
+        3 => out.extend_from_slice(&[character(2), character(1), character(0)]),
+        _ => out.extend((0..characters).rev().map(character)),
     }
 }
 

@@ -42,14 +42,16 @@ pub fn characters(model: &Model, asked: &Measurement, ranges_mm: &[u32]) -> Vec<
         let index = usize::from(step).checked_sub(usize::from(model.geometry.first_step));
         index.and_then(|index| ranges_mm.get(index)).copied().unwrap_or(OUTSIDE)
     };
-    let mut out = Vec::new();
+    let mut out = Vec::with_capacity(3 * ranges_mm.len());
     let mut step = asked.first_step;
     while step <= asked.last_step {
         let group_end = step.saturating_add(asked.cluster - 1).min(asked.last_step);
-        let chosen = (step..=group_end)
-            .filter(|&step| at(step) >= model.geometry.range_min_mm)
-            .min_by_key(|&step| at(step))
-            .unwrap_or(step);
+        let valid = |step: &u16| at(*step) >= model.geometry.range_min_mm;
+        let chosen = if group_end == step {
+            step
+        } else {
+            (step..=group_end).filter(valid).min_by_key(|&step| at(step)).unwrap_or(step)
+        };
         push_beam(&mut out, model, asked, at(chosen));
         if asked.multi_echo {
             let near_mm = at(chosen);

@@ -25,14 +25,19 @@ struct Piece {
     start_ns: u64,
     byte_ns: u64,
     baud: Option<u32>,
-    bytes: VecDeque<u8>,
-    taken: u64,
+    bytes: Vec<u8>,
+    /// How many of them have left.
+    taken: usize,
 }
 
 impl Piece {
     /// When byte `index` of what is left is complete.
     fn due_us(&self, index: usize) -> u64 {
-        (self.start_ns + (self.taken + index as u64 + 1) * self.byte_ns).div_ceil(1000)
+        (self.start_ns + ((self.taken + index) as u64 + 1) * self.byte_ns).div_ceil(1000)
+    }
+
+    fn left(&self) -> usize {
+        self.bytes.len() - self.taken
     }
 }
 
@@ -52,7 +57,7 @@ impl Wire {
         let byte_ns = baud.map_or(0, |baud| BITS_PER_BYTE * 1_000_000_000 / u64::from(baud.max(1)));
         let start_ns = self.end_ns.max(now_us * 1000);
         self.end_ns = start_ns + byte_ns * bytes.len() as u64;
-        self.pieces.push_back(Piece { start_ns, byte_ns, baud, bytes: bytes.into(), taken: 0 });
+        self.pieces.push_back(Piece { start_ns, byte_ns, baud, bytes, taken: 0 });
     }
 
     /// When `count` bytes are complete, or all of them if there are fewer. None: nothing is queued.
@@ -61,7 +66,7 @@ impl Wire {
         let mut left = count.max(1);
         let mut due_us = None;
         for piece in &self.pieces {
-            let here = left.min(piece.bytes.len());
+            let here = left.min(piece.left());
             due_us = here.checked_sub(1).map(|last| piece.due_us(last)).or(due_us);
             left -= here;
             if left == 0 {
@@ -77,20 +82,19 @@ impl Wire {
         while let Some(piece) = self.pieces.front_mut() {
             let since_ns = (now_us * 1000).checked_sub(piece.start_ns);
             let complete = since_ns.map_or(0, |since_ns| match since_ns.checked_div(piece.byte_ns) {
-                Some(bytes) => bytes.saturating_sub(piece.taken) as usize,
-                None => piece.bytes.len(),
+                Some(bytes) => bytes.saturating_sub(piece.taken as u64) as usize,
+                None => piece.left(),
             });
-            let complete = complete.min(piece.bytes.len());
-            let bytes: Vec<u8> = piece.bytes.drain(..complete).collect();
-            piece.taken += complete as u64;
+            let complete = complete.min(piece.left());
+            let bytes = piece.bytes.get(piece.taken..piece.taken + complete).unwrap_or_default();
             let baud = piece.baud;
-            let done = piece.bytes.is_empty();
             match sent.last_mut() {
-                Some(last) if last.baud == baud => last.bytes.extend(bytes),
+                Some(last) if last.baud == baud => last.bytes.extend_from_slice(bytes),
                 _ if bytes.is_empty() => {}
-                _ => sent.push(Sent { baud, bytes }),
+                _ => sent.push(Sent { baud, bytes: bytes.to_vec() }),
             }
-            if !done {
+            piece.taken += complete;
+            if piece.left() > 0 {
                 break;
             }
             self.pieces.pop_front();

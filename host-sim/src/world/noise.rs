@@ -128,16 +128,16 @@ impl Noise {
     fn real(&self, start_us: u64, seen: &[Option<Seen>]) -> Vec<u32> {
         let mut stream = Stream::new(self.seed, Purpose::Noise, [self.sensor, start_us]);
         let mut wander = stream.normal();
+        let fresh = (1.0 - KEPT * KEPT).sqrt();
         let mut before: Option<f64> = None;
         let mut ranges: Vec<Option<f64>> = Vec::with_capacity(seen.len());
         for (seen, roughness) in seen.iter().zip(&self.roughness) {
-            wander = KEPT * wander + (1.0 - KEPT * KEPT).sqrt() * stream.normal();
+            wander = KEPT * wander + fresh * stream.normal();
             let own = stream.normal();
             let (fate, tie, wild) = (stream.uniform(), stream.uniform(), stream.uniform());
             let range_mm = seen.as_ref().and_then(|seen| {
                 let reach_m = roughness * self.optics.reach_m(seen.reflectance, seen.incidence);
-                let returns = 1.0 / (1.0 + libm::exp((seen.range_m / reach_m - 1.0) / FADE_SHARE));
-                if fate >= returns {
+                if !comes_back((seen.range_m / reach_m - 1.0) / FADE_SHARE, fate) {
                     return None;
                 }
                 let mut error = OWN_SHARE.sqrt() * own + (1.0 - OWN_SHARE).sqrt() * wander;
@@ -199,6 +199,20 @@ impl Noise {
         };
         ranges.iter().zip(&self.nothing).enumerate().map(reading).collect()
     }
+}
+
+/// Whether light comes back that does so with probability 1 / (1 + eᵡ), where `fate` in [0, 1) decides.
+fn comes_back(exponent: f64, fate: f64) -> bool {
+    // e⁻⁸ is 0.000 34: beyond, nearly every fate is decided without it.
+    const FAR: f64 = 8.0;
+    const RARE: f64 = 0.0004;
+    if exponent < -FAR && fate < 1.0 - RARE {
+        return true;
+    }
+    if exponent > FAR && fate > RARE {
+        return false;
+    }
+    fate < 1.0 / (1.0 + libm::exp(exponent))
 }
 
 /// Behind an edge the first reading is sometimes missing and sometimes lies in between: half of the

@@ -63,8 +63,13 @@ pub const FIRST_PERSON: u16 = 0x8000;
 const LOOKS_A_TURN: usize = 16;
 /// Steps between two looks at where people are.
 const STEPS_A_LOOK: usize = 8;
-/// Somebody may walk this far during a revolution (3 m/s for 0.1 s) without being overlooked.
+/// Somebody may walk this far between the middle of a revolution and the beam that meets them (7 m/s for the half of
+/// 0.1 s) without being overlooked.
 const WALK_MARGIN_M: f64 = 0.35;
+/// The speed behind that.
+const FASTEST_M_S: f64 = 7.0;
+/// What rounding may take from a circle around an outline.
+const ROUNDING_M: f64 = 1e-6;
 
 /// One sensor's view of the things that do not move.
 #[derive(Clone, Debug)]
@@ -184,7 +189,7 @@ impl Caster {
         let beams = self.directions.chunks(steps).zip(self.straight_m.chunks(steps));
         for (chunk, ((directions, straight_m), seen)) in beams.zip(seen.chunks_mut(steps)).enumerate() {
             let outlines = moving.outlines(self.time_s(revolution, chunk * steps + steps / 2));
-            for outline in &outlines {
+            for outline in outlines.iter().filter(|outline| self.may_meet(directions, outline)) {
                 for ((direction, straight_m), seen) in directions.iter().zip(straight_m).zip(&mut *seen) {
                     let beam = Beam { origin: self.pose.at, direction: *direction };
                     let Some(Meeting { range_m, incidence }) = outline.meet(&beam) else { continue };
@@ -238,19 +243,56 @@ impl Caster {
         let sector = middle.map_or(0..seen.len(), |stance| {
             self.sector(stance.at, body.reach_m() + WALK_MARGIN_M, seen.len())
         });
+        let met = self.met(revolution, &sector, (person, body.reach_m()), seen.len());
         let mut index = sector.start;
         while index < sector.end {
+            // Looks are counted from the sector's start; those without a chance to meet anybody are left out.
             let end = (index + STEPS_A_LOOK).min(sector.end);
-            if let Some(stance) = person.motion.stance(time_s((index + end) / 2)) {
+            if end > met.start
+                && index < met.end
+                && let Some(stance) = person.motion.stance(time_s((index + end) / 2))
+            {
                 let outlines = body.outlines(&stance);
-                let beams = self.directions[index..end].iter().zip(&self.straight_m[index..end]);
-                for ((direction, straight_m), seen) in beams.zip(&mut seen[index..end]) {
-                    let beam = Beam { origin: self.pose.at, direction: *direction };
-                    add_body(&beam, &outlines, &body, (thing, *straight_m), seen);
+                let directions = &self.directions[index..end];
+                for outline in outlines.iter().filter(|outline| self.may_meet(directions, outline)) {
+                    let beams = directions.iter().zip(&self.straight_m[index..end]);
+                    for ((direction, straight_m), seen) in beams.zip(&mut seen[index..end]) {
+                        let beam = Beam { origin: self.pose.at, direction: *direction };
+                        add_outline(&beam, outline, &body, (thing, *straight_m), seen);
+                    }
                 }
             }
             index = end;
         }
+    }
+
+    /// The part of a sector in which beams can meet somebody: where they are when the mirror comes round to them is
+    /// known better than where they are in the middle of the revolution.
+    fn met(
+        &self,
+        revolution: Revolution,
+        sector: &std::ops::Range<usize>,
+        (person, reach_m): (&Person, f64),
+        entries: usize,
+    ) -> std::ops::Range<usize> {
+        let time_s = |index: usize| self.time_s(revolution, index);
+        let middle = (sector.start + sector.end) / 2;
+        let Some(stance) = person.motion.stance(time_s(middle)) else { return sector.clone() };
+        let apart_s = time_s(sector.end) - time_s(middle);
+        let met = self.sector(stance.at, reach_m + FASTEST_M_S * apart_s, entries);
+        // Straight behind the sensor both may be at different ends of the scan.
+        if met.end <= sector.start || met.start >= sector.end { sector.clone() } else { met }
+    }
+
+    /// Whether any of the neighbouring beams `directions`, less than half a turn, can meet an outline: not if the circle
+    /// around it is beside or behind the first and the last of them.
+    fn may_meet(&self, directions: &[Point], outline: &Outline) -> bool {
+        let (Some(first), Some(last)) = (directions.first(), directions.last()) else { return false };
+        let (centre, radius_m) = outline.bounds();
+        let (way, reach_m) = (centre - self.pose.at, radius_m + ROUNDING_M);
+        let both = |one: f64, other: f64| one.min(other) > reach_m;
+        let (right, left) = (first.cross(way), last.cross(way));
+        !(both(right, left) || both(-right, -left) || both(-first.dot(way), -last.dot(way)))
     }
 
     /// The entries whose beams can pass within `reach_m` of a place.
@@ -285,17 +327,27 @@ fn add_body(
     seen: &mut Option<Seen>,
 ) {
     for outline in outlines {
-        let Some(meeting) = outline.meet(beam) else { continue };
-        if meeting.range_m < straight_m && seen.is_none_or(|seen| meeting.range_m < seen.range_m) {
-            *seen = Some(Seen {
-                range_m: meeting.range_m,
-                // Cloth is rough and sends light back at a slant, too.
-                incidence: meeting.incidence.sqrt(),
-                reflectance: body.reflectance,
-                bias_mm: body.clothing_bias_mm,
-                thing,
-            });
-        }
+        add_outline(beam, outline, body, (thing, straight_m), seen);
+    }
+}
+
+fn add_outline(
+    beam: &Beam,
+    outline: &Outline,
+    body: &Body,
+    (thing, straight_m): (u16, f64),
+    seen: &mut Option<Seen>,
+) {
+    let Some(meeting) = outline.meet(beam) else { return };
+    if meeting.range_m < straight_m && seen.is_none_or(|seen| meeting.range_m < seen.range_m) {
+        *seen = Some(Seen {
+            range_m: meeting.range_m,
+            // Cloth is rough and sends light back at a slant, too.
+            incidence: meeting.incidence.sqrt(),
+            reflectance: body.reflectance,
+            bias_mm: body.clothing_bias_mm,
+            thing,
+        });
     }
 }
 

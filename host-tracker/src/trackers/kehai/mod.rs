@@ -15,7 +15,11 @@ mod divide;
 mod hidden;
 pub mod ideas;
 mod look;
+mod parts;
+mod reflection;
 mod restore;
+#[cfg(test)]
+mod tests;
 mod track;
 mod twins;
 mod walls;
@@ -28,6 +32,7 @@ use crate::sighting::{Seen, Sighting};
 use crate::site::{Mover, Site, Zone};
 use hidden::Cloud;
 use ideas::{Idea, Ideas};
+use reflection::Reflection;
 use track::{HIDDEN_S, NOBODY, SURE, Track};
 use walls::Walls;
 
@@ -95,6 +100,7 @@ pub struct Kehai {
     movers: Vec<Vec<Point>>,
     ideas: Ideas,
     tracks: Vec<Track>,
+    reflections: Vec<Reflection>,
     next_id: u32,
     now_s: f64,
     /// Number of the sighting.
@@ -122,6 +128,7 @@ impl Kehai {
             movers,
             ideas,
             tracks: Vec::new(),
+            reflections: Vec::new(),
             next_id: 1,
             now_s: 0.0,
             scan: 0,
@@ -173,6 +180,11 @@ impl Kehai {
     /// Whether a candidate is a door leaf or a curtain: all of it where one moves.
     fn is_mover(&self, seen: &Seen) -> bool {
         self.movers.iter().any(|mover| seen.outline.iter().all(|&point| inside(point, mover)))
+    }
+
+    /// Whether a door leaf or a curtain moves at a place.
+    fn moves_there(&self, place: Point) -> bool {
+        self.movers.iter().any(|mover| inside(place, mover))
     }
 
     /// The sighting with everything before a door leaf or a curtain taken as empty, up to its outline: of a body
@@ -373,11 +385,13 @@ impl Kehai {
             let track = &mut self.tracks[index];
             track.is_inside = is_inside;
             if (place - track.rest.0).length() > MOVED_M {
-                track.rest = (place, track.last_hit_s);
+                track.rest = (place, if track.walks() { track.last_hit_s } else { track.rest.1 });
             }
-            if track.unexplained.is_some_and(|from| (place - from).length() > MOVED_M) {
+            if track.walks() && track.unexplained.is_some_and(|from| (place - from).length() > MOVED_M) {
                 track.unexplained = None;
             }
+            self.let_go(index);
+            let track = &self.tracks[index];
             if track.confirmed && track.beside.is_some() {
                 self.part(index);
             }
@@ -409,8 +423,8 @@ impl Kehai {
                 return;
             }
         }
-        let walks = |index: usize| self.tracks[index].motion.velocity().length() > WALKING_MPS;
-        if walks(index) && walks(other) {
+        let walks = |track: &Track| track.walks() && track.motion.velocity().length() > WALKING_MPS;
+        if walks(&self.tracks[index]) && walks(&self.tracks[other]) {
             self.tracks[index].beside = None;
         }
     }
@@ -464,11 +478,11 @@ impl Tracker for Kehai {
         let places: Vec<Point> =
             self.seen_places(sighting.start_s).into_iter().map(|(_, place)| place).collect();
         let at = sighting.view.pose.at;
-        let is_somebody = |seen: &&Seen| {
-            seen.candidate.near_mm >= TOUCHING_MM
-                && !self.is_mover(seen)
-                && !self.walls.is_reflection(at, seen.outline[1])
-        };
+        let is_thing = |seen: &&Seen| seen.candidate.near_mm < TOUCHING_MM || self.is_mover(seen);
+        let stands_out = sighting.seen.iter().filter(|seen| !is_thing(seen));
+        let (reflected, real): (Vec<&Seen>, Vec<&Seen>) =
+            stands_out.partition(|seen| self.is_reflection(at, seen));
+        self.reflect(reflected.into_iter());
         let divided = |seen: &Seen| {
             if self.ideas.has(Idea::Division) {
                 divide::divide(seen, &sighting.view, sighting.start_s, &places)
@@ -476,9 +490,14 @@ impl Tracker for Kehai {
                 vec![seen.clone()]
             }
         };
-        let pieces: Vec<Seen> = sighting.seen.iter().filter(is_somebody).flat_map(divided).collect();
+        let pieces: Vec<Seen> = real.into_iter().flat_map(divided).collect();
         let mut taken = vec![false; pieces.len()];
-        self.associate(Track::is_seen, sighting, &pieces, &mut taken);
+        for (track, index, _) in self.associate(Track::is_seen, sighting, &pieces, &mut taken) {
+            if self.tracks[track].company.is_some() {
+                self.compare(track, &pieces[index]);
+                self.judge(track);
+            }
+        }
         if self.ideas.has(Idea::Limbs) {
             self.drop_limbs(sighting, &pieces, &mut taken);
         }
@@ -496,7 +515,9 @@ impl Tracker for Kehai {
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
         self.fade(at_s);
         self.bury(at_s);
-        self.tracks.iter().map(|track| track.state(at_s)).collect()
+        let reflections = self.reflections.iter().filter(|reflection| reflection.lasts(at_s));
+        let somebody = self.tracks.iter().map(|track| track.state(at_s));
+        somebody.chain(reflections.map(|reflection| reflection.state(at_s))).collect()
     }
 
     fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
