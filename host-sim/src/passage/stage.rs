@@ -177,7 +177,10 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
             }
             match to {
                 Phase::Unlocked => entrant.unlocked(now_s, &mut report),
-                Phase::Asked if cause == host_tracker::door::Cause::Mismatch => report.asked_again += 1,
+                Phase::Asked if cause == host_tracker::door::Cause::Mismatch => {
+                    report.asked_again += 1;
+                    cast.rearrange();
+                }
                 Phase::Failed => entrant.noticed(now_s, machine.lock(), &mut report),
                 _ => {}
             }
