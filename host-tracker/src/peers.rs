@@ -93,14 +93,14 @@ impl Peers {
     #[must_use]
     pub fn new(site: Arc<Site>, given: &[SocketAddr]) -> Self {
         let peers = given.iter().map(|&address| Peer::new(vec![address], true, 0)).collect();
-        let poses = PoseWatch::new(site.modules.len());
+        let poses = PoseWatch::new(&site);
         Self { site, peers, known: BTreeMap::new(), missing: BTreeMap::new(), poses }
     }
 
     /// Goes on with another site: who is placed there now is subscribed to.
     pub fn change_site(&mut self, site: &Arc<Site>) {
         self.site = Arc::clone(site);
-        self.poses = PoseWatch::new(site.modules.len());
+        self.poses = PoseWatch::new(site);
         for peer in &mut self.peers {
             let id = peer.id();
             let name = self.known.get(&id).map_or("", |known| known.watch.name());

@@ -12,8 +12,9 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::geometry::{Point, Pose};
-use crate::sighting::{Sighting, View};
+use crate::geometry::{Point, Pose, inside};
+use crate::sighting::{Seen, Sighting, View};
+use crate::site::{Mover, Site};
 
 use super::align::link;
 use super::look::moves;
@@ -40,6 +41,9 @@ const EXPLAINS: f64 = 0.6;
 const TURN_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 const SHIFT_M: f64 = 0.2;
 
+/// Who need not have been shifted to be turned is believed more: half a metre of shift weighs as one pair that agrees.
+const SHIFT_COSTS: f64 = 2.0;
+
 /// Foreground that is the turned background must take up this much of the view, rad, and this share of it must fit.
 const WALLS_RAD: f64 = 25.0 * std::f64::consts::PI / 180.0;
 const WALLS_SHARE: f64 = 0.85;
@@ -51,7 +55,7 @@ const SAME_SHARE: f64 = 0.015;
 /// It has stood for so long, 0.1 s.
 const STOOD_DS: u16 = 15;
 
-/// Judgements in a row in which the walls must say the same.
+/// Judgements in a row in which walls, or the walk, must say the same.
 const SURE: u32 = 3;
 
 /// The greatest turn looked for, rad.
@@ -60,9 +64,19 @@ const MOST_RAD: f64 = 45.0 * std::f64::consts::PI / 180.0;
 /// Somebody is met within this distance of where others see him, m: a turn of 10° at 3 m is still met.
 const MET_M: f64 = 0.6;
 
-/// Moments, of a tenth of a second, that say that a module is blind, and that it looks past people.
+/// Who stands still in a module's shadow proves nothing: somebody must walk so far, m.
+const WALKS_M: f64 = 0.5;
+
+/// The newest moments, of a tenth of a second, that say that a module is blind, that it looks past people, that all is well.
 const BLIND: usize = 30;
 const PAST: usize = 100;
+const WELL: usize = 60;
+
+/// A walk seen twice must fit so well, as a share of it, to say anything about poses.
+const FITS_SHARE: f64 = 0.7;
+
+/// No module is moved farther than this without being noticed otherwise, m: what explains more is no move.
+const FARTHEST_M: f64 = 3.0;
 
 /// Of a covered module's view so much ends before its walls.
 const COVERED_SHARE: f64 = 0.5;
@@ -111,20 +125,39 @@ struct Known {
 pub struct PoseWatch {
     walk: Walk,
     known: Vec<Known>,
+    movers: Vec<Vec<Point>>,
+    /// Whom the walk blames, and how often in a row.
+    blamed: Option<(usize, u32)>,
     judged_s: f64,
 }
 
 impl PoseWatch {
-    /// Over so many modules.
+    /// Over the modules of a site.
     #[must_use]
-    pub fn new(modules: usize) -> Self {
-        Self { walk: Walk::new(modules), known: vec![Known::default(); modules], judged_s: 0.0 }
+    pub fn new(site: &Site) -> Self {
+        let modules = site.modules.len();
+        let movers = site.movers.iter().map(Mover::corners).collect();
+        Self {
+            walk: Walk::new(modules),
+            known: vec![Known::default(); modules],
+            movers,
+            blamed: None,
+            judged_s: 0.0,
+        }
     }
 
-    /// Takes what a module saw.
+    /// Takes what a module saw. What is wholly where something moves that is nobody is left out.
     pub fn see(&mut self, sighting: &Sighting) {
         let module = sighting.view.module;
-        self.walk.see(sighting);
+        let moves = |seen: &Seen| {
+            self.movers.iter().any(|mover| seen.outline.iter().all(|place| inside(*place, mover)))
+        };
+        if sighting.seen.iter().any(moves) {
+            let seen = sighting.seen.iter().filter(|seen| !moves(seen)).cloned().collect();
+            self.walk.see(&Sighting { seen, ..sighting.clone() });
+        } else {
+            self.walk.see(sighting);
+        }
         let expected = self.expected(module, sighting);
         let Some(known) = self.known.get_mut(module) else { return };
         known.view = Some(Arc::clone(&sighting.view));
@@ -165,7 +198,7 @@ impl PoseWatch {
         if !clear {
             return None;
         }
-        let near = |seen: &crate::sighting::Seen| {
+        let near = |seen: &Seen| {
             moves(&seen.candidate) && (Point::new(seen.centre.x, seen.centre.y) - place).length() < MET_M
         };
         let outcome = if sighting.seen.iter().any(near) {
@@ -194,28 +227,29 @@ impl PoseWatch {
             known.judge_walls();
         }
         let compared = self.compare();
-        let by_walk = self.blame(&compared);
+        let blamed = self.blame(&compared);
+        self.blamed = blamed.map(|(module, _)| match self.blamed {
+            Some((before, times)) if before == module => (module, times + 1),
+            _ => (module, 1),
+        });
+        let sure = self.blamed.is_some_and(|(_, times)| times >= SURE);
+        let by_walk = blamed.filter(|_| sure);
         for (module, known) in self.known.iter_mut().enumerate() {
-            let count = |wanted: Outcome| known.met.iter().filter(|met| met.2 == wanted).count();
-            let (met, blocked, through) =
-                (count(Outcome::Met), count(Outcome::Blocked), count(Outcome::Through));
-            let all = known.met.len();
-            let nobody = met * 20 <= all && spreads(&known.met);
+            let covered = known.hidden_share > COVERED_SHARE && known.lately(BLIND, Outcome::Blocked);
             let walls = known.turned.filter(|(_, times)| *times >= SURE);
-            let new =
-                if nobody && all >= BLIND && blocked * 10 >= all * 9 && known.hidden_share > COVERED_SHARE {
-                    Some(Finding::Covered)
-                } else if let Some((turn_rad, _)) = walls {
-                    Some(Finding::Moved { turn_rad, shift_m: 0.0 })
-                } else if let Some((_, finding)) = by_walk.filter(|(whose, _)| *whose == module) {
-                    Some(finding)
-                } else if nobody && all >= PAST && through * 10 >= all * 9 {
-                    Some(Finding::Past)
-                } else {
-                    None
-                };
+            let new = if covered {
+                Some(Finding::Covered)
+            } else if let Some((turn_rad, _)) = walls {
+                Some(Finding::Moved { turn_rad, shift_m: 0.0 })
+            } else if let Some((_, finding)) = by_walk.filter(|(whose, _)| *whose == module) {
+                Some(finding)
+            } else if known.lately(PAST, Outcome::Through) {
+                Some(Finding::Past)
+            } else {
+                None
+            };
             let own = || compared.iter().filter(|pair| pair.has(module));
-            let agrees = met >= BLIND && met * 2 >= all && own().all(|pair| !pair.apart);
+            let agrees = known.lately(WELL, Outcome::Met) && own().all(|pair| !pair.apart);
             if new.is_some() || (agrees && own().next().is_some()) {
                 known.finding = new;
             }
@@ -231,7 +265,7 @@ impl PoseWatch {
             let pose = |module: usize| Some(self.known.get(module)?.view.as_ref()?.pose);
             let (here, there) = (pose(one)?, pose(other)?);
             let link = link(&self.walk, one, other)?;
-            if link.spread_m < SPREAD_M {
+            if link.spread_m < SPREAD_M || link.share < FITS_SHARE {
                 return None;
             }
             let apart = |to: &Pose| {
@@ -246,8 +280,10 @@ impl PoseWatch {
             let change =
                 |from: &Pose, to: &Pose| (wrapped(to.yaw_rad - from.yaw_rad), (to.at - from.at).length());
             let changes = [change(&here, &back), change(&there, &found)];
-            let told =
-                changes.iter().any(|(turn_rad, shift_m)| turn_rad.abs() > TURN_RAD || *shift_m > SHIFT_M);
+            let told = changes.iter().any(|(turn_rad, shift_m)| {
+                let within = turn_rad.abs() < MOST_RAD && *shift_m < FARTHEST_M;
+                within && (turn_rad.abs() > TURN_RAD || *shift_m > SHIFT_M)
+            });
             let apart = before_m > APART_M && after_m < EXPLAINS * before_m && told;
             Some(Compared { modules: [one, other], common_s, apart, changes })
         };
@@ -262,7 +298,7 @@ impl PoseWatch {
             let worst = own().filter(|pair| pair.apart).max_by(|a, b| a.common_s.total_cmp(&b.common_s))?;
             let disagrees = own().map(|pair| if pair.apart { 1.0 } else { -1.0 }).sum::<f64>();
             let (turn_rad, shift_m) = worst.changes[usize::from(worst.modules[1] == module)];
-            Some((module, disagrees - 0.1 * shift_m.min(5.0), Finding::Moved { turn_rad, shift_m }))
+            Some((module, disagrees - SHIFT_COSTS * shift_m, Finding::Moved { turn_rad, shift_m }))
         };
         let all = (0..self.known.len()).filter_map(candidate);
         all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(module, _, finding)| (module, finding))
@@ -287,6 +323,21 @@ impl Compared {
 }
 
 impl Known {
+    /// Whether the newest so many moments ended in this way, nine of ten (to be well, half of them), somebody walking.
+    fn lately(&self, moments: usize, wanted: Outcome) -> bool {
+        let newest = || self.met.iter().rev().take(moments);
+        let ended = newest().filter(|met| met.2 == wanted).count();
+        let met = newest().filter(|met| met.2 == Outcome::Met).count();
+        let enough = if wanted == Outcome::Met {
+            met * 2 >= moments
+        } else {
+            ended * 10 >= moments * 9 && met * 20 <= moments
+        };
+        let Some((_, first, _)) = newest().next() else { return false };
+        let walks = newest().any(|(_, place, _)| (*place - *first).length() > WALKS_M);
+        self.met.len() >= moments && enough && walks
+    }
+
     /// Whether what stands before the background is the background, some beams further.
     fn judge_walls(&mut self) {
         let found = self.view.as_ref().and_then(|view| turn(view, &self.walls_mm, &self.stands));
@@ -308,19 +359,22 @@ fn turn(view: &View, walls_mm: &[u16], stands: &[(f64, f64)]) -> Option<f64> {
         return None;
     }
     let (least, most) = ((TURN_RAD / beam_rad) as i64, (MOST_RAD / beam_rad) as i64);
+    // How many fit, and by how little they miss, µm.
     let fits = |shift: i64| {
-        let fit = |&&(bearing_rad, range_m): &&(f64, f64)| {
+        let miss = |&(bearing_rad, range_m): &(f64, f64)| {
             let beam = ((bearing_rad - first_rad) / beam_rad).round() as i64 + shift;
             let wall = usize::try_from(beam).ok().and_then(|beam| walls_mm.get(beam)).copied().unwrap_or(0);
-            let wall_m = f64::from(wall) * 1e-3;
-            wall > 0 && (wall_m - range_m).abs() < SAME_M + SAME_SHARE * range_m
+            let miss_m = (f64::from(wall) * 1e-3 - range_m).abs();
+            (wall > 0 && miss_m < SAME_M + SAME_SHARE * range_m).then_some(miss_m)
         };
-        stands.iter().filter(fit).count()
+        let (count, sum_m) =
+            stands.iter().filter_map(miss).fold((0, 0.0), |(count, sum), miss| (count + 1, sum + miss));
+        (count, -(sum_m * 1e6) as i64)
     };
     let shifts = (least..=most).flat_map(|shift| [shift, -shift]);
-    let (count, shift) =
-        shifts.map(|shift| (fits(shift), shift)).max_by_key(|(count, shift)| (*count, -shift.abs()))?;
-    let share = count as f64 / stands.len() as f64;
+    let ((count, _), shift) =
+        shifts.map(|shift| (fits(shift), shift)).max_by_key(|(fits, shift)| (*fits, -shift.abs()))?;
+    let share = f64::from(count) / stands.len() as f64;
     // A beam that sees what was `shift` beams further to the left has been turned to the left by as much.
     (share >= WALLS_SHARE).then_some(shift as f64 * beam_rad)
 }
@@ -365,8 +419,6 @@ fn hidden_share(sighting: &Sighting) -> f64 {
     hidden as f64 / f64::from(all.max(1))
 }
 
-/// Whether the places cover at least half a metre: who stands still in a module's shadow proves nothing.
-fn spreads(met: &VecDeque<(f64, Point, Outcome)>) -> bool {
-    let Some((_, first, _)) = met.front() else { return false };
-    met.iter().any(|(_, place, _)| (*place - *first).length() > 0.5)
-}
+#[cfg(test)]
+#[path = "watch_tests.rs"]
+mod tests;

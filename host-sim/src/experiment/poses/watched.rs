@@ -32,7 +32,7 @@ struct Guard {
 
 impl Guard {
     fn new(site: &Site) -> Self {
-        let watch = PoseWatch::new(site.modules.len());
+        let watch = PoseWatch::new(site);
         Self { intake: Intake::new(Arc::new(site.clone()), Estimator::default()), watch }
     }
 
