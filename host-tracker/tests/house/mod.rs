@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_tracker::calibrate::session::Session;
 use host_tracker::door::Doors;
 use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::http::{Desk, Server};
@@ -72,6 +73,8 @@ impl House {
             frames: newest,
             site: file,
             changed: Box::new(|_| Ok(())),
+            calibration: Session::default(),
+            accepted: Box::new(|_| {}),
             names: Vec::new(),
             doors: Some(doors.desk()),
         };
