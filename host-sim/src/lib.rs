@@ -13,6 +13,7 @@ pub mod experiment;
 pub mod jsonl;
 pub mod link;
 pub mod module;
+pub mod passage;
 pub mod picture;
 #[cfg(feature = "qemu")]
 pub mod qemu;

@@ -13,6 +13,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
+use crate::door::DoorLine;
 use crate::intake::Drops;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 
@@ -36,6 +37,9 @@ pub struct Frame {
     /// What is wrong with the tracker itself: its database, its recording.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alarms: Vec<AlarmLine>,
+    /// Every guarded door of the site.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doors: Vec<DoorLine>,
     /// Every module of the site, and every one that was found beside them.
     pub modules: Vec<ModuleLine>,
     /// Datagrams of modules that were not used, since the start.
@@ -57,6 +61,8 @@ struct Flat {
     zones: BTreeMap<String, ZoneLine>,
     #[serde(default)]
     alarms: Vec<AlarmLine>,
+    #[serde(default)]
+    doors: Vec<DoorLine>,
     modules: Vec<ModuleLine>,
     #[serde(default)]
     dropped: Drops,
@@ -66,8 +72,8 @@ struct Flat {
 
 impl From<Flat> for Frame {
     fn from(flat: Flat) -> Self {
-        let Flat { unix_ms, t, tracks, zones, alarms, modules, dropped, strangers } = flat;
-        Self { unix_ms, line: TracksLine { t, tracks, zones }, alarms, modules, dropped, strangers }
+        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers } = flat;
+        Self { unix_ms, line: TracksLine { t, tracks, zones }, alarms, doors, modules, dropped, strangers }
     }
 }
 
@@ -111,7 +117,7 @@ pub struct ModuleLine {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AlarmLine {
     /// Its name, for programs: `silent`, `sensor`, `line`, `covered`, `slow`, `clock-off`, `dirty`, `store`, `background`,
-    /// `suspect`, `watchdog`. When each is raised: `host-tracker/src/health/alarms.rs`.
+    /// `suspect`, `watchdog`, and of its place `moved` and `blind` (`calibrate/watch.rs`). When each is raised: `host-tracker/src/health/alarms.rs`.
     pub name: String,
     /// What it is and what to do, in words.
     pub text: String,

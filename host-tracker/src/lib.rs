@@ -7,11 +7,13 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod calibrate;
 mod cells;
 pub mod client;
 pub mod clock;
 pub mod conversation;
 pub mod discovery;
+pub mod door;
 pub mod follower;
 pub mod frame;
 pub mod geometry;
@@ -28,6 +30,7 @@ pub mod record;
 pub mod service;
 pub mod sighting;
 pub mod site;
+pub mod site_door;
 pub mod site_file;
 mod site_limits;
 pub mod store;

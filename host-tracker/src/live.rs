@@ -11,7 +11,9 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::calibrate::session::Session;
 use crate::discovery::Search;
+use crate::door::Shown;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::peers::Peers;
@@ -40,6 +42,8 @@ pub struct Live {
     strangers: u64,
     recorder: Option<Recorder>,
     trouble: Trouble,
+    doors: Shown,
+    calibration: Session,
 }
 
 impl Live {
@@ -66,6 +70,8 @@ impl Live {
             strangers: 0,
             recorder: None,
             trouble: Trouble::default(),
+            doors: Shown::default(),
+            calibration: Session::default(),
         }
     }
 
@@ -81,8 +87,21 @@ impl Live {
         Self { trouble, ..self }
     }
 
+    /// Tells in every frame how the doors are.
+    #[must_use]
+    pub fn showing(self, doors: Shown) -> Self {
+        Self { doors, ..self }
+    }
+
+    /// Shows what is seen to whoever calibrates.
+    #[must_use]
+    pub fn calibrated_by(self, calibration: Session) -> Self {
+        Self { calibration, ..self }
+    }
+
     /// Goes on with another site.
     pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.calibration.set_site(site);
         if let Some(recorder) = &self.recorder {
             recorder.told(self.now_us(), site);
         }
@@ -136,12 +155,16 @@ impl Live {
             recorder.datagram(now_us, datagram);
         }
         let sighting = self.follower.receive(datagram, now_us);
+        if let Some(sighting) = &sighting {
+            self.calibration.see(sighting);
+        }
         let socket = &self.socket;
         self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
     }
 
     fn frame_at(&mut self, at_us: u64) -> Frame {
         let line = self.follower.line(at_us as f64 * 1e-6);
+        self.calibration.tick(self.follower.intake(), at_us as f64 * 1e-6);
         if let Some(recorder) = &self.recorder {
             recorder.line(at_us, &line);
             self.trouble.set("recording", &recorder.trouble());
@@ -150,6 +173,7 @@ impl Live {
             unix_ms: unix_ms(),
             line,
             alarms: self.trouble.lines(),
+            doors: self.doors.lines(),
             modules: self.peers.lines(self.follower.intake(), self.now_us()),
             dropped: *self.follower.intake().drops(),
             strangers: self.strangers,

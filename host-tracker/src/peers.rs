@@ -16,9 +16,11 @@ use std::sync::Arc;
 
 use kehai::wire::ModuleId;
 
+use crate::calibrate::watch::PoseWatch;
+use crate::calibrate::words;
 use crate::conversation::Conversation;
 use crate::discovery::{Finding, Found};
-use crate::frame::ModuleLine;
+use crate::frame::{AlarmLine, ModuleLine};
 use crate::health::Watch;
 use crate::intake::Intake;
 use crate::sighting::Sighting;
@@ -82,6 +84,8 @@ pub struct Peers {
     known: BTreeMap<ModuleId, Known>,
     /// Modules of the site that have never answered, by name.
     missing: BTreeMap<String, Watch>,
+    /// Whether modules are still where the site says.
+    poses: PoseWatch,
 }
 
 impl Peers {
@@ -89,12 +93,14 @@ impl Peers {
     #[must_use]
     pub fn new(site: Arc<Site>, given: &[SocketAddr]) -> Self {
         let peers = given.iter().map(|&address| Peer::new(vec![address], true, 0)).collect();
-        Self { site, peers, known: BTreeMap::new(), missing: BTreeMap::new() }
+        let poses = PoseWatch::new(&site);
+        Self { site, peers, known: BTreeMap::new(), missing: BTreeMap::new(), poses }
     }
 
     /// Goes on with another site: who is placed there now is subscribed to.
     pub fn change_site(&mut self, site: &Arc<Site>) {
         self.site = Arc::clone(site);
+        self.poses = PoseWatch::new(site);
         for peer in &mut self.peers {
             let id = peer.id();
             let name = self.known.get(&id).map_or("", |known| known.watch.name());
@@ -163,6 +169,9 @@ impl Peers {
         let known = self.known.entry(id).or_insert_with(fresh);
         known.address = from;
         known.watch.receive(datagram, now_us);
+        if let Some(sighting) = &sighting {
+            self.poses.see(sighting);
+        }
         known.newest = sighting.or(known.newest.take());
         peer.conversation.subscribes(given || self.site.place_of(known.watch.name(), id).is_some());
         if before != id {
@@ -179,7 +188,7 @@ impl Peers {
 
     /// How everybody is at `now_us`: the site's modules in its order, then the others.
     pub fn lines(&mut self, intake: &Intake, now_us: u64) -> Vec<ModuleLine> {
-        let Self { site, peers, known, missing } = self;
+        let Self { site, peers, known, missing, poses } = self;
         // Of who is neither in the site nor there any more nothing is left to be said.
         known.retain(|id, known| {
             site.place_of(known.watch.name(), *id).is_some() || peers.iter().any(|peer| peer.id() == *id)
@@ -218,7 +227,29 @@ impl Peers {
             let line = Watch::new(0).line(&name, ModuleId::ANY, None, now_us);
             others.push(ModuleLine { address: name, ..line });
         }
+        tell_of_poses(poses, intake, &mut placed, now_us);
         placed.into_values().chain(others).collect()
+    }
+}
+
+/// Adds what is wrong with the places of modules. Of one that is silent, or said to be covered, nothing more is said.
+fn tell_of_poses(
+    poses: &mut PoseWatch,
+    intake: &Intake,
+    placed: &mut BTreeMap<usize, ModuleLine>,
+    now_us: u64,
+) {
+    for module in intake.modules().values() {
+        if let Some(place) = module.place_in_site() {
+            poses.know_walls(place, module.walls_mm());
+        }
+    }
+    for (place, finding) in poses.findings(now_us as f64 * 1e-6) {
+        let Some(line) = placed.get_mut(&place) else { continue };
+        let (name, text) = words::finding(&finding);
+        if !line.alarms.iter().any(|alarm| matches!(alarm.name.as_str(), "silent" | "covered")) {
+            line.alarms.push(AlarmLine { name: name.to_owned(), text });
+        }
     }
 }
 

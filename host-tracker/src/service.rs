@@ -19,7 +19,9 @@ use std::thread::JoinHandle;
 
 use tokio::sync::watch;
 
+use crate::calibrate::session::Session;
 use crate::discovery::Search;
+use crate::door::Shown;
 use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::jsonl::TracksLine;
@@ -58,6 +60,8 @@ pub struct Service {
     changes: Sender<Arc<Site>>,
     shared: Arc<Shared>,
     trouble: Trouble,
+    doors: Shown,
+    calibration: Session,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -86,7 +90,10 @@ impl Service {
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
-        let telling = trouble.clone();
+        let doors = Shown::default();
+        let calibration = Session::default();
+        calibration.set_site(&site);
+        let (telling, showing, calibrating) = (trouble.clone(), doors.clone(), calibration.clone());
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
@@ -95,10 +102,12 @@ impl Service {
                 follower.restore(line, *age_s);
             }
             let live = Live::new(socket, peers, search, follower);
-            let mut live = live.recording(recorder).telling(telling);
+            let live = live.recording(recorder).telling(telling);
+            let mut live = live.showing(showing).calibrated_by(calibrating);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
-        Ok(Self { frames, site: watch::Sender::new(site), changes, shared, trouble, thread: Some(thread) })
+        let (site, thread) = (watch::Sender::new(site), Some(thread));
+        Ok(Self { frames, site, changes, shared, trouble, doors, calibration, thread })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -119,6 +128,18 @@ impl Service {
     #[must_use]
     pub fn trouble(&self) -> Trouble {
         self.trouble.clone()
+    }
+
+    /// How the doors are: for whoever runs them.
+    #[must_use]
+    pub fn doors(&self) -> Shown {
+        self.doors.clone()
+    }
+
+    /// The calibration under way, if there is one: to begin, follow and end it.
+    #[must_use]
+    pub fn calibration(&self) -> Session {
+        self.calibration.clone()
     }
 
     /// Frames that a queue had no room for.

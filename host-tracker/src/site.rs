@@ -23,6 +23,12 @@
 //!
 //! [[mover]]           # the area a door leaf or a curtain sweeps
 //! polygon = [[0.4, 1.0], [1.2, 1.0], [0.4, 1.8]]
+//!
+//! [[door]]            # lets in as many people as it was told: `site_door`
+//! name = "front"
+//! zone = "area"
+//! line = [[-0.45, 1.0], [0.45, 1.0]]
+//! fail = "secure"
 //! ```
 //!
 //! Metres and degrees, counter-clockwise.
@@ -30,6 +36,7 @@
 use std::path::Path;
 
 use crate::geometry::{Point, Pose};
+use crate::site_door::Door;
 use kehai::address::host_name;
 use kehai::wire::ModuleId;
 use serde::{Deserialize, Serialize};
@@ -53,6 +60,9 @@ pub struct Site {
     /// Areas in which things move that are not people.
     #[serde(default, rename = "mover")]
     pub movers: Vec<Mover>,
+    /// Doors that let in as many people as they were told.
+    #[serde(default, rename = "door", skip_serializing_if = "Vec::is_empty")]
+    pub doors: Vec<Door>,
 }
 
 /// A module and where it is.
@@ -279,6 +289,7 @@ impl Site {
         if let Some(mover) = self.movers.iter().find(|mover| mover.polygon.len() < 3) {
             return Err(format!("mover \"{}\": polygon needs at least three corners", mover.name));
         }
+        crate::site_door::check(self)?;
         crate::site_limits::check(self)
     }
 }

@@ -6,7 +6,8 @@
 //!                     └──────────────┴─▶ nothing has changed
 //! ```
 //!
-//! Comments are not kept: the first line says so. A file that somebody has changed by hand meanwhile is not overwritten.
+//! Comments are not kept when the whole site is saved: the first line says so. Poses alone are changed where they stand, with
+//! everything around them as it was. A file that somebody has changed by hand meanwhile is not overwritten.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -14,7 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::watch;
+use toml_edit::{DocumentMut, Item, Table, value};
 
+use crate::geometry::Pose;
 use crate::site::{Site, SiteError};
 
 /// First line of a file written here.
@@ -107,6 +110,36 @@ impl SiteFile {
         changed: impl FnOnce(Site) -> Result<(), String>,
     ) -> Result<u64, SaveError> {
         site.check().map_err(SaveError::Wrong)?;
+        let body = toml::to_string(&site).map_err(|error| SaveError::Wrong(error.to_string()))?;
+        self.write(from, |_| Ok((format!("{HEAD}{body}"), site)), changed)
+    }
+
+    /// Saves where modules are, by their names, and nothing else: comments and order stay. A module that the file does
+    /// not have is added. Otherwise as [`save`](Self::save).
+    ///
+    /// # Errors
+    /// Why not; the file and the site in use are as they were.
+    pub fn save_poses(
+        &self,
+        poses: &[(String, Pose)],
+        from: Option<u64>,
+        changed: impl FnOnce(Site) -> Result<(), String>,
+    ) -> Result<u64, SaveError> {
+        let text = |kept: &Kept| {
+            let text = with_poses(&kept.text, poses).map_err(SaveError::Wrong)?;
+            let site = Site::parse(&kept.name, &text).map_err(|error| SaveError::Wrong(error.to_string()))?;
+            Ok((text, site))
+        };
+        self.write(from, text, changed)
+    }
+
+    /// Puts another text in its place, and tells of the site it says.
+    fn write(
+        &self,
+        from: Option<u64>,
+        text: impl FnOnce(&Kept) -> Result<(String, Site), SaveError>,
+        changed: impl FnOnce(Site) -> Result<(), String>,
+    ) -> Result<u64, SaveError> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(from) = from.filter(|&from| from != kept.revision) {
             return Err(SaveError::Changed { from, now: kept.revision });
@@ -115,8 +148,7 @@ impl SiteFile {
         if fs::read_to_string(&self.path).is_ok_and(|text| *text != *kept.text) {
             return Err(SaveError::ChangedOnDisk(file));
         }
-        let body = toml::to_string(&site).map_err(|error| SaveError::Wrong(error.to_string()))?;
-        let text = format!("{HEAD}{body}");
+        let (text, site) = text(&kept)?;
         replace(&self.path, text.as_bytes()).map_err(|error| SaveError::Failed { file, error })?;
         let revision = kept.revision + 1;
         *kept =
@@ -125,6 +157,43 @@ impl SiteFile {
         self.revisions.send_replace(revision);
         Ok(revision)
     }
+}
+
+/// A site file's text with modules elsewhere.
+fn with_poses(text: &str, poses: &[(String, Pose)]) -> Result<String, String> {
+    let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
+    let modules = document.entry("module").or_insert(Item::ArrayOfTables(toml_edit::ArrayOfTables::new()));
+    let modules = modules
+        .as_array_of_tables_mut()
+        .ok_or("the site's modules are not written as [[module]]: write them so, or save with the map")?;
+    for (name, pose) in poses {
+        let numbers = [
+            ("x", (pose.at.x * 1000.0).round() / 1000.0),
+            ("y", (pose.at.y * 1000.0).round() / 1000.0),
+            ("yaw_deg", (pose.yaw_rad.to_degrees() * 100.0).round() / 100.0),
+        ];
+        let is = |table: &Table| table.get("name").and_then(Item::as_str) == Some(name);
+        if !modules.iter().any(is) {
+            let mut table = Table::new();
+            table.insert("name", value(name));
+            modules.push(table);
+        }
+        let Some(table) = modules.iter_mut().find(|table| is(table)) else { continue };
+        for (key, number) in numbers {
+            match table.get_mut(key).and_then(Item::as_value_mut) {
+                // What stands around the number, a comment behind it included, stays.
+                Some(old) => {
+                    let decor = old.decor().clone();
+                    *old = number.into();
+                    *old.decor_mut() = decor;
+                }
+                None => {
+                    table.insert(key, value(number));
+                }
+            }
+        }
+    }
+    Ok(document.to_string())
 }
 
 /// Puts `bytes` in the place of a file: at every moment the old or the new one is there whole, also after a
@@ -188,6 +257,33 @@ mod tests {
         assert_eq!(read.zones[0].name, "lounge");
         assert!(file.current().text.starts_with("# Saved by kehai-tracker"));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "something was left beside it");
+    }
+
+    #[test]
+    fn poses_are_saved_with_every_comment_in_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("home.toml");
+        let text = "# where we live\n[[module]] # the first\nname = \"hall\"\nx = 1 # by ruler\ny = 2.0\nheight_m = 0.7\n\n# the yard\n\
+                    [[zone]]\nname = \"yard\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
+        fs::write(&path, text).unwrap();
+        let file = SiteFile::load(&path).unwrap();
+        let pose = |x, y, yaw_rad| Pose { at: crate::geometry::Point::new(x, y), yaw_rad };
+        let poses =
+            [("hall".to_owned(), pose(1.23456, -2.0, 0.5)), ("attic".to_owned(), pose(3.0, 4.0, 0.0))];
+        file.save_poses(&poses, Some(1), |_| Ok(())).unwrap();
+        let saved = fs::read_to_string(&path).unwrap();
+        for part in [
+            "# where we live\n[[module]] # the first",
+            "x = 1.235 # by ruler\ny = -2.0\n",
+            "height_m = 0.7",
+            "# the yard\n[[zone]]",
+            "yaw_deg = 28.65",
+        ] {
+            assert!(saved.contains(part), "{part:?} is not in\n{saved}");
+        }
+        let site = Site::load(&path).unwrap();
+        assert_eq!((site.modules.len(), site.modules[1].x, site.zones.len()), (2, 3.0, 1));
+        assert_eq!(site, *file.current().site);
     }
 
     #[test]

@@ -27,6 +27,13 @@ use crate::trackers::{LifeCycle, TrackState};
 /// Side of a cell, m: a body.
 const CELL_M: f64 = 0.2;
 
+/// In the zone of a door, cells so near to the middle of a candidate are seen, m: a body hides what is under it, and
+/// that it is there is what is to be seen.
+const BODY_M: f64 = 0.3;
+
+/// A candidate wider than this is a body, m: half a narrow one.
+const WIDE_M: f64 = 0.15;
+
 /// A cell seen so long ago is not seen, s.
 const SEEN_S: f64 = 2.0;
 
@@ -46,6 +53,8 @@ pub struct Zones {
     zones: Vec<Zone>,
     /// Their polygons, in the same order.
     areas: Areas,
+    /// Those before a door, which unlocks only if nearly all of them is seen.
+    guarded: Vec<usize>,
     /// What each module can see of them, by its number in the site.
     reaches: BTreeMap<usize, Reach>,
 }
@@ -89,13 +98,19 @@ impl Zones {
     /// Of a site.
     #[must_use]
     pub fn new(site: &Site) -> Self {
-        let areas = Areas::of(site.zones.iter().map(crate::site::Zone::corners).collect());
-        Self { zones: site.zones.iter().map(Zone::new).collect(), areas, reaches: BTreeMap::new() }
+        let guarded = |zone: &crate::site::Zone| site.doors.iter().any(|door| door.zone == zone.name);
+        let guarded = (0..).zip(&site.zones).filter(|(_, zone)| guarded(zone)).map(|(number, _)| number);
+        Self {
+            guarded: guarded.collect(),
+            areas: Areas::of(site.zones.iter().map(crate::site::Zone::corners).collect()),
+            zones: site.zones.iter().map(Zone::new).collect(),
+            reaches: BTreeMap::new(),
+        }
     }
 
     /// Notes what a module saw.
     pub fn see(&mut self, sighting: &Sighting) {
-        let Self { zones, reaches, .. } = self;
+        let Self { zones, reaches, guarded, .. } = self;
         let reach = match reaches.entry(sighting.view.module) {
             std::collections::btree_map::Entry::Occupied(known) => {
                 let known = known.into_mut();
@@ -122,6 +137,15 @@ impl Zones {
         for candidate in sighting.seen.iter().map(|seen| &seen.candidate) {
             let (first, last) = (geometry.beam(candidate.first_step), geometry.beam(candidate.last_step));
             reach.behind(first, last).for_each(&mut see);
+        }
+        for &number in guarded.iter() {
+            let Some(zone) = zones.get_mut(number) else { continue };
+            for seen in sighting.seen.iter().filter(|seen| seen.width_m > WIDE_M) {
+                let middle = Point::new(seen.centre.x, seen.centre.y);
+                for cell in zone.cells.iter_mut().filter(|cell| (cell.middle - middle).length() < BODY_M) {
+                    cell.seen_s = cell.seen_s.max(sighting.start_s);
+                }
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
+use host_tracker::calibrate::session::Session;
 use host_tracker::frame::{Frame, ModuleLine};
 use host_tracker::http::{Desk, Server};
 use host_tracker::site::Site;
@@ -38,7 +39,10 @@ impl Map {
                 told.lock().unwrap().push(site);
                 Ok(())
             }),
+            calibration: Session::default(),
+            accepted: Box::new(|_| {}),
             names: Vec::new(),
+            doors: None,
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, changes, folder }
@@ -316,4 +320,23 @@ proptest! {
         // An empty or a blank file is a site with nothing in it.
         prop_assert!(status == 400 || (toml && status == 200), "{status} {why}");
     }
+}
+
+#[test]
+fn a_calibration_is_begun_and_ended_and_what_is_not_there_is_not_accepted() {
+    let map = Map::new();
+    let json = "Content-Type: application/json\r\n";
+    let ask =
+        |wish: &str| map.ask("POST /api/calibration", json, format!(r#"{{"do": "{wish}"}}"#).as_bytes());
+    let (status, idle) = map.ask("GET /api/calibration", "", b"");
+    assert!(status == 200 && idle.contains(r#""active":false"#), "{idle}");
+    let (status, begun) = ask("begin");
+    assert!(status == 200 && begun.contains(r#""active":true"#), "{begun}");
+    let (status, refused) = ask("accept");
+    assert!(status == 409 && refused.contains("walk and finish first"), "{refused}");
+    let (status, wrong) = ask("jump");
+    assert!(status == 400 && wrong.contains("jump"), "{wrong}");
+    assert_eq!(ask("stop").0, 200);
+    let (_, idle) = map.ask("GET /api/calibration", "", b"");
+    assert!(idle.contains(r#""active":false"#), "{idle}");
 }

@@ -169,7 +169,7 @@ impl Drop for Frames {
 fn settings(port: u16) -> Settings {
     let home_assistant = Some("homeassistant".to_owned());
     let topics = Topics { title: "door".into(), prefix: "kehai".into(), home_assistant };
-    Settings { broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(), topics }
+    Settings { broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(), topics, doors: None }
 }
 
 fn frame() -> Frame {
@@ -194,7 +194,7 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
 
     let (frames, queue) = Frames::new(frame());
     frames.zone(2, ZoneKnown::Known);
-    let publisher = Publisher::start(settings(broker.port), queue, |_| {}).unwrap();
+    let publisher = Publisher::start(settings(broker.port), queue, None, |_| {}).unwrap();
     listener.hears(ZONE, |payload| payload.contains("\"count\":2"));
     listener.hears(STATUS, |payload| payload == "online");
     listener.hears("homeassistant/device/kehai_door/config", |payload| payload.contains("zone_hall_count"));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use host_sim::experiment::plan::{Table, Work};
-use host_sim::experiment::{Row, findings, page, picture, runner, table};
+use host_sim::experiment::{Row, findings, page, passages, picture, poses, runner, table};
 use host_sim::run::{Conditions, Options};
 use host_tracker::trackers::Choice;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -20,6 +20,8 @@ use indicatif::{ProgressBar, ProgressStyle};
   kehai-sim experiment all --out tables --docs docs/accuracy.md       every figure of that page
   kehai-sim experiment door --out tables        the first table, and its picture
   kehai-sim experiment ideas --seeds 0-39       what each idea is worth, on development seeds
+  kehai-sim experiment passages --docs docs/door.md      the guarded door
+  kehai-sim experiment paper-a --docs docs/door.md       paper A's experiment from end to end
   kehai-sim experiment door --seeds 0-9 --tracker kehai --tracker lee")]
 pub struct Arguments {
     /// The table
@@ -73,6 +75,34 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
                 let rows = runner::run(&cases, &seeds, &options, || bar.inc(1))?;
                 bar.finish_and_clear();
                 format!("{}Seeds {} to {}.\n", door(arguments, table, &rows)?, seeds.start(), seeds.end())
+            }
+            Work::Passages(tables, seeds) => {
+                let choice = arguments.tracker.first().copied().unwrap_or_default();
+                let runs =
+                    tables.iter().map(|rows| rows.len() as u64).sum::<u64>() * seeds.clone().count() as u64;
+                let bar = bar(table, runs)?;
+                let mut text = String::new();
+                let mut all = Vec::new();
+                for rows in &tables {
+                    let pooled = passages::table(rows, &seeds, choice, || bar.inc(1))?;
+                    text.push_str(&findings::markdown(&pooled));
+                    text.push('\n');
+                    all.extend(pooled);
+                }
+                bar.finish_and_clear();
+                if let Some(folder) = &arguments.out {
+                    findings::write_runs(&all, create(folder, table, "-runs.csv")?)?;
+                }
+                format!("{text}Seeds {} to {}.\n", seeds.start(), seeds.end())
+            }
+            Work::Poses(seeds) => {
+                let bar = bar(table, poses::runs(&seeds))?;
+                let found = poses::run(&seeds, || bar.inc(1))?;
+                bar.finish_and_clear();
+                if let Some(folder) = &arguments.out {
+                    std::fs::write(folder.join(format!("{table}.csv")), found.csv())?;
+                }
+                format!("{}\nSeeds {} to {}.\n", found.markdown(), seeds.start(), seeds.end())
             }
             Work::Trials(trials) => {
                 let runs = trials.iter().map(|trial| trial.seeds.clone().count() as u64).sum();

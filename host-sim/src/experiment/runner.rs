@@ -106,7 +106,7 @@ pub fn run_trials(trials: &[Trial], done: impl Fn() + Sync) -> Result<Vec<Pooled
 }
 
 /// What comes of every job, whichever core did it; the first fault ends all.
-fn on_all_cores<T: Send>(
+pub(super) fn on_all_cores<T: Send>(
     jobs: &[(usize, u64)],
     work: impl Fn((usize, u64)) -> Result<T, String> + Sync,
 ) -> Result<BTreeMap<(usize, u64), T>, String> {

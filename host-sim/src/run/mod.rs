@@ -139,7 +139,12 @@ impl Run {
     /// The scene under `seed`, at time 0.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64, options: &Options) -> Self {
-        let world = World::new(scene, seed);
+        Self::of(World::new(scene, seed), seed, options)
+    }
+
+    /// A world under `seed`, at time 0.
+    #[must_use]
+    pub fn of(world: World, seed: u64, options: &Options) -> Self {
         let outages_us = |index: usize| {
             let own = options.outages.iter().filter(move |outage| outage.module == index);
             let us = |time_s: f64| (time_s.max(0.0) * 1e6) as u64;

@@ -34,6 +34,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("mirror", include_str!("../../scenes/mirror.toml")),
     ("child", include_str!("../../scenes/child.toml")),
     ("hall", include_str!("../../scenes/hall.toml")),
+    ("flat", include_str!("../../scenes/flat.toml")),
 ];
 
 /// The built-in scene that `own` names as its base, and that one's base, with the changes of `own`.

@@ -5,8 +5,10 @@
 //!   open         ├──────┤      swinging: it turns by `swing_deg` about the first end of its line
 //! ```
 
+use super::crowd::STEP_S;
 use super::geometry::{Outline, Point};
 use serde::Deserialize;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A door as a scene describes it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -64,7 +66,12 @@ impl Door {
     /// Where the leaf is at `time_s`.
     #[must_use]
     pub fn outline(&self, time_s: f64) -> Outline {
-        let share = self.open_share(time_s);
+        self.outline_at(self.open_share(time_s))
+    }
+
+    /// Where the leaf is when it is open by `share`, 0 to 1.
+    #[must_use]
+    pub fn outline_at(&self, share: f64) -> Outline {
         let [hinge, end] = self.line.map(Point::from);
         let moved = Point::from(self.slide) * share;
         let turn = Point::towards((self.swing_deg * share).to_radians());
@@ -95,6 +102,26 @@ impl Door {
             return Err(String::from("every_s must be between 1 and 86400"));
         }
         Ok(())
+    }
+}
+
+/// A door whose leaf is moved while the world is looked at, some way ahead: it obeys a real lock.
+#[derive(Clone, Debug)]
+pub struct LiveDoor {
+    /// The door.
+    pub door: Door,
+    /// How far it is open, every [`STEP_S`](super::crowd::STEP_S) from time 0 on.
+    pub shares: Arc<Mutex<Vec<f64>>>,
+}
+
+impl LiveDoor {
+    /// Where its leaf is at `time_s`.
+    #[must_use]
+    pub fn outline(&self, time_s: f64) -> Outline {
+        let shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
+        let index = (time_s.max(0.0) / STEP_S) as usize;
+        let share = shares.get(index).or(shares.last()).copied().unwrap_or(0.0);
+        self.door.outline_at(share)
     }
 }
 

@@ -80,17 +80,17 @@ pub struct Gathering {
 }
 
 /// Where people may wait, how far apart, and how quietly.
-struct Habit {
+pub(crate) struct Habit {
     x: (f64, f64),
     y: (f64, f64),
     apart_m: f64,
-    fidget_m: f64,
+    pub(crate) fidget_m: f64,
     /// Shortest and longest time at one place.
-    stay_s: Option<(f64, f64)>,
+    pub(crate) stay_s: Option<(f64, f64)>,
 }
 
 impl Condition {
-    const fn habit(self) -> Habit {
+    pub(crate) const fn habit(self) -> Habit {
         match self {
             Self::Spread | Self::Pairs => {
                 Habit { x: (-0.70, 0.70), y: (-0.72, 0.68), apart_m: 0.62, fidget_m: 0.06, stay_s: None }
@@ -290,7 +290,7 @@ fn send_on(guests: &mut [Guest], habit: &Habit, time_s: f64, stream: &mut Stream
 
 /// A place far enough from those that are taken; in a crowd that leaves none, one a little nearer
 /// to others and further back.
-fn free_place(habit: &Habit, taken: &[Point], stream: &mut Stream) -> Point {
+pub(crate) fn free_place(habit: &Habit, taken: &[Point], stream: &mut Stream) -> Point {
     let (mut apart_m, mut back_y_m) = (habit.apart_m, habit.y.0);
     loop {
         for _ in 0..TRIES {

@@ -16,6 +16,7 @@ pub mod crowd;
 pub mod door;
 pub mod gathering;
 pub mod geometry;
+pub mod mishap;
 pub mod motion;
 pub mod moving;
 pub mod noise;
@@ -38,6 +39,7 @@ use std::sync::Arc;
 use body::{Body, Section};
 use gathering::Gathering;
 use geometry::{Outline, Point};
+use mishap::Mishap;
 use motion::{Motion, Track};
 use moving::Moving;
 use prop::Prop;
@@ -100,10 +102,27 @@ pub struct TruePerson {
     pub y: f64,
 }
 
+/// What a run puts into a world beyond its scene: what is moved by others while it is looked at, and mishaps.
+#[derive(Default)]
+pub struct More {
+    /// People beside the scene's own.
+    pub people: Vec<Person>,
+    /// Things that move beside the scene's own.
+    pub moving: Vec<Moving>,
+    /// What befalls modules.
+    pub mishaps: Vec<Mishap>,
+}
+
 impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
+        Self::with(scene, seed, More::default())
+    }
+
+    /// The scene under `seed`, and more than it says.
+    #[must_use]
+    pub fn with(scene: &Scene, seed: u64, more: More) -> Self {
         let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
         let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
         let mut people = scripted(scene, &wanderers, seed);
@@ -136,11 +155,13 @@ impl World {
                 Person { name, body, motion: Motion::Track(track), crouches_s: None }
             },
         ));
+        people.extend(more.people);
         let people: Arc<[Person]> = people.into();
         let doors = doors.into_iter().map(Moving::Door);
         let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
-        let moving: Arc<[Moving]> = doors.chain(curtains).chain(fans).chain(props).collect();
+        let moving: Arc<[Moving]> =
+            doors.chain(curtains).chain(fans).chain(props).chain(more.moving).collect();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
@@ -148,7 +169,14 @@ impl World {
             let (model, level) = spec.map_or_else(Default::default, |spec| (spec.model, spec.noise));
             let caster = Caster::new(module.pose(), module.height_m, model.optics().geometry, &things);
             let seen = (Arc::clone(&people), Arc::clone(&moving));
-            let sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
+            let mut sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
+            for mishap in more.mishaps.iter().filter(|mishap| mishap.module == index) {
+                let (pose, height_m) = mishap.place(module.pose(), module.height_m);
+                let mut around = things.clone();
+                around.extend(mishap.cover(pose.at));
+                let caster = Caster::new(pose, height_m, model.optics().geometry, &around);
+                sensor.befall(mishap.from_s, caster);
+            }
             (module.name.clone(), sensor)
         };
         let mut sensors: Vec<(String, WorldSensor)> =
@@ -273,7 +301,8 @@ fn wanderer(scene: &Scene, index: usize, spec: &PersonSpec, seed: u64) -> Wander
 }
 
 /// What people cannot walk through.
-fn obstacles(scene: &Scene) -> Vec<Outline> {
+#[must_use]
+pub fn obstacles(scene: &Scene) -> Vec<Outline> {
     let solid = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
     let walls = scene.site.walls.iter().filter(solid).flat_map(sides);
     walls.chain(scene.furniture.iter().flat_map(furniture).map(|thing| thing.outline)).collect()

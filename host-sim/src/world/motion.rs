@@ -6,12 +6,14 @@
 //!                    stance(t)
 //! ```
 //!
-//! Both are pure functions of the time, so truth can be asked for at any moment and in any order.
+//! Both are pure functions of the time, so truth can be asked for at any moment and in any order. Somebody who is led is
+//! one, too, as far as the way is known: it is only ever added to, and must be known ahead of the time.
 
 use super::body::Stance;
 use super::geometry::Point;
 use super::walker::Route;
 use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// How a person moves.
 #[derive(Clone, Debug)]
@@ -20,6 +22,8 @@ pub enum Motion {
     Route(Route),
     /// Positions computed beforehand: a crowd or a recording.
     Track(Track),
+    /// Positions that are computed while the world is looked at, some way ahead: people who wait for a real door.
+    Live(Arc<Mutex<Track>>),
 }
 
 impl Motion {
@@ -29,6 +33,7 @@ impl Motion {
         match self {
             Self::Route(route) => route.stance(time_s),
             Self::Track(track) => track.stance(time_s),
+            Self::Live(track) => track.lock().unwrap_or_else(PoisonError::into_inner).stance(time_s),
         }
     }
 }
@@ -105,6 +110,34 @@ impl Track {
         Self { first_s, step_s, samples }
     }
 
+    /// A person who is nowhere yet; [`push`](Self::push) says where, step by step.
+    #[must_use]
+    pub const fn growing(first_s: f64, step_s: f64) -> Self {
+        Self { first_s, step_s, samples: Vec::new() }
+    }
+
+    /// Whether the person has been nowhere yet.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// Where the person is one step later. The chest follows the direction of the last 0.2 s.
+    pub fn push(&mut self, at: Point, heading_rad: f64) {
+        let reach = ((0.2 / self.step_s).ceil() as usize).max(1);
+        let before = self.samples.len().checked_sub(reach).and_then(|index| self.samples.get(index));
+        let moved = at - before.or(self.samples.first()).map_or(at, |before| before.at);
+        let steps = reach.min(self.samples.len()).max(1);
+        let speed_m_s = moved.length() / (self.step_s * steps as f64);
+        let last = self.samples.last();
+        let mut heading_rad = last.map_or(heading_rad, |last| last.heading_rad);
+        if speed_m_s > TURNING_SPEED_M_S {
+            heading_rad += wrap(moved.angle_rad() - heading_rad) * (self.step_s / TURNING_TIME_S).min(1.0);
+        }
+        let distance_m = last.map_or(0.0, |last| last.distance_m + speed_m_s * self.step_s);
+        self.samples.push(Sample { at, heading_rad, distance_m, speed_m_s });
+    }
+
     /// Time of the last sample.
     #[must_use]
     pub fn end_s(&self) -> f64 {
@@ -129,6 +162,42 @@ impl Track {
             blend(from.distance_m, to.distance_m),
             blend(from.speed_m_s, to.speed_m_s),
         ))
+    }
+}
+
+/// Time between two positions of somebody who is led.
+pub const LED_STEP_S: f64 = 0.05;
+
+/// Somebody who is told where to go. Clones are the same person.
+#[derive(Clone, Debug)]
+pub struct Led(Arc<Mutex<Track>>);
+
+impl Led {
+    /// Who appears at `at` at `from_s`.
+    #[must_use]
+    pub fn new(from_s: f64, at: Point) -> Self {
+        let led = Self(Arc::new(Mutex::new(Track::growing(from_s, LED_STEP_S))));
+        led.go(&[at; 2]);
+        led
+    }
+
+    /// Goes on along these places, one every [`LED_STEP_S`].
+    pub fn go(&self, places: &[Point]) {
+        let mut track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        places.iter().for_each(|at| track.push(*at, 0.0));
+    }
+
+    /// Where the way ends, and when.
+    #[must_use]
+    pub fn end(&self) -> (Point, f64) {
+        let track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (track.samples.last().map(|last| last.at).unwrap_or_default(), track.end_s())
+    }
+
+    /// How they move.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        Motion::Live(Arc::clone(&self.0))
     }
 }
 

@@ -5,7 +5,7 @@
 //!   fan         ──◉──        a flat head that turns to and fro
 //! ```
 
-use super::door::Door;
+use super::door::{Door, LiveDoor};
 use super::geometry::{Outline, Point};
 use super::prop::Prop;
 use serde::Deserialize;
@@ -127,6 +127,8 @@ impl Fan {
 pub enum Moving {
     /// A door's leaf.
     Door(Door),
+    /// A leaf that obeys a lock.
+    Live(LiveDoor),
     /// A curtain.
     Curtain(Curtain),
     /// A fan.
@@ -141,6 +143,7 @@ impl Moving {
     pub fn outlines(&self, time_s: f64) -> Vec<Outline> {
         match self {
             Self::Door(door) => vec![door.outline(time_s)],
+            Self::Live(live) => vec![live.outline(time_s)],
             Self::Curtain(curtain) => curtain.outlines(time_s),
             Self::Fan(fan) => fan.outlines(time_s),
             Self::Prop(prop) => prop.outlines(time_s),
@@ -152,6 +155,7 @@ impl Moving {
     pub const fn reflectance(&self) -> f64 {
         match self {
             Self::Door(door) => door.reflectance,
+            Self::Live(live) => live.door.reflectance,
             Self::Curtain(curtain) => curtain.reflectance,
             Self::Fan(fan) => fan.reflectance,
             Self::Prop(prop) => prop.spec.reflectance,
@@ -163,7 +167,7 @@ impl Moving {
     pub fn is_cut(&self, height_m: f64) -> bool {
         match self {
             Self::Prop(prop) => (prop.spec.low_m..=prop.spec.high_m).contains(&height_m),
-            Self::Door(_) | Self::Curtain(_) | Self::Fan(_) => true,
+            Self::Door(_) | Self::Live(_) | Self::Curtain(_) | Self::Fan(_) => true,
         }
     }
 }

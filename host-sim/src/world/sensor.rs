@@ -49,6 +49,8 @@ pub struct WorldSensor {
     model: SensorModel,
     clock: SensorClock,
     caster: Caster,
+    /// What it sees from some time on, µs, in the order of time.
+    later: Vec<(u64, Caster)>,
     noise: Noise,
     people: Arc<[Person]>,
     moving: Arc<[Moving]>,
@@ -86,7 +88,13 @@ impl WorldSensor {
     ) -> Self {
         let noise = Noise::new(level, model.optics(), seed, sensor);
         let clock = SensorClock::new(model, seed, sensor);
-        Self { model, clock, caster, noise, people, moving, facing: Vec::new(), seed, number: sensor }
+        let (later, facing) = (Vec::new(), Vec::new());
+        Self { model, clock, caster, later, noise, people, moving, facing, seed, number: sensor }
+    }
+
+    /// From `from_s` on it sees what `caster` sees; in the order of time.
+    pub fn befall(&mut self, from_s: f64, caster: Caster) {
+        self.later.push(((from_s.max(0.0) * 1e6) as u64, caster));
     }
 
     /// From now on the light of those of `others` that are in view dazzles it now and then.
@@ -171,7 +179,8 @@ impl WorldSensor {
     /// What a perfect sensor would see, per step.
     #[must_use]
     pub fn seen(&self, revolution: Revolution) -> Vec<Option<Seen>> {
-        self.caster.cast(revolution, &self.people, &self.moving)
+        let now = self.later.iter().rev().find(|(from_us, _)| revolution.start_us >= *from_us);
+        now.map_or(&self.caster, |(_, caster)| caster).cast(revolution, &self.people, &self.moving)
     }
 
     /// How many beams meet each person, in the order of the world's people.

@@ -1,5 +1,6 @@
 //! The commands of `kehai-tracker`, one file each.
 
+mod calibrate;
 mod export;
 mod module;
 mod replay;
@@ -23,6 +24,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(Box<run::Arguments>),
+    Calibrate(calibrate::Arguments),
     Module(module::Arguments),
     Replay(replay::Arguments),
     Export(export::Arguments),
@@ -32,6 +34,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => run::run(*arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Module(arguments) => module::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),

@@ -10,12 +10,15 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use clap::Args;
+use host_tracker::door::{DoorDesk, Doors, Told as DoorTold};
 use host_tracker::frame::{Frame, ModuleLine, unix_ms};
+use host_tracker::geometry::Pose;
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
+use host_tracker::store::poses::keep_poses;
 use host_tracker::store::{Store, known_before};
 use host_tracker::trackers::Choice;
 
@@ -146,16 +149,23 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracker: arguments.tracker,
         record: arguments.record,
     })?);
+    let doors = Doors::start(service.site(), service.queue(), service.doors(), None)?;
+    let passages = doors.listen();
     let publisher = arguments
         .mqtt
         .map(|broker| {
-            let settings = mqtt::Settings { broker, topics };
-            Publisher::start(settings, service.queue(), |text| eprintln!("{text}"))
+            let settings = mqtt::Settings { broker, topics, doors: Some(doors.desk()) };
+            let told = Some(doors.listen());
+            Publisher::start(settings, service.queue(), told, |text| eprintln!("{text}"))
         })
         .transpose()?;
     let frames = service.queue();
     let mut sites = service.site();
-    let map = arguments.http.map(|listen| map(listen, file, &service, arguments.http_name)).transpose()?;
+    let db = arguments.db.clone();
+    let map = arguments
+        .http
+        .map(|listen| map(listen, file, &service, doors.desk(), arguments.http_name, db))
+        .transpose()?;
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut told = Told::default();
     let mut last = Arc::<Frame>::default();
@@ -172,6 +182,16 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             store.see(Arc::clone(&last));
             service.trouble().set("database", &store.state().trouble);
         }
+        for news in passages.try_iter() {
+            match (news, &store) {
+                (DoorTold::Passage(passed), Some(store)) => store.passed(passed),
+                (DoorTold::Alarm { door, alarm: Some(alarm), .. }, _) => {
+                    eprintln!("door {door}: alarm: {alarm}")
+                }
+                (DoorTold::NotTaken { door, why }, _) => eprintln!("door {door}: {why}"),
+                _ => {}
+            }
+        }
         told.tell(&last);
         if let Some(out) = &mut out {
             match write_line(out, &last.line).and_then(|()| out.flush()) {
@@ -182,6 +202,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
     }
     drop(map);
+    drop(doors);
     drop(publisher);
     // The map had the only other share of it.
     if let Some(service) = Arc::into_inner(service) {
@@ -195,11 +216,18 @@ fn map(
     listen: SocketAddr,
     site: SiteFile,
     service: &Arc<Service>,
+    doors: DoorDesk,
     names: Vec<String>,
+    db: Option<PathBuf>,
 ) -> Result<Server, Failure> {
     let changing = Arc::clone(service);
     let changed = Box::new(move |site| changing.change_site(site));
-    let desk = Desk { frames: service.frames(), site, changed, names };
+    let accepted = Box::new(move |poses: &[(String, Pose)]| {
+        let kept = db.as_deref().map_or(Ok(()), |db| keep_poses(db, unix_ms(), poses, "walk"));
+        kept.unwrap_or_else(|error| eprintln!("accepted poses are not in the database: {error}"));
+    });
+    let (frames, calibration) = (service.frames(), service.calibration());
+    let desk = Desk { frames, site, changed, calibration, accepted, names, doors: Some(doors) };
     let server = Server::start(listen, desk)
         .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
     eprintln!("live map at http://{}/", server.address());

@@ -5,7 +5,9 @@
 //!               └───▶ ten minutes      ─▶ /api/history   two lines a second
 //!                                         /api/state     the newest frame
 //!                                         /metrics       the same for Prometheus
+//!   poses by walking ◀──────────────────▶ /api/calibration
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
+//!   doors ◀─ messages, as `door` says ───▶ /api/door/NAME/INPUT, /door/NAME
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
 //! ```
 //!
@@ -16,11 +18,15 @@
 //! | `history` | the last ten minutes |
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
+//! | `door` | doors, and messages to them |
+//! | `calibration` | poses found by walking |
 //! | `page/` | the page itself |
 //!
 //! The server has a thread of its own; the tracker never waits for it. Every answer that is no success says
 //! why in one line: `{"error": "…"}`.
 
+mod calibration;
+mod door;
 mod feed;
 pub mod guard;
 pub mod history;
@@ -39,12 +45,15 @@ use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use axum::{Json, Router};
 use serde_json::json;
 use tokio::sync::{oneshot, watch};
 
+use crate::calibrate::session::Session;
+use crate::door::DoorDesk;
 use crate::frame::Frame;
+use crate::geometry::Pose;
 use crate::site::Site;
 use crate::site_file::SiteFile;
 use feed::Packets;
@@ -58,6 +67,9 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
                       connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
 
+/// Somebody who is told of accepted poses.
+pub type Accepted = Box<dyn Fn(&[(String, Pose)]) + Send + Sync>;
+
 /// What the map needs of the tracker.
 pub struct Desk {
     /// The newest frame.
@@ -66,8 +78,14 @@ pub struct Desk {
     pub site: SiteFile,
     /// Told of every site that was saved.
     pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
+    /// The calibration under way.
+    pub calibration: Session,
+    /// Told of poses that were accepted, by module.
+    pub accepted: Accepted,
     /// Names under which a browser may ask for this machine, beside its addresses and local names.
     pub names: Vec<String>,
+    /// The doors, if the tracker runs any.
+    pub doors: Option<DoorDesk>,
 }
 
 impl fmt::Debug for Desk {
@@ -156,7 +174,12 @@ fn router(shared: Arc<Shared>) -> Router {
         .route("/api/site", get(site::show).put(site::change))
         .route("/api/state", get(state))
         .route("/api/history", get(past))
+        .route("/api/calibration", get(calibration::show).post(calibration::change))
         .route("/metrics", get(metrics))
+        .route("/api/door", get(door::all))
+        .route("/api/door/{name}", get(door::one))
+        .route("/api/door/{name}/{*input}", post(door::tell))
+        .route("/door/{name}", get(door::screen))
         .fallback(page::asset)
         .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method"))
         .layer(DefaultBodyLimit::max(BODY_MAX))

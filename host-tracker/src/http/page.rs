@@ -21,15 +21,24 @@ const FILES: &[(&str, &str, &[u8])] = files! {
     "/draw.js" => "draw.js", "text/javascript; charset=utf-8";
     "/panel.js" => "panel.js", "text/javascript; charset=utf-8";
     "/timeline.js" => "timeline.js", "text/javascript; charset=utf-8";
+    "/calibrate.js" => "calibrate.js", "text/javascript; charset=utf-8";
     "/edit.js" => "edit.js", "text/javascript; charset=utf-8";
     "/shapes.js" => "shapes.js", "text/javascript; charset=utf-8";
+    "/door.html" => "door.html", "text/html; charset=utf-8";
+    "/door.css" => "door.css", "text/css; charset=utf-8";
+    "/door.js" => "door.js", "text/javascript; charset=utf-8";
     "/icon.svg" => "icon.svg", "image/svg+xml";
 };
 
 /// A file of the page.
 pub async fn asset(uri: Uri) -> Response {
-    match FILES.iter().find(|(path, ..)| *path == uri.path()) {
+    file(uri.path())
+}
+
+/// A file of the page, by its path.
+pub fn file(asked: &str) -> Response {
+    match FILES.iter().find(|(path, ..)| *path == asked) {
         Some((_, kind, bytes)) => ([(header::CONTENT_TYPE, *kind)], *bytes).into_response(),
-        None => refuse(StatusCode::NOT_FOUND, &format!("there is nothing at {}", uri.path())),
+        None => refuse(StatusCode::NOT_FOUND, &format!("there is nothing at {asked}")),
     }
 }

@@ -56,15 +56,18 @@ pub async fn change(
     let desk = &shared.desk;
     match desk.site.save(change.site, change.revision, &*desk.changed) {
         Ok(revision) => Json(json!({ "revision": revision })).into_response(),
-        Err(error) => {
-            let status = match error {
-                SaveError::Wrong(_) => StatusCode::BAD_REQUEST,
-                SaveError::Changed { .. } | SaveError::ChangedOnDisk(_) => StatusCode::CONFLICT,
-                SaveError::Failed { .. } => StatusCode::INTERNAL_SERVER_ERROR,
-            };
-            refuse(status, &error.to_string())
-        }
+        Err(error) => save_refused(&error),
     }
+}
+
+/// An answer that says why nothing was saved.
+pub(super) fn save_refused(error: &SaveError) -> Response {
+    let status = match error {
+        SaveError::Wrong(_) => StatusCode::BAD_REQUEST,
+        SaveError::Changed { .. } | SaveError::ChangedOnDisk(_) => StatusCode::CONFLICT,
+        SaveError::Failed { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+    };
+    refuse(status, &error.to_string())
 }
 
 fn read(headers: &HeaderMap, body: &[u8]) -> Result<Change, (StatusCode, String)> {

@@ -124,6 +124,24 @@ impl Module {
         Some(Sighting { view: Arc::clone(view), start_s, seen, empty_mm, background_mm })
     }
 
+    /// Range of the wall behind each of its beams, mm; 0 where there is none. Empty before its background is whole.
+    #[must_use]
+    pub const fn walls_mm(&self) -> &Arc<[u16]> {
+        self.profile.walls_mm()
+    }
+
+    /// Where its beams point, once it has said so.
+    #[must_use]
+    pub fn geometry(&self) -> Option<&Geometry> {
+        self.setup.as_ref().map(|setup| &setup.geometry)
+    }
+
+    /// Its number in the site, if it has a place there.
+    #[must_use]
+    pub fn place_in_site(&self) -> Option<usize> {
+        Some(self.setup.as_ref()?.view.as_ref()?.module)
+    }
+
     /// Its clock on the host's.
     #[must_use]
     pub const fn clock(&self) -> &ModuleClock {

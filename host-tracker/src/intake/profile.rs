@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use kehai::background::BeamProfile;
+use kehai::background::{BeamProfile, BeamState};
 use kehai::visibility;
 use kehai::wire::ProfilePart;
 
@@ -15,6 +15,7 @@ use kehai::wire::ProfilePart;
 pub struct Profile {
     version: u16,
     empty_mm: Arc<[u16]>,
+    walls_mm: Arc<[u16]>,
     arriving: Option<Arriving>,
 }
 
@@ -49,6 +50,8 @@ impl Profile {
             let mut empty_mm = vec![0; whole.len()];
             visibility::empty_before(&whole, open_range_mm, &mut empty_mm);
             self.empty_mm = empty_mm.into();
+            let wall = |beam: &BeamProfile| if beam.state == BeamState::Wall { beam.far_mm } else { 0 };
+            self.walls_mm = whole.iter().map(wall).collect();
         }
     }
 
@@ -56,6 +59,12 @@ impl Profile {
     #[must_use]
     pub fn has(&self, version: u16) -> bool {
         self.version == version && version != 0
+    }
+
+    /// Range of the wall behind each beam, mm; 0 where there is none. Empty before a background is whole.
+    #[must_use]
+    pub const fn walls_mm(&self) -> &Arc<[u16]> {
+        &self.walls_mm
     }
 
     /// Up to which range each beam is empty when nothing stands before it; nothing is known of another version.

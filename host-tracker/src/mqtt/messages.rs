@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use crate::door::{DoorLine, Input};
 use crate::frame::{Frame, ModuleLine};
 use crate::jsonl::{ZoneKnown, ZoneLine};
 
@@ -129,7 +130,34 @@ pub fn states(frame: &Frame, topics: &Topics) -> BTreeMap<String, State> {
         states.insert(format!("{topic}/availability"), availability(module.state != "missing"));
         states.insert(topic, module_state(module));
     }
+    for (door, (_, slug)) in frame.doors.iter().zip(doors(frame)) {
+        // Who shows which card is nobody's business there.
+        let line = DoorLine { names: Vec::new(), ..door.clone() };
+        let payload = serde_json::to_string(&line).unwrap_or_default();
+        states.insert(format!("{}/door/{slug}", topics.site()), State::at_once(payload));
+    }
     states
+}
+
+/// The doors of a frame with their slugs, in its order.
+fn doors(frame: &Frame) -> Vec<(&str, String)> {
+    slugs(frame.doors.iter().map(|door| door.name.as_str()))
+}
+
+/// The topic in front of a door's outputs.
+#[must_use]
+pub fn door_topic(frame: &Frame, topics: &Topics, name: &str) -> Option<String> {
+    let slug = doors(frame).into_iter().find(|(known, _)| *known == name)?.1;
+    Some(format!("{}/door/{slug}", topics.site()))
+}
+
+/// The door and the input a topic is for, if it is for one.
+#[must_use]
+pub fn door_input(frame: &Frame, topics: &Topics, topic: &str) -> Option<(String, Input)> {
+    let rest = topic.strip_prefix(&topics.site())?.strip_prefix("/door/")?;
+    let (slug, input) = rest.split_once('/')?;
+    let name = doors(frame).into_iter().find(|(_, known)| known == slug)?.0;
+    Some((name.to_owned(), Input::named(input)?))
 }
 
 /// What is not known is null, never 0.

@@ -10,10 +10,17 @@
 //!   kehai/SITE/zone/ZONE/availability      online │ offline: nothing is known of it
 //!   kehai/SITE/module/MODULE               {"state":"watching","alarm":null,"alarms":[],"scans_hz":10.0,…}
 //!   kehai/SITE/module/MODULE/availability
+//!   kehai/SITE/door/DOOR                   {"phase":"unlocked","lock":"unlocked","alarm":null,…}
 //!   homeassistant/device/kehai_SITE…/config
+//!
+//!   kehai/SITE/door/DOOR/lock              {"id":8,"at_ms":…,"lock":"unlocked"}    again every second until it is taken
+//!   kehai/SITE/door/DOOR/alarm             {"id":3,"at_ms":…,"alarm":"followed"}   or null: over
+//!   kehai/SITE/door/DOOR/refused           {"at_ms":…,"why":"repeated: …"}         what came in changed nothing
+//!   kehai/SITE/door/DOOR/card │ number │ contact │ exit │ reset │ lock/taken │ alarm/taken     ◀─ as `door::inbox` says
 //! ```
 //!
-//! Everything is retained. *Unknown* is never *empty*: a zone that nobody sees has neither count nor occupancy, and is
+//! Everything but a door's orders and inputs is retained: an old "unlocked" must never reach a lock that comes back.
+//! A retained input is not taken. *Unknown* is never *empty*: a zone that nobody sees has neither count nor occupancy, and is
 //! not available.
 //!
 //! Sources: MQTT 3.1.1; Home Assistant's MQTT discovery, *device discovery payload*.
@@ -24,7 +31,7 @@ mod publisher;
 
 use std::str::FromStr;
 
-pub use messages::{Topics, discovery, states};
+pub use messages::{Topics, discovery, door_input, states};
 pub use outbox::{Outbox, Publication};
 pub use publisher::{Publisher, Settings};
 

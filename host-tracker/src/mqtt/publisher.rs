@@ -16,11 +16,13 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS};
+use serde_json::json;
 
 use super::Broker;
-use super::messages::Topics;
+use super::messages::{Topics, door_input, door_topic};
 use super::outbox::{Outbox, Publication};
-use crate::frame::Frame;
+use crate::door::{DoorDesk, Told};
+use crate::frame::{Frame, unix_ms};
 
 /// Between two connections.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -47,6 +49,8 @@ pub struct Settings {
     pub broker: Broker,
     /// Where everything goes there.
     pub topics: Topics,
+    /// The doors, if there are any: whom to tell what comes in for them.
+    pub doors: Option<DoorDesk>,
 }
 
 /// Publishes until it is dropped.
@@ -60,6 +64,7 @@ pub struct Publisher {
 enum News {
     Connected,
     Retained(String),
+    Message(String, Vec<u8>),
     Ended(String),
 }
 
@@ -71,13 +76,14 @@ impl Publisher {
     pub fn start(
         settings: Settings,
         frames: Receiver<Arc<Frame>>,
+        told: Option<Receiver<Told>>,
         say: impl Fn(&str) + Send + 'static,
     ) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread = std::thread::Builder::new()
             .name("mqtt".into())
-            .spawn(move || run(&settings, &frames, &stopped, &say))?;
+            .spawn(move || run(&settings, &frames, told.as_ref(), &stopped, &say))?;
         Ok(Self { stop, thread: Some(thread) })
     }
 }
@@ -90,7 +96,13 @@ impl Drop for Publisher {
     }
 }
 
-fn run(settings: &Settings, frames: &Receiver<Arc<Frame>>, stop: &AtomicBool, say: &impl Fn(&str)) {
+fn run(
+    settings: &Settings,
+    frames: &Receiver<Arc<Frame>>,
+    told: Option<&Receiver<Told>>,
+    stop: &AtomicBool,
+    say: &impl Fn(&str),
+) {
     let begun = Instant::now();
     let mut outbox = Outbox::new(settings.topics.clone());
     let mut away = false;
@@ -102,8 +114,10 @@ fn run(settings: &Settings, frames: &Receiver<Arc<Frame>>, stop: &AtomicBool, sa
         else {
             return say("mqtt: no thread is to be had; nothing is published");
         };
-        let mut session = Session { client, outbox: &mut outbox, connected: false };
-        let end = session.run(frames, &news, stop, begun);
+        let newest = Arc::default();
+        let doors = settings.doors.as_ref();
+        let mut session = Session { client, outbox: &mut outbox, connected: false, newest, doors };
+        let end = session.run(frames, told, &news, stop, begun);
         let was_connected = session.connected;
         drop(session);
         let Some(reason) = end else {
@@ -151,6 +165,9 @@ fn link(mut connection: Connection, tell: &mpsc::Sender<News>) {
             {
                 News::Retained(publish.topic)
             }
+            Ok(Event::Incoming(Packet::Publish(publish))) if !publish.retain => {
+                News::Message(publish.topic, publish.payload.to_vec())
+            }
             Ok(_) => continue,
             Err(error) => {
                 let _ = tell.send(News::Ended(error.to_string()));
@@ -168,6 +185,9 @@ struct Session<'a> {
     client: Client,
     outbox: &'a mut Outbox,
     connected: bool,
+    /// The newest frame.
+    newest: Arc<Frame>,
+    doors: Option<&'a DoorDesk>,
 }
 
 impl Session<'_> {
@@ -175,6 +195,7 @@ impl Session<'_> {
     fn run(
         &mut self,
         frames: &Receiver<Arc<Frame>>,
+        told: Option<&Receiver<Told>>,
         news: &Receiver<News>,
         stop: &AtomicBool,
         begun: Instant,
@@ -194,6 +215,9 @@ impl Session<'_> {
             }
             // Older ones are of no use to anybody.
             let fresh = frames.try_iter().last().or(fresh);
+            if let Some(frame) = &fresh {
+                self.newest = Arc::clone(frame);
+            }
             for news in news.try_iter() {
                 match news {
                     News::Connected => {
@@ -206,10 +230,18 @@ impl Session<'_> {
                         }
                     }
                     News::Retained(topic) => self.outbox.retained(&topic),
+                    News::Message(topic, payload) => self.take(&topic, &payload),
                     News::Ended(reason) => return Some(reason),
                 }
             }
+            // What was told while nobody listened is stale: the doors say again what still holds.
+            let orders: Vec<Told> = told.map(|told| told.try_iter().collect()).unwrap_or_default();
             if self.connected {
+                for order in &orders {
+                    if let Err(error) = self.order(order) {
+                        return Some(error);
+                    }
+                }
                 let now_ms = u64::try_from(begun.elapsed().as_millis()).unwrap_or(u64::MAX);
                 for publication in self.outbox.due(fresh.as_deref(), now_ms) {
                     if let Err(error) = self.publish(publication) {
@@ -218,6 +250,34 @@ impl Session<'_> {
                 }
             }
         }
+    }
+
+    /// A message to a door; what becomes of it, the door tells.
+    fn take(&self, topic: &str, payload: &[u8]) {
+        let input = door_input(&self.newest, self.outbox.topics(), topic);
+        if let Some((doors, (name, input))) = self.doors.zip(input) {
+            // A flood loses messages: their senders hear nothing of them.
+            let _ = doors.post(&name, input, payload);
+        }
+    }
+
+    /// What a door orders: never retained.
+    fn order(&self, order: &Told) -> Result<(), String> {
+        let at_ms = unix_ms();
+        let (door, kind, payload) = match order {
+            Told::Lock { door, id, lock } => {
+                (door, "lock", json!({ "id": id, "at_ms": at_ms, "lock": lock }))
+            }
+            Told::Alarm { door, id, alarm } => {
+                (door, "alarm", json!({ "id": id, "at_ms": at_ms, "alarm": alarm }))
+            }
+            Told::NotTaken { door, why } => (door, "refused", json!({ "at_ms": at_ms, "why": why })),
+            Told::Passage(_) => return Ok(()),
+        };
+        let Some(topic) = door_topic(&self.newest, self.outbox.topics(), door) else { return Ok(()) };
+        self.client
+            .try_publish(format!("{topic}/{kind}"), QoS::AtLeastOnce, false, payload.to_string())
+            .map_err(|error| error.to_string())
     }
 
     fn publish(&self, Publication { topic, payload }: Publication) -> Result<(), String> {

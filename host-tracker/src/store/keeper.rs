@@ -12,6 +12,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::path::{Path, Place, encode};
+use crate::door::Passed;
 use crate::frame::{Frame, ModuleLine};
 use crate::geometry::{Point, distance_to_segment, inside};
 use crate::jsonl::{TrackLine, ZoneKnown};
@@ -50,6 +51,8 @@ pub enum Row {
     },
     /// Something happened.
     Event(Event),
+    /// A group went through a door, or did not.
+    Passage(Box<Passed>),
     /// How a module was.
     Health {
         /// ms since 1970.
@@ -75,7 +78,7 @@ pub struct PathRow {
 pub struct Event {
     /// ms since 1970.
     pub at_ms: u64,
-    /// `started`, `restored`, `discarded`, `enter`, `leave`, `alarm`, `cleared`, `state`.
+    /// `started`, `restored`, `discarded`, `enter`, `leave`, `alarm`, `cleared`, `state`, `passage`, `door-alarm`.
     pub kind: String,
     /// Zone or module.
     pub subject: String,
@@ -174,6 +177,20 @@ impl Keeper {
     /// Notes that something happened.
     pub fn happened(&mut self, event: Event) {
         self.rows.push(Row::Event(event));
+    }
+
+    /// Notes a passage, and that it happened.
+    pub fn passed(&mut self, passed: Passed) {
+        let passage = &passed.passage;
+        let kind = if passage.alarm.is_some() { "door-alarm" } else { "passage" };
+        self.happened(Event {
+            at_ms: passed.ended_ms,
+            kind: kind.into(),
+            subject: passage.door.clone(),
+            track: passage.through.first().copied(),
+            text: format!("{} of {} went in: {}", passage.through.len(), passage.entered, passage.reason),
+        });
+        self.rows.push(Row::Passage(Box::new(passed)));
     }
 
     /// All that is to be written: rows, and parts of paths by track and part, the open ones included. Until

@@ -15,6 +15,7 @@
 pub mod export;
 pub mod keeper;
 pub mod path;
+pub mod poses;
 pub mod reader;
 mod schema;
 mod writer;
@@ -30,6 +31,7 @@ use reader::Reader;
 pub use schema::Newer;
 use writer::Writer;
 
+use crate::door::Passed;
 use crate::frame::{Frame, unix_ms};
 use crate::site::Site;
 
@@ -91,6 +93,7 @@ pub struct StoreState {
 enum Message {
     Frame(Arc<Frame>),
     Event(Event),
+    Passage(Box<Passed>),
     Site(Arc<Site>),
 }
 
@@ -147,6 +150,11 @@ impl Store {
     /// Notes that something happened.
     pub fn happened(&self, event: Event) {
         self.send(Message::Event(event));
+    }
+
+    /// Keeps a passage through a door.
+    pub fn passed(&self, passed: Box<Passed>) {
+        self.send(Message::Passage(passed));
     }
 
     /// The site has changed.
@@ -273,6 +281,7 @@ impl Work {
                 self.newest = Some(frame);
             }
             Message::Event(event) => self.keeper.happened(event),
+            Message::Passage(passed) => self.keeper.passed(*passed),
             Message::Site(site) => self.keeper.set_site(&site),
         }
     }

@@ -13,6 +13,7 @@ use super::StoreError;
 use super::keeper::{Event, PART_MS};
 use super::path::{Place, decode};
 use super::writer::integer;
+use crate::door::Passed;
 use crate::frame::Frame;
 
 const PATHS: &str = "SELECT run, track, points FROM path
@@ -24,6 +25,8 @@ const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.s
         AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
 const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
     WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
+
+const PASSAGES: &str = "SELECT record FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
 
 /// Somebody's path.
 #[derive(Clone, Debug, PartialEq)]
@@ -118,6 +121,17 @@ impl Reader {
         self.0.prepare_cached(EVENTS)?.query_map(params![integer(from_ms), integer(to_ms)], event)?.collect()
     }
 
+    /// Passages through doors that began from `from_ms` to `to_ms`. A record that cannot be understood is left out.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn passages(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Passed>> {
+        let mut statement = self.0.prepare_cached(PASSAGES)?;
+        let texts = statement.query_map(params![integer(from_ms), integer(to_ms)], |row| row.get(0))?;
+        let texts: Vec<String> = texts.collect::<rusqlite::Result<_>>()?;
+        Ok(texts.iter().filter_map(|text| serde_json::from_str(text).ok()).collect())
+    }
+
     /// The first and the last time there is something of, ms since 1970.
     ///
     /// # Errors
@@ -148,7 +162,7 @@ impl Reader {
     /// What SQLite says.
     pub fn plans(&self) -> rusqlite::Result<Vec<String>> {
         let mut plans = Vec::new();
-        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS] {
+        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS, PASSAGES] {
             let mut statement = self.0.prepare(&format!("EXPLAIN QUERY PLAN {asked}"))?;
             let blanks = vec![0_i64; statement.parameter_count()];
             let lines = statement.query_map(rusqlite::params_from_iter(blanks), |row| row.get(3))?;

@@ -3,6 +3,7 @@
 //! ```text
 //!   run ─ 1:n ─ path (track, part) ── begun_ms ◀─ index ── "what happened between a and b"
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
+//!   passage: one group through a door, its record as JSON       begun_ms ◀─ index
 //!   snapshot: one row, what was known last
 //! ```
 //!
@@ -83,6 +84,20 @@ CREATE TABLE snapshot (
 );
 ";
 
+/// Passages through doors: beside the others, so that a file of before has them, too.
+const PASSAGES: &str = "
+CREATE TABLE IF NOT EXISTS passage (
+    passage INTEGER PRIMARY KEY,
+    door TEXT NOT NULL,
+    begun_ms INTEGER NOT NULL,
+    ended_ms INTEGER NOT NULL,
+    outcome TEXT NOT NULL,
+    alarm TEXT,
+    record TEXT NOT NULL
+);
+CREATE INDEX IF NOT EXISTS passage_begun ON passage (begun_ms);
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
@@ -109,6 +124,7 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
         transaction.execute_batch(TABLES)?;
         transaction.pragma_update(None, "user_version", VERSION)?;
     }
+    transaction.execute_batch(PASSAGES)?;
     transaction.commit()?;
     Ok(Ok(()))
 }

@@ -95,6 +95,7 @@ impl Writer {
             ("path", "begun_ms", "run, track, part"),
             ("count", "at_ms", "zone, at_ms"),
             ("event", "at_ms", "event"),
+            ("passage", "begun_ms", "passage"),
             ("health", "at_ms", "module, at_ms"),
         ] {
             let statement = format!(
@@ -131,6 +132,22 @@ fn write_row(transaction: &Transaction<'_>, row: &Row) -> rusqlite::Result<()> {
                     event.subject,
                     event.track.map(integer),
                     event.text
+                ])?;
+        }
+        Row::Passage(passed) => {
+            let passage = &passed.passage;
+            transaction
+                .prepare_cached(
+                    "INSERT INTO passage (door, begun_ms, ended_ms, outcome, alarm, record)
+                     VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+                )?
+                .execute(params![
+                    passage.door,
+                    integer(passed.begun_ms),
+                    integer(passed.ended_ms),
+                    passage.outcome.to_string(),
+                    passage.alarm.map(|alarm| alarm.to_string()),
+                    serde_json::to_string(passed).unwrap_or_default()
                 ])?;
         }
         Row::Health { at_ms, module } => {

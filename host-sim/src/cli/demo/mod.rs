@@ -139,7 +139,10 @@ fn serve(listen: Option<SocketAddr>, site: SiteFile, service: &Arc<Service>) -> 
         frames: service.frames(),
         site,
         changed: Box::new(move |site| changing.change_site(site)),
+        calibration: service.calibration(),
+        accepted: Box::new(|_| {}),
         names: Vec::new(),
+        doors: None,
     };
     Server::start(address, desk).map_err(|error| format!("the live map cannot be at {address}: {error}"))
 }

@@ -17,7 +17,7 @@ export class Drawing {
     const dot = svg("circle", { class: "dots", cx: 0.5, cy: 0.5, r: 0.025 });
     const grid = svg("pattern", { id: "grid", width: 1, height: 1, patternUnits: "userSpaceOnUse" }, dot);
     root.append(svg("defs", {}, grid), svg("rect", { x: -5000, y: -5000, width: 10000, height: 10000, fill: "url(#grid)" }));
-    for (const name of ["fields", "rims", "zones", "movers", "trails", "walls", "entries", "modules", "labels", "people", "edit"]) {
+    for (const name of ["fields", "rims", "zones", "movers", "trails", "walls", "entries", "modules", "labels", "people", "walk", "edit"]) {
       root.append(this.layers[name] = svg("g", { class: name === "rims" ? "fields chosen" : name }));
     }
   }

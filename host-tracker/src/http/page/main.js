@@ -1,5 +1,6 @@
 // The live map: what comes from the tracker, what was chosen, and where it is shown.
 
+import { Calibration } from "./calibrate.js";
 import { Drawing } from "./draw.js";
 import { Editor } from "./edit.js";
 import { ask, connect } from "./net.js";
@@ -37,8 +38,18 @@ const editor = new Editor(drawing.layers.edit, view, {
   close: (saved) => {
     body.remove("editing");
     panel.edit(null);
-    get("edit-open").hidden = false;
+    get("edit-open").hidden = get("calibrate-open").hidden = false;
     get("edit-open").focus();
+    saved ? loadSite() : redraw();
+  },
+});
+
+const calibration = new Calibration(drawing.layers.walk, {
+  form: (form) => panel.edit(form),
+  close: (saved) => {
+    body.remove("calibrating");
+    get("edit-open").hidden = get("calibrate-open").hidden = false;
+    get("calibrate-open").focus();
     saved ? loadSite() : redraw();
   },
 });
@@ -153,8 +164,15 @@ get("edit-open").onclick = () => {
   time.seek(null);
   choose(null);
   body.add("editing");
-  get("edit-open").hidden = true;
+  get("edit-open").hidden = get("calibrate-open").hidden = true;
   editor.start(state);
+};
+get("calibrate-open").onclick = () => {
+  time.seek(null);
+  choose(null);
+  body.add("calibrating");
+  get("edit-open").hidden = get("calibrate-open").hidden = true;
+  calibration.start();
 };
 for (const layer of ["modules", "people"]) drawing.layers[layer].addEventListener("keydown", (event) => {
   if (event.key !== "Enter" && event.key !== " ") return;

@@ -7,8 +7,9 @@
 //! ```
 
 use super::ideas::Idea;
-use super::track::{SURE, Track, bit};
-use super::{AGILITY, Kehai, other_leg};
+use super::stir::Stirring;
+use super::track::{SURE, THIN_M, Track, bit};
+use super::{AGILITY, Kehai, MOVED_M, other_leg};
 use crate::geometry::Point;
 use crate::sighting::{Seen, Sighting};
 use crate::trackers::kalman::Kinematics;
@@ -58,13 +59,18 @@ impl Kehai {
     /// Lets appearances grow on what is left, and new ones begin.
     pub(super) fn grow(&mut self, sighting: &Sighting, pieces: &[Seen], taken: &mut [bool]) {
         let hits = self.associate(|track| !track.confirmed, sighting, pieces, taken);
+        for (track, index, _) in &hits {
+            self.compare(*track, &pieces[*index]);
+        }
         let mut ready = Vec::new();
         for (track, index, legs) in hits {
             let gain = self.evidence(&pieces[index], legs, self.tracks[track].id);
             let track = &mut self.tracks[track];
             track.existence += gain;
-            if track.existence >= ENOUGH && track.width_m >= 0.2 {
-                ready.push(track.id);
+            let (id, at) = (track.id, track.motion.place(track.last_hit_s));
+            // Who comes through a door is born behind its leaf.
+            if track.existence >= ENOUGH && track.width_m >= 0.2 && !self.moves_there(at) {
+                ready.push(id);
             }
         }
         self.merge_appearances(sighting);
@@ -126,6 +132,10 @@ impl Kehai {
             rest: (centre, seen.at_s),
             is_inside: false,
             unexplained: None,
+            still_s: if seen.width_m < THIN_M { seen.at_s } else { f64::NEG_INFINITY },
+            stirring: Stirring::default(),
+            company: None,
+            part_of: None,
             reason: "appeared",
             twin: 0,
             twin_since_s: seen.at_s,
@@ -194,12 +204,17 @@ impl Kehai {
             }
         }
         let beside = track.beside.or_else(|| self.beside(at, at_s));
-        let unexplained = interior && !beginning && self.walls.has_entries();
+        // Legs come in walking; those that only stand there, wherever it is, were put there.
+        let stands = track.is_still() && (at - track.first_at).length() < MOVED_M;
+        let unexplained = (interior || stands) && !beginning && self.walls.has_entries();
         let track = &mut self.tracks[index];
         track.beside = beside;
-        track.unexplained = unexplained.then_some(track.first_at);
+        if unexplained {
+            track.doubt(track.first_at);
+        }
         track.confirmed = true;
         track.existence = SURE * 0.5;
         track.reason = "seen";
+        self.judge(index);
     }
 }

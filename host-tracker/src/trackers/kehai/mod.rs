@@ -16,7 +16,12 @@ mod hidden;
 pub mod ideas;
 mod look;
 mod near;
+mod parts;
+mod reflection;
 mod restore;
+mod stir;
+#[cfg(test)]
+mod tests;
 mod track;
 mod twins;
 mod unseen;
@@ -30,6 +35,7 @@ use crate::site::{Mover, Site, Zone};
 use associate::other_leg;
 use ideas::{Idea, Ideas};
 use near::Near;
+use reflection::Reflection;
 use track::Track;
 use walls::Walls;
 
@@ -75,6 +81,7 @@ pub struct Kehai {
     /// In the order of their numbers.
     tracks: Vec<Track>,
     near: Near,
+    reflections: Vec<Reflection>,
     next_id: u32,
     /// The newest sighting's time.
     now_s: f64,
@@ -106,6 +113,7 @@ impl Kehai {
             ideas,
             tracks: Vec::new(),
             near: Near::over(site),
+            reflections: Vec::new(),
             next_id: 1,
             now_s: 0.0,
             passed_s: 0.0,
@@ -151,6 +159,11 @@ impl Kehai {
         self.movers.one_holds(&seen.outline)
     }
 
+    /// Whether a door leaf or a curtain moves at a place.
+    fn moves_there(&self, place: Point) -> bool {
+        self.movers.hold(place)
+    }
+
     /// The sighting with everything before a door leaf or a curtain taken as empty, up to its outline: of a body
     /// only its nearest point says what is empty, of a leaf its whole face does. None without one.
     fn before_movers(&self, sighting: &Sighting) -> Option<Sighting> {
@@ -185,11 +198,14 @@ impl Kehai {
             let track = &mut self.tracks[index];
             track.is_inside = is_inside;
             if (place - track.rest.0).length() > MOVED_M {
-                track.rest = (place, track.last_hit_s);
+                track.rest = (place, if track.walks() { track.last_hit_s } else { track.rest.1 });
             }
-            if track.unexplained.is_some_and(|from| (place - from).length() > MOVED_M) {
+            let has_moved = |from: Point| track.walks() && (place - from).length() > MOVED_M;
+            if track.stirring.is_somebody() || track.unexplained.is_some_and(has_moved) {
                 track.unexplained = None;
             }
+            self.let_go(index);
+            let track = &self.tracks[index];
             if track.confirmed && track.beside.is_some() {
                 self.part(index);
             }
@@ -211,7 +227,7 @@ impl Kehai {
         for (walks, stays) in [(index, other), (other, index)] {
             if !is_inside(walks) && is_inside(stays) && rests(stays) {
                 let rest = self.tracks[stays].rest.0;
-                self.tracks[stays].unexplained.get_or_insert(rest);
+                self.tracks[stays].doubt(rest);
                 // What came with the one came with the other.
                 let (walks, stays) = (self.tracks[walks].id, self.tracks[stays].id);
                 for track in self.tracks.iter_mut().filter(|track| track.beside == Some(stays)) {
@@ -220,8 +236,8 @@ impl Kehai {
                 return;
             }
         }
-        let walks = |index: usize| self.tracks[index].motion.velocity().length() > WALKING_MPS;
-        if walks(index) && walks(other) {
+        let walks = |track: &Track| track.walks() && track.motion.velocity().length() > WALKING_MPS;
+        if walks(&self.tracks[index]) && walks(&self.tracks[other]) {
             self.tracks[index].beside = None;
         }
     }
@@ -235,11 +251,11 @@ impl Tracker for Kehai {
         let places: Vec<Point> =
             self.seen_places(sighting.start_s).into_iter().map(|(_, place)| place).collect();
         let at = sighting.view.pose.at;
-        let is_somebody = |seen: &&Seen| {
-            seen.candidate.near_mm >= TOUCHING_MM
-                && !self.is_mover(seen)
-                && !self.walls.is_reflection(at, seen.outline[1])
-        };
+        let is_thing = |seen: &&Seen| seen.candidate.near_mm < TOUCHING_MM || self.is_mover(seen);
+        let stands_out = sighting.seen.iter().filter(|seen| !is_thing(seen));
+        let (reflected, real): (Vec<&Seen>, Vec<&Seen>) =
+            stands_out.partition(|seen| self.is_reflection(at, seen));
+        self.reflect(reflected.into_iter());
         let divided = |seen: &Seen| {
             if self.ideas.has(Idea::Division) {
                 divide::divide(seen, &sighting.view, sighting.start_s, &places)
@@ -247,9 +263,14 @@ impl Tracker for Kehai {
                 vec![seen.clone()]
             }
         };
-        let pieces: Vec<Seen> = sighting.seen.iter().filter(is_somebody).flat_map(divided).collect();
+        let pieces: Vec<Seen> = real.into_iter().flat_map(divided).collect();
         let mut taken = vec![false; pieces.len()];
-        self.associate(Track::is_seen, sighting, &pieces, &mut taken);
+        for (track, index, _) in self.associate(Track::is_seen, sighting, &pieces, &mut taken) {
+            if self.tracks[track].company.is_some() {
+                self.compare(track, &pieces[index]);
+                self.judge(track);
+            }
+        }
         if self.ideas.has(Idea::Limbs) {
             self.drop_limbs(sighting, &pieces, &mut taken);
         }
@@ -268,7 +289,9 @@ impl Tracker for Kehai {
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
         self.fade_all(at_s);
         self.settle();
-        self.tracks.iter().map(|track| track.state(at_s)).collect()
+        let reflections = self.reflections.iter().filter(|reflection| reflection.lasts(at_s));
+        let somebody = self.tracks.iter().map(|track| track.state(at_s));
+        somebody.chain(reflections.map(|reflection| reflection.state(at_s))).collect()
     }
 
     fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {

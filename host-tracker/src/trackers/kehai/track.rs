@@ -3,6 +3,8 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::hidden::Cloud;
+use super::parts::Company;
+use super::stir::Stirring;
 use crate::geometry::Point;
 use crate::sighting::Seen;
 use crate::trackers::kalman::Kinematics;
@@ -23,6 +25,18 @@ const STATED: f64 = 0.45;
 
 /// How long two must have been seen side by side to be two, s: three scans.
 const BESIDE_S: f64 = 0.3;
+
+/// Candidates whose beams have held their ranges for so long are still, 0.1 s: a slow walker is across a beam in less.
+const STILL_DS: u16 = 8;
+
+/// What is thinner is no leg of a body, m: those have 0.1 and more.
+pub const THIN_M: f64 = 0.1;
+
+/// Who walks is never still for so long, s: longer than what is uncovered takes to be known for still.
+const WALKS_S: f64 = 1.0;
+
+/// Why a part of somebody is not counted.
+const PART: &str = "a part of somebody: came in beside him and keeps its place";
 
 /// Why somebody is not counted who was never seen to come in.
 const UNEXPLAINED: &str = "unexplained: never seen to come in";
@@ -70,6 +84,14 @@ pub struct Track {
     pub is_inside: bool,
     /// Where it was when nobody could say how it came there; None once that is known.
     pub unexplained: Option<Point>,
+    /// When it was last seen by something thin that stood still, s.
+    pub still_s: f64,
+    /// How often it has stirred.
+    pub stirring: Stirring,
+    /// Until it has gone far enough: those who were there before.
+    pub company: Option<Company>,
+    /// Of whom it is a part.
+    pub part_of: Option<u32>,
     /// When it was first seen, or last came out of hiding.
     pub emerged_s: f64,
     /// Why it is in its state.
@@ -98,6 +120,31 @@ impl Track {
         self.cloud.is_some()
     }
 
+    /// Whether what it is seen by may walk: a track jumps between the legs of a chair, and they stand still.
+    #[must_use]
+    pub fn walks(&self) -> bool {
+        self.last_hit_s - self.still_s > WALKS_S
+    }
+
+    /// Whether it was thin and still when last seen.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.still_s >= self.last_hit_s
+    }
+
+    /// Nobody can say how it came there: it has to move, or to stir.
+    pub fn doubt(&mut self, place: Point) {
+        if self.unexplained.is_none() {
+            self.unexplained = Some(place);
+            self.stirring = Stirring::default();
+        }
+    }
+
+    /// Whether it may be a thing.
+    const fn is_doubtful(&self) -> bool {
+        self.unexplained.is_some() || self.part_of.is_some()
+    }
+
     /// Whether it is somebody, and seen.
     #[must_use]
     pub const fn is_seen(&self) -> bool {
@@ -124,6 +171,10 @@ impl Track {
             self.motion.update(seen.at_s, centre, noise);
         }
         self.last_hit_s = self.last_hit_s.max(seen.at_s);
+        self.stirring.take(seen, module);
+        if seen.candidate.static_ds >= STILL_DS && seen.width_m < THIN_M {
+            self.still_s = self.last_hit_s;
+        }
         self.width_m = self.width_m.max(seen.width_m);
         self.seen_by |= bit(module);
     }
@@ -135,6 +186,7 @@ impl Track {
         self.last_hit_s = as_found.last_hit_s;
         self.hit_in = as_found.hit_in;
         self.emerged_s = as_found.last_hit_s;
+        self.still_s = as_found.still_s;
         self.seen_by |= as_found.seen_by;
         self.twin = 0;
         self.existence = SURE;
@@ -160,14 +212,18 @@ impl Track {
             at,
             velocity,
             covariance_m2: [spread[(0, 0)], spread[(0, 1)], spread[(1, 1)]],
-            state: match (self.confirmed && self.unexplained.is_none(), self.is_hidden()) {
+            state: match (self.confirmed && !self.is_doubtful(), self.is_hidden()) {
                 (false, _) => LifeCycle::Tentative,
                 (true, false) => LifeCycle::Confirmed,
                 (true, true) => LifeCycle::Occluded,
             },
             existence: 1.0 / (1.0 + libm::exp(-self.existence)),
-            reason: if self.unexplained.is_some() { UNEXPLAINED } else { self.reason },
-            unexplained: self.unexplained.is_some(),
+            reason: match (self.part_of.is_some(), self.unexplained.is_some()) {
+                (true, _) => PART,
+                (false, true) => UNEXPLAINED,
+                (false, false) => self.reason,
+            },
+            unexplained: self.is_doubtful(),
         }
     }
 }

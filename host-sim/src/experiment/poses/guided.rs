@@ -1,0 +1,170 @@
+//! Somebody walks where the guide says, until it says that it is enough; then poses are compared with the truth.
+
+use std::error::Error;
+use std::sync::Arc;
+
+use host_tracker::calibrate::advice::{Advice, Guide, LONGEST_S};
+use host_tracker::calibrate::room::Outline;
+use host_tracker::calibrate::walk::Walk;
+use host_tracker::calibrate::{Calibration, Refusal, calibrate, wrapped};
+use host_tracker::geometry::{Point, Pose};
+use host_tracker::intake::Intake;
+use host_tracker::site::Site;
+use kehai::centre::Estimator;
+
+use super::errand::Floor;
+use super::table::{Error as Off, Placing};
+use super::{led, scene};
+use crate::run::{Run, TICK_US};
+use crate::world::motion::Led;
+use crate::world::random::{Purpose, Stream};
+
+/// Modules learn the empty room first, s.
+const LEARNS_S: f64 = 10.0;
+
+/// How far ahead of the time the walker's way is known, s.
+const AHEAD_S: f64 = 0.6;
+
+/// Two modules together for so long are too little, s.
+const SHORT_S: f64 = 5.0;
+
+/// One seed in one scene.
+pub fn place(name: &str, seed: u64) -> Result<Placing, Box<dyn Error>> {
+    let scene = scene(name, seed)?;
+    let truth: Vec<Pose> = scene.site.modules.iter().map(|module| module.pose()).collect();
+    let walk = walked(&scene, seed, &truth)?;
+    let plain = calibrate(&walk.0, truth[0], &[]);
+    let with_rooms = calibrate(&walk.0, truth[0], &walk.1);
+    let errors = |found: &Result<Calibration, Refusal>| -> Option<Vec<Off>> {
+        let found = found.as_ref().ok()?;
+        let off = |(placed, truth): (&host_tracker::calibrate::Placed, &Pose)| {
+            let (bound_m, bound_rad) = placed.bounds();
+            let metres = (placed.pose.at - truth.at).length();
+            let radians = wrapped(placed.pose.yaw_rad - truth.yaw_rad).abs();
+            Off { metres, radians, bound_m, bound_rad }
+        };
+        Some(found.modules.iter().zip(&truth).skip(1).map(off).collect())
+    };
+    Ok(Placing {
+        scene: name.to_owned(),
+        modules: truth.len(),
+        walked_s: walk.0.span_s() - LEARNS_S,
+        by_walk: errors(&plain),
+        by_both: errors(&with_rooms),
+        refusal: plain.err().map(|refusal| format!("{refusal:?}")),
+        short: short(&walk.0, truth[0]),
+    })
+}
+
+/// The walk and the backgrounds of one seed.
+type Walked = (Walk, Vec<Option<Outline>>);
+
+fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Result<Walked, Box<dyn Error>> {
+    let floor = Floor::of(scene);
+    let mut walker = Walker { floor, truth, stream: Stream::new(seed, Purpose::Walk, [9, 0]), turn: 0 };
+    let start = walker.before(0);
+    let led_by = Led::new(LEARNS_S, start);
+    let mut run: Run = led(scene, seed, &led_by, Vec::new());
+    // Where modules are is not known: each in its own frame.
+    let mut site: Site = scene.site.clone();
+    for module in &mut site.modules {
+        (module.x, module.y, module.yaw_deg) = (0.0, 0.0, 0.0);
+    }
+    let mut intake = Intake::new(Arc::new(site), Estimator::default());
+    let mut walk = Walk::new(truth.len());
+    let mut guide = Guide::default();
+    let mut tick = 0;
+    loop {
+        let now_s = tick as f64 * TICK_US as f64 * 1e-6;
+        for arrival in run.until(tick * TICK_US)? {
+            if let Some(sighting) = intake.receive(&arrival.bytes, arrival.at_us) {
+                walk.see(&sighting);
+            }
+        }
+        tick += 1;
+        let (at, end_s) = led_by.end();
+        if end_s - now_s > AHEAD_S {
+            continue;
+        }
+        let advice = guide.advise(&walk, now_s);
+        if (advice == Advice::Enough && now_s > LEARNS_S) || now_s > LEARNS_S + LONGEST_S {
+            break;
+        }
+        let to = walker.follow(&advice, at);
+        led_by.go(&walker.floor.way(at, to));
+    }
+    let rooms = |index: usize| {
+        let module = intake.modules().values().find(|module| module.place_in_site() == Some(index))?;
+        let geometry = module.geometry()?;
+        let beam = |(beam, range_mm): (usize, &u16)| {
+            let bearing_rad = geometry.bearing_rad(u16::try_from(beam).unwrap_or(u16::MAX));
+            (f64::from(bearing_rad), f64::from(*range_mm) * 1e-3)
+        };
+        Some(Outline::of(module.walls_mm().iter().enumerate().map(beam)))
+    };
+    Ok((walk, (0..truth.len()).map(rooms).collect()))
+}
+
+/// The one who walks. Where the boxes stand is in plain view.
+struct Walker<'a> {
+    floor: Floor,
+    truth: &'a [Pose],
+    stream: Stream,
+    turn: usize,
+}
+
+impl Walker<'_> {
+    /// A step and a half before a module.
+    fn before(&self, module: usize) -> Point {
+        let pose = self.truth[module];
+        self.floor.near(pose.to_site(Point::new(1.4, 0.0)))
+    }
+
+    /// Where to go from `at`.
+    fn follow(&mut self, advice: &Advice, at: Point) -> Point {
+        self.turn += 1;
+        let mut about = |place: Point, by_m: f64| {
+            place + Point::new(self.stream.between(-by_m, by_m), self.stream.between(-by_m, by_m))
+        };
+        match advice {
+            Advice::Together { modules: (one, _), place: Some(place), .. } => {
+                about(self.truth[*one].to_site(*place), 0.3)
+            }
+            Advice::Reach { module } if self.turn % 2 == 0 => self.before(*module),
+            // And back to the others: to the nearest of them.
+            Advice::Reach { module } => {
+                let from = self.truth[*module].at;
+                let others = (0..self.truth.len()).filter(|other| other != module);
+                let nearest = others.min_by(|a, b| {
+                    let far = |other: &usize| (self.truth[*other].at - from).length();
+                    far(a).total_cmp(&far(b))
+                });
+                nearest.map_or(at, |nearest| self.before(nearest))
+            }
+            _ => {
+                let place = self.truth[0].to_site(Point::new(1.8, 0.0));
+                about(place, 0.8)
+            }
+        }
+    }
+}
+
+/// Whether a walk that ends before the last module has seen enough together with any other is refused.
+fn short(walk: &Walk, first: Pose) -> bool {
+    let last = walk.modules() - 1;
+    let mut cut = Walk::new(walk.modules());
+    let mut left = (SHORT_S / host_tracker::calibrate::walk::SLOT_S) as usize;
+    let glimpses = walk.glimpses();
+    for glimpse in &glimpses {
+        if glimpse.module == last {
+            if left == 0 {
+                continue;
+            }
+            left -= 1;
+        }
+        cut.add(*glimpse);
+    }
+    let refused = calibrate(&cut, first, &[]);
+    matches!(refused, Err(Refusal::Short { modules, .. }) if modules.0 == last || modules.1 == last)
+        || refused == Err(Refusal::Apart { module: last })
+}

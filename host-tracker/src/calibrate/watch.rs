@@ -1,0 +1,424 @@
+//! Watching over poses for ever: a module that was turned, moved, covered or lifted is noticed as soon as somebody walks.
+//!
+//! ```text
+//!   walk     two modules see one walker at two places ─▶ which turn or shift of which module explains it?
+//!   walls    what stands before a background is that background, some beams further ─▶ turned
+//!   met      others see a walker where this one should: it meets him · it is blocked · it sees through him
+//! ```
+//!
+//! Only moments with one walker count, so a crowd raises nothing. What was found stays until the module agrees with the
+//! others again, or the site is changed.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::geometry::{Point, Pose, inside};
+use crate::sighting::{Seen, Sighting, View};
+use crate::site::{Mover, Site};
+
+use super::align::link;
+use super::look::moves;
+use super::walk::{Glimpse, Walk};
+use super::{median, wrapped};
+
+/// Seconds back that are looked at.
+const WINDOW_S: f64 = 30.0;
+
+/// Between two judgements, s.
+const JUDGE_S: f64 = 1.0;
+
+/// Two modules are compared over at least so long a common walk, s, that spreads so far, m.
+const COMPARED_S: f64 = 5.0;
+const SPREAD_M: f64 = 0.4;
+
+/// They disagree if they see the walker this far apart, m (median): bodies' shapes make 5 to 10 cm of it.
+const APART_M: f64 = 0.16;
+
+/// A turn or shift explains that if it leaves less than this share of it.
+const EXPLAINS: f64 = 0.6;
+
+/// The least turn, rad, and shift, m, that are told.
+const TURN_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+const SHIFT_M: f64 = 0.2;
+
+/// Who need not have been shifted to be turned is believed more: half a metre of shift weighs as one pair that agrees.
+const SHIFT_COSTS: f64 = 2.0;
+
+/// Foreground that is the turned background must take up this much of the view, rad, and this share of it must fit.
+const WALLS_RAD: f64 = 25.0 * std::f64::consts::PI / 180.0;
+const WALLS_SHARE: f64 = 0.85;
+
+/// So near are two ranges of one surface, m, and share of the range.
+const SAME_M: f64 = 0.06;
+const SAME_SHARE: f64 = 0.015;
+
+/// It has stood for so long, 0.1 s.
+const STOOD_DS: u16 = 15;
+
+/// Judgements in a row in which walls, or the walk, must say the same.
+const SURE: u32 = 3;
+
+/// The greatest turn looked for, rad.
+const MOST_RAD: f64 = 45.0 * std::f64::consts::PI / 180.0;
+
+/// Somebody is met within this distance of where others see him, m: a turn of 10° at 3 m is still met.
+const MET_M: f64 = 0.6;
+
+/// Who stands still in a module's shadow proves nothing: somebody must walk so far, m.
+const WALKS_M: f64 = 0.5;
+
+/// The newest moments, of a tenth of a second, that say that a module is blind, that it looks past people, that all is well.
+const BLIND: usize = 30;
+const PAST: usize = 100;
+const WELL: usize = 60;
+
+/// A walk seen twice must fit so well, as a share of it, to say anything about poses.
+const FITS_SHARE: f64 = 0.7;
+
+/// No module is moved farther than this without being noticed otherwise, m: what explains more is no move.
+const FARTHEST_M: f64 = 3.0;
+
+/// Of a covered module's view so much ends before its walls.
+const COVERED_SHARE: f64 = 0.5;
+
+/// What is wrong with a module's place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Finding {
+    /// It looks elsewhere than the site says: turned by so much to the left, rad, and moved by so much, m.
+    Moved {
+        /// To the left, rad.
+        turn_rad: f64,
+        /// How far, m.
+        shift_m: f64,
+    },
+    /// Something before it hides all.
+    Covered,
+    /// People walk where it should see them, and it sees nobody there.
+    Past,
+}
+
+/// What became of somebody whom others saw in a module's view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Outcome {
+    Met,
+    Blocked,
+    Through,
+}
+
+/// What is remembered of one module.
+#[derive(Clone, Debug, Default)]
+struct Known {
+    view: Option<Arc<View>>,
+    walls_mm: Arc<[u16]>,
+    /// When, where and what.
+    met: VecDeque<(f64, Point, Outcome)>,
+    /// Share of its view that ends early, and foreground that stands: bearing and range.
+    hidden_share: f64,
+    stands: Vec<(f64, f64)>,
+    /// The turn that the walls say, and how often in a row.
+    turned: Option<(f64, u32)>,
+    finding: Option<Finding>,
+}
+
+/// Watches over the poses of a site's modules.
+#[derive(Clone, Debug)]
+pub struct PoseWatch {
+    walk: Walk,
+    known: Vec<Known>,
+    movers: Vec<Vec<Point>>,
+    /// Whom the walk blames, and how often in a row.
+    blamed: Option<(usize, u32)>,
+    judged_s: f64,
+}
+
+impl PoseWatch {
+    /// Over the modules of a site.
+    #[must_use]
+    pub fn new(site: &Site) -> Self {
+        let modules = site.modules.len();
+        let movers = site.movers.iter().map(Mover::corners).collect();
+        Self {
+            walk: Walk::new(modules),
+            known: vec![Known::default(); modules],
+            movers,
+            blamed: None,
+            judged_s: 0.0,
+        }
+    }
+
+    /// Takes what a module saw. What is wholly where something moves that is nobody is left out.
+    pub fn see(&mut self, sighting: &Sighting) {
+        let module = sighting.view.module;
+        let moves = |seen: &Seen| {
+            self.movers.iter().any(|mover| seen.outline.iter().all(|place| inside(*place, mover)))
+        };
+        if sighting.seen.iter().any(moves) {
+            let seen = sighting.seen.iter().filter(|seen| !moves(seen)).cloned().collect();
+            self.walk.see(&Sighting { seen, ..sighting.clone() });
+        } else {
+            self.walk.see(sighting);
+        }
+        let expected = self.expected(module, sighting);
+        let Some(known) = self.known.get_mut(module) else { return };
+        known.view = Some(Arc::clone(&sighting.view));
+        known.hidden_share = hidden_share(sighting);
+        known.stands = stands(sighting);
+        known.met.extend(expected);
+        while known.met.front().is_some_and(|(at_s, ..)| *at_s < sighting.start_s - WINDOW_S) {
+            known.met.pop_front();
+        }
+    }
+
+    /// The wall behind every beam of a module, mm; 0 where there is none.
+    pub fn know_walls(&mut self, module: usize, walls_mm: &Arc<[u16]>) {
+        if let Some(known) = self.known.get_mut(module) {
+            known.walls_mm = Arc::clone(walls_mm);
+        }
+    }
+
+    /// Somebody whom another module sees where this one should, and what this one makes of it.
+    fn expected(&self, module: usize, sighting: &Sighting) -> Option<(f64, Point, Outcome)> {
+        let at_s = sighting.start_s;
+        let (_, crowds) = self.walk.now(at_s);
+        if !crowds.is_empty() {
+            return None;
+        }
+        let other = |other: usize| {
+            let glimpse = self.walk.newest(other, at_s - 0.15)?;
+            let view = self.known.get(other)?.view.as_ref()?;
+            Some(view.pose.to_site(glimpse.place()))
+        };
+        let place = (0..self.known.len()).filter(|number| *number != module).find_map(other)?;
+        let (range_m, Some(beam)) = sighting.view.beam_at(place) else { return None };
+        // Not at the edge of what it sees: a hand's breadth to either side, and half a metre behind.
+        let aside = (0.2 / range_m.max(0.2) / f64::from(sighting.view.geometry.beam_rad())) as u16;
+        let clear = [beam.saturating_sub(aside), beam, beam.saturating_add(aside)]
+            .iter()
+            .all(|&beam| sighting.background_m(beam) > range_m + 0.5);
+        if !clear {
+            return None;
+        }
+        let near = |seen: &Seen| {
+            moves(&seen.candidate) && (Point::new(seen.centre.x, seen.centre.y) - place).length() < MET_M
+        };
+        let outcome = if sighting.seen.iter().any(near) {
+            Outcome::Met
+        } else if sighting.empty_m(beam) > range_m + 0.25 {
+            Outcome::Through
+        } else {
+            Outcome::Blocked
+        };
+        Some((at_s, place, outcome))
+    }
+
+    /// What is wrong at `now_s`, by module.
+    pub fn findings(&mut self, now_s: f64) -> Vec<(usize, Finding)> {
+        if now_s >= self.judged_s + JUDGE_S {
+            self.judged_s = now_s;
+            self.walk.forget(now_s - WINDOW_S);
+            self.judge();
+        }
+        let found = |(module, known): (usize, &Known)| Some((module, known.finding?));
+        self.known.iter().enumerate().filter_map(found).collect()
+    }
+
+    fn judge(&mut self) {
+        for known in &mut self.known {
+            known.judge_walls();
+        }
+        let compared = self.compare();
+        let blamed = self.blame(&compared);
+        self.blamed = blamed.map(|(module, _)| match self.blamed {
+            Some((before, times)) if before == module => (module, times + 1),
+            _ => (module, 1),
+        });
+        let sure = self.blamed.is_some_and(|(_, times)| times >= SURE);
+        let by_walk = blamed.filter(|_| sure);
+        for (module, known) in self.known.iter_mut().enumerate() {
+            let covered = known.hidden_share > COVERED_SHARE && known.lately(BLIND, Outcome::Blocked);
+            let walls = known.turned.filter(|(_, times)| *times >= SURE);
+            let new = if covered {
+                Some(Finding::Covered)
+            } else if let Some((turn_rad, _)) = walls {
+                Some(Finding::Moved { turn_rad, shift_m: 0.0 })
+            } else if let Some((_, finding)) = by_walk.filter(|(whose, _)| *whose == module) {
+                Some(finding)
+            } else if known.lately(PAST, Outcome::Through) {
+                Some(Finding::Past)
+            } else {
+                None
+            };
+            let own = || compared.iter().filter(|pair| pair.has(module));
+            let agrees = known.lately(WELL, Outcome::Met) && own().all(|pair| !pair.apart);
+            if new.is_some() || (agrees && own().next().is_some()) {
+                known.finding = new;
+            }
+        }
+    }
+
+    /// Every pair with enough of a common walk.
+    fn compare(&self) -> Vec<Compared> {
+        let pair = |((one, other), common_s): ((usize, usize), f64)| {
+            if common_s < COMPARED_S {
+                return None;
+            }
+            let pose = |module: usize| Some(self.known.get(module)?.view.as_ref()?.pose);
+            let (here, there) = (pose(one)?, pose(other)?);
+            let link = link(&self.walk, one, other)?;
+            if link.spread_m < SPREAD_M || link.share < FITS_SHARE {
+                return None;
+            }
+            let apart = |to: &Pose| {
+                let apart =
+                    |(a, b): (Glimpse, Glimpse)| (here.to_site(a.place()) - to.to_site(b.place())).length();
+                median(&mut self.walk.common(one, other).map(apart).collect::<Vec<f64>>())
+            };
+            let found = Pose { at: here.to_site(link.pose.at), yaw_rad: here.yaw_rad + link.pose.yaw_rad };
+            let (before_m, after_m) = (apart(&there), apart(&found));
+            let inverse = Pose { at: link.pose.to_sensor(Point::default()), yaw_rad: -link.pose.yaw_rad };
+            let back = Pose { at: there.to_site(inverse.at), yaw_rad: there.yaw_rad + inverse.yaw_rad };
+            let change =
+                |from: &Pose, to: &Pose| (wrapped(to.yaw_rad - from.yaw_rad), (to.at - from.at).length());
+            let changes = [change(&here, &back), change(&there, &found)];
+            let told = changes.iter().any(|(turn_rad, shift_m)| {
+                let within = turn_rad.abs() < MOST_RAD && *shift_m < FARTHEST_M;
+                within && (turn_rad.abs() > TURN_RAD || *shift_m > SHIFT_M)
+            });
+            let apart = before_m > APART_M && after_m < EXPLAINS * before_m && told;
+            Some(Compared { modules: [one, other], common_s, apart, changes })
+        };
+        self.walk.pairs().into_iter().filter_map(pair).collect()
+    }
+
+    /// Whose move explains best that some disagree: who disagrees with most and agrees with fewest; of two who are
+    /// alike, who need not have been shifted to be turned.
+    fn blame(&self, compared: &[Compared]) -> Option<(usize, Finding)> {
+        let candidate = |module: usize| {
+            let own = || compared.iter().filter(move |pair| pair.has(module));
+            let worst = own().filter(|pair| pair.apart).max_by(|a, b| a.common_s.total_cmp(&b.common_s))?;
+            let disagrees = own().map(|pair| if pair.apart { 1.0 } else { -1.0 }).sum::<f64>();
+            let (turn_rad, shift_m) = worst.changes[usize::from(worst.modules[1] == module)];
+            Some((module, disagrees - SHIFT_COSTS * shift_m, Finding::Moved { turn_rad, shift_m }))
+        };
+        let all = (0..self.known.len()).filter_map(candidate);
+        all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(module, _, finding)| (module, finding))
+    }
+}
+
+/// Two modules over their common walk.
+#[derive(Clone, Debug)]
+struct Compared {
+    modules: [usize; 2],
+    common_s: f64,
+    /// They see the walker at two places, and a move of either explains it.
+    apart: bool,
+    /// How far each one would have been turned, rad, and shifted, m, if it alone had been.
+    changes: [(f64, f64); 2],
+}
+
+impl Compared {
+    fn has(&self, module: usize) -> bool {
+        self.modules.contains(&module)
+    }
+}
+
+impl Known {
+    /// Whether the newest so many moments ended in this way, nine of ten (to be well, half of them), somebody walking.
+    fn lately(&self, moments: usize, wanted: Outcome) -> bool {
+        let newest = || self.met.iter().rev().take(moments);
+        let ended = newest().filter(|met| met.2 == wanted).count();
+        let met = newest().filter(|met| met.2 == Outcome::Met).count();
+        let enough = if wanted == Outcome::Met {
+            met * 2 >= moments
+        } else {
+            ended * 10 >= moments * 9 && met * 20 <= moments
+        };
+        let Some((_, first, _)) = newest().next() else { return false };
+        let walks = newest().any(|(_, place, _)| (*place - *first).length() > WALKS_M);
+        self.met.len() >= moments && enough && walks
+    }
+
+    /// Whether what stands before the background is the background, some beams further.
+    fn judge_walls(&mut self) {
+        let found = self.view.as_ref().and_then(|view| turn(view, &self.walls_mm, &self.stands));
+        self.turned = match (found, self.turned) {
+            (Some(turn_rad), Some((before_rad, times))) if (turn_rad - before_rad).abs() < 0.02 => {
+                Some((turn_rad, times + 1))
+            }
+            (Some(turn_rad), _) => Some((turn_rad, 1)),
+            (None, _) => None,
+        };
+    }
+}
+
+/// The turn that makes what stands before the background the background itself, rad to the left.
+fn turn(view: &View, walls_mm: &[u16], stands: &[(f64, f64)]) -> Option<f64> {
+    let beam_rad = f64::from(view.geometry.beam_rad());
+    let first_rad = f64::from(view.geometry.bearing_rad(0));
+    if walls_mm.is_empty() || stands.len() as f64 * STAND_RAD < WALLS_RAD {
+        return None;
+    }
+    let (least, most) = ((TURN_RAD / beam_rad) as i64, (MOST_RAD / beam_rad) as i64);
+    // How many fit, and by how little they miss, µm.
+    let fits = |shift: i64| {
+        let miss = |&(bearing_rad, range_m): &(f64, f64)| {
+            let beam = ((bearing_rad - first_rad) / beam_rad).round() as i64 + shift;
+            let wall = usize::try_from(beam).ok().and_then(|beam| walls_mm.get(beam)).copied().unwrap_or(0);
+            let miss_m = (f64::from(wall) * 1e-3 - range_m).abs();
+            (wall > 0 && miss_m < SAME_M + SAME_SHARE * range_m).then_some(miss_m)
+        };
+        let (count, sum_m) =
+            stands.iter().filter_map(miss).fold((0, 0.0), |(count, sum), miss| (count + 1, sum + miss));
+        (count, -(sum_m * 1e6) as i64)
+    };
+    let shifts = (least..=most).flat_map(|shift| [shift, -shift]);
+    let ((count, _), shift) =
+        shifts.map(|shift| (fits(shift), shift)).max_by_key(|(fits, shift)| (*fits, -shift.abs()))?;
+    let share = f64::from(count) / stands.len() as f64;
+    // A beam that sees what was `shift` beams further to the left has been turned to the left by as much.
+    (share >= WALLS_SHARE).then_some(shift as f64 * beam_rad)
+}
+
+/// Of foreground, one point every 1°.
+const STAND_RAD: f64 = std::f64::consts::PI / 180.0;
+
+/// Bearing and range of the foreground that stands, from the contours of candidates.
+fn stands(sighting: &Sighting) -> Vec<(f64, f64)> {
+    let geometry = &sighting.view.geometry;
+    let mut points = Vec::new();
+    for seen in sighting.seen.iter().filter(|seen| seen.candidate.static_ds >= STOOD_DS) {
+        let candidate = &seen.candidate;
+        let [first, last] = [candidate.first_step, candidate.last_step]
+            .map(|step| f64::from(geometry.bearing_rad(geometry.beam(step))));
+        let gaps = candidate.contour.len() + 1;
+        let range = |point: usize| match point.checked_sub(1) {
+            None => candidate.first_mm,
+            Some(inner) => candidate.contour_mm(inner).unwrap_or(candidate.last_mm),
+        };
+        let steps = ((last - first) / STAND_RAD) as usize;
+        for step in 0..=steps {
+            let place = step as f64 / steps.max(1) as f64 * gaps as f64;
+            let left = (place as usize).min(gaps - 1);
+            let (a, b) = (f64::from(range(left)), f64::from(range(left + 1)));
+            // Across a jump nothing is known.
+            if (a - b).abs() < 200.0 {
+                let range_m = (a + (b - a) * (place - left as f64)) * 1e-3;
+                points.push((first + (last - first) * place / gaps as f64, range_m));
+            }
+        }
+    }
+    points
+}
+
+/// Share of a module's view that ends before its background.
+fn hidden_share(sighting: &Sighting) -> f64 {
+    let known = sighting.background_mm.iter().zip(&sighting.empty_mm).filter(|(wall_mm, _)| **wall_mm > 300);
+    let (hidden, all) = known.fold((0, 0), |(hidden, all), (wall_mm, empty_mm)| {
+        (hidden + usize::from(u32::from(*empty_mm) * 10 < u32::from(*wall_mm) * 6), all + 1)
+    });
+    hidden as f64 / f64::from(all.max(1))
+}
+
+#[cfg(test)]
+#[path = "watch_tests.rs"]
+mod tests;

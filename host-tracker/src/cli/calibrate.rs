@@ -1,0 +1,262 @@
+//! `kehai-tracker calibrate`: finds where the modules are while somebody walks about.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
+
+use clap::Args;
+use host_tracker::calibrate::advice::LONGEST_S;
+use host_tracker::calibrate::session::{Session, Status};
+use host_tracker::frame::{Frame, unix_ms};
+use host_tracker::service::{Options, Service};
+use host_tracker::site::{Module, Site};
+use host_tracker::site_file::SiteFile;
+use host_tracker::store::poses::keep_poses;
+use host_tracker::trackers::Choice;
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::{Failure, address};
+
+/// Find where the modules are, by walking about
+///
+/// One person walks where two modules at a time see them; the terminal says where to go next. The first module of the
+/// site is held fixed: it says where x and y are. Modules that are found and not in the site yet are added.
+/// Nothing is written before it is accepted.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The site; its first module stays where it is
+    #[arg(long, value_name = "FILE.toml")]
+    site: PathBuf,
+
+    /// A module's address, beside those that are found; port 4040 if none is given
+    #[arg(long, value_name = "HOST[:PORT]")]
+    module: Vec<String>,
+
+    /// Look for no modules on the network: only those at --module
+    #[arg(long, requires = "module")]
+    no_mdns: bool,
+
+    /// Write the poses into the site's file without asking
+    #[arg(long)]
+    accept: bool,
+
+    /// Say everything as JSON, a line a second and the result last; asks nothing
+    #[arg(long)]
+    json: bool,
+
+    /// Keep the accepted poses in this database, too
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
+
+    /// Longest walk
+    #[arg(long, value_name = "N", default_value_t = LONGEST_S as u64)]
+    seconds: u64,
+}
+
+const EXAMPLES: &str = "Examples:
+  kehai-tracker calibrate --site home.toml                  walk, look at the result, accept it or not
+  kehai-tracker calibrate --site home.toml --accept --db home.db
+  kehai-tracker calibrate --site home.toml --json --no-mdns --module 192.168.1.20 --module 192.168.1.21
+
+Ctrl-C ends the walk: the result is worked out from what there is.";
+
+/// Between two looks at whether it is to end.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// Frames until modules have answered and new ones have been added: five seconds.
+const SETTLES: u32 = 50;
+
+/// Finds the poses.
+///
+/// # Errors
+/// One line: what is wrong with which file or address, or why no poses were found.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = SiteFile::load(&arguments.site)?;
+    let revision = file.current().revision;
+    let modules = arguments
+        .module
+        .iter()
+        .map(|text| address(text).map_err(|error| format!("--module {error}")))
+        .collect::<Result<Vec<_>, _>>()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    let service = Service::start(Options {
+        site: (*file.current().site).clone(),
+        modules,
+        discover: !arguments.no_mdns,
+        tracker: Choice::default(),
+        ..Options::default()
+    })?;
+    let session = service.calibration();
+    let mut terminal = (!arguments.json).then(Terminal::new).transpose()?;
+    walk(&service, &session, arguments.seconds, &stop, |status| match &mut terminal {
+        Some(terminal) => terminal.show(status),
+        None => println!("{}", serde_json::to_string(status).unwrap_or_default()),
+    })?;
+    session.finish();
+    let status = session.status();
+    drop(terminal);
+    if arguments.json {
+        println!("{}", serde_json::to_string(&status)?);
+    }
+    service.stop()?;
+    if let Some(refused) = status.refused {
+        return Err(refused.into());
+    }
+    let Some((found, poses)) = status.found.zip(session.poses()) else {
+        return Err("nothing was seen: is a module switched on, and in the site?".into());
+    };
+    if !arguments.json {
+        println!("{}", found.quality);
+        found.modules.iter().for_each(|module| println!("  {}", module.text));
+        println!(
+            "  at least one module sees {:.0} m², two see {:.0} m²",
+            found.coverage.seen_m2[0], found.coverage.seen_m2[1]
+        );
+    }
+    if !(arguments.accept || (!arguments.json && asked(&arguments.site)?)) {
+        eprintln!("nothing was written; --accept writes it without asking");
+        return Ok(());
+    }
+    file.save_poses(&poses, Some(revision), |_| Ok(()))?;
+    if let Some(db) = &arguments.db {
+        keep_poses(db, unix_ms(), &poses, "walk")?;
+    }
+    eprintln!("{}: {} poses written", arguments.site.display(), poses.len());
+    Ok(())
+}
+
+/// Listens until the guide has enough, the time is over, or somebody ends it.
+fn walk(
+    service: &Service,
+    session: &Session,
+    seconds: u64,
+    stop: &AtomicBool,
+    mut show: impl FnMut(&Status),
+) -> Result<(), Failure> {
+    let frames = service.queue();
+    let mut count = 0;
+    loop {
+        let frame = match frames.recv_timeout(WAIT) {
+            Ok(frame) => frame,
+            Err(RecvTimeoutError::Timeout) if !stop.load(Ordering::Relaxed) => continue,
+            Err(_) => return Ok(()),
+        };
+        count += 1;
+        if count < SETTLES {
+            continue;
+        }
+        if count == SETTLES {
+            if let Some(site) = with_strangers(&service.site().borrow(), &frame) {
+                service.change_site(site)?;
+            }
+            session.begin();
+            continue;
+        }
+        if count % 10 == 0 {
+            let status = session.status();
+            show(&status);
+            if status.enough || status.since_s >= seconds as f64 {
+                return Ok(());
+            }
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+    }
+}
+
+/// The site with every module that was found and is not in it; None if there is none.
+fn with_strangers(site: &Site, frame: &Frame) -> Option<Site> {
+    let known = |name: &str| site.modules.iter().any(|module| module.name == name);
+    let there = frame.modules.iter().filter(|line| !line.id.is_empty() && !line.name.is_empty());
+    let new: Vec<Module> = there
+        .filter(|line| !known(&line.name))
+        .map(|line| Module { name: line.name.clone(), x: 0.0, y: 0.0, yaw_deg: 0.0, height_m: 0.6 })
+        .collect();
+    (!new.is_empty()).then(|| Site { modules: [site.modules.clone(), new].concat(), ..site.clone() })
+}
+
+/// Whether somebody at the terminal wants it written.
+fn asked(file: &std::path::Path) -> io::Result<bool> {
+    if !io::stdin().is_terminal() {
+        return Ok(false);
+    }
+    print!("Write these poses into {}? [y/N] ", file.display());
+    io::stdout().flush()?;
+    let mut answer = String::new();
+    io::stdin().read_line(&mut answer)?;
+    Ok(matches!(answer.trim(), "y" | "Y" | "yes"))
+}
+
+/// Bars in the terminal: one a pair, and a line that says where to walk. Without colours, so NO_COLOR changes nothing; if
+/// stderr is no terminal, the advice is written when it changes.
+struct Terminal {
+    all: MultiProgress,
+    advice: ProgressBar,
+    bars: Vec<([String; 2], ProgressBar)>,
+    style: ProgressStyle,
+    plain: bool,
+    last: String,
+}
+
+impl Terminal {
+    fn new() -> Result<Self, Failure> {
+        let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
+        let advice = all.add(ProgressBar::new_spinner());
+        advice.set_style(ProgressStyle::with_template("{wide_msg}")?);
+        let style = ProgressStyle::with_template("  {prefix:32!} {bar:24} {msg}")?;
+        let plain = !io::stderr().is_terminal();
+        Ok(Self { all, advice, bars: Vec::new(), style, plain, last: String::new() })
+    }
+
+    fn show(&mut self, status: &Status) {
+        let sees = if status.sees.is_empty() {
+            "nobody sees you".into()
+        } else {
+            format!("seen by {}", status.sees.join(", "))
+        };
+        let crowd = if status.crowded_s > 0.5 {
+            format!("; {:.0} s with several people are not used", status.crowded_s)
+        } else {
+            String::new()
+        };
+        if self.plain {
+            // What changes is worth a line, its seconds are not.
+            let what: String = status.advice.chars().take_while(|letter| !letter.is_ascii_digit()).collect();
+            if what != self.last {
+                eprintln!("{:.0} %: {}", status.progress * 100.0, status.advice);
+                self.last = what;
+            }
+            return;
+        }
+        self.advice.set_message(format!("{}\n  {sees}{crowd}", status.advice));
+        for pair in &status.pairs {
+            let known = self.bars.iter().position(|(modules, _)| *modules == pair.modules);
+            let index = known.unwrap_or_else(|| {
+                let bar = self.all.add(ProgressBar::new((pair.needed_s * 10.0) as u64));
+                bar.set_style(self.style.clone());
+                bar.set_prefix(pair.modules.join(" + "));
+                self.bars.push((pair.modules.clone(), bar));
+                self.bars.len() - 1
+            });
+            if let Some((_, bar)) = self.bars.get(index) {
+                bar.set_position((pair.common_s.min(pair.needed_s) * 10.0) as u64);
+                bar.set_message(format!("{:.0} of {:.0} s", pair.common_s.min(pair.needed_s), pair.needed_s));
+            }
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        // What is drawn there is over.
+        let _ = self.all.clear();
+    }
+}

@@ -1,0 +1,242 @@
+//! The line of a door, and who has crossed it.
+//!
+//! ```text
+//!            inside                     inward crossing: before ─▶ beyond
+//!   ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─  + 0.10 m     outward: beyond ─▶ before
+//!   ════╡  door line  ╞════             between the two dashed lines somebody stays where they were:
+//!   ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─  − 0.10 m     noise is no crossing
+//!             zone
+//! ```
+
+use std::collections::BTreeMap;
+
+use super::event::Body;
+use crate::geometry::{Point, centroid, distance_to_segment, inside};
+
+/// So far beyond the line somebody has crossed it, m: twice the noise of a walker's place.
+pub const CROSSED_M: f64 = 0.10;
+
+/// Beside the ends of the line this far a crossing still goes through the door, m: half a body.
+const BESIDE_M: f64 = 0.25;
+
+/// How far from the line somebody may be lost, or found, while passing it, m: in the frame of the door nobody sees
+/// them, and in the time a birth takes they walk so far.
+const DOORWAY_M: f64 = 0.8;
+
+/// Faster than this somebody walks, m/s: whoever comes from inside walks the other way.
+const WALKING_M_S: f64 = 0.2;
+
+/// What somebody did.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Crossing {
+    /// Went in.
+    Inward(u64),
+    /// Came out.
+    Outward(u64),
+    /// Went in, and nobody can say for sure that it is somebody: the one who touches the one before is such a shade.
+    Shade(u64),
+    /// Was lost in the doorway before the line.
+    Lost(u64),
+    /// Was found in the doorway beyond the line, walking in, and nobody knows how they came there.
+    Found(u64),
+}
+
+/// A shade must have been there for so long, s, have come so far, m, and be so far from everybody who is sure, m: else
+/// it is an arm, or a bag.
+const SHADE_S: f64 = 0.3;
+const SHADE_WAY_M: f64 = 0.25;
+const SHADE_APART_M: f64 = 0.22;
+
+/// In the zone a shade must have been there longer, s, and have come farther, m: there are more arms and bags there.
+const WALKING_SHADE_S: f64 = 0.6;
+const WALKING_SHADE_M: f64 = 0.3;
+
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    first_at: Point,
+    first_s: f64,
+    is_sure: bool,
+    is_beyond: bool,
+    in_doorway: bool,
+    in_zone: bool,
+}
+
+/// The line, the zone before it, and who is on which side.
+#[derive(Clone, Debug)]
+pub struct Gate {
+    middle: Point,
+    along: Point,
+    half_m: f64,
+    inward: Point,
+    zone: Vec<Point>,
+    known: BTreeMap<u64, Known>,
+}
+
+impl Gate {
+    /// The line between `ends`, and the zone before it. The far side of the zone is inside.
+    #[must_use]
+    pub fn new(ends: (Point, Point), zone: Vec<Point>) -> Self {
+        let side = ends.1 - ends.0;
+        let length_m = side.length().max(1e-6);
+        let along = side * (1.0 / length_m);
+        let middle = (ends.0 + ends.1) * 0.5;
+        let left = along.left();
+        let inward = if left.dot(centroid(&zone) - middle) > 0.0 { left * -1.0 } else { left };
+        Self { middle, along, half_m: 0.5 * length_m, inward, zone, known: BTreeMap::new() }
+    }
+
+    /// The middle of the line.
+    #[must_use]
+    pub const fn middle(&self) -> Point {
+        self.middle
+    }
+
+    /// How far beyond the line a place is, m.
+    #[must_use]
+    pub fn beyond_m(&self, at: Point) -> f64 {
+        (at - self.middle).dot(self.inward)
+    }
+
+    /// Whether a place is in the zone before the line.
+    #[must_use]
+    pub fn in_zone(&self, at: Point) -> bool {
+        self.beyond_m(at) <= 0.0 && inside(at, &self.zone)
+    }
+
+    /// Whether a place is in the zone, or less than `margin_m` from it.
+    #[must_use]
+    pub fn is_near_zone(&self, at: Point, margin_m: f64) -> bool {
+        let sides = self.zone.iter().zip(self.zone.iter().cycle().skip(1));
+        inside(at, &self.zone)
+            || sides.into_iter().any(|(&from, &to)| distance_to_segment(at, from, to) < margin_m)
+    }
+
+    /// How many shades walk in the zone: not sure, apart from everybody who is, and on their way for a while.
+    #[must_use]
+    pub fn shades(&self, bodies: &[Body], now_s: f64) -> usize {
+        let walks = |body: &&Body| {
+            self.known.get(&body.id).is_some_and(|known| {
+                let way_m = (body.at - known.first_at).length();
+                now_s - known.first_s >= WALKING_SHADE_S && way_m >= WALKING_SHADE_M
+            })
+        };
+        let unsure = bodies.iter().filter(|body| !body.is_sure && self.in_zone(body.at));
+        unsure.filter(walks).filter(|body| is_apart(body, bodies)).count()
+    }
+
+    /// Notes where everybody is, and what they did since the last time.
+    pub fn see(&mut self, bodies: &[Body], now_s: f64) -> Vec<Crossing> {
+        let mut crossings = Vec::new();
+        let mut now = BTreeMap::new();
+        for body in bodies {
+            let beyond_m = self.beyond_m(body.at);
+            let aside_m = (body.at - self.middle).dot(self.along).abs() - self.half_m;
+            let before = self.known.get(&body.id);
+            let was_beyond = before.map(|known| known.is_beyond);
+            let is_beyond = match was_beyond {
+                _ if beyond_m > CROSSED_M => true,
+                _ if beyond_m < -CROSSED_M => false,
+                Some(was) => was,
+                None => beyond_m > 0.0,
+            };
+            let in_doorway = aside_m < BESIDE_M && beyond_m.abs() < DOORWAY_M;
+            let (first_at, first_s) =
+                before.map_or((body.at, now_s), |known| (known.first_at, known.first_s));
+            if aside_m < BESIDE_M && !body.is_sure {
+                let alone = is_apart(body, bodies);
+                let has_come = now_s - first_s >= SHADE_S && (body.at - first_at).length() >= SHADE_WAY_M;
+                if was_beyond == Some(false) && is_beyond && alone && has_come {
+                    crossings.push(Crossing::Shade(body.id));
+                }
+            } else if aside_m < BESIDE_M {
+                match (was_beyond, is_beyond) {
+                    (Some(false), true) => crossings.push(Crossing::Inward(body.id)),
+                    (Some(true), false) => crossings.push(Crossing::Outward(body.id)),
+                    (None, true) if in_doorway && body.velocity.dot(self.inward) > WALKING_M_S => {
+                        crossings.push(Crossing::Found(body.id))
+                    }
+                    _ => {}
+                }
+            }
+            let in_zone = self.in_zone(body.at);
+            let is_sure = body.is_sure;
+            now.insert(body.id, Known { first_at, first_s, is_sure, is_beyond, in_doorway, in_zone });
+        }
+        let gone = self.known.iter().filter(|(id, _)| !now.contains_key(id));
+        let lost =
+            gone.filter(|(_, known)| known.is_sure && known.in_doorway && known.in_zone && !known.is_beyond);
+        crossings.extend(lost.map(|(&id, _)| Crossing::Lost(id)));
+        self.known = now;
+        crossings
+    }
+}
+
+/// Whether somebody who is not sure is apart from everybody who is.
+#[must_use]
+pub fn is_apart(body: &Body, bodies: &[Body]) -> bool {
+    bodies.iter().filter(|other| other.is_sure).all(|other| (other.at - body.at).length() >= SHADE_APART_M)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gate() -> Gate {
+        let zone = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Point::from).to_vec();
+        Gate::new((Point::new(0.45, 1.0), Point::new(-0.45, 1.0)), zone)
+    }
+
+    fn at(id: u64, x: f64, y: f64) -> Body {
+        Body {
+            id,
+            at: Point::new(x, y),
+            velocity: Point::new(0.0, 1.0),
+            is_seen: true,
+            is_sure: true,
+            is_unexplained: false,
+        }
+    }
+
+    #[test]
+    fn the_far_side_of_the_zone_is_inside() {
+        let gate = gate();
+        assert!(gate.beyond_m(Point::new(0.0, 1.3)) > 0.29 && gate.beyond_m(Point::default()) < -0.9);
+        assert!(gate.in_zone(Point::default()) && !gate.in_zone(Point::new(0.0, 1.1)));
+    }
+
+    #[test]
+    fn somebody_crosses_once_each_way_and_noise_never() {
+        let mut gate = gate();
+        let mut crossed = |y: f64| gate.see(&[at(1, 0.0, y)], 0.0);
+        assert_eq!(crossed(0.5), []);
+        assert_eq!(crossed(1.05), [], "not far enough yet");
+        assert_eq!(crossed(1.12), [Crossing::Inward(1)]);
+        assert_eq!(crossed(0.95), [], "noise");
+        assert_eq!(crossed(1.3), []);
+        assert_eq!(crossed(0.8), [Crossing::Outward(1)]);
+    }
+
+    #[test]
+    fn a_shade_crosses_when_it_walks_and_is_apart() {
+        let cross = |x: f64| {
+            let mut gate = gate();
+            let mut all = Vec::new();
+            for step in 0..8 {
+                let y = 0.5 + 0.1 * f64::from(step);
+                let shade = Body { is_sure: false, is_seen: false, ..at(2, x, y) };
+                all.extend(gate.see(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
+            }
+            all
+        };
+        assert_eq!(cross(0.3), [Crossing::Inward(1), Crossing::Shade(2)]);
+        assert_eq!(cross(0.1), [Crossing::Inward(1)], "an arm");
+    }
+
+    #[test]
+    fn who_is_lost_or_found_in_the_doorway_is_told() {
+        let mut gate = gate();
+        gate.see(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
+        assert_eq!(gate.see(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
+        assert_eq!(gate.see(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
+    }
+}

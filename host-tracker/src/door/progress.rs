@@ -1,0 +1,149 @@
+//! A passage under way: who has gone through, and who is too many.
+//!
+//! ```text
+//!   let in 2      zone ● ●   │            in the zone + through ≤ 2
+//!                 zone ●     │ ●          one of them beyond the line: through = 1
+//!                 zone ● ○   │ ●          ○ is one too many: ran in
+//!                 zone ○     │ ● ●        through = 2: lock
+//!                            │ ● ● ○      through = 3: followed
+//! ```
+
+use super::event::{Alarm, Body, Card};
+use super::gate::{Crossing, Gate};
+use super::passage::{Outcome, Passage};
+
+/// One too many must be seen in the zone for so long, s: three lines. A new track that lives shorter is a shred.
+const EXTRA_S: f64 = 0.25;
+
+/// Somebody of the group must be seen outside the zone for so long to have left it, s.
+const LEFT_S: f64 = 0.3;
+
+/// So far before the zone somebody has left it, m.
+const LEFT_M: f64 = 0.15;
+
+/// A group from its card on.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    /// The record so far.
+    pub passage: Passage,
+    /// People let in; 0 before it is unlocked.
+    pub let_in: usize,
+    /// Who came out from inside: not of the group, and welcome to leave.
+    leavers: Vec<u64>,
+    /// Lost in the doorway before the line, and perhaps found again beyond it.
+    lost: usize,
+    /// Since when one too many is seen, s.
+    extra_since_s: Option<f64>,
+    /// Since when somebody of the group is outside the zone, s.
+    left_since_s: Option<f64>,
+}
+
+impl Progress {
+    /// Somebody has shown a card, or gone in without.
+    #[must_use]
+    pub fn new(door: &str, number: u64, now_s: f64, card: Option<Card>) -> Self {
+        let passage = Passage {
+            door: door.to_owned(),
+            number,
+            begun_s: now_s,
+            ended_s: now_s,
+            card,
+            entered: 0,
+            tries: 0,
+            count_p: Vec::new(),
+            seen_share: 0.0,
+            group: Vec::new(),
+            through: Vec::new(),
+            outcome: Outcome::GaveUp,
+            alarm: None,
+            reason: String::new(),
+        };
+        Self { passage, let_in: 0, leavers: Vec::new(), lost: 0, extra_since_s: None, left_since_s: None }
+    }
+
+    /// The door is unlocked for `people`.
+    pub fn unlock(&mut self, people: u32, bodies: &[Body], gate: &Gate) {
+        self.let_in = people as usize;
+        let in_zone = bodies.iter().filter(|body| body.is_sure && gate.in_zone(body.at));
+        self.passage.group = in_zone.map(|body| body.id).collect();
+    }
+
+    /// How many have gone through.
+    #[must_use]
+    pub const fn through(&self) -> usize {
+        self.passage.through.len()
+    }
+
+    /// Whether all have, as far as anybody can tell: who is lost in the doorway has gone through it.
+    #[must_use]
+    pub const fn is_complete(&self) -> bool {
+        self.through() + self.lost >= self.let_in
+    }
+
+    /// Counts crossings; the alarm they are, if they are one.
+    pub fn cross(&mut self, crossings: &[Crossing]) -> Option<Alarm> {
+        let mut alarm = None;
+        for crossing in crossings {
+            match *crossing {
+                Crossing::Inward(id) | Crossing::Shade(id) => {
+                    self.leavers.retain(|leaver| *leaver != id);
+                    self.went_in(id);
+                }
+                Crossing::Found(id) => {
+                    // Whoever was lost before the line comes out beyond it under another number.
+                    self.lost = self.lost.saturating_sub(1);
+                    self.went_in(id);
+                }
+                Crossing::Lost(id) => {
+                    if !self.leavers.contains(&id) {
+                        self.lost += 1;
+                    }
+                }
+                Crossing::Outward(id) => {
+                    if self.passage.through.contains(&id) {
+                        self.passage.through.retain(|known| *known != id);
+                        alarm = Some(Alarm::TurnedBack);
+                    } else {
+                        self.leavers.push(id);
+                    }
+                }
+            }
+        }
+        if self.through() > self.let_in { Some(Alarm::Followed) } else { alarm }
+    }
+
+    fn went_in(&mut self, id: u64) {
+        if !self.passage.through.contains(&id) {
+            self.passage.through.push(id);
+        }
+    }
+
+    /// Looks whether somebody is too many, or has left; `unlocked`: whether the group may still leave the zone at all.
+    pub fn watch(&mut self, bodies: &[Body], gate: &Gate, now_s: f64) -> Option<Alarm> {
+        // Of the group, those nobody can explain any more are still there.
+        let there =
+            |body: &Body| body.is_seen || (body.is_unexplained && self.passage.group.contains(&body.id));
+        let before = |body: &&Body| there(body) && gate.in_zone(body.at) && !self.leavers.contains(&body.id);
+        let in_zone = bodies.iter().filter(before).count();
+        let since = |since_s: &mut Option<f64>, is: bool| {
+            if !is {
+                *since_s = None;
+                return 0.0;
+            }
+            now_s - *since_s.get_or_insert(now_s)
+        };
+        let too_many = in_zone + self.through() > self.let_in;
+        let left = |body: &&Body| {
+            body.is_seen
+                && self.passage.group.contains(&body.id)
+                && gate.beyond_m(body.at) < 0.0
+                && !gate.is_near_zone(body.at, LEFT_M)
+        };
+        let has_left = bodies.iter().any(|body| left(&body));
+        let shaded = in_zone + self.through() + gate.shades(bodies, now_s) > self.let_in;
+        if shaded || since(&mut self.extra_since_s, too_many) >= EXTRA_S {
+            return Some(Alarm::RanIn);
+        }
+        (since(&mut self.left_since_s, has_left) >= LEFT_S).then_some(Alarm::TurnedBack)
+    }
+}

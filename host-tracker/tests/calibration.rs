@@ -1,0 +1,140 @@
+//! Calibration by walking, live: a furnished home with four modules whose places the site has wrong, somebody who walks about, and
+//! both who may calibrate at the same time: the terminal, and a browser that looks and clicks.
+//!
+//! ```text
+//!   simulated home ─SCIP▶ modules ─UDP─┬▶ kehai-tracker calibrate --accept ─▶ terminal.toml
+//!                                      └▶ kehai-tracker run ─HTTP▶ Chromium ─▶ browser.toml
+//! ```
+//!
+//! With `KEHAI_SCREENSHOTS=1` the picture of `docs/images` is taken anew; otherwise it goes under `target/`.
+
+#[allow(dead_code, reason = "each test uses what it needs of it")]
+mod chromium;
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use chromium::Page;
+use host_sim::building::Building;
+use host_sim::world::scene::Scene;
+use host_sim::world::walker::Repeat;
+use host_tracker::site::Site;
+
+/// How far poses may be off in this test, which is of the way there, not of the figures: the walk is short, and the machine
+/// may be busy.
+const WITHIN_M: f64 = 0.25;
+
+fn tracker(arguments: &[&str], site: &Path, building: &Building) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(arguments).args(["--no-mdns", "--site"]).arg(site);
+    for (_, address) in building.modules() {
+        command.arg("--module").arg(address.to_string());
+    }
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// The scene, its walker going round and round, and a site file in which all modules but the first are elsewhere.
+fn home() -> (Scene, String) {
+    let mut scene = Scene::load("home").unwrap();
+    scene.people[0].repeat = Repeat::Loop;
+    let mut wrong = scene.site.clone();
+    for (index, module) in wrong.modules.iter_mut().enumerate().skip(1) {
+        module.x = 0.5 * index as f64;
+        module.y = 0.0;
+        module.yaw_deg = 0.0;
+    }
+    (scene, format!("# this comment stays\n{}", toml::to_string(&wrong).unwrap()))
+}
+
+fn is_right(file: &Path, truth: &Site) {
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.starts_with("# this comment stays"), "{text}");
+    let found = Site::load(file).unwrap();
+    assert_eq!((found.walls.len(), found.zones.len()), (truth.walls.len(), truth.zones.len()));
+    for (found, truth) in found.modules.iter().zip(&truth.modules) {
+        let off_m = (found.pose().at - truth.pose().at).length();
+        assert!(off_m < WITHIN_M, "{} is {off_m:.2} m off", found.name);
+    }
+}
+
+#[test]
+fn somebody_walks_and_both_terminal_and_browser_find_the_modules() {
+    let (scene, text) = home();
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| -> PathBuf {
+        let path = folder.path().join(name);
+        std::fs::write(&path, &text).unwrap();
+        path
+    };
+    let building = Building::start(&scene, scene.seed).unwrap();
+    let by_terminal = file("terminal.toml");
+    let db = folder.path().join("home.db");
+    let arguments = ["calibrate", "--accept", "--json", "--seconds", "120", "--db", db.to_str().unwrap()];
+    let terminal = tracker(&arguments, &by_terminal, &building);
+    if let Some(program) = chromium::find() {
+        in_the_browser(program, &file("browser.toml"), &building, &scene.site);
+    } else {
+        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
+        eprintln!("browser left out: no Chromium here (apt-get install chromium)");
+    }
+    let output = terminal.wait_with_output().unwrap();
+    let (said, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{errors}\n{said}");
+    let last: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
+    assert_eq!(last["found"]["modules"].as_array().map(Vec::len), Some(4), "{last}");
+    is_right(&by_terminal, &scene.site);
+    let kept = host_tracker::store::poses::poses_of(&db, "shelf").unwrap();
+    assert_eq!((kept.len(), kept[0].2.as_str()), (1, "walk"));
+}
+
+fn in_the_browser(program: &str, file: &Path, building: &Building, truth: &Site) {
+    let mut run = tracker(&["run", "--http", "127.0.0.1:0"], file, building);
+    let mut said = BufReader::new(run.stderr.take().unwrap()).lines().map_while(Result::ok);
+    let map = said.find_map(|line| Some(line.split_once("live map at ")?.1.trim().to_owned())).unwrap();
+    std::thread::spawn(move || said.for_each(drop));
+    let mut page = Page::new(program);
+    page.size(1440, 900, 1);
+    page.scheme("light");
+    page.open(&map);
+    page.wait("the map is live", "document.querySelector('#link').dataset.state === 'live'");
+    page.click("#calibrate-open");
+    page.wait(
+        "it says where to walk",
+        "document.querySelector('#calibrate-advice').textContent.includes('walk')",
+    );
+    page.wait(
+        "every module has been seen with another for long enough",
+        "document.querySelectorAll('#calibrate-pairs .done').length >= 3",
+    );
+    page.click("#calibrate-finish");
+    page.wait("poses are found", "document.querySelector('#calibrate').dataset.state === 'found'");
+    let pictures = if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
+    } else {
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+    };
+    page.picture(&pictures.join("calibration.png"));
+    page.click("#calibrate-accept");
+    page.wait("the view is closed", "!document.body.classList.contains('calibrating')");
+    is_right(file, truth);
+    assert_eq!(page.errors, Vec::<String>::new());
+    let _ = run.kill();
+    let _ = run.wait();
+}
+
+#[test]
+fn a_walk_that_is_too_short_is_refused_and_nothing_is_written() {
+    let (mut scene, text) = home();
+    scene.people.clear();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("home.toml");
+    std::fs::write(&file, &text).unwrap();
+    let building = Building::start(&scene, scene.seed).unwrap();
+    let mut process = tracker(&["calibrate", "--accept", "--seconds", "3"], &file, &building);
+    let mut said = String::new();
+    process.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert!(!process.wait().unwrap().success());
+    assert!(said.contains("has not seen you together with any other module"), "{said}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+}
