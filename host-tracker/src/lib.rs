@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 pub mod calibrate;
+mod cells;
 pub mod client;
 pub mod clock;
 pub mod conversation;

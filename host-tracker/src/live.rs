@@ -42,8 +42,8 @@ pub struct Live {
     strangers: u64,
     recorder: Option<Recorder>,
     trouble: Trouble,
-    calibration: Session,
     doors: Shown,
+    calibration: Session,
 }
 
 impl Live {
@@ -70,8 +70,8 @@ impl Live {
             strangers: 0,
             recorder: None,
             trouble: Trouble::default(),
-            calibration: Session::default(),
             doors: Shown::default(),
+            calibration: Session::default(),
         }
     }
 
@@ -87,16 +87,16 @@ impl Live {
         Self { trouble, ..self }
     }
 
-    /// Shows what is seen to whoever calibrates.
-    #[must_use]
-    pub fn calibrated_by(self, calibration: Session) -> Self {
-        Self { calibration, ..self }
-    }
-
     /// Tells in every frame how the doors are.
     #[must_use]
     pub fn showing(self, doors: Shown) -> Self {
         Self { doors, ..self }
+    }
+
+    /// Shows what is seen to whoever calibrates.
+    #[must_use]
+    pub fn calibrated_by(self, calibration: Session) -> Self {
+        Self { calibration, ..self }
     }
 
     /// Goes on with another site.

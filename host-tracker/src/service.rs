@@ -60,8 +60,8 @@ pub struct Service {
     changes: Sender<Arc<Site>>,
     shared: Arc<Shared>,
     trouble: Trouble,
-    calibration: Session,
     doors: Shown,
+    calibration: Session,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -90,11 +90,10 @@ impl Service {
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
+        let doors = Shown::default();
         let calibration = Session::default();
         calibration.set_site(&site);
-        let calibrating = calibration.clone();
-        let doors = Shown::default();
-        let (telling, showing) = (trouble.clone(), doors.clone());
+        let (telling, showing, calibrating) = (trouble.clone(), doors.clone(), calibration.clone());
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let peers = Peers::new(Arc::clone(&the_site), &options.modules);
@@ -104,11 +103,11 @@ impl Service {
             }
             let live = Live::new(socket, peers, search, follower);
             let live = live.recording(recorder).telling(telling);
-            let mut live = live.calibrated_by(calibrating).showing(showing);
+            let mut live = live.showing(showing).calibrated_by(calibrating);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
         let (site, thread) = (watch::Sender::new(site), Some(thread));
-        Ok(Self { frames, site, changes, shared, trouble, calibration, doors, thread })
+        Ok(Self { frames, site, changes, shared, trouble, doors, calibration, thread })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -131,16 +130,16 @@ impl Service {
         self.trouble.clone()
     }
 
-    /// The calibration under way, if there is one: to begin, follow and end it.
-    #[must_use]
-    pub fn calibration(&self) -> Session {
-        self.calibration.clone()
-    }
-
     /// How the doors are: for whoever runs them.
     #[must_use]
     pub fn doors(&self) -> Shown {
         self.doors.clone()
+    }
+
+    /// The calibration under way, if there is one: to begin, follow and end it.
+    #[must_use]
+    pub fn calibration(&self) -> Session {
+        self.calibration.clone()
     }
 
     /// Frames that a queue had no room for.

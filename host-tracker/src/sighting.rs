@@ -33,7 +33,20 @@ impl View {
     /// Distance of a place, m, and the beam that points there; None where none does.
     #[must_use]
     pub fn beam_at(&self, place: Point) -> (f64, Option<u16>) {
-        let local = self.pose.to_sensor(place);
+        self.beam_ahead(self.forward(), place)
+    }
+
+    /// The direction of the front step in the site.
+    #[must_use]
+    pub fn forward(&self) -> Point {
+        Point::towards(self.pose.yaw_rad)
+    }
+
+    /// As [`beam_at`](Self::beam_at), for many places: `forward` is [`forward`](Self::forward).
+    #[must_use]
+    pub fn beam_ahead(&self, forward: Point, place: Point) -> (f64, Option<u16>) {
+        let offset = place - self.pose.at;
+        let local = Point::new(offset.dot(forward), offset.dot(forward.left()));
         (local.length(), self.beam_towards(local.angle_rad()))
     }
 

@@ -8,14 +8,16 @@
 //! Somebody unexplained, who was never seen to come in and has not moved, is in the distribution and not in the
 //! count; in a zone that is `secure` in both.
 //!
-//! Which beam of a module points at a cell does not change, so that is worked out once a module: a scan costs as many
-//! cells as that module can see, however large the zones are and however many others there are.
+//! Which beam of a module points at a cell does not change, so that is worked out once a module; what lies behind its
+//! walls is left out, once a background. So a scan costs as many cells as that module can see, however large the zones
+//! are and however many others there are.
 //!
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::cells::Areas;
 use crate::geometry::{Point, bounds, inside};
 use crate::jsonl::{ZoneKnown, ZoneLine};
 use crate::sighting::{Sighting, View};
@@ -49,6 +51,10 @@ const UNEXPLAINED: f64 = 0.5;
 #[derive(Debug)]
 pub struct Zones {
     zones: Vec<Zone>,
+    /// Their polygons, in the same order.
+    areas: Areas,
+    /// Those before a door, which unlocks only if nearly all of them is seen.
+    guarded: Vec<usize>,
     /// What each module can see of them, by its number in the site.
     reaches: BTreeMap<usize, Reach>,
 }
@@ -56,11 +62,10 @@ pub struct Zones {
 #[derive(Debug)]
 struct Zone {
     name: String,
-    polygon: Vec<Point>,
     secure: bool,
-    /// Before a door, which unlocks only if nearly all of it is seen.
-    is_guarded: bool,
     cells: Vec<Cell>,
+    /// The rectangle around them.
+    around: (Point, Point),
 }
 
 #[derive(Debug)]
@@ -73,7 +78,10 @@ struct Cell {
 #[derive(Debug)]
 struct Reach {
     view: Arc<View>,
+    /// First those before the background, then those behind it, each in the order of their beams.
     cells: Box<[InView]>,
+    before: usize,
+    background_mm: Arc<[u16]>,
 }
 
 /// A cell in a module's view.
@@ -91,13 +99,18 @@ impl Zones {
     #[must_use]
     pub fn new(site: &Site) -> Self {
         let guarded = |zone: &crate::site::Zone| site.doors.iter().any(|door| door.zone == zone.name);
-        let zone = |zone| Zone { is_guarded: guarded(zone), ..Zone::new(zone) };
-        Self { zones: site.zones.iter().map(zone).collect(), reaches: BTreeMap::new() }
+        let guarded = (0..).zip(&site.zones).filter(|(_, zone)| guarded(zone)).map(|(number, _)| number);
+        Self {
+            guarded: guarded.collect(),
+            areas: Areas::of(site.zones.iter().map(crate::site::Zone::corners).collect()),
+            zones: site.zones.iter().map(Zone::new).collect(),
+            reaches: BTreeMap::new(),
+        }
     }
 
     /// Notes what a module saw.
     pub fn see(&mut self, sighting: &Sighting) {
-        let Self { zones, reaches } = self;
+        let Self { zones, reaches, guarded, .. } = self;
         let reach = match reaches.entry(sighting.view.module) {
             std::collections::btree_map::Entry::Occupied(known) => {
                 let known = known.into_mut();
@@ -108,7 +121,8 @@ impl Zones {
             }
             std::collections::btree_map::Entry::Vacant(new) => new.insert(Reach::of(&sighting.view, zones)),
         };
-        for in_view in &reach.cells {
+        reach.end_at(&sighting.background_mm);
+        let mut see = |in_view: &InView| {
             let empty_mm = sighting.empty_mm.get(usize::from(in_view.beam));
             if empty_mm.is_some_and(|empty_mm| *empty_mm > in_view.empty_mm)
                 && let Some(zone) = zones.get_mut(in_view.zone as usize)
@@ -116,8 +130,16 @@ impl Zones {
             {
                 cell.seen_s = cell.seen_s.max(sighting.start_s);
             }
+        };
+        reach.before().iter().for_each(&mut see);
+        // Something may stand where no background is known, or behind it.
+        let geometry = &sighting.view.geometry;
+        for candidate in sighting.seen.iter().map(|seen| &seen.candidate) {
+            let (first, last) = (geometry.beam(candidate.first_step), geometry.beam(candidate.last_step));
+            reach.behind(first, last).for_each(&mut see);
         }
-        for zone in zones.iter_mut().filter(|zone| zone.is_guarded) {
+        for &number in guarded.iter() {
+            let Some(zone) = zones.get_mut(number) else { continue };
             for seen in sighting.seen.iter().filter(|seen| seen.width_m > WIDE_M) {
                 let middle = Point::new(seen.centre.x, seen.centre.y);
                 for cell in zone.cells.iter_mut().filter(|cell| (cell.middle - middle).length() < BODY_M) {
@@ -130,14 +152,29 @@ impl Zones {
     /// What is known of each zone at `at_s`, by its name.
     #[must_use]
     pub fn lines(&self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
-        self.zones.iter().map(|zone| (zone.name.clone(), zone.line(tracks, at_s))).collect()
+        let mut inside = vec![Vec::new(); self.zones.len()];
+        for track in tracks {
+            for zone in self.areas.around(track.at) {
+                if let Some(inside) = inside.get_mut(zone) {
+                    inside.push(track);
+                }
+            }
+        }
+        let lines = self.zones.iter().zip(inside);
+        lines.map(|(zone, inside)| (zone.name.clone(), zone.line(&inside, at_s))).collect()
     }
 }
 
 impl Reach {
     fn of(view: &Arc<View>, zones: &[Zone]) -> Self {
         let range_max_m = f64::from(view.geometry.parts().range_max_mm) * 0.001;
-        let numbered = (0..).zip(zones).flat_map(|(zone, whole)| {
+        let reaches = |(_, zone): &(u32, &Zone)| {
+            let (low, high) = zone.around;
+            let at = view.pose.at;
+            let nearest = Point::new(at.x.clamp(low.x, high.x), at.y.clamp(low.y, high.y));
+            (nearest - at).length() <= range_max_m + CELL_M
+        };
+        let numbered = (0..).zip(zones).filter(reaches).flat_map(|(zone, whole)| {
             (0..).zip(&whole.cells).map(move |(number, cell)| (zone, number, cell.middle))
         });
         let in_view = |(zone, cell, middle): (u32, u32, Point)| {
@@ -148,7 +185,40 @@ impl Reach {
             let empty_mm = ((distance_m - 0.5 * CELL_M) * 1000.0).clamp(0.0, f64::from(u16::MAX)) as u16;
             Some(InView { zone, cell, beam: beam?, empty_mm })
         };
-        Self { view: Arc::clone(view), cells: numbered.filter_map(in_view).collect() }
+        let cells = numbered.filter_map(in_view).collect();
+        let mut reach = Self { view: Arc::clone(view), cells, before: 0, background_mm: Arc::default() };
+        reach.sort();
+        reach
+    }
+
+    /// Finds out what is before the background, if that has changed.
+    fn end_at(&mut self, background_mm: &Arc<[u16]>) {
+        if Arc::ptr_eq(&self.background_mm, background_mm) {
+            return;
+        }
+        self.background_mm = Arc::clone(background_mm);
+        self.sort();
+    }
+
+    fn sort(&mut self) {
+        let Self { cells, background_mm, .. } = self;
+        let is_behind = |in_view: &InView| {
+            let background_mm = background_mm.get(usize::from(in_view.beam));
+            background_mm.is_none_or(|background_mm| *background_mm <= in_view.empty_mm)
+        };
+        cells.sort_unstable_by_key(|in_view| (is_behind(in_view), in_view.beam));
+        self.before = cells.partition_point(|in_view| !is_behind(in_view));
+    }
+
+    fn before(&self) -> &[InView] {
+        self.cells.get(..self.before).unwrap_or_default()
+    }
+
+    /// Cells of some beams behind the background.
+    fn behind(&self, first: u16, last: u16) -> impl Iterator<Item = &InView> {
+        let behind = self.cells.get(self.before..).unwrap_or_default();
+        let from = behind.partition_point(|in_view| in_view.beam < first);
+        behind.iter().skip(from).take_while(move |in_view| in_view.beam <= last)
     }
 }
 
@@ -168,16 +238,14 @@ impl Zone {
                 }
             }
         }
-        Self { name: zone.name.clone(), polygon, secure: zone.secure, is_guarded: false, cells }
+        Self { name: zone.name.clone(), secure: zone.secure, cells, around: (low, high) }
     }
 
-    fn line(&self, tracks: &[TrackState], at_s: f64) -> ZoneLine {
+    /// With those who are inside.
+    fn line(&self, tracks: &[&TrackState], at_s: f64) -> ZoneLine {
         let mut count = 0;
         let mut p = vec![1.0];
         for track in tracks {
-            if !inside(track.at, &self.polygon) {
-                continue;
-            }
             if track.unexplained && !self.secure {
                 // Perhaps a thing: the count may be higher by one.
                 add(&mut p, UNEXPLAINED * track.existence);
@@ -234,7 +302,7 @@ mod tests {
             let text =
                 format!("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]\nsecure = {secure}");
             let zone: crate::site::Zone = toml::from_str(&text).unwrap();
-            Zone::new(&zone).line(&[track], 10.0)
+            Zone::new(&zone).line(&[&track], 10.0)
         };
         assert_eq!((line(false).count, line(false).p), (0, vec![0.5, 0.5]));
         assert_eq!((line(true).count, line(true).p), (1, vec![0.0, 1.0]));

@@ -76,18 +76,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
                 bar.finish_and_clear();
                 format!("{}Seeds {} to {}.\n", door(arguments, table, &rows)?, seeds.start(), seeds.end())
             }
-            Work::Poses(seeds) => {
-                let bar = bar(table, poses::runs(&seeds))?;
-                let found = poses::run(&seeds, || bar.inc(1))?;
-                bar.finish_and_clear();
-                if let Some(folder) = &arguments.out {
-                    std::fs::write(folder.join(format!("{table}.csv")), found.csv())?;
-                }
-                format!("{}\nSeeds {} to {}.\n", found.markdown(), seeds.start(), seeds.end())
-            }
             Work::Passages(tables, seeds) => {
                 let choice = arguments.tracker.first().copied().unwrap_or_default();
-                let runs = tables.iter().map(|rows| rows.len() as u64).sum::<u64>() * seeds.clone().count() as u64;
+                let runs =
+                    tables.iter().map(|rows| rows.len() as u64).sum::<u64>() * seeds.clone().count() as u64;
                 let bar = bar(table, runs)?;
                 let mut text = String::new();
                 let mut all = Vec::new();
@@ -102,6 +94,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
                     findings::write_runs(&all, create(folder, table, "-runs.csv")?)?;
                 }
                 format!("{text}Seeds {} to {}.\n", seeds.start(), seeds.end())
+            }
+            Work::Poses(seeds) => {
+                let bar = bar(table, poses::runs(&seeds))?;
+                let found = poses::run(&seeds, || bar.inc(1))?;
+                bar.finish_and_clear();
+                if let Some(folder) = &arguments.out {
+                    std::fs::write(folder.join(format!("{table}.csv")), found.csv())?;
+                }
+                format!("{}\nSeeds {} to {}.\n", found.markdown(), seeds.start(), seeds.end())
             }
             Work::Trials(trials) => {
                 let runs = trials.iter().map(|trial| trial.seeds.clone().count() as u64).sum();

@@ -149,7 +149,7 @@ fn other(rule: Rule, plan: &Plan, report: &Report) -> Finding {
     let (wanted, false_alarm) = match rule {
         Rule::Honest => (complete && report.members_in == plan.people, alarm.is_some()),
         Rule::WrongNumber => (!unlocked, alarm.is_some()),
-        Rule::TurnsBack => (alarm == Some(Alarm::TurnedBack), false),
+        Rule::TurnsBack => (matches!(alarm, Some(Alarm::TurnedBack | Alarm::HeldOpen)), false),
         Rule::CardBack => (alarm == Some(Alarm::PassedBack) && report.extra_in_s.is_none(), false),
         Rule::ModuleLost => {
             (report.lost_noticed_s.is_some_and(|late_s| late_s <= 1.5) && report.lost_locked, false)

@@ -89,12 +89,12 @@ pub enum Table {
     Clutter,
     /// Condition H with five people over a network that loses, repeats and delays
     Disturbed,
-    /// Poses found by walking, and modules that were turned or covered (for docs/calibration.md; not among `all`)
-    Poses,
     /// The guarded door: tailgaters, and everything else that happens there; of docs/door.md
     Passages,
     /// Paper A's experiment from end to end: authenticate, enter a number, pass; of docs/door.md
     PaperA,
+    /// Poses found by walking, and modules that were turned or covered (for docs/calibration.md; not among `all`)
+    Poses,
 }
 
 /// What a table is made of.
@@ -104,10 +104,10 @@ pub enum Work {
     Door(Vec<Case>, RangeInclusive<u64>),
     /// Scenes, each judged by its own rule.
     Trials(Vec<Trial>),
-    /// Poses by walking.
-    Poses(RangeInclusive<u64>),
     /// Passages through a guarded door: tables below each other.
     Passages(Vec<Vec<passages::Row>>, RangeInclusive<u64>),
+    /// Poses by walking.
+    Poses(RangeInclusive<u64>),
 }
 
 impl std::fmt::Display for Table {

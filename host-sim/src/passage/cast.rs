@@ -204,6 +204,16 @@ impl Cast {
         self.actors.iter().any(|actor| actor.kind == Kind::Next && actor.phase == Phase::Waiting)
     }
 
+    /// The members have been asked to move: each takes a new place.
+    pub fn rearrange(&mut self) {
+        let habit = self.plan.condition.habit();
+        let mut taken = Vec::new();
+        for actor in self.actors.iter_mut().filter(|actor| actor.phase == Phase::Waiting) {
+            actor.place = free_place(&habit, &taken, &mut self.stream);
+            taken.push(actor.place);
+        }
+    }
+
     /// When members crossed the line inward, s.
     #[must_use]
     pub fn members_in(&self) -> Vec<f64> {
@@ -285,11 +295,7 @@ impl Cast {
             }
             Phase::ToDoor if actor.walker.at.y > DOOR_Y_M - 0.1 => actor.phase = Phase::Through,
             Phase::Through
-                if rule == Rule::TurnsBack
-                    && !even
-                    && member
-                    && index != leader
-                    && actor.walker.at.y > 1.7 =>
+                if rule == Rule::TurnsBack && !even && index == leader && actor.walker.at.y > 1.12 =>
             {
                 actor.phase = Phase::Back;
             }
@@ -312,7 +318,12 @@ impl Cast {
         let leader = self.leader();
         let door = Point::new(0.0, DOOR_Y_M);
         let waiting = |actor: &Actor| actor.kind == Kind::Member && actor.phase == Phase::Waiting;
-        let others = self.actors.iter().enumerate().any(|(index, actor)| index != leader && waiting(actor));
+        // Who is to stand in the doorway, or to turn back, lets the others go first.
+        let alone = matches!(self.plan.rule, Rule::HeldOpen | Rule::TurnsBack);
+        let others = self.actors.iter().enumerate().any(|(index, actor)| {
+            let member = index != leader && actor.kind == Kind::Member;
+            member && (waiting(actor) || (alone && actor.crossed_s.is_none_or(|at_s| now_s < at_s + 0.5)))
+        });
         let distance_m = |actor: &Actor| (actor.walker.at - door).length();
         let next = self
             .actors
@@ -349,7 +360,7 @@ impl Cast {
                 Phase::Through => Point::new(beside_m, GONE_Y_M + 1.0),
                 Phase::Back if actor.walker.at.y > DOOR_Y_M - 0.1 => Point::new(0.0, DOOR_Y_M - 0.6),
                 Phase::Back => Point::new(0.0, START_Y_M - 1.0),
-                Phase::Stands => Point::new(0.0, DOOR_Y_M),
+                Phase::Stands => Point::new(0.0, DOOR_Y_M + 0.15),
                 _ => actor.place + Point::new(x, y) * fidget_m,
             };
             let mut walker = actor.walker;

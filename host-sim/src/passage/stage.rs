@@ -23,7 +23,7 @@ use crate::world::geometry::Outline;
 use crate::world::moving::Moving;
 use crate::world::random::{Purpose, Stream};
 use crate::world::scene::Scene;
-use crate::world::{World, obstacles};
+use crate::world::{More, World, obstacles};
 
 /// So far ahead of the sensors the world is computed, s: two revolutions, and what a scan takes to be read.
 const AHEAD_S: f64 = 0.35;
@@ -111,7 +111,8 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
     let (mut cast, people) = Cast::new(plan, seed);
     let live = LiveDoor { door, shares: Arc::new(Mutex::new(Vec::new())) };
     let mut leaf = Leaf { live: live.clone(), share: 0.0 };
-    let world = World::with(&scene, seed, people, vec![Moving::Live(live)]);
+    let world =
+        World::with(&scene, seed, More { people, moving: vec![Moving::Live(live)], ..More::default() });
     let mut run = Run::of(world, seed, &Options::default());
     let site = Arc::new(scene.site.clone());
     let mut follower = Follower::new(&site, choice);
@@ -176,7 +177,10 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
             }
             match to {
                 Phase::Unlocked => entrant.unlocked(now_s, &mut report),
-                Phase::Asked if cause == host_tracker::door::Cause::Mismatch => report.asked_again += 1,
+                Phase::Asked if cause == host_tracker::door::Cause::Mismatch => {
+                    report.asked_again += 1;
+                    cast.rearrange();
+                }
                 Phase::Failed => entrant.noticed(now_s, machine.lock(), &mut report),
                 _ => {}
             }

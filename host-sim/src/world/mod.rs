@@ -102,28 +102,27 @@ pub struct TruePerson {
     pub y: f64,
 }
 
+/// What a run puts into a world beyond its scene: what is moved by others while it is looked at, and mishaps.
+#[derive(Default)]
+pub struct More {
+    /// People beside the scene's own.
+    pub people: Vec<Person>,
+    /// Things that move beside the scene's own.
+    pub moving: Vec<Moving>,
+    /// What befalls modules.
+    pub mishaps: Vec<Mishap>,
+}
+
 impl World {
     /// The scene under `seed`.
     #[must_use]
     pub fn new(scene: &Scene, seed: u64) -> Self {
-        Self::with(scene, seed, Vec::new(), Vec::new())
+        Self::with(scene, seed, More::default())
     }
 
-    /// The scene under `seed`, with more people and things that move: those that others move while it is looked at.
+    /// The scene under `seed`, and more than it says.
     #[must_use]
-    pub fn with(scene: &Scene, seed: u64, more_people: Vec<Person>, more_moving: Vec<Moving>) -> Self {
-        Self::befallen(scene, seed, more_people, more_moving, &[])
-    }
-
-    /// As [`with`](Self::with), with what befalls modules.
-    #[must_use]
-    pub fn befallen(
-        scene: &Scene,
-        seed: u64,
-        more_people: Vec<Person>,
-        more_moving: Vec<Moving>,
-        mishaps: &[Mishap],
-    ) -> Self {
+    pub fn with(scene: &Scene, seed: u64, more: More) -> Self {
         let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
         let wanderers: Vec<Wanderer> = scene.people.iter().enumerate().map(wanderer).collect();
         let mut people = scripted(scene, &wanderers, seed);
@@ -156,13 +155,13 @@ impl World {
                 Person { name, body, motion: Motion::Track(track), crouches_s: None }
             },
         ));
-        people.extend(more_people);
+        people.extend(more.people);
         let people: Arc<[Person]> = people.into();
         let doors = doors.into_iter().map(Moving::Door);
         let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
         let moving: Arc<[Moving]> =
-            doors.chain(curtains).chain(fans).chain(props).chain(more_moving).collect();
+            doors.chain(curtains).chain(fans).chain(props).chain(more.moving).collect();
         let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
@@ -171,7 +170,7 @@ impl World {
             let caster = Caster::new(module.pose(), module.height_m, model.optics().geometry, &things);
             let seen = (Arc::clone(&people), Arc::clone(&moving));
             let mut sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
-            for mishap in mishaps.iter().filter(|mishap| mishap.module == index) {
+            for mishap in more.mishaps.iter().filter(|mishap| mishap.module == index) {
                 let (pose, height_m) = mishap.place(module.pose(), module.height_m);
                 let mut around = things.clone();
                 around.extend(mishap.cover(pose.at));

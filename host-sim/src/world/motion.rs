@@ -170,41 +170,34 @@ pub const LED_STEP_S: f64 = 0.05;
 
 /// Somebody who is told where to go. Clones are the same person.
 #[derive(Clone, Debug)]
-pub struct Led {
-    from_s: f64,
-    way: Arc<Mutex<Vec<Point>>>,
-    track: Arc<Mutex<Track>>,
-}
+pub struct Led(Arc<Mutex<Track>>);
 
 impl Led {
     /// Who appears at `at` at `from_s`.
     #[must_use]
     pub fn new(from_s: f64, at: Point) -> Self {
-        let way = vec![at; 2];
-        let track = Arc::new(Mutex::new(Track::new(from_s, LED_STEP_S, &way, 0.0)));
-        Self { from_s, way: Arc::new(Mutex::new(way)), track }
-    }
-
-    /// As a motion of the world.
-    #[must_use]
-    pub fn motion(&self) -> Motion {
-        Motion::Live(Arc::clone(&self.track))
+        let led = Self(Arc::new(Mutex::new(Track::growing(from_s, LED_STEP_S))));
+        led.go(&[at; 2]);
+        led
     }
 
     /// Goes on along these places, one every [`LED_STEP_S`].
     pub fn go(&self, places: &[Point]) {
-        let mut way = self.way.lock().unwrap_or_else(PoisonError::into_inner);
-        way.extend_from_slice(places);
-        let track = Track::new(self.from_s, LED_STEP_S, &way, 0.0);
-        *self.track.lock().unwrap_or_else(PoisonError::into_inner) = track;
+        let mut track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        places.iter().for_each(|at| track.push(*at, 0.0));
     }
 
     /// Where the way ends, and when.
     #[must_use]
     pub fn end(&self) -> (Point, f64) {
-        let way = self.way.lock().unwrap_or_else(PoisonError::into_inner);
-        let track = self.track.lock().unwrap_or_else(PoisonError::into_inner);
-        (way.last().copied().unwrap_or_default(), track.end_s())
+        let track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (track.samples.last().map(|last| last.at).unwrap_or_default(), track.end_s())
+    }
+
+    /// How they move.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        Motion::Live(Arc::clone(&self.0))
     }
 }
 

@@ -167,7 +167,7 @@ fn the_guide_asks_for_what_is_missing_and_ends() {
 }
 
 /// The walls of a room with a niche, as a module sees them.
-fn outline(pose: &Pose, scale: f64) -> room::Outline {
+fn outline(pose: &Pose, scale: f64) -> Outline {
     let corners = [(-1.0, -1.0), (5.5, -1.0), (5.5, 3.0), (4.8, 3.0), (4.8, 5.0), (-1.0, 5.0)]
         .map(|(x, y)| Point::new(x, y));
     let beam = |index: i32| {
@@ -183,7 +183,7 @@ fn outline(pose: &Pose, scale: f64) -> room::Outline {
         let range_m = (0..corners.len()).filter_map(meet).fold(f64::INFINITY, f64::min);
         (bearing_rad, if range_m < 5.6 { range_m * scale } else { 0.0 })
     };
-    room::Outline::of((-340..=340).map(beam))
+    Outline::of((-340..=340).map(beam))
 }
 
 #[test]

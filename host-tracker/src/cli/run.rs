@@ -185,7 +185,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         for news in passages.try_iter() {
             match (news, &store) {
                 (DoorTold::Passage(passed), Some(store)) => store.passed(passed),
-                (DoorTold::Alarm { door, alarm: Some(alarm), .. }, _) => eprintln!("door {door}: alarm: {alarm}"),
+                (DoorTold::Alarm { door, alarm: Some(alarm), .. }, _) => {
+                    eprintln!("door {door}: alarm: {alarm}")
+                }
                 (DoorTold::NotTaken { door, why }, _) => eprintln!("door {door}: {why}"),
                 _ => {}
             }

@@ -127,17 +127,21 @@ pub struct Body {
     pub is_seen: bool,
     /// Somebody for sure, seen or hidden.
     pub is_sure: bool,
+    /// Nobody saw them come in.
+    pub is_unexplained: bool,
 }
 
 impl From<&TrackLine> for Body {
     fn from(track: &TrackLine) -> Self {
+        let is_unexplained = track.reason.starts_with("unexplained");
         Self {
             id: track.id,
             at: Point::new(track.x, track.y),
             velocity: Point::new(track.vx, track.vy),
             is_seen: track.state == LifeCycle::Confirmed,
             // Where somebody comes in whom nobody saw come in, that is somebody, too.
-            is_sure: track.state != LifeCycle::Tentative || track.reason.starts_with("unexplained"),
+            is_sure: track.state != LifeCycle::Tentative || is_unexplained,
+            is_unexplained,
         }
     }
 }

@@ -33,14 +33,29 @@ pub enum Crossing {
     Inward(u64),
     /// Came out.
     Outward(u64),
+    /// Went in, and nobody can say for sure that it is somebody: the one who touches the one before is such a shade.
+    Shade(u64),
     /// Was lost in the doorway before the line.
     Lost(u64),
     /// Was found in the doorway beyond the line, walking in, and nobody knows how they came there.
     Found(u64),
 }
 
+/// A shade must have been there for so long, s, have come so far, m, and be so far from everybody who is sure, m: else
+/// it is an arm, or a bag.
+const SHADE_S: f64 = 0.3;
+const SHADE_WAY_M: f64 = 0.25;
+const SHADE_APART_M: f64 = 0.22;
+
+/// In the zone a shade must have been there longer, s, and have come farther, m: there are more arms and bags there.
+const WALKING_SHADE_S: f64 = 0.6;
+const WALKING_SHADE_M: f64 = 0.3;
+
 #[derive(Clone, Copy, Debug)]
 struct Known {
+    first_at: Point,
+    first_s: f64,
+    is_sure: bool,
     is_beyond: bool,
     in_doorway: bool,
     in_zone: bool,
@@ -96,11 +111,24 @@ impl Gate {
             || sides.into_iter().any(|(&from, &to)| distance_to_segment(at, from, to) < margin_m)
     }
 
+    /// How many shades walk in the zone: not sure, apart from everybody who is, and on their way for a while.
+    #[must_use]
+    pub fn shades(&self, bodies: &[Body], now_s: f64) -> usize {
+        let walks = |body: &&Body| {
+            self.known.get(&body.id).is_some_and(|known| {
+                let way_m = (body.at - known.first_at).length();
+                now_s - known.first_s >= WALKING_SHADE_S && way_m >= WALKING_SHADE_M
+            })
+        };
+        let unsure = bodies.iter().filter(|body| !body.is_sure && self.in_zone(body.at));
+        unsure.filter(walks).filter(|body| is_apart(body, bodies)).count()
+    }
+
     /// Notes where everybody is, and what they did since the last time.
-    pub fn see(&mut self, bodies: &[Body]) -> Vec<Crossing> {
+    pub fn see(&mut self, bodies: &[Body], now_s: f64) -> Vec<Crossing> {
         let mut crossings = Vec::new();
         let mut now = BTreeMap::new();
-        for body in bodies.iter().filter(|body| body.is_sure) {
+        for body in bodies {
             let beyond_m = self.beyond_m(body.at);
             let aside_m = (body.at - self.middle).dot(self.along).abs() - self.half_m;
             let before = self.known.get(&body.id);
@@ -112,7 +140,15 @@ impl Gate {
                 None => beyond_m > 0.0,
             };
             let in_doorway = aside_m < BESIDE_M && beyond_m.abs() < DOORWAY_M;
-            if aside_m < BESIDE_M {
+            let (first_at, first_s) =
+                before.map_or((body.at, now_s), |known| (known.first_at, known.first_s));
+            if aside_m < BESIDE_M && !body.is_sure {
+                let alone = is_apart(body, bodies);
+                let has_come = now_s - first_s >= SHADE_S && (body.at - first_at).length() >= SHADE_WAY_M;
+                if was_beyond == Some(false) && is_beyond && alone && has_come {
+                    crossings.push(Crossing::Shade(body.id));
+                }
+            } else if aside_m < BESIDE_M {
                 match (was_beyond, is_beyond) {
                     (Some(false), true) => crossings.push(Crossing::Inward(body.id)),
                     (Some(true), false) => crossings.push(Crossing::Outward(body.id)),
@@ -122,14 +158,23 @@ impl Gate {
                     _ => {}
                 }
             }
-            now.insert(body.id, Known { is_beyond, in_doorway, in_zone: self.in_zone(body.at) });
+            let in_zone = self.in_zone(body.at);
+            let is_sure = body.is_sure;
+            now.insert(body.id, Known { first_at, first_s, is_sure, is_beyond, in_doorway, in_zone });
         }
         let gone = self.known.iter().filter(|(id, _)| !now.contains_key(id));
-        let lost = gone.filter(|(_, known)| known.in_doorway && known.in_zone && !known.is_beyond);
+        let lost =
+            gone.filter(|(_, known)| known.is_sure && known.in_doorway && known.in_zone && !known.is_beyond);
         crossings.extend(lost.map(|(&id, _)| Crossing::Lost(id)));
         self.known = now;
         crossings
     }
+}
+
+/// Whether somebody who is not sure is apart from everybody who is.
+#[must_use]
+pub fn is_apart(body: &Body, bodies: &[Body]) -> bool {
+    bodies.iter().filter(|other| other.is_sure).all(|other| (other.at - body.at).length() >= SHADE_APART_M)
 }
 
 #[cfg(test)]
@@ -142,7 +187,14 @@ mod tests {
     }
 
     fn at(id: u64, x: f64, y: f64) -> Body {
-        Body { id, at: Point::new(x, y), velocity: Point::new(0.0, 1.0), is_seen: true, is_sure: true }
+        Body {
+            id,
+            at: Point::new(x, y),
+            velocity: Point::new(0.0, 1.0),
+            is_seen: true,
+            is_sure: true,
+            is_unexplained: false,
+        }
     }
 
     #[test]
@@ -155,7 +207,7 @@ mod tests {
     #[test]
     fn somebody_crosses_once_each_way_and_noise_never() {
         let mut gate = gate();
-        let mut crossed = |y: f64| gate.see(&[at(1, 0.0, y)]);
+        let mut crossed = |y: f64| gate.see(&[at(1, 0.0, y)], 0.0);
         assert_eq!(crossed(0.5), []);
         assert_eq!(crossed(1.05), [], "not far enough yet");
         assert_eq!(crossed(1.12), [Crossing::Inward(1)]);
@@ -165,10 +217,26 @@ mod tests {
     }
 
     #[test]
+    fn a_shade_crosses_when_it_walks_and_is_apart() {
+        let cross = |x: f64| {
+            let mut gate = gate();
+            let mut all = Vec::new();
+            for step in 0..8 {
+                let y = 0.5 + 0.1 * f64::from(step);
+                let shade = Body { is_sure: false, is_seen: false, ..at(2, x, y) };
+                all.extend(gate.see(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
+            }
+            all
+        };
+        assert_eq!(cross(0.3), [Crossing::Inward(1), Crossing::Shade(2)]);
+        assert_eq!(cross(0.1), [Crossing::Inward(1)], "an arm");
+    }
+
+    #[test]
     fn who_is_lost_or_found_in_the_doorway_is_told() {
         let mut gate = gate();
-        gate.see(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)]);
-        assert_eq!(gate.see(&[at(3, 0.0, 1.4)]), [Crossing::Found(3), Crossing::Lost(1)]);
-        assert_eq!(gate.see(&[at(4, 1.4, 1.4)]), [], "beside the door nobody comes through");
+        gate.see(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
+        assert_eq!(gate.see(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
+        assert_eq!(gate.see(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
     }
 }

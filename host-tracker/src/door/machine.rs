@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cards::Cards;
 use super::event::{Action, Alarm, Body, Card, Contact, Event, Lock, Refusal, Seen, Trouble};
-use super::gate::{Crossing, Gate};
+use super::gate::{Crossing, Gate, is_apart};
 use super::names::Name;
 use super::output::Output;
 use super::passage::Outcome;
@@ -38,6 +38,11 @@ pub const NO_FRAMES_S: f64 = 1.0;
 
 /// Trouble must be over for so long, s.
 pub const SETTLED_S: f64 = 2.0;
+
+/// Somebody of whom nobody can say that it is somebody, for so long in the zone, s, makes the count unsure; gone for so
+/// long, s, it was a shred.
+const DOUBT_S: f64 = 0.6;
+const DOUBT_GAP_S: f64 = 0.35;
 
 /// The leaf must be shut for so long before a passage is over, s: what the tracker knows is up to 0.3 s old.
 const SHUT_S: f64 = 0.5;
@@ -109,6 +114,8 @@ pub struct Machine {
     well_since_s: Option<f64>,
     blind_since_s: Option<f64>,
     match_since_s: Option<f64>,
+    doubted_s: f64,
+    doubt_since_s: Option<f64>,
     seen: Option<(f64, Seen)>,
     contact: Option<Contact>,
     contact_since_s: f64,
@@ -139,6 +146,8 @@ impl Machine {
             well_since_s: None,
             blind_since_s: None,
             match_since_s: None,
+            doubted_s: f64::NEG_INFINITY,
+            doubt_since_s: None,
             seen: None,
             contact: None,
             contact_since_s: 0.0,
@@ -398,7 +407,8 @@ impl Machine {
             self.blind_since_s = None;
         }
         let trouble = seen.trouble.or((blind && blind_s >= BLIND_S).then_some(Trouble::Unseen));
-        let crossings = self.gate.see(&seen.bodies);
+        let crossings = self.gate.see(&seen.bodies, self.now_s);
+        self.doubt(&seen.bodies);
         self.seen = Some((self.now_s, seen));
         match trouble {
             Some(trouble) if self.phase == Phase::Failed => {
@@ -462,13 +472,29 @@ impl Machine {
         self.go(Cause::Shut, Phase::Idle, READY);
     }
 
+    /// Notes whether somebody may be in the zone of whom nobody can say so: who touches another, or crouches.
+    fn doubt(&mut self, bodies: &[Body]) {
+        let shade = |body: &Body| !body.is_sure && self.gate.in_zone(body.at) && is_apart(body, bodies);
+        if bodies.iter().any(shade) {
+            self.doubted_s = self.now_s;
+            self.doubt_since_s.get_or_insert(self.now_s);
+        } else if self.now_s - self.doubted_s > DOUBT_GAP_S {
+            self.doubt_since_s = None;
+        }
+    }
+
+    fn is_in_doubt(&self) -> bool {
+        self.doubt_since_s.is_some_and(|since_s| self.now_s - since_s >= DOUBT_S)
+    }
+
     fn check(&mut self) {
+        let in_doubt = self.is_in_doubt();
         let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
         let entered = progress.passage.entered;
         let probability = seen.count_p.get(entered as usize).copied().unwrap_or(0.0);
         progress.passage.count_p.clone_from(&seen.count_p);
         progress.passage.seen_share = seen.seen_share;
-        if !(probability >= SURE && seen.seen_share >= SEEN) {
+        if in_doubt || !(probability >= SURE && seen.seen_share >= SEEN) {
             self.match_since_s = None;
             return;
         }

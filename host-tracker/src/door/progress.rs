@@ -85,7 +85,7 @@ impl Progress {
         let mut alarm = None;
         for crossing in crossings {
             match *crossing {
-                Crossing::Inward(id) => {
+                Crossing::Inward(id) | Crossing::Shade(id) => {
                     self.leavers.retain(|leaver| *leaver != id);
                     self.went_in(id);
                 }
@@ -120,7 +120,10 @@ impl Progress {
 
     /// Looks whether somebody is too many, or has left; `unlocked`: whether the group may still leave the zone at all.
     pub fn watch(&mut self, bodies: &[Body], gate: &Gate, now_s: f64) -> Option<Alarm> {
-        let before = |body: &&Body| body.is_seen && gate.in_zone(body.at) && !self.leavers.contains(&body.id);
+        // Of the group, those nobody can explain any more are still there.
+        let there =
+            |body: &Body| body.is_seen || (body.is_unexplained && self.passage.group.contains(&body.id));
+        let before = |body: &&Body| there(body) && gate.in_zone(body.at) && !self.leavers.contains(&body.id);
         let in_zone = bodies.iter().filter(before).count();
         let since = |since_s: &mut Option<f64>, is: bool| {
             if !is {
@@ -137,7 +140,8 @@ impl Progress {
                 && !gate.is_near_zone(body.at, LEFT_M)
         };
         let has_left = bodies.iter().any(|body| left(&body));
-        if since(&mut self.extra_since_s, too_many) >= EXTRA_S {
+        let shaded = in_zone + self.through() + gate.shades(bodies, now_s) > self.let_in;
+        if shaded || since(&mut self.extra_since_s, too_many) >= EXTRA_S {
             return Some(Alarm::RanIn);
         }
         (since(&mut self.left_since_s, has_left) >= LEFT_S).then_some(Alarm::TurnedBack)

@@ -95,7 +95,14 @@ impl Stage {
     fn put(&mut self, id: u64, x: f64, y: f64) {
         self.bodies.retain(|body| body.id != id);
         let velocity = Point::default();
-        self.bodies.push(Body { id, at: Point::new(x, y), velocity, is_seen: true, is_sure: true });
+        self.bodies.push(Body {
+            id,
+            at: Point::new(x, y),
+            velocity,
+            is_seen: true,
+            is_sure: true,
+            is_unexplained: false,
+        });
     }
 
     fn walk_in(&mut self, id: u64) {

@@ -18,8 +18,8 @@
 //! | `history` | the last ten minutes |
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
-//! | `calibration` | poses found by walking |
 //! | `door` | doors, and messages to them |
+//! | `calibration` | poses found by walking |
 //! | `page/` | the page itself |
 //!
 //! The server has a thread of its own; the tracker never waits for it. Every answer that is no success says

@@ -265,7 +265,9 @@ impl Session<'_> {
     fn order(&self, order: &Told) -> Result<(), String> {
         let at_ms = unix_ms();
         let (door, kind, payload) = match order {
-            Told::Lock { door, id, lock } => (door, "lock", json!({ "id": id, "at_ms": at_ms, "lock": lock })),
+            Told::Lock { door, id, lock } => {
+                (door, "lock", json!({ "id": id, "at_ms": at_ms, "lock": lock }))
+            }
             Told::Alarm { door, id, alarm } => {
                 (door, "alarm", json!({ "id": id, "at_ms": at_ms, "alarm": alarm }))
             }

@@ -5,6 +5,8 @@
 //!                                                               └────▶ events: errors, requests
 //! ```
 
+#![allow(dead_code, reason = "each test does a part of what a visitor can")]
+
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::Path;

@@ -64,7 +64,7 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
     let mut walker = Walker { floor, truth, stream: Stream::new(seed, Purpose::Walk, [9, 0]), turn: 0 };
     let start = walker.before(0);
     let led_by = Led::new(LEARNS_S, start);
-    let mut run: Run = led(scene, seed, &led_by, &[]);
+    let mut run: Run = led(scene, seed, &led_by, Vec::new());
     // Where modules are is not known: each in its own frame.
     let mut site: Site = scene.site.clone();
     for module in &mut site.modules {

@@ -18,13 +18,13 @@ use std::ops::RangeInclusive;
 
 use crate::run::{Options, Run};
 use crate::simulated_time::Stuck;
-use crate::world::World;
 use crate::world::body::{Body, Section};
 use crate::world::mishap::{Kind, Mishap};
 use crate::world::motion::Led;
 use crate::world::random::{Purpose, Stream};
 use crate::world::raycast::Person;
 use crate::world::scene::Scene;
+use crate::world::{More, World};
 
 /// Scenes in which poses are looked for.
 const ROOMS: [&str; 2] = ["home", "flat"];
@@ -115,11 +115,11 @@ fn scene(name: &str, seed: u64) -> std::result::Result<Scene, Box<dyn Error>> {
 }
 
 /// A run in which somebody is led.
-fn led(scene: &Scene, seed: u64, led: &Led, mishaps: &[Mishap]) -> Run {
+fn led(scene: &Scene, seed: u64, led: &Led, mishaps: Vec<Mishap>) -> Run {
     let body = Body::random(Section::Torso, &mut Stream::new(seed, Purpose::Person, [0, 2]));
     let walker = Person { name: "who is led".into(), body, motion: led.motion(), crouches_s: None };
-    let world = World::befallen(scene, seed, vec![walker], Vec::new(), mishaps);
-    Run::of(world, seed, &Options::default())
+    let more = More { people: vec![walker], mishaps, ..More::default() };
+    Run::of(World::with(scene, seed, more), seed, &Options::default())
 }
 
 /// A fault of the simulation, as it is.

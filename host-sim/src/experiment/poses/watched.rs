@@ -90,7 +90,7 @@ pub fn mishap(room: &str, what: &str, mishap: Mishap, seed: u64) -> Result<Watch
         let at = led_by.end().0;
         led_by.go(&floor.way(at, next()));
     }
-    let mut run = led(&scene, seed, &led_by, &[mishap]);
+    let mut run = led(&scene, seed, &led_by, vec![mishap]);
     let mut guard = Guard::new(&scene.site);
     let mut result =
         Watching { scene: room.to_owned(), what: Some(what.to_owned()), named_s: None, wrong: None };

@@ -7,6 +7,7 @@
 //! ```
 
 use super::ideas::Idea;
+use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track, bit};
 use super::{AGILITY, Kehai, MOVED_M, other_leg};
 use crate::geometry::Point;
@@ -97,7 +98,7 @@ impl Kehai {
                 && track.is_seen()
                 && (track.motion.place(seen.at_s) - centre).length() < ROOM_M
         };
-        if self.tracks.iter().any(beside) {
+        if self.near.now.iter().filter_map(|&index| self.tracks.get(index)).any(beside) {
             return -0.2;
         }
         match (seen.candidate.narrow && !legs, legs || seen.is_whole()) {
@@ -132,6 +133,7 @@ impl Kehai {
             is_inside: false,
             unexplained: None,
             still_s: if seen.width_m < THIN_M { seen.at_s } else { f64::NEG_INFINITY },
+            stirring: Stirring::default(),
             company: None,
             part_of: None,
             reason: "appeared",
@@ -139,6 +141,7 @@ impl Kehai {
             twin_since_s: seen.at_s,
             emerged_s: seen.at_s,
         });
+        self.near.now.push(self.tracks.len() - 1);
         self.next_id += 1;
     }
 
@@ -146,12 +149,16 @@ impl Kehai {
     fn merge_appearances(&mut self, sighting: &Sighting) {
         let of = |track: &Track| (track.id, track.motion.place(sighting.start_s), track.existence);
         let near = |track: &&Track| !track.confirmed && track.near_in == self.scan;
-        let all: Vec<_> = self.tracks.iter().filter(near).map(of).collect();
+        let tracks = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
+        let all: Vec<_> = tracks.filter(near).map(of).collect();
         for (index, &(younger, place, evidence)) in all.iter().enumerate().skip(1) {
             let same = |(_, other, _): &&(u32, Point, f64)| (*other - place).length() < SAME_M;
             let Some(&(older, ..)) = all.iter().take(index).find(same) else { continue };
-            self.tracks.retain(|track| track.id != younger);
-            if let Some(track) = self.tracks.iter_mut().find(|track| track.id == older) {
+            if let Some(index) = self.index_of(younger) {
+                self.remove(index);
+            }
+            if let Some(index) = self.index_of(older) {
+                let track = &mut self.tracks[index];
                 track.existence = track.existence.max(evidence);
             }
         }
@@ -167,7 +174,8 @@ impl Kehai {
 
     /// Makes an appearance somebody: new, or one of the hidden.
     fn confirm(&mut self, id: u32, beginning: bool) {
-        let Some(index) = self.tracks.iter().position(|track| track.id == id) else { return };
+        self.catch_up_all();
+        let Some(index) = self.index_of(id) else { return };
         let track = &self.tracks[index];
         let (at_s, at) = (track.last_hit_s, track.motion.place(track.last_hit_s));
         let interior = self.is_enclosed(track.first_at) && self.walls.entry_m(track.first_at) > ENTRY_M;
@@ -185,9 +193,10 @@ impl Kehai {
                 .filter(|(_, effort)| *effort < 1.0)
                 .min_by(|one, two| one.1.total_cmp(&two.1));
             if let Some((hidden, _)) = likeliest {
-                let found = self.tracks.remove(index);
+                let found = self.remove(index);
                 let hidden = if hidden > index { hidden - 1 } else { hidden };
                 self.tracks[hidden].is_found(&found);
+                self.is_near(hidden);
                 return;
             }
             if track.existence < 2.0 * ENOUGH {
@@ -200,7 +209,9 @@ impl Kehai {
         let unexplained = (interior || stands) && !beginning && self.walls.has_entries();
         let track = &mut self.tracks[index];
         track.beside = beside;
-        track.unexplained = unexplained.then_some(track.first_at);
+        if unexplained {
+            track.doubt(track.first_at);
+        }
         track.confirmed = true;
         track.existence = SURE * 0.5;
         track.reason = "seen";

@@ -41,32 +41,51 @@ impl Look {
     }
 }
 
-/// Looks at a body's middle at `place`.
-#[must_use]
-pub fn at_body(sighting: &Sighting, place: Point) -> Look {
-    let (distance_m, Some(middle)) = sighting.view.beam_at(place) else { return Look::default() };
-    let half_rad = libm::atan2(HALF_BODY_M, distance_m);
-    let half = (half_rad / f64::from(sighting.view.geometry.beam_rad())) as u16;
-    let last = sighting.view.geometry.beams() - 1;
-    let (from, to) = (middle.saturating_sub(half), middle.saturating_add(half).min(last));
-    let samples = SAMPLES.min(to - from + 1);
-    let mut look = Look::default();
-    for sample in 0..samples {
-        let beam = from + (u32::from(to - from) * u32::from(sample) / u32::from(samples.max(2) - 1)) as u16;
-        tally(sighting, beam, distance_m, &mut look);
-    }
-    let all = f64::from(samples);
-    Look { through: look.through / all, at: look.at / all, hidden: look.hidden / all }
+/// Looks where a module looked.
+pub struct Eye<'a> {
+    sighting: &'a Sighting,
+    forward: Point,
 }
 
-/// Looks at a place along the one beam that points there.
-#[must_use]
-pub fn at_point(sighting: &Sighting, place: Point) -> Look {
-    let mut look = Look::default();
-    if let (distance_m, Some(beam)) = sighting.view.beam_at(place) {
-        tally(sighting, beam, distance_m, &mut look);
+impl<'a> Eye<'a> {
+    /// The module's of a sighting.
+    #[must_use]
+    pub fn of(sighting: &'a Sighting) -> Self {
+        Self { sighting, forward: sighting.view.forward() }
     }
-    look
+
+    /// Looks at a body's middle at `place`.
+    #[must_use]
+    pub fn at_body(&self, place: Point) -> Look {
+        let Self { sighting, forward } = *self;
+        let (distance_m, Some(middle)) = sighting.view.beam_ahead(forward, place) else {
+            return Look::default();
+        };
+        let half_rad = libm::atan2(HALF_BODY_M, distance_m);
+        let half = (half_rad / f64::from(sighting.view.geometry.beam_rad())) as u16;
+        let last = sighting.view.geometry.beams() - 1;
+        let (from, to) = (middle.saturating_sub(half), middle.saturating_add(half).min(last));
+        let samples = SAMPLES.min(to - from + 1);
+        let mut look = Look::default();
+        for sample in 0..samples {
+            let share = u32::from(to - from) * u32::from(sample) / u32::from(samples.max(2) - 1);
+            tally(sighting, from + share as u16, distance_m, &mut look);
+        }
+        let all = f64::from(samples);
+        Look { through: look.through / all, at: look.at / all, hidden: look.hidden / all }
+    }
+
+    /// Looks at a place along the one beam that points there; also whether the module would see it if nobody stood
+    /// before it.
+    #[must_use]
+    pub fn at_point(&self, place: Point) -> (Look, bool) {
+        let mut look = Look::default();
+        let (distance_m, Some(beam)) = self.sighting.view.beam_ahead(self.forward, place) else {
+            return (look, false);
+        };
+        tally(self.sighting, beam, distance_m, &mut look);
+        (look, self.sighting.background_m(beam) > distance_m)
+    }
 }
 
 fn tally(sighting: &Sighting, beam: u16, distance_m: f64, look: &mut Look) {
@@ -79,11 +98,4 @@ fn tally(sighting: &Sighting, beam: u16, distance_m: f64, look: &mut Look) {
     } else {
         look.hidden += 1.0;
     }
-}
-
-/// Whether the module would see the place if nobody stood before it.
-#[must_use]
-pub fn covers(sighting: &Sighting, place: Point) -> bool {
-    let (distance_m, Some(beam)) = sighting.view.beam_at(place) else { return false };
-    sighting.background_m(beam) > distance_m
 }

@@ -15,35 +15,32 @@ mod divide;
 mod hidden;
 pub mod ideas;
 mod look;
+mod near;
 mod parts;
 mod reflection;
 mod restore;
+mod stir;
 #[cfg(test)]
 mod tests;
 mod track;
 mod twins;
+mod unseen;
 mod walls;
 
-use nalgebra::{Matrix2, Vector2};
-
 use super::{TrackState, Tracker};
-use crate::geometry::{Point, inside};
+use crate::cells::Areas;
+use crate::geometry::Point;
 use crate::sighting::{Seen, Sighting};
 use crate::site::{Mover, Site, Zone};
-use hidden::Cloud;
+use associate::other_leg;
 use ideas::{Idea, Ideas};
+use near::Near;
 use reflection::Reflection;
-use track::{HIDDEN_S, NOBODY, SURE, Track};
+use track::Track;
 use walls::Walls;
 
 /// Spectral density of a pedestrian's acceleration, m²/s³: who turns or stops does so within half a second.
 const AGILITY: f64 = 0.4;
-
-/// Cost of a track without a candidate, −ln per m²: about four deviations of a well known place.
-const UNASSIGNED: f64 = 5.0;
-
-/// What is added to that for somebody in full view, and taken off for somebody hidden: e², about seven times less likely.
-const MISSED: f64 = 2.0;
 
 /// Two tracks nearer than this are at the same place, m: two bodies cannot be.
 const TWINS_M: f64 = 0.33;
@@ -51,20 +48,11 @@ const TWINS_M: f64 = 0.33;
 /// A candidate farther from a track than this is never its own, m.
 const GATE_M: f64 = 0.8;
 
-/// Between the middles of two legs, m.
-const STRIDE_M: core::ops::Range<f64> = 0.08..0.45;
-
-/// Deviation of the middle between two legs from their owner's, m.
-const LEGS_M: f64 = 0.06;
-
 /// What is nearer to a module touches it, and has no place, mm.
 const TOUCHING_MM: u16 = 80;
 
 /// What the face of a mover is unsure by, mm.
 const FACE_MM: u16 = 60;
-
-/// Evidence of a module that never detected somebody, against that of one that did: beams pass over children.
-const UNKNOWN: f64 = 0.2;
 
 /// For so long after a module began, whoever is inside was there before, s.
 const BEGINNING_S: f64 = 10.0;
@@ -84,25 +72,21 @@ const WALKING_MPS: f64 = 0.5;
 /// Who has not moved for so long rests, s.
 const RESTS_S: f64 = 1.0;
 
-/// Somebody unseen is doubted after so long without a module that looks there, s.
-const UNCOVERED_S: f64 = 0.5;
-
-/// Half-life of somebody hidden in the open, s, and where no module looks.
-const HALF_LIFE_S: (f64, f64) = (15.0, 3.0);
-
-/// What one such half-life takes, as log-odds: from sure to nobody in three.
-const HALVES: f64 = 4.2;
-
 /// Our tracker.
 pub struct Kehai {
     walls: Walls,
-    enclosed: Vec<Vec<Point>>,
-    movers: Vec<Vec<Point>>,
+    enclosed: Areas,
+    movers: Areas,
     ideas: Ideas,
+    /// In the order of their numbers.
     tracks: Vec<Track>,
+    near: Near,
     reflections: Vec<Reflection>,
     next_id: u32,
+    /// The newest sighting's time.
     now_s: f64,
+    /// The newest before this one: up to then everybody has lived.
+    passed_s: f64,
     /// Number of the sighting.
     scan: u64,
     modules: Vec<Heard>,
@@ -124,13 +108,15 @@ impl Kehai {
         let heard = Heard { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
         Self {
             walls: Walls::of(site),
-            enclosed,
-            movers,
+            enclosed: Areas::of(enclosed),
+            movers: Areas::of(movers),
             ideas,
             tracks: Vec::new(),
+            near: Near::over(site),
             reflections: Vec::new(),
             next_id: 1,
             now_s: 0.0,
+            passed_s: 0.0,
             scan: 0,
             modules: vec![heard; site.modules.len()],
         }
@@ -138,6 +124,7 @@ impl Kehai {
 
     /// Notes that a module was heard, and who is within its reach.
     fn note(&mut self, sighting: &Sighting) {
+        self.passed_s = self.now_s;
         self.now_s = self.now_s.max(sighting.start_s);
         self.scan += 1;
         if let Some(heard) = self.modules.get_mut(sighting.view.module) {
@@ -146,18 +133,7 @@ impl Kehai {
             }
             heard.last_s = heard.last_s.max(sighting.start_s);
         }
-        let farthest_mm = sighting.background_mm.iter().copied().max().unwrap_or(0);
-        let nearest_mm = sighting.seen.iter().map(|seen| seen.candidate.near_mm).max().unwrap_or(0);
-        let reach_m = f64::from(farthest_mm.max(nearest_mm)) * 0.001 + GATE_M;
-        for track in &mut self.tracks {
-            let (middle, radius_m) = match &track.cloud {
-                Some(cloud) => cloud.around(),
-                None => (track.motion.place(sighting.start_s), 0.0),
-            };
-            if (middle - sighting.view.pose.at).length() < reach_m + radius_m {
-                track.near_in = self.scan;
-            }
-        }
+        self.find_near(sighting);
     }
 
     /// Whether people may have been inside before the module of this sighting began.
@@ -168,23 +144,24 @@ impl Kehai {
 
     /// Where those are whom the module sees.
     fn seen_places(&self, at_s: f64) -> Vec<(u32, Point)> {
-        let seen = self.tracks.iter().filter(|track| track.near_in == self.scan && track.is_seen());
+        let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
+        let seen = near.filter(|track| track.near_in == self.scan && track.is_seen());
         seen.map(|track| (track.id, track.motion.place(at_s))).collect()
     }
 
     /// Whether nobody gets to a place but across an entry.
     fn is_enclosed(&self, place: Point) -> bool {
-        self.enclosed.iter().any(|polygon| inside(place, polygon))
+        self.enclosed.hold(place)
     }
 
     /// Whether a candidate is a door leaf or a curtain: all of it where one moves.
     fn is_mover(&self, seen: &Seen) -> bool {
-        self.movers.iter().any(|mover| seen.outline.iter().all(|&point| inside(point, mover)))
+        self.movers.one_holds(&seen.outline)
     }
 
     /// Whether a door leaf or a curtain moves at a place.
     fn moves_there(&self, place: Point) -> bool {
-        self.movers.iter().any(|mover| inside(place, mover))
+        self.movers.hold(place)
     }
 
     /// The sighting with everything before a door leaf or a curtain taken as empty, up to its outline: of a body
@@ -207,175 +184,11 @@ impl Kehai {
         Some(cleared)
     }
 
-    /// Whether a candidate belongs to an appearance that was there while the hidden `track` was still seen.
-    fn is_somebody_else(&self, track: &Track, seen: &Seen) -> bool {
-        self.tracks.iter().filter(|other| !other.confirmed && other.was_beside(track)).any(|other| {
-            let place = other.motion.place(seen.at_s);
-            (seen.centre - Vector2::new(place.x, place.y)).norm() < TWINS_M
-        })
-    }
-
-    /// What it costs to leave a track without a candidate: little where it is hidden.
-    fn unassigned(&self, track: &Track, sighting: &Sighting) -> f64 {
-        if !track.is_seen() {
-            return UNASSIGNED;
-        }
-        let look = look::at_body(sighting, track.motion.place(sighting.start_s));
-        UNASSIGNED + MISSED * (look.judged() - look.hidden)
-    }
-
-    /// Finds a candidate for each of the tracks `of` within reach; returns which of them got which,
-    /// and whether it was one of two legs.
-    fn associate(
-        &mut self,
-        of: impl Fn(&Track) -> bool,
-        sighting: &Sighting,
-        pieces: &[Seen],
-        taken: &mut [bool],
-    ) -> Vec<(usize, usize, bool)> {
-        let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
-        let costs = |track: &Track| -> Vec<f64> {
-            let cost = |&index: &usize| {
-                let seen = &pieces[index];
-                let other = track.is_hidden() && self.is_somebody_else(track, seen);
-                if other { f64::INFINITY } else { cost(track, seen) }
-            };
-            free.iter().map(cost).collect()
-        };
-        // Whoever is far from every candidate needs no place in the matrix.
-        let rows: Vec<(usize, Vec<f64>)> = (0..self.tracks.len())
-            .filter(|&index| self.tracks[index].near_in == self.scan && of(&self.tracks[index]))
-            .map(|index| (index, costs(&self.tracks[index])))
-            .filter(|(_, costs)| costs.iter().any(|cost| *cost < UNASSIGNED))
-            .collect();
-        let unassigned: Vec<f64> =
-            rows.iter().map(|(index, _)| self.unassigned(&self.tracks[*index], sighting)).collect();
-        let assigned =
-            associate::assign(&unassigned, free.len(), UNASSIGNED, |row, column| rows[row].1[column]);
-        let pair = |((track, _), column): (&(usize, _), Option<usize>)| Some((*track, free[column?]));
-        let mut hits: Vec<(usize, usize, bool)> =
-            rows.iter().zip(assigned).filter_map(pair).map(|(track, index)| (track, index, false)).collect();
-        for (_, index, _) in &hits {
-            taken[*index] = true;
-        }
-        for (track, index, is_pair) in &mut hits {
-            *is_pair = self.hit(*track, *index, sighting, pieces, taken);
-        }
-        hits
-    }
-
-    /// Gives a track its candidate, and the other leg to a leg; returns whether there was one.
-    fn hit(
-        &mut self,
-        track: usize,
-        index: usize,
-        sighting: &Sighting,
-        pieces: &[Seen],
-        taken: &mut [bool],
-    ) -> bool {
-        let seen = &pieces[index];
-        let (mut centre, mut noise) = (seen.centre, seen.covariance);
-        let legs = if seen.candidate.narrow {
-            let expected = self.tracks[track].place(seen.at_s).0;
-            let own = self.tracks[track].id;
-            let others = self.seen_places(seen.at_s);
-            let is_own = |leg: &Seen| {
-                let far_m = |place: Point| (leg.centre - Vector2::new(place.x, place.y)).norm();
-                others.iter().all(|(id, place)| *id == own || far_m(*place) > far_m(expected))
-            };
-            let expected = Vector2::new(expected.x, expected.y);
-            other_leg(index, expected, pieces, |other| !taken[other] && is_own(&pieces[other]))
-                .filter(|(_, middle)| (middle - expected).norm() < (centre - expected).norm().max(0.2))
-        } else {
-            None
-        };
-        let track = &mut self.tracks[track];
-        if let Some((other, middle)) = legs {
-            taken[other] = true;
-            centre = middle;
-            noise = Matrix2::identity() * (LEGS_M * LEGS_M);
-            track.width_m = track.width_m.max((pieces[other].centre - seen.centre).norm() + seen.width_m);
-        }
-        track.hit(seen, centre, &noise, sighting.view.module);
-        track.hit_in = self.scan;
-        if track.confirmed {
-            track.existence = (track.existence + 2.0).min(SURE);
-            track.reason = "seen";
-        }
-        legs.is_some()
-    }
-
-    /// What the sighting says about everybody within reach whom it did not detect.
-    fn miss(&mut self, sighting: &Sighting) {
-        let seen_now = self.seen_places(sighting.start_s);
-        let end_s = sighting.start_s + f64::from(sighting.view.geometry.period_us()) * 1e-6;
-        let free_space = self.ideas.has(Idea::FreeSpace);
-        for track in &mut self.tracks {
-            if track.hit_in == self.scan || track.near_in != self.scan {
-                continue;
-            }
-            let known = track.known_to(sighting.view.module);
-            let factor = if known { 1.0 } else { UNKNOWN };
-            let Some(cloud) = &mut track.cloud else {
-                let look = look::at_body(sighting, track.motion.place(end_s));
-                if free_space && look.judged() > 0.8 && look.through > 0.7 {
-                    track.existence -= 0.8 * factor;
-                    track.reason = "its place is seen empty";
-                }
-                continue;
-            };
-            cloud.predict(end_s, &self.walls);
-            let enters = cloud.enters();
-            let mut covered = 0;
-            let left = cloud.weigh(|place| {
-                covered += usize::from(look::covers(sighting, place));
-                let look = look::at_point(sighting, place);
-                let crowded = seen_now.iter().any(|(_, other)| (*other - place).length() < 0.3);
-                let beside = if !enters && self.walls.beside(place) { 0.4 } else { 1.0 };
-                (1.0 - 0.8 * look.through).min(beside) * if crowded { 0.8 } else { 1.0 }
-            });
-            if free_space && left < 0.5 {
-                track.existence += (left.max(0.1) * 2.0).ln() * factor;
-                track.reason = "its place is seen empty";
-            }
-            if 2 * covered >= hidden::PLACES {
-                track.covered_s = track.covered_s.max(end_s);
-            }
-        }
-    }
-
-    /// Whoever was seen last some time ago is hidden, and in the open believed in less and less.
-    fn fade(&mut self, now_s: f64) {
-        for index in 0..self.tracks.len() {
-            let track = &mut self.tracks[index];
-            let Some(cloud) = &track.cloud else {
-                if track.near_in == self.scan && now_s - track.last_hit_s > HIDDEN_S {
-                    let cloud = Cloud::new(now_s, &track.motion, track.last_hit_s, &self.walls, track.id);
-                    track.cloud = Some(cloud);
-                    track.reason = "hidden";
-                    track.faded_s = now_s;
-                    track.covered_s = now_s;
-                }
-                continue;
-            };
-            let (middle, _) = cloud.around();
-            let (faded_s, covered) = (track.faded_s, now_s - track.covered_s < UNCOVERED_S);
-            if !self.is_enclosed(middle) {
-                let half_life_s = if covered { HALF_LIFE_S.0 } else { HALF_LIFE_S.1 };
-                self.tracks[index].existence -= HALVES * (now_s - faded_s).max(0.0) / half_life_s;
-            }
-            let track = &mut self.tracks[index];
-            track.faded_s = faded_s.max(now_s);
-            if !self.ideas.has(Idea::Persistence) && now_s - track.last_hit_s > 1.0 {
-                track.existence = NOBODY;
-            }
-        }
-    }
-
     /// Whoever walks is explained. If of two that came as one the one walks out, it was it who came in: the other
     /// may be a thing, and has to move first.
     fn explain(&mut self) {
-        for index in 0..self.tracks.len() {
+        for place in 0..self.near.now.len() {
+            let index = self.near.now[place];
             let track = &self.tracks[index];
             if track.hit_in != self.scan || track.is_hidden() {
                 continue;
@@ -387,7 +200,8 @@ impl Kehai {
             if (place - track.rest.0).length() > MOVED_M {
                 track.rest = (place, if track.walks() { track.last_hit_s } else { track.rest.1 });
             }
-            if track.walks() && track.unexplained.is_some_and(|from| (place - from).length() > MOVED_M) {
+            let has_moved = |from: Point| track.walks() && (place - from).length() > MOVED_M;
+            if track.stirring.is_somebody() || track.unexplained.is_some_and(has_moved) {
                 track.unexplained = None;
             }
             self.let_go(index);
@@ -400,8 +214,7 @@ impl Kehai {
 
     /// Looks whether somebody who appeared beside another has parted from him, and who of the two walked.
     fn part(&mut self, index: usize) {
-        let track = &self.tracks[index];
-        let Some(other) = self.tracks.iter().position(|other| track.beside == Some(other.id)) else {
+        let Some(other) = self.tracks[index].beside.and_then(|other| self.find(other)) else {
             self.tracks[index].beside = None;
             return;
         };
@@ -414,7 +227,7 @@ impl Kehai {
         for (walks, stays) in [(index, other), (other, index)] {
             if !is_inside(walks) && is_inside(stays) && rests(stays) {
                 let rest = self.tracks[stays].rest.0;
-                self.tracks[stays].unexplained.get_or_insert(rest);
+                self.tracks[stays].doubt(rest);
                 // What came with the one came with the other.
                 let (walks, stays) = (self.tracks[walks].id, self.tracks[stays].id);
                 for track in self.tracks.iter_mut().filter(|track| track.beside == Some(stays)) {
@@ -428,46 +241,6 @@ impl Kehai {
             self.tracks[index].beside = None;
         }
     }
-
-    fn bury(&mut self, now_s: f64) {
-        self.tracks.retain(|track| {
-            if track.confirmed {
-                track.existence > NOBODY
-            } else {
-                now_s - track.last_hit_s < birth::PATIENCE_S && track.existence > NOBODY
-            }
-        });
-    }
-}
-
-/// The free narrow candidate that is a pair of legs with a narrow one, and the middle of both: nearest to where
-/// their owner is expected.
-fn other_leg(
-    index: usize,
-    expected: Vector2<f64>,
-    pieces: &[Seen],
-    is_free: impl Fn(usize) -> bool,
-) -> Option<(usize, Vector2<f64>)> {
-    let seen = pieces.get(index).filter(|seen| seen.candidate.narrow)?;
-    (0..pieces.len())
-        .filter(|&other| other != index && pieces[other].candidate.narrow && is_free(other))
-        .filter(|&other| STRIDE_M.contains(&(pieces[other].centre - seen.centre).norm()))
-        .map(|other| (other, (pieces[other].centre + seen.centre) * 0.5))
-        .min_by(|one, two| (one.1 - expected).norm().total_cmp(&(two.1 - expected).norm()))
-}
-
-/// −ln likelihood of a candidate, given a track.
-fn cost(track: &Track, seen: &Seen) -> f64 {
-    if let Some(cloud) = &track.cloud {
-        let density = cloud.density(seen.centre, &seen.covariance);
-        return if density > 1e-6 { -density.ln() } else { f64::INFINITY };
-    }
-    let place = track.motion.place(seen.at_s);
-    if (seen.centre - Vector2::new(place.x, place.y)).norm() > GATE_M {
-        return f64::INFINITY;
-    }
-    let (distance, log_determinant) = track.motion.distance(seen.at_s, seen.centre, &seen.covariance);
-    0.5 * distance + 0.5 * log_determinant + core::f64::consts::TAU.ln()
 }
 
 impl Tracker for Kehai {
@@ -504,17 +277,18 @@ impl Tracker for Kehai {
         self.associate(|track| track.confirmed && track.is_hidden(), sighting, &pieces, &mut taken);
         self.grow(sighting, &pieces, &mut taken);
         self.miss(sighting);
-        self.fade(self.now_s);
+        self.fade_near(self.now_s);
         self.explain();
         if self.ideas.has(Idea::Twins) {
             self.part_twins(self.now_s);
         }
-        self.bury(self.now_s);
+        self.bury_near(self.now_s);
+        self.settle();
     }
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
-        self.fade(at_s);
-        self.bury(at_s);
+        self.fade_all(at_s);
+        self.settle();
         let reflections = self.reflections.iter().filter(|reflection| reflection.lasts(at_s));
         let somebody = self.tracks.iter().map(|track| track.state(at_s));
         somebody.chain(reflections.map(|reflection| reflection.state(at_s))).collect()

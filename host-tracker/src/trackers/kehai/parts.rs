@@ -65,7 +65,8 @@ impl Kehai {
         }
         let at = track.motion.place(at_s);
         let older = |other: &&Track| other.id < id && other.near_in == self.scan && !other.is_hidden();
-        let offsets = self.tracks.iter().filter(older).map(|other| (other.id, at - other.motion.place(at_s)));
+        let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
+        let offsets = near.filter(older).map(|other| (other.id, at - other.motion.place(at_s)));
         let mut company = if let Some(mut company) = track.company.clone() {
             for (owner, offset) in offsets {
                 company.near.retain_mut(|known| known.owner != owner || known.stays(offset));
@@ -105,8 +106,7 @@ impl Kehai {
         if company.chords.dot(way) < LONG_M * company.hits * way.length() {
             return None;
         }
-        let owners =
-            company.near.iter().filter_map(|near| self.tracks.iter().find(|one| one.id == near.owner));
+        let owners = company.near.iter().filter_map(|near| self.tracks.get(self.index_of(near.owner)?));
         let owner = owners.filter(|owner| owner.confirmed).min_by_key(|owner| owner.id)?;
         Some(owner.part_of.unwrap_or(owner.id))
     }
@@ -118,7 +118,8 @@ impl Kehai {
             return;
         };
         let (id, at_s, at) = (track.id, track.last_hit_s, track.motion.place(track.last_hit_s));
-        match self.tracks.iter().find(|other| other.id == owner) {
+        let found = self.find(owner);
+        match found.and_then(|index| self.tracks.get(index)) {
             Some(owner) if owner.is_hidden() || (owner.motion.place(at_s) - at).length() < PARTED_M => return,
             Some(_) => {}
             None => {

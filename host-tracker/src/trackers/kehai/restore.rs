@@ -9,6 +9,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::hidden::Cloud;
+use super::stir::Stirring;
 use super::track::{SURE, Track};
 use super::{AGILITY, Kehai};
 use crate::geometry::Point;
@@ -53,6 +54,7 @@ impl Kehai {
                 is_inside: self.is_enclosed(at),
                 unexplained: None,
                 still_s: f64::NEG_INFINITY,
+                stirring: Stirring::default(),
                 company: None,
                 part_of: None,
                 reason: "known before a restart, not seen since",

@@ -160,6 +160,20 @@ fn legs_that_come_in_move() {
 }
 
 #[test]
+fn who_stirs_where_nobody_came_in_is_somebody_and_a_chair_is_not() {
+    let chair = |at_s: f64| vec![(0.0, 0.5, TORSO_M, at_s)];
+    assert!(Bench::new(ROOM).watch(12.0, chair).is_empty());
+    let person = |at_s: f64| vec![(0.0, 0.5, TORSO_M, libm::fmod(at_s, 1.5))];
+    assert_eq!(Bench::new(ROOM).watch(12.0, person).len(), 1);
+    // Somebody passes before the chair, and it is seen anew.
+    let passed = |at_s: f64| {
+        let shown_s = libm::fmod(at_s, 1.5);
+        if shown_s < 1.2 { vec![(0.0, 0.5, TORSO_M, shown_s)] } else { Vec::new() }
+    };
+    assert!(Bench::new(ROOM).watch(12.0, passed).is_empty());
+}
+
+#[test]
 fn a_reflection_is_shown_and_never_anybody() {
     let mut bench = Bench::new("[[wall]]\npoints = [[-2, 0], [2, 0]]\nmirror = true");
     assert!(bench.watch(5.0, |at_s| vec![(0.0, 0.5 + 0.1 * at_s, TORSO_M, 0.0)]).is_empty());

@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::hidden::Cloud;
 use super::parts::Company;
+use super::stir::Stirring;
 use crate::geometry::Point;
 use crate::sighting::Seen;
 use crate::trackers::kalman::Kinematics;
@@ -85,6 +86,8 @@ pub struct Track {
     pub unexplained: Option<Point>,
     /// When it was last seen by something thin that stood still, s.
     pub still_s: f64,
+    /// How often it has stirred.
+    pub stirring: Stirring,
     /// Until it has gone far enough: those who were there before.
     pub company: Option<Company>,
     /// Of whom it is a part.
@@ -129,6 +132,14 @@ impl Track {
         self.still_s >= self.last_hit_s
     }
 
+    /// Nobody can say how it came there: it has to move, or to stir.
+    pub fn doubt(&mut self, place: Point) {
+        if self.unexplained.is_none() {
+            self.unexplained = Some(place);
+            self.stirring = Stirring::default();
+        }
+    }
+
     /// Whether it may be a thing.
     const fn is_doubtful(&self) -> bool {
         self.unexplained.is_some() || self.part_of.is_some()
@@ -160,6 +171,7 @@ impl Track {
             self.motion.update(seen.at_s, centre, noise);
         }
         self.last_hit_s = self.last_hit_s.max(seen.at_s);
+        self.stirring.take(seen, module);
         if seen.candidate.static_ds >= STILL_DS && seen.width_m < THIN_M {
             self.still_s = self.last_hit_s;
         }

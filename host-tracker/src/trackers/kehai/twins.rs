@@ -9,6 +9,7 @@
 use super::hidden::Cloud;
 use super::track::Track;
 use super::{Kehai, TWINS_M};
+use crate::geometry::Point;
 
 /// Nearer than this they are one even if two candidates were seen: a torso and its arm, m.
 const ONE_BODY_M: f64 = 0.25;
@@ -21,15 +22,19 @@ impl Kehai {
     /// is hidden somewhere about.
     pub(super) fn part_twins(&mut self, now_s: f64) {
         let hit = |track: &Track| track.hit_in == self.scan;
-        for one in 0..self.tracks.len() {
-            let seen = |track: &Track| track.near_in == self.scan && track.is_seen();
-            if !seen(&self.tracks[one]) {
+        let seen = |track: &Track| track.near_in == self.scan && track.is_seen();
+        let near = self.near.now.iter().copied().filter(|&index| seen(&self.tracks[index]));
+        let places: Vec<(usize, Point)> =
+            near.map(|index| (index, self.tracks[index].motion.place(now_s))).collect();
+        for &(one, place) in &places {
+            // Some are hidden meanwhile.
+            if !self.tracks[one].is_seen() {
                 continue;
             }
-            let place = self.tracks[one].motion.place(now_s);
-            let nearest = (0..self.tracks.len())
-                .filter(|&other| other != one && seen(&self.tracks[other]))
-                .map(|other| (other, (self.tracks[other].motion.place(now_s) - place).length()))
+            let nearest = places
+                .iter()
+                .filter(|&&(other, _)| other != one && self.tracks[other].is_seen())
+                .map(|&(other, at)| (other, (at - place).length()))
                 .min_by(|one, two| one.1.total_cmp(&two.1))
                 .filter(|(_, distance_m)| *distance_m < TWINS_M);
             let Some((other, distance_m)) = nearest else {

@@ -8,6 +8,7 @@
 //!
 //! Entries are walls for the hidden: whoever crosses one is seen there.
 
+use crate::cells::Cells;
 use crate::geometry::{Point, bounds, centroid, cross, distance_to_segment};
 use crate::site::{Blocks, Entry, Site, Wall, Zone};
 
@@ -33,15 +34,49 @@ const CELLS: usize = 2000;
 #[derive(Clone, Debug, Default)]
 pub struct Walls {
     /// Walls first, then entries.
-    pieces: Vec<(Point, Point)>,
+    pieces: Pieces,
     walls: usize,
     /// What no beam passes.
-    opaque: Vec<(Point, Point)>,
+    opaque: Pieces,
     /// The middle of the zone each entry leads to.
     inner: Vec<Point>,
     corner: Point,
     columns: usize,
     blocked: Vec<bool>,
+}
+
+/// Straight pieces, of which those are looked at that may be in the way.
+#[derive(Clone, Debug, Default)]
+struct Pieces {
+    all: Vec<(Point, Point)>,
+    cells: Cells,
+}
+
+impl Pieces {
+    fn of(all: Vec<(Point, Point)>) -> Self {
+        let mut cells = Cells::over(all.iter().flat_map(|&(from, to)| [from, to]));
+        for (number, &(from, to)) in (0..).zip(&all) {
+            cells.put(number, around(from, to));
+        }
+        Self { all, cells }
+    }
+
+    /// Whether one of the first `count` crosses the way.
+    fn cross(&self, from: Point, to: Point, count: usize) -> bool {
+        let (low, high) = around(from, to);
+        let crosses = |&(one, other): &(Point, Point)| {
+            let beside = one.x.max(other.x) < low.x || one.x.min(other.x) > high.x;
+            let off = one.y.max(other.y) < low.y || one.y.min(other.y) > high.y;
+            !beside && !off && cross((from, to), (one, other))
+        };
+        let pieces = self.all.get(..count).unwrap_or(&self.all);
+        self.cells.near((low, high)).filter_map(|number| pieces.get(number)).any(crosses)
+    }
+}
+
+/// The upright rectangle around two places.
+fn around(from: Point, to: Point) -> (Point, Point) {
+    (Point::new(from.x.min(to.x), from.y.min(to.y)), Point::new(from.x.max(to.x), from.y.max(to.y)))
 }
 
 impl Walls {
@@ -59,13 +94,16 @@ impl Walls {
         let inner = site.entries.iter().map(leads_to).collect();
         let stops_beams = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
         let opaque = site.walls.iter().filter(stops_beams).flat_map(Wall::sides).collect();
+        let (pieces, opaque) = (Pieces::of(pieces), Pieces::of(opaque));
         let mut map = Self { pieces, walls, opaque, inner, ..Self::default() };
         map.draw();
         map
     }
 
     fn draw(&mut self) {
-        let Some((low, high)) = bounds(self.pieces.iter().flat_map(|&(from, to)| [from, to])) else { return };
+        let Some((low, high)) = bounds(self.pieces.all.iter().flat_map(|&(from, to)| [from, to])) else {
+            return;
+        };
         let margin = Point::new(1.0, 1.0) * (2.0 * CELL_M + HALF_DEPTH_M);
         self.corner = low - margin;
         let size = high + margin - self.corner;
@@ -73,7 +111,7 @@ impl Walls {
         let (columns, rows) = (cells(size.x), cells(size.y));
         self.columns = columns;
         self.blocked = vec![false; columns * rows];
-        for &(from, to) in &self.pieces {
+        for &(from, to) in &self.pieces.all {
             let reach = |one: f64, other: f64, base: f64, count: usize| {
                 let low = ((one.min(other) - HALF_DEPTH_M - base) / CELL_M).floor().max(0.0) as usize;
                 let high = ((one.max(other) + HALF_DEPTH_M - base) / CELL_M).ceil().max(0.0) as usize;
@@ -103,26 +141,30 @@ impl Walls {
     /// Whether a wall or entry is between two places.
     #[must_use]
     pub fn between(&self, from: Point, to: Point) -> bool {
-        self.pieces.iter().any(|&piece| cross((from, to), piece))
+        self.pieces.cross(from, to, self.pieces.all.len())
     }
 
     /// Whether a wall is between two places.
     #[must_use]
     pub fn wall_between(&self, from: Point, to: Point) -> bool {
-        self.pieces.iter().take(self.walls).any(|&piece| cross((from, to), piece))
+        self.pieces.cross(from, to, self.walls)
     }
 
     /// Distance to the nearest entry, m.
     #[must_use]
     pub fn entry_m(&self, place: Point) -> f64 {
-        let entries = self.pieces.iter().skip(self.walls);
+        let entries = self.entries().iter();
         entries.map(|&(from, to)| distance_to_segment(place, from, to)).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether there is an entry at all.
     #[must_use]
     pub fn has_entries(&self) -> bool {
-        self.pieces.len() > self.walls
+        !self.entries().is_empty()
+    }
+
+    fn entries(&self) -> &[(Point, Point)] {
+        self.pieces.all.get(self.walls..).unwrap_or_default()
     }
 
     /// Whether something that a module at `from` saw at `to` is behind a wall that no beam passes.
@@ -130,13 +172,13 @@ impl Walls {
     pub fn is_reflection(&self, from: Point, to: Point) -> bool {
         let way = to - from;
         let before = to - way * (BEFORE_WALL_M / way.length().max(BEFORE_WALL_M));
-        self.opaque.iter().any(|&piece| cross((from, before), piece))
+        self.opaque.cross(from, before, self.opaque.all.len())
     }
 
     /// Whether the way leads across an entry into its zone.
     #[must_use]
     pub fn enters(&self, from: Point, to: Point) -> bool {
-        self.pieces.iter().skip(self.walls).zip(&self.inner).any(|(&entry, &inner)| {
+        self.entries().iter().zip(&self.inner).any(|(&entry, &inner)| {
             let side = |place: Point| (entry.1 - entry.0).cross(place - entry.0);
             cross((from, to), entry) && side(to) * side(inner) > 0.0
         })
@@ -145,7 +187,7 @@ impl Walls {
     /// Whether somebody at `place` may be about to come in through an entry: near it, outside, and not leaving.
     #[must_use]
     pub fn waits_outside(&self, place: Point, velocity: Point) -> bool {
-        self.pieces.iter().skip(self.walls).zip(&self.inner).any(|(&(from, to), &inner)| {
+        self.entries().iter().zip(&self.inner).any(|(&(from, to), &inner)| {
             let side = |place: Point| (to - from).cross(place - from);
             let inwards = inner - place;
             side(place) * side(inner) < 0.0

@@ -1,0 +1,154 @@
+//! Who is within a module's reach: a report is about them, and costs what they cost.
+//!
+//! ```text
+//!   ┌─────┬─────┬─────┐
+//!   │  ·  │     │ ·   │     cells with everybody who is there, or soon will be;
+//!   ├─────╭─────╮─────┤     those near a module are looked for in the cells around it
+//!   │     │●  · │  ·  │
+//!   └─────╰─────╯─────┘
+//! ```
+//!
+//! For those whom no module reaches, time stands still until one does, or until somebody asks for everybody.
+
+use super::track::Track;
+use super::{GATE_M, Kehai};
+use crate::cells::Cells;
+use crate::geometry::Point;
+use crate::intake::LATE_S;
+use crate::sighting::Sighting;
+use crate::site::Site;
+
+/// What the cells say is true for reports that are so much older, s: the oldest that are used, with the time of a scan.
+const BEFORE_S: f64 = LATE_S + 0.3;
+
+/// And for so long, s; then everybody is put anew.
+const AFTER_S: f64 = 1.0;
+
+/// Who is where, as far as it takes to know who is near.
+#[derive(Debug, Default)]
+pub struct Near {
+    cells: Cells,
+    /// The rectangle in which each track was put, in the order of the tracks.
+    put: Vec<(Point, Point)>,
+    /// From when to when the cells are true, s.
+    true_s: Option<(f64, f64)>,
+    /// Those near the module of the sighting, in the order of the tracks.
+    pub now: Vec<usize>,
+}
+
+impl Near {
+    /// Over a site.
+    #[must_use]
+    pub fn over(site: &Site) -> Self {
+        let modules = site.modules.iter().map(|module| module.pose().at);
+        let walls = site.walls.iter().flat_map(|wall| wall.points.iter().copied().map(Point::from));
+        Self { cells: Cells::over(modules.chain(walls)), ..Self::default() }
+    }
+
+    /// Puts everybody anew, for reports about `at_s`.
+    fn put_all(&mut self, tracks: &[Track], at_s: f64) {
+        self.cells.clear();
+        self.put.clear();
+        self.true_s = Some((at_s - BEFORE_S, at_s + AFTER_S));
+        self.put_new(tracks);
+    }
+
+    /// Puts those who have come since.
+    fn put_new(&mut self, tracks: &[Track]) {
+        let Some(true_s) = self.true_s else { return };
+        for track in tracks.iter().skip(self.put.len()) {
+            let rectangle = whereabouts(track, true_s);
+            self.cells.put(self.put.len() as u32, rectangle);
+            self.put.push(rectangle);
+        }
+    }
+
+    /// Puts those anew who were near, and have moved, and those who have come.
+    fn settle(&mut self, tracks: &[Track]) {
+        let Some(true_s) = self.true_s else { return };
+        self.put_new(tracks);
+        for &index in &self.now {
+            let (Some(track), Some(put)) = (tracks.get(index), self.put.get_mut(index)) else { continue };
+            let rectangle = whereabouts(track, true_s);
+            if !self.cells.are_same(*put, rectangle) {
+                self.cells.take(index as u32, *put);
+                self.cells.put(index as u32, rectangle);
+                *put = rectangle;
+            }
+        }
+    }
+
+    /// A track is gone; those after it are one place further ahead.
+    fn forget(&mut self, index: usize) {
+        if index < self.put.len() {
+            let rectangle = self.put.remove(index);
+            self.cells.take(index as u32, rectangle);
+            self.cells.close_up(index as u32);
+        }
+        self.now.retain(|&near| near != index);
+        self.now.iter_mut().filter(|near| **near > index).for_each(|near| *near -= 1);
+    }
+}
+
+/// The rectangle in which a track is between two times.
+fn whereabouts(track: &Track, (from_s, until_s): (f64, f64)) -> (Point, Point) {
+    if let Some(cloud) = &track.cloud {
+        let (middle, radius_m) = cloud.around();
+        let reach = Point::new(radius_m, radius_m);
+        return (middle - reach, middle + reach);
+    }
+    let (one, other) = (track.motion.place(from_s), track.motion.place(until_s));
+    (Point::new(one.x.min(other.x), one.y.min(other.y)), Point::new(one.x.max(other.x), one.y.max(other.y)))
+}
+
+impl Kehai {
+    /// Finds who is within the reach of a sighting's module, and lets them catch up with time.
+    pub(super) fn find_near(&mut self, sighting: &Sighting) {
+        let farthest_mm = sighting.background_mm.iter().copied().max().unwrap_or(0);
+        let nearest_mm = sighting.seen.iter().map(|seen| seen.candidate.near_mm).max().unwrap_or(0);
+        let reach_m = f64::from(farthest_mm.max(nearest_mm)) * 0.001 + GATE_M;
+        let (at, at_s) = (sighting.view.pose.at, sighting.start_s);
+        let Self { near, tracks, scan, .. } = self;
+        if near.true_s.is_none_or(|(from_s, until_s)| !(from_s..until_s).contains(&at_s)) {
+            near.put_all(tracks, at_s);
+        }
+        near.now.clear();
+        let span = Point::new(reach_m, reach_m);
+        for index in near.cells.near((at - span, at + span)) {
+            let Some(track) = tracks.get_mut(index).filter(|track| track.near_in != *scan) else { continue };
+            let (middle, radius_m) = match &track.cloud {
+                Some(cloud) => cloud.around(),
+                None => (track.motion.place(at_s), 0.0),
+            };
+            if (middle - at).length() < reach_m + radius_m {
+                track.near_in = *scan;
+                near.now.push(index);
+            }
+        }
+        near.now.sort_unstable();
+        self.catch_up();
+    }
+
+    /// Counts somebody found elsewhere among those who are near.
+    pub(super) fn is_near(&mut self, index: usize) {
+        if let Err(place) = self.near.now.binary_search(&index) {
+            self.near.now.insert(place, index);
+        }
+    }
+
+    /// Notes where those are now who were near.
+    pub(super) fn settle(&mut self) {
+        self.near.settle(&self.tracks);
+    }
+
+    /// The place of a track among all: they are in the order of their numbers.
+    pub(super) fn index_of(&self, id: u32) -> Option<usize> {
+        self.tracks.binary_search_by_key(&id, |track| track.id).ok()
+    }
+
+    /// Takes a track out.
+    pub(super) fn remove(&mut self, index: usize) -> Track {
+        self.near.forget(index);
+        self.tracks.remove(index)
+    }
+}

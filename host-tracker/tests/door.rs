@@ -1,0 +1,137 @@
+//! A door over HTTP: a passage from the card to the lock, what is refused, and the screen in a real browser.
+
+#[allow(dead_code, reason = "the live map's test uses more of it")]
+mod chromium;
+mod house;
+
+use std::path::{Path, PathBuf};
+
+use host_tracker::frame::unix_ms;
+use house::House;
+use serde_json::json;
+
+#[test]
+fn a_passage_from_the_card_to_the_lock() {
+    let house = House::new();
+    house.waits_for("idle");
+    house.people(&[[0.0, 0.4]]);
+    assert_eq!(house.tell("contact", json!({ "contact": "shut" })).0, 200);
+    assert_eq!(house.tell("card", json!({ "card": "04:A2:2B:77" })).0, 200);
+    let asked = house.waits_for("asked");
+    let name = &asked["names"][0];
+    assert_eq!(name["track"], 1, "who stands at the reader has shown the card: {asked:#}");
+    assert!(!asked.to_string().contains("04:A2"), "the card's number is told nobody");
+    assert_eq!(house.tell("number", json!({ "number": 1 })).0, 200);
+    let unlocked = house.waits_for("unlocked");
+    assert_eq!((&unlocked["lock"], &unlocked["lock_taken"]), (&json!("unlocked"), &json!(false)));
+    assert_eq!(house.tell("lock/taken", json!({ "taken": unlocked["lock_id"] })).0, 200);
+    assert_eq!(house.tell("contact", json!({ "contact": "open" })).0, 200);
+    house.people(&[[0.0, 0.95]]);
+    house.people(&[[0.0, 1.4]]);
+    house.waits_for("closing");
+    assert_eq!(house.tell("contact", json!({ "contact": "shut" })).0, 200);
+    let idle = house.waits_for("idle");
+    let passed = &idle["passages"][0];
+    let passage = &passed["passage"];
+    assert_eq!(
+        (&passage["outcome"], &passage["entered"], &passage["through"]),
+        (&json!("complete"), &json!(1), &json!([1])),
+        "{idle:#}"
+    );
+    assert!(passed["begun_ms"].as_u64() <= passed["ended_ms"].as_u64());
+    let (status, why) = house.tell("card", json!({ "card": "04:A2:2B:77" }));
+    assert_eq!((status, why), (200, json!({})));
+    assert_eq!(house.waits_for("alarmed")["alarm"], "passed-back");
+}
+
+#[test]
+fn what_is_malformed_late_repeated_or_foreign_changes_nothing_and_says_why() {
+    let house = House::new();
+    house.waits_for("idle");
+    let refused = |line: &str, headers: &str, body: &str| {
+        let (status, answer) = house.ask(line, headers, body);
+        let why = answer["error"].as_str().unwrap_or_else(|| panic!("{line}: {status} {answer}")).to_owned();
+        assert_eq!(house.door()["phase"], "idle", "{line}");
+        (status, why)
+    };
+    let card = |id: u64, at_ms: u64| json!({ "id": id, "at_ms": at_ms, "card": "1" }).to_string();
+    const CARD: &str = "POST /api/door/front/card";
+    let (status, why) = refused(CARD, "", "card");
+    assert!(status == 400 && why.starts_with("malformed: "), "{why}");
+    let (status, why) = refused(CARD, "", &card(1, unix_ms() - 60_000));
+    assert!(status == 409 && why.starts_with("late: "), "{why}");
+    let (status, why) = refused(CARD, "", &card(1, unix_ms() + 60_000));
+    assert!(status == 409 && why.contains("ahead"), "{why}");
+    let (status, why) = refused(CARD, "Origin: http://evil.example\r\n", &card(1, unix_ms()));
+    assert!(status == 403 && why.contains("evil.example"), "{why}");
+    let number = house.message(json!({ "number": 1 }));
+    let (status, why) = refused("POST /api/door/front/number", "", &number);
+    assert!(status == 409 && why.starts_with("no card"), "{why}");
+    let (status, why) = refused("POST /api/door/front/number", "", &number);
+    assert!(status == 409 && why.starts_with("repeated: "), "{why}");
+    let (status, why) = refused("POST /api/door/back/card", "", &card(1, unix_ms()));
+    assert!(status == 404 && why.contains("no door \"back\""), "{why}");
+    let (status, why) = refused("POST /api/door/front/knock", "", "{}");
+    assert!(status == 404 && why.contains("lock/taken"), "{why}");
+    assert_eq!(house.ask(CARD, "", &card(1, unix_ms())).0, 200);
+    house.waits_for("asked");
+}
+
+fn pictures() -> PathBuf {
+    if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
+    } else {
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+    }
+}
+
+#[test]
+fn the_entrant_enters_the_number_on_the_screen() {
+    let Some(program) = chromium::find() else {
+        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
+        return eprintln!("left out: no Chromium here (apt-get install chromium)");
+    };
+    let house = House::new();
+    house.waits_for("idle");
+    house.people(&[[0.0, 0.4], [0.5, 0.2], [-0.5, 0.0]]);
+    house.tell("contact", json!({ "contact": "shut" }));
+    let mut page = chromium::Page::new(program);
+    page.size(1280, 800, 1);
+    page.scheme("light");
+    page.open(&format!("http://{}/door/front", house.server.address()));
+    let phase = |phase: &str| format!("document.body.dataset.phase === '{phase}'");
+    page.wait("it asks for a card", &phase("idle"));
+    page.wait(
+        "no number can be entered",
+        "document.querySelectorAll('.keys button:not(:disabled)').length === 0",
+    );
+    house.tell("card", json!({ "card": "7" }));
+    page.wait("it asks for the number", &phase("asked"));
+    page.wait(
+        "seven may go in",
+        "document.querySelectorAll('.keys button:not(:disabled):not([hidden])').length === 7",
+    );
+    page.wait(
+        "keys are larger than a thumb",
+        "[...document.querySelectorAll('.keys button:not([hidden])')].every((key) => key.offsetHeight >= 64 && key.offsetWidth >= 64)",
+    );
+    page.picture(&pictures().join("door.png"));
+    page.click(".keys button:nth-child(2)");
+    page.wait("two is not three", "document.querySelector('#prompt').innerText.includes('does not match')");
+    page.size(390, 844, 2);
+    page.scheme("dark");
+    page.wait("the page has the phone's width", "document.documentElement.scrollWidth <= 390");
+    page.wait(
+        "all keys are on it",
+        "document.querySelector('.keys').getBoundingClientRect().bottom <= innerHeight",
+    );
+    page.picture(&pictures().join("door-phone.png"));
+    page.click(".keys button:nth-child(3)");
+    page.wait("they may go in", &phase("unlocked"));
+    page.wait("three are awaited", "document.querySelectorAll('#people li').length === 3");
+    house.tell("contact", json!({ "contact": "open" }));
+    house.people(&[[0.0, 0.95], [0.5, 0.2], [-0.5, 0.0]]);
+    house.people(&[[0.0, 1.4], [0.5, 0.2], [-0.5, 0.0]]);
+    page.wait("one is in", "document.querySelectorAll('#people li.in').length === 1");
+    assert_eq!(page.errors, Vec::<String>::new());
+}

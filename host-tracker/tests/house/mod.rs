@@ -1,0 +1,162 @@
+//! A door with everything around it but sensors: frames made by the test, the doors' thread, and the server.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, mpsc};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use host_tracker::calibrate::session::Session;
+use host_tracker::door::Doors;
+use host_tracker::frame::{Frame, unix_ms};
+use host_tracker::http::{Desk, Server};
+use host_tracker::jsonl::{ZoneKnown, ZoneLine};
+use host_tracker::site_file::SiteFile;
+use serde_json::{Value, json};
+use tokio::sync::watch;
+
+pub const SITE: &str = "
+[[zone]]
+name = \"area\"
+polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+secure = true
+
+[[door]]
+name = \"front\"
+zone = \"area\"
+line = [[-0.45, 1.0], [0.45, 1.0]]
+fail = \"secure\"
+";
+
+/// A hundred times what a loaded machine needs.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+pub struct House {
+    pub doors: Option<Doors>,
+    pub server: Server,
+    /// Everybody's place.
+    people: Arc<Mutex<Vec<[f64; 2]>>>,
+    ids: Mutex<u64>,
+    stop: Arc<AtomicBool>,
+    feeding: Option<JoinHandle<()>>,
+    _folder: tempfile::TempDir,
+}
+
+impl House {
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("house.toml");
+        std::fs::write(&path, SITE).unwrap();
+        let file = SiteFile::load(&path).unwrap();
+        let (site, _) = watch::channel(file.current().site);
+        let (newest_in, newest) = watch::channel(Arc::default());
+        let (queue, frames) = mpsc::sync_channel(64);
+        let shown = host_tracker::door::Shown::default();
+        let doors = Doors::start(site.subscribe(), frames, shown.clone(), None).unwrap();
+        let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
+        let stop = Arc::new(AtomicBool::new(false));
+        let (places, stopped) = (Arc::clone(&people), Arc::clone(&stop));
+        let feeding = std::thread::spawn(move || {
+            // The site is the same as long as there are frames.
+            let _site = site;
+            while !stopped.load(Ordering::Relaxed) {
+                let mut frame = frame(&places.lock().unwrap());
+                frame.doors = shown.lines();
+                let frame = Arc::new(frame);
+                newest_in.send_replace(Arc::clone(&frame));
+                let _ = queue.try_send(frame);
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        });
+        let desk = Desk {
+            frames: newest,
+            site: file,
+            changed: Box::new(|_| Ok(())),
+            calibration: Session::default(),
+            accepted: Box::new(|_| {}),
+            names: Vec::new(),
+            doors: Some(doors.desk()),
+        };
+        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
+        let (ids, feeding) = (Mutex::new(0), Some(feeding));
+        Self { doors: Some(doors), server, people, ids, stop, feeding, _folder: folder }
+    }
+
+    /// Where everybody is from now on.
+    pub fn people(&self, places: &[[f64; 2]]) {
+        *self.people.lock().unwrap() = places.to_vec();
+        std::thread::sleep(Duration::from_millis(200));
+    }
+
+    /// Status and answer.
+    pub fn ask(&self, line: &str, headers: &str, body: &str) -> (u16, Value) {
+        let address = self.server.address();
+        let request = format!(
+            "{line} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Length: {}\r\n{headers}\r\n{body}",
+            body.len()
+        );
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.write_all(request.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+        (status, serde_json::from_str(body).unwrap_or(Value::Null))
+    }
+
+    /// A message with a number and a stamp of its own.
+    pub fn message(&self, mut body: Value) -> String {
+        let mut id = self.ids.lock().unwrap();
+        *id += 1;
+        body["id"] = json!(*id);
+        body["at_ms"] = json!(unix_ms());
+        body.to_string()
+    }
+
+    /// Tells the door something new.
+    pub fn tell(&self, input: &str, body: Value) -> (u16, Value) {
+        let body = self.message(body);
+        self.ask(&format!("POST /api/door/front/{input}"), "", &body)
+    }
+
+    pub fn door(&self) -> Value {
+        self.ask("GET /api/door/front", "", "").1
+    }
+
+    /// Until the door is so.
+    #[track_caller]
+    pub fn waits_for(&self, phase: &str) -> Value {
+        let begun = Instant::now();
+        loop {
+            let door = self.door();
+            if door["phase"] == phase {
+                return door;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{phase} does not come: {door:#}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+impl Drop for House {
+    fn drop(&mut self) {
+        self.doors = None;
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.feeding.take().map(JoinHandle::join);
+    }
+}
+
+fn frame(people: &[[f64; 2]]) -> Frame {
+    let mut frame = Frame { unix_ms: unix_ms(), ..Frame::default() };
+    for (id, [x, y]) in (1..).zip(people) {
+        let track = json!({ "id": id, "x": x, "y": y, "state": "confirmed" });
+        frame.line.tracks.push(serde_json::from_value(track).unwrap());
+    }
+    let inside = people.iter().filter(|[_, y]| y.abs() < 1.0).count();
+    let mut p = vec![0.0; inside + 1];
+    p[inside] = 1.0;
+    let zone = ZoneLine { count: inside as u32, p, seen_share: 1.0, state: ZoneKnown::Known };
+    frame.line.zones.insert("area".into(), zone);
+    frame
+}
