@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn who_is_lost_or_found_in_the_doorway_is_told() {
         let mut gate = gate();
-        gate.see(&[at(1, 0.0, 0.7, 0.0), at(2, 0.0, -0.8)]);
+        gate.see(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
         assert_eq!(gate.see(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
         assert_eq!(gate.see(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
     }
