@@ -312,3 +312,22 @@ fn an_export_holds_paths_counts_and_events() {
         lines("events.csv")
     );
 }
+
+#[test]
+fn a_passage_is_kept_whole_and_found_by_its_time() {
+    let folder = Folder::new("passage");
+    let passed = r#"{"begun_ms": 100000, "ended_ms": 109000, "passage": {"door": "front", "number": 1, "begun_s": 1.5,
+        "ended_s": 10.5, "card": "00000000000000000000000000a11ce0", "entered": 2, "tries": 1, "count_p": [0.0, 0.03, 0.97],
+        "seen_share": 0.98, "group": [4, 7], "through": [7, 4, 9], "outcome": "alarmed", "alarm": "followed",
+        "reason": "more went in than were let in"}}"#;
+    let passed: host_tracker::door::Passed = serde_json::from_str(passed).unwrap();
+    let store = Store::open(&folder.file(), &site(), 365).unwrap();
+    store.passed(Box::new(passed.clone()));
+    drop(store);
+    let reader = Reader::open(&folder.file()).unwrap();
+    assert_eq!(reader.passages(0, 99_999).unwrap(), []);
+    assert_eq!(reader.passages(100_000, 200_000).unwrap(), [passed]);
+    let events = reader.events(0, 200_000).unwrap();
+    let kinds: Vec<(&str, &str)> = events.iter().map(|event| (&*event.kind, &*event.text)).collect();
+    assert_eq!(kinds, [("door-alarm", "3 of 2 went in: more went in than were let in")]);
+}
