@@ -21,6 +21,7 @@ const FILES: &[(&str, &str, &[u8])] = files! {
     "/draw.js" => "draw.js", "text/javascript; charset=utf-8";
     "/panel.js" => "panel.js", "text/javascript; charset=utf-8";
     "/timeline.js" => "timeline.js", "text/javascript; charset=utf-8";
+    "/past.js" => "past.js", "text/javascript; charset=utf-8";
     "/edit.js" => "edit.js", "text/javascript; charset=utf-8";
     "/shapes.js" => "shapes.js", "text/javascript; charset=utf-8";
     "/door.html" => "door.html", "text/html; charset=utf-8";
