@@ -82,6 +82,7 @@ impl House {
             changed: Box::new(|_| Ok(())),
             calibration: Session::default(),
             accepted: Box::new(|_| {}),
+            database: None,
             names: Vec::new(),
             doors: Some(doors.desk()),
         };
