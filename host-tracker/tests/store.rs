@@ -423,7 +423,7 @@ fn a_passage_is_kept_whole_and_found_by_its_time() {
         "seen_share": 0.98, "group": [4, 7], "through": [7, 4, 9], "outcome": "alarmed", "alarm": "followed",
         "reason": "more went in than were let in"}}"#;
     let passed: host_tracker::door::Passed = serde_json::from_str(passed).unwrap();
-    let store = Store::open(&folder.file(), &site(), keep(365)).unwrap();
+    let store = Store::open(&folder.file(), &site(), keep(40_000)).unwrap();
     store.passed(Box::new(passed.clone()));
     drop(store);
     let reader = Reader::open(&folder.file()).unwrap();
