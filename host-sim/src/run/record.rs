@@ -1,7 +1,7 @@
 //! A whole run in a file, so that the same datagrams can be fed again and again without simulating anew.
 //!
 //! ```text
-//!   "kehai run 1\n"   then the record in postcard's encoding
+//!   "kehai run 2\n"   then the record in postcard's encoding, the site in it as the text of its file
 //! ```
 
 use std::fs;
@@ -16,7 +16,7 @@ use crate::world::scene::Scene;
 use crate::world::site::Site;
 
 /// First bytes of the file.
-const MAGIC: &[u8] = b"kehai run 1\n";
+const MAGIC: &[u8] = b"kehai run 2\n";
 
 /// Everything about a run that a tracker and its judge need.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -26,6 +26,7 @@ pub struct Record {
     /// How long it took, in seconds of the world.
     pub duration_s: f64,
     /// The site: poses, walls, zones, entries, movers.
+    #[serde(with = "as_text")]
     pub site: Site,
     /// The modules, in the order of the site.
     pub modules: Vec<ModuleName>,
@@ -89,5 +90,41 @@ impl Record {
         let bytes = fs::read(path)?;
         let record = bytes.strip_prefix(MAGIC).ok_or(RecordError::Foreign)?;
         postcard::from_bytes(record).map_err(|_| RecordError::Foreign)
+    }
+}
+
+/// A site as the text of its file: what is empty may be left out there, and postcard cannot know.
+mod as_text {
+    use serde::de::{Deserialize, Deserializer, Error as _};
+    use serde::ser::{Error as _, Serialize, Serializer};
+
+    use crate::world::site::Site;
+
+    pub fn serialize<S: Serializer>(site: &Site, to: S) -> Result<S::Ok, S::Error> {
+        toml::to_string(site).map_err(S::Error::custom)?.serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Site, D::Error> {
+        toml::from_str(&String::deserialize(from)?).map_err(D::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_comes_back_from_its_file_with_and_without_doors() {
+        for name in ["empty", "door-area"] {
+            let mut scene = Scene::load(name).unwrap();
+            scene.duration_s = 0.1;
+            scene.gathering = None;
+            let record = Record::of(&scene, 1, &Options::default()).unwrap();
+            let path = std::env::temp_dir().join(format!("kehai-record-{}-{name}.run", std::process::id()));
+            record.save(&path).unwrap();
+            let loaded = Record::load(&path).unwrap();
+            fs::remove_file(&path).unwrap();
+            assert_eq!(loaded, record);
+        }
     }
 }
