@@ -20,6 +20,7 @@ use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_sim::world::walker::Repeat;
 use host_tracker::site::Site;
+use host_tracker::store::reader::Reader;
 
 /// How far poses may be off in this test, which is of the way there, not of the figures: the walk is short, and the machine
 /// may be busy.
@@ -84,8 +85,9 @@ fn somebody_walks_and_both_terminal_and_browser_find_the_modules() {
     let last: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
     assert_eq!(last["found"]["modules"].as_array().map(Vec::len), Some(4), "{last}");
     is_right(&by_terminal, &scene.site);
-    let kept = host_tracker::store::poses::poses_of(&db, "shelf").unwrap();
-    assert_eq!((kept.len(), kept[0].2.as_str()), (1, "walk"));
+    let mut kept = Reader::open(&db).unwrap().poses().unwrap();
+    kept.retain(|pose| pose.module == "shelf");
+    assert_eq!(kept.iter().map(|pose| pose.source.as_str()).collect::<Vec<_>>(), ["calibration"]);
 }
 
 fn in_the_browser(program: &str, file: &Path, building: &Building, truth: &Site) {

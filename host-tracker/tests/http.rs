@@ -41,6 +41,7 @@ impl Map {
             }),
             calibration: Session::default(),
             accepted: Box::new(|_| {}),
+            database: None,
             names: Vec::new(),
             doors: None,
         };
@@ -268,7 +269,7 @@ fn a_wrong_site_is_refused_by_line_or_field_and_nothing_is_lost() {
             "site.zone[0].polygon[1][1]",
         ),
         (json, "{\"site\":{\"zone\":[{\"name\":\"a\",\"polygon\":[[0,0],[1,1]]}]}}", 400, "zone \\\"a\\\""),
-        (json, "{\"site\":{\"door\":[]}}", 400, "door"),
+        (json, "{\"site\":{\"gate\":[]}}", 400, "gate"),
         (json, "{\"site\":{\"wall\":[{\"points\":[[0,0],[1e300,1]]}]}}", 400, "wall 1"),
         (json, "{\"site\":{}} x", 400, "trailing"),
         ("application/toml", "[[zone]]\nname = 3\n", 400, "request:2"),

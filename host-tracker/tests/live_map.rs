@@ -11,12 +11,19 @@ mod chromium;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
 
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
+use host_tracker::frame::unix_ms;
 use host_tracker::site::Site;
-use serde_json::json;
+use host_tracker::store::reader::Reader;
+use host_tracker::store::{Keep, Store};
+use serde_json::{Value, json};
+
+/// A track's number that no tracker of today comes to.
+const GUEST: u64 = 7007;
 
 /// People on the map of whom somebody is sure.
 const CONFIRMED: &str = "document.querySelectorAll('.person.confirmed').length";
@@ -30,6 +37,7 @@ impl Tracker {
     fn start(site: &Path, building: &Building) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
         command.args(["run", "--http", "127.0.0.1:0", "--no-mdns", "--site"]).arg(site);
+        command.arg("--db").arg(site.with_extension("db"));
         for (_, address) in building.modules() {
             command.arg("--module").arg(address.to_string());
         }
@@ -68,6 +76,8 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("building.toml");
     std::fs::write(&file, toml::to_string(&scene.site).unwrap()).unwrap();
+    let hour_ago_ms = unix_ms() - 3_600_000;
+    happened_before(&file.with_extension("db"), &scene.site, hour_ago_ms);
     let building = Building::start(&scene, scene.seed).unwrap();
     let tracker = Tracker::start(&file, &building);
     let mut page = Page::new(program);
@@ -84,6 +94,7 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     module_details(&mut page);
     a_zone_is_drawn(&mut page, &file);
     looking_back(&mut page);
+    looking_back_an_hour(&mut page, hour_ago_ms);
 
     let own = tracker.map.trim_end_matches('/').trim_start_matches("http://").to_owned();
     assert!(page.requests.iter().all(|address| address.contains(&own)), "{:?}", page.requests);
@@ -156,6 +167,77 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     page.wait("people are found anew", &format!("{CONFIRMED} >= 1"));
 }
 
+/// Somebody stood in the study for a minute, long ago: another tracker kept it.
+fn happened_before(database: &Path, site: &Site, begun_ms: u64) {
+    let store = Store::open(database, &Arc::new(site.clone()), Keep::default()).unwrap();
+    let study = site.modules.iter().find(|module| module.name == "study").unwrap();
+    let (x, y) = (study.x - 1.0, study.y - 1.0);
+    for tenth in 0..600_u32 {
+        let track = json!({ "id": GUEST, "x": x, "y": y - 0.001 * f64::from(tenth), "state": "confirmed" });
+        let zones: serde_json::Map<String, Value> = site
+            .zones
+            .iter()
+            .map(|zone| {
+                (
+                    zone.name.clone(),
+                    json!({ "count": 1, "p": [0.0, 1.0], "seen_share": 1.0, "state": "known" }),
+                )
+            })
+            .collect();
+        let frame = json!({
+            "unix_ms": begun_ms + 100 * u64::from(tenth), "t": f64::from(tenth) * 0.1, "tracks": [track], "zones": zones, "modules": [],
+        });
+        store.see_waiting(Arc::new(serde_json::from_value(frame).unwrap()));
+    }
+    drop(store);
+    // It ended with its last frame, not now.
+    assert!(Reader::open(database).unwrap().lives(begun_ms, begun_ms + 60_000).unwrap().len() == 1);
+}
+
+fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
+    let guest = format!("[data-person=\"{GUEST}\"]");
+    page.wait(
+        "the database is there",
+        "!document.querySelector('#range option[value=\"21600000\"]').disabled",
+    );
+    page.value(
+        "(() => { const range = document.querySelector('#range'); range.value = '21600000'; \
+         range.dispatchEvent(new Event('change')); })()",
+    );
+    page.wait(
+        "six hours are drawn",
+        "document.querySelector('#density .counts').getAttribute('d').length > 0",
+    );
+    page.wait(
+        "and where no tracker ran it says so",
+        "document.querySelector('#density .gaps').getAttribute('d').length > 100",
+    );
+    assert_eq!(page.value(&format!("document.querySelectorAll('{guest}').length")), json!(0));
+    let there_ms = hour_ago_ms + 30_000;
+    page.value(&format!(
+        "(() => {{ const slider = document.querySelector('#slider'); slider.focus(); \
+         slider.value = ({there_ms} - Date.now()) / 1000; slider.dispatchEvent(new Event('input')); }})()"
+    ));
+    page.wait(
+        "whoever was there an hour ago is shown",
+        &format!("document.querySelectorAll('{guest}').length === 1"),
+    );
+    page.wait("alone", "document.querySelectorAll('#map .person').length === 1");
+    page.wait("and counted", "document.querySelector('#total').textContent === '1'");
+    page.wait("what happened is told", "document.querySelector('#events').innerText.includes('came into')");
+    page.picture(&pictures().join("live-map-past.png"));
+    for _ in 0..3 {
+        page.click("#speed");
+    }
+    page.wait("it plays fast", "document.querySelector('#speed').textContent === '60×'");
+    page.click("#play");
+    page.wait("until nobody was there", "document.querySelectorAll('#map .person').length === 0");
+    page.wait("which is not the same as nothing", "document.querySelector('#total').textContent === '–'");
+    page.click("#live");
+    page.wait("it is now again", "!document.body.classList.contains('past')");
+    page.wait("with the people of now", &format!("{CONFIRMED} >= 1"));
+}
+
 fn looking_back(page: &mut Page) {
     let then = page.value("document.querySelector('#clock').textContent");
     page.value("document.querySelector('#slider').focus()");
@@ -166,7 +248,7 @@ fn looking_back(page: &mut Page) {
     let back = page.value("document.querySelector('#clock').textContent");
     assert_ne!(then, back);
     assert_eq!(page.value("document.querySelector('#live').getAttribute('aria-pressed')"), json!("false"));
-    page.wait("people of then are shown", "document.querySelectorAll('.person').length >= 1");
+    page.wait("people of then are shown", "document.querySelectorAll('#map .person').length >= 1");
     page.click("#live");
     page.wait("it is now again", "!document.body.classList.contains('past')");
 }

@@ -177,6 +177,45 @@ fn frame() -> Frame {
     Frame { unix_ms: 1, modules: vec![module], ..Frame::default() }
 }
 
+mod house;
+
+#[test]
+fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
+    let Some(program) = mosquitto() else { return };
+    let broker = Broker::start(&program);
+    let mut listener = Listener::new(broker.port);
+    let house = house::House::new();
+    let doors = house.doors.as_ref().unwrap();
+    let settings = Settings { doors: Some(doors.desk()), ..settings(broker.port) };
+    let (told, frames) = (Some(doors.listen()), house.frames());
+    let publisher = Publisher::start(settings, frames, told, |_| {}).unwrap();
+    const DOOR: &str = "kehai/door/door/front";
+    listener.hears(DOOR, |payload| payload.contains("\"phase\":\"idle\""));
+    listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"locked\""));
+    house.people(&[[0.0, 0.4]]);
+    let tell = |input: &str, payload: String| {
+        listener.client.publish(format!("{DOOR}/{input}"), QoS::AtLeastOnce, false, payload).unwrap();
+    };
+    tell("card", "card".into());
+    let card = house.message(serde_json::json!({ "card": "04:A2" }));
+    tell("card", card.clone());
+    tell("card", card);
+    listener.hears(&format!("{DOOR}/refused"), |payload| payload.contains("repeated: "));
+    let refused =
+        |(topic, payload): &(String, String)| topic.ends_with("refused") && payload.contains("malformed: ");
+    assert!(listener.all.iter().any(refused), "{:?}", listener.all);
+    listener.hears(DOOR, |payload| payload.contains("\"phase\":\"asked\"") && !payload.contains("04:A2"));
+    let number = house.message(serde_json::json!({ "number": 1 }));
+    listener.client.publish(format!("{DOOR}/number"), QoS::AtLeastOnce, false, number).unwrap();
+    listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"unlocked\""));
+    // Whoever comes later hears no order that was given before.
+    drop(house);
+    drop(publisher);
+    let mut late = Listener::new(broker.port);
+    late.hears(STATUS, |payload| payload == "offline");
+    assert!(late.all.iter().all(|(topic, _)| !topic.ends_with("/lock")), "{:?}", late.all);
+}
+
 const ZONE: &str = "kehai/door/zone/hall";
 const STATUS: &str = "kehai/door/status";
 

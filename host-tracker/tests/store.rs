@@ -13,10 +13,15 @@ use std::time::Duration;
 use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use host_tracker::site::Site;
+use host_tracker::store::card::CardKey;
+use host_tracker::store::keeper::Event;
 use host_tracker::store::path::TOLERANCE_MM;
+use host_tracker::store::pose::{self, Source};
+use host_tracker::store::raw::RawKeeper;
 use host_tracker::store::reader::{Reader, Walked};
-use host_tracker::store::{Store, StoreError, export, known_before};
+use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use host_tracker::trackers::LifeCycle;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 
 /// In the environment of a child: the database it is to write.
 const CHILD: &str = "KEHAI_TEST_STORE";
@@ -46,6 +51,10 @@ fn site() -> Arc<Site> {
     Arc::new(
         toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[-9, -9], [0, -9], [0, 9], [-9, 9]]").unwrap(),
     )
+}
+
+fn keep(days: u32) -> Keep {
+    Keep { days, ..Keep::default() }
 }
 
 fn track(id: u64, x: f64, y: f64) -> TrackLine {
@@ -85,7 +94,7 @@ fn walker(id: u64, at_ms: u64) -> TrackLine {
 #[test]
 fn writer() {
     let Some(file) = std::env::var_os(CHILD) else { return };
-    let store = Store::open(Path::new(&file), &site(), 30).unwrap();
+    let store = Store::open(Path::new(&file), &site(), keep(30)).unwrap();
     loop {
         let now_ms = unix_ms();
         store.see(frame(now_ms, (1..=50).map(|id| walker(id, now_ms)).collect()));
@@ -149,6 +158,7 @@ fn fifty_deaths_at_any_moment_lose_a_second_at_most_and_never_the_file() {
         let lost_ms = last_ms - kept_ms.max(first_ms);
         worst_ms = worst_ms.max(lost_ms);
         // A machine that was held up offers nothing meanwhile, and writes nothing.
+        assert_eq!(reader.check().unwrap(), "ok", "death {death}");
         assert!(lost_ms <= 1000 + gap_ms, "death {death}: {lost_ms} ms lost");
     }
     println!("50 deaths, at most {worst_ms} ms lost");
@@ -173,7 +183,7 @@ fn a_full_disk_is_said_and_what_was_written_stays() {
 
 #[test]
 fn a_place_that_cannot_be_written_is_no_reason_to_stop() {
-    let store = Store::open(Path::new("/proc/kehai/kehai.db"), &site(), 30).unwrap();
+    let store = Store::open(Path::new("/proc/kehai/kehai.db"), &site(), keep(30)).unwrap();
     while store.state().trouble.is_empty() {
         store.see(frame(unix_ms(), vec![walker(1, 0)]));
         std::thread::sleep(Duration::from_millis(10));
@@ -185,14 +195,14 @@ fn a_place_that_cannot_be_written_is_no_reason_to_stop() {
 fn what_is_no_database_is_refused_and_left_alone() {
     let folder = Folder::new("foreign");
     std::fs::write(folder.file(), "a letter to a friend, longer than a header of a database is, by some words, at least a hundred of bytes").unwrap();
-    let error = Store::open(&folder.file(), &site(), 30).unwrap_err();
+    let error = Store::open(&folder.file(), &site(), keep(30)).unwrap_err();
     assert!(matches!(error, StoreError::Sqlite { .. }) && error.to_string().contains("kehai.db"), "{error}");
     assert!(std::fs::read_to_string(folder.file()).unwrap().starts_with("a letter"));
 }
 
 /// Writes `frames` at once and closes.
 fn written(folder: &Folder, days: u32, frames: impl Iterator<Item = Arc<Frame>>) -> Reader {
-    let store = Store::open(&folder.file(), &site(), days).unwrap();
+    let store = Store::open(&folder.file(), &site(), keep(days)).unwrap();
     frames.for_each(|frame| store.see_waiting(frame));
     let dropped = store.state().dropped;
     drop(store);
@@ -299,7 +309,8 @@ fn an_export_holds_paths_counts_and_events() {
     let frames =
         (0..50).map(|tenth| frame(now_ms + 100 * tenth, vec![track(1, -1.0 + 0.1 * tenth as f64, 0.0)]));
     drop(written(&folder, 30, frames));
-    export::export(&folder.file(), &folder.0.join("out"), 0, u64::MAX / 2).unwrap();
+    let all = (0, u64::MAX / 2);
+    export::export(&folder.file(), &folder.0.join("out"), all, export::Format::Csv).unwrap();
     let lines = |name: &str| -> Vec<String> {
         let text = std::fs::read_to_string(folder.0.join("out").join(name)).unwrap();
         text.lines().map(String::from).collect()
@@ -311,4 +322,114 @@ fn an_export_holds_paths_counts_and_events() {
         "{:?}",
         lines("events.csv")
     );
+    export::export(&folder.file(), &folder.0.join("out"), all, export::Format::Parquet).unwrap();
+    let rows = |name: &str| -> Vec<String> {
+        let file = std::fs::File::open(folder.0.join("out").join(name)).unwrap();
+        let reader = SerializedFileReader::new(file).unwrap();
+        reader.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect()
+    };
+    assert_eq!(rows("paths.parquet").len(), 2);
+    let first = &rows("paths.parquet")[0];
+    assert!(
+        first.contains("track: 1") && first.contains("x_m: -1") && first.contains("hidden: false"),
+        "{first}"
+    );
+    assert_eq!(rows("counts.parquet").len(), 2);
+    let events = rows("events.parquet");
+    assert!(
+        events
+            .iter()
+            .any(|row| row.contains("\"leave\"") && row.contains("\"hall\"") && row.contains("track: 1")),
+        "{events:?}"
+    );
+}
+
+#[test]
+fn a_text_with_commas_quotes_and_lines_survives_the_export() {
+    let folder = Folder::new("quotes");
+    let text = "a \"moved\" module,\nor a covered one";
+    let store = Store::open(&folder.file(), &site(), keep(30)).unwrap();
+    let event = Event {
+        at_ms: unix_ms(),
+        kind: "alarm".into(),
+        subject: "l,eft".into(),
+        track: None,
+        text: text.into(),
+    };
+    store.happened(event);
+    drop(store);
+    let out = folder.0.join("out");
+    export::export(&folder.file(), &out, (0, u64::MAX / 2), export::Format::Csv).unwrap();
+    let rows: Vec<csv::StringRecord> =
+        csv::Reader::from_path(out.join("events.csv")).unwrap().records().map(Result::unwrap).collect();
+    assert_eq!((&rows[0][2], &rows[0][3], &rows[0][4]), ("l,eft", "", text));
+}
+
+#[test]
+fn cards_and_raw_scans_have_an_end_of_their_own() {
+    let folder = Folder::new("cards");
+    let key = CardKey::new([1; 32]);
+    let (now_ms, days_ago) = (unix_ms(), |days: u64| unix_ms() - days * 86_400_000);
+    let short = Keep { days: 365, card_days: 7 };
+    let store = Store::open(&folder.file(), &site(), short).unwrap();
+    store.card(days_ago(8), "door", key.hash("old"));
+    store.card(days_ago(6), "door", key.hash("04A2"));
+    drop(store);
+    let mut raw = RawKeeper::begin(&folder.file(), "hall", now_ms - 10_000, now_ms - 5000).unwrap();
+    raw.scan(now_ms - 9000, "{}".into()).unwrap();
+    raw.flush().unwrap();
+    let mut raw = RawKeeper::begin(&folder.file(), "left", now_ms, now_ms + 3_600_000).unwrap();
+    raw.scan(now_ms, "{}".into()).unwrap();
+    raw.flush().unwrap();
+    // Deleting what is too old comes after the first batch.
+    let store = Store::open(&folder.file(), &site(), short).unwrap();
+    while store.state().raw.is_empty() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(store.state().raw.contains("1 raw scans of left are kept for another"), "{:?}", store.state());
+    drop(store);
+    let reader = Reader::open(&folder.file()).unwrap();
+    let cards: Vec<Vec<u8>> = reader.cards(0, now_ms).unwrap().into_iter().map(|card| card.hash).collect();
+    assert_eq!(cards, [key.hash("04A2").bytes().to_vec()]);
+    let kept: Vec<(String, u64)> =
+        reader.raw(0).unwrap().into_iter().map(|kept| (kept.module, kept.scans)).collect();
+    assert_eq!(kept, [("left".to_owned(), 1)]);
+    // Nothing anywhere in the file says which card it was.
+    let bytes = std::fs::read(folder.file()).unwrap();
+    assert!(!bytes.windows(4).any(|window| window == b"04A2"));
+}
+
+#[test]
+fn where_modules_were_is_known_for_good() {
+    let folder = Folder::new("poses");
+    let mut site = (*site()).clone();
+    site.modules = vec![toml::from_str("name = \"left\"\nx = 1.0\ny = 2.0").unwrap()];
+    for _start in 0..3 {
+        drop(Store::open(&folder.file(), &Arc::new(site.clone()), keep(1)).unwrap());
+    }
+    site.modules[0].yaw_deg = 30.0;
+    let found = [("left".to_owned(), site.modules[0].pose())];
+    pose::note(&folder.file(), &found, unix_ms() + 5, Source::Calibration).unwrap();
+    let poses = Reader::open(&folder.file()).unwrap().poses().unwrap();
+    let said: Vec<(f64, &str)> = poses.iter().map(|pose| (pose.yaw_deg, pose.source.as_str())).collect();
+    assert_eq!(said, [(0.0, "file"), (30.0, "calibration")]);
+}
+
+#[test]
+fn a_passage_is_kept_whole_and_found_by_its_time() {
+    let folder = Folder::new("passage");
+    let passed = r#"{"begun_ms": 100000, "ended_ms": 109000, "passage": {"door": "front", "number": 1, "begun_s": 1.5,
+        "ended_s": 10.5, "card": "00000000000000000000000000a11ce0", "entered": 2, "tries": 1, "count_p": [0.0, 0.03, 0.97],
+        "seen_share": 0.98, "group": [4, 7], "through": [7, 4, 9], "outcome": "alarmed", "alarm": "followed",
+        "reason": "more went in than were let in"}}"#;
+    let passed: host_tracker::door::Passed = serde_json::from_str(passed).unwrap();
+    let store = Store::open(&folder.file(), &site(), keep(40_000)).unwrap();
+    store.passed(Box::new(passed.clone()));
+    drop(store);
+    let reader = Reader::open(&folder.file()).unwrap();
+    assert_eq!(reader.passages(0, 99_999).unwrap(), []);
+    assert_eq!(reader.passages(100_000, 200_000).unwrap(), [passed]);
+    let events = reader.events(0, 200_000).unwrap();
+    let kinds: Vec<(&str, &str)> = events.iter().map(|event| (&*event.kind, &*event.text)).collect();
+    assert_eq!(kinds, [("door-alarm", "3 of 2 went in: more went in than were let in")]);
 }

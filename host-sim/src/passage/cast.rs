@@ -360,7 +360,7 @@ impl Cast {
                 Phase::Through => Point::new(beside_m, GONE_Y_M + 1.0),
                 Phase::Back if actor.walker.at.y > DOOR_Y_M - 0.1 => Point::new(0.0, DOOR_Y_M - 0.6),
                 Phase::Back => Point::new(0.0, START_Y_M - 1.0),
-                Phase::Stands => Point::new(0.0, DOOR_Y_M + 0.15),
+                Phase::Stands => Point::new(0.0, DOOR_Y_M + 0.05),
                 _ => actor.place + Point::new(x, y) * fidget_m,
             };
             let mut walker = actor.walker;
@@ -423,12 +423,11 @@ impl Cast {
             Kind::Beside { apart_m, late } => {
                 let side =
                     if gone { Point::new(at.x, GONE_Y_M + 0.5) } else { ahead + Point::new(apart_m, 0.0) };
-                let goal = if late && share < OPENING && at.y < HALL_Y_M + 0.2 {
+                if late && share < OPENING && at.y < HALL_Y_M + 0.2 {
                     Point::new(actor.lane_m, HALL_Y_M)
                 } else {
                     side
-                };
-                goal
+                }
             }
             _ => return,
         };

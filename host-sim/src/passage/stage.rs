@@ -169,12 +169,6 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
             }
         }
         for (_, cause, to) in machine.transitions() {
-            if std::env::var_os("KEHAI_PASSAGE").is_some() {
-                eprintln!(
-                    "{now_s:.1} {cause:?} -> {to:?} {:?}",
-                    line.zones.values().next().map(|zone| (zone.count, zone.seen_share))
-                );
-            }
             match to {
                 Phase::Unlocked => entrant.unlocked(now_s, &mut report),
                 Phase::Asked if cause == host_tracker::door::Cause::Mismatch => {
@@ -184,22 +178,6 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
                 Phase::Failed => entrant.noticed(now_s, machine.lock(), &mut report),
                 _ => {}
             }
-        }
-        if std::env::var_os("KEHAI_PASSAGE").is_some_and(|value| value == "2") {
-            let tracks: Vec<String> = line
-                .tracks
-                .iter()
-                .map(|track| format!("{}:{:?} {:.2},{:.2}", track.id, track.state, track.x, track.y))
-                .collect();
-            eprintln!(
-                "{now_s:.1} leaf {:.1} {tracks:?} truth {:?}",
-                leaf.share,
-                run.moment(now_us)
-                    .people
-                    .iter()
-                    .map(|p| format!("{:.2},{:.2}", p.x, p.y))
-                    .collect::<Vec<_>>()
-            );
         }
         let over = entrant.is_over(&report, machine.phase(), is_shut);
         if over && done_s.is_infinite() {

@@ -2,12 +2,13 @@
 //!
 //! ```text
 //!   turned        lifted         covered
-//!    ╲│╱   ╱      │╱ ▲           (│╱)   a disc of cloth around it, nearer than any wall
+//!    ╲│╱   ╱      │╱ ▲           (│╱)   a ring of cloth around it, nearer than any wall
 //!     ● ─▶ ●╲     ●  │ height     ●
 //! ```
 
 use super::geometry::{Outline, Point, Pose};
 use super::raycast::Thing;
+use std::f64::consts::TAU;
 
 /// Radius of what hides a covered module, m.
 const COVER_M: f64 = 0.12;
@@ -50,11 +51,13 @@ impl Mishap {
         }
     }
 
-    /// What stands before it from then on.
-    #[must_use]
-    pub fn cover(&self, at: Point) -> Option<Thing> {
-        let outline = Outline::disc(at, COVER_M);
-        let thing = Thing { outline, reflectance: 0.3, low_m: 0.0, high_m: 3.0, mirror: false };
-        (self.kind == Kind::Covered).then_some(thing)
+    /// What stands before it from then on: a ring of cloth, in eight pieces.
+    pub fn cover(&self, at: Point) -> impl Iterator<Item = Thing> + use<> {
+        let covered = self.kind == Kind::Covered;
+        let corner = move |number: u32| at + Point::towards(f64::from(number) * TAU / 8.0) * COVER_M;
+        (0..8).filter(move |_| covered).map(move |number| {
+            let outline = Outline::Segment(corner(number), corner(number + 1));
+            Thing { outline, reflectance: 0.3, low_m: 0.0, high_m: 3.0, mirror: false }
+        })
     }
 }

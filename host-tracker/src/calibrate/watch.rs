@@ -21,8 +21,8 @@ use super::look::moves;
 use super::walk::{Glimpse, Walk};
 use super::{median, wrapped};
 
-/// Seconds back that are looked at.
-const WINDOW_S: f64 = 30.0;
+/// Seconds back that are looked at: what was before a module was moved must soon be forgotten.
+const WINDOW_S: f64 = 15.0;
 
 /// Between two judgements, s.
 const JUDGE_S: f64 = 1.0;
@@ -81,6 +81,10 @@ const FARTHEST_M: f64 = 3.0;
 /// Of a covered module's view so much ends before its walls.
 const COVERED_SHARE: f64 = 0.5;
 
+/// So much of it is more than any crowd hides; for so many judgements in a row it is covered, whoever walks where.
+const SMOTHERED_SHARE: f64 = 0.9;
+const SMOTHERED: u32 = 5;
+
 /// What is wrong with a module's place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
@@ -114,6 +118,8 @@ struct Known {
     met: VecDeque<(f64, Point, Outcome)>,
     /// Share of its view that ends early, and foreground that stands: bearing and range.
     hidden_share: f64,
+    /// In how many judgements in a row nearly all of it was hidden.
+    smothered: u32,
     stands: Vec<(f64, f64)>,
     /// The turn that the walls say, and how often in a row.
     turned: Option<(f64, u32)>,
@@ -225,6 +231,8 @@ impl PoseWatch {
     fn judge(&mut self) {
         for known in &mut self.known {
             known.judge_walls();
+            known.smothered =
+                if known.hidden_share > SMOTHERED_SHARE { known.smothered.saturating_add(1) } else { 0 };
         }
         let compared = self.compare();
         let blamed = self.blame(&compared);
@@ -235,7 +243,8 @@ impl PoseWatch {
         let sure = self.blamed.is_some_and(|(_, times)| times >= SURE);
         let by_walk = blamed.filter(|_| sure);
         for (module, known) in self.known.iter_mut().enumerate() {
-            let covered = known.hidden_share > COVERED_SHARE && known.lately(BLIND, Outcome::Blocked);
+            let hidden = known.hidden_share > COVERED_SHARE && known.lately(BLIND, Outcome::Blocked);
+            let covered = hidden || known.smothered >= SMOTHERED;
             let walls = known.turned.filter(|(_, times)| *times >= SURE);
             let new = if covered {
                 Some(Finding::Covered)

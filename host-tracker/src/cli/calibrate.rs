@@ -14,7 +14,7 @@ use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::service::{Options, Service};
 use host_tracker::site::{Module, Site};
 use host_tracker::site_file::SiteFile;
-use host_tracker::store::poses::keep_poses;
+use host_tracker::store::pose::{self, Source};
 use host_tracker::trackers::Choice;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -126,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     file.save_poses(&poses, Some(revision), |_| Ok(()))?;
     if let Some(db) = &arguments.db {
-        keep_poses(db, unix_ms(), &poses, "walk")?;
+        pose::note(db, &poses, unix_ms(), Source::Calibration)?;
     }
     eprintln!("{}: {} poses written", arguments.site.display(), poses.len());
     Ok(())

@@ -1,18 +1,18 @@
-//! `kehai-tracker export`: what a database holds, as CSV.
+//! `kehai-tracker export`: what a database holds, as CSV or Parquet.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use host_tracker::frame::unix_ms;
-use host_tracker::store::export::export;
+use host_tracker::store::export::{Format, export};
 
 use super::Failure;
 
-/// Write what happened as CSV files: paths, counts, events
+/// Write what happened as CSV or Parquet files: paths, counts, events, places of modules
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-tracker export door.db --out yesterday --hours 24
-  kehai-tracker export door.db --out all")]
+  kehai-tracker export door.db --out all --format parquet")]
 pub struct Arguments {
     /// From kehai-tracker run --db
     #[arg(value_name = "FILE")]
@@ -21,6 +21,10 @@ pub struct Arguments {
     /// Folder for the files, made if missing
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+
+    /// csv or parquet
+    #[arg(long, value_name = "FORMAT", default_value_t = Format::default())]
+    format: Format,
 
     /// Only the last so many hours
     #[arg(long, value_name = "N")]
@@ -34,6 +38,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let now_ms = unix_ms();
     let from_ms = arguments.hours.map_or(0, |hours| now_ms.saturating_sub(hours.saturating_mul(3_600_000)));
-    export(&arguments.db, &arguments.out, from_ms, now_ms)?;
+    for file in export(&arguments.db, &arguments.out, (from_ms, now_ms), arguments.format)? {
+        println!("{}", file.display());
+    }
     Ok(())
 }

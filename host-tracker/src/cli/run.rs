@@ -10,16 +10,18 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::door::{DoorDesk, Doors, Told as DoorTold};
+use host_tracker::door::{Card, DoorDesk, Doors, Told as DoorTold};
 use host_tracker::frame::{Frame, ModuleLine, unix_ms};
 use host_tracker::geometry::Pose;
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
+use host_tracker::site::Site;
 use host_tracker::site_file::SiteFile;
-use host_tracker::store::poses::keep_poses;
-use host_tracker::store::{Store, known_before};
+use host_tracker::store::card::CardKey;
+use host_tracker::store::pose::{self, Source};
+use host_tracker::store::{Keep, Store, known_before};
 use host_tracker::trackers::Choice;
 
 use super::{Failure, address};
@@ -89,6 +91,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 365, requires = "db")]
     keep_days: u32,
 
+    /// Days for what is kept of cards: their hash by this site's key
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "db")]
+    keep_card_days: u32,
+
     /// Record everything that comes in, for kehai-tracker replay and Foxglove
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
@@ -135,8 +141,12 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     let now_ms = unix_ms();
     let (known, event) = arguments.db.as_deref().map_or((None, None), |file| known_before(file, now_ms));
     let restore = known.map(|frame| (frame.line, now_ms.saturating_sub(frame.unix_ms) as f64 * 1e-3));
-    let keep = |file| Store::open(file, &Arc::new(site.clone()), arguments.keep_days);
-    let store = arguments.db.as_deref().map(keep).transpose()?;
+    // Who limits the size of files asks for an error, not for the tracker's death.
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
+    let keep = Keep { days: arguments.keep_days, card_days: arguments.keep_card_days };
+    let open_store = |file| Store::open(file, &Arc::new(site.clone()), keep);
+    let store = arguments.db.as_deref().map(open_store).transpose()?;
     if let Some((store, event)) = store.as_ref().zip(event) {
         eprintln!("{}: {}", event.kind, event.text);
         store.happened(event);
@@ -149,7 +159,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracker: arguments.tracker,
         record: arguments.record,
     })?);
-    let doors = Doors::start(service.site(), service.queue(), service.doors(), None)?;
+    let doors = Doors::start(service.site(), service.queue(), service.doors(), card_hash(&arguments.site))?;
     let passages = doors.listen();
     let publisher = arguments
         .mqtt
@@ -161,10 +171,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .transpose()?;
     let frames = service.queue();
     let mut sites = service.site();
-    let db = arguments.db.clone();
     let map = arguments
         .http
-        .map(|listen| map(listen, file, &service, doors.desk(), arguments.http_name, db))
+        .map(|listen| map(listen, file, arguments.db.clone(), &service, doors.desk(), arguments.http_name))
         .transpose()?;
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut told = Told::default();
@@ -177,10 +186,12 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         if let Some(store) = &store {
             if sites.has_changed().unwrap_or(false) {
-                store.set_site(&sites.borrow_and_update());
+                store.set_site(&sites.borrow_and_update(), Source::Map);
             }
             store.see(Arc::clone(&last));
-            service.trouble().set("database", &store.state().trouble);
+            let state = store.state();
+            service.trouble().set("database", &state.trouble);
+            service.trouble().set("raw-scans", &state.raw);
         }
         for news in passages.try_iter() {
             match (news, &store) {
@@ -211,23 +222,39 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     summary(&last)
 }
 
+/// What makes of a card what may be kept of it, by the key beside the site's file. Without a door none is made; without
+/// a key the doors have one that is lost with the process.
+fn card_hash(site: &Path) -> Option<Box<dyn Fn(&str) -> Card + Send>> {
+    let has_doors = Site::load(site).is_ok_and(|site| !site.doors.is_empty());
+    match has_doors.then(|| CardKey::load(&CardKey::beside(site)))? {
+        Ok(key) => Some(Box::new(move |card| Card(u128::from_be_bytes(*key.hash(card).bytes())))),
+        Err(error) => {
+            eprintln!("{error}; cards of before are not known again");
+            None
+        }
+    }
+}
+
 /// Serves the live map.
 fn map(
     listen: SocketAddr,
     site: SiteFile,
+    database: Option<PathBuf>,
     service: &Arc<Service>,
     doors: DoorDesk,
     names: Vec<String>,
-    db: Option<PathBuf>,
 ) -> Result<Server, Failure> {
     let changing = Arc::clone(service);
     let changed = Box::new(move |site| changing.change_site(site));
+    let noting = database.clone();
     let accepted = Box::new(move |poses: &[(String, Pose)]| {
-        let kept = db.as_deref().map_or(Ok(()), |db| keep_poses(db, unix_ms(), poses, "walk"));
-        kept.unwrap_or_else(|error| eprintln!("accepted poses are not in the database: {error}"));
+        let note = |database: &PathBuf| pose::note(database, poses, unix_ms(), Source::Calibration);
+        if let Some(Err(error)) = noting.as_ref().map(note) {
+            eprintln!("accepted poses are not in the database: {error}");
+        }
     });
     let (frames, calibration) = (service.frames(), service.calibration());
-    let desk = Desk { frames, site, changed, calibration, accepted, names, doors: Some(doors) };
+    let desk = Desk { frames, site, changed, calibration, accepted, database, names, doors: Some(doors) };
     let server = Server::start(listen, desk)
         .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
     eprintln!("live map at http://{}/", server.address());

@@ -140,7 +140,8 @@ impl Progress {
                 && !gate.is_near_zone(body.at, LEFT_M)
         };
         let has_left = bodies.iter().any(|body| left(&body));
-        let shaded = in_zone + self.through() + gate.shades(bodies, now_s) > self.let_in;
+        let shades = gate.shades(bodies, now_s);
+        let shaded = shades > 0 && in_zone + self.through() + shades > self.let_in;
         if shaded || since(&mut self.extra_since_s, too_many) >= EXTRA_S {
             return Some(Alarm::RanIn);
         }

@@ -137,6 +137,9 @@ struct Message {
     answer: Option<tokio::sync::oneshot::Sender<Result<(), Why>>>,
 }
 
+/// What makes of a card what may be kept of it.
+pub type Hash = Box<dyn Fn(&str) -> Card + Send>;
+
 type Listeners = Arc<Mutex<Vec<Sender<Told>>>>;
 
 /// All doors of a site. They end when this is dropped.
@@ -214,7 +217,7 @@ impl Doors {
         site: watch::Receiver<Arc<Site>>,
         frames: Receiver<Arc<Frame>>,
         shown: Shown,
-        hash: Option<Box<dyn Fn(&str) -> Card + Send>>,
+        hash: Option<Hash>,
     ) -> std::io::Result<Self> {
         let (messages, coming) = sync_channel(QUEUE);
         let (states_in, states) = watch::channel(Arc::default());
@@ -227,7 +230,7 @@ impl Doors {
             listeners: Arc::clone(&listeners),
             states: states_in,
             shown,
-            hash: hash.unwrap_or_else(|| by_process()),
+            hash: hash.unwrap_or_else(by_process),
         };
         let stopped = Arc::clone(&stop);
         let thread = std::thread::Builder::new().name("doors".into()).spawn(move || {
@@ -267,7 +270,7 @@ impl Drop for Doors {
 }
 
 /// Hashes by a key that nobody knows and that is lost with the process.
-fn by_process() -> Box<dyn Fn(&str) -> Card + Send> {
+fn by_process() -> Hash {
     let keys = [RandomState::new(), RandomState::new()];
     Box::new(move |card| {
         let [high, low] = [0, 1].map(|half: usize| keys.get(half).map_or(0, |key| key.hash_one(card)));
@@ -294,7 +297,7 @@ struct Work {
     listeners: Listeners,
     states: watch::Sender<Arc<Vec<DoorState>>>,
     shown: Shown,
-    hash: Box<dyn Fn(&str) -> Card + Send>,
+    hash: Hash,
 }
 
 impl Work {

@@ -3,6 +3,7 @@
 //! ```text
 //!   frames ─▶ feed ─▶ one text for all ─▶ /ws            every 0.1 s; a slow client misses some
 //!               └───▶ ten minutes      ─▶ /api/history   two lines a second
+//!   database ────────────────────────▶ /api/overview, /api/past
 //!                                         /api/state     the newest frame
 //!                                         /metrics       the same for Prometheus
 //!   poses by walking ◀──────────────────▶ /api/calibration
@@ -16,6 +17,7 @@
 //! | `guard` | who may ask, and from which page |
 //! | `feed` | frames to text, once for everybody |
 //! | `history` | the last ten minutes |
+//! | `past` | what was before, from the database |
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
@@ -31,12 +33,14 @@ mod feed;
 pub mod guard;
 pub mod history;
 mod page;
+mod past;
 mod site;
 mod socket;
 
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -82,6 +86,8 @@ pub struct Desk {
     pub calibration: Session,
     /// Told of poses that were accepted, by module.
     pub accepted: Accepted,
+    /// Where what happens is kept, if it is.
+    pub database: Option<PathBuf>,
     /// Names under which a browser may ask for this machine, beside its addresses and local names.
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
@@ -173,7 +179,9 @@ fn router(shared: Arc<Shared>) -> Router {
         .route("/ws", get(socket::open))
         .route("/api/site", get(site::show).put(site::change))
         .route("/api/state", get(state))
-        .route("/api/history", get(past))
+        .route("/api/history", get(history))
+        .route("/api/overview", get(past::glance))
+        .route("/api/past", get(past::paths))
         .route("/api/calibration", get(calibration::show).post(calibration::change))
         .route("/metrics", get(metrics))
         .route("/api/door", get(door::all))
@@ -227,7 +235,7 @@ async fn state(State(shared): State<Arc<Shared>>) -> Response {
     Json(&*frame).into_response()
 }
 
-async fn past(State(shared): State<Arc<Shared>>) -> Response {
+async fn history(State(shared): State<Arc<Shared>>) -> Response {
     let text = shared.history.lock().unwrap_or_else(PoisonError::into_inner).to_json();
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }

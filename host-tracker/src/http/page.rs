@@ -22,6 +22,7 @@ const FILES: &[(&str, &str, &[u8])] = files! {
     "/panel.js" => "panel.js", "text/javascript; charset=utf-8";
     "/timeline.js" => "timeline.js", "text/javascript; charset=utf-8";
     "/calibrate.js" => "calibrate.js", "text/javascript; charset=utf-8";
+    "/past.js" => "past.js", "text/javascript; charset=utf-8";
     "/edit.js" => "edit.js", "text/javascript; charset=utf-8";
     "/shapes.js" => "shapes.js", "text/javascript; charset=utf-8";
     "/door.html" => "door.html", "text/html; charset=utf-8";

@@ -1,63 +1,251 @@
-//! What happened, as CSV files for other programs.
+//! What happened, as tables for other programs: CSV, or Parquet.
 //!
 //! ```text
-//!   paths.csv    run,track,time,x_m,y_m,hidden     the stored points; between two, people went straight
-//!   counts.csv   zone,time,count,state
-//!   events.csv   time,kind,subject,track,text      times in seconds since 1970
+//!   paths    run,track,time,x_m,y_m,hidden     the stored points; between two, people went straight
+//!   counts   zone,time,count,state
+//!   events   time,kind,subject,track,text
+//!   poses    time,module,x_m,y_m,yaw_deg,source
+//!
+//!   time     CSV: seconds since 1970        Parquet: a timestamp in ms, UTC
 //! ```
+//!
+//! Sources: RFC 4180 (CSV); <https://parquet.apache.org/docs/file-format/>.
 
-use std::io::Write;
-use std::path::Path as File;
+use std::fmt;
+use std::fs::File as Output;
+use std::io;
+use std::path::{Path as File, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use parquet::basic::Compression;
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::parser::parse_message_type;
 
 use super::StoreError;
 use super::reader::Reader;
 
-/// Writes what happened between `from_ms` and `to_ms` into three files of `folder`, which is made if missing.
+/// What a file looks like.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Format {
+    /// Text, a line a row.
+    #[default]
+    Csv,
+    /// Columns, compressed with Snappy.
+    Parquet,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        })
+    }
+}
+
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        [Self::Csv, Self::Parquet]
+            .into_iter()
+            .find(|format| format.to_string() == name)
+            .ok_or_else(|| format!("there is no format \"{name}\": csv or parquet"))
+    }
+}
+
+/// Values of a column, all of one kind.
+enum Column {
+    Number(Vec<i64>),
+    MaybeNumber(Vec<Option<i64>>),
+    /// ms since 1970.
+    Time(Vec<u64>),
+    Metres(Vec<f64>),
+    YesNo(Vec<bool>),
+    Text(Vec<String>),
+}
+
+/// A table: a file's worth.
+struct Table {
+    name: &'static str,
+    columns: Vec<(&'static str, Column)>,
+}
+
+/// Writes what happened between `from_ms` and `to_ms` into files of `folder`, which is made if missing.
 ///
 /// # Errors
 /// A file cannot be written, or the database not be read.
-pub fn export(database: &File, folder: &File, from_ms: u64, to_ms: u64) -> Result<(), StoreError> {
-    let failed = |error| StoreError::File { file: folder.to_path_buf(), error };
-    let refused = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
+pub fn export(
+    database: &File,
+    folder: &File,
+    (from_ms, to_ms): (u64, u64),
+    format: Format,
+) -> Result<Vec<PathBuf>, StoreError> {
     let reader = Reader::open(database)?;
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    let create =
-        |name: &str| std::fs::File::create(folder.join(name)).map(std::io::BufWriter::new).map_err(failed);
-    let seconds = |at_ms: u64| at_ms as f64 * 1e-3;
-    let mut out = create("paths.csv")?;
-    writeln!(out, "run,track,time,x_m,y_m,hidden").map_err(failed)?;
-    for path in reader.paths(from_ms, to_ms).map_err(refused)? {
-        for place in &path.places {
-            let (x_m, y_m) = (f64::from(place.x_mm) * 1e-3, f64::from(place.y_mm) * 1e-3);
-            let (time_s, hidden) = (seconds(place.at_ms), u8::from(place.hidden));
-            writeln!(out, "{},{},{time_s:.3},{x_m:.3},{y_m:.3},{hidden}", path.run, path.track)
-                .map_err(failed)?;
+    let tables = tables(&reader, from_ms, to_ms)
+        .map_err(|error| StoreError::Sqlite { file: database.to_path_buf(), error })?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| StoreError::File { file: folder.to_path_buf(), error })?;
+    let write = |table: &Table| {
+        let file = folder.join(format!("{}.{format}", table.name));
+        let written = match format {
+            Format::Csv => table.csv(&file),
+            Format::Parquet => table.parquet(&file),
+        };
+        match written {
+            Ok(()) => Ok(file),
+            Err(error) => Err(StoreError::File { file, error }),
         }
-    }
-    out.flush().map_err(failed)?;
-    let mut out = create("counts.csv")?;
-    writeln!(out, "zone,time,count,state").map_err(failed)?;
-    for count in reader.counts(from_ms, to_ms).map_err(refused)? {
-        writeln!(out, "{},{:.3},{},{}", quoted(&count.zone), seconds(count.at_ms), count.count, count.state)
-            .map_err(failed)?;
-    }
-    out.flush().map_err(failed)?;
-    let mut out = create("events.csv")?;
-    writeln!(out, "time,kind,subject,track,text").map_err(failed)?;
-    for event in reader.events(from_ms, to_ms).map_err(refused)? {
-        let track = event.track.map(|track| track.to_string()).unwrap_or_default();
-        let (subject, text) = (quoted(&event.subject), quoted(&event.text));
-        writeln!(out, "{:.3},{},{subject},{track},{text}", seconds(event.at_ms), event.kind)
-            .map_err(failed)?;
-    }
-    out.flush().map_err(failed)
+    };
+    tables.iter().map(write).collect()
 }
 
-/// As RFC 4180 has it: between quotes, and quotes doubled, if it holds a comma, a quote or a line's end.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.into()
+fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table; 4]> {
+    let paths = reader.paths(from_ms, to_ms)?;
+    let points = || paths.iter().flat_map(|path| path.places.iter().map(move |place| (path, place)));
+    let counts = reader.counts(from_ms, to_ms)?;
+    let events = reader.events(from_ms, to_ms)?;
+    let poses = reader.poses()?;
+    let metres = |mm: i32| f64::from(mm) * 1e-3;
+    let number = super::writer::integer;
+    Ok([
+        Table {
+            name: "paths",
+            columns: vec![
+                ("run", Column::Number(points().map(|(path, _)| path.run).collect())),
+                ("track", Column::Number(points().map(|(path, _)| number(path.track)).collect())),
+                ("time", Column::Time(points().map(|(_, at)| at.at_ms).collect())),
+                ("x_m", Column::Metres(points().map(|(_, at)| metres(at.x_mm)).collect())),
+                ("y_m", Column::Metres(points().map(|(_, at)| metres(at.y_mm)).collect())),
+                ("hidden", Column::YesNo(points().map(|(_, at)| at.hidden).collect())),
+            ],
+        },
+        Table {
+            name: "counts",
+            columns: vec![
+                ("zone", Column::Text(counts.iter().map(|row| row.zone.clone()).collect())),
+                ("time", Column::Time(counts.iter().map(|row| row.at_ms).collect())),
+                ("count", Column::Number(counts.iter().map(|row| row.count.into()).collect())),
+                ("state", Column::Text(counts.iter().map(|row| row.state.clone()).collect())),
+            ],
+        },
+        Table {
+            name: "events",
+            columns: vec![
+                ("time", Column::Time(events.iter().map(|row| row.at_ms).collect())),
+                ("kind", Column::Text(events.iter().map(|row| row.kind.clone()).collect())),
+                ("subject", Column::Text(events.iter().map(|row| row.subject.clone()).collect())),
+                ("track", Column::MaybeNumber(events.iter().map(|row| row.track.map(number)).collect())),
+                ("text", Column::Text(events.iter().map(|row| row.text.clone()).collect())),
+            ],
+        },
+        Table {
+            name: "poses",
+            columns: vec![
+                ("time", Column::Time(poses.iter().map(|row| row.at_ms).collect())),
+                ("module", Column::Text(poses.iter().map(|row| row.module.clone()).collect())),
+                ("x_m", Column::Metres(poses.iter().map(|row| row.x_m).collect())),
+                ("y_m", Column::Metres(poses.iter().map(|row| row.y_m).collect())),
+                ("yaw_deg", Column::Metres(poses.iter().map(|row| row.yaw_deg).collect())),
+                ("source", Column::Text(poses.iter().map(|row| row.source.clone()).collect())),
+            ],
+        },
+    ])
+}
+
+impl Table {
+    fn csv(&self, file: &File) -> io::Result<()> {
+        let mut out = csv::Writer::from_path(file)?;
+        out.write_record(self.columns.iter().map(|(name, _)| *name))?;
+        let rows = self.columns.first().map_or(0, |(_, column)| column.len());
+        for row in 0..rows {
+            out.write_record(self.columns.iter().map(|(_, column)| column.text(row)))?;
+        }
+        out.flush()
+    }
+
+    fn parquet(&self, file: &File) -> io::Result<()> {
+        let fields: String =
+            self.columns.iter().map(|(name, column)| format!("{};", column.field(name))).collect();
+        let write = || -> Result<(), ParquetError> {
+            let schema = Arc::new(parse_message_type(&format!("message {} {{{fields}}}", self.name))?);
+            let settings = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+            let mut out = SerializedFileWriter::new(Output::create(file)?, schema, Arc::new(settings))?;
+            let mut group = out.next_row_group()?;
+            for (_, column) in &self.columns {
+                if let Some(mut to) = group.next_column()? {
+                    column.write(&mut to)?;
+                    to.close()?;
+                }
+            }
+            group.close()?;
+            out.close()?;
+            Ok(())
+        };
+        write().map_err(io::Error::other)
+    }
+}
+
+impl Column {
+    const fn len(&self) -> usize {
+        match self {
+            Self::Number(values) => values.len(),
+            Self::MaybeNumber(values) => values.len(),
+            Self::Time(values) => values.len(),
+            Self::Metres(values) => values.len(),
+            Self::YesNo(values) => values.len(),
+            Self::Text(values) => values.len(),
+        }
+    }
+
+    /// A value for people, and for programs that read text; empty if there is none.
+    fn text(&self, row: usize) -> String {
+        let text = match self {
+            Self::Number(values) => values.get(row).map(ToString::to_string),
+            Self::MaybeNumber(values) => values.get(row).copied().flatten().map(|value| value.to_string()),
+            Self::Time(values) => values.get(row).map(|at_ms| format!("{:.3}", *at_ms as f64 * 1e-3)),
+            Self::Metres(values) => values.get(row).map(|value| format!("{value:.3}")),
+            Self::YesNo(values) => values.get(row).map(|value| u8::from(*value).to_string()),
+            Self::Text(values) => values.get(row).cloned(),
+        };
+        text.unwrap_or_default()
+    }
+
+    /// As a Parquet schema declares it.
+    fn field(&self, name: &str) -> String {
+        match self {
+            Self::Number(_) => format!("required int64 {name}"),
+            Self::MaybeNumber(_) => format!("optional int64 {name}"),
+            Self::Time(_) => format!("required int64 {name} (TIMESTAMP(MILLIS,true))"),
+            Self::Metres(_) => format!("required double {name}"),
+            Self::YesNo(_) => format!("required boolean {name}"),
+            Self::Text(_) => format!("required binary {name} (STRING)"),
+        }
+    }
+
+    fn write(&self, to: &mut SerializedColumnWriter<'_>) -> Result<(), ParquetError> {
+        match self {
+            Self::Number(values) => to.typed::<Int64Type>().write_batch(values, None, None)?,
+            Self::MaybeNumber(values) => {
+                let there: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
+                let values: Vec<i64> = values.iter().copied().flatten().collect();
+                to.typed::<Int64Type>().write_batch(&values, Some(&there), None)?
+            }
+            Self::Time(values) => {
+                let values: Vec<i64> = values.iter().map(|&at_ms| super::writer::integer(at_ms)).collect();
+                to.typed::<Int64Type>().write_batch(&values, None, None)?
+            }
+            Self::Metres(values) => to.typed::<DoubleType>().write_batch(values, None, None)?,
+            Self::YesNo(values) => to.typed::<BoolType>().write_batch(values, None, None)?,
+            Self::Text(values) => {
+                let values: Vec<ByteArray> = values.iter().map(|text| text.as_str().into()).collect();
+                to.typed::<ByteArrayType>().write_batch(&values, None, None)?
+            }
+        };
+        Ok(())
     }
 }

@@ -4,6 +4,7 @@
 //!   Frame ─▶ tracks   ─▶ path parts, simplified, five minutes each; the open part again at every batch
 //!         ├▶ zones    ─▶ counts, when they change          ─▶ enter, leave
 //!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
+//!   Site  ─▶ poses    ─▶ where modules are, when that changes
 //!         └▶ itself   ─▶ snapshot, the newest only
 //! ```
 //!
@@ -11,7 +12,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::card::CardHash;
 use super::path::{Path, Place, encode};
+use super::pose::{PoseRow, Source};
 use crate::door::Passed;
 use crate::frame::{Frame, ModuleLine};
 use crate::geometry::{Point, distance_to_segment, inside};
@@ -59,6 +62,17 @@ pub enum Row {
         at_ms: u64,
         /// The module.
         module: Box<ModuleLine>,
+    },
+    /// Where a module is from now on.
+    Pose(PoseRow),
+    /// A card was held to a reader.
+    Card {
+        /// ms since 1970.
+        at_ms: u64,
+        /// Which reader: the door's name.
+        place: String,
+        /// What may be kept of the card.
+        hash: CardHash,
     },
 }
 
@@ -112,6 +126,7 @@ pub struct Keeper {
     /// And when that was kept, ms since 1970.
     counts: BTreeMap<String, (u32, ZoneKnown, u64)>,
     modules: BTreeMap<String, Known>,
+    poses: BTreeMap<String, [f64; 3]>,
     rows: Vec<Row>,
     /// By track and part, from 0.
     paths: BTreeMap<(u64, u32), PathRow>,
@@ -119,16 +134,22 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// One for this site.
+    /// One for this site, as its file says at `now_ms`.
     #[must_use]
-    pub fn new(site: &Site) -> Self {
+    pub fn new(site: &Site, now_ms: u64) -> Self {
         let mut keeper = Self::default();
-        keeper.set_site(site);
+        keeper.set_site(site, now_ms, Source::File);
         keeper
     }
 
-    /// The site has changed.
-    pub fn set_site(&mut self, site: &Site) {
+    /// The site has changed at `now_ms`, and who changed it.
+    pub fn set_site(&mut self, site: &Site, now_ms: u64, source: Source) {
+        for row in PoseRow::of(site, now_ms, source) {
+            let pose = [row.x_m, row.y_m, row.yaw_deg];
+            if self.poses.insert(row.module.clone(), pose) != Some(pose) {
+                self.rows.push(Row::Pose(row));
+            }
+        }
         let corners = |corners: &[[f64; 2]]| corners.iter().map(|&corner| corner.into()).collect();
         self.zones = site.zones.iter().map(|zone| (zone.name.clone(), corners(&zone.polygon))).collect();
         self.walks.values_mut().for_each(|walk| walk.zones.clear());
@@ -191,6 +212,11 @@ impl Keeper {
             text: format!("{} of {} went in: {}", passage.through.len(), passage.entered, passage.reason),
         });
         self.rows.push(Row::Passage(Box::new(passed)));
+    }
+
+    /// Notes that a card was held to a reader.
+    pub fn card(&mut self, at_ms: u64, place: &str, hash: CardHash) {
+        self.rows.push(Row::Card { at_ms, place: place.to_owned(), hash });
     }
 
     /// All that is to be written: rows, and parts of paths by track and part, the open ones included. Until
@@ -333,7 +359,7 @@ mod tests {
 
     #[test]
     fn whoever_walks_through_a_zone_enters_it_and_leaves_it() {
-        let mut keeper = Keeper::new(&site());
+        let mut keeper = Keeper::new(&site(), 0);
         for tenth in 0..60 {
             keeper.see(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));
         }
@@ -354,7 +380,7 @@ mod tests {
 
     #[test]
     fn what_was_not_written_is_handed_out_again_and_nothing_twice() {
-        let mut keeper = Keeper::new(&site());
+        let mut keeper = Keeper::new(&site(), 0);
         keeper.see(&frame(1000, vec![track(1, 1.0)]));
         let before = (keeper.rows().0.to_vec(), keeper.rows().1.clone());
         assert_eq!((keeper.rows().0.to_vec(), keeper.rows().1.clone()), before);
@@ -366,7 +392,7 @@ mod tests {
 
     #[test]
     fn a_long_stay_is_parts_that_meet() {
-        let mut keeper = Keeper::new(&site());
+        let mut keeper = Keeper::new(&site(), 0);
         for second in 0..700 {
             keeper.see(&frame(1000 * second, vec![track(1, 1.0)]));
         }
@@ -376,7 +402,7 @@ mod tests {
 
     #[test]
     fn counts_and_alarms_are_kept_when_they_change() {
-        let mut keeper = Keeper::new(&site());
+        let mut keeper = Keeper::new(&site(), 0);
         for second in 0..10_u64 {
             let mut frame = frame(1000 * second, vec![]);
             let (count, state) = (u32::from(second > 4), ZoneKnown::Known);
@@ -396,8 +422,28 @@ mod tests {
     }
 
     #[test]
+    fn a_module_s_place_is_kept_when_it_changes_and_by_whom() {
+        let mut site = site();
+        site.modules = vec![toml::from_str("name = \"left\"\nx = 1.0\ny = 2.0").unwrap()];
+        let mut keeper = Keeper::new(&site, 1000);
+        keeper.set_site(&site, 2000, Source::Map);
+        site.modules[0].yaw_deg = 45.0;
+        keeper.set_site(&site, 3000, Source::Map);
+        let poses: Vec<(u64, f64, Source)> = keeper
+            .rows()
+            .0
+            .iter()
+            .filter_map(|row| match row {
+                Row::Pose(pose) => Some((pose.at_ms, pose.yaw_deg, pose.source)),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(poses, [(1000, 0.0, Source::File), (3000, 45.0, Source::Map)]);
+    }
+
+    #[test]
     fn a_database_that_cannot_be_written_for_long_costs_rows_and_says_how_many() {
-        let mut keeper = Keeper::new(&site());
+        let mut keeper = Keeper::new(&site(), 0);
         for number in 0..ROWS_MAX as u64 + 10 {
             keeper.happened(Event {
                 at_ms: number,

@@ -12,12 +12,15 @@
 //! what came since the last transaction, half a second; a power cut may lose the last transactions before that,
 //! and never the file.
 
+pub mod card;
 pub mod export;
 pub mod keeper;
 pub mod path;
-pub mod poses;
+pub mod pose;
+pub mod raw;
 pub mod reader;
 mod schema;
+pub mod timeline;
 mod writer;
 
 use std::path::{Path, PathBuf};
@@ -26,7 +29,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use card::CardHash;
 use keeper::{Event, Keeper};
+use pose::Source;
 use reader::Reader;
 pub use schema::Newer;
 use writer::Writer;
@@ -42,7 +47,7 @@ pub const RESTORE_MS: u64 = 30_000;
 const BATCH: Duration = Duration::from_millis(500);
 
 /// Between two looks for what is too old.
-const FORGET: Duration = Duration::from_secs(600);
+const FORGET: Duration = Duration::from_secs(60);
 
 /// Between two tries to open a file that could not be.
 const AGAIN: Duration = Duration::from_secs(2);
@@ -54,7 +59,7 @@ const QUEUE: usize = 64;
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// SQLite refuses.
-    #[error("{}: {error}", file.display())]
+    #[error("{}: {}", file.display(), in_words(error))]
     Sqlite {
         /// The database.
         file: PathBuf,
@@ -79,11 +84,29 @@ pub enum StoreError {
     },
 }
 
+/// For how long things are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keep {
+    /// Days for everything but cards and raw scans.
+    pub days: u32,
+    /// Days for what is kept of cards.
+    pub card_days: u32,
+}
+
+impl Default for Keep {
+    /// A year, and of cards a month.
+    fn default() -> Self {
+        Self { days: 365, card_days: 30 }
+    }
+}
+
 /// How the store is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct StoreState {
     /// What is wrong, in words; empty if nothing is.
     pub trouble: String,
+    /// Raw scans that somebody asked to be kept, in words; empty if there are none.
+    pub raw: String,
     /// Frames for which there was no room, and rows dropped because nothing could be written for too long.
     pub dropped: u64,
     /// Transactions.
@@ -94,7 +117,8 @@ enum Message {
     Frame(Arc<Frame>),
     Event(Event),
     Passage(Box<Passed>),
-    Site(Arc<Site>),
+    Card(u64, String, CardHash),
+    Site(Arc<Site>, u64, Source),
 }
 
 /// A database that is being written.
@@ -106,13 +130,14 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens `file`, or makes it, and keeps `days` of what happens.
+    /// Opens `file`, or makes it, and keeps what happens for as long as `keep` says.
     ///
     /// # Errors
     /// It is no database, or of a newer version. A disk that is full or cannot be written is no error: the
     /// state says so, and it is tried again.
-    pub fn open(file: &Path, site: &Arc<Site>, days: u32) -> Result<Self, StoreError> {
-        let writer = match Writer::open(file, unix_ms()) {
+    pub fn open(file: &Path, site: &Arc<Site>, keep: Keep) -> Result<Self, StoreError> {
+        let now_ms = unix_ms();
+        let writer = match Writer::open(file, now_ms) {
             Ok(writer) => Some(writer),
             Err(error) if is_passing(&error) => None,
             Err(error) => return Err(error),
@@ -121,9 +146,9 @@ impl Store {
         let state = Arc::new(Mutex::new(StoreState::default()));
         let mut work = Work {
             file: file.to_path_buf(),
-            days,
+            keep,
             writer,
-            keeper: Keeper::new(site),
+            keeper: Keeper::new(site, now_ms),
             newest: None,
             state: Arc::clone(&state),
         };
@@ -157,9 +182,14 @@ impl Store {
         self.send(Message::Passage(passed));
     }
 
-    /// The site has changed.
-    pub fn set_site(&self, site: &Arc<Site>) {
-        self.send(Message::Site(Arc::clone(site)));
+    /// Notes that a card was held to the reader at `place`, at `at_ms` since 1970.
+    pub fn card(&self, at_ms: u64, place: &str, hash: CardHash) {
+        self.send(Message::Card(at_ms, place.to_owned(), hash));
+    }
+
+    /// The site has changed, and who changed it.
+    pub fn set_site(&self, site: &Arc<Site>, source: Source) {
+        self.send(Message::Site(Arc::clone(site), unix_ms(), source));
     }
 
     /// How it is.
@@ -208,6 +238,21 @@ pub fn known_before(file: &Path, now_ms: u64) -> (Option<Frame>, Option<Event>) 
     (is_fresh.then_some(frame), Some(event))
 }
 
+/// What SQLite says, and what to do about it.
+fn in_words(error: &rusqlite::Error) -> String {
+    use rusqlite::ErrorCode as Code;
+    let advice = match error.sqlite_error_code() {
+        Some(Code::DiskFull) => "make room, or keep fewer days with --keep-days",
+        Some(Code::ReadOnly | Code::PermissionDenied) => "the tracker may not write there",
+        Some(Code::CannotOpen) => "is the folder there, and may the tracker write in it?",
+        Some(Code::SystemIoFailure) => "the disk refuses to be written: is it full, or at its end?",
+        Some(Code::DatabaseBusy | Code::DatabaseLocked) => "another program is writing it",
+        Some(Code::NotADatabase) => "choose another file",
+        _ => return error.to_string(),
+    };
+    format!("{error}: {advice}")
+}
+
 /// A full or read-only disk, or another process at the file: this may pass. Anything else will not.
 fn is_passing(error: &StoreError) -> bool {
     use rusqlite::ErrorCode as Code;
@@ -232,7 +277,7 @@ fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) 
 
 struct Work {
     file: PathBuf,
-    days: u32,
+    keep: Keep,
     writer: Option<Writer>,
     keeper: Keeper,
     newest: Option<Arc<Frame>>,
@@ -282,7 +327,8 @@ impl Work {
             }
             Message::Event(event) => self.keeper.happened(event),
             Message::Passage(passed) => self.keeper.passed(*passed),
-            Message::Site(site) => self.keeper.set_site(&site),
+            Message::Card(at_ms, place, hash) => self.keeper.card(at_ms, &place, hash),
+            Message::Site(site, now_ms, source) => self.keeper.set_site(&site, now_ms, source),
         }
     }
 
@@ -314,8 +360,13 @@ impl Work {
 
     fn forget(&mut self) -> bool {
         let Some(writer) = &mut self.writer else { return false };
-        match writer.forget(unix_ms(), self.days) {
-            Ok(more) => more,
+        let now_ms = unix_ms();
+        match writer.forget(now_ms, self.keep).and_then(|more| Ok((more, writer.raw(now_ms)?))) {
+            Ok((more, kept)) => {
+                let text = raw::in_words(&kept, now_ms);
+                locked(&self.state, |state| state.raw = text);
+                more
+            }
             Err(error) => {
                 let file = self.file.clone();
                 self.trouble(&StoreError::Sqlite { file, error }.to_string());

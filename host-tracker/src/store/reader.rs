@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::StoreError;
 use super::keeper::{Event, PART_MS};
 use super::path::{Place, decode};
+use super::raw::{self, RawKept};
 use super::writer::integer;
 use crate::door::Passed;
 use crate::frame::Frame;
@@ -23,6 +24,9 @@ const COUNTS: &str = "SELECT zone.name, count.at_ms, count.count, count.state FR
 const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM zone
     CROSS JOIN count ON count.zone = zone.zone
         AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
+const LIVES: &str = "SELECT begun_ms, ended_ms FROM run
+    WHERE begun_ms <= ?2 AND ended_ms >= ?1 ORDER BY run";
+const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
     WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 
@@ -50,6 +54,34 @@ pub struct Count {
     pub count: u32,
     /// `known`, `partly`, `unknown`.
     pub state: String,
+}
+
+/// Where a module was from some time on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Posed {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// As the site called it.
+    pub module: String,
+    /// Its place, m.
+    pub x_m: f64,
+    /// m.
+    pub y_m: f64,
+    /// Where its front pointed, counter-clockwise.
+    pub yaw_deg: f64,
+    /// Who said so: `file`, `map`, `calibration`.
+    pub source: String,
+}
+
+/// A card that was held to a reader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CardSeen {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// Which reader.
+    pub place: String,
+    /// What is kept of the card: a [`CardHash`](super::card::CardHash)'s bytes.
+    pub hash: Vec<u8>,
 }
 
 /// The one who asks. It never writes, and waits for nobody.
@@ -132,6 +164,62 @@ impl Reader {
         Ok(texts.iter().filter_map(|text| serde_json::from_str(text).ok()).collect())
     }
 
+    /// From when to when trackers ran, as far as that touches the time from `from_ms` to `to_ms`.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn lives(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<(u64, u64)>> {
+        self.0
+            .prepare_cached(LIVES)?
+            .query_map(params![integer(from_ms), integer(to_ms)], |row| Ok((time(row, 0)?, time(row, 1)?)))?
+            .collect()
+    }
+
+    /// Where modules were, every change of it.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn poses(&self) -> rusqlite::Result<Vec<Posed>> {
+        let pose = |row: &Row<'_>| {
+            Ok(Posed {
+                at_ms: time(row, 0)?,
+                module: row.get(1)?,
+                x_m: row.get(2)?,
+                y_m: row.get(3)?,
+                yaw_deg: row.get(4)?,
+                source: row.get(5)?,
+            })
+        };
+        let asked = "SELECT at_ms, module, x_m, y_m, yaw_deg, source FROM pose ORDER BY at_ms, module";
+        self.0.prepare_cached(asked)?.query_map([], pose)?.collect()
+    }
+
+    /// Cards held to readers from `from_ms` to `to_ms`.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn cards(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<CardSeen>> {
+        let card =
+            |row: &Row<'_>| Ok(CardSeen { at_ms: time(row, 0)?, place: row.get(1)?, hash: row.get(2)? });
+        self.0.prepare_cached(CARDS)?.query_map(params![integer(from_ms), integer(to_ms)], card)?.collect()
+    }
+
+    /// Raw scans that are kept at `now_ms`, by request.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn raw(&self, now_ms: u64) -> rusqlite::Result<Vec<RawKept>> {
+        raw::kept(&self.0, now_ms)
+    }
+
+    /// What SQLite finds wrong with the file as a whole; `ok` if nothing is. Reads all of it.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn check(&self) -> rusqlite::Result<String> {
+        self.0.query_row("PRAGMA integrity_check", [], |row| row.get(0))
+    }
+
     /// The first and the last time there is something of, ms since 1970.
     ///
     /// # Errors
@@ -162,7 +250,7 @@ impl Reader {
     /// What SQLite says.
     pub fn plans(&self) -> rusqlite::Result<Vec<String>> {
         let mut plans = Vec::new();
-        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS, PASSAGES] {
+        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS, PASSAGES, CARDS] {
             let mut statement = self.0.prepare(&format!("EXPLAIN QUERY PLAN {asked}"))?;
             let blanks = vec![0_i64; statement.parameter_count()];
             let lines = statement.query_map(rusqlite::params_from_iter(blanks), |row| row.get(3))?;

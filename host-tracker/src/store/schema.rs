@@ -5,6 +5,8 @@
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
 //!   passage: one group through a door, its record as JSON       begun_ms ◀─ index
 //!   snapshot: one row, what was known last
+//!   pose (module, at_ms): where modules were said to be, and by whom      snapshot: one row, what was known last
+//!   card (at_ms, hash)   raw_request ─ 1:n ─ raw: each with an end of its own
 //! ```
 //!
 //! Write-ahead log with `synchronous = NORMAL`: a transaction that was committed survives the death of the
@@ -13,7 +15,7 @@
 use rusqlite::Connection;
 
 /// Written into the file; a newer one is refused rather than damaged.
-const VERSION: i64 = 1;
+const VERSION: i64 = 2;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -98,6 +100,30 @@ CREATE TABLE IF NOT EXISTS passage (
 CREATE INDEX IF NOT EXISTS passage_begun ON passage (begun_ms);
 ";
 
+/// What version 2 has more.
+const TABLES_2: &str = "
+ALTER TABLE run ADD COLUMN ended_ms INTEGER;
+CREATE TABLE card (
+    card INTEGER PRIMARY KEY,
+    at_ms INTEGER NOT NULL,
+    place TEXT NOT NULL,
+    hash BLOB NOT NULL
+);
+CREATE INDEX card_at ON card (at_ms);
+CREATE TABLE raw_request (
+    request INTEGER PRIMARY KEY,
+    module TEXT NOT NULL,
+    begun_ms INTEGER NOT NULL,
+    until_ms INTEGER NOT NULL
+);
+CREATE TABLE raw (
+    request INTEGER NOT NULL,
+    at_ms INTEGER NOT NULL,
+    scan TEXT NOT NULL,
+    PRIMARY KEY (request, at_ms)
+) WITHOUT ROWID;
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
@@ -120,11 +146,47 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
     if version > VERSION {
         return Ok(Err(Newer(version)));
     }
-    if version == 0 {
-        transaction.execute_batch(TABLES)?;
-        transaction.pragma_update(None, "user_version", VERSION)?;
+    for (older, tables) in [(1, TABLES), (2, TABLES_2)] {
+        if version < older {
+            transaction.execute_batch(tables)?;
+        }
     }
     transaction.execute_batch(PASSAGES)?;
+    transaction.pragma_update(None, "user_version", VERSION)?;
     transaction.commit()?;
     Ok(Ok(()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn version(connection: &Connection) -> i64 {
+        connection.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap()
+    }
+
+    #[test]
+    fn a_database_of_the_first_version_gets_what_is_missing_and_keeps_what_it_has() {
+        let mut connection = Connection::open_in_memory().unwrap();
+        connection.execute_batch(TABLES).unwrap();
+        connection.pragma_update(None, "user_version", 1).unwrap();
+        connection.execute("INSERT INTO run (begun_ms) VALUES (7)", []).unwrap();
+        prepare(&mut connection).unwrap().unwrap();
+        assert_eq!(version(&connection), VERSION);
+        let run = connection.query_row("SELECT begun_ms, ended_ms FROM run", [], |row| {
+            Ok((row.get::<_, i64>(0)?, row.get::<_, Option<i64>>(1)?))
+        });
+        assert_eq!(run.unwrap(), (7, None));
+        connection.execute("INSERT INTO card (at_ms, place, hash) VALUES (1, 'door', x'00')", []).unwrap();
+        prepare(&mut connection).unwrap().unwrap();
+    }
+
+    #[test]
+    fn a_database_of_a_newer_version_is_left_alone() {
+        let mut connection = Connection::open_in_memory().unwrap();
+        connection.pragma_update(None, "user_version", VERSION + 1).unwrap();
+        let newer = prepare(&mut connection).unwrap().unwrap_err();
+        assert!(newer.to_string().contains("newer version"), "{newer}");
+        assert_eq!(version(&connection), VERSION + 1);
+    }
 }

@@ -7,7 +7,8 @@ use rusqlite::{Connection, Transaction, params};
 
 use super::StoreError;
 use super::keeper::{PathRow, Row};
-use super::schema;
+use super::raw::{self, RawKept};
+use super::{Keep, pose, schema};
 use crate::frame::Frame;
 use crate::jsonl::ZoneKnown;
 
@@ -34,15 +35,25 @@ impl Writer {
     /// It cannot be opened or written, is no database, or was made by a newer version.
     pub fn open(file: &File, now_ms: u64) -> Result<Self, StoreError> {
         let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
+        let connection = Self::connect(file)?;
+        connection
+            .execute("INSERT INTO run (begun_ms, ended_ms) VALUES (?1, ?1)", params![integer(now_ms)])
+            .map_err(failed)?;
+        let run = connection.last_insert_rowid();
+        Ok(Self { connection, run })
+    }
+
+    /// Opens the file, or makes it, for whoever writes without being a tracker.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub(super) fn connect(file: &File) -> Result<Connection, StoreError> {
+        let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
         let mut connection = Connection::open(file).map_err(failed)?;
         schema::prepare(&mut connection)
             .map_err(failed)?
             .map_err(|error| StoreError::Newer { file: file.to_path_buf(), error })?;
-        connection
-            .execute("INSERT INTO run (begun_ms) VALUES (?1)", params![integer(now_ms)])
-            .map_err(failed)?;
-        let run = connection.last_insert_rowid();
-        Ok(Self { connection, run })
+        Ok(connection)
     }
 
     /// Writes all of it, or nothing.
@@ -80,24 +91,30 @@ impl Writer {
             transaction
                 .prepare_cached("INSERT OR REPLACE INTO snapshot (only, at_ms, frame) VALUES (1, ?1, ?2)")?
                 .execute(params![integer(frame.unix_ms), text])?;
+            let first_ms = paths.values().map(|path| path.begun_ms).min().unwrap_or(frame.unix_ms);
+            transaction
+                .prepare_cached("UPDATE run SET begun_ms = MIN(begun_ms, ?2), ended_ms = ?3 WHERE run = ?1")?
+                .execute(params![run, integer(first_ms), integer(frame.unix_ms)])?;
         }
         transaction.commit()
     }
 
-    /// Deletes some of what is older than `days`; true if there may be more.
+    /// Deletes some of what is older than it is to be kept; true if there may be more.
     ///
     /// # Errors
     /// What SQLite says.
-    pub fn forget(&mut self, now_ms: u64, days: u32) -> rusqlite::Result<bool> {
-        let before_ms = integer(now_ms.saturating_sub(u64::from(days) * DAY_MS));
-        let mut more = false;
-        for (table, column, key) in [
-            ("path", "begun_ms", "run, track, part"),
-            ("count", "at_ms", "zone, at_ms"),
-            ("event", "at_ms", "event"),
-            ("passage", "begun_ms", "passage"),
-            ("health", "at_ms", "module, at_ms"),
+    pub fn forget(&mut self, now_ms: u64, keep: Keep) -> rusqlite::Result<bool> {
+        let mut more = raw::forget(&self.connection, now_ms)?;
+        for (table, column, key, days) in [
+            ("path", "begun_ms", "run, track, part", keep.days),
+            ("count", "at_ms", "zone, at_ms", keep.days),
+            ("event", "at_ms", "event", keep.days),
+            ("passage", "begun_ms", "passage", keep.days),
+            ("health", "at_ms", "module, at_ms", keep.days),
+            ("run", "ended_ms", "run", keep.days),
+            ("card", "at_ms", "card", keep.card_days),
         ] {
+            let before_ms = integer(now_ms.saturating_sub(u64::from(days) * DAY_MS));
             let statement = format!(
                 "DELETE FROM {table} WHERE ({key}) IN
                  (SELECT {key} FROM {table} WHERE {column} < ?1 LIMIT {DELETE_AT_ONCE})"
@@ -107,6 +124,14 @@ impl Writer {
         }
         self.connection.pragma_update(None, "incremental_vacuum", PAGES_AT_ONCE)?;
         Ok(more)
+    }
+
+    /// Raw scans that somebody asked to be kept.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn raw(&self, now_ms: u64) -> rusqlite::Result<Vec<RawKept>> {
+        raw::kept(&self.connection, now_ms)
     }
 }
 
@@ -149,6 +174,14 @@ fn write_row(transaction: &Transaction<'_>, row: &Row) -> rusqlite::Result<()> {
                     passage.alarm.map(|alarm| alarm.to_string()),
                     serde_json::to_string(passed).unwrap_or_default()
                 ])?;
+        }
+        Row::Pose(row) => {
+            pose::write(transaction, row)?;
+        }
+        Row::Card { at_ms, place, hash } => {
+            transaction
+                .prepare_cached("INSERT INTO card (at_ms, place, hash) VALUES (?1, ?2, ?3)")?
+                .execute(params![integer(*at_ms), place, hash.bytes()])?;
         }
         Row::Health { at_ms, module } => {
             named(transaction, "module", &module.name)?;

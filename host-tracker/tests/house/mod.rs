@@ -1,4 +1,5 @@
 //! A door with everything around it but sensors: frames made by the test, the doors' thread, and the server.
+#![allow(dead_code, reason = "each test uses its own part of it")]
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -38,6 +39,7 @@ pub struct House {
     /// Everybody's place.
     people: Arc<Mutex<Vec<[f64; 2]>>>,
     ids: Mutex<u64>,
+    more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Frame>>>>>,
     stop: Arc<AtomicBool>,
     feeding: Option<JoinHandle<()>>,
     _folder: tempfile::TempDir,
@@ -56,6 +58,8 @@ impl House {
         let doors = Doors::start(site.subscribe(), frames, shown.clone(), None).unwrap();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
         let stop = Arc::new(AtomicBool::new(false));
+        let more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Frame>>>>> = Arc::default();
+        let others = Arc::clone(&more);
         let (places, stopped) = (Arc::clone(&people), Arc::clone(&stop));
         let feeding = std::thread::spawn(move || {
             // The site is the same as long as there are frames.
@@ -65,6 +69,9 @@ impl House {
                 frame.doors = shown.lines();
                 let frame = Arc::new(frame);
                 newest_in.send_replace(Arc::clone(&frame));
+                for other in others.lock().unwrap().iter() {
+                    let _ = other.try_send(Arc::clone(&frame));
+                }
                 let _ = queue.try_send(frame);
                 std::thread::sleep(Duration::from_millis(50));
             }
@@ -75,12 +82,20 @@ impl House {
             changed: Box::new(|_| Ok(())),
             calibration: Session::default(),
             accepted: Box::new(|_| {}),
+            database: None,
             names: Vec::new(),
             doors: Some(doors.desk()),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));
-        Self { doors: Some(doors), server, people, ids, stop, feeding, _folder: folder }
+        Self { doors: Some(doors), server, people, ids, more, stop, feeding, _folder: folder }
+    }
+
+    /// Every frame from now on.
+    pub fn frames(&self) -> mpsc::Receiver<Arc<Frame>> {
+        let (sender, frames) = mpsc::sync_channel(64);
+        self.more.lock().unwrap().push(sender);
+        frames
     }
 
     /// Where everybody is from now on.

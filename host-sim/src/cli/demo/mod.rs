@@ -1,7 +1,8 @@
 //! `kehai-sim demo`: a simulated building, its modules, the tracker and the live map, all of it real.
 //!
 //! ```text
-//!   people walk ─▶ sensors ─SCIP▶ modules ─UDP▶ tracker ─▶ live map at a local address
+//!   people walk ─▶ sensors ─SCIP▶ modules ─UDP▶ tracker ─┬▶ live map at a local address
+//!        │                                               └▶ database, gone at the end unless asked for
 //!        └────────────── truth ───────────────────┴─▶ summary at the end
 //! ```
 
@@ -23,6 +24,8 @@ use host_sim::world::scene::Scene;
 use host_tracker::http::{Desk, Server};
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
+use host_tracker::store::pose::Source;
+use host_tracker::store::{Keep, Store};
 use host_tracker::trackers::Choice;
 
 use summary::Summary;
@@ -73,6 +76,10 @@ pub struct Arguments {
     /// Keep the site, and what is drawn on the map, in this file [default: a temporary one, removed at the end]
     #[arg(long, value_name = "FILE.toml")]
     site: Option<PathBuf>,
+
+    /// Keep what happens in this database [default: a temporary one, removed at the end]
+    #[arg(long, value_name = "FILE")]
+    db: Option<PathBuf>,
 }
 
 /// Runs it.
@@ -92,6 +99,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     let site = SiteFile::load(&path)?;
+    let database = arguments.db.clone().unwrap_or_else(|| temporary.0.join("demo.db"));
+    let store = Store::open(&database, &site.current().site, Keep::default())?;
     let building = Building::start(&scene, arguments.seed.unwrap_or(scene.seed))?;
     let service = Arc::new(Service::start(Options {
         site: (*site.current().site).clone(),
@@ -99,25 +108,46 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         tracker: Choice::default(),
         ..Options::default()
     })?);
-    let map = if arguments.headless { None } else { Some(serve(arguments.http, site, &service)?) };
+    let map = if arguments.headless {
+        None
+    } else {
+        Some(serve(arguments.http, site, database.clone(), &service)?)
+    };
     if let Some(map) = &map {
         tell(map.address(), &scene, arguments.open);
     }
     let default_s = if arguments.headless { HEADLESS_S } else { f64::INFINITY };
     let until_s = arguments.seconds.unwrap_or(default_s).min(building.world().duration_s());
     let frames = service.queue();
+    let mut sites = service.site();
     let mut summary = Summary::default();
     while !stop.load(Ordering::Relaxed) && building.now_s() < until_s {
         match frames.recv_timeout(WAIT) {
-            Ok(frame) => summary.add(&frame, &building.world().truth(building.now_s()), &scene.site),
+            Ok(frame) => {
+                summary.add(&frame, &building.world().truth(building.now_s()), &scene.site);
+                if sites.has_changed().unwrap_or(false) {
+                    store.set_site(&sites.borrow_and_update(), Source::Map);
+                }
+                service.trouble().set("database", &store.state().trouble);
+                store.see(frame);
+            }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Err("the tracker has ended".into()),
         }
     }
     drop(map);
+    let kept_rows = store.state();
+    drop(store);
     summary.print(&arguments.scene);
+    println!(
+        "  database              {} transactions, {} frames missed",
+        kept_rows.written, kept_rows.dropped
+    );
     if kept {
-        println!("  the site is kept in  {}", path.display());
+        println!("  the site is kept in      {}", path.display());
+    }
+    if arguments.db.is_some() {
+        println!("  the database is kept in  {}", database.display());
     }
     Ok(())
 }
@@ -126,7 +156,12 @@ fn scene_name(scene: &str) -> String {
     Path::new(scene).file_stem().map_or_else(|| "site".into(), |name| name.to_string_lossy().into_owned())
 }
 
-fn serve(listen: Option<SocketAddr>, site: SiteFile, service: &Arc<Service>) -> Result<Server, String> {
+fn serve(
+    listen: Option<SocketAddr>,
+    site: SiteFile,
+    database: PathBuf,
+    service: &Arc<Service>,
+) -> Result<Server, String> {
     let address = match listen {
         Some(address) => address,
         None => match std::net::TcpListener::bind(MAP) {
@@ -141,6 +176,7 @@ fn serve(listen: Option<SocketAddr>, site: SiteFile, service: &Arc<Service>) -> 
         changed: Box::new(move |site| changing.change_site(site)),
         calibration: service.calibration(),
         accepted: Box::new(|_| {}),
+        database: Some(database),
         names: Vec::new(),
         doors: None,
     };

@@ -5,6 +5,7 @@ import { Drawing } from "./draw.js";
 import { Editor } from "./edit.js";
 import { ask, connect } from "./net.js";
 import { Panel } from "./panel.js";
+import { Past } from "./past.js";
 import { bounds, people } from "./shapes.js";
 import { TimeLine } from "./timeline.js";
 import { View } from "./view.js";
@@ -18,8 +19,9 @@ const get = (id) => document.getElementById(id);
 const body = document.body.classList;
 const state = { site: {}, revision: 0, file: "", frame: null, recent: [], fields: [], chosen: null, link: "", fitted: false };
 
-const panel = new Panel(get("panel"), { choose });
-const time = new TimeLine({ seek });
+const panel = new Panel(get("panel"), { choose, seek: (at) => time.seek(at) });
+const past = new Past({ ready: () => { time.ready(); if (time.at !== null) show(); } });
+const time = new TimeLine(past, { seek });
 const view = new View(get("map"), {
   change: () => redraw(),
   click: (element) => {
@@ -70,16 +72,20 @@ function redraw() {
 
 /** What is to be seen: now, or the time that was looked back to. */
 function show(quick = false) {
-  const past = time.at !== null;
-  const line = past ? time.lineAt(time.at) : state.frame;
+  const back = time.at !== null;
+  const line = back ? time.lineAt(time.at) : state.frame;
+  // What is shown stays until what was asked for has come.
+  body.toggle("loading", line === null && back);
+  if (line === null && back) return;
   const modules = state.frame?.modules ?? [];
-  const trail = past ? time.before(time.at, 12_000) : state.recent;
+  const trail = back ? time.before(time.at, 12_000) : state.recent;
   drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person);
-  drawing.states(past ? [] : modules, line?.zones ?? {});
+  drawing.states(back ? [] : modules, line?.zones ?? {});
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();
-  const known = Boolean(line) && (past || state.link === "live");
-  panel.show({ site: state.site, line, alarmed: state.frame?.alarms, modules: past ? [] : modules, chosen: state.chosen, known, past });
+  const known = Boolean(line) && !line.nobody && (back || state.link === "live");
+  const events = back && past.kept ? past.eventsBefore(time.at) : [];
+  panel.show({ site: state.site, line, alarmed: state.frame?.alarms, modules: back ? [] : modules, chosen: state.chosen, known, past: back, events });
 }
 
 function choose(chosen) {
@@ -91,7 +97,7 @@ function choose(chosen) {
 
 function seek(at) {
   body.toggle("past", at !== null);
-  body.toggle("jump", at !== null && !time.playing);
+  body.toggle("jump", at !== null && (!time.playing || time.speed > 5));
   show();
 }
 

@@ -1,5 +1,6 @@
 // The side panel: how many people, zone by zone, what is chosen, and how the modules are. In words.
 
+import { words } from "./past.js";
 import { health, html, people } from "./shapes.js";
 
 const STATES = { missing: "not found", searching: "looks for its sensor", learning: "learns the empty room", watching: "watches", storing: "stores what it learned" };
@@ -25,7 +26,7 @@ function keyed(parent, keys, make, update) {
 const put = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 
 export class Panel {
-  /** `on.choose` with {module} or {person}, or null. */
+  /** `on.choose` with {module} or {person}, or null; `on.seek` with a time. */
   constructor(root, on) {
     this.on = on;
     this.form = html("div", { hidden: true });
@@ -37,23 +38,26 @@ export class Panel {
     this.detail = html("section", { className: "detail", id: "detail", hidden: true });
     this.detail.setAttribute("aria-label", "Details");
     this.modules = html("ul", { className: "module-list", id: "modules" });
+    this.events = html("ul", { className: "events", id: "events" });
+    this.eventSection = html("section", { hidden: true }, html("h2", {}, "Until then"), this.events);
     this.figures = html("div", { className: "cards", style: "gap:16px" },
-      html("div", { className: "total" }, this.number, this.words), this.alarms, this.detail,
+      html("div", { className: "total" }, this.number, this.words), this.alarms, this.detail, this.eventSection,
       html("section", {}, this.zoneTitle, this.zones), html("section", {}, html("h2", {}, "Modules"), this.modules));
     root.append(this.form, this.figures);
   }
 
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
-  show({ site, line, alarmed, modules, chosen, known, past }) {
+  show({ site, line, alarmed, modules, chosen, known, past, events }) {
     const here = line ? people(line, site) : null, total = here?.length ?? null;
     put(this.number, known && total !== null ? String(total) : "–");
     const hidden = here?.filter((track) => track.state === "occluded").length ?? 0;
     const who = total === 1 ? "person" : "people";
-    put(this.words, !known ? "nothing is known now" : `${who} ${past ? "then" : "here"}${hidden ? `, ${hidden} of them hidden` : ""}`);
+    put(this.words, !known ? (line?.nobody ? "no tracker ran then" : `nothing is known ${past ? "of then" : "now"}`) : `${who} ${past ? "then" : "here"}${hidden ? `, ${hidden} of them hidden` : ""}`);
     const alarms = new Map((alarmed ?? []).map(({ name, text }) => [name, text]));
     keyed(this.alarms, [...alarms.keys()], () => html("p", { className: "alarm" }), (alarm, name) => put(alarm, alarms.get(name)));
     this.alarms.hidden = !alarms.size;
     this.showZones(site, line?.zones ?? {}, known);
+    this.showEvents(events);
     this.showModules(site, modules, past);
     this.showDetail(site, line, modules, chosen);
   }
@@ -76,6 +80,18 @@ export class Panel {
       meter.title = meter.hidden ? "" : `${percent(zone.seen_share)} of it seen now`;
       meter.firstChild.style.width = `${Math.round((zone?.seen_share ?? 0) * 100)}%`;
     });
+  }
+
+  showEvents(events) {
+    this.eventSection.hidden = !events.length;
+    const key = (event) => `${event.at_ms} ${event.kind} ${event.subject} ${event.track}`;
+    const byKey = new Map(events.map((event) => [key(event), event]));
+    keyed(this.events, [...byKey.keys()], (name) => {
+      const event = byKey.get(name), time = new Date(event.at_ms).toLocaleTimeString([], { hour12: false });
+      const row = html("button", { type: "button", onclick: () => this.on.seek(event.at_ms) }, html("time", {}, time), html("span", {}, words(event)));
+      row.dataset.kind = event.kind;
+      return html("li", {}, row);
+    }, () => {});
   }
 
   showModules(site, lines, past) {
@@ -134,7 +150,8 @@ export class Panel {
     if (!track) return { alarms: [], rows: [["state", "gone"]] };
     const rows = [["state", LIVES[track.state] ?? track.state]];
     if (track.reason) rows.push(["because", track.reason]);
-    rows.push(["there with", percent(track.existence)], ["walks", `${Math.hypot(track.vx, track.vy).toFixed(1)} m/s`]);
+    if (track.existence !== undefined) rows.push(["there with", percent(track.existence)]);
+    rows.push(["walks", `${Math.hypot(track.vx, track.vy).toFixed(1)} m/s`]);
     if (track.cov) rows.push(["place within", `${Math.round(200 * Math.sqrt(Math.max(track.cov[0], track.cov[2])))} cm`]);
     rows.push(["place", `${track.x.toFixed(2)}, ${track.y.toFixed(2)} m`]);
     return { alarms: [], rows };

@@ -11,16 +11,18 @@
 //! It unlocks only from `checking`, when P(count = number entered) has been at least [`SURE`] and the share of the zone
 //! that was seen at least [`SEEN`], for [`STEADY_S`] on end.
 
-use serde::{Deserialize, Serialize};
+mod line;
+mod watch;
 
-use super::cards::Cards;
-use super::event::{Action, Alarm, Body, Card, Contact, Event, Lock, Refusal, Seen, Trouble};
-use super::gate::{Crossing, Gate, is_apart};
-use super::names::Name;
-use super::output::Output;
-use super::passage::Outcome;
-use super::progress::Progress;
-use super::transition::{Cause, Phase};
+pub use line::DoorLine;
+
+use crate::door::cards::Cards;
+use crate::door::event::{Action, Alarm, Card, Contact, Event, Lock, Refusal, Seen, Trouble};
+use crate::door::gate::Gate;
+use crate::door::output::Output;
+use crate::door::passage::Outcome;
+use crate::door::progress::Progress;
+use crate::door::transition::{Cause, Phase};
 use crate::site::Site;
 use crate::site_door::{Door, Fail};
 
@@ -55,46 +57,6 @@ const BLIND_S: f64 = 2.0;
 
 /// How sure it is that whoever stands nearest to the reader has shown the card, m: an arm's length.
 const REACH_M: f64 = 0.6;
-
-/// How a door is, for everybody who shows it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DoorLine {
-    /// Its name.
-    pub name: String,
-    /// Where it is.
-    pub phase: Phase,
-    /// What the lock is to be.
-    pub lock: Lock,
-    /// Number of that output, and whether the lock has taken it.
-    pub lock_id: u64,
-    /// Whether the lock has taken it.
-    pub lock_taken: bool,
-    /// Why there is an alarm, if there is one.
-    pub alarm: Option<Alarm>,
-    /// Number of that output.
-    pub alarm_id: u64,
-    /// Whether the alarm has taken it.
-    pub alarm_taken: bool,
-    /// What is wrong, while it has failed.
-    pub trouble: Option<Trouble>,
-    /// Whether the leaf is shut; none: nobody has said.
-    pub contact: Option<Contact>,
-    /// The number entered last.
-    pub entered: u32,
-    /// Most people who may be entered.
-    pub people_max: u32,
-    /// How many have gone through.
-    pub through: u32,
-    /// Numbers that may still be tried.
-    pub tries_left: u32,
-    /// Counts passages.
-    pub passage: u64,
-    /// What the entrant is to do, in words.
-    pub prompt: String,
-    /// Which track showed which card, so probably.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub names: Vec<Name>,
-}
 
 /// A door.
 #[derive(Clone, Debug)]
@@ -222,32 +184,6 @@ impl Machine {
         std::mem::take(&mut self.taken)
     }
 
-    /// How it is.
-    #[must_use]
-    pub fn line(&self) -> DoorLine {
-        let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
-        let passage = self.progress.as_ref().map(|progress| &progress.passage);
-        DoorLine {
-            name: self.door.name.clone(),
-            phase: self.phase,
-            lock: self.lock.value(),
-            lock_id: self.lock.id(),
-            lock_taken: self.lock.is_taken(),
-            alarm: self.alarm.value(),
-            alarm_id: self.alarm.id(),
-            alarm_taken: self.alarm.is_taken(),
-            trouble: self.trouble,
-            contact: self.contact,
-            entered: passage.map_or(0, |passage| passage.entered),
-            people_max: self.door.people_max,
-            through: passage.map_or(0, |passage| number(passage.through.len())),
-            tries_left: self.door.tries_max.saturating_sub(passage.map_or(0, |passage| passage.tries)),
-            passage: self.passages,
-            prompt: self.prompt.clone(),
-            names: Vec::new(),
-        }
-    }
-
     fn wanted(&self) -> Lock {
         match self.phase {
             Phase::Unlocked => Lock::Unlocked,
@@ -336,30 +272,6 @@ impl Machine {
         }
     }
 
-    /// Whoever stands nearest to the reader has shown the card, the surer the nearer and the more alone.
-    fn identify(&self, card: Card, actions: &mut Vec<Action>) {
-        let Some((_, seen)) = &self.seen else { return };
-        let reader = self.door.reader.map_or_else(|| self.gate.middle(), Into::into);
-        let weight = |body: &Body| {
-            let away = (body.at - reader).length() / REACH_M;
-            (body.id, libm::exp(-0.5 * away * away))
-        };
-        let weights: Vec<(u64, f64)> = seen
-            .bodies
-            .iter()
-            .filter(|body| body.is_sure && self.gate.in_zone(body.at))
-            .map(weight)
-            .collect();
-        let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
-        if sum > f64::MIN_POSITIVE {
-            actions.extend(weights.into_iter().map(|(track, weight)| Action::Named {
-                track,
-                card,
-                likelihood: weight / sum,
-            }));
-        }
-    }
-
     fn number(&mut self, number: u32, actions: &mut Vec<Action>) {
         let refusal = match self.phase {
             Phase::Asked | Phase::Checking if !(1..=self.door.people_max).contains(&number) => {
@@ -435,112 +347,6 @@ impl Machine {
         match self.standing {
             Some(_) => self.go(Cause::StillAlarmed, Phase::Alarmed, CALL),
             None => self.go(Cause::Recovered, Phase::Idle, READY),
-        }
-    }
-
-    fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
-        match self.phase {
-            Phase::Checking => self.check(),
-            Phase::Unlocked | Phase::Closing | Phase::HeldOpen => self.follow(crossings, actions),
-            Phase::Idle | Phase::Asked | Phase::Alarmed | Phase::Failed => {}
-        }
-        let nobody_let_in = match self.phase {
-            Phase::Idle | Phase::Asked | Phase::Checking => true,
-            Phase::HeldOpen => self.progress.is_none(),
-            _ => false,
-        };
-        // A track that changes sides of a shut leaf is the tracker's mistake, nobody's entry.
-        let is_open = self.contact == Some(Contact::Open);
-        if nobody_let_in && is_open && crossings.iter().any(|way| matches!(way, Crossing::Inward(_))) {
-            self.alarmed(Alarm::WentIn, None, actions);
-        }
-        let is_shut = self.contact == Some(Contact::Shut) && self.now_s - self.contact_since_s >= SHUT_S;
-        if is_shut && matches!(self.phase, Phase::Closing | Phase::HeldOpen) {
-            self.shut(actions);
-        }
-    }
-
-    /// The leaf has been shut for so long that whoever slipped in is known.
-    fn shut(&mut self, actions: &mut Vec<Action>) {
-        let is_complete = self.progress.as_ref().is_some_and(Progress::is_complete);
-        let (outcome, reason) = match (self.phase, is_complete) {
-            (Phase::HeldOpen, _) => (Outcome::HeldOpen, "the leaf did not shut in time"),
-            (_, true) => (Outcome::Complete, "all went through"),
-            (_, false) => (Outcome::Fewer, "fewer went through than were let in"),
-        };
-        self.end(outcome, reason, actions);
-        self.go(Cause::Shut, Phase::Idle, READY);
-    }
-
-    /// Notes whether somebody may be in the zone of whom nobody can say so: who touches another, or crouches.
-    fn doubt(&mut self, bodies: &[Body]) {
-        let shade = |body: &Body| !body.is_sure && self.gate.in_zone(body.at) && is_apart(body, bodies);
-        if bodies.iter().any(shade) {
-            self.doubted_s = self.now_s;
-            self.doubt_since_s.get_or_insert(self.now_s);
-        } else if self.now_s - self.doubted_s > DOUBT_GAP_S {
-            self.doubt_since_s = None;
-        }
-    }
-
-    fn is_in_doubt(&self) -> bool {
-        self.doubt_since_s.is_some_and(|since_s| self.now_s - since_s >= DOUBT_S)
-    }
-
-    fn check(&mut self) {
-        let in_doubt = self.is_in_doubt();
-        let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
-        let entered = progress.passage.entered;
-        let probability = seen.count_p.get(entered as usize).copied().unwrap_or(0.0);
-        progress.passage.count_p.clone_from(&seen.count_p);
-        progress.passage.seen_share = seen.seen_share;
-        if in_doubt || !(probability >= SURE && seen.seen_share >= SEEN) {
-            self.match_since_s = None;
-            return;
-        }
-        let since_s = *self.match_since_s.get_or_insert(self.now_s);
-        if self.now_s - since_s >= STEADY_S {
-            progress.unlock(entered, &seen.bodies, &self.gate);
-            self.go(Cause::Match, Phase::Unlocked, "Please go in");
-        }
-    }
-
-    fn mismatch(&mut self, actions: &mut Vec<Action>) {
-        let Some(progress) = &self.progress else { return };
-        let passage = &progress.passage;
-        let best = passage.count_p.iter().copied().enumerate().max_by(|one, other| one.1.total_cmp(&other.1));
-        let text = match best {
-            _ if passage.seen_share < SEEN => {
-                "Not all of the area is seen: please move a little and enter the number again"
-            }
-            Some((count, p)) if p >= SURE && count as u32 != passage.entered => {
-                "The number does not match: please count again and enter it"
-            }
-            _ => "The count is not sure yet: please stand a little apart and enter the number again",
-        };
-        if passage.tries >= self.door.tries_max {
-            self.end(Outcome::Refused, "the number never matched the count", actions);
-            self.go(
-                Cause::TooOften,
-                Phase::Idle,
-                "The number did not match: please begin again with the card",
-            );
-        } else {
-            self.go(Cause::Mismatch, Phase::Asked, text);
-        }
-    }
-
-    fn follow(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
-        let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
-        let crossed = progress.cross(crossings);
-        let watched = progress.watch(&seen.bodies, &self.gate, self.now_s);
-        // While the leaf closes the next ones may come into the zone, and the group may turn away.
-        let alarm = crossed.or(watched.filter(|_| self.phase == Phase::Unlocked));
-        let is_complete = progress.is_complete();
-        if let Some(alarm) = alarm {
-            self.alarmed(alarm, None, actions);
-        } else if self.phase == Phase::Unlocked && is_complete {
-            self.go(Cause::AllThrough, Phase::Closing, "The door is closing");
         }
     }
 

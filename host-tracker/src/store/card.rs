@@ -1,0 +1,206 @@
+//! Card identifiers, as they may be kept: never themselves, only what a secret key of this site makes of them.
+//!
+//! ```text
+//!   card "04:A2:2B:…" ─ letters and digits, in capitals ─▶ HMAC-SHA-256 (key) ─▶ first 16 bytes ─▶ CardHash
+//!   key   32 random bytes in a file of its own, readable by its owner alone, never in the database
+//! ```
+//!
+//! A card's number has few enough digits that a plain hash of it is undone by trying all of them. With a key nobody can
+//! who has the database, an export or a backup of it, but not the key's file. Deleting that file makes all that was
+//! kept meaningless. 16 bytes: two of a million cards of a site collide once in 10²⁶ sites.
+//!
+//! Source: H. Krawczyk, M. Bellare, R. Canetti, "HMAC: Keyed-Hashing for Message Authentication" (RFC 2104).
+
+use std::fmt;
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use hmac::{Hmac, KeyInit, Mac};
+use sha2::Sha256;
+
+/// Bytes of a key: as many as the hash has.
+const KEY_LEN: usize = 32;
+
+/// Bytes that are kept of a hash.
+const HASH_LEN: usize = 16;
+
+/// What is kept of a card.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CardHash([u8; HASH_LEN]);
+
+/// A site's key.
+#[derive(Clone, PartialEq, Eq)]
+pub struct CardKey([u8; KEY_LEN]);
+
+/// Why there is no key.
+#[derive(Debug, thiserror::Error)]
+pub enum CardKeyError {
+    /// The system.
+    #[error("{}: {error}", file.display())]
+    File {
+        /// The key's file, or where randomness comes from.
+        file: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// Something else is in the file.
+    #[error(
+        "{}: this is no card key, which has {} hexadecimal digits: restore it, or delete it to begin with a new one", file.display(), 2 * KEY_LEN
+    )]
+    Wrong {
+        /// The key's file.
+        file: PathBuf,
+    },
+}
+
+impl CardKey {
+    /// The key of these bytes: for tests, or a key that is kept elsewhere.
+    #[must_use]
+    pub const fn new(bytes: [u8; KEY_LEN]) -> Self {
+        Self(bytes)
+    }
+
+    /// The key in `file`. If there is none, a random one is made and written there, for its owner alone.
+    ///
+    /// # Errors
+    /// The file cannot be read or made, or holds something else. Nothing is overwritten.
+    pub fn load(file: &Path) -> Result<Self, CardKeyError> {
+        let failed = |error| CardKeyError::File { file: file.to_path_buf(), error };
+        match fs::read_to_string(file) {
+            Ok(text) => {
+                let bytes = from_hexadecimal(text.trim());
+                bytes.map(Self).ok_or_else(|| CardKeyError::Wrong { file: file.to_path_buf() })
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                let key = Self(random()?);
+                let mut options = File::options();
+                options.write(true).create_new(true);
+                #[cfg(unix)]
+                std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+                let mut out = options.open(file).map_err(failed)?;
+                writeln!(out, "{}", hexadecimal(&key.0)).and_then(|()| out.sync_all()).map_err(failed)?;
+                Ok(key)
+            }
+            Err(error) => Err(failed(error)),
+        }
+    }
+
+    /// Where the key of a site is kept: `home.toml` → `home.card-key`, beside it.
+    #[must_use]
+    pub fn beside(site: &Path) -> PathBuf {
+        site.with_extension("card-key")
+    }
+
+    /// What is kept of `card`, as its reader gives it: what is neither letter nor digit, and whether letters are small,
+    /// makes no difference.
+    #[must_use]
+    pub fn hash(&self, card: &str) -> CardHash {
+        let plain: String =
+            card.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_uppercase).collect();
+        let mut hash = [0; HASH_LEN];
+        // A key of any length will do.
+        if let Ok(mut mac) = Hmac::<Sha256>::new_from_slice(&self.0) {
+            mac.update(plain.as_bytes());
+            hash.iter_mut().zip(mac.finalize().into_bytes()).for_each(|(to, from)| *to = from);
+        }
+        CardHash(hash)
+    }
+}
+
+impl CardHash {
+    /// Its bytes, as the database has them.
+    #[must_use]
+    pub const fn bytes(&self) -> &[u8; HASH_LEN] {
+        &self.0
+    }
+}
+
+impl fmt::Display for CardHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&hexadecimal(&self.0))
+    }
+}
+
+impl fmt::Debug for CardHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "CardHash({self})")
+    }
+}
+
+/// Keys are not printed.
+impl fmt::Debug for CardKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("CardKey(…)")
+    }
+}
+
+fn random() -> Result<[u8; KEY_LEN], CardKeyError> {
+    let mut bytes = [0; KEY_LEN];
+    let file = PathBuf::from("/dev/urandom");
+    match File::open(&file).and_then(|mut random| random.read_exact(&mut bytes)) {
+        Ok(()) => Ok(bytes),
+        Err(error) => Err(CardKeyError::File { file, error }),
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn from_hexadecimal(text: &str) -> Option<[u8; KEY_LEN]> {
+    if text.len() != 2 * KEY_LEN || !text.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None;
+    }
+    let mut bytes = [0; KEY_LEN];
+    for (byte, at) in bytes.iter_mut().zip((0..).step_by(2)) {
+        *byte = u8::from_str_radix(text.get(at..at + 2)?, 16).ok()?;
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Computed with Python's `hmac`.
+    #[test]
+    fn a_hash_is_the_hmac_of_its_letters_and_digits() {
+        let key = CardKey::new([7; KEY_LEN]);
+        let hash = key.hash("04:a2:2b:c1");
+        assert_eq!(hash.to_string(), "aafebd9e17252351a3e34960447ef802");
+        assert_eq!(hash, key.hash("04A22BC1"));
+        assert_eq!(hash, key.hash(" 04-A2-2b-C1\n"));
+        assert_ne!(hash, key.hash("04A22BC2"));
+        assert_ne!(hash, CardKey::new([8; KEY_LEN]).hash("04A22BC1"));
+    }
+
+    #[test]
+    fn a_key_is_made_once_for_its_owner_alone_and_never_printed() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = CardKey::beside(&folder.path().join("home.toml"));
+        assert!(file.ends_with("home.card-key"));
+        let key = CardKey::load(&file).unwrap();
+        assert_eq!(CardKey::load(&file).unwrap(), key);
+        assert_ne!(CardKey::load(&folder.path().join("other")).unwrap(), key);
+        assert_eq!(format!("{key:?}"), "CardKey(…)");
+        #[cfg(unix)]
+        {
+            let mode = std::os::unix::fs::PermissionsExt::mode(&fs::metadata(&file).unwrap().permissions());
+            assert_eq!(mode & 0o777, 0o600);
+        }
+    }
+
+    #[test]
+    fn what_is_no_key_is_refused_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("home.card-key");
+        for text in ["", "12", &"g".repeat(64), &"é".repeat(32)] {
+            fs::write(&file, text).unwrap();
+            let error = CardKey::load(&file).unwrap_err().to_string();
+            assert!(error.contains("home.card-key") && error.contains("64 hexadecimal digits"), "{error}");
+            assert_eq!(fs::read_to_string(&file).unwrap(), text);
+        }
+        assert!(CardKey::load(&folder.path().join("no/folder")).is_err());
+    }
+}

@@ -1,0 +1,102 @@
+//! Where modules were said to be, since when, and by whom.
+//!
+//! ```text
+//!   site file ──┐
+//!   live map  ──┼─▶ PoseRow ─▶ pose (module, at_ms)      only if it is not what was known last of that module
+//!   calibrate ──┘
+//! ```
+//!
+//! These few rows are kept for good: with them a path of last year can be compared with where its module was.
+
+use std::path::Path as File;
+
+use rusqlite::{Transaction, params};
+
+use super::StoreError;
+use super::writer::{Writer, integer};
+use crate::geometry::Pose;
+use crate::site::Site;
+
+/// Who said where a module is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Source {
+    /// The site's file, at the start of the tracker.
+    File,
+    /// Somebody, on the live map.
+    Map,
+    /// The calibration.
+    Calibration,
+}
+
+impl Source {
+    /// As the database has it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::File => "file",
+            Self::Map => "map",
+            Self::Calibration => "calibration",
+        }
+    }
+}
+
+/// Where a module is from some time on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseRow {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// As the site calls it.
+    pub module: String,
+    /// Its place in the site, m.
+    pub x_m: f64,
+    /// m.
+    pub y_m: f64,
+    /// Where its front points, counter-clockwise.
+    pub yaw_deg: f64,
+    /// Who says so.
+    pub source: Source,
+}
+
+impl PoseRow {
+    /// Where a site's modules are.
+    pub fn of(site: &Site, at_ms: u64, source: Source) -> impl Iterator<Item = Self> + '_ {
+        site.modules.iter().map(move |module| Self {
+            at_ms,
+            module: module.name.clone(),
+            x_m: module.x,
+            y_m: module.y,
+            yaw_deg: module.yaw_deg,
+            source,
+        })
+    }
+}
+
+/// Notes in `database`, made if missing, where modules are from `at_ms` on. A running tracker notes by itself what its
+/// site says; who knows better why first says so here.
+///
+/// # Errors
+/// The database cannot be opened or written.
+pub fn note(database: &File, poses: &[(String, Pose)], at_ms: u64, source: Source) -> Result<(), StoreError> {
+    let mut connection = Writer::connect(database)?;
+    let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
+    let transaction = connection.transaction().map_err(failed)?;
+    for (module, pose) in poses {
+        let (x_m, y_m, yaw_deg) = (pose.at.x, pose.at.y, pose.yaw_rad.to_degrees());
+        let row = PoseRow { at_ms, module: module.clone(), x_m, y_m, yaw_deg, source };
+        write(&transaction, &row).map_err(failed)?;
+    }
+    transaction.commit().map_err(failed)
+}
+
+/// Writes a row unless it says what was known last of that module, to the millimetre and a twentieth of a degree as site
+/// files have it.
+pub(super) fn write(transaction: &Transaction<'_>, row: &PoseRow) -> rusqlite::Result<usize> {
+    transaction
+        .prepare_cached(
+            "INSERT OR REPLACE INTO pose (at_ms, module, x_m, y_m, yaw_deg, source)
+             SELECT ?1, ?2, ?3, ?4, ?5, ?6 WHERE NOT EXISTS (
+                 SELECT 1 FROM (SELECT * FROM pose WHERE module = ?2 ORDER BY at_ms DESC LIMIT 1)
+                 WHERE abs(x_m - ?3) < 0.001 AND abs(y_m - ?4) < 0.001 AND abs(yaw_deg - ?5) < 0.05)",
+        )?
+        .execute(params![integer(row.at_ms), row.module, row.x_m, row.y_m, row.yaw_deg, row.source.name()])
+}
