@@ -180,7 +180,7 @@ fn happened_before(database: &Path, site: &Site, begun_ms: u64) {
             .map(|zone| {
                 (
                     zone.name.clone(),
-                    json!({ "count": 1, "p": [0.0, 1.0], "seen_share": 1.0, "state": "known" }),
+                    json!({ "count": u32::from(["study", "home"].contains(&zone.name.as_str())), "p": [0.0, 1.0], "seen_share": 1.0, "state": "known" }),
                 )
             })
             .collect();
@@ -239,9 +239,17 @@ fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
 }
 
 fn looking_back(page: &mut Page) {
+    // Some seconds with people, to be looked back at.
+    page.wait(
+        "people stay on the map",
+        &format!(
+            "(window.since = {CONFIRMED} >= 1 ? window.since ?? performance.now() : undefined, \
+             performance.now() - window.since > 5000)"
+        ),
+    );
     let then = page.value("document.querySelector('#clock').textContent");
     page.value("document.querySelector('#slider').focus()");
-    for _ in 0..30 {
+    for _ in 0..6 {
         page.key("ArrowLeft", 37);
     }
     page.wait("the page looks back", "document.body.classList.contains('past')");
