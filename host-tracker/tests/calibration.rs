@@ -8,7 +8,6 @@
 //!
 //! With `KEHAI_SCREENSHOTS=1` the picture of `docs/images` is taken anew; otherwise it goes under `target/`.
 
-#[allow(dead_code, reason = "each test uses what it needs of it")]
 mod chromium;
 
 use std::io::{BufRead, BufReader, Read};

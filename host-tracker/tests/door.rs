@@ -1,6 +1,5 @@
 //! A door over HTTP: a passage from the card to the lock, what is refused, and the screen in a real browser.
 
-#[allow(dead_code, reason = "the live map's test uses more of it")]
 mod chromium;
 mod house;
 

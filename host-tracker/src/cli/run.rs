@@ -222,12 +222,12 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     summary(&last)
 }
 
-/// Makes of a card what may be kept of it.
-type HashCard = Box<dyn Fn(&str) -> Card + Send>;
+/// What may be kept of a card.
+type CardHash = Box<dyn Fn(&str) -> Card + Send>;
 
 /// What makes of a card what may be kept of it, by the key beside the site's file. Without a door none is made; without
 /// a key the doors have one that is lost with the process.
-fn card_hash(site: &Path) -> Option<HashCard> {
+fn card_hash(site: &Path) -> Option<CardHash> {
     let has_doors = Site::load(site).is_ok_and(|site| !site.doors.is_empty());
     match has_doors.then(|| CardKey::load(&CardKey::beside(site)))? {
         Ok(key) => Some(Box::new(move |card| Card(u128::from_be_bytes(*key.hash(card).bytes())))),

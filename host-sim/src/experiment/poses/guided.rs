@@ -130,7 +130,7 @@ impl Walker<'_> {
             Advice::Together { modules: (one, _), place: Some(place), .. } => {
                 about(self.truth[*one].to_site(*place), 0.3)
             }
-            Advice::Reach { module } if self.turn % 2 == 0 => self.before(*module),
+            Advice::Reach { module } if self.turn.is_multiple_of(2) => self.before(*module),
             // And back to the others: to the nearest of them.
             Advice::Reach { module } => {
                 let from = self.truth[*module].at;
