@@ -81,7 +81,9 @@ pub fn note(database: &File, poses: &[(String, Pose)], at_ms: u64, source: Sourc
     let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
     let transaction = connection.transaction().map_err(failed)?;
     for (module, pose) in poses {
-        let (x_m, y_m, yaw_deg) = (pose.at.x, pose.at.y, pose.yaw_rad.to_degrees());
+        // As a site's file has it: millimetres, hundredths of a degree.
+        let [x_m, y_m] = [pose.at.x, pose.at.y].map(|value_m| (value_m * 1e3).round() / 1e3);
+        let yaw_deg = (pose.yaw_rad.to_degrees() * 100.0).round() / 100.0;
         let row = PoseRow { at_ms, module: module.clone(), x_m, y_m, yaw_deg, source };
         write(&transaction, &row).map_err(failed)?;
     }
