@@ -110,7 +110,7 @@ impl Door {
 pub struct LiveDoor {
     /// The door.
     pub door: Door,
-    /// How far it is open, every [`STEP_S`](super::crowd::STEP_S) from time 0 on.
+    /// How far it is open, every [`STEP_S`] from time 0 on.
     pub shares: Arc<Mutex<Vec<f64>>>,
 }
 
