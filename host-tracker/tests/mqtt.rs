@@ -205,6 +205,18 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
         |(topic, payload): &(String, String)| topic.ends_with("refused") && payload.contains("malformed: ");
     assert!(listener.all.iter().any(refused), "{:?}", listener.all);
     listener.hears(DOOR, |payload| payload.contains("\"phase\":\"asked\"") && !payload.contains("04:A2"));
+    let contact = |id: u64, ago_ms: u64, contact: &str| {
+        let at_ms = host_tracker::frame::unix_ms() - ago_ms;
+        let payload = serde_json::json!({ "id": id, "at_ms": at_ms, "contact": contact }).to_string();
+        listener.client.publish(format!("{DOOR}/contact"), QoS::AtLeastOnce, false, payload).unwrap();
+    };
+    contact(9, 0, "shut");
+    contact(8, 0, "open");
+    contact(10, 60_000, "open");
+    for why in ["out of order: ", "late: "] {
+        listener.hears(&format!("{DOOR}/refused"), |payload| payload.contains(why));
+    }
+    assert_eq!(house.door()["contact"], "shut", "what is refused changes nothing");
     let number = house.message(serde_json::json!({ "number": 1 }));
     listener.client.publish(format!("{DOOR}/number"), QoS::AtLeastOnce, false, number).unwrap();
     listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"unlocked\""));

@@ -112,6 +112,21 @@ impl Stage {
         }
     }
 
+    /// From beyond the line to the zone, for 0.8 s.
+    fn walk_back(&mut self, id: u64) {
+        let mut all = Vec::new();
+        for y in [0.85, 0.75, 0.65, 0.55, 0.45, 0.35, 0.25, 0.15] {
+            self.put(id, 0.0, y);
+            self.bodies
+                .iter_mut()
+                .filter(|body| body.id == id)
+                .for_each(|body| body.velocity = Point::new(0.0, -1.0));
+            self.wait(0.1);
+            all.append(&mut self.actions);
+        }
+        self.actions = all;
+    }
+
     fn tell(&mut self, event: Event) {
         self.actions = self.door.step(event, self.now_s);
         self.transitions.extend(self.door.transitions());
@@ -270,8 +285,8 @@ transitions! {
         assert_eq!(stage.door.lock(), Lock::Locked);
     });
     closing_turned_back_alarmed: then(Stage::closing(1), |stage| {
-        stage.put(1, 0.0, 0.7);
-        stage.wait(0.1);
+        stage.walk_back(1);
+        assert_eq!(stage.passage().alarm, Some(Alarm::TurnedBack));
     });
     closing_passed_back_alarmed: then(Stage::closing(1), again(ALICE));
     closing_held_open_held_open: Stage::held_open();
@@ -287,8 +302,11 @@ transitions! {
     });
     held_open_went_in_alarmed: then(then(Stage::idle(), stays_open), |stage| stage.walk_in(2));
     held_open_turned_back_alarmed: then(Stage::held_open(), |stage| {
+        // And stays there.
         stage.put(1, 0.0, 0.7);
-        stage.wait(0.1);
+        stage.wait(1.9);
+        assert_eq!(stage.door.phase(), Phase::HeldOpen);
+        stage.wait(0.3);
     });
     held_open_passed_back_alarmed: then(Stage::held_open(), again(ALICE));
     held_open_trouble_failed: then(Stage::held_open(), silence);
@@ -423,12 +441,23 @@ fn a_card_names_who_stands_at_the_reader() {
     stage.put(2, 0.0, -0.8);
     stage.wait(0.2);
     stage.tell(Event::Card(ALICE));
-    let named = |action: &Action| match action {
-        Action::Named { track, likelihood, .. } => Some((*track, *likelihood)),
-        _ => None,
+    let named = |stage: &Stage| -> Vec<(u64, f64)> {
+        let named = |action: &Action| match action {
+            Action::Named { likelihoods, .. } => Some(likelihoods.clone()),
+            _ => None,
+        };
+        stage.actions.iter().find_map(named).unwrap()
     };
-    let named: Vec<(u64, f64)> = stage.actions.iter().filter_map(named).collect();
-    assert!(named.iter().any(|(track, likelihood)| *track == 1 && *likelihood > 0.95), "{named:?}");
+    let near = named(&stage);
+    assert!(near.iter().any(|(track, likelihood)| *track == 1 && *likelihood > 0.95), "{near:?}");
+    // Who stands far from the reader has hardly shown it, even alone; who is inside has not at all.
+    let mut stage = Stage::idle();
+    stage.put(1, 0.0, -0.8);
+    stage.put(2, 0.0, 1.2);
+    stage.wait(0.2);
+    stage.tell(Event::Card(ALICE));
+    let far = named(&stage);
+    assert!(matches!(far[..], [(1, likelihood)] if likelihood < 0.5), "{far:?}");
 }
 
 #[test]
@@ -441,6 +470,32 @@ fn somebody_who_leaves_meanwhile_is_no_alarm() {
         stage.wait(0.3);
         assert_eq!(stage.door.phase(), Phase::Unlocked, "at {y}");
     }
+}
+
+#[test]
+fn two_tracks_that_change_places_in_the_doorway_are_no_alarm() {
+    let mut stage = Stage::unlocked(2);
+    stage.walk_in(1);
+    // The second is behind the first, and the tracks change places: the first jumps back by 0.3 s of outward motion.
+    for (first, second) in [(1.2, 0.8), (0.95, 1.0), (0.85, 1.25), (0.8, 1.5)] {
+        stage.put(1, 0.0, first);
+        stage
+            .bodies
+            .iter_mut()
+            .filter(|body| body.id == 1)
+            .for_each(|body| body.velocity = Point::new(0.0, -0.8));
+        stage.put(2, 0.0, second);
+        stage.wait(0.1);
+        assert_eq!(stage.door.phase(), Phase::Unlocked, "at {first}");
+    }
+    assert_eq!(stage.door.line().through, 1, "one is in, whoever it is");
+    stage.walk_in(1);
+    assert_eq!((stage.door.phase(), stage.door.line().through), (Phase::Closing, 2));
+    // Who goes all the way back has turned back.
+    let mut stage = Stage::unlocked(2);
+    stage.walk_in(1);
+    stage.walk_back(1);
+    assert_eq!(stage.passage().alarm, Some(Alarm::TurnedBack));
 }
 
 /// Anything that may happen, and how long after the one before.
