@@ -127,7 +127,9 @@ fn a_passage_is_replayed_on_the_map() {
     page.wait("the link says when", &format!("location.hash === '#at={begun_ms}'"));
     page.click("#live");
     page.wait("and now again", &at(-3.0));
-    // The link works for whoever it is sent to.
+    // The link works for whoever it is sent to: a page that is opened with it.
+    page.open("about:blank");
+    page.wait("the page is gone", "document.querySelector('#map') === null");
     page.open(&format!("http://{}/#at={begun_ms}", house.server.address()));
     page.wait("the same from outside", &at(-0.4));
     assert_eq!(page.errors, Vec::<String>::new());
