@@ -85,6 +85,41 @@ fn what_is_malformed_late_repeated_or_foreign_changes_nothing_and_says_why() {
 }
 
 #[test]
+fn nothing_wrong_over_http_is_taken() {
+    let house = House::new();
+    let ask = |input: &str, body: &str| house.ask(&format!("POST /api/door/front/{input}"), "", body);
+    house::wrong::changes_nothing(
+        &house,
+        |input, body| assert_eq!(ask(input, body), (200, json!({})), "{input}: {body}"),
+        |input, body| {
+            let (status, answer) = ask(input, body);
+            assert!(status == 400 || status == 409, "{input}: {body}: {status} {answer}");
+            answer["error"].as_str().unwrap().to_owned()
+        },
+    );
+}
+
+#[test]
+fn without_frames_the_door_fails_and_says_so() {
+    let house = House::new();
+    house.waits_for("idle");
+    house.people(&[[0.0, 0.4]]);
+    house.tell("contact", json!({ "contact": "shut" }));
+    house.tell("card", json!({ "card": "7" }));
+    house.waits_for("asked");
+    house.tell("number", json!({ "number": 1 }));
+    house.waits_for("unlocked");
+    house.tracker_is_dead(true);
+    let failed = house.waits_for("failed");
+    let told = ["lock", "alarm", "trouble"].map(|key| failed[key].as_str().unwrap_or("").to_owned());
+    assert_eq!(told, ["locked", "trouble", "no-frames"], "{failed:#}");
+    assert_eq!(failed["passages"][0]["passage"]["outcome"], "trouble", "{failed:#}");
+    house.tracker_is_dead(false);
+    let idle = house.waits_for("idle");
+    assert_eq!((&idle["alarm"], &idle["trouble"]), (&json!(null), &json!(null)), "{idle:#}");
+}
+
+#[test]
 fn a_passage_is_replayed_on_the_map() {
     let Some(program) = chromium::find() else {
         assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");

@@ -140,6 +140,9 @@ struct Message {
 /// What makes of a card what may be kept of it.
 pub type Hash = Box<dyn Fn(&str) -> Card + Send>;
 
+/// Seconds on a clock that never goes back.
+pub type Clock = Box<dyn Fn() -> f64 + Send>;
+
 type Listeners = Arc<Mutex<Vec<Sender<Told>>>>;
 
 /// All doors of a site. They end when this is dropped.
@@ -219,12 +222,27 @@ impl Doors {
         shown: Shown,
         hash: Option<Hash>,
     ) -> std::io::Result<Self> {
+        let begun = Instant::now();
+        Self::start_by(Box::new(move || begun.elapsed().as_secs_f64()), site, frames, shown, hash)
+    }
+
+    /// The same by another clock, as that of a recording or a test, in which time stands still while there are no frames.
+    ///
+    /// # Errors
+    /// There is no thread for them.
+    pub fn start_by(
+        clock: Clock,
+        site: watch::Receiver<Arc<Site>>,
+        frames: Receiver<Arc<Frame>>,
+        shown: Shown,
+        hash: Option<Hash>,
+    ) -> std::io::Result<Self> {
         let (messages, coming) = sync_channel(QUEUE);
         let (states_in, states) = watch::channel(Arc::default());
         let listeners = Listeners::default();
         let stop = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let mut work = Work {
-            begun: Instant::now(),
+            clock,
             units: Vec::new(),
             site,
             listeners: Arc::clone(&listeners),
@@ -292,7 +310,7 @@ struct Unit {
 }
 
 struct Work {
-    begun: Instant,
+    clock: Clock,
     units: Vec<Unit>,
     site: watch::Receiver<Arc<Site>>,
     listeners: Listeners,
@@ -325,7 +343,7 @@ impl Work {
     }
 
     fn now_s(&self) -> f64 {
-        self.begun.elapsed().as_secs_f64()
+        (self.clock)()
     }
 
     fn take(&mut self, message: Message) {
