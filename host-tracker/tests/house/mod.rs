@@ -8,7 +8,7 @@ pub mod wrong;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -38,8 +38,11 @@ pass_s = 120
 close_s = 120
 ";
 
-/// Between two frames, s.
+/// Between two frames, if the machine is in time.
 const STEP: Duration = Duration::from_millis(50);
+
+/// A machine that is late by more makes no more of the doors' time: half of what they would call trouble.
+const LATE: Duration = Duration::from_millis(500);
 
 /// A hundred times what a loaded machine needs.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -68,9 +71,9 @@ impl House {
         let (newest_in, newest) = watch::channel(Arc::default());
         let (queue, frames) = mpsc::sync_channel(64);
         let shown = host_tracker::door::Shown::default();
-        let steps = Arc::new(AtomicU32::new(0));
-        let passed = Arc::clone(&steps);
-        let clock = Box::new(move || f64::from(passed.load(Ordering::SeqCst)) * STEP.as_secs_f64());
+        let passed = Arc::new(Mutex::new(Duration::ZERO));
+        let time = Arc::clone(&passed);
+        let clock = Box::new(move || time.lock().unwrap().as_secs_f64());
         let doors = Doors::start_by(clock, site.subscribe(), frames, shown.clone(), None).unwrap();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
         let (stop, dead) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
@@ -81,6 +84,7 @@ impl House {
         let feeding = std::thread::spawn(move || {
             // The site is the same as long as there are frames.
             let _site = site;
+            let mut last = Instant::now();
             while !stopped.load(Ordering::Relaxed) {
                 let mut frame = frame(&places.lock().unwrap());
                 frame.doors = shown.lines();
@@ -92,7 +96,8 @@ impl House {
                 if !is_dead.load(Ordering::SeqCst) {
                     let _ = queue.try_send(frame);
                 }
-                steps.fetch_add(1, Ordering::SeqCst);
+                *passed.lock().unwrap() += last.elapsed().min(LATE);
+                last = Instant::now();
                 std::thread::sleep(STEP);
             }
         });

@@ -5,7 +5,7 @@ import { html, svg } from "./shapes.js";
 
 const LOOK_MS = 500;
 const SHADES = ["#3b82f633", "#3b82f666", "#3b82f699"]; // seen by one, two, more
-const AREAS = 8; // the largest, in words; all are on the map
+const AREAS = 4; // the largest, in words; all are on the map
 const shade = (modules) => SHADES[Math.min(modules.length, SHADES.length) - 1];
 
 export class Calibration {
