@@ -225,7 +225,8 @@ mod tests {
                 }
                 // Five times as many seeds where nothing happens.
                 Work::Poses(seeds) => {
-                    held_out(&(*seeds.start()..=seeds.start() + 5 * seeds.count() as u64 - 1))
+                    let first = *seeds.start();
+                    held_out(&(first..=first + 5 * seeds.count() as u64 - 1));
                 }
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());

@@ -111,7 +111,7 @@ mod tests {
         let geometry = Geometry::new(URG_04LX).unwrap();
         let module = |name: &str, x: f64, yaw_rad: f64| {
             let pose = Pose { at: Point::new(x, 0.0), yaw_rad };
-            let view = View { module: 0, pose, height_m: 0.6, geometry: geometry.clone() };
+            let view = View { module: 0, pose, height_m: 0.6, geometry };
             (name.to_owned(), view, vec![3.0; 2000])
         };
         let found = coverage(&[module("left", 0.0, 0.0), module("right", 4.0, std::f64::consts::PI)]);

@@ -318,11 +318,13 @@ impl Active {
                 text: words::placed(placed, name),
             }
         };
-        let seer = |((view, placed), name): ((&Option<(View, Vec<f64>)>, &super::Placed), &String)| {
-            let (view, empty_m) = view.as_ref()?;
-            Some((name.clone(), View { pose: placed.pose, ..view.clone() }, empty_m.clone()))
-        };
-        let seers: Vec<Seer> = self.views.iter().zip(&found.modules).zip(names).filter_map(seer).collect();
+        let placed_views = self.views.iter().zip(&found.modules).zip(names);
+        let seers: Vec<Seer> = placed_views
+            .filter_map(|((view, placed), name)| {
+                let (view, empty_m) = view.as_ref()?;
+                Some((name.clone(), View { pose: placed.pose, ..view.clone() }, empty_m.clone()))
+            })
+            .collect();
         FoundStatus {
             quality: words::quality(found),
             modules: found.modules.iter().zip(&self.site.modules).zip(names).map(module).collect(),

@@ -64,7 +64,7 @@ impl Names {
     pub fn shown(&mut self, card: Card, likelihoods: &[(u64, f64)]) -> Result<(), NoLikelihoods> {
         let sum: f64 = likelihoods.iter().map(|(_, likelihood)| likelihood).sum();
         let each = likelihoods.iter().all(|(_, likelihood)| (0.0..=1.0).contains(likelihood));
-        if !each || !(sum <= 1.0 + 1e-9) {
+        if !each || sum > 1.0 + 1e-9 {
             return Err(NoLikelihoods);
         }
         let mut shares = BTreeMap::new();
