@@ -92,7 +92,7 @@ pub fn run(
     done: impl Fn() + Sync,
 ) -> std::result::Result<Found, Box<dyn Error>> {
     let jobs = jobs(seeds);
-    let results = super::runner::on_all_cores(&jobs, |(job, seed)| {
+    let results = super::cores::on_all_cores(&jobs, |(job, seed)| {
         let result = one(job, seed).map_err(|error| format!("poses, {job:?}, seed {seed}: {error}"));
         done();
         result
