@@ -38,14 +38,17 @@ const APART_M: f64 = 0.16;
 /// A turn or shift explains that if it leaves less than this share of it.
 const EXPLAINS: f64 = 0.6;
 
-/// The least shift that is told, m; and the least turn, `TURN_RAD`.
-const SHIFT_M: f64 = 0.2;
+/// The least shift that is told, m: what somebody carries before them, seen from one side only, makes 0.2 m of it. And the
+/// least turn, `TURN_RAD`.
+const SHIFT_M: f64 = 0.3;
 
 /// Who need not have been shifted to be turned is believed more: half a metre of shift weighs as one pair that agrees.
 const SHIFT_COSTS: f64 = 2.0;
 
-/// Judgements in a row in which the walk must say the same.
-const SURE: u32 = 3;
+/// Judgements in a row, somebody walking all the time, in which the walk must say about the same, rad and m.
+const SURE: u32 = 6;
+const LIKE_RAD: f64 = TURN_RAD;
+const LIKE_M: f64 = 0.2;
 
 /// Somebody is met within this distance of where others see him, m: a turn of 10° at 3 m is still met.
 const MET_M: f64 = 0.6;
@@ -87,6 +90,18 @@ pub enum Finding {
     Past,
 }
 
+impl Finding {
+    /// Whether another is of the same kind, and a move of about the same turn and shift.
+    fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Moved { turn_rad, shift_m }, Self::Moved { turn_rad: other_rad, shift_m: other_m }) => {
+                (turn_rad - other_rad).abs() < LIKE_RAD && (shift_m - other_m).abs() < LIKE_M
+            }
+            _ => self == other,
+        }
+    }
+}
+
 /// What became of somebody whom others saw in a module's view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Outcome {
@@ -117,8 +132,8 @@ pub struct PoseWatch {
     walk: Walk,
     known: Vec<Known>,
     movers: Vec<Vec<Point>>,
-    /// Whom the walk blames, and how often in a row.
-    blamed: Option<(usize, u32)>,
+    /// Whom the walk blames, of what, and how often in a row.
+    blamed: Option<(usize, Finding, u32)>,
     judged_s: f64,
 }
 
@@ -220,13 +235,19 @@ impl PoseWatch {
                 if known.hidden_share > SMOTHERED_SHARE { known.smothered.saturating_add(1) } else { 0 };
         }
         let compared = self.compare();
-        let blamed = self.blame(&compared);
-        self.blamed = blamed.map(|(module, _)| match self.blamed {
-            Some((before, times)) if before == module => (module, times + 1),
-            _ => (module, 1),
-        });
-        let sure = self.blamed.is_some_and(|(_, times)| times >= SURE);
-        let by_walk = blamed.filter(|_| sure);
+        self.blamed = match (self.blame(&compared), self.blamed) {
+            (Some((module, finding)), Some((before, was, times)))
+                if module == before && finding.is_like(&was) =>
+            {
+                Some((module, finding, times.saturating_add(1)))
+            }
+            (Some((module, finding)), _) => Some((module, finding, 1)),
+            // Nobody walks before two modules any more: what was seen stays, and proves no more than it did.
+            (None, before) if compared.iter().all(|pair| !pair.fresh) => before,
+            (None, _) => None,
+        };
+        let sure = self.blamed.filter(|(_, _, times)| *times >= SURE);
+        let by_walk = sure.map(|(module, finding, _)| (module, finding));
         for (module, known) in self.known.iter_mut().enumerate() {
             let hidden = known.hidden_share > COVERED_SHARE && known.lately(BLIND, Outcome::Blocked);
             let covered = hidden || known.smothered >= SMOTHERED;
@@ -278,7 +299,14 @@ impl PoseWatch {
                 within && (turn_rad.abs() > TURN_RAD || *shift_m > SHIFT_M)
             });
             let apart = before_m > APART_M && after_m < EXPLAINS * before_m && told;
-            Some(Compared { modules: [one, other], common_s, apart, changes })
+            let sees = |module: usize| self.walk.newest(module, self.judged_s - JUDGE_S).is_some();
+            Some(Compared {
+                modules: [one, other],
+                common_s,
+                apart,
+                fresh: sees(one) && sees(other),
+                changes,
+            })
         };
         self.walk.pairs().into_iter().filter_map(pair).collect()
     }
@@ -288,7 +316,9 @@ impl PoseWatch {
     fn blame(&self, compared: &[Compared]) -> Option<(usize, Finding)> {
         let candidate = |module: usize| {
             let own = || compared.iter().filter(move |pair| pair.has(module));
-            let worst = own().filter(|pair| pair.apart).max_by(|a, b| a.common_s.total_cmp(&b.common_s))?;
+            let worst = own()
+                .filter(|pair| pair.apart && pair.fresh)
+                .max_by(|a, b| a.common_s.total_cmp(&b.common_s))?;
             let disagrees = own().map(|pair| if pair.apart { 1.0 } else { -1.0 }).sum::<f64>();
             let (turn_rad, shift_m) = worst.changes[usize::from(worst.modules[1] == module)];
             Some((module, disagrees - SHIFT_COSTS * shift_m, Finding::Moved { turn_rad, shift_m }))
@@ -305,6 +335,8 @@ struct Compared {
     common_s: f64,
     /// They see the walker at two places, and a move of either explains it.
     apart: bool,
+    /// Somebody walks before both at this moment.
+    fresh: bool,
     /// How far each one would have been turned, rad, and shifted, m, if it alone had been.
     changes: [(f64, f64); 2],
 }

@@ -103,6 +103,22 @@ fn a_module_that_was_moved_is_named_among_three() {
 }
 
 #[test]
+fn what_was_seen_in_passing_proves_no_more_when_nobody_walks() {
+    // Two see two people who pass, and take them for one.
+    let mut watch = PoseWatch::new(&site(2));
+    let views = [view(0), view(1)];
+    for scan in 0..200 {
+        let at_s = f64::from(scan) * 0.1;
+        let walks = scan < 75;
+        let one = walks.then(|| walker(at_s + 0.05));
+        let other = one.map(|place| from_elsewhere(place, 0.2, Point::new(0.5, 0.0)));
+        watch.see(&sighting(&views[0], at_s, one));
+        watch.see(&sighting(&views[1], at_s, other));
+        assert_eq!(watch.findings(at_s), [], "{at_s} s");
+    }
+}
+
+#[test]
 fn a_module_that_sees_nobody_where_others_do_looks_past_them() {
     assert_eq!(after(8, 2, |_| None), [], "not after some seconds");
     assert_eq!(after(25, 2, |_| None), [(1, Finding::Past)]);
