@@ -27,6 +27,7 @@ pub mod mqtt;
 pub mod outline;
 pub mod peers;
 pub mod record;
+pub mod reports;
 pub mod service;
 pub mod sighting;
 pub mod site;

@@ -65,11 +65,11 @@ pub enum Row {
     },
     /// Where a module is from now on.
     Pose(PoseRow),
-    /// A card was held to a reader.
+    /// The card of a passage, kept for a time of its own.
     Card {
-        /// ms since 1970.
+        /// When the passage began, ms since 1970.
         at_ms: u64,
-        /// Which reader: the door's name.
+        /// The door's name.
         place: String,
         /// What may be kept of the card.
         hash: CardHash,
@@ -200,8 +200,12 @@ impl Keeper {
         self.rows.push(Row::Event(event));
     }
 
-    /// Notes a passage, and that it happened.
-    pub fn passed(&mut self, passed: Passed) {
+    /// Notes a passage, and that it happened; its card apart from it.
+    pub fn passed(&mut self, mut passed: Passed) {
+        if let Some(card) = passed.passage.card.take() {
+            let (at_ms, place) = (passed.begun_ms, passed.passage.door.clone());
+            self.rows.push(Row::Card { at_ms, place, hash: CardHash::from(card) });
+        }
         let passage = &passed.passage;
         let kind = if passage.alarm.is_some() { "door-alarm" } else { "passage" };
         self.happened(Event {
@@ -212,11 +216,6 @@ impl Keeper {
             text: format!("{} of {} went in: {}", passage.through.len(), passage.entered, passage.reason),
         });
         self.rows.push(Row::Passage(Box::new(passed)));
-    }
-
-    /// Notes that a card was held to a reader.
-    pub fn card(&mut self, at_ms: u64, place: &str, hash: CardHash) {
-        self.rows.push(Row::Card { at_ms, place: place.to_owned(), hash });
     }
 
     /// All that is to be written: rows, and parts of paths by track and part, the open ones included. Until

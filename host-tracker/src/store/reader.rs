@@ -14,7 +14,7 @@ use super::keeper::{Event, PART_MS};
 use super::path::{Place, decode};
 use super::raw::{self, RawKept};
 use super::writer::integer;
-use crate::door::Passed;
+use crate::door::{Card, Passed};
 use crate::frame::Frame;
 
 const PATHS: &str = "SELECT run, track, points FROM path
@@ -30,7 +30,9 @@ const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 
 const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
     WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 
-const PASSAGES: &str = "SELECT record FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
+const PASSAGES: &str = "SELECT record, (SELECT hash FROM card
+        WHERE card.at_ms = passage.begun_ms AND card.place = passage.door)
+    FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
 
 /// Somebody's path.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,15 +155,22 @@ impl Reader {
         self.0.prepare_cached(EVENTS)?.query_map(params![integer(from_ms), integer(to_ms)], event)?.collect()
     }
 
-    /// Passages through doors that began from `from_ms` to `to_ms`. A record that cannot be understood is left out.
+    /// Passages through doors that began from `from_ms` to `to_ms`, with their cards as long as those are kept. A record
+    /// that cannot be understood is left out.
     ///
     /// # Errors
     /// What SQLite says.
     pub fn passages(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Passed>> {
         let mut statement = self.0.prepare_cached(PASSAGES)?;
-        let texts = statement.query_map(params![integer(from_ms), integer(to_ms)], |row| row.get(0))?;
-        let texts: Vec<String> = texts.collect::<rusqlite::Result<_>>()?;
-        Ok(texts.iter().filter_map(|text| serde_json::from_str(text).ok()).collect())
+        let both = |row: &Row<'_>| Ok((row.get(0)?, row.get(1)?));
+        let records = statement.query_map(params![integer(from_ms), integer(to_ms)], both)?;
+        let records: Vec<(String, Option<[u8; 16]>)> = records.collect::<rusqlite::Result<_>>()?;
+        let passed = |(text, hash): &(String, Option<[u8; 16]>)| {
+            let mut passed: Passed = serde_json::from_str(text).ok()?;
+            passed.passage.card = hash.map(|bytes| Card(u128::from_be_bytes(bytes)));
+            Some(passed)
+        };
+        Ok(records.iter().filter_map(passed).collect())
     }
 
     /// From when to when trackers ran, as far as that touches the time from `from_ms` to `to_ms`.

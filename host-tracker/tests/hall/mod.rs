@@ -90,11 +90,17 @@ pub struct Hall {
 impl Hall {
     pub fn new(seed: u64) -> Self {
         let scene = Scene::parse("hall", SCENE).unwrap();
+        let building = Building::start(&scene, seed).unwrap();
+        Self::of(&scene, building)
+    }
+
+    /// Another scene's building.
+    pub fn of(scene: &Scene, building: Building) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let site = folder.path().join("hall.toml");
         std::fs::write(&site, toml::to_string(&scene.site).unwrap()).unwrap();
         let database = folder.path().join("hall.db");
-        Self { building: Building::start(&scene, seed).unwrap(), site, database, folder }
+        Self { building, site, database, folder }
     }
 
     /// What `kehai-tracker` is told so that it follows the people of this hall, and keeps that in `database`.

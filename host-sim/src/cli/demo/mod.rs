@@ -172,6 +172,7 @@ fn serve(
     let changing = Arc::clone(service);
     let desk = Desk {
         frames: service.frames(),
+        reports: service.reports(),
         site,
         changed: Box::new(move |site| changing.change_site(site)),
         calibration: service.calibration(),
