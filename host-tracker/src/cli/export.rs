@@ -9,7 +9,7 @@ use host_tracker::store::raw;
 
 use super::Failure;
 
-/// Write what happened as CSV or Parquet files: paths, counts, events, places of modules
+/// Write what happened as CSV or Parquet files: paths, counts, events, modules' places and health
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-tracker export door.db --out yesterday --hours 24
