@@ -140,9 +140,10 @@ impl fmt::Display for Choice {
 impl Choice {
     /// How it finds centres.
     #[must_use]
-    pub const fn estimator(self) -> Estimator {
+    pub fn estimator(self) -> Estimator {
         match self {
-            Self::Kehai(_) | Self::Particle(_) => Estimator::Silhouette,
+            Self::Kehai(ideas) => ideas.estimator(),
+            Self::Particle(_) => Estimator::Silhouette,
             Self::Lee(settings) => Estimator::TwoPoint { radius_mm: settings.radius_mm },
         }
     }

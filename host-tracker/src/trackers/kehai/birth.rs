@@ -207,6 +207,7 @@ impl Kehai {
         // Legs come in walking; those that only stand there, wherever it is, were put there.
         let stands = track.is_still() && (at - track.first_at).length() < MOVED_M;
         let unexplained = (interior || stands) && !beginning && self.walls.has_entries();
+        let unexplained = unexplained && self.ideas.has(Idea::Doubt);
         let track = &mut self.tracks[index];
         track.beside = beside;
         if unexplained {

@@ -9,6 +9,7 @@
 //! The module never divides: only the host knows who was there.
 
 use kehai::candidate::{Candidate, End, EndKind};
+use kehai::centre::Estimator;
 
 use crate::geometry::Point;
 use crate::sighting::{Seen, View};
@@ -26,7 +27,7 @@ const APART_M: f64 = 0.3;
 const BEFORE_M: f64 = 0.15;
 
 /// Cuts `seen` where it covers several of the predicted `places`; one piece when it does not.
-pub fn divide(seen: &Seen, view: &View, start_s: f64, places: &[Point]) -> Vec<Seen> {
+pub fn divide(seen: &Seen, view: &View, start_s: f64, places: &[Point], estimator: Estimator) -> Vec<Seen> {
     let candidate = &seen.candidate;
     if seen.width_m < ONE_BODY_M && candidate.necks.is_empty() {
         return vec![seen.clone()];
@@ -62,10 +63,7 @@ pub fn divide(seen: &Seen, view: &View, start_s: f64, places: &[Point]) -> Vec<S
         }
     }
     pieces.push(rest);
-    pieces
-        .into_iter()
-        .map(|piece| Seen::new(piece, view, start_s, kehai::centre::Estimator::Silhouette))
-        .collect()
+    pieces.into_iter().map(|piece| Seen::new(piece, view, start_s, estimator)).collect()
 }
 
 /// Range of the outline at a step, mm, between the points that are known.

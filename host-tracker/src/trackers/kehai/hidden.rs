@@ -136,6 +136,11 @@ impl Cloud {
         sum
     }
 
+    /// How likely what was seen is for the cloud as it is.
+    pub fn expect(&self, mut likelihood: impl FnMut(Point) -> f64) -> f64 {
+        self.places.iter().map(|place| place.weight * likelihood(place.at)).sum()
+    }
+
     /// Draws the places anew where a few of them carry all the weight.
     fn renew(&mut self) {
         let squares: f64 = self.places.iter().map(|place| place.weight * place.weight).sum();

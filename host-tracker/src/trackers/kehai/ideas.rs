@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use ::kehai::centre::{Estimator, TWO_POINT_RADIUS_MM};
+
 /// An idea.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
@@ -21,11 +23,19 @@ pub enum Idea {
     Relink,
     /// Two tracks on one person are parted.
     Twins,
+    /// The hidden are where no module looks.
+    Shadow,
+    /// Centres lie between the silhouettes, not at a fixed radius behind the outline.
+    Silhouette,
+    /// What came in with somebody, or appeared inside, may be a thing until it stirs.
+    Doubt,
+    /// What keeps its place beside somebody and is longer than a body is a part of him.
+    Parts,
 }
 
 impl Idea {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 7] = [
+    pub const NAMED: [(Self, &str); 11] = [
         (Self::Persistence, "persistence"),
         (Self::FreeSpace, "free-space"),
         (Self::Division, "division"),
@@ -33,6 +43,10 @@ impl Idea {
         (Self::StrictBirths, "strict-births"),
         (Self::Relink, "relink"),
         (Self::Twins, "twins"),
+        (Self::Shadow, "shadow"),
+        (Self::Silhouette, "silhouette"),
+        (Self::Doubt, "doubt"),
+        (Self::Parts, "parts"),
     ];
 }
 
@@ -68,6 +82,16 @@ impl Ideas {
     #[must_use]
     pub fn has(&self, idea: Idea) -> bool {
         self.without != Some(idea)
+    }
+
+    /// How it finds centres.
+    #[must_use]
+    pub fn estimator(&self) -> Estimator {
+        if self.has(Idea::Silhouette) {
+            Estimator::Silhouette
+        } else {
+            Estimator::TwoPoint { radius_mm: TWO_POINT_RADIUS_MM }
+        }
     }
 
     /// The one left out.

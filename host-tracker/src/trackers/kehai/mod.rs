@@ -206,7 +206,7 @@ impl Kehai {
             }
             self.let_go(index);
             let track = &self.tracks[index];
-            if track.confirmed && track.beside.is_some() {
+            if track.confirmed && track.beside.is_some() && self.ideas.has(Idea::Doubt) {
                 self.part(index);
             }
         }
@@ -256,9 +256,10 @@ impl Tracker for Kehai {
         let (reflected, real): (Vec<&Seen>, Vec<&Seen>) =
             stands_out.partition(|seen| self.is_reflection(at, seen));
         self.reflect(reflected.into_iter());
+        let estimator = self.ideas.estimator();
         let divided = |seen: &Seen| {
             if self.ideas.has(Idea::Division) {
-                divide::divide(seen, &sighting.view, sighting.start_s, &places)
+                divide::divide(seen, &sighting.view, sighting.start_s, &places, estimator)
             } else {
                 vec![seen.clone()]
             }

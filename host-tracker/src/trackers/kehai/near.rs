@@ -8,14 +8,15 @@
 //!   └─────╰─────╯─────┘
 //! ```
 //!
-//! For those whom no module reaches, time stands still until one does, or until somebody asks for everybody.
+//! For those whom no module reaches, time stands still until one does, or until somebody asks for everybody. What is
+//! behind the walls that a module sees is not within its reach ([`Reach`]), but for those whom it has seen itself.
 
 use super::track::Track;
 use super::{GATE_M, Kehai};
 use crate::cells::Cells;
 use crate::geometry::Point;
 use crate::intake::LATE_S;
-use crate::sighting::Sighting;
+use crate::sighting::{Sighting, View};
 use crate::site::Site;
 
 /// What the cells say is true for reports that are so much older, s: the oldest that are used, with the time of a scan.
@@ -23,6 +24,9 @@ const BEFORE_S: f64 = LATE_S + 0.3;
 
 /// And for so long, s; then everybody is put anew.
 const AFTER_S: f64 = 1.0;
+
+/// Beams of a sector, as far as which a module's reach is the same: a twentieth of its view.
+const SECTOR: usize = 32;
 
 /// Who is where, as far as it takes to know who is near.
 #[derive(Debug, Default)]
@@ -90,6 +94,52 @@ impl Near {
     }
 }
 
+/// How far a module sees, all around.
+struct Reach<'a> {
+    view: &'a View,
+    forward: Point,
+    /// To the farthest wall or empty place of each sector, m.
+    sectors_m: Vec<f64>,
+    /// Of all of them, m.
+    farthest_m: f64,
+}
+
+impl<'a> Reach<'a> {
+    fn of(sighting: &'a Sighting) -> Self {
+        let farthest_mm = |ranges_mm: &[u16]| ranges_mm.iter().copied().max().unwrap_or(0);
+        let mut sectors_mm: Vec<u16> = sighting.background_mm.chunks(SECTOR).map(farthest_mm).collect();
+        for (sector_mm, empty_mm) in sectors_mm.iter_mut().zip(sighting.empty_mm.chunks(SECTOR)) {
+            *sector_mm = farthest_mm(empty_mm).max(*sector_mm);
+        }
+        let sectors_m: Vec<f64> = sectors_mm.iter().map(|&range_mm| f64::from(range_mm) * 0.001).collect();
+        let nearest_mm = sighting.seen.iter().map(|seen| seen.candidate.near_mm).max().unwrap_or(0);
+        let farthest_m = sectors_m.iter().copied().fold(f64::from(nearest_mm) * 0.001, f64::max);
+        Self { view: &sighting.view, forward: sighting.view.forward(), sectors_m, farthest_m }
+    }
+
+    /// Whether a part of a circle is nearer than the walls behind it.
+    fn is_open(&self, middle: Point, radius_m: f64) -> bool {
+        let geometry = &self.view.geometry;
+        let offset = middle - self.view.pose.at;
+        let distance_m = offset.length();
+        if distance_m < 1.5 * radius_m {
+            return true;
+        }
+        // Up to two thirds an arc sine is at most 1.1 of its argument.
+        let half = 1.1 * radius_m / distance_m;
+        let local = Point::new(offset.dot(self.forward), offset.dot(self.forward.left()));
+        let bearing = local.angle_rad() - f64::from(geometry.bearing_rad(0));
+        let beam_rad = f64::from(geometry.beam_rad());
+        let (from, to) = ((bearing - half) / beam_rad, (bearing + half) / beam_rad);
+        if to < 0.0 || from >= f64::from(geometry.beams()) {
+            return false;
+        }
+        let (from, to) = (from.max(0.0) as usize / SECTOR, to as usize / SECTOR);
+        let sectors_m = self.sectors_m.iter().take(to + 1).skip(from);
+        sectors_m.into_iter().any(|reach_m| distance_m < reach_m + radius_m)
+    }
+}
+
 /// The rectangle in which a track is between two times.
 fn whereabouts(track: &Track, (from_s, until_s): (f64, f64)) -> (Point, Point) {
     if let Some(cloud) = &track.cloud {
@@ -104,10 +154,9 @@ fn whereabouts(track: &Track, (from_s, until_s): (f64, f64)) -> (Point, Point) {
 impl Kehai {
     /// Finds who is within the reach of a sighting's module, and lets them catch up with time.
     pub(super) fn find_near(&mut self, sighting: &Sighting) {
-        let farthest_mm = sighting.background_mm.iter().copied().max().unwrap_or(0);
-        let nearest_mm = sighting.seen.iter().map(|seen| seen.candidate.near_mm).max().unwrap_or(0);
-        let reach_m = f64::from(farthest_mm.max(nearest_mm)) * 0.001 + GATE_M;
-        let (at, at_s) = (sighting.view.pose.at, sighting.start_s);
+        let reach = Reach::of(sighting);
+        let reach_m = reach.farthest_m + GATE_M;
+        let (at, at_s, module) = (sighting.view.pose.at, sighting.start_s, sighting.view.module);
         let Self { near, tracks, scan, .. } = self;
         if near.true_s.is_none_or(|(from_s, until_s)| !(from_s..until_s).contains(&at_s)) {
             near.put_all(tracks, at_s);
@@ -120,7 +169,8 @@ impl Kehai {
                 Some(cloud) => cloud.around(),
                 None => (track.motion.place(at_s), 0.0),
             };
-            if (middle - at).length() < reach_m + radius_m {
+            let is_within = (middle - at).length() < reach_m + radius_m;
+            if is_within && (track.known_to(module) || reach.is_open(middle, GATE_M + radius_m)) {
                 track.near_in = *scan;
                 near.now.push(index);
             }
@@ -150,5 +200,44 @@ impl Kehai {
     pub(super) fn remove(&mut self, index: usize) -> Track {
         self.near.forget(index);
         self.tracks.remove(index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ::kehai::scan::{Geometry, URG_04LX};
+
+    use super::*;
+    use crate::geometry::Pose;
+
+    /// A module at the origin that looks along x, with walls at 3 m but for a door before it.
+    fn with_a_door(door: std::ops::Range<usize>) -> Sighting {
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        let beams = usize::from(geometry.beams());
+        let background_mm = (0..beams).map(|beam| if door.contains(&beam) { 9000 } else { 3000 }).collect();
+        Sighting {
+            view: Arc::new(View { module: 0, pose, height_m: 0.6, geometry }),
+            start_s: 0.0,
+            seen: Vec::new(),
+            empty_mm: Vec::new(),
+            background_mm,
+        }
+    }
+
+    #[test]
+    fn what_walls_hide_is_out_of_reach() {
+        let middle = usize::from(Geometry::new(URG_04LX).unwrap().beams()) / 2;
+        let sighting = with_a_door(middle - 10..middle + 10);
+        let reach = Reach::of(&sighting);
+        let is_open = |x, y| reach.is_open(Point::new(x, y), 0.8);
+        assert!(is_open(2.0, 2.0), "in the room");
+        assert!(is_open(2.5, 2.5), "a step behind the wall");
+        assert!(!is_open(4.0, 4.0), "in the next room");
+        assert!(is_open(8.0, 0.0) && is_open(8.0, 0.9), "behind the door");
+        assert!(!is_open(-8.0, 0.0), "where the module does not look");
+        assert!(is_open(-1.0, 0.0), "behind the module, and near");
     }
 }

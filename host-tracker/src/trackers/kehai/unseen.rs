@@ -33,7 +33,7 @@ impl Kehai {
         let eye = LazyCell::new(|| Eye::of(sighting));
         let seen_now = self.seen_places(sighting.start_s);
         let end_s = sighting.start_s + f64::from(sighting.view.geometry.period_us()) * 1e-6;
-        let free_space = self.ideas.has(Idea::FreeSpace);
+        let (free_space, shadow) = (self.ideas.has(Idea::FreeSpace), self.ideas.has(Idea::Shadow));
         for &index in &self.near.now {
             let track = &mut self.tracks[index];
             if track.hit_in == self.scan || track.near_in != self.scan {
@@ -52,13 +52,14 @@ impl Kehai {
             cloud.predict(end_s, &self.walls);
             let enters = cloud.enters();
             let mut covered = 0;
-            let left = cloud.weigh(|place| {
+            let likelihood = |place| {
                 let (look, would_see) = eye.at_point(place);
                 covered += usize::from(would_see);
                 let crowded = seen_now.iter().any(|(_, other)| (*other - place).length() < 0.3);
                 let beside = if !enters && self.walls.beside(place) { 0.4 } else { 1.0 };
                 (1.0 - 0.8 * look.through).min(beside) * if crowded { 0.8 } else { 1.0 }
-            });
+            };
+            let left = if shadow { cloud.weigh(likelihood) } else { cloud.expect(likelihood) };
             if free_space && left < 0.5 {
                 track.existence += (left.max(0.1) * 2.0).ln() * factor;
                 track.reason = "its place is seen empty";
