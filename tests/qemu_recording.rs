@@ -14,16 +14,15 @@
 
 #[path = "support/board.rs"]
 mod board;
+#[path = "support/undisturbed.rs"]
+mod undisturbed;
 
-use std::any::Any;
 use std::net::{SocketAddr, TcpListener};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
-use std::time::Duration;
 
 use board::{host_of, image, start};
 use host_sim::module::flash::{Flash, PAGE_LEN};
@@ -42,12 +41,7 @@ use kehai::background::{Background, BeamProfile};
 use kehai::scan::MAX_BEAMS;
 use kehai::store::flash::FlashStore;
 use kehai::store::load_background;
-
-/// The emulation was held up if QEMU waited longer than this for a processor: a sensor's line holds less.
-const BUSY: Duration = Duration::from_millis(300);
-
-/// Runs of the board, at most.
-const TRIES: usize = 3;
+use undisturbed::undisturbed;
 
 /// A recording that begins at a whole millisecond: the sensor's stamps are then the same time apart in every run.
 #[derive(Clone)]
@@ -139,25 +133,7 @@ fn board_learns(image: &Path, recording: Recording, flash: &Path) {
     learned(host_of(&board));
 }
 
-/// What the board reports; again from the start if the emulation was held up so long that scans were lost on the way
-/// to it, which says nothing about the image.
-fn board_reports(image: &Path, recording: &Recording, flash: &Path) -> Vec<Seen> {
-    for _ in 1..TRIES {
-        match try_board_reports(image, recording.clone(), flash) {
-            Ok(reports) => return reports,
-            Err((waited, failed)) if waited < BUSY => resume_unwind(failed),
-            Err((waited, _)) => println!("QEMU waited {waited:?} for a processor: once more"),
-        }
-    }
-    try_board_reports(image, recording.clone(), flash).unwrap_or_else(|(_, failed)| resume_unwind(failed))
-}
-
-/// Or how long QEMU has waited for a processor, and what failed.
-fn try_board_reports(
-    image: &Path,
-    recording: Recording,
-    flash: &Path,
-) -> Result<Vec<Seen>, (Duration, Box<dyn Any + Send>)> {
+fn board_reports(image: &Path, recording: Recording, flash: &Path) -> Vec<Seen> {
     let scans = recording.scans.len();
     let sensor = UdpSensor::start(sensor(Aligned(RecordingSource::new(recording)))).unwrap();
     sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
@@ -165,13 +141,10 @@ fn try_board_reports(
     let mut host = host_of(&board);
     host.subscribe();
     sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Up));
-    catch_unwind(AssertUnwindSafe(|| {
-        let reports = reports(host, scans);
-        let sent: Vec<u64> = sensor.with(|urg, _| urg.truth().map(|truth| truth.stamp_ms.into()).collect());
-        assert!(reports.iter().map(|report| report.head.sensor_ms).eq(sent), "a report for every scan sent");
-        reports
-    }))
-    .map_err(|failed| (board.waited(), failed))
+    let reports = reports(host, scans);
+    let sent: Vec<u64> = sensor.with(|urg, _| urg.truth().map(|truth| truth.stamp_ms.into()).collect());
+    assert!(reports.iter().map(|report| report.head.sensor_ms).eq(sent), "a report for every scan sent");
+    reports
 }
 
 fn pc_learns(recording: Recording, flash: &Path) {
@@ -239,43 +212,45 @@ fn since_first_ms(reports: &[Seen]) -> Vec<u64> {
 
 #[test]
 fn the_image_and_the_module_of_a_pc_report_the_same_of_every_scan_of_a_recording() {
-    let Some(image) = image() else { return };
-    let Some(recording) = recording("tamu_ex2.csv") else { return };
-    let (board_flash, pc_flash) = (Temporary::new("board"), Temporary::new("pc"));
-    std::thread::scope(|scope| {
-        scope.spawn(|| board_learns(image, recording.clone(), &board_flash.0));
-        scope.spawn(|| pc_learns(recording.clone(), &pc_flash.0));
-    });
-    let learned = background(&pc_flash.0);
-    assert_eq!((learned.0, learned.1.len()), (1, recording.scans[0].ranges_mm.len()));
-    assert!(learned == background(&board_flash.0), "both have learned the same");
+    undisturbed(|| {
+        let Some(image) = image() else { return };
+        let Some(recording) = recording("tamu_ex2.csv") else { return };
+        let (board_flash, pc_flash) = (Temporary::new("board"), Temporary::new("pc"));
+        std::thread::scope(|scope| {
+            scope.spawn(|| board_learns(image, recording.clone(), &board_flash.0));
+            scope.spawn(|| pc_learns(recording.clone(), &pc_flash.0));
+        });
+        let learned = background(&pc_flash.0);
+        assert_eq!((learned.0, learned.1.len()), (1, recording.scans[0].ranges_mm.len()));
+        assert!(learned == background(&board_flash.0), "both have learned the same");
 
-    let (on_board, on_pc) = std::thread::scope(|scope| {
-        let on_board = scope.spawn(|| board_reports(image, &recording, &board_flash.0));
-        let on_pc = scope.spawn(|| pc_reports(recording.clone(), &pc_flash.0));
-        (on_board.join().unwrap(), on_pc.join().unwrap())
-    });
-    for reports in [&on_board, &on_pc] {
-        assert_eq!(reports.len(), recording.scans.len());
-        assert!(
-            (1..).zip(reports).all(|(sequence, report)| report.head.sequence == sequence),
-            "none is lost"
+        let (on_board, on_pc) = std::thread::scope(|scope| {
+            let on_board = scope.spawn(|| board_reports(image, recording.clone(), &board_flash.0));
+            let on_pc = scope.spawn(|| pc_reports(recording.clone(), &pc_flash.0));
+            (on_board.join().unwrap(), on_pc.join().unwrap())
+        });
+        for reports in [&on_board, &on_pc] {
+            assert_eq!(reports.len(), recording.scans.len());
+            assert!(
+                (1..).zip(reports).all(|(sequence, report)| report.head.sequence == sequence),
+                "none is lost"
+            );
+            assert!(reports.iter().all(|report| report.head.lost_scans == 0));
+        }
+        assert_eq!(since_first_ms(&on_board), since_first_ms(&on_pc));
+        let versions = |reports: &[Seen]| -> Vec<u16> {
+            reports.iter().map(|report| report.head.background_version).collect()
+        };
+        assert_eq!(versions(&on_board), versions(&on_pc));
+        assert!(!versions(&on_board).contains(&0), "judged with what was learned");
+        let different = on_board.iter().zip(&on_pc).filter(|(board, pc)| board.found != pc.found).count();
+        let bytes: usize = on_pc.iter().map(|report| report.found.len()).sum();
+        println!(
+            "{} reports compared, {bytes} bytes of candidates and spans; {different} differ",
+            on_board.len()
         );
-        assert!(reports.iter().all(|report| report.head.lost_scans == 0));
-    }
-    assert_eq!(since_first_ms(&on_board), since_first_ms(&on_pc));
-    let versions = |reports: &[Seen]| -> Vec<u16> {
-        reports.iter().map(|report| report.head.background_version).collect()
-    };
-    assert_eq!(versions(&on_board), versions(&on_pc));
-    assert!(!versions(&on_board).contains(&0), "judged with what was learned");
-    let different = on_board.iter().zip(&on_pc).filter(|(board, pc)| board.found != pc.found).count();
-    let bytes: usize = on_pc.iter().map(|report| report.found.len()).sum();
-    println!(
-        "{} reports compared, {bytes} bytes of candidates and spans; {different} differ",
-        on_board.len()
-    );
-    assert_eq!(different, 0);
-    // A candidate takes 22 bytes at least: this was about something.
-    assert!(bytes > recording.scans.len() * 22);
+        assert_eq!(different, 0);
+        // A candidate takes 22 bytes at least: this was about something.
+        assert!(bytes > recording.scans.len() * 22);
+    });
 }

@@ -9,6 +9,8 @@ mod dns;
 mod lan;
 #[path = "support/segment.rs"]
 mod segment;
+#[path = "support/undisturbed.rs"]
+mod undisturbed;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,6 +29,7 @@ use kehai::store::flash::FlashStore;
 use kehai::store::save_settings;
 use kehai::wire::{Counter, PORT};
 use lan::{Datagram, Lan, Subscriber};
+use undisturbed::undisturbed;
 
 const SERVICE: &str = "_kehai._udp.local";
 const IGMP: u8 = 2;
@@ -126,17 +129,23 @@ fn are_found_and_report(lan: impl FnOnce() -> Lan, count: usize, test: &str) {
 
 #[test]
 fn two_modules_on_one_segment_are_all_found_and_all_report() {
-    are_found_and_report(|| Lan::new(2), 2, "two");
+    undisturbed(|| {
+        are_found_and_report(|| Lan::new(2), 2, "two");
+    });
 }
 
 #[test]
 fn three_modules_on_one_segment_are_all_found_and_all_report() {
-    are_found_and_report(|| Lan::new(3), 3, "three");
+    undisturbed(|| {
+        are_found_and_report(|| Lan::new(3), 3, "three");
+    });
 }
 
 #[test]
 fn on_the_switch_that_needs_no_root_they_are_found_and_report_too() {
-    are_found_and_report(Lan::switch, 3, "switch");
+    undisturbed(|| {
+        are_found_and_report(Lan::switch, 3, "switch");
+    });
 }
 
 /// The next message of the module's membership in the group for mDNS.
@@ -146,76 +155,83 @@ fn is_membership(datagram: &Datagram) -> bool {
 
 #[test]
 fn after_a_lost_link_the_module_joins_its_group_and_announces_itself_anew() {
-    let Some(image) = image() else { return };
-    let lan = Lan::switch();
-    let Lan::Switch(_, frames) = &lan else { unreachable!("it is one") };
-    let mut module = Plugged::start(image, &lan, 0, "link");
-    let next = |wanted: fn(&Datagram) -> bool| {
-        let begin = Instant::now();
-        loop {
-            assert!(begin.elapsed() < PATIENCE, "no such frame");
-            if let Some(datagram) = frames.receive(wanted) {
-                return datagram;
+    undisturbed(|| {
+        let Some(image) = image() else { return };
+        let lan = Lan::switch();
+        let Lan::Switch(_, frames) = &lan else { unreachable!("it is one") };
+        let mut module = Plugged::start(image, &lan, 0, "link");
+        let next = |wanted: fn(&Datagram) -> bool| {
+            let begin = Instant::now();
+            loop {
+                assert!(begin.elapsed() < PATIENCE, "no such frame");
+                if let Some(datagram) = frames.receive(wanted) {
+                    return datagram;
+                }
             }
-        }
-    };
-    let announces = |datagram: &Datagram| datagram.to_port == dns::PORT && datagram.to == dns::GROUP;
-    let joined = next(is_membership);
-    assert_eq!(joined.from, address(0), "joined before there was an address");
-    assert!(dns::found(&next(announces).payload, SERVICE).is_some());
-    find(&lan, 1);
+        };
+        let announces = |datagram: &Datagram| datagram.to_port == dns::PORT && datagram.to == dns::GROUP;
+        let joined = next(is_membership);
+        assert_eq!(joined.from, address(0), "joined before there was an address");
+        assert!(dns::found(&next(announces).payload, SERVICE).is_some());
+        find(&lan, 1);
 
-    module.board.set_link(false).unwrap();
-    wait_for(&mut module.board, "mdns: no address");
-    // What came before is history.
-    while frames.receive(|_| true).is_some() {}
-    module.board.set_link(true).unwrap();
-    assert_eq!(next(is_membership).from, address(0));
-    let again = dns::found(&next(announces).payload, SERVICE).expect("an announcement");
-    assert_eq!((again.name.as_str(), again.address), ("kehai-123481", address(0)));
+        module.board.set_link(false).unwrap();
+        wait_for(&mut module.board, "mdns: no address");
+        // What came before is history.
+        while frames.receive(|_| true).is_some() {}
+        module.board.set_link(true).unwrap();
+        assert_eq!(next(is_membership).from, address(0));
+        let again = dns::found(&next(announces).payload, SERVICE).expect("an announcement");
+        assert_eq!((again.name.as_str(), again.address), ("kehai-123481", address(0)));
+    });
 }
 
 #[test]
 fn a_question_from_any_port_is_answered_to_whoever_asked() {
-    let Some(image) = image() else { return };
-    let lan = Lan::switch();
-    let Lan::Switch(_, frames) = &lan else { unreachable!("it is one") };
-    let _module = Plugged::start(image, &lan, 0, "question");
-    find(&lan, 1);
-    let begin = Instant::now();
-    let answer = loop {
-        assert!(begin.elapsed() < PATIENCE, "no answer");
-        lan.ask_everybody(&dns::question(0x1234, SERVICE));
-        let answer = (0..20).find_map(|_| frames.receive(|datagram| datagram.to_port == 6353));
-        if let Some(answer) = answer {
-            break answer;
-        }
-    };
-    assert_eq!(answer.to, segment::HOST);
-    assert_eq!(answer.payload[..2], [0x12, 0x34], "the number of the question");
-    let found = dns::found(&answer.payload, SERVICE).expect("all there is to know");
-    assert_eq!((found.name.as_str(), found.address), ("kehai-123481", address(0)));
+    undisturbed(|| {
+        let Some(image) = image() else { return };
+        let lan = Lan::switch();
+        let Lan::Switch(_, frames) = &lan else { unreachable!("it is one") };
+        let _module = Plugged::start(image, &lan, 0, "question");
+        find(&lan, 1);
+        let begin = Instant::now();
+        let answer = loop {
+            assert!(begin.elapsed() < PATIENCE, "no answer");
+            lan.ask_everybody(&dns::question(0x1234, SERVICE));
+            let answer = (0..20).find_map(|_| frames.receive(|datagram| datagram.to_port == 6353));
+            if let Some(answer) = answer {
+                break answer;
+            }
+        };
+        assert_eq!(answer.to, segment::HOST);
+        assert_eq!(answer.payload[..2], [0x12, 0x34], "the number of the question");
+        let found = dns::found(&answer.payload, SERVICE).expect("all there is to know");
+        assert_eq!((found.name.as_str(), found.address), ("kehai-123481", address(0)));
+    });
 }
 
 #[test]
 fn a_flood_of_questions_delays_no_report_and_what_is_dropped_is_counted() {
-    let Some(image) = image() else { return };
-    let lan = Lan::new(1);
-    let _module = Plugged::start(image, &lan, 0, "flood");
-    let found = find(&lan, 1);
-    let mut host = lan.subscribe(&found["kehai-123481"], mac(0));
-    host.until("background", |host| {
-        host.background_version > 0 && matches!(host.health, Some((_, storing)) if !storing)
+    undisturbed(|| {
+        let Some(image) = image() else { return };
+        let lan = Lan::new(1);
+        let _module = Plugged::start(image, &lan, 0, "flood");
+        let found = find(&lan, 1);
+        let mut host = lan.subscribe(&found["kehai-123481"], mac(0));
+        host.until("background", |host| {
+            host.background_version > 0 && matches!(host.health, Some((_, storing)) if !storing)
+        });
+        host.sequences.clear();
+        let question = dns::question(1, SERVICE);
+        for reports in 1..=30 {
+            (0..100).for_each(|_| lan.ask_everybody(&question));
+            host.until("report", |host| host.sequences.len() >= reports);
+        }
+        host.assert_no_report_missing();
+        let counted =
+            |host: &Subscriber, counter| host.health.map_or(0, |(counters, _)| counters.get(counter));
+        host.until("drop counted", |host| counted(host, Counter::DiscoveryDropped) > 1000);
+        assert_eq!(counted(&host, Counter::LostScans), 0);
+        assert_eq!(counted(&host, Counter::ReportsDropped), 0);
     });
-    host.sequences.clear();
-    let question = dns::question(1, SERVICE);
-    for reports in 1..=30 {
-        (0..100).for_each(|_| lan.ask_everybody(&question));
-        host.until("report", |host| host.sequences.len() >= reports);
-    }
-    host.assert_no_report_missing();
-    let counted = |host: &Subscriber, counter| host.health.map_or(0, |(counters, _)| counters.get(counter));
-    host.until("drop counted", |host| counted(host, Counter::DiscoveryDropped) > 1000);
-    assert_eq!(counted(&host, Counter::LostScans), 0);
-    assert_eq!(counted(&host, Counter::ReportsDropped), 0);
 }

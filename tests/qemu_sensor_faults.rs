@@ -5,6 +5,8 @@
 mod board;
 #[path = "support/observer.rs"]
 mod observer;
+#[path = "support/undisturbed.rs"]
+mod undisturbed;
 
 use std::sync::Arc;
 
@@ -21,6 +23,7 @@ use kehai::pipeline::Pipeline;
 use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan};
 use kehai::wire::{Alarms, Counter, Counters, DATAGRAM_MAX, Identity, Message, Report, SensorCode};
 use observer::{Measured, Noted, Observer, SECOND_US, from_now_on, sensor, sent_ms};
+use undisturbed::undisturbed;
 
 /// A sensor that is there at once, where its line does not matter.
 const URG: Model = Model { interface: Interface::Usb, ..URG_04LX };
@@ -48,76 +51,84 @@ fn is_well(health: &Condition) -> bool {
 
 #[test]
 fn an_empty_scene_gives_a_report_for_every_scan_and_a_dead_sensor_is_reported_within_ten_periods() {
-    let sensor = sensor(Config::new(URG), room());
-    let Some((_board, mut host)) = settled(&sensor) else { return };
-    host.more(20);
-    host.assert_every_scan_reported(&sensor);
-    let nothing: Vec<bool> = host.reports.iter().map(|report| report.found[0] == 0).collect();
-    assert!(nothing.iter().all(|nothing| *nothing), "candidates in an empty room");
-    assert!(!host.health(|_| true).head.alarms.has(Alarms::NO_SCANS));
+    undisturbed(|| {
+        let sensor = sensor(Config::new(URG), room());
+        let Some((_board, mut host)) = settled(&sensor) else { return };
+        host.more(20);
+        host.assert_every_scan_reported(&sensor);
+        let nothing: Vec<bool> = host.reports.iter().map(|report| report.found[0] == 0).collect();
+        assert!(nothing.iter().all(|nothing| *nothing), "candidates in an empty room");
+        assert!(!host.health(|_| true).head.alarms.has(Alarms::NO_SCANS));
 
-    // On a busy machine the last scan may arrive late; the quickest of three counts.
-    let silences = [(); 3].map(|()| {
-        sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
-        let dead = host.health(|health| health.head.alarms.has(Alarms::NO_SCANS));
-        let silent_us = dead.head.uptime_us - host.reports.last().unwrap().head.stamp_us;
-        sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Up));
-        host.health(is_well);
-        host.more(2);
-        silent_us
+        // On a busy machine the last scan may arrive late; the quickest of three counts.
+        let silences = [(); 3].map(|()| {
+            sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
+            let dead = host.health(|health| health.head.alarms.has(Alarms::NO_SCANS));
+            let silent_us = dead.head.uptime_us - host.reports.last().unwrap().head.stamp_us;
+            sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Up));
+            host.health(is_well);
+            host.more(2);
+            silent_us
+        });
+        println!("no scan: said {silences:?} µs after the last one began");
+        // It began a period before it was there, and arrives within another.
+        assert!(silences.iter().any(|silent_us| *silent_us <= 12 * PERIOD_MS * 1000), "{silences:?}");
     });
-    println!("no scan: said {silences:?} µs after the last one began");
-    // It began a period before it was there, and arrives within another.
-    assert!(silences.iter().any(|silent_us| *silent_us <= 12 * PERIOD_MS * 1000), "{silences:?}");
 }
 
 #[test]
 fn after_three_silent_seconds_reports_come_again() {
-    let sensor = sensor(Config::new(URG), room());
-    let Some((_board, mut host)) = settled(&sensor) else { return };
-    let begin_ms = from_now_on(&sensor, &["stall:0,3"]);
-    host.health(|health| health.head.alarms.has(Alarms::NO_SCANS));
-    host.reports.clear();
-    let first = host.more(20);
-    println!("silent for 3 s: reports again from {} ms on", first.head.sensor_ms - begin_ms);
-    host.assert_every_scan_reported(&sensor);
-    host.health(is_well);
+    undisturbed(|| {
+        let sensor = sensor(Config::new(URG), room());
+        let Some((_board, mut host)) = settled(&sensor) else { return };
+        let begin_ms = from_now_on(&sensor, &["stall:0,3"]);
+        host.health(|health| health.head.alarms.has(Alarms::NO_SCANS));
+        host.reports.clear();
+        let first = host.more(20);
+        println!("silent for 3 s: reports again from {} ms on", first.head.sensor_ms - begin_ms);
+        host.assert_every_scan_reported(&sensor);
+        host.health(is_well);
+    });
 }
 
 #[test]
 fn a_sensor_unplugged_and_plugged_in_again_is_found_again() {
-    let sensor = sensor(Config::new(URG), room());
-    let Some((_board, mut host)) = settled(&sensor) else { return };
-    sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
-    host.health(|health| health.head.sensor.code == SensorCode::Searching);
-    let plugged_ms = sensor.with(|urg, now_us| {
-        urg.set_link(now_us, LinkState::Up);
-        u64::from(urg.stamp_ms(now_us))
+    undisturbed(|| {
+        let sensor = sensor(Config::new(URG), room());
+        let Some((_board, mut host)) = settled(&sensor) else { return };
+        sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
+        host.health(|health| health.head.sensor.code == SensorCode::Searching);
+        let plugged_ms = sensor.with(|urg, now_us| {
+            urg.set_link(now_us, LinkState::Up);
+            u64::from(urg.stamp_ms(now_us))
+        });
+        host.reports.clear();
+        let first = host.more(20);
+        println!("plugged in: reports again from {} ms on", first.head.sensor_ms - plugged_ms);
+        host.assert_every_scan_reported(&sensor);
+        assert_eq!(first.head.background_version, 1, "its background is still good");
+        host.health(is_well);
     });
-    host.reports.clear();
-    let first = host.more(20);
-    println!("plugged in: reports again from {} ms on", first.head.sensor_ms - plugged_ms);
-    host.assert_every_scan_reported(&sensor);
-    assert_eq!(first.head.background_version, 1, "its background is still good");
-    host.health(is_well);
 }
 
 #[test]
 fn a_sensor_switched_off_and_on_comes_back_from_scip_11() {
-    let sensor = sensor(Config::new(URG), room());
-    let Some((_board, mut host)) = settled(&sensor) else { return };
-    sensor.with(|urg, now_us| urg.power_cycle(now_us, SECOND_US));
-    host.health(|health| health.head.alarms.has(Alarms::NO_SCANS));
-    let state = sensor.with(|urg, _| urg.state());
-    assert!(matches!(state, State::Off | State::Booting | State::Scip11), "{state:?}");
-    host.reports.clear();
-    let first = host.more(20);
-    // The boot takes 2 s; its clock begins with it.
-    println!("switched on: reports again from {} ms on", first.head.sensor_ms & 0xff_ffff);
-    host.assert_no_report_missing();
-    assert_eq!(first.head.background_version, 1, "its background is still good");
-    let health = host.health(is_well);
-    assert!(health.counters.get(Counter::SensorClockRestarts) > 0, "{:?}", health.counters);
+    undisturbed(|| {
+        let sensor = sensor(Config::new(URG), room());
+        let Some((_board, mut host)) = settled(&sensor) else { return };
+        sensor.with(|urg, now_us| urg.power_cycle(now_us, SECOND_US));
+        host.health(|health| health.head.alarms.has(Alarms::NO_SCANS));
+        let state = sensor.with(|urg, _| urg.state());
+        assert!(matches!(state, State::Off | State::Booting | State::Scip11), "{state:?}");
+        host.reports.clear();
+        let first = host.more(20);
+        // The boot takes 2 s; its clock begins with it.
+        println!("switched on: reports again from {} ms on", first.head.sensor_ms & 0xff_ffff);
+        host.assert_no_report_missing();
+        assert_eq!(first.head.background_version, 1, "its background is still good");
+        let health = host.health(is_well);
+        assert!(health.counters.get(Counter::SensorClockRestarts) > 0, "{:?}", health.counters);
+    });
 }
 
 /// A room through which something goes to and fro, once the background is learned: no two scans alike.
@@ -202,49 +213,53 @@ fn watched_from_the_first_scan() -> Option<(Qemu, Host, UdpSensor, Measured)> {
 
 #[test]
 fn with_one_byte_in_twenty_thousand_wrong_every_scan_is_reported_as_measured_or_counted() {
-    let Some((_board, mut host, sensor, measured)) = watched_from_the_first_scan() else { return };
-    let before = host.health(|_| true).counters;
-    let begin = host.reports.len() - 1;
-    from_now_on(&sensor, &["bit-flip:0.00005"]);
-    host.more(180);
-    from_now_on(&sensor, &[]);
-    host.more(5);
-    let after = host.health(|_| true).counters;
-    // What was lost before a scan is in its report.
-    let (first, last) = (host.reports[begin].head, host.reports[host.reports.len() - 1].head);
-    let all = first.sensor_ms..=last.sensor_ms;
-    let sent = sent_ms(&sensor).into_iter().filter(|stamp_ms| all.contains(stamp_ms)).count();
-    let (accepted, lost) = (host.reports.len() - begin, (last.lost_scans - first.lost_scans) as usize);
-    let share = 100.0 * lost as f64 / sent as f64;
-    println!("{sent} scans sent, {accepted} accepted, {lost} counted as lost: {share:.1} %");
-    assert_eq!(accepted + lost, sent);
-    assert!((5..60).contains(&lost), "not about 20 of 200");
-    let [stalls, damaged] = [Counter::SensorStalls, Counter::ScansDamaged]
-        .map(|counter| after.get(counter) - before.get(counter));
-    assert!(stalls == 0 && damaged as usize >= lost, "{stalls} stalls, {damaged} damaged");
-    host.assert_no_report_missing();
-    assert_as_measured(&host, &sensor, &measured);
+    undisturbed(|| {
+        let Some((_board, mut host, sensor, measured)) = watched_from_the_first_scan() else { return };
+        let before = host.health(|_| true).counters;
+        let begin = host.reports.len() - 1;
+        from_now_on(&sensor, &["bit-flip:0.00005"]);
+        host.more(180);
+        from_now_on(&sensor, &[]);
+        host.more(5);
+        let after = host.health(|_| true).counters;
+        // What was lost before a scan is in its report.
+        let (first, last) = (host.reports[begin].head, host.reports[host.reports.len() - 1].head);
+        let all = first.sensor_ms..=last.sensor_ms;
+        let sent = sent_ms(&sensor).into_iter().filter(|stamp_ms| all.contains(stamp_ms)).count();
+        let (accepted, lost) = (host.reports.len() - begin, (last.lost_scans - first.lost_scans) as usize);
+        let share = 100.0 * lost as f64 / sent as f64;
+        println!("{sent} scans sent, {accepted} accepted, {lost} counted as lost: {share:.1} %");
+        assert_eq!(accepted + lost, sent);
+        assert!((5..60).contains(&lost), "not about 20 of 200");
+        let [stalls, damaged] = [Counter::SensorStalls, Counter::ScansDamaged]
+            .map(|counter| after.get(counter) - before.get(counter));
+        assert!(stalls == 0 && damaged as usize >= lost, "{stalls} stalls, {damaged} damaged");
+        host.assert_no_report_missing();
+        assert_as_measured(&host, &sensor, &measured);
+    });
 }
 
 #[test]
 fn ten_seconds_with_one_byte_in_a_hundred_wrong_bring_no_wrong_report_and_are_over_within_two() {
-    let Some((_board, mut host, sensor, measured)) = watched_from_the_first_scan() else { return };
-    let before = host.health(|_| true);
-    let begin_ms = from_now_on(&sensor, &["bit-flip:0.01"]);
-    while sensor.with(|urg, now_us| u64::from(urg.stamp_ms(now_us))) < begin_ms + 10_000 {
-        host.turn(|_, _| None::<()>);
-    }
-    let end_ms = from_now_on(&sensor, &[]);
-    let during = host.reports.len();
-    host.more(50);
-    let after = host.reports[during..].iter().find(|report| report.head.sensor_ms >= end_ms).unwrap();
-    println!("reports again {} ms after the noise", after.head.sensor_ms - end_ms);
-    assert!(after.head.sensor_ms < end_ms + 2000);
-    assert_eq!(host.reports[0].head.sequence, 1);
-    host.assert_no_report_missing();
-    assert_as_measured(&host, &sensor, &measured);
-    let health = host.health(is_well);
-    let damaged = |counters: &Counters| counters.get(Counter::ScansDamaged);
-    println!("{} scans damaged", damaged(&health.counters) - damaged(&before.counters));
-    assert_eq!(host.identity.boot, 1, "it has not started anew");
+    undisturbed(|| {
+        let Some((_board, mut host, sensor, measured)) = watched_from_the_first_scan() else { return };
+        let before = host.health(|_| true);
+        let begin_ms = from_now_on(&sensor, &["bit-flip:0.01"]);
+        while sensor.with(|urg, now_us| u64::from(urg.stamp_ms(now_us))) < begin_ms + 10_000 {
+            host.turn(|_, _| None::<()>);
+        }
+        let end_ms = from_now_on(&sensor, &[]);
+        let during = host.reports.len();
+        host.more(50);
+        let after = host.reports[during..].iter().find(|report| report.head.sensor_ms >= end_ms).unwrap();
+        println!("reports again {} ms after the noise", after.head.sensor_ms - end_ms);
+        assert!(after.head.sensor_ms < end_ms + 2000);
+        assert_eq!(host.reports[0].head.sequence, 1);
+        host.assert_no_report_missing();
+        assert_as_measured(&host, &sensor, &measured);
+        let health = host.health(is_well);
+        let damaged = |counters: &Counters| counters.get(Counter::ScansDamaged);
+        println!("{} scans damaged", damaged(&health.counters) - damaged(&before.counters));
+        assert_eq!(host.identity.boot, 1, "it has not started anew");
+    });
 }

@@ -6,6 +6,7 @@
 //!                                                                       Markdown ─▶ docs/accuracy.md (`page`)
 //! ```
 
+mod cores;
 pub mod findings;
 pub mod log;
 pub mod page;

@@ -10,10 +10,10 @@ use std::ops::RangeInclusive;
 use host_tracker::door::{Alarm, Outcome};
 use host_tracker::trackers::Choice;
 
+use super::cores::on_all_cores;
 use super::findings::{Figure, Pooled};
 use super::paper::{PAPER_A_SUCCESSES, PAPER_A_TRIALS};
 use super::rules::Finding;
-use super::runner::on_all_cores;
 use crate::passage::{Plan, Report, Rule, run};
 use crate::world::gathering::Condition;
 

@@ -5,38 +5,23 @@
 //!                                                             └─▶ tracker ─▶ scorer ─▶ Outcome
 //! ```
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::ops::RangeInclusive;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
-use host_tracker::geometry::Point;
 use host_tracker::trackers::Choice;
 
+use super::cores::on_all_cores;
 use super::findings::Pooled;
 use super::log::Log;
 use super::plan::Case;
 use super::rules::Finding;
 use super::table::{Outcome, Row};
-use super::trial::Trial;
+use super::trial::{Trial, counted, judged};
 use crate::run::{Conditions, Options, Record};
-use crate::score::{Estimate, Frame, Region, Scorer, Settings, Target};
+use crate::score::{Estimate, Frame, Scorer, Settings, Target};
 
 /// The area must be found empty so soon after the last one has left, s.
 const EMPTY_S: f64 = 3.0;
-
-/// Where identities and places are judged, m.
-#[must_use]
-pub fn judged() -> Region {
-    Region::between(Point::new(-2.0, -2.6), Point::new(2.0, 1.0))
-}
-
-/// Where people are counted, m.
-#[must_use]
-pub fn counted() -> Region {
-    Region::between(Point::new(-1.0, -1.0), Point::new(1.0, 1.0))
-}
 
 /// Runs every case with every seed and each of its trackers; `done` is told of every finished run.
 ///
@@ -103,37 +88,6 @@ pub fn run_trials(trials: &[Trial], done: impl Fn() + Sync) -> Result<Vec<Pooled
         }
     }
     Ok(all)
-}
-
-/// What comes of every job, whichever core did it; the first fault ends all.
-pub(super) fn on_all_cores<T: Send>(
-    jobs: &[(usize, u64)],
-    work: impl Fn((usize, u64)) -> Result<T, String> + Sync,
-) -> Result<BTreeMap<(usize, u64), T>, String> {
-    let next = AtomicUsize::new(0);
-    let results: Mutex<BTreeMap<(usize, u64), T>> = Mutex::default();
-    let fault: Mutex<Option<String>> = Mutex::default();
-    let worker = || {
-        while let Some(&job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            match work(job) {
-                Ok(result) => {
-                    results.lock().unwrap_or_else(PoisonError::into_inner).insert(job, result);
-                }
-                Err(text) => {
-                    next.store(jobs.len(), Ordering::Relaxed);
-                    fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
-                    return;
-                }
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            scope.spawn(worker);
-        }
-    });
-    let fault = fault.into_inner().unwrap_or_else(PoisonError::into_inner);
-    fault.map_or_else(|| Ok(results.into_inner().unwrap_or_else(PoisonError::into_inner)), Err)
 }
 
 /// One run through one tracker.

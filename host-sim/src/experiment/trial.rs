@@ -10,10 +10,10 @@
 
 use std::ops::RangeInclusive;
 
+use host_tracker::geometry::Point;
 use host_tracker::trackers::Choice;
 
 use super::rules::Rule;
-use super::runner;
 use crate::run::Conditions;
 use crate::score::Region;
 use crate::world::body::Section;
@@ -22,6 +22,18 @@ use crate::world::variation::{Letter, Variation};
 
 /// The first of the seeds on which nothing is tuned.
 const HELD_OUT: u64 = 10_000;
+
+/// Where identities and places are judged, m.
+#[must_use]
+pub fn judged() -> Region {
+    Region::between(Point::new(-2.0, -2.6), Point::new(2.0, 1.0))
+}
+
+/// Where people are counted, m.
+#[must_use]
+pub fn counted() -> Region {
+    Region::between(Point::new(-1.0, -1.0), Point::new(1.0, 1.0))
+}
 
 /// One line of a table for each of its trackers.
 #[derive(Clone, Debug)]
@@ -144,6 +156,6 @@ pub fn disturbed(trackers: &[Choice]) -> Vec<Trial> {
     let mut trial = Trial::new("door area, H, 5 people", "door-area", Rule::Falls, trackers, 100);
     trial.variation = Variation { people: Some(5), condition: Some(Letter::H), ..Variation::default() };
     trial.networks = vec![Conditions::LAN, Conditions::DISTURBED];
-    trial.region = Some(runner::judged());
+    trial.region = Some(judged());
     vec![trial]
 }

@@ -218,19 +218,6 @@ impl Qemu {
         self.log.messages()
     }
 
-    /// How long QEMU has waited for a processor of this machine so far, all its threads together. The guest's time
-    /// went on meanwhile, the guest did not.
-    #[must_use]
-    pub fn waited(&self) -> Duration {
-        let threads = fs::read_dir(format!("/proc/{}/task", self.child.id()));
-        let waited_ns = |thread: fs::DirEntry| -> Option<u64> {
-            let times = fs::read_to_string(thread.path().join("schedstat")).ok()?;
-            times.split_whitespace().nth(1)?.parse().ok()
-        };
-        let all_ns = threads.into_iter().flatten().flatten().filter_map(waited_ns).sum();
-        Duration::from_nanos(all_ns)
-    }
-
     /// Pulls the Ethernet plug, or puts it back.
     ///
     /// # Errors

@@ -10,9 +10,8 @@
 //! one, too, as far as the way is known: it is only ever added to, and must be known ahead of the time.
 
 use super::body::Stance;
-use super::geometry::Point;
+use super::geometry::{Point, wrap};
 use super::walker::Route;
-use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// How a person moves.
@@ -201,12 +200,6 @@ impl Led {
     }
 }
 
-/// The same direction as an angle between −π and π.
-#[must_use]
-pub fn wrap(angle_rad: f64) -> f64 {
-    angle_rad - TAU * ((angle_rad + PI) / TAU).floor()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -231,12 +224,5 @@ mod tests {
             .collect();
         let track = Track::new(0.0, 0.05, &positions, 1.0);
         assert_eq!(track.stance(3.0).unwrap().heading_rad, 1.0);
-    }
-
-    #[test]
-    fn angles_wrap_to_the_shorter_turn() {
-        assert!((wrap(3.5) - (3.5 - TAU)).abs() < 1e-12);
-        assert!((wrap(-3.5) - (TAU - 3.5)).abs() < 1e-12);
-        assert!(wrap(-7.0 * PI / 2.0).abs() - PI / 2.0 < 1e-12);
     }
 }

@@ -8,8 +8,7 @@
 //! ```
 
 use super::body::Stance;
-use super::geometry::Point;
-use super::motion::wrap;
+use super::geometry::{Point, wrap};
 use super::random::Stream;
 use super::standing::Shifts;
 use std::f64::consts::TAU;

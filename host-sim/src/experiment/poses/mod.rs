@@ -66,7 +66,7 @@ pub fn run(
 ) -> std::result::Result<Found, Box<dyn Error>> {
     let jobs: Vec<(usize, u64)> =
         (0..JOBS).flat_map(|job| seeds.clone().map(move |seed| (job, seed))).collect();
-    let results = super::runner::on_all_cores(&jobs, |(job, seed)| {
+    let results = super::cores::on_all_cores(&jobs, |(job, seed)| {
         let result = one(job, seed).map_err(|error| format!("poses, job {job}, seed {seed}: {error}"));
         done();
         result
