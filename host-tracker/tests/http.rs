@@ -258,6 +258,14 @@ fn other_pages_may_neither_write_nor_listen() {
     let (status, why) = map.put("application/json", "Origin: http://evil.example\r\n", &body);
     assert_eq!(status, 403);
     assert!(why.contains("http://evil.example"), "{why}");
+    for line in ["POST /api/calibration", "POST /api/door/front/card", "PUT /anything"] {
+        for foreign in ["Origin: http://evil.example", "Origin: null", "Sec-Fetch-Site: cross-site"] {
+            let headers = format!("Content-Type: application/json\r\n{foreign}\r\n");
+            assert_eq!(map.ask(line, &headers, br#"{"do": "begin"}"#).0, 403, "{line}, {foreign}");
+        }
+    }
+    let (_, calibration) = map.ask("GET /api/calibration", "", b"");
+    assert!(calibration.contains(r#""active":false"#), "{calibration}");
     let (status, why) = map.ask("GET /api/site", "Host: evil.example\r\n", b"");
     assert_eq!(status, 403);
     assert!(why.contains("evil.example"), "{why}");
