@@ -58,6 +58,9 @@ const BLIND_S: f64 = 2.0;
 /// How sure it is that whoever stands nearest to the reader has shown the card, m: an arm's length.
 const REACH_M: f64 = 0.6;
 
+/// How much it weighs that nobody of them has: as much as somebody who stands 1.7 m away.
+const NOBODY: f64 = 0.02;
+
 /// A door.
 #[derive(Clone, Debug)]
 pub struct Machine {
