@@ -59,7 +59,7 @@ use crate::door::DoorDesk;
 use crate::frame::Frame;
 use crate::geometry::Pose;
 use crate::site::Site;
-use crate::site_file::SiteFile;
+use crate::site::file::SiteFile;
 use feed::Packets;
 use history::History;
 

@@ -18,7 +18,7 @@ use host_tracker::door::Doors;
 use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::{ZoneKnown, ZoneLine};
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
