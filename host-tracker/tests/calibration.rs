@@ -110,6 +110,18 @@ fn in_the_browser(program: &str, file: &Path, building: &Building, truth: &Site)
     );
     page.click("#calibrate-finish");
     page.wait("poses are found", "document.querySelector('#calibrate').dataset.state === 'found'");
+    page.wait(
+        "how well the clocks agree",
+        "/its clock within \\d+ ms/.test(document.querySelector('#calibrate-result').innerText)",
+    );
+    page.wait(
+        "what two modules see",
+        "/\\w+ \\+ \\w+: [\\d.]+ m²/.test(document.querySelector('.walk-areas').innerText)",
+    );
+    page.wait(
+        "the map says of a place who sees it",
+        "[...document.querySelectorAll('#map .coverage title')].some((title) => /^Seen by \\w+, \\w+/.test(title.textContent))",
+    );
     let pictures = if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
     } else {

@@ -19,6 +19,9 @@ fn a_passage_from_the_card_to_the_lock() {
     let asked = house.waits_for("asked");
     let name = &asked["names"][0];
     assert_eq!(name["track"], 1, "who stands at the reader has shown the card: {asked:#}");
+    assert_eq!(name["label"].as_str().map(str::len), Some(4), "four digits of a hash: {name}");
+    let track = &house.ask("GET /api/state", "", "").1["tracks"][0];
+    assert_eq!((&track["x"], &track["y"]), (&json!(0.0), &json!(0.4)), "a card moves nobody: {track}");
     assert!(!asked.to_string().contains("04:A2"), "the card's number is told nobody");
     assert_eq!(house.tell("number", json!({ "number": 1 })).0, 200);
     let unlocked = house.waits_for("unlocked");
@@ -68,12 +71,103 @@ fn what_is_malformed_late_repeated_or_foreign_changes_nothing_and_says_why() {
     assert!(status == 409 && why.starts_with("no card"), "{why}");
     let (status, why) = refused("POST /api/door/front/number", "", &number);
     assert!(status == 409 && why.starts_with("repeated: "), "{why}");
+    let body = |id: u64, at_ms: u64| json!({ "id": id, "at_ms": at_ms, "number": 1 }).to_string();
+    let (status, why) = refused("POST /api/door/front/number", "", &body(9, unix_ms()));
+    assert!(status == 409 && why.starts_with("no card"), "{why}");
+    let (status, why) = refused("POST /api/door/front/number", "", &body(8, unix_ms()));
+    assert!(status == 409 && why.starts_with("out of order: "), "{why}");
     let (status, why) = refused("POST /api/door/back/card", "", &card(1, unix_ms()));
     assert!(status == 404 && why.contains("no door \"back\""), "{why}");
     let (status, why) = refused("POST /api/door/front/knock", "", "{}");
     assert!(status == 404 && why.contains("lock/taken"), "{why}");
     assert_eq!(house.ask(CARD, "", &card(1, unix_ms())).0, 200);
     house.waits_for("asked");
+}
+
+#[test]
+fn nothing_wrong_over_http_is_taken() {
+    let house = House::new();
+    let ask = |input: &str, body: &str| house.ask(&format!("POST /api/door/front/{input}"), "", body);
+    house::wrong::changes_nothing(
+        &house,
+        |input, body| assert_eq!(ask(input, body), (200, json!({})), "{input}: {body}"),
+        |input, body| {
+            let (status, answer) = ask(input, body);
+            assert!(status == 400 || status == 409, "{input}: {body}: {status} {answer}");
+            answer["error"].as_str().unwrap().to_owned()
+        },
+    );
+}
+
+#[test]
+fn without_frames_the_door_fails_and_says_so() {
+    let house = House::new();
+    house.waits_for("idle");
+    house.people(&[[0.0, 0.4]]);
+    house.tell("contact", json!({ "contact": "shut" }));
+    house.tell("card", json!({ "card": "7" }));
+    house.waits_for("asked");
+    house.tell("number", json!({ "number": 1 }));
+    house.waits_for("unlocked");
+    house.tracker_is_dead(true);
+    let failed = house.waits_for("failed");
+    let told = ["lock", "alarm", "trouble"].map(|key| failed[key].as_str().unwrap_or("").to_owned());
+    assert_eq!(told, ["locked", "trouble", "no-frames"], "{failed:#}");
+    assert_eq!(failed["passages"][0]["passage"]["outcome"], "trouble", "{failed:#}");
+    house.tracker_is_dead(false);
+    let idle = house.waits_for("idle");
+    assert_eq!((&idle["alarm"], &idle["trouble"]), (&json!(null), &json!(null)), "{idle:#}");
+}
+
+#[test]
+fn a_passage_is_replayed_on_the_map() {
+    let Some(program) = chromium::find() else {
+        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
+        return eprintln!("left out: no Chromium here (apt-get install chromium)");
+    };
+    let house = House::new();
+    house.waits_for("idle");
+    let mut page = chromium::Page::new(program);
+    page.size(1280, 800, 1);
+    page.open(&format!("http://{}/", house.server.address()));
+    house.people(&[[0.0, 0.4]]);
+    page.wait("somebody waits", "document.querySelectorAll('#map .person.confirmed').length === 1");
+    page.wait("no passage yet", "document.querySelector('#passages').closest('section').hidden");
+    house.tell("contact", json!({ "contact": "shut" }));
+    house.tell("card", json!({ "card": "7" }));
+    // Beside the one at the reader stands a part of the card's hash, and how sure that is.
+    let card = "document.querySelector('#map .person text').textContent";
+    page.wait("the card is beside its track", &format!("/^card [0-9a-f]{{4}} 9\\d %$/.test({card})"));
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    house.tell("number", json!({ "number": 1 }));
+    house.waits_for("unlocked");
+    house.tell("contact", json!({ "contact": "open" }));
+    house.people(&[[0.0, 0.95]]);
+    house.people(&[[0.0, 1.4]]);
+    house.waits_for("closing");
+    house.tell("contact", json!({ "contact": "shut" }));
+    let begun_ms = house.waits_for("idle")["passages"][0]["begun_ms"].as_u64().unwrap();
+    house.people(&[[0.0, 3.0]]);
+    let at = |y: f64| {
+        format!("document.querySelector('[data-person=\"1\"]')?.style.transform === 'translate(0px, {y}px)'")
+    };
+    page.wait("now somebody is inside", &at(-3.0));
+    page.wait(
+        "the passage is told",
+        "document.querySelector('#passages')?.innerText.includes('1 of 1 went in')",
+    );
+    page.click("#passages a");
+    page.wait("its time is shown", "document.body.classList.contains('past')");
+    page.wait("with who waited then", &at(-0.4));
+    page.wait("the link says when", &format!("location.hash === '#at={begun_ms}'"));
+    page.click("#live");
+    page.wait("and now again", &at(-3.0));
+    // The link works for whoever it is sent to: a page that is opened with it.
+    page.open("about:blank");
+    page.wait("the page is gone", "document.querySelector('#map') === null");
+    page.open(&format!("http://{}/#at={begun_ms}", house.server.address()));
+    page.wait("the same from outside", &at(-0.4));
+    assert_eq!(page.errors, Vec::<String>::new());
 }
 
 fn pictures() -> PathBuf {

@@ -24,7 +24,7 @@ use host_tracker::http::{Desk, Server};
 use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
 use host_tracker::site::Site;
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use host_tracker::store::{Keep, Store};
 use serde_json::{Value, json};
 use tokio::sync::watch;

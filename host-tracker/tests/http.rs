@@ -9,7 +9,7 @@ use host_tracker::frame::{Frame, ModuleLine};
 use host_tracker::http::{Desk, Server};
 use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site::Site;
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use tokio::sync::watch;

@@ -236,6 +236,19 @@ fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
     page.click("#live");
     page.wait("it is now again", "!document.body.classList.contains('past')");
     page.wait("with the people of now", &format!("{CONFIRMED} >= 1"));
+    // A link to a time shows it, in a range that holds it.
+    page.value(
+        "(() => { const range = document.querySelector('#range'); range.value = '600000'; \
+         range.dispatchEvent(new Event('change')); })()",
+    );
+    page.value(&format!("void (location.hash = '#at={there_ms}')"));
+    page.wait("the link's time is shown", &format!("document.querySelectorAll('{guest}').length === 1"));
+    page.wait("the range holds it", "Number(document.querySelector('#range').value) > 3600000 - 1");
+    page.click("#live");
+    page.wait(
+        "the link is followed once",
+        "location.hash === '' && !document.body.classList.contains('past')",
+    );
 }
 
 fn looking_back(page: &mut Page) {

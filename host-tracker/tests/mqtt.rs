@@ -131,6 +131,25 @@ impl Listener {
     }
 }
 
+impl Listener {
+    /// The next payload of this topic.
+    #[track_caller]
+    fn next(&mut self, wanted: &str) -> String {
+        let begin = Instant::now();
+        loop {
+            let left = PATIENCE.saturating_sub(begin.elapsed());
+            let Ok((topic, payload)) = self.messages.recv_timeout(left) else {
+                panic!("nothing more comes of {wanted}; known: {:#?}", self.known);
+            };
+            self.all.push((topic.clone(), payload.clone()));
+            self.known.insert(topic.clone(), payload.clone());
+            if topic == wanted {
+                return payload;
+            }
+        }
+    }
+}
+
 /// A tracker that makes a frame every 0.1 s.
 struct Frames {
     frame: Arc<std::sync::Mutex<Frame>>,
@@ -205,6 +224,18 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
         |(topic, payload): &(String, String)| topic.ends_with("refused") && payload.contains("malformed: ");
     assert!(listener.all.iter().any(refused), "{:?}", listener.all);
     listener.hears(DOOR, |payload| payload.contains("\"phase\":\"asked\"") && !payload.contains("04:A2"));
+    let contact = |id: u64, ago_ms: u64, contact: &str| {
+        let at_ms = host_tracker::frame::unix_ms() - ago_ms;
+        let payload = serde_json::json!({ "id": id, "at_ms": at_ms, "contact": contact }).to_string();
+        listener.client.publish(format!("{DOOR}/contact"), QoS::AtLeastOnce, false, payload).unwrap();
+    };
+    contact(9, 0, "shut");
+    contact(8, 0, "open");
+    contact(10, 60_000, "open");
+    for why in ["out of order: ", "late: "] {
+        listener.hears(&format!("{DOOR}/refused"), |payload| payload.contains(why));
+    }
+    assert_eq!(house.door()["contact"], "shut", "what is refused changes nothing");
     let number = house.message(serde_json::json!({ "number": 1 }));
     listener.client.publish(format!("{DOOR}/number"), QoS::AtLeastOnce, false, number).unwrap();
     listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"unlocked\""));
@@ -214,6 +245,31 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
     let mut late = Listener::new(broker.port);
     late.hears(STATUS, |payload| payload == "offline");
     assert!(late.all.iter().all(|(topic, _)| !topic.ends_with("/lock")), "{:?}", late.all);
+}
+
+#[test]
+fn nothing_wrong_that_is_published_is_taken() {
+    let Some(program) = mosquitto() else { return };
+    let broker = Broker::start(&program);
+    let mut listener = Listener::new(broker.port);
+    let house = house::House::new();
+    let doors = house.doors.as_ref().unwrap();
+    let settings = Settings { doors: Some(doors.desk()), ..settings(broker.port) };
+    let publisher = Publisher::start(settings, house.frames(), Some(doors.listen()), |_| {}).unwrap();
+    const DOOR: &str = "kehai/door/door/front";
+    // It listens by the time it tells.
+    listener.hears(DOOR, |payload| payload.contains("\"phase\":\"idle\""));
+    let client = listener.client.clone();
+    let publish = |input: &str, body: &str| {
+        client.publish(format!("{DOOR}/{input}"), QoS::AtLeastOnce, false, body).unwrap();
+    };
+    house::wrong::changes_nothing(&house, publish, |input, body| {
+        publish(input, body);
+        let refused = listener.next(&format!("{DOOR}/refused"));
+        let refused: serde_json::Value = serde_json::from_str(&refused).unwrap();
+        refused["why"].as_str().unwrap().to_owned()
+    });
+    drop(publisher);
 }
 
 const ZONE: &str = "kehai/door/zone/hall";

@@ -9,12 +9,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// What comes of every job, whichever core did it; the first fault ends all.
-pub(super) fn on_all_cores<T: Send>(
-    jobs: &[(usize, u64)],
-    work: impl Fn((usize, u64)) -> Result<T, String> + Sync,
-) -> Result<BTreeMap<(usize, u64), T>, String> {
+pub(super) fn on_all_cores<J: Copy + Ord + Send + Sync, T: Send>(
+    jobs: &[J],
+    work: impl Fn(J) -> Result<T, String> + Sync,
+) -> Result<BTreeMap<J, T>, String> {
     let next = AtomicUsize::new(0);
-    let results: Mutex<BTreeMap<(usize, u64), T>> = Mutex::default();
+    let results: Mutex<BTreeMap<J, T>> = Mutex::default();
     let fault: Mutex<Option<String>> = Mutex::default();
     let worker = || {
         while let Some(&job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {

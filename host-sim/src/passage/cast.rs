@@ -51,7 +51,7 @@ enum Phase {
     Through,
     /// Back to the hall.
     Back,
-    /// In the doorway, for good.
+    /// In the doorway for good, holding the leaf.
     Stands,
     Gone,
 }
@@ -360,7 +360,7 @@ impl Cast {
                 Phase::Through => Point::new(beside_m, GONE_Y_M + 1.0),
                 Phase::Back if actor.walker.at.y > DOOR_Y_M - 0.1 => Point::new(0.0, DOOR_Y_M - 0.6),
                 Phase::Back => Point::new(0.0, START_Y_M - 1.0),
-                Phase::Stands => Point::new(0.0, DOOR_Y_M + 0.05),
+                Phase::Stands => Point::new(0.0, DOOR_Y_M + STANDS_M),
                 _ => actor.place + Point::new(x, y) * fidget_m,
             };
             let mut walker = actor.walker;
@@ -373,9 +373,11 @@ impl Cast {
         }
         crowd::step(&mut walkers, obstacles);
         for (index, walker) in numbers.iter().zip(walkers) {
-            if let Some(actor) = self.actors.get_mut(*index).filter(|actor| !is_shadow(actor.kind)) {
-                actor.walker = walker;
-            }
+            let Some(actor) = self.actors.get_mut(*index).filter(|actor| !is_shadow(actor.kind)) else {
+                continue;
+            };
+            actor.walker =
+                if actor.phase == Phase::Stands { stood(&walker, actor.walker.at) } else { walker };
         }
         let leader = self.leader();
         for index in numbers {
@@ -444,6 +446,17 @@ impl Cast {
             actor.phase = Phase::Gone;
         }
     }
+}
+
+/// How far beyond the line whoever holds the door open stands, m: still in the light barrier.
+const STANDS_M: f64 = 0.15;
+
+/// Whoever holds the door open walks to the middle of the doorway and stays there: the leaf in their hand pushes nobody.
+fn stood(walker: &Walker, from: Point) -> Walker {
+    let way = walker.goal - from;
+    let step_m = (walker.speed_m_s * STEP_S).min(way.length());
+    let step = way * (step_m / way.length().max(1e-9));
+    Walker { at: from + step, velocity: step * (1.0 / STEP_S), ..*walker }
 }
 
 /// Between two points of a trail, m.

@@ -1,9 +1,11 @@
 //! What is seen by whom, when nobody is in the way.
 //!
 //! ```text
-//!   . 1 1 1 2 2 .      a grid; each cell knows which modules see its middle
+//!   . 1 1 1 2 2 .      a grid; each cell knows its area: 1 is seen by shelf and table, 2 by shelf
 //!   . 1 2 2 2 2 .      (backgrounds end at walls: what lies behind is seen by nobody)
 //! ```
+
+use std::collections::BTreeMap;
 
 use serde::Serialize;
 
@@ -27,16 +29,30 @@ pub struct Coverage {
     pub cell_m: f64,
     /// Cells in a row.
     pub columns: usize,
-    /// How many modules see each cell, row by row, from the lowest.
-    pub seen_by: Vec<u8>,
+    /// The area of each cell, row by row, from the lowest: 0 is seen by nobody, 1 is the first of `areas`.
+    pub seen_by: Vec<usize>,
+    /// What is seen by the same modules, the largest first.
+    pub areas: Vec<Area>,
     /// Square metres seen by at least one, and by at least two modules.
     pub seen_m2: [f64; 2],
 }
 
-/// Who sees what: each module's view and up to which range each beam is empty with nobody there, m.
+/// What is seen by the same modules.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Area {
+    /// Their names, in the order of the site; at least one.
+    pub modules: Vec<String>,
+    /// How large it is, m².
+    pub m2: f64,
+}
+
+/// A module: its name, its view, and up to which range each beam is empty with nobody there, m.
+pub type Seer = (String, View, Vec<f64>);
+
+/// Who sees what.
 #[must_use]
-pub fn coverage(modules: &[(View, Vec<f64>)]) -> Coverage {
-    let corner = |(view, empty_m): &(View, Vec<f64>)| -> Vec<Point> {
+pub fn coverage(modules: &[Seer]) -> Coverage {
+    let corner = |(_, view, empty_m): &Seer| -> Vec<Point> {
         let end = |(beam, range_m): (usize, &f64)| {
             let bearing_rad = view.geometry.bearing_rad(u16::try_from(beam).unwrap_or(u16::MAX));
             view.place(f64::from(bearing_rad), *range_m)
@@ -47,7 +63,7 @@ pub fn coverage(modules: &[(View, Vec<f64>)]) -> Coverage {
     let size = high - low;
     let cell_m = CELL_M.max((size.x * size.y / MOST).sqrt());
     let (columns, rows) = ((size.x / cell_m).ceil() as usize, (size.y / cell_m).ceil() as usize);
-    let sees = |(view, empty_m): &(View, Vec<f64>), at: Point| {
+    let sees = |(_, view, empty_m): &Seer, at: Point| {
         let (range_m, beam) = view.beam_at(at);
         beam.and_then(|beam| empty_m.get(usize::from(beam))).is_some_and(|empty_m| range_m < *empty_m)
     };
@@ -55,12 +71,64 @@ pub fn coverage(modules: &[(View, Vec<f64>)]) -> Coverage {
         let (column, row) = (index % columns.max(1), index / columns.max(1));
         low + Point::new(column as f64 + 0.5, row as f64 + 0.5) * cell_m
     };
-    let count = |index: usize| {
+    let by = |index: usize| -> Vec<&str> {
         let at = middle(index);
-        u8::try_from(modules.iter().filter(|module| sees(module, at)).count()).unwrap_or(u8::MAX)
+        modules.iter().filter(|module| sees(module, at)).map(|module| module.0.as_str()).collect()
     };
-    let seen_by: Vec<u8> = (0..columns * rows).map(count).collect();
-    let at_least = |most: u8| seen_by.iter().filter(|seen| **seen >= most).count() as f64 * cell_m * cell_m;
-    let seen_m2 = [at_least(1), at_least(2)];
-    Coverage { x: low.x, y: low.y, cell_m, columns, seen_by, seen_m2 }
+    let cells: Vec<Vec<&str>> = (0..columns * rows).map(by).collect();
+    let mut counts: BTreeMap<&[&str], usize> = BTreeMap::new();
+    cells.iter().filter(|by| !by.is_empty()).for_each(|by| *counts.entry(by).or_default() += 1);
+    let mut sorted: Vec<(&[&str], usize)> = counts.into_iter().collect();
+    sorted.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let places: BTreeMap<&[&str], usize> = sorted.iter().map(|(by, _)| *by).zip(1..).collect();
+    let m2 = |count: usize| count as f64 * cell_m * cell_m;
+    let area = |(by, count): &(&[&str], usize)| Area {
+        modules: by.iter().map(|name| (*name).to_owned()).collect(),
+        m2: m2(*count),
+    };
+    let at_least = |most: usize| m2(cells.iter().filter(|by| by.len() >= most).count());
+    Coverage {
+        x: low.x,
+        y: low.y,
+        cell_m,
+        columns,
+        seen_by: cells.iter().map(|by| places.get(by.as_slice()).copied().unwrap_or(0)).collect(),
+        areas: sorted.iter().map(area).collect(),
+        seen_m2: [at_least(1), at_least(2)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kehai::scan::{Geometry, URG_04LX};
+
+    use super::*;
+    use crate::geometry::Pose;
+
+    #[test]
+    fn a_cell_knows_who_sees_it() {
+        // Two modules 4 m apart that look at each other, each 3 m far: the middle 2 m are seen by both.
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let module = |name: &str, x: f64, yaw_rad: f64| {
+            let pose = Pose { at: Point::new(x, 0.0), yaw_rad };
+            let view = View { module: 0, pose, height_m: 0.6, geometry };
+            (name.to_owned(), view, vec![3.0; 2000])
+        };
+        let found = coverage(&[module("left", 0.0, 0.0), module("right", 4.0, std::f64::consts::PI)]);
+        let who = |x: f64, y: f64| -> Vec<String> {
+            let (column, row) =
+                (((x - found.x) / found.cell_m) as usize, ((y - found.y) / found.cell_m) as usize);
+            let area = found.seen_by[row * found.columns + column];
+            area.checked_sub(1).map_or_else(Vec::new, |area| found.areas[area].modules.clone())
+        };
+        assert_eq!(who(0.7, 0.0), ["left"]);
+        assert_eq!(who(2.0, 0.0), ["left", "right"]);
+        assert_eq!(who(3.3, 0.0), ["right"]);
+        assert_eq!(who(2.0, 2.9), [""; 0]);
+        let total: f64 = found.areas.iter().map(|area| area.m2).sum();
+        assert!(
+            (total - found.seen_m2[0]).abs() < 1e-9
+                && found.areas.is_sorted_by(|one, other| one.m2 >= other.m2)
+        );
+    }
 }

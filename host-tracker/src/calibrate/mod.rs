@@ -29,6 +29,7 @@ pub mod look;
 pub mod room;
 pub mod session;
 mod spline;
+mod turned;
 pub mod walk;
 pub mod watch;
 pub mod words;
@@ -78,11 +79,18 @@ impl Placed {
     /// The radius within which it is with 95 %, m, and the same for its direction, rad.
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
-        // The greater axis of the ellipse; 2.45 σ hold 95 % in the plane.
         let (xx, xy, yy) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
-        let greatest = 0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
-        (2.45 * greatest.max(0.0).sqrt(), SIGMAS_95 * self.covariance[(2, 2)].max(0.0).sqrt())
+        let (middle, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
+        (radius_95(middle + half, middle - half), SIGMAS_95 * self.covariance[(2, 2)].max(0.0).sqrt())
     }
+}
+
+/// The radius that holds 95 % of a normal distribution in the plane whose axes have these variances, the greater first:
+/// 1.96 σ of a line, 2.45 σ of a circle, and between them to a hundredth as the formula has it.
+fn radius_95(greater: f64, lesser: f64) -> f64 {
+    let sigma = greater.max(0.0).sqrt();
+    let share = if greater > 0.0 { (lesser / greater).clamp(0.0, 1.0).sqrt() } else { 0.0 };
+    sigma * (SIGMAS_95 + share * share * (0.12 + 0.37 * share))
 }
 
 /// Two modules that saw the walker together.

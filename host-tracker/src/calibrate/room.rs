@@ -30,8 +30,9 @@ const REACH: usize = 4;
 /// A surface is straight if its points are no farther from their line, m.
 const STRAIGHT_M: f64 = 0.02;
 
-/// How well a learned wall is where it is, one σ, m: the median of sixty scans, mixed pixels, a skirting board.
-const WALL_M: f64 = 0.012;
+/// How well a learned wall is where it is, one σ, m: the median of sixty scans, mixed pixels, a skirting board. Measured
+/// on the walls themselves once they lie upon each other, within these limits.
+const WALL_M: (f64, f64) = (0.006, 0.012);
 
 /// Points whose errors are one error: 0.4 m of wall, a board's width or a sensor's own waviness.
 const ALIKE: f64 = 8.0;
@@ -155,6 +156,7 @@ pub fn refine(joint: &Joint, rooms: &[Option<Outline>]) -> Option<Refined> {
     let size = prior.nrows();
     let mut change = DVector::zeros(size);
     let mut solution = None;
+    let mut wall_m = WALL_M.1;
     for round in 0..ROUNDS {
         let share = (round as f64 / (ROUNDS as f64 * 0.6)).min(1.0);
         let gate_m = GATES_M.0 * libm::pow(GATES_M.1 / GATES_M.0, share);
@@ -162,9 +164,9 @@ pub fn refine(joint: &Joint, rooms: &[Option<Outline>]) -> Option<Refined> {
         let matches = matches(&poses, &scales, rooms, gate_m);
         let mut information = prior.clone();
         let mut side = -&prior * &change;
-        let mut sum = 0.0;
+        let (mut sum, mut squares) = (0.0, 0.0);
         for found in &matches {
-            let weight = found.weight / (WALL_M * WALL_M * ALIKE);
+            let weight = found.weight / (wall_m * wall_m * ALIKE);
             let row = row(found, &poses, modules);
             for &(unknown, effect) in &row {
                 for &(other, left) in &row {
@@ -173,6 +175,10 @@ pub fn refine(joint: &Joint, rooms: &[Option<Outline>]) -> Option<Refined> {
                 side[unknown] -= weight * effect * found.error_m;
             }
             sum += found.weight;
+            squares += found.weight * found.error_m * found.error_m;
+        }
+        if share >= 1.0 && sum > 0.0 {
+            wall_m = (squares / sum).sqrt().clamp(WALL_M.0, WALL_M.1);
         }
         let factor = information.cholesky()?;
         change += factor.solve(&side);

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde::Serialize;
 
 use super::advice::{Advice, Guide, OVERLAP_S};
-use super::coverage::{Coverage, coverage};
+use super::coverage::{Coverage, Seer, coverage};
 use super::room::Outline;
 use super::walk::Walk;
 use super::{Calibration, ENOUGH_S, Refusal, align, calibrate, words};
@@ -318,15 +318,17 @@ impl Active {
                 text: words::placed(placed, name),
             }
         };
-        let view = |(view, placed): (&Option<(View, Vec<f64>)>, &super::Placed)| {
-            let (view, empty_m) = view.as_ref()?;
-            Some((View { pose: placed.pose, ..view.clone() }, empty_m.clone()))
-        };
-        let views: Vec<(View, Vec<f64>)> = self.views.iter().zip(&found.modules).filter_map(view).collect();
+        let placed_views = self.views.iter().zip(&found.modules).zip(names);
+        let seers: Vec<Seer> = placed_views
+            .filter_map(|((view, placed), name)| {
+                let (view, empty_m) = view.as_ref()?;
+                Some((name.clone(), View { pose: placed.pose, ..view.clone() }, empty_m.clone()))
+            })
+            .collect();
         FoundStatus {
             quality: words::quality(found),
             modules: found.modules.iter().zip(&self.site.modules).zip(names).map(module).collect(),
-            coverage: coverage(&views),
+            coverage: coverage(&seers),
         }
     }
 }

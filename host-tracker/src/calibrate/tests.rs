@@ -203,3 +203,17 @@ fn walls_that_two_see_make_it_finer() {
     assert!(by_both.shared_wall_m > 5.0, "{}", by_both.shared_wall_m);
     assert!(words::quality(&by_both).contains("m of wall"), "{}", words::quality(&by_both));
 }
+
+#[test]
+fn a_bound_holds_95_percent_whatever_the_ellipse() {
+    let mut numbers = Numbers(3);
+    for share in [0.0, 0.5, 0.8, 1.0] {
+        let radius_m = radius_95(1.0, share * share);
+        let within = (0..20_000).filter(|_| {
+            let (x, y) = (numbers.normal(), share * numbers.normal());
+            x * x + y * y <= radius_m * radius_m
+        });
+        let percent = within.count() as f64 / 200.0;
+        assert!((percent - 95.0).abs() < 0.6, "{share}: {percent} %");
+    }
+}

@@ -18,6 +18,7 @@ use crate::site::{Mover, Site};
 
 use super::align::link;
 use super::look::moves;
+use super::turned::{MOST_RAD, TURN_RAD, Walls};
 use super::walk::{Glimpse, Walk};
 use super::{median, wrapped};
 
@@ -37,29 +38,14 @@ const APART_M: f64 = 0.16;
 /// A turn or shift explains that if it leaves less than this share of it.
 const EXPLAINS: f64 = 0.6;
 
-/// The least turn, rad, and shift, m, that are told.
-const TURN_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// The least shift that is told, m; and the least turn, `TURN_RAD`.
 const SHIFT_M: f64 = 0.2;
 
 /// Who need not have been shifted to be turned is believed more: half a metre of shift weighs as one pair that agrees.
 const SHIFT_COSTS: f64 = 2.0;
 
-/// Foreground that is the turned background must take up this much of the view, rad, and this share of it must fit.
-const WALLS_RAD: f64 = 25.0 * std::f64::consts::PI / 180.0;
-const WALLS_SHARE: f64 = 0.85;
-
-/// So near are two ranges of one surface, m, and share of the range.
-const SAME_M: f64 = 0.06;
-const SAME_SHARE: f64 = 0.015;
-
-/// It has stood for so long, 0.1 s.
-const STOOD_DS: u16 = 15;
-
-/// Judgements in a row in which walls, or the walk, must say the same.
+/// Judgements in a row in which the walk must say the same.
 const SURE: u32 = 3;
-
-/// The greatest turn looked for, rad.
-const MOST_RAD: f64 = 45.0 * std::f64::consts::PI / 180.0;
 
 /// Somebody is met within this distance of where others see him, m: a turn of 10° at 3 m is still met.
 const MET_M: f64 = 0.6;
@@ -113,16 +99,15 @@ enum Outcome {
 #[derive(Clone, Debug, Default)]
 struct Known {
     view: Option<Arc<View>>,
-    walls_mm: Arc<[u16]>,
+    walls: Walls,
+    /// The turn that the walls say, rad to the left.
+    turned_rad: Option<f64>,
     /// When, where and what.
     met: VecDeque<(f64, Point, Outcome)>,
-    /// Share of its view that ends early, and foreground that stands: bearing and range.
+    /// Share of its view that ends early.
     hidden_share: f64,
     /// In how many judgements in a row nearly all of it was hidden.
     smothered: u32,
-    stands: Vec<(f64, f64)>,
-    /// The turn that the walls say, and how often in a row.
-    turned: Option<(f64, u32)>,
     finding: Option<Finding>,
 }
 
@@ -168,7 +153,7 @@ impl PoseWatch {
         let Some(known) = self.known.get_mut(module) else { return };
         known.view = Some(Arc::clone(&sighting.view));
         known.hidden_share = hidden_share(sighting);
-        known.stands = stands(sighting);
+        known.walls.see(sighting);
         known.met.extend(expected);
         while known.met.front().is_some_and(|(at_s, ..)| *at_s < sighting.start_s - WINDOW_S) {
             known.met.pop_front();
@@ -178,7 +163,7 @@ impl PoseWatch {
     /// The wall behind every beam of a module, mm; 0 where there is none.
     pub fn know_walls(&mut self, module: usize, walls_mm: &Arc<[u16]>) {
         if let Some(known) = self.known.get_mut(module) {
-            known.walls_mm = Arc::clone(walls_mm);
+            known.walls.know(walls_mm);
         }
     }
 
@@ -230,7 +215,7 @@ impl PoseWatch {
 
     fn judge(&mut self) {
         for known in &mut self.known {
-            known.judge_walls();
+            known.turned_rad = known.view.as_ref().and_then(|view| known.walls.judge(view));
             known.smothered =
                 if known.hidden_share > SMOTHERED_SHARE { known.smothered.saturating_add(1) } else { 0 };
         }
@@ -245,10 +230,9 @@ impl PoseWatch {
         for (module, known) in self.known.iter_mut().enumerate() {
             let hidden = known.hidden_share > COVERED_SHARE && known.lately(BLIND, Outcome::Blocked);
             let covered = hidden || known.smothered >= SMOTHERED;
-            let walls = known.turned.filter(|(_, times)| *times >= SURE);
             let new = if covered {
                 Some(Finding::Covered)
-            } else if let Some((turn_rad, _)) = walls {
+            } else if let Some(turn_rad) = known.turned_rad {
                 Some(Finding::Moved { turn_rad, shift_m: 0.0 })
             } else if let Some((_, finding)) = by_walk.filter(|(whose, _)| *whose == module) {
                 Some(finding)
@@ -346,77 +330,6 @@ impl Known {
         let walks = newest().any(|(_, place, _)| (*place - *first).length() > WALKS_M);
         self.met.len() >= moments && enough && walks
     }
-
-    /// Whether what stands before the background is the background, some beams further.
-    fn judge_walls(&mut self) {
-        let found = self.view.as_ref().and_then(|view| turn(view, &self.walls_mm, &self.stands));
-        self.turned = match (found, self.turned) {
-            (Some(turn_rad), Some((before_rad, times))) if (turn_rad - before_rad).abs() < 0.02 => {
-                Some((turn_rad, times + 1))
-            }
-            (Some(turn_rad), _) => Some((turn_rad, 1)),
-            (None, _) => None,
-        };
-    }
-}
-
-/// The turn that makes what stands before the background the background itself, rad to the left.
-fn turn(view: &View, walls_mm: &[u16], stands: &[(f64, f64)]) -> Option<f64> {
-    let beam_rad = f64::from(view.geometry.beam_rad());
-    let first_rad = f64::from(view.geometry.bearing_rad(0));
-    if walls_mm.is_empty() || stands.len() as f64 * STAND_RAD < WALLS_RAD {
-        return None;
-    }
-    let (least, most) = ((TURN_RAD / beam_rad) as i64, (MOST_RAD / beam_rad) as i64);
-    // How many fit, and by how little they miss, µm.
-    let fits = |shift: i64| {
-        let miss = |&(bearing_rad, range_m): &(f64, f64)| {
-            let beam = ((bearing_rad - first_rad) / beam_rad).round() as i64 + shift;
-            let wall = usize::try_from(beam).ok().and_then(|beam| walls_mm.get(beam)).copied().unwrap_or(0);
-            let miss_m = (f64::from(wall) * 1e-3 - range_m).abs();
-            (wall > 0 && miss_m < SAME_M + SAME_SHARE * range_m).then_some(miss_m)
-        };
-        let (count, sum_m) =
-            stands.iter().filter_map(miss).fold((0, 0.0), |(count, sum), miss| (count + 1, sum + miss));
-        (count, -(sum_m * 1e6) as i64)
-    };
-    let shifts = (least..=most).flat_map(|shift| [shift, -shift]);
-    let ((count, _), shift) =
-        shifts.map(|shift| (fits(shift), shift)).max_by_key(|(fits, shift)| (*fits, -shift.abs()))?;
-    let share = f64::from(count) / stands.len() as f64;
-    // A beam that sees what was `shift` beams further to the left has been turned to the left by as much.
-    (share >= WALLS_SHARE).then_some(shift as f64 * beam_rad)
-}
-
-/// Of foreground, one point every 1°.
-const STAND_RAD: f64 = std::f64::consts::PI / 180.0;
-
-/// Bearing and range of the foreground that stands, from the contours of candidates.
-fn stands(sighting: &Sighting) -> Vec<(f64, f64)> {
-    let geometry = &sighting.view.geometry;
-    let mut points = Vec::new();
-    for seen in sighting.seen.iter().filter(|seen| seen.candidate.static_ds >= STOOD_DS) {
-        let candidate = &seen.candidate;
-        let [first, last] = [candidate.first_step, candidate.last_step]
-            .map(|step| f64::from(geometry.bearing_rad(geometry.beam(step))));
-        let gaps = candidate.contour.len() + 1;
-        let range = |point: usize| match point.checked_sub(1) {
-            None => candidate.first_mm,
-            Some(inner) => candidate.contour_mm(inner).unwrap_or(candidate.last_mm),
-        };
-        let steps = ((last - first) / STAND_RAD) as usize;
-        for step in 0..=steps {
-            let place = step as f64 / steps.max(1) as f64 * gaps as f64;
-            let left = (place as usize).min(gaps - 1);
-            let (a, b) = (f64::from(range(left)), f64::from(range(left + 1)));
-            // Across a jump nothing is known.
-            if (a - b).abs() < 200.0 {
-                let range_m = (a + (b - a) * (place - left as f64)) * 1e-3;
-                points.push((first + (last - first) * place / gaps as f64, range_m));
-            }
-        }
-    }
-    points
 }
 
 /// Share of a module's view that ends before its background.

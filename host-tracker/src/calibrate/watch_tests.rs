@@ -122,24 +122,3 @@ fn a_covered_module_is_named() {
     }
     assert_eq!(found, [(1, Finding::Covered)]);
 }
-
-#[test]
-fn a_background_that_stands_some_beams_further_is_a_turn() {
-    let view = view(0);
-    let beams = usize::from(view.geometry.beams());
-    // A slanted wall: its range changes from beam to beam.
-    let wall = |beam: f64| 1.5 + 1.2 * libm::sin(beam * 0.012);
-    let walls_mm: Vec<u16> = (0..beams).map(|beam| (wall(beam as f64) * 1e3) as u16).collect();
-    let beam_rad = f64::from(view.geometry.beam_rad());
-    let first_rad = f64::from(view.geometry.bearing_rad(0));
-    let shift = (10.0_f64.to_radians() / beam_rad).round();
-    let stands: Vec<(f64, f64)> = (100..220)
-        .step_by(3)
-        .map(|beam| (first_rad + f64::from(beam) * beam_rad, wall(f64::from(beam) + shift)))
-        .collect();
-    let found = turn(&view, &walls_mm, &stands).unwrap();
-    assert!((found.to_degrees() - 10.0).abs() < 0.5, "{}", found.to_degrees());
-    // People in a row before the wall are not it.
-    let people: Vec<(f64, f64)> = stands.iter().map(|(bearing_rad, _)| (*bearing_rad, 0.9)).collect();
-    assert_eq!(turn(&view, &walls_mm, &people), None);
-}

@@ -4,7 +4,7 @@ use crate::geometry::Point;
 
 use super::advice::Advice;
 use super::watch::Finding;
-use super::{Calibration, ENOUGH_S, Placed, Refusal, median};
+use super::{Calibration, ENOUGH_S, Placed, Refusal, SIGMAS_95, median};
 
 /// The name of a module.
 fn name(names: &[String], module: usize) -> &str {
@@ -118,7 +118,7 @@ pub fn quality(calibration: &Calibration) -> String {
     )
 }
 
-/// One module's place, and how well it is known.
+/// One module's place, how well it is known, and how far its clock may be off.
 #[must_use]
 pub fn placed(placed: &Placed, name: &str) -> String {
     let (within_m, within_rad) = placed.bounds();
@@ -128,7 +128,9 @@ pub fn placed(placed: &Placed, name: &str) -> String {
     if within_m == 0.0 {
         return format!("{place}, held fixed");
     }
-    format!("{place}, within {:.0} cm and {:.1}°", within_m * 100.0, within_rad.to_degrees())
+    let clock_ms = (placed.clock_s.abs() + SIGMAS_95 * placed.clock_sigma_s) * 1e3;
+    let (within_cm, within_deg) = (within_m * 100.0, within_rad.to_degrees());
+    format!("{place}, within {within_cm:.0} cm and {within_deg:.1}°; its clock within {clock_ms:.0} ms")
 }
 
 /// What was found about a module's place: the alarm's name and what it says.

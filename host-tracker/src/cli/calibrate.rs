@@ -12,8 +12,8 @@ use host_tracker::calibrate::advice::LONGEST_S;
 use host_tracker::calibrate::session::{Session, Status};
 use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::service::{Options, Service};
+use host_tracker::site::file::SiteFile;
 use host_tracker::site::{Module, Site};
-use host_tracker::site_file::SiteFile;
 use host_tracker::store::pose::{self, Source};
 use host_tracker::trackers::Choice;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -67,6 +67,9 @@ Ctrl-C ends the walk: the result is worked out from what there is.";
 /// Between two looks at whether it is to end.
 const WAIT: Duration = Duration::from_millis(200);
 
+/// Areas that are told, the largest of them.
+const AREAS: usize = 8;
+
 /// Frames until modules have answered and new ones have been added: five seconds.
 const SETTLES: u32 = 50;
 
@@ -119,6 +122,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "  at least one module sees {:.0} m², two see {:.0} m²",
             found.coverage.seen_m2[0], found.coverage.seen_m2[1]
         );
+        for area in found.coverage.areas.iter().take(AREAS) {
+            println!("  {:5.1} m² by {}", area.m2, area.modules.join(", "));
+        }
     }
     if !(arguments.accept || (!arguments.json && asked(&arguments.site)?)) {
         eprintln!("nothing was written; --accept writes it without asking");

@@ -18,7 +18,7 @@ use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site::Site;
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use host_tracker::store::card::CardKey;
 use host_tracker::store::pose::{self, Source};
 use host_tracker::store::{Keep, Store, known_before};

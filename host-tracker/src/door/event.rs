@@ -16,6 +16,14 @@ use crate::trackers::LifeCycle;
 #[serde(into = "String", try_from = "String")]
 pub struct Card(pub u128);
 
+impl Card {
+    /// Its first four digits: enough to tell the cards of a room apart, too few to find one by.
+    #[must_use]
+    pub fn label(self) -> String {
+        String::from(self).chars().take(4).collect()
+    }
+}
+
 impl From<Card> for String {
     fn from(card: Card) -> Self {
         format!("{:032x}", card.0)
@@ -217,13 +225,11 @@ pub enum Action {
     Refused(Refusal),
     /// A passage is over.
     Passage(Box<Passage>),
-    /// This card was shown by whoever this track is, so probably.
+    /// This card was shown by one of these tracks, each so probably; what is missing to 1: by nobody of them.
     Named {
-        /// Number of the track.
-        track: u64,
         /// The card.
         card: Card,
-        /// How probable, 0 to 1.
-        likelihood: f64,
+        /// Tracks, and how probable each is.
+        likelihoods: Vec<(u64, f64)>,
     },
 }

@@ -97,6 +97,12 @@ impl Gate {
         (at - self.middle).dot(self.inward)
     }
 
+    /// How fast somebody walks towards the inside, m/s.
+    #[must_use]
+    pub fn inward_m_s(&self, velocity: Point) -> f64 {
+        velocity.dot(self.inward)
+    }
+
     /// Whether a place is in the zone before the line.
     #[must_use]
     pub fn in_zone(&self, at: Point) -> bool {

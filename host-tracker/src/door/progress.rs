@@ -21,6 +21,22 @@ const LEFT_S: f64 = 0.3;
 /// So far before the zone somebody has left it, m.
 const LEFT_M: f64 = 0.15;
 
+/// Who came back across the line and walks away from it for so long, s, and faster than this, m/s, has turned back; or who
+/// stays before it for so long, s. In the doorway two who walk in file hide each other, and their tracks may change places: the
+/// one that jumps back then walks in again.
+const BACK_S: f64 = 0.6;
+const BACK_M_S: f64 = 0.2;
+const STAYS_S: f64 = 2.0;
+
+/// Somebody who was through, and is before the line again.
+#[derive(Clone, Copy, Debug)]
+struct Back {
+    id: u64,
+    since_s: f64,
+    /// Since when they walk away from the door.
+    away_since_s: Option<f64>,
+}
+
 /// A group from its card on.
 #[derive(Clone, Debug)]
 pub struct Progress {
@@ -30,6 +46,8 @@ pub struct Progress {
     pub let_in: usize,
     /// Who came out from inside: not of the group, and welcome to leave.
     leavers: Vec<u64>,
+    /// Who has come back across the line.
+    backs: Vec<Back>,
     /// Lost in the doorway before the line, and perhaps found again beyond it.
     lost: usize,
     /// Since when one too many is seen, s.
@@ -58,7 +76,8 @@ impl Progress {
             alarm: None,
             reason: String::new(),
         };
-        Self { passage, let_in: 0, leavers: Vec::new(), lost: 0, extra_since_s: None, left_since_s: None }
+        let (leavers, backs) = (Vec::new(), Vec::new());
+        Self { passage, let_in: 0, leavers, backs, lost: 0, extra_since_s: None, left_since_s: None }
     }
 
     /// The door is unlocked for `people`.
@@ -81,8 +100,7 @@ impl Progress {
     }
 
     /// Counts crossings; the alarm they are, if they are one.
-    pub fn cross(&mut self, crossings: &[Crossing]) -> Option<Alarm> {
-        let mut alarm = None;
+    pub fn cross(&mut self, crossings: &[Crossing], now_s: f64) -> Option<Alarm> {
         for crossing in crossings {
             match *crossing {
                 Crossing::Inward(id) | Crossing::Shade(id) => {
@@ -102,17 +120,35 @@ impl Progress {
                 Crossing::Outward(id) => {
                     if self.passage.through.contains(&id) {
                         self.passage.through.retain(|known| *known != id);
-                        alarm = Some(Alarm::TurnedBack);
+                        self.backs.push(Back { id, since_s: now_s, away_since_s: None });
                     } else {
                         self.leavers.push(id);
                     }
                 }
             }
         }
-        if self.through() > self.let_in { Some(Alarm::Followed) } else { alarm }
+        (self.through() > self.let_in).then_some(Alarm::Followed)
+    }
+
+    /// Whether somebody who has come back across the line has turned back; who is not seen any more is nobody.
+    pub fn came_back(&mut self, bodies: &[Body], gate: &Gate, now_s: f64) -> Option<Alarm> {
+        self.backs.retain(|back| bodies.iter().any(|body| body.id == back.id));
+        let mut turned = false;
+        for back in &mut self.backs {
+            let Some(body) = bodies.iter().find(|body| body.id == back.id) else { continue };
+            if gate.inward_m_s(body.velocity) < -BACK_M_S {
+                let since_s = *back.away_since_s.get_or_insert(now_s);
+                turned |= now_s - since_s >= BACK_S;
+            } else {
+                back.away_since_s = None;
+            }
+            turned |= now_s - back.since_s >= STAYS_S;
+        }
+        turned.then_some(Alarm::TurnedBack)
     }
 
     fn went_in(&mut self, id: u64) {
+        self.backs.retain(|back| back.id != id);
         if !self.passage.through.contains(&id) {
             self.passage.through.push(id);
         }

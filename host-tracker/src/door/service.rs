@@ -26,8 +26,7 @@ use super::names::Names;
 use super::passage::Passage;
 use crate::frame::{Frame, unix_ms};
 use crate::geometry::{Point, distance_to_segment};
-use crate::site::Site;
-use crate::site_door;
+use crate::site::{self, Site};
 
 /// Between two looks at the time.
 const WAIT: Duration = Duration::from_millis(50);
@@ -140,6 +139,9 @@ struct Message {
 /// What makes of a card what may be kept of it.
 pub type Hash = Box<dyn Fn(&str) -> Card + Send>;
 
+/// Seconds on a clock that never goes back.
+pub type Clock = Box<dyn Fn() -> f64 + Send>;
+
 type Listeners = Arc<Mutex<Vec<Sender<Told>>>>;
 
 /// All doors of a site. They end when this is dropped.
@@ -219,12 +221,27 @@ impl Doors {
         shown: Shown,
         hash: Option<Hash>,
     ) -> std::io::Result<Self> {
+        let begun = Instant::now();
+        Self::start_by(Box::new(move || begun.elapsed().as_secs_f64()), site, frames, shown, hash)
+    }
+
+    /// The same by another clock, as that of a recording or a test, in which time stands still while there are no frames.
+    ///
+    /// # Errors
+    /// There is no thread for them.
+    pub fn start_by(
+        clock: Clock,
+        site: watch::Receiver<Arc<Site>>,
+        frames: Receiver<Arc<Frame>>,
+        shown: Shown,
+        hash: Option<Hash>,
+    ) -> std::io::Result<Self> {
         let (messages, coming) = sync_channel(QUEUE);
         let (states_in, states) = watch::channel(Arc::default());
         let listeners = Listeners::default();
         let stop = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let mut work = Work {
-            begun: Instant::now(),
+            clock,
             units: Vec::new(),
             site,
             listeners: Arc::clone(&listeners),
@@ -280,18 +297,19 @@ fn by_process() -> Hash {
 
 /// One door.
 struct Unit {
-    door: site_door::Door,
+    door: site::door::Door,
     machine: Machine,
     inbox: Inbox,
     names: Names,
-    tracks: Vec<u64>,
+    /// Everybody, in the newest frame.
+    people: Vec<(u64, Point)>,
     passages: Vec<Passed>,
     /// Modules that watch it, by their names.
     watched_by: Vec<String>,
 }
 
 struct Work {
-    begun: Instant,
+    clock: Clock,
     units: Vec<Unit>,
     site: watch::Receiver<Arc<Site>>,
     listeners: Listeners,
@@ -314,7 +332,7 @@ impl Work {
                     door: door.clone(),
                     inbox: Inbox::default(),
                     names: Names::default(),
-                    tracks: Vec::new(),
+                    people: Vec::new(),
                     passages: Vec::new(),
                     watched_by,
                 })
@@ -324,7 +342,7 @@ impl Work {
     }
 
     fn now_s(&self) -> f64 {
-        self.begun.elapsed().as_secs_f64()
+        (self.clock)()
     }
 
     fn take(&mut self, message: Message) {
@@ -357,20 +375,22 @@ impl Work {
             let event = match frame.as_ref().filter(|frame| frame.unix_ms != 0) {
                 None => Event::Time,
                 Some(frame) => {
-                    unit.tracks = frame.line.tracks.iter().map(|track| track.id).collect();
+                    let tracks = frame.line.tracks.iter();
+                    unit.people = tracks.map(|track| (track.id, Point::new(track.x, track.y))).collect();
                     let trouble = lost(frame, &unit.watched_by).then_some(Trouble::ModuleLost);
                     Event::Seen(Seen::of(&frame.line, &unit.door.zone, trouble))
                 }
             };
             // What the tracker says is never refused.
             let _ = step(unit, event, now_s, &self.listeners);
+            unit.names.see(&unit.people, now_s);
         }
-        let state = |unit: &mut Unit| DoorState {
-            line: DoorLine { names: unit.names.of(&unit.tracks, now_s).to_vec(), ..unit.machine.line() },
+        let state = |unit: &Unit| DoorState {
+            line: DoorLine { names: unit.names.told(), ..unit.machine.line() },
             unix_ms: unix_ms(),
             passages: unit.passages.clone(),
         };
-        let states: Vec<DoorState> = self.units.iter_mut().map(state).collect();
+        let states: Vec<DoorState> = self.units.iter().map(state).collect();
         self.shown.set(states.iter().map(|state| state.line.clone()).collect());
         self.states.send_replace(Arc::new(states));
     }
@@ -384,7 +404,10 @@ fn step(unit: &mut Unit, event: Event, now_s: f64, listeners: &Listeners) -> Res
             Action::Refused(why) => refused = Err(Why::Refused(why)),
             Action::Lock { id, lock } => tell(listeners, Told::Lock { door, id, lock }),
             Action::Alarm { id, alarm } => tell(listeners, Told::Alarm { door, id, alarm }),
-            Action::Named { track, card, likelihood } => unit.names.shown(track, card, likelihood, now_s),
+            Action::Named { card, likelihoods } => {
+                // The machine's own are likelihoods; anything else would change nothing.
+                let _ = unit.names.shown(card, &likelihoods);
+            }
             Action::Passage(passage) => {
                 let ago_ms = |at_s: f64| ((now_s - at_s).max(0.0) * 1000.0) as u64;
                 let now_ms = unix_ms();
@@ -408,11 +431,10 @@ fn tell(listeners: &Listeners, told: Told) {
 }
 
 /// The modules that watch a door, by their names.
-fn watching(door: &site_door::Door, site: &Site) -> Vec<String> {
+fn watching(door: &site::door::Door, site: &Site) -> Vec<String> {
     let (from, to) = door.ends();
-    let near = |module: &&crate::site::Module| {
-        distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M
-    };
+    let near =
+        |module: &&site::Module| distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M;
     site.modules.iter().filter(near).map(|module| module.name.clone()).collect()
 }
 

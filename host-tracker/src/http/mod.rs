@@ -62,7 +62,7 @@ use crate::frame::Frame;
 use crate::geometry::Pose;
 use crate::reports::Reports;
 use crate::site::Site;
-use crate::site_file::SiteFile;
+use crate::site::file::SiteFile;
 use feed::Packets;
 use history::History;
 

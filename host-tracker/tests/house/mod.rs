@@ -1,5 +1,10 @@
 //! A door with everything around it but sensors: frames made by the test, the doors' thread, and the server.
+//!
+//! The doors' time goes on with the frames: a machine that stands still for a while makes no trouble, and nobody's time
+//! at the door runs out while a browser starts.
 #![allow(dead_code, reason = "each test uses its own part of it")]
+
+pub mod wrong;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -14,7 +19,7 @@ use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::{ZoneKnown, ZoneLine};
 use host_tracker::reports::Reports;
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
@@ -29,7 +34,16 @@ name = \"front\"
 zone = \"area\"
 line = [[-0.45, 1.0], [0.45, 1.0]]
 fail = \"secure\"
+ask_s = 600
+pass_s = 120
+close_s = 120
 ";
+
+/// Between two frames, if the machine is in time.
+const STEP: Duration = Duration::from_millis(50);
+
+/// A machine that is late by more makes no more of the doors' time: half of what they would call trouble.
+const LATE: Duration = Duration::from_millis(500);
 
 /// A hundred times what a loaded machine needs.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -42,6 +56,8 @@ pub struct House {
     ids: Mutex<u64>,
     more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Frame>>>>>,
     stop: Arc<AtomicBool>,
+    /// Whether the tracker is dead: time goes on, and no frames come.
+    dead: Arc<AtomicBool>,
     feeding: Option<JoinHandle<()>>,
     _folder: tempfile::TempDir,
 }
@@ -56,15 +72,20 @@ impl House {
         let (newest_in, newest) = watch::channel(Arc::default());
         let (queue, frames) = mpsc::sync_channel(64);
         let shown = host_tracker::door::Shown::default();
-        let doors = Doors::start(site.subscribe(), frames, shown.clone(), None).unwrap();
+        let passed = Arc::new(Mutex::new(Duration::ZERO));
+        let time = Arc::clone(&passed);
+        let clock = Box::new(move || time.lock().unwrap().as_secs_f64());
+        let doors = Doors::start_by(clock, site.subscribe(), frames, shown.clone(), None).unwrap();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
-        let stop = Arc::new(AtomicBool::new(false));
+        let (stop, dead) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let is_dead = Arc::clone(&dead);
         let more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Frame>>>>> = Arc::default();
         let others = Arc::clone(&more);
         let (places, stopped) = (Arc::clone(&people), Arc::clone(&stop));
         let feeding = std::thread::spawn(move || {
             // The site is the same as long as there are frames.
             let _site = site;
+            let mut last = Instant::now();
             while !stopped.load(Ordering::Relaxed) {
                 let mut frame = frame(&places.lock().unwrap());
                 frame.doors = shown.lines();
@@ -73,8 +94,12 @@ impl House {
                 for other in others.lock().unwrap().iter() {
                     let _ = other.try_send(Arc::clone(&frame));
                 }
-                let _ = queue.try_send(frame);
-                std::thread::sleep(Duration::from_millis(50));
+                if !is_dead.load(Ordering::SeqCst) {
+                    let _ = queue.try_send(frame);
+                }
+                *passed.lock().unwrap() += last.elapsed().min(LATE);
+                last = Instant::now();
+                std::thread::sleep(STEP);
             }
         });
         let desk = Desk {
@@ -90,7 +115,7 @@ impl House {
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));
-        Self { doors: Some(doors), server, people, ids, more, stop, feeding, _folder: folder }
+        Self { doors: Some(doors), server, people, ids, more, stop, dead, feeding, _folder: folder }
     }
 
     /// Every frame from now on.
@@ -104,6 +129,11 @@ impl House {
     pub fn people(&self, places: &[[f64; 2]]) {
         *self.people.lock().unwrap() = places.to_vec();
         std::thread::sleep(Duration::from_millis(200));
+    }
+
+    /// From now on there are no frames, or there are again.
+    pub fn tracker_is_dead(&self, dead: bool) {
+        self.dead.store(dead, Ordering::SeqCst);
     }
 
     /// Status and answer.
@@ -141,17 +171,32 @@ impl House {
         self.ask("GET /api/door/front", "", "").1
     }
 
-    /// Until the door is so.
+    /// The door, without what changes by itself.
+    pub fn still(&self) -> Value {
+        let mut door = self.door();
+        for key in ["unix_ms", "names"] {
+            door.as_object_mut().unwrap().remove(key);
+        }
+        door
+    }
+
+    /// Until the door is in this phase.
     #[track_caller]
     pub fn waits_for(&self, phase: &str) -> Value {
+        self.waits_until(phase, |door| door["phase"] == phase)
+    }
+
+    /// Until the door is so.
+    #[track_caller]
+    pub fn waits_until(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let begun = Instant::now();
         loop {
             let door = self.door();
-            if door["phase"] == phase {
+            if is_so(&door) {
                 return door;
             }
-            assert!(begun.elapsed() < PATIENCE, "{phase} does not come: {door:#}");
-            std::thread::sleep(Duration::from_millis(50));
+            assert!(begun.elapsed() < PATIENCE, "{what} does not come: {door:#}");
+            std::thread::sleep(STEP);
         }
     }
 }

@@ -26,7 +26,7 @@ use host_sim::world::scene::Scene;
 use host_tracker::discovery::{Finding, Search};
 use host_tracker::http::{Desk, Server};
 use host_tracker::service::{Options, Service};
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use host_tracker::store::pose::Source;
 use host_tracker::store::{Keep, Store};
 use host_tracker::trackers::Choice;

@@ -24,6 +24,9 @@ const LEARNS_S: f64 = 10.0;
 const BEFORE_S: f64 = 25.0;
 const WAITS_S: f64 = 40.0;
 
+/// A scene in which nothing happens is watched for so long at most, s.
+const QUIET_S: f64 = 240.0;
+
 /// A site's watch, fed with datagrams.
 struct Guard {
     intake: Intake,
@@ -59,7 +62,7 @@ pub fn quiet(name: &str, file: &str, people: Option<usize>, seed: u64) -> Result
         let condition = Some(if name.ends_with('H') { Letter::H } else { Letter::D });
         scene.vary(&Variation { people, condition, ..Variation::default() })?;
     }
-    scene.duration_s = scene.duration_s.min(120.0);
+    scene.duration_s = scene.duration_s.min(QUIET_S);
     let mut run = Run::new(&scene, seed, &Options::default());
     let mut guard = Guard::new(&scene.site);
     let mut said = Vec::new();

@@ -24,7 +24,7 @@ use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::transition::{Cause, Phase};
 use crate::site::Site;
-use crate::site_door::{Door, Fail};
+use crate::site::door::{Door, Fail};
 
 /// Least probability that the number entered is the count.
 pub const SURE: f64 = 0.95;
@@ -57,6 +57,9 @@ const BLIND_S: f64 = 2.0;
 
 /// How sure it is that whoever stands nearest to the reader has shown the card, m: an arm's length.
 const REACH_M: f64 = 0.6;
+
+/// How much it weighs that nobody of them has: as much as somebody who stands 1.7 m away.
+const NOBODY: f64 = 0.02;
 
 /// A door.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! What a door makes of what the tracker says: whether the number matches, who goes through, who is too many.
 
-use super::{DOUBT_GAP_S, DOUBT_S, Machine, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
+use super::{DOUBT_GAP_S, DOUBT_S, Machine, NOBODY, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
 use crate::door::event::{Action, Alarm, Body, Card, Contact};
 use crate::door::gate::{Crossing, is_apart};
 use crate::door::passage::Outcome;
@@ -16,20 +16,11 @@ impl Machine {
             let away = (body.at - reader).length() / REACH_M;
             (body.id, libm::exp(-0.5 * away * away))
         };
-        let weights: Vec<(u64, f64)> = seen
-            .bodies
-            .iter()
-            .filter(|body| body.is_sure && self.gate.in_zone(body.at))
-            .map(weight)
-            .collect();
-        let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
-        if sum > f64::MIN_POSITIVE {
-            actions.extend(weights.into_iter().map(|(track, weight)| Action::Named {
-                track,
-                card,
-                likelihood: weight / sum,
-            }));
-        }
+        let before = seen.bodies.iter().filter(|body| body.is_sure && self.gate.beyond_m(body.at) < 0.0);
+        let weights: Vec<(u64, f64)> = before.map(weight).collect();
+        let sum = NOBODY + weights.iter().map(|(_, weight)| weight).sum::<f64>();
+        let likelihoods = weights.into_iter().map(|(track, weight)| (track, weight / sum)).collect();
+        actions.push(Action::Named { card, likelihoods });
     }
 
     pub(super) fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
@@ -126,10 +117,11 @@ impl Machine {
 
     pub(super) fn follow(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
         let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
-        let crossed = progress.cross(crossings);
+        let crossed = progress.cross(crossings, self.now_s);
+        let came_back = progress.came_back(&seen.bodies, &self.gate, self.now_s);
         let watched = progress.watch(&seen.bodies, &self.gate, self.now_s);
         // While the leaf closes the next ones may come into the zone, and the group may turn away.
-        let alarm = crossed.or(watched.filter(|_| self.phase == Phase::Unlocked));
+        let alarm = crossed.or(came_back).or(watched.filter(|_| self.phase == Phase::Unlocked));
         let is_complete = progress.is_complete();
         if let Some(alarm) = alarm {
             self.alarmed(alarm, None, actions);

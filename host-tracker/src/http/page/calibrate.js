@@ -4,7 +4,9 @@ import { ask } from "./net.js";
 import { html, svg } from "./shapes.js";
 
 const LOOK_MS = 500;
-const SHADES = ["#0000", "#3b82f633", "#3b82f666", "#3b82f699"]; // seen by nobody, one, two, more
+const SHADES = ["#3b82f633", "#3b82f666", "#3b82f699"]; // seen by one, two, more
+const AREAS = 4; // the largest, in words; all are on the map
+const shade = (modules) => SHADES[Math.min(modules.length, SHADES.length) - 1];
 
 export class Calibration {
   /** `on.form` with an element for the panel or null, `on.close` when it is over. */
@@ -74,8 +76,10 @@ export class Calibration {
     }));
     this.result.replaceChildren(...(status.found?.modules ?? []).map((module) => html("p", {}, module.text)));
     if (status.found) {
-      const [one, two] = status.found.coverage.seen_m2;
-      this.result.append(html("p", {}, `At least one module sees ${one.toFixed(0)} m², two see ${two.toFixed(0)} m².`));
+      const { seen_m2: [one, two], areas } = status.found.coverage;
+      this.result.append(html("p", {}, `At least one module sees ${one.toFixed(0)} m², two see ${two.toFixed(0)} m².`),
+        html("ul", { className: "walk-areas" }, ...areas.slice(0, AREAS).map(({ modules, m2 }) =>
+          html("li", {}, html("i", { style: `background:${shade(modules)}` }), `${modules.join(" + ")}: ${m2.toFixed(1)} m²`))));
     }
     this.finish.hidden = done;
     this.again.hidden = !done;
@@ -88,13 +92,19 @@ export class Calibration {
     const parts = [];
     const coverage = status.found?.coverage;
     if (coverage) {
-      const { x, y, cell_m, columns, seen_by } = coverage;
-      const cells = [[], [], [], []];
-      seen_by.forEach((count, index) => {
+      const { x, y, cell_m, columns, seen_by, areas } = coverage;
+      const cells = areas.map(() => []);
+      seen_by.forEach((area, index) => {
         const at = [x + (index % columns) * cell_m, y + Math.floor(index / columns) * cell_m];
-        cells[Math.min(count, 3)].push(`M${at[0]} ${-at[1]}h${cell_m}v${-cell_m}h${-cell_m}z`);
+        cells[area - 1]?.push(`M${at[0]} ${-at[1]}h${cell_m}v${-cell_m}h${-cell_m}z`);
       });
-      cells.forEach((d, count) => count && parts.push(svg("path", { d: d.join(""), fill: SHADES[count], class: "coverage" })));
+      areas.forEach(({ modules }, index) => {
+        const path = svg("path", { d: cells[index].join(""), fill: shade(modules), class: "coverage" });
+        const title = svg("title", {});
+        title.textContent = `Seen by ${modules.join(", ")}`;
+        path.append(title);
+        parts.push(path);
+      });
     }
     for (const module of status.found?.modules ?? []) {
       const rad = (module.yaw_deg * Math.PI) / 180, tip = [module.x + 0.5 * Math.cos(rad), module.y + 0.5 * Math.sin(rad)];

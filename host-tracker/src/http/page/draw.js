@@ -87,8 +87,8 @@ export class Drawing {
     }
   }
 
-  /** Everybody, where they came from, and how sure that is. */
-  tracks(tracks, past, chosen) {
+  /** Everybody, where they came from, and how sure that is; `names`: whose card they may have shown, by track. */
+  tracks(tracks, past, chosen, names) {
     const there = new Set();
     for (const track of tracks) {
       there.add(track.id);
@@ -98,7 +98,7 @@ export class Drawing {
       const shown = `person ${track.state}${chosen === track.id ? " chosen" : ""}`;
       if (person.group.getAttribute("class") !== shown) person.group.setAttribute("class", shown);
       const word = { confirmed: "", occluded: "hidden", tentative: "" }[track.state] ?? "";
-      const label = chosen === track.id ? `${track.id}${word && ` · ${word}`}` : word;
+      const label = [chosen === track.id ? track.id : "", names.get(track.id) ?? "", word].filter(Boolean).join(" · ");
       if (person.text.textContent !== label) person.text.textContent = label;
       person.group.setAttribute("aria-label", `Person ${track.id}${word && `, ${word}`}`);
       this.ellipse(person.ellipse, track.cov);

@@ -17,9 +17,9 @@ const SPEAK_MS = 5000;
 
 const get = (id) => document.getElementById(id);
 const body = document.body.classList;
-const state = { site: {}, revision: 0, file: "", frame: null, recent: [], fields: [], chosen: null, link: "", fitted: false };
+const state = { site: {}, revision: 0, file: "", frame: null, recent: [], fields: [], chosen: null, link: "", fitted: false, doors: [] };
 
-const panel = new Panel(get("panel"), { choose, seek: (at) => time.seek(at) });
+const panel = new Panel(get("panel"), { choose, seek: (at) => time.go(at) });
 const past = new Past({ ready: () => { time.ready(); if (time.at !== null) show(); } });
 const time = new TimeLine(past, { seek });
 const view = new View(get("map"), {
@@ -79,13 +79,37 @@ function show(quick = false) {
   if (line === null && back) return;
   const modules = state.frame?.modules ?? [];
   const trail = back ? time.before(time.at, 12_000) : state.recent;
-  drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person);
+  const names = back ? new Map() : cards(state.frame);
+  drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names);
   drawing.states(back ? [] : modules, line?.zones ?? {});
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();
   const known = Boolean(line) && !line.nobody && (back || state.link === "live");
   const events = back && past.kept ? past.eventsBefore(time.at) : [];
-  panel.show({ site: state.site, line, alarmed: state.frame?.alarms, modules: back ? [] : modules, chosen: state.chosen, known, past: back, events });
+  panel.show({ site: state.site, line, alarmed: state.frame?.alarms, modules: back ? [] : modules, chosen: state.chosen, known, past: back, events,
+    doors: state.doors, names });
+}
+
+/** Whose card each track may have shown, in words. */
+function cards(frame) {
+  const names = (frame?.doors ?? []).flatMap((door) => door.names ?? []).sort((a, b) => b.likelihood - a.likelihood);
+  const words = new Map();
+  for (const { track, label, likelihood } of names) if (!words.has(track)) words.set(track, `card ${label} ${Math.round(likelihood * 100)} %`);
+  return words;
+}
+
+/** The passages of all doors, anew whenever one has gone on. */
+async function loadDoors(frame) {
+  const key = JSON.stringify((frame.doors ?? []).map(({ name, phase, passage }) => [name, phase, passage]));
+  if (key === loadDoors.key) return;
+  loadDoors.key = key;
+  state.doors = (frame.doors ?? []).length ? await ask("/api/door").catch(() => state.doors) : [];
+}
+
+/** A link to a time of the map: #at=1700000000000, ms since 1970. */
+function jump() {
+  const at = Number(/^#at=(\d+)$/.exec(location.hash)?.[1]);
+  if (at) time.go(at);
 }
 
 function choose(chosen) {
@@ -98,6 +122,7 @@ function choose(chosen) {
 function seek(at) {
   body.toggle("past", at !== null);
   body.toggle("jump", at !== null && (!time.playing || time.speed > 5));
+  if (at === null && location.hash) history.replaceState(null, "", location.pathname);
   show();
 }
 
@@ -135,6 +160,8 @@ function link(next) {
 async function loadHistory() {
   // Without it the time line begins now.
   time.load(await ask("/api/history").catch(() => []));
+  if (!loadHistory.done) jump();
+  loadHistory.done = true;
 }
 
 let spoken = { at: 0, total: null };
@@ -152,6 +179,7 @@ connect({
     state.recent.push(frame);
     if (state.recent.length > TRAIL_FRAMES) state.recent.shift();
     time.add(frame);
+    loadDoors(frame);
     if (time.at === null) show(true);
     speak(frame);
   },
@@ -187,4 +215,5 @@ for (const layer of ["modules", "people"]) drawing.layers[layer].addEventListene
   choose(module ? { module } : { person: Number(person) });
 });
 window.addEventListener("keydown", (event) => { if (event.key === "Escape" && !editor.open && state.chosen) choose(null); });
+window.addEventListener("hashchange", jump);
 window.addEventListener("beforeunload", (event) => { if (editor.open && editor.changed()) event.preventDefault(); });

@@ -7,6 +7,7 @@ const STATES = { missing: "not found", searching: "looks for its sensor", learni
 const LIVES = { confirmed: "seen", occluded: "hidden, believed to be there", tentative: "not sure yet" };
 const KNOWN = { known: "all of it seen", partly: "partly seen", unknown: "nobody looks there" };
 
+const PASSAGES = 6;
 const percent = (share) => `${Math.round(share * 100)} %`;
 const age = (s) => (s < 90 ? `${Math.round(s)} s` : s < 5400 ? `${Math.round(s / 60)} min` : s < 172800 ? `${Math.round(s / 3600)} h` : `${Math.round(s / 86400)} days`);
 
@@ -40,14 +41,16 @@ export class Panel {
     this.modules = html("ul", { className: "module-list", id: "modules" });
     this.events = html("ul", { className: "events", id: "events" });
     this.eventSection = html("section", { hidden: true }, html("h2", {}, "Until then"), this.events);
+    this.doors = html("ul", { className: "events", id: "passages" });
+    this.doorSection = html("section", { hidden: true }, html("h2", {}, "Passages"), this.doors);
     this.figures = html("div", { className: "cards", style: "gap:16px" },
-      html("div", { className: "total" }, this.number, this.words), this.alarms, this.detail, this.eventSection,
+      html("div", { className: "total" }, this.number, this.words), this.alarms, this.detail, this.eventSection, this.doorSection,
       html("section", {}, this.zoneTitle, this.zones), html("section", {}, html("h2", {}, "Modules"), this.modules));
     root.append(this.form, this.figures);
   }
 
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
-  show({ site, line, alarmed, modules, chosen, known, past, events }) {
+  show({ site, line, alarmed, modules, chosen, known, past, events, doors, names }) {
     const here = line ? people(line, site) : null, total = here?.length ?? null;
     put(this.number, known && total !== null ? String(total) : "–");
     const hidden = here?.filter((track) => track.state === "occluded").length ?? 0;
@@ -58,8 +61,9 @@ export class Panel {
     this.alarms.hidden = !alarms.size;
     this.showZones(site, line?.zones ?? {}, known);
     this.showEvents(events);
+    this.showPassages(doors);
     this.showModules(site, modules, past);
-    this.showDetail(site, line, modules, chosen);
+    this.showDetail(site, line, modules, chosen, names);
   }
 
   showZones(site, zones, known) {
@@ -94,6 +98,20 @@ export class Panel {
     }, () => {});
   }
 
+  /** The last passages of all doors; each is a link to its time. */
+  showPassages(doors) {
+    const all = doors.flatMap((door) => door.passages).sort((a, b) => b.begun_ms - a.begun_ms).slice(0, PASSAGES);
+    this.doorSection.hidden = !all.length;
+    const byKey = new Map(all.map((passed) => [`${passed.passage.door} ${passed.begun_ms}`, passed]));
+    keyed(this.doors, [...byKey.keys()], (name) => {
+      const { begun_ms, passage } = byKey.get(name), time = new Date(begun_ms).toLocaleTimeString([], { hour12: false });
+      const row = html("a", { href: `#at=${begun_ms}`, title: "Show it on the map", onclick: () => this.on.seek(begun_ms) },
+        html("time", {}, time), html("span", {}, `${passage.door}: ${passage.through.length} of ${passage.entered} went in: ${passage.reason}`));
+      row.dataset.kind = passage.alarm ? "alarm" : "passage";
+      return html("li", {}, row);
+    }, () => {});
+  }
+
   showModules(site, lines, past) {
     const byName = new Map(lines.map((line) => [line.name, line]));
     const names = [...new Set([...(site.module ?? []).map((module) => module.name), ...byName.keys()])];
@@ -110,7 +128,7 @@ export class Panel {
     });
   }
 
-  showDetail(site, line, lines, chosen) {
+  showDetail(site, line, lines, chosen, names) {
     const key = chosen?.module ?? chosen?.person ?? "";
     if (this.detail.dataset.of !== String(key)) {
       this.detail.dataset.of = key;
@@ -121,7 +139,7 @@ export class Panel {
     }
     if (!chosen) return;
     const parts = chosen.module ? this.aboutModule(site, lines.find(({ name }) => name === chosen.module), chosen.module)
-      : this.aboutPerson(line?.tracks.find(({ id }) => id === chosen.person));
+      : this.aboutPerson(line?.tracks.find(({ id }) => id === chosen.person), names.get(chosen.person));
     const text = JSON.stringify(parts);
     if (this.detail.dataset.text === text) return;
     this.detail.dataset.text = text;
@@ -146,10 +164,11 @@ export class Panel {
     return { alarms: line ? line.alarms.map(({ text }) => text) : ["Nothing was heard of this module."], rows };
   }
 
-  aboutPerson(track) {
+  aboutPerson(track, card) {
     if (!track) return { alarms: [], rows: [["state", "gone"]] };
     const rows = [["state", LIVES[track.state] ?? track.state]];
     if (track.reason) rows.push(["because", track.reason]);
+    if (card) rows.push(["has shown", card]);
     if (track.existence !== undefined) rows.push(["there with", percent(track.existence)]);
     rows.push(["walks", `${Math.hypot(track.vx, track.vy).toFixed(1)} m/s`]);
     if (track.cov) rows.push(["place within", `${Math.round(200 * Math.sqrt(Math.max(track.cov[0], track.cov[2])))} cm`]);

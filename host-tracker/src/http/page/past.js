@@ -12,6 +12,7 @@ export class Past {
   constructor(on) {
     this.on = on;
     this.kept = false;
+    this.asked = false;
     this.pieces = new Map();
     this.glance = null;
     this.asking = false;
@@ -25,6 +26,7 @@ export class Past {
     const answer = await ask(`/api/overview?from=${Math.floor(from)}&to=${Math.ceil(to)}&bins=${bins}`).catch(() => null);
     this.asking = false;
     if (!answer) return;
+    this.asked = true;
     this.kept = answer.kept;
     this.glance = answer.kept ? answer : null;
     this.on.ready();

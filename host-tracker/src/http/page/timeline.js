@@ -15,7 +15,7 @@ const clock = (ms, parts) => new Date(ms).toLocaleTimeString([], { hour: "2-digi
 export class TimeLine {
   /** `on.seek` with a time in ms since 1970, or null for now; `past` is what the database holds. */
   constructor(past, on) {
-    Object.assign(this, { past, on, lines: [], site: {}, at: null, playing: false, speed: 1, range: KEEP_MS, glanced: -Infinity });
+    Object.assign(this, { past, on, lines: [], site: {}, at: null, wanted: null, playing: false, speed: 1, range: KEEP_MS, glanced: -Infinity });
     for (const id of ["slider", "density", "clock", "live", "play", "speed", "range", "ticks"]) this[`${id}_`] = get(id);
     this.density_.setAttribute("viewBox", `0 0 ${BINS} 100`);
     this.slider_.addEventListener("input", () => {
@@ -68,6 +68,7 @@ export class TimeLine {
     for (const option of this.range_.options) option.disabled = !this.past.kept && Number(option.value) > KEEP_MS;
     this.range_.title = this.past.kept ? "" : "Start the tracker with --db to look back further";
     this.draw();
+    if (this.wanted !== null) this.go(this.wanted);
   }
 
   /** What was there before the page was opened. */
@@ -88,6 +89,19 @@ export class TimeLine {
       if (this.lines.length % 4 === 0) this.draw();
     }
     this.show();
+  }
+
+  /** Shows a time, however long ago: in the shortest range that holds it, as soon as it is known what the database holds. */
+  go(at) {
+    this.wanted = this.past.asked ? null : at;
+    if (!this.past.asked) return;
+    const ranges = [...this.range_.options].filter((option) => !option.disabled).map((option) => Number(option.value));
+    const range = ranges.find((ms) => at > this.newest() - ms) ?? ranges.at(-1);
+    if (range > this.range) {
+      this.range_.value = range;
+      this.setRange(range);
+    }
+    this.seek(Math.max(at, this.first()));
   }
 
   seek(at, playing = false) {
