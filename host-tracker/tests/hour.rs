@@ -194,7 +194,7 @@ impl Player<'_> {
         while self.next < number || self.place().0 != self.frames.len() - 1 {
             let (of, round) = self.place();
             self.show(of, round);
-            if self.next % STEP == 0
+            if self.next.is_multiple_of(STEP)
                 && let Some(page) = &mut page
             {
                 self.understands_more(page);

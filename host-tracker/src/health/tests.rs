@@ -192,11 +192,11 @@ fn what_a_module_does_is_told_for_a_minute_in_each_of_its_lives_and_nothing_from
         vec![event(1, 20_000_000, EventKind::LearnStarted), event(2, 90_500_000, EventKind::Learned)];
     module.alarms_after(3);
     let learned = (2, "learned".to_owned(), "a new background was learned".to_owned());
-    assert_eq!(told(&mut module), [learned.clone()]);
+    assert_eq!(told(&mut module), std::slice::from_ref(&learned));
     module.events.push(asked);
     module.alarms_after(3);
     let absorbed = (3, "absorbed".to_owned(), "a place became background, as 10.0.0.7 asked".to_owned());
-    assert_eq!(told(&mut module), [learned, absorbed.clone()]);
+    assert_eq!(told(&mut module), [learned, absorbed]);
     let ago_s = module.line().events[1].ago_s;
     assert!((4.0..6.0).contains(&ago_s), "{ago_s}");
     (module.boot, module.tenths, module.sequence) = (2, 0, 0);
