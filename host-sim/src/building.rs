@@ -6,7 +6,8 @@
 //! ```
 //!
 //! The world's time begins with the building, for every sensor as soon as its thread runs: within a millisecond
-//! or two. Modules are not announced; their addresses are known.
+//! or two. Modules are announced by DNS-SD if that is asked for, to this machine alone; their addresses are known
+//! anyway.
 
 use std::error::Error;
 use std::io;
@@ -21,7 +22,7 @@ use crate::module::line::Place;
 use crate::module::pc::{PAGES, Pc};
 use crate::module::reactor::Reactor;
 use crate::module::udp::Udp;
-use crate::serve::{Control, serve_tcp};
+use crate::serve::{Control, Status, serve_tcp};
 use crate::urg::{Config, Urg};
 use crate::world::World;
 use crate::world::scene::Scene;
@@ -29,6 +30,9 @@ use crate::world::sensor::WorldSensor;
 
 /// A port that the system chooses, for this machine alone.
 const ANY_PORT: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
+
+/// Told after every turn of a sensor's loop which module's it is, by its number in the site, and how the sensor is.
+pub type Watch = Arc<dyn Fn(usize, &Status) + Send + Sync>;
 
 /// A building in which people walk. It ends when it is dropped.
 pub struct Building {
@@ -45,29 +49,51 @@ impl Building {
     /// # Errors
     /// No port or thread is to be had.
     pub fn start(scene: &Scene, seed: u64) -> io::Result<Self> {
+        let nobody: Watch = Arc::new(|_: usize, _: &Status| {});
+        Self::watched(scene, seed, &nobody)
+    }
+
+    /// As [`start`](Self::start), with modules that announce themselves.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn announced(scene: &Scene, seed: u64) -> io::Result<Self> {
+        let nobody: Watch = Arc::new(|_: usize, _: &Status| {});
+        Self::switched_on(scene, seed, &nobody, true)
+    }
+
+    /// As [`start`](Self::start), with somebody who watches the sensors.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn watched(scene: &Scene, seed: u64, watch: &Watch) -> io::Result<Self> {
+        Self::switched_on(scene, seed, watch, false)
+    }
+
+    fn switched_on(scene: &Scene, seed: u64, watch: &Watch, announced: bool) -> io::Result<Self> {
         let world = World::new(scene, seed);
         let stop = Arc::new(AtomicBool::new(false));
         let mut building =
             Self { begun: Instant::now(), modules: Vec::new(), stop, threads: Vec::new(), world };
         let sensors = building.world.sensors().to_vec();
         let mut places = Vec::new();
-        for (name, sensor) in sensors {
+        for (number, (name, sensor)) in sensors.into_iter().enumerate() {
             let listener = TcpListener::bind(ANY_PORT)?;
             places.push((name.clone(), Place::Tcp(listener.local_addr()?.to_string())));
-            let stop = Arc::clone(&building.stop);
+            let (stop, watch) = (Arc::clone(&building.stop), Arc::clone(watch));
             building.threads.push(Builder::new().name(format!("sensor {name}")).spawn(move || {
-                measure(&name, &listener, sensor, &stop);
+                measure(&name, &listener, sensor, &stop, &mut |status| watch(number, status));
             })?);
         }
         for (name, place) in places {
-            let address = building.module(&name, place)?;
+            let address = building.module(&name, place, announced)?;
             building.modules.push((name, address));
         }
         Ok(building)
     }
 
     /// Switches a module on, and says where it listens.
-    fn module(&mut self, name: &str, sensor: Place) -> io::Result<SocketAddr> {
+    fn module(&mut self, name: &str, sensor: Place, announced: bool) -> io::Result<SocketAddr> {
         let (listening, listens) = mpsc::channel();
         let stop = Arc::clone(&self.stop);
         let own_name = name.to_owned();
@@ -77,7 +103,7 @@ impl Building {
                 Err(error) => return drop(listening.send(Err(error))),
             };
             let _ = listening.send(port.local_addr());
-            if let Err(error) = live(&own_name, &sensor, &port, &stop) {
+            if let Err(error) = live(&own_name, &sensor, &port, announced, &stop) {
                 eprintln!("module {own_name} has ended: {error}");
             }
         })?);
@@ -113,21 +139,33 @@ impl Drop for Building {
     }
 }
 
-fn measure(name: &str, listener: &TcpListener, sensor: WorldSensor, stop: &AtomicBool) {
+fn measure(
+    name: &str,
+    listener: &TcpListener,
+    sensor: WorldSensor,
+    stop: &AtomicBool,
+    on_status: &mut dyn FnMut(&Status),
+) {
     let phase_us = sensor.clock().phase_us;
     // TCP knows no bit rate.
     let config = Config { paced: false, ..sensor.config() };
     let urg = Urg::new(config, Box::new(sensor), phase_us);
-    let mut control = Control { stop, on_status: &mut |_| {} };
+    let mut control = Control { stop, on_status };
     if let Err(error) = serve_tcp(listener, urg, &mut control) {
         eprintln!("sensor {name} has ended: {error}");
     }
 }
 
 /// Start after start, until everything ends.
-fn live(name: &str, sensor: &Place, port: &Udp, stop: &AtomicBool) -> Result<(), Box<dyn Error>> {
+fn live(
+    name: &str,
+    sensor: &Place,
+    port: &Udp,
+    announced: bool,
+    stop: &AtomicBool,
+) -> Result<(), Box<dyn Error>> {
     let flash = Flash::new(PAGES);
-    let pc = Pc { sensor, port, flash: &flash, name: Some(name), announced: false };
+    let pc = Pc { sensor, port, flash: &flash, name: Some(name), announced };
     while !stop.load(Ordering::Relaxed) {
         pc.start(stop, |_| {})?;
     }

@@ -74,6 +74,22 @@ fn a_module_finds_a_sensor_on_a_serial_device_at_the_wrong_speed() {
 }
 
 #[test]
+fn a_module_that_forgets_everything_begins_with_a_larger_number_each_time() {
+    let start = || -> u32 {
+        let arguments = ["module", "--sensor", "tcp://127.0.0.1:1", "--listen", "127.0.0.1:0"];
+        let (module, line) = Program::start(&arguments, " at ");
+        module.interrupt();
+        word(&line, "start ").parse().unwrap()
+    };
+    let first = start();
+    assert!(first > 1_700_000_000, "{first}");
+    // The next second has the next number.
+    std::thread::sleep(std::time::Duration::from_millis(1100));
+    let second = start();
+    assert!(second > first, "{second} after {first}");
+}
+
+#[test]
 fn wrong_arguments_are_refused_in_one_line() {
     let refused = |arguments: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_kehai-sim")).args(arguments).output().expect("it runs");

@@ -20,7 +20,8 @@ const AGAIN: Duration = Duration::from_millis(400);
 /// How often a request is sent.
 const TRIES: u32 = 5;
 
-/// Wait before a busy module is asked again: it stores something for about a second.
+/// Wait before a busy module is asked again: it stores something for about a second; or its places for subscribers are
+/// those of commands that have ended, free again after five.
 const BUSY: Duration = Duration::from_millis(500);
 
 /// How often a busy module is asked.
@@ -118,7 +119,7 @@ impl Client {
             })?;
             match answer {
                 None => {}
-                Some(Err(ClientError::Refused(Refusal::Busy))) if busy < BUSY_TRIES => {
+                Some(Err(ClientError::Refused(Refusal::Busy | Refusal::Full))) if busy < BUSY_TRIES => {
                     (busy, tries) = (busy + 1, 0);
                     std::thread::sleep(BUSY);
                 }

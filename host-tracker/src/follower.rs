@@ -72,12 +72,21 @@ impl Follower {
     pub fn line(&mut self, at_s: f64) -> TracksLine {
         let tracks = self.tracker.tracks(at_s);
         let zones = self.zones.lines(&tracks, at_s);
-        let mut tracks: Vec<_> = tracks.iter().map(TrackLine::from).collect();
-        for track in &mut tracks {
-            track.id += self.numbers;
-            self.newest = self.newest.max(track.id);
-        }
+        let tracks = self.numbered(&tracks);
+        self.newest = tracks.iter().map(|track| track.id).fold(self.newest, u64::max);
         TracksLine { t: at_s, tracks, zones }
+    }
+
+    /// Everybody at `at_s` as they are known now. What lines say later does not depend on who looks in between.
+    #[must_use]
+    pub fn peek(&self, at_s: f64) -> Vec<TrackLine> {
+        self.numbered(&self.tracker.peek(at_s))
+    }
+
+    fn numbered(&self, tracks: &[TrackState]) -> Vec<TrackLine> {
+        let mut tracks: Vec<_> = tracks.iter().map(TrackLine::from).collect();
+        tracks.iter_mut().for_each(|track| track.id += self.numbers);
+        tracks
     }
 
     /// The modules heard of, and what was not used.

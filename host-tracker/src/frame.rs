@@ -111,6 +111,25 @@ pub struct ModuleLine {
     pub free: Vec<[f64; 2]>,
     /// What is wrong, worst first.
     pub alarms: Vec<AlarmLine>,
+    /// What it has done within the last minute, oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventLine>,
+}
+
+/// Something that a module did: with its background, its settings or itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EventLine {
+    /// In which of its starts.
+    pub boot: u32,
+    /// Counts the events of that start, from 1.
+    pub number: u32,
+    /// Its name, for programs: `learn-started`, `learned`, `learn-restarted`, `absorbed`, `background-forgotten`,
+    /// `background-drifted`, `settings-changed`, `restarting`; `unknown` is of a newer module.
+    pub kind: String,
+    /// What it is, in words, and which host asked for it, if one did.
+    pub text: String,
+    /// Since then, s.
+    pub ago_s: f64,
 }
 
 /// Something that is wrong.

@@ -18,8 +18,11 @@ use crate::follower::Follower;
 use crate::frame::{Frame, unix_ms};
 use crate::peers::Peers;
 use crate::record::Recorder;
+use crate::reports::{ReportLine, Reports};
+use crate::sighting::Sighting;
 use crate::site::Site;
 use crate::trouble::Trouble;
+use kehai::wire::Message;
 
 /// Between two lines of tracks.
 pub const LINE_US: u64 = 100_000;
@@ -44,6 +47,7 @@ pub struct Live {
     trouble: Trouble,
     doors: Shown,
     calibration: Session,
+    reports: Reports,
 }
 
 impl Live {
@@ -72,6 +76,7 @@ impl Live {
             trouble: Trouble::default(),
             doors: Shown::default(),
             calibration: Session::default(),
+            reports: Reports::default(),
         }
     }
 
@@ -97,6 +102,12 @@ impl Live {
     #[must_use]
     pub fn calibrated_by(self, calibration: Session) -> Self {
         Self { calibration, ..self }
+    }
+
+    /// Tells of every report to those who listen.
+    #[must_use]
+    pub fn reporting(self, reports: Reports) -> Self {
+        Self { reports, ..self }
     }
 
     /// Goes on with another site.
@@ -157,9 +168,21 @@ impl Live {
         let sighting = self.follower.receive(datagram, now_us);
         if let Some(sighting) = &sighting {
             self.calibration.see(sighting);
+            if self.reports.are_wanted() {
+                self.report(datagram, sighting, now_us);
+            }
         }
         let socket = &self.socket;
         self.peers.receive(from, datagram, sighting, now_us, |datagram, to| send(socket, datagram, to));
+    }
+
+    /// Tells what is known right after this report.
+    fn report(&mut self, datagram: &[u8], sighting: &Sighting, now_us: u64) {
+        let Ok((_, Message::Report(report))) = Message::decode(datagram) else { return };
+        let t = now_us as f64 * 1e-6;
+        let module = self.peers.name(sighting.view.module).to_owned();
+        let tracks = self.follower.peek(t);
+        self.reports.tell(ReportLine { t, module, sequence: report.head.sequence, tracks });
     }
 
     fn frame_at(&mut self, at_us: u64) -> Frame {

@@ -108,6 +108,12 @@ impl Peers {
         }
     }
 
+    /// What the site calls its module of this number.
+    #[must_use]
+    pub fn name(&self, module: usize) -> &str {
+        self.site.modules.get(module).map_or("", |module| &module.name)
+    }
+
     /// Somebody was found on the network, or is gone from it.
     pub fn find(&mut self, finding: Finding, now_us: u64) {
         let found = match finding {

@@ -28,6 +28,7 @@ use crate::jsonl::TracksLine;
 use crate::live::Live;
 use crate::peers::Peers;
 use crate::record::Recorder;
+use crate::reports::Reports;
 use crate::site::Site;
 use crate::trackers::Choice;
 use crate::trouble::Trouble;
@@ -62,6 +63,7 @@ pub struct Service {
     trouble: Trouble,
     doors: Shown,
     calibration: Session,
+    reports: Reports,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
@@ -93,6 +95,8 @@ impl Service {
         let doors = Shown::default();
         let calibration = Session::default();
         calibration.set_site(&site);
+        let reports = Reports::default();
+        let reporting = reports.clone();
         let (telling, showing, calibrating) = (trouble.clone(), doors.clone(), calibration.clone());
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
@@ -103,11 +107,11 @@ impl Service {
             }
             let live = Live::new(socket, peers, search, follower);
             let live = live.recording(recorder).telling(telling);
-            let mut live = live.showing(showing).calibrated_by(calibrating);
+            let mut live = live.showing(showing).calibrated_by(calibrating).reporting(reporting);
             track(&mut live, &changed, &frames_in, &sharing)
         })?;
         let (site, thread) = (watch::Sender::new(site), Some(thread));
-        Ok(Self { frames, site, changes, shared, trouble, doors, calibration, thread })
+        Ok(Self { frames, site, changes, shared, trouble, doors, calibration, reports, thread })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -140,6 +144,12 @@ impl Service {
     #[must_use]
     pub fn calibration(&self) -> Session {
         self.calibration.clone()
+    }
+
+    /// Who is known to be where after each report: for whoever cannot wait for a frame.
+    #[must_use]
+    pub fn reports(&self) -> Reports {
+        self.reports.clone()
     }
 
     /// Frames that a queue had no room for.

@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex};
 use host_tracker::calibrate::session::Session;
 use host_tracker::frame::{Frame, ModuleLine};
 use host_tracker::http::{Desk, Server};
+use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site::Site;
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use tokio::sync::watch;
@@ -20,6 +21,7 @@ const HOME: &str = "# where we live\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0
 struct Map {
     server: Server,
     frames: watch::Sender<Arc<Frame>>,
+    reports: Reports,
     changes: Arc<Mutex<Vec<Site>>>,
     folder: tempfile::TempDir,
 }
@@ -31,9 +33,11 @@ impl Map {
         std::fs::write(&path, HOME).unwrap();
         let (frames, newest) = watch::channel(Arc::default());
         let changes = Arc::new(Mutex::new(Vec::new()));
+        let reports = Reports::default();
         let told = Arc::clone(&changes);
         let desk = Desk {
             frames: newest,
+            reports: reports.clone(),
             site: SiteFile::load(&path).unwrap(),
             changed: Box::new(move |site| {
                 told.lock().unwrap().push(site);
@@ -46,7 +50,7 @@ impl Map {
             doors: None,
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
-        Self { server, frames, changes, folder }
+        Self { server, frames, reports, changes, folder }
     }
 
     fn show(&self, unix_ms: u64) {
@@ -170,6 +174,37 @@ fn frames_reach_browsers_and_the_state() {
 }
 
 #[test]
+fn tracks_come_after_each_report_to_whoever_asked_for_that_and_to_nobody_else() {
+    let map = Map::new();
+    let (mut page, mut program) = (map.socket(None).unwrap(), map.socket(None).unwrap());
+    assert!(!map.reports.are_wanted(), "nobody has asked");
+    program.send(Message::text(r#"{"frames": false, "reports": true}"#)).unwrap();
+    while !map.reports.are_wanted() {
+        std::thread::yield_now();
+    }
+    for sequence in 1..=3 {
+        map.reports.tell(ReportLine { t: 0.5, module: "left".into(), sequence, tracks: Vec::new() });
+    }
+    map.show(1000);
+    for sequence in 1..=3 {
+        let report = next(&mut program, "report");
+        assert_eq!(report, json!({ "t": 0.5, "module": "left", "sequence": sequence, "tracks": [] }));
+    }
+    // All that the page gets until the frame that came later.
+    loop {
+        let message = page.read().unwrap();
+        let value: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();
+        assert!(value["report"].is_null());
+        if !value["frame"].is_null() {
+            break;
+        }
+    }
+    program.send(Message::text(r#"{"frames": true}"#)).unwrap();
+    assert_eq!(next(&mut program, "frame")["unix_ms"], 1000);
+    assert!(!map.reports.are_wanted(), "asked for no more");
+}
+
+#[test]
 fn a_browser_that_reads_nothing_misses_frames_and_holds_up_nobody() {
     let map = Map::new();
     let sleeper = map.socket(None).unwrap();
@@ -198,7 +233,8 @@ fn a_browser_that_reads_nothing_misses_frames_and_holds_up_nobody() {
 fn a_wrong_message_is_answered() {
     let map = Map::new();
     let mut socket = map.socket(None).unwrap();
-    for message in ["{", "7", "{\"frames\": 3}", "{\"more\": true}", ""] {
+    for message in ["{", "7", "{\"frames\": 3}", "{\"frames\": true, \"reports\": 3}", "{\"more\": true}", ""]
+    {
         socket.send(Message::text(message)).unwrap();
         let error = next(&mut socket, "error");
         assert!(error.as_str().unwrap().contains("understood:"), "{error}");
@@ -222,6 +258,14 @@ fn other_pages_may_neither_write_nor_listen() {
     let (status, why) = map.put("application/json", "Origin: http://evil.example\r\n", &body);
     assert_eq!(status, 403);
     assert!(why.contains("http://evil.example"), "{why}");
+    for line in ["POST /api/calibration", "POST /api/door/front/card", "PUT /anything"] {
+        for foreign in ["Origin: http://evil.example", "Origin: null", "Sec-Fetch-Site: cross-site"] {
+            let headers = format!("Content-Type: application/json\r\n{foreign}\r\n");
+            assert_eq!(map.ask(line, &headers, br#"{"do": "begin"}"#).0, 403, "{line}, {foreign}");
+        }
+    }
+    let (_, calibration) = map.ask("GET /api/calibration", "", b"");
+    assert!(calibration.contains(r#""active":false"#), "{calibration}");
     let (status, why) = map.ask("GET /api/site", "Host: evil.example\r\n", b"");
     assert_eq!(status, 403);
     assert!(why.contains("evil.example"), "{why}");

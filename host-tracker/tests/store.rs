@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
+use host_tracker::door::{Card, Passed};
 use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use host_tracker::site::Site;
@@ -17,7 +18,7 @@ use host_tracker::store::card::CardKey;
 use host_tracker::store::keeper::Event;
 use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::pose::{self, Source};
-use host_tracker::store::raw::RawKeeper;
+use host_tracker::store::raw::{self, RawKeeper};
 use host_tracker::store::reader::{Reader, Walked};
 use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use host_tracker::trackers::LifeCycle;
@@ -372,15 +373,17 @@ fn cards_and_raw_scans_have_an_end_of_their_own() {
     let (now_ms, days_ago) = (unix_ms(), |days: u64| unix_ms() - days * 86_400_000);
     let short = Keep { days: 365, card_days: 7 };
     let store = Store::open(&folder.file(), &site(), short).unwrap();
-    store.card(days_ago(8), "door", key.hash("old"));
-    store.card(days_ago(6), "door", key.hash("04A2"));
+    store.passed(passage(days_ago(8), Some(key.hash("old").into())));
+    store.passed(passage(days_ago(6), Some(key.hash("04A2").into())));
     drop(store);
     let mut raw = RawKeeper::begin(&folder.file(), "hall", now_ms - 10_000, now_ms - 5000).unwrap();
-    raw.scan(now_ms - 9000, "{}".into()).unwrap();
+    raw.scan(now_ms - 9000, "{\"expired\": 7}".into()).unwrap();
     raw.flush().unwrap();
+    drop(raw);
     let mut raw = RawKeeper::begin(&folder.file(), "left", now_ms, now_ms + 3_600_000).unwrap();
     raw.scan(now_ms, "{}".into()).unwrap();
     raw.flush().unwrap();
+    drop(raw);
     // Deleting what is too old comes after the first batch.
     let store = Store::open(&folder.file(), &site(), short).unwrap();
     while store.state().raw.is_empty() {
@@ -391,12 +394,66 @@ fn cards_and_raw_scans_have_an_end_of_their_own() {
     let reader = Reader::open(&folder.file()).unwrap();
     let cards: Vec<Vec<u8>> = reader.cards(0, now_ms).unwrap().into_iter().map(|card| card.hash).collect();
     assert_eq!(cards, [key.hash("04A2").bytes().to_vec()]);
+    // Of the older passage everything else is kept.
+    let passages: Vec<(Option<Card>, u32)> = reader
+        .passages(0, now_ms)
+        .unwrap()
+        .into_iter()
+        .map(|passed| (passed.passage.card, passed.passage.entered))
+        .collect();
+    assert_eq!(passages, [(None, 2), (Some(key.hash("04A2").into()), 2)]);
     let kept: Vec<(String, u64)> =
         reader.raw(0).unwrap().into_iter().map(|kept| (kept.module, kept.scans)).collect();
     assert_eq!(kept, [("left".to_owned(), 1)]);
     // Nothing anywhere in the file says which card it was.
+    drop(reader);
+    // What has expired is nowhere in the file, neither the hash nor the scan.
     let bytes = std::fs::read(folder.file()).unwrap();
-    assert!(!bytes.windows(4).any(|window| window == b"04A2"));
+    let holds = |what: &[u8]| bytes.windows(what.len()).any(|window| window == what);
+    let text = key.hash("old").to_string();
+    assert!(
+        !holds(b"04A2") && !holds(key.hash("old").bytes()) && !holds(text.as_bytes()) && !holds(b"expired")
+    );
+    assert!(holds(key.hash("04A2").bytes()));
+}
+
+#[test]
+fn raw_scans_that_have_expired_are_deleted_by_whatever_opens_the_database() {
+    let folder = Folder::new("expiry");
+    let now_ms = unix_ms();
+    let request = |module: &str, until_ms: u64| {
+        let mut raw = RawKeeper::begin(&folder.file(), module, now_ms - 10_000, until_ms).unwrap();
+        // Two that arrive in the same millisecond are two.
+        for _ in 0..2 {
+            raw.scan(now_ms - 9000, "{\"scan\": 1}".into()).unwrap();
+        }
+        raw.flush().unwrap();
+    };
+    let scans = || -> i64 {
+        let database = rusqlite::Connection::open(folder.file()).unwrap();
+        database.query_row("SELECT COUNT(*) FROM raw", [], |row| row.get(0)).unwrap()
+    };
+    request("hall", now_ms - 5000);
+    request("left", now_ms - 4000);
+    assert_eq!(scans(), 4, "at that time nothing had expired");
+    raw::forget_expired(&folder.file(), now_ms - 4500).unwrap();
+    assert_eq!(scans(), 2);
+    pose::note(&folder.file(), &[], now_ms, Source::Calibration).unwrap();
+    assert_eq!(scans(), 0);
+    assert_eq!(Reader::open(&folder.file()).unwrap().raw(0).unwrap(), []);
+    assert!(raw::forget_expired(&folder.0.join("none.db"), now_ms).is_err());
+    assert!(!folder.0.join("none.db").exists());
+}
+
+/// Two went in, with this card or without one.
+fn passage(begun_ms: u64, card: Option<Card>) -> Box<Passed> {
+    let passed = r#"{"begun_ms": 100000, "ended_ms": 109000, "passage": {"door": "front", "number": 1, "begun_s": 1.5,
+        "ended_s": 10.5, "card": null, "entered": 2, "tries": 1, "count_p": [0.0, 0.03, 0.97],
+        "seen_share": 0.98, "group": [4, 7], "through": [7, 4, 9], "outcome": "alarmed", "alarm": "followed",
+        "reason": "more went in than were let in"}}"#;
+    let mut passed: Passed = serde_json::from_str(passed).unwrap();
+    (passed.begun_ms, passed.ended_ms, passed.passage.card) = (begun_ms, begun_ms + 9000, card);
+    Box::new(passed)
 }
 
 #[test]
@@ -418,17 +475,13 @@ fn where_modules_were_is_known_for_good() {
 #[test]
 fn a_passage_is_kept_whole_and_found_by_its_time() {
     let folder = Folder::new("passage");
-    let passed = r#"{"begun_ms": 100000, "ended_ms": 109000, "passage": {"door": "front", "number": 1, "begun_s": 1.5,
-        "ended_s": 10.5, "card": "00000000000000000000000000a11ce0", "entered": 2, "tries": 1, "count_p": [0.0, 0.03, 0.97],
-        "seen_share": 0.98, "group": [4, 7], "through": [7, 4, 9], "outcome": "alarmed", "alarm": "followed",
-        "reason": "more went in than were let in"}}"#;
-    let passed: host_tracker::door::Passed = serde_json::from_str(passed).unwrap();
-    let store = Store::open(&folder.file(), &site(), keep(40_000)).unwrap();
-    store.passed(Box::new(passed.clone()));
+    let passed = passage(100_000, Some(Card(0xa11ce0)));
+    let store = Store::open(&folder.file(), &site(), Keep { days: 40_000, card_days: 40_000 }).unwrap();
+    store.passed(passed.clone());
     drop(store);
     let reader = Reader::open(&folder.file()).unwrap();
     assert_eq!(reader.passages(0, 99_999).unwrap(), []);
-    assert_eq!(reader.passages(100_000, 200_000).unwrap(), [passed]);
+    assert_eq!(reader.passages(100_000, 200_000).unwrap(), [*passed]);
     let events = reader.events(0, 200_000).unwrap();
     let kinds: Vec<(&str, &str)> = events.iter().map(|event| (&*event.kind, &*event.text)).collect();
     assert_eq!(kinds, [("door-alarm", "3 of 2 went in: more went in than were let in")]);

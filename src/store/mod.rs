@@ -79,6 +79,18 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
     start
 }
 
+/// The next start's number is the one after `boot`: for a store that is lost between two starts, so that their numbers
+/// differ all the same.
+///
+/// # Cancellation
+/// It may have been stored.
+///
+/// # Errors
+/// The store cannot be written.
+pub async fn count_from(store: &mut impl Store, boot: u32) -> Result<(), StoreError> {
+    store.save(BOOT, &boot.to_le_bytes()).await
+}
+
 /// A record that is one number.
 async fn number(store: &mut impl Store, key: u8) -> Result<Option<u32>, StoreError> {
     let mut bytes = [0; 4];

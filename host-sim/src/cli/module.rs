@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use host_sim::module::flash::Flash;
 use host_sim::module::line::Place;
-use host_sim::module::pc::{PAGES, Pc};
+use host_sim::module::pc::{self, PAGES, Pc};
 use host_sim::module::reactor::Reactor;
 use host_sim::module::udp::Udp;
 use kehai::wire::{Identity, NAME_MAX, PORT};
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     }
     let flash = match &arguments.store {
         Some(file) => Flash::open(file, PAGES).map_err(|error| format!("{}: {error}", file.display()))?,
-        None => Flash::new(PAGES),
+        None => pc::forgotten(&stop)?,
     };
     let port = Udp::bind(arguments.listen, &Reactor::new())
         .map_err(|error| format!("cannot listen at {}: {error}", arguments.listen))?;

@@ -2,7 +2,9 @@
 //! which the module listens.
 
 use std::fmt;
-use std::net::SocketAddr;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::time::Duration;
 
 use kehai::link::Clock;
 use kehai::module::discovery::{SERVICE, Service};
@@ -12,6 +14,12 @@ use mdns_sd::{Error, IfKind, ServiceDaemon, ServiceInfo};
 
 /// Between two looks at what the module has found out about its sensor, µs.
 const LOOK_US: u64 = 500_000;
+
+/// Multicast DNS's group (RFC 6762, section 3).
+const GROUP: Ipv4Addr = Ipv4Addr::new(224, 0, 0, 251);
+
+/// Tries, and how long each waits: loopback loses nothing, but a machine may be busy.
+const TRIES: (usize, Duration) = (5, Duration::from_millis(500));
 
 /// Answers for the module, in a thread of its own, until dropped.
 pub struct Announcement {
@@ -32,6 +40,28 @@ impl fmt::Debug for Announcement {
 #[must_use]
 pub fn service_type() -> String {
     format!("{}.local.", SERVICE.join("."))
+}
+
+/// Whether a datagram to multicast DNS's group comes back on the loopback interface: some containers and sandboxes
+/// have no multicast at all, and nothing is found by DNS-SD there. Another port is used for that.
+#[must_use]
+pub fn multicast_passes() -> bool {
+    echo().unwrap_or(false)
+}
+
+fn echo() -> io::Result<bool> {
+    let hears = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+    hears.join_multicast_v4(&GROUP, &Ipv4Addr::LOCALHOST)?;
+    hears.set_read_timeout(Some(TRIES.1))?;
+    // Its own address says which interface.
+    let says = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
+    for _ in 0..TRIES.0 {
+        says.send_to(b"kehai", (GROUP, hears.local_addr()?.port()))?;
+        if hears.recv_from(&mut [0; 16]).is_ok() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 impl Announcement {

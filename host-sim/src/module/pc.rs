@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::net::SocketAddr;
 use std::sync::atomic::AtomicBool;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use embassy_futures::select::select;
 use kehai::address::mac_from_unique_id;
@@ -37,6 +38,23 @@ pub struct Pc<'a> {
     pub name: Option<&'a str>,
     /// Whether it is announced by DNS-SD.
     pub announced: bool,
+}
+
+/// Flash that is forgotten at the end. Its starts are counted from the seconds since 1970, so that the next process goes on
+/// with larger numbers: hosts take a smaller one for an old datagram.
+///
+/// # Errors
+/// It has no room, or cannot be written.
+pub fn forgotten(stop: &AtomicBool) -> Result<Flash, Box<dyn Error>> {
+    let flash = Flash::new(PAGES);
+    let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
+    let mut store = FlashStore::new(flash.clone(), range).ok_or("the store has no room")?;
+    let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs();
+    // Enough until 2106.
+    let boot = u32::try_from(now).unwrap_or_default();
+    let counted = Reactor::new().block_on(stop, kehai::store::count_from(&mut store, boot));
+    counted.map_or(Ok(()), |done| done.map_err(|_| "the store cannot be written"))?;
+    Ok(flash)
 }
 
 impl Pc<'_> {

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use host_tracker::door::{Action, Alarm, Card, Contact, Event, Lock, Machine, Passage, Phase, Seen, Trouble};
 use host_tracker::follower::Follower;
-use host_tracker::site_door::{Door as GuardedDoor, Fail};
+use host_tracker::site::door::{Door as GuardedDoor, Fail};
 use host_tracker::trackers::Choice;
 
 use super::cast::{Cast, DOOR_Y_M, FROM_S};

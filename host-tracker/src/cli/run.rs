@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,7 +18,7 @@ use host_tracker::jsonl::write_line;
 use host_tracker::mqtt::{self, Broker, Publisher, Topics};
 use host_tracker::service::{Options, Service};
 use host_tracker::site::Site;
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use host_tracker::store::card::CardKey;
 use host_tracker::store::pose::{self, Source};
 use host_tracker::store::{Keep, Store, known_before};
@@ -49,9 +49,9 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
-    /// Serve the live map at this address: 127.0.0.1:8420 for this machine alone, 0.0.0.0:8420 for the whole network,
-    /// of which everybody may then edit the site
-    #[arg(long, value_name = "IP:PORT")]
+    /// Serve the live map, for this machine alone unless an address is given: 0.0.0.0:8420 is for the whole network, of
+    /// which everybody may then edit the site [default: 127.0.0.1:8420]
+    #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8420", value_parser = listen)]
     http: Option<SocketAddr>,
 
     /// A name under which browsers may open the map, beside addresses and local names
@@ -106,7 +106,7 @@ pub struct Arguments {
 
 const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --tracks-out -
-  kehai-tracker run --site door.toml --http 127.0.0.1:8420
+  kehai-tracker run --site door.toml --http
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
   kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
   kehai-tracker run --site door.toml --db door.db --keep-days 30
@@ -230,7 +230,7 @@ type CardHash = Box<dyn Fn(&str) -> Card + Send>;
 fn card_hash(site: &Path) -> Option<CardHash> {
     let has_doors = Site::load(site).is_ok_and(|site| !site.doors.is_empty());
     match has_doors.then(|| CardKey::load(&CardKey::beside(site)))? {
-        Ok(key) => Some(Box::new(move |card| Card(u128::from_be_bytes(*key.hash(card).bytes())))),
+        Ok(key) => Some(Box::new(move |card| key.hash(card).into())),
         Err(error) => {
             eprintln!("{error}; cards of before are not known again");
             None
@@ -257,11 +257,21 @@ fn map(
         }
     });
     let (frames, calibration) = (service.frames(), service.calibration());
-    let desk = Desk { frames, site, changed, calibration, accepted, database, names, doors: Some(doors) };
+    let (reports, doors) = (service.reports(), Some(doors));
+    let desk = Desk { frames, reports, site, changed, calibration, accepted, database, names, doors };
     let server = Server::start(listen, desk)
         .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
     eprintln!("live map at http://{}/", server.address());
     Ok(server)
+}
+
+/// Where to listen: on this machine alone if only a port is said.
+fn listen(text: &str) -> Result<SocketAddr, String> {
+    let port = |text: &str| text.parse().ok().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+    text.parse()
+        .ok()
+        .or_else(|| port(text))
+        .ok_or_else(|| "PORT for this machine alone, or IP:PORT, as 0.0.0.0:8420 for everybody".to_owned())
 }
 
 fn prefix(text: &str) -> Result<String, String> {

@@ -26,8 +26,7 @@ use super::names::Names;
 use super::passage::Passage;
 use crate::frame::{Frame, unix_ms};
 use crate::geometry::{Point, distance_to_segment};
-use crate::site::Site;
-use crate::site_door;
+use crate::site::{self, Site};
 
 /// Between two looks at the time.
 const WAIT: Duration = Duration::from_millis(50);
@@ -298,7 +297,7 @@ fn by_process() -> Hash {
 
 /// One door.
 struct Unit {
-    door: site_door::Door,
+    door: site::door::Door,
     machine: Machine,
     inbox: Inbox,
     names: Names,
@@ -432,11 +431,10 @@ fn tell(listeners: &Listeners, told: Told) {
 }
 
 /// The modules that watch a door, by their names.
-fn watching(door: &site_door::Door, site: &Site) -> Vec<String> {
+fn watching(door: &site::door::Door, site: &Site) -> Vec<String> {
     let (from, to) = door.ends();
-    let near = |module: &&crate::site::Module| {
-        distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M
-    };
+    let near =
+        |module: &&site::Module| distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M;
     site.modules.iter().filter(near).map(|module| module.name.clone()).collect()
 }
 

@@ -3,7 +3,8 @@
 //! ```text
 //!   report ─┬─▶ tally    rates and losses       ╮
 //!           └─▶ doubt    background not seen    ├─▶ bell ─▶ alarms in words
-//!   health ───▶ states, counters, events        │
+//!   health ───▶ states, counters               │
+//!      └──────▶ news     what it did            │
 //!   clock ────▶ offset, jitter, age             ╯──────────▶ ModuleLine
 //! ```
 //!
@@ -11,6 +12,7 @@
 
 mod alarms;
 mod doubt;
+mod news;
 mod tally;
 
 use kehai::wire::{EventKind, Health, HealthHead, Info, Message, ModuleId, Report, SensorCode};
@@ -19,6 +21,7 @@ use crate::clock::ModuleClock;
 use crate::frame::ModuleLine;
 use alarms::{Bell, Facts, SILENT_US};
 use doubt::Doubt;
+use news::News;
 use tally::Tally;
 
 /// Watches over one module.
@@ -35,6 +38,7 @@ pub struct Watch {
     tally: Tally,
     doubt: Option<Doubt>,
     bell: Bell,
+    news: News,
 }
 
 /// What its info says.
@@ -76,6 +80,7 @@ impl Watch {
             tally: Tally::default(),
             doubt: None,
             bell: Bell::default(),
+            news: News::default(),
         }
     }
 
@@ -89,7 +94,8 @@ impl Watch {
         }
         if boot > self.boot {
             let (since_us, bell, told) = (self.since_us, std::mem::take(&mut self.bell), self.told.take());
-            *self = Self { boot, bell, told, ..Self::new(since_us) };
+            let news = std::mem::take(&mut self.news);
+            *self = Self { boot, bell, told, news, ..Self::new(since_us) };
         }
         self.last_heard_us = Some(now_us);
         match message {
@@ -130,6 +136,7 @@ impl Watch {
 
     fn take_health(&mut self, health: &Health<'_>, now_us: u64) {
         self.tally.counters(&health.counters);
+        self.news.take(self.boot, health, self.since_us, now_us);
         let learned = health.events.iter().filter(|event| event.kind == EventKind::Learned);
         self.learned_us = learned.map(|event| event.at_us).max().or(self.learned_us);
         let suspects = health.suspects.len();
@@ -182,6 +189,7 @@ impl Watch {
             background_age_s: self.background_age_s(now_us),
             silent_s: self.last_heard_us.map(|last_us| rounded(seconds(last_us, now_us), 10.0)),
             alarms,
+            events: self.news.lines(now_us),
             ..ModuleLine::default()
         }
     }

@@ -179,6 +179,35 @@ fn the_line_of_a_module_that_is_well_has_true_figures() {
 }
 
 #[test]
+fn what_a_module_does_is_told_for_a_minute_in_each_of_its_lives_and_nothing_from_before() {
+    let mut module = Module::well();
+    let event = |number, at_us, kind| Event { number, at_us, kind, background_version: 2, by: [0; 4] };
+    let asked = Event { by: [10, 0, 0, 7], ..event(3, 91_000_000, EventKind::Absorbed) };
+    let told = |module: &mut Module| -> Vec<(u32, String, String)> {
+        module.line().events.into_iter().map(|event| (event.number, event.kind, event.text)).collect()
+    };
+    module.tenth();
+    module.watch = Watch::new(module.now_us);
+    module.events =
+        vec![event(1, 20_000_000, EventKind::LearnStarted), event(2, 90_500_000, EventKind::Learned)];
+    module.alarms_after(3);
+    let learned = (2, "learned".to_owned(), "a new background was learned".to_owned());
+    assert_eq!(told(&mut module), std::slice::from_ref(&learned));
+    module.events.push(asked);
+    module.alarms_after(3);
+    let absorbed = (3, "absorbed".to_owned(), "a place became background, as 10.0.0.7 asked".to_owned());
+    assert_eq!(told(&mut module), [learned, absorbed]);
+    let ago_s = module.line().events[1].ago_s;
+    assert!((4.0..6.0).contains(&ago_s), "{ago_s}");
+    (module.boot, module.tenths, module.sequence) = (2, 0, 0);
+    module.events = vec![event(1, 200_000, EventKind::LearnStarted)];
+    module.alarms_after(3);
+    assert_eq!(told(&mut module)[2].1, "learn-started");
+    module.alarms_after(70);
+    assert_eq!(told(&mut module), []);
+}
+
+#[test]
 fn silent_is_who_says_nothing_for_three_seconds_and_nothing_else_is_said_of_it() {
     let mut module = Module::well();
     module.health.sensor.code = SensorCode::Abnormal;

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   frames ─▶ feed ─▶ one text for all ─▶ /ws            every 0.1 s; a slow client misses some
+//!   reports ────────────────────────────▶ /ws            tracks after each report, for who asks
 //!               └───▶ ten minutes      ─▶ /api/history   two lines a second
 //!   database ────────────────────────▶ /api/overview, /api/past
 //!                                         /api/state     the newest frame
@@ -50,6 +51,7 @@ use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use axum::serve::ListenerExt;
 use axum::{Json, Router};
 use serde_json::json;
 use tokio::sync::{oneshot, watch};
@@ -58,8 +60,9 @@ use crate::calibrate::session::Session;
 use crate::door::DoorDesk;
 use crate::frame::Frame;
 use crate::geometry::Pose;
+use crate::reports::Reports;
 use crate::site::Site;
-use crate::site_file::SiteFile;
+use crate::site::file::SiteFile;
 use feed::Packets;
 use history::History;
 
@@ -78,6 +81,8 @@ pub type Accepted = Box<dyn Fn(&[(String, Pose)]) + Send + Sync>;
 pub struct Desk {
     /// The newest frame.
     pub frames: watch::Receiver<Arc<Frame>>,
+    /// What is known after each report.
+    pub reports: Reports,
     /// The site's file.
     pub site: SiteFile,
     /// Told of every site that was saved.
@@ -164,7 +169,8 @@ async fn serve(listener: std::net::TcpListener, desk: Desk) {
         sockets: AtomicUsize::new(0),
     });
     let listener = match tokio::net::TcpListener::from_std(listener) {
-        Ok(listener) => listener,
+        // Small messages are sent at once, not with the answer to the one before.
+        Ok(listener) => listener.tap_io(|stream| drop(stream.set_nodelay(true))),
         Err(error) => return eprintln!("the live map cannot be served: {error}"),
     };
     let feeding = feed::run(Arc::clone(&shared), packets_in);

@@ -20,7 +20,7 @@ use serde_json::json;
 
 use super::{BODY_MAX, Shared, refuse, text};
 use crate::site::Site;
-use crate::site_file::SaveError;
+use crate::site::file::SaveError;
 
 /// What errors call a site that came as a request.
 const REQUEST: &str = "request";

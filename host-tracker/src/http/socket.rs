@@ -3,7 +3,10 @@
 //! ```text
 //!   ─▶ {"frame": …}   {"fields": …}   {"site": 4}   {"error": "…"}
 //!   ◀─ {"frames": false}    a page nobody looks at asks for nothing
+//!   ◀─ {"frames": false, "reports": true}    ─▶ {"report": {"t": 12.34, "module": "left", "sequence": 7, "tracks": […]}}
 //! ```
+//!
+//! The map asks for no reports: ten frames a second are what eyes can follow.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -18,6 +21,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::{Shared, refuse};
+use crate::reports::{Listener, ReportLine};
 
 /// Browsers at once: each costs a task and its buffers.
 const SOCKETS_MAX: usize = 64;
@@ -34,6 +38,9 @@ const PATIENCE: Duration = Duration::from_secs(20);
 struct Wish {
     /// Whether frames are wanted.
     frames: bool,
+    /// Whether tracks are wanted after each report.
+    #[serde(default)]
+    reports: bool,
 }
 
 /// Opens it.
@@ -74,6 +81,7 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
     packets.mark_changed();
     site.mark_changed();
     let (mut wanted, mut fields_number) = (true, 0);
+    let mut reports = None;
     loop {
         tokio::select! {
             changed = packets.changed(), if wanted => {
@@ -85,6 +93,9 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
                 }
                 send(socket, newest.frame).await?;
             }
+            report = next(&mut reports) => {
+                send(socket, json!({ "report": *report }).to_string().into()).await?;
+            }
             changed = site.changed() => {
                 changed.map_err(|_| Gone)?;
                 let revision = *site.borrow_and_update();
@@ -92,7 +103,10 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
             }
             message = socket.recv() => match message {
                 Some(Ok(Message::Text(text))) => match serde_json::from_str::<Wish>(&text) {
-                    Ok(wish) => wanted = wish.frames,
+                    Ok(wish) => {
+                        wanted = wish.frames;
+                        reports = wish.reports.then(|| reports.unwrap_or_else(|| shared.desk.reports.listen()));
+                    }
                     Err(error) => complain(socket, &error.to_string()).await?,
                 },
                 Some(Ok(Message::Binary(_))) => complain(socket, "binary messages mean nothing here").await?,
@@ -103,8 +117,19 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
     }
 }
 
+/// The next report; for ever none, if none are wanted or there are no more.
+async fn next(reports: &mut Option<Listener>) -> Arc<ReportLine> {
+    if let Some(listener) = reports
+        && let Some(report) = listener.next().await
+    {
+        return report;
+    }
+    std::future::pending().await
+}
+
 async fn complain(socket: &mut WebSocket, what: &str) -> Result<(), Gone> {
-    let text = json!({ "error": format!("{what}; understood: {{\"frames\": true}} or false") });
+    let understood = r#"understood: {"frames": true} or false, and "reports" likewise"#;
+    let text = json!({ "error": format!("{what}; {understood}") });
     send(socket, text.to_string().into()).await
 }
 

@@ -19,6 +19,8 @@ use std::path::{Path, PathBuf};
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
+use crate::door::Card;
+
 /// Bytes of a key: as many as the hash has.
 const KEY_LEN: usize = 32;
 
@@ -113,6 +115,18 @@ impl CardHash {
     #[must_use]
     pub const fn bytes(&self) -> &[u8; HASH_LEN] {
         &self.0
+    }
+}
+
+impl From<Card> for CardHash {
+    fn from(card: Card) -> Self {
+        Self(card.0.to_be_bytes())
+    }
+}
+
+impl From<CardHash> for Card {
+    fn from(hash: CardHash) -> Self {
+        Self(u128::from_be_bytes(hash.0))
     }
 }
 

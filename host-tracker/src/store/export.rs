@@ -5,6 +5,7 @@
 //!   counts   zone,time,count,state
 //!   events   time,kind,subject,track,text
 //!   poses    time,module,x_m,y_m,yaw_deg,source
+//!   health   time,module,state,scans_hz,lost_percent,checksum_errors,unknown_percent,clock_offset_ms,clock_jitter_ms
 //!
 //!   time     CSV: seconds since 1970        Parquet: a timestamp in ms, UTC
 //! ```
@@ -64,7 +65,9 @@ enum Column {
     MaybeNumber(Vec<Option<i64>>),
     /// ms since 1970.
     Time(Vec<u64>),
-    Metres(Vec<f64>),
+    /// Of metres, degrees and the like, to a thousandth.
+    Real(Vec<f64>),
+    MaybeReal(Vec<Option<f64>>),
     YesNo(Vec<bool>),
     Text(Vec<String>),
 }
@@ -104,12 +107,13 @@ pub fn export(
     tables.iter().map(write).collect()
 }
 
-fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table; 4]> {
+fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table; 5]> {
     let paths = reader.paths(from_ms, to_ms)?;
     let points = || paths.iter().flat_map(|path| path.places.iter().map(move |place| (path, place)));
     let counts = reader.counts(from_ms, to_ms)?;
     let events = reader.events(from_ms, to_ms)?;
     let poses = reader.poses()?;
+    let health = reader.health(from_ms, to_ms)?;
     let metres = |mm: i32| f64::from(mm) * 1e-3;
     let number = super::writer::integer;
     Ok([
@@ -119,8 +123,8 @@ fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table;
                 ("run", Column::Number(points().map(|(path, _)| path.run).collect())),
                 ("track", Column::Number(points().map(|(path, _)| number(path.track)).collect())),
                 ("time", Column::Time(points().map(|(_, at)| at.at_ms).collect())),
-                ("x_m", Column::Metres(points().map(|(_, at)| metres(at.x_mm)).collect())),
-                ("y_m", Column::Metres(points().map(|(_, at)| metres(at.y_mm)).collect())),
+                ("x_m", Column::Real(points().map(|(_, at)| metres(at.x_mm)).collect())),
+                ("y_m", Column::Real(points().map(|(_, at)| metres(at.y_mm)).collect())),
                 ("hidden", Column::YesNo(points().map(|(_, at)| at.hidden).collect())),
             ],
         },
@@ -148,10 +152,33 @@ fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table;
             columns: vec![
                 ("time", Column::Time(poses.iter().map(|row| row.at_ms).collect())),
                 ("module", Column::Text(poses.iter().map(|row| row.module.clone()).collect())),
-                ("x_m", Column::Metres(poses.iter().map(|row| row.x_m).collect())),
-                ("y_m", Column::Metres(poses.iter().map(|row| row.y_m).collect())),
-                ("yaw_deg", Column::Metres(poses.iter().map(|row| row.yaw_deg).collect())),
+                ("x_m", Column::Real(poses.iter().map(|row| row.x_m).collect())),
+                ("y_m", Column::Real(poses.iter().map(|row| row.y_m).collect())),
+                ("yaw_deg", Column::Real(poses.iter().map(|row| row.yaw_deg).collect())),
                 ("source", Column::Text(poses.iter().map(|row| row.source.clone()).collect())),
+            ],
+        },
+        Table {
+            name: "health",
+            columns: vec![
+                ("time", Column::Time(health.iter().map(|row| row.at_ms).collect())),
+                ("module", Column::Text(health.iter().map(|row| row.module.clone()).collect())),
+                ("state", Column::Text(health.iter().map(|row| row.state.clone()).collect())),
+                ("scans_hz", Column::Real(health.iter().map(|row| row.scans_hz).collect())),
+                ("lost_percent", Column::Real(health.iter().map(|row| 100.0 * row.lost_share).collect())),
+                (
+                    "checksum_errors",
+                    Column::Number(health.iter().map(|row| number(row.checksum_errors)).collect()),
+                ),
+                (
+                    "unknown_percent",
+                    Column::Real(health.iter().map(|row| 100.0 * row.unknown_share).collect()),
+                ),
+                (
+                    "clock_offset_ms",
+                    Column::MaybeReal(health.iter().map(|row| row.clock_offset_ms).collect()),
+                ),
+                ("clock_jitter_ms", Column::Real(health.iter().map(|row| row.clock_jitter_ms).collect())),
             ],
         },
     ])
@@ -196,7 +223,8 @@ impl Column {
             Self::Number(values) => values.len(),
             Self::MaybeNumber(values) => values.len(),
             Self::Time(values) => values.len(),
-            Self::Metres(values) => values.len(),
+            Self::Real(values) => values.len(),
+            Self::MaybeReal(values) => values.len(),
             Self::YesNo(values) => values.len(),
             Self::Text(values) => values.len(),
         }
@@ -208,7 +236,8 @@ impl Column {
             Self::Number(values) => values.get(row).map(ToString::to_string),
             Self::MaybeNumber(values) => values.get(row).copied().flatten().map(|value| value.to_string()),
             Self::Time(values) => values.get(row).map(|at_ms| format!("{:.3}", *at_ms as f64 * 1e-3)),
-            Self::Metres(values) => values.get(row).map(|value| format!("{value:.3}")),
+            Self::Real(values) => values.get(row).map(|value| format!("{value:.3}")),
+            Self::MaybeReal(values) => values.get(row).copied().flatten().map(|value| format!("{value:.3}")),
             Self::YesNo(values) => values.get(row).map(|value| u8::from(*value).to_string()),
             Self::Text(values) => values.get(row).cloned(),
         };
@@ -221,7 +250,8 @@ impl Column {
             Self::Number(_) => format!("required int64 {name}"),
             Self::MaybeNumber(_) => format!("optional int64 {name}"),
             Self::Time(_) => format!("required int64 {name} (TIMESTAMP(MILLIS,true))"),
-            Self::Metres(_) => format!("required double {name}"),
+            Self::Real(_) => format!("required double {name}"),
+            Self::MaybeReal(_) => format!("optional double {name}"),
             Self::YesNo(_) => format!("required boolean {name}"),
             Self::Text(_) => format!("required binary {name} (STRING)"),
         }
@@ -231,15 +261,18 @@ impl Column {
         match self {
             Self::Number(values) => to.typed::<Int64Type>().write_batch(values, None, None)?,
             Self::MaybeNumber(values) => {
-                let there: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
-                let values: Vec<i64> = values.iter().copied().flatten().collect();
+                let (there, values) = there(values);
                 to.typed::<Int64Type>().write_batch(&values, Some(&there), None)?
+            }
+            Self::MaybeReal(values) => {
+                let (there, values) = there(values);
+                to.typed::<DoubleType>().write_batch(&values, Some(&there), None)?
             }
             Self::Time(values) => {
                 let values: Vec<i64> = values.iter().map(|&at_ms| super::writer::integer(at_ms)).collect();
                 to.typed::<Int64Type>().write_batch(&values, None, None)?
             }
-            Self::Metres(values) => to.typed::<DoubleType>().write_batch(values, None, None)?,
+            Self::Real(values) => to.typed::<DoubleType>().write_batch(values, None, None)?,
             Self::YesNo(values) => to.typed::<BoolType>().write_batch(values, None, None)?,
             Self::Text(values) => {
                 let values: Vec<ByteArray> = values.iter().map(|text| text.as_str().into()).collect();
@@ -247,5 +280,67 @@ impl Column {
             }
         };
         Ok(())
+    }
+}
+
+/// Which there are, as Parquet's definition levels, and those.
+fn there<T: Copy>(values: &[Option<T>]) -> (Vec<i16>, Vec<T>) {
+    let levels = values.iter().map(|value| i16::from(value.is_some())).collect();
+    (levels, values.iter().copied().flatten().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+
+    use super::super::{Keep, Store};
+    use super::*;
+    use crate::frame::{EventLine, Frame, ModuleLine, unix_ms};
+    use crate::site::Site;
+
+    #[test]
+    fn how_modules_were_and_what_they_learned_is_kept_and_exported() {
+        let folder = tempfile::tempdir().unwrap();
+        let (database, out) = (folder.path().join("kehai.db"), folder.path().join("out"));
+        let now_ms = unix_ms();
+        let learned =
+            EventLine { boot: 1, number: 4, kind: "learned".into(), text: "new".into(), ago_s: 2.0 };
+        let module = ModuleLine {
+            name: "left".into(),
+            state: "watching".into(),
+            scans_hz: 9.9,
+            lost_share: 0.0125,
+            checksum_errors: 3,
+            clock_offset_ms: Some(-4.5),
+            events: vec![learned],
+            ..ModuleLine::default()
+        };
+        let other = ModuleLine { name: "right".into(), state: "missing".into(), ..ModuleLine::default() };
+        let frame = Frame { unix_ms: now_ms, modules: vec![module, other], ..Frame::default() };
+        let store = Store::open(&database, &Arc::new(Site::default()), Keep::default()).unwrap();
+        store.see(Arc::new(frame));
+        drop(store);
+        let reader = Reader::open(&database).unwrap();
+        let events = reader.events(0, now_ms).unwrap();
+        let learned = events.iter().find(|event| event.kind == "learned").unwrap();
+        assert_eq!((learned.at_ms, learned.subject.as_str()), (now_ms - 2000, "left"));
+        let health = reader.health(0, now_ms).unwrap();
+        assert_eq!(health.len(), 2);
+        assert_eq!((health[0].clock_offset_ms, health[1].clock_offset_ms), (Some(-4.5), None));
+        for format in [Format::Csv, Format::Parquet] {
+            export(&database, &out, (0, now_ms), format).unwrap();
+        }
+        let text = std::fs::read_to_string(out.join("health.csv")).unwrap();
+        let rows: Vec<&str> = text.lines().collect();
+        assert!(rows[1].ends_with(",left,watching,9.900,1.250,3,0.000,-4.500,0.000"), "{text}");
+        assert!(rows[2].ends_with(",right,missing,0.000,0.000,0,0.000,,0.000"), "{text}");
+        let file = std::fs::File::open(out.join("health.parquet")).unwrap();
+        let rows = SerializedFileReader::new(file).unwrap();
+        let rows: Vec<String> =
+            rows.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect();
+        assert!(
+            rows[0].contains("clock_offset_ms: -4.5") && rows[1].contains("clock_offset_ms: null"),
+            "{rows:?}"
+        );
     }
 }

@@ -65,11 +65,11 @@ pub enum Row {
     },
     /// Where a module is from now on.
     Pose(PoseRow),
-    /// A card was held to a reader.
+    /// The card of a passage, kept for a time of its own.
     Card {
-        /// ms since 1970.
+        /// When the passage began, ms since 1970.
         at_ms: u64,
-        /// Which reader: the door's name.
+        /// The door's name.
         place: String,
         /// What may be kept of the card.
         hash: CardHash,
@@ -116,6 +116,8 @@ struct Known {
     state: String,
     alarms: BTreeMap<String, String>,
     health_ms: u64,
+    /// Start and number of its newest event.
+    newest: (u32, u32),
 }
 
 /// Keeps what frames say.
@@ -200,8 +202,12 @@ impl Keeper {
         self.rows.push(Row::Event(event));
     }
 
-    /// Notes a passage, and that it happened.
-    pub fn passed(&mut self, passed: Passed) {
+    /// Notes a passage, and that it happened; its card apart from it.
+    pub fn passed(&mut self, mut passed: Passed) {
+        if let Some(card) = passed.passage.card.take() {
+            let (at_ms, place) = (passed.begun_ms, passed.passage.door.clone());
+            self.rows.push(Row::Card { at_ms, place, hash: CardHash::from(card) });
+        }
         let passage = &passed.passage;
         let kind = if passage.alarm.is_some() { "door-alarm" } else { "passage" };
         self.happened(Event {
@@ -212,11 +218,6 @@ impl Keeper {
             text: format!("{} of {} went in: {}", passage.through.len(), passage.entered, passage.reason),
         });
         self.rows.push(Row::Passage(Box::new(passed)));
-    }
-
-    /// Notes that a card was held to a reader.
-    pub fn card(&mut self, at_ms: u64, place: &str, hash: CardHash) {
-        self.rows.push(Row::Card { at_ms, place: place.to_owned(), hash });
     }
 
     /// All that is to be written: rows, and parts of paths by track and part, the open ones included. Until
@@ -294,7 +295,7 @@ impl Keeper {
 
     fn module(&mut self, module: &ModuleLine, at_ms: u64) {
         let known = self.modules.entry(module.name.clone()).or_default();
-        let mut event = |kind: &str, text: &str| {
+        let mut event = |at_ms: u64, kind: &str, text: &str| {
             self.rows.push(Row::Event(Event {
                 at_ms,
                 kind: kind.into(),
@@ -304,18 +305,23 @@ impl Keeper {
             }));
         };
         if known.state != module.state {
-            event("state", &module.state);
+            event(at_ms, "state", &module.state);
             known.state.clone_from(&module.state);
         }
         let alarms: BTreeMap<String, String> =
             module.alarms.iter().map(|alarm| (alarm.name.clone(), alarm.text.clone())).collect();
         for (name, text) in alarms.iter().filter(|(name, _)| !known.alarms.contains_key(*name)) {
-            event("alarm", &format!("{name}: {text}"));
+            event(at_ms, "alarm", &format!("{name}: {text}"));
         }
         for name in known.alarms.keys().filter(|name| !alarms.contains_key(*name)) {
-            event("cleared", name);
+            event(at_ms, "cleared", name);
         }
         known.alarms = alarms;
+        for told in module.events.iter().filter(|told| (told.boot, told.number) > known.newest) {
+            event(at_ms.saturating_sub((told.ago_s * 1e3) as u64), &told.kind, &told.text);
+        }
+        let newest = module.events.last().map_or(known.newest, |told| (told.boot, told.number));
+        known.newest = known.newest.max(newest);
         if at_ms.saturating_sub(known.health_ms) >= HEALTH_MS {
             known.health_ms = at_ms;
             self.rows.push(Row::Health { at_ms, module: Box::new(module.clone()) });
@@ -341,7 +347,7 @@ impl Walk {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::AlarmLine;
+    use crate::frame::{AlarmLine, EventLine};
     use crate::jsonl::{TracksLine, ZoneLine};
 
     fn site() -> Site {
@@ -419,6 +425,38 @@ mod tests {
             .filter_map(|row| if let Row::Event(event) = row { Some(&*event.kind) } else { None })
             .collect();
         assert_eq!((counts, kinds), (2, vec!["alarm", "cleared"]));
+    }
+
+    #[test]
+    fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
+        let mut keeper = Keeper::new(&site(), 0);
+        let event = |boot, number, kind: &str, ago_s| EventLine {
+            boot,
+            number,
+            ago_s,
+            kind: kind.into(),
+            ..EventLine::default()
+        };
+        let frames = [
+            (1000, vec![event(1, 1, "learned", 0.5)]),
+            (1100, vec![event(1, 1, "learned", 0.6), event(1, 2, "absorbed", 0.0)]),
+            (9000, vec![event(2, 1, "learn-started", 0.0)]),
+        ];
+        for (unix_ms, events) in frames {
+            let module = ModuleLine { name: "left".into(), events, ..ModuleLine::default() };
+            keeper.see(&Frame { modules: vec![module], ..frame(unix_ms, vec![]) });
+        }
+        let kept: Vec<(u64, &str, &str)> = keeper
+            .rows()
+            .0
+            .iter()
+            .filter_map(|row| if let Row::Event(event) = row { Some(event) } else { None })
+            .map(|event| (event.at_ms, &*event.kind, &*event.subject))
+            .collect();
+        assert_eq!(
+            kept,
+            [(500, "learned", "left"), (1100, "absorbed", "left"), (9000, "learn-started", "left")]
+        );
     }
 
     #[test]

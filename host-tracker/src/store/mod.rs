@@ -29,7 +29,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use card::CardHash;
 use keeper::{Event, Keeper};
 use pose::Source;
 use reader::Reader;
@@ -51,6 +50,9 @@ const FORGET: Duration = Duration::from_secs(60);
 
 /// Between two tries to open a file that could not be.
 const AGAIN: Duration = Duration::from_secs(2);
+
+/// The alarm is over when all could be written for so long: on a full disk some can now and then.
+const STEADY: Duration = Duration::from_secs(10);
 
 /// Frames that wait while a transaction is being written: six seconds of them.
 const QUEUE: usize = 64;
@@ -117,7 +119,6 @@ enum Message {
     Frame(Arc<Frame>),
     Event(Event),
     Passage(Box<Passed>),
-    Card(u64, String, CardHash),
     Site(Arc<Site>, u64, Source),
 }
 
@@ -137,7 +138,7 @@ impl Store {
     /// state says so, and it is tried again.
     pub fn open(file: &Path, site: &Arc<Site>, keep: Keep) -> Result<Self, StoreError> {
         let now_ms = unix_ms();
-        let writer = match Writer::open(file, now_ms) {
+        let writer = match Writer::open(file, now_ms, None) {
             Ok(writer) => Some(writer),
             Err(error) if is_passing(&error) => None,
             Err(error) => return Err(error),
@@ -150,6 +151,8 @@ impl Store {
             writer,
             keeper: Keeper::new(site, now_ms),
             newest: None,
+            run: None,
+            failed: None,
             state: Arc::clone(&state),
         };
         let thread = std::thread::Builder::new()
@@ -177,14 +180,9 @@ impl Store {
         self.send(Message::Event(event));
     }
 
-    /// Keeps a passage through a door.
+    /// Keeps a passage through a door, and its card for as long as cards are kept.
     pub fn passed(&self, passed: Box<Passed>) {
         self.send(Message::Passage(passed));
-    }
-
-    /// Notes that a card was held to the reader at `place`, at `at_ms` since 1970.
-    pub fn card(&self, at_ms: u64, place: &str, hash: CardHash) {
-        self.send(Message::Card(at_ms, place.to_owned(), hash));
     }
 
     /// The site has changed, and who changed it.
@@ -281,6 +279,10 @@ struct Work {
     writer: Option<Writer>,
     keeper: Keeper,
     newest: Option<Arc<Frame>>,
+    /// The run's number, while the file is not open.
+    run: Option<i64>,
+    /// When it could not be written last.
+    failed: Option<Instant>,
     state: Arc<Mutex<StoreState>>,
 }
 
@@ -304,7 +306,7 @@ impl Work {
             batch_at = now + BATCH;
             if self.writer.is_none() && now >= open_at {
                 open_at = now + AGAIN;
-                match Writer::open(&self.file, unix_ms()) {
+                match Writer::open(&self.file, unix_ms(), self.run) {
                     Ok(writer) => self.writer = Some(writer),
                     Err(error) => self.trouble(&error.to_string()),
                 }
@@ -327,7 +329,6 @@ impl Work {
             }
             Message::Event(event) => self.keeper.happened(event),
             Message::Passage(passed) => self.keeper.passed(*passed),
-            Message::Card(at_ms, place, hash) => self.keeper.card(at_ms, &place, hash),
             Message::Site(site, now_ms, source) => self.keeper.set_site(&site, now_ms, source),
         }
     }
@@ -343,14 +344,18 @@ impl Work {
                 self.keeper.written();
                 self.newest = None;
                 let dropped = self.keeper.dropped();
+                let steady = self.failed.is_none_or(|failed| failed.elapsed() >= STEADY);
                 locked(&self.state, |state| {
-                    state.trouble.clear();
+                    if steady {
+                        state.trouble.clear();
+                    }
                     state.written += 1;
                     state.dropped = state.dropped.max(dropped);
                 });
             }
             Err(error) => {
                 let file = self.file.clone();
+                self.run = Some(writer.run());
                 self.trouble(&StoreError::Sqlite { file, error }.to_string());
                 // A file that was replaced or lost is opened anew.
                 self.writer = None;
@@ -375,7 +380,8 @@ impl Work {
         }
     }
 
-    fn trouble(&self, text: &str) {
+    fn trouble(&mut self, text: &str) {
+        self.failed = Some(Instant::now());
         locked(&self.state, |state| text.clone_into(&mut state.trouble));
     }
 }

@@ -77,7 +77,7 @@ impl PoseRow {
 /// # Errors
 /// The database cannot be opened or written.
 pub fn note(database: &File, poses: &[(String, Pose)], at_ms: u64, source: Source) -> Result<(), StoreError> {
-    let mut connection = Writer::connect(database)?;
+    let mut connection = Writer::connect(database, at_ms)?;
     let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
     let transaction = connection.transaction().map_err(failed)?;
     for (module, pose) in poses {

@@ -3,13 +3,14 @@
 //! ```text
 //!   kehai-tracker module raw hall --db door.db ─▶ raw_request (module, until_ms) ─ 1:n ─▶ raw (a scan each)
 //!   a tracker with that database ─▶ deletes what has expired, says what has not: an alarm "raw-scans"
+//!   every command that opens it  ─▶ deletes what has expired
 //! ```
 //!
 //! They show more of people than anything else that is kept, so nothing else ever writes them.
 
 use std::path::Path as File;
 
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, OpenFlags, params};
 
 use super::StoreError;
 use super::writer::{Writer, integer};
@@ -27,6 +28,7 @@ pub struct RawKeeper {
     connection: Connection,
     request: i64,
     waiting: Vec<(u64, String)>,
+    last_ms: u64,
 }
 
 /// Raw scans that are kept.
@@ -48,9 +50,8 @@ impl RawKeeper {
     /// The database cannot be opened or written.
     pub fn begin(database: &File, module: &str, now_ms: u64, until_ms: u64) -> Result<Self, StoreError> {
         let file = database.to_path_buf();
-        let connection = Writer::connect(database)?;
+        let connection = Writer::connect(database, now_ms)?;
         let begun = || -> rusqlite::Result<i64> {
-            while forget(&connection, now_ms)? {}
             connection.execute(
                 "INSERT INTO raw_request (module, begun_ms, until_ms) VALUES (?1, ?2, ?3)",
                 params![module, integer(now_ms), integer(until_ms)],
@@ -64,7 +65,7 @@ impl RawKeeper {
             Ok(request)
         };
         match begun() {
-            Ok(request) => Ok(Self { file, connection, request, waiting: Vec::new() }),
+            Ok(request) => Ok(Self { file, connection, request, waiting: Vec::new(), last_ms: 0 }),
             Err(error) => Err(StoreError::Sqlite { file, error }),
         }
     }
@@ -74,7 +75,9 @@ impl RawKeeper {
     /// # Errors
     /// The database cannot be written.
     pub fn scan(&mut self, at_ms: u64, json: String) -> Result<(), StoreError> {
-        self.waiting.push((at_ms, json));
+        // Two that arrive together are two.
+        self.last_ms = at_ms.max(self.last_ms + 1);
+        self.waiting.push((self.last_ms, json));
         let first_ms = self.waiting.first().map_or(at_ms, |(at_ms, _)| *at_ms);
         if at_ms.saturating_sub(first_ms) >= 1000 { self.flush() } else { Ok(()) }
     }
@@ -98,6 +101,22 @@ impl RawKeeper {
         self.waiting.clear();
         Ok(())
     }
+}
+
+/// Deletes all that has expired in `database` by `now_ms`: for commands that would only read it. One that has nothing of
+/// that kind is not touched.
+///
+/// # Errors
+/// It cannot be read, or there is something and it cannot be written.
+pub fn forget_expired(database: &File, now_ms: u64) -> Result<(), StoreError> {
+    let file = database.to_path_buf();
+    let asked = "SELECT EXISTS (SELECT 1 FROM raw_request WHERE until_ms <= ?1)";
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let reader = Connection::open_with_flags(database, flags)
+        .map_err(|error| StoreError::Sqlite { file: file.clone(), error })?;
+    // A database of before there were raw scans has none.
+    let any = reader.query_row(asked, params![integer(now_ms)], |row| row.get(0)).unwrap_or(false);
+    if any { Writer::connect(database, now_ms).map(drop) } else { Ok(()) }
 }
 
 /// Deletes some of what has expired; true if there may be more.

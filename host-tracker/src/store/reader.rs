@@ -14,7 +14,7 @@ use super::keeper::{Event, PART_MS};
 use super::path::{Place, decode};
 use super::raw::{self, RawKept};
 use super::writer::integer;
-use crate::door::Passed;
+use crate::door::{Card, Passed};
 use crate::frame::Frame;
 
 const PATHS: &str = "SELECT run, track, points FROM path
@@ -29,8 +29,13 @@ const LIVES: &str = "SELECT begun_ms, ended_ms FROM run
 const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
     WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
-
-const PASSAGES: &str = "SELECT record FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
+const HEALTH: &str =
+    "SELECT health.at_ms, module.name, state, scans_hz, lost_share, checksum_errors, unknown_share,
+        clock_offset_ms, clock_jitter_ms
+    FROM health JOIN module USING (module) WHERE health.at_ms BETWEEN ?1 AND ?2 ORDER BY health.at_ms";
+const PASSAGES: &str = "SELECT record, (SELECT hash FROM card
+        WHERE card.at_ms = passage.begun_ms AND card.place = passage.door)
+    FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
 
 /// Somebody's path.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +76,29 @@ pub struct Posed {
     pub yaw_deg: f64,
     /// Who said so: `file`, `map`, `calibration`.
     pub source: String,
+}
+
+/// How a module was at some time: once a minute.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Was {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// As the site called it.
+    pub module: String,
+    /// What it was doing.
+    pub state: String,
+    /// Scans a second.
+    pub scans_hz: f64,
+    /// Share of its scans that were lost within a minute.
+    pub lost_share: f64,
+    /// Checksum errors on its sensor's line since its start.
+    pub checksum_errors: u64,
+    /// Share of its beams that could not be judged.
+    pub unknown_share: f64,
+    /// Its clock minus the tracker's, ms.
+    pub clock_offset_ms: Option<f64>,
+    /// How much that scattered, ms.
+    pub clock_jitter_ms: f64,
 }
 
 /// A card that was held to a reader.
@@ -153,15 +181,22 @@ impl Reader {
         self.0.prepare_cached(EVENTS)?.query_map(params![integer(from_ms), integer(to_ms)], event)?.collect()
     }
 
-    /// Passages through doors that began from `from_ms` to `to_ms`. A record that cannot be understood is left out.
+    /// Passages through doors that began from `from_ms` to `to_ms`, with their cards as long as those are kept. A record
+    /// that cannot be understood is left out.
     ///
     /// # Errors
     /// What SQLite says.
     pub fn passages(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Passed>> {
         let mut statement = self.0.prepare_cached(PASSAGES)?;
-        let texts = statement.query_map(params![integer(from_ms), integer(to_ms)], |row| row.get(0))?;
-        let texts: Vec<String> = texts.collect::<rusqlite::Result<_>>()?;
-        Ok(texts.iter().filter_map(|text| serde_json::from_str(text).ok()).collect())
+        let both = |row: &Row<'_>| Ok((row.get(0)?, row.get(1)?));
+        let records = statement.query_map(params![integer(from_ms), integer(to_ms)], both)?;
+        let records: Vec<(String, Option<[u8; 16]>)> = records.collect::<rusqlite::Result<_>>()?;
+        let passed = |(text, hash): &(String, Option<[u8; 16]>)| {
+            let mut passed: Passed = serde_json::from_str(text).ok()?;
+            passed.passage.card = hash.map(|bytes| Card(u128::from_be_bytes(bytes)));
+            Some(passed)
+        };
+        Ok(records.iter().filter_map(passed).collect())
     }
 
     /// From when to when trackers ran, as far as that touches the time from `from_ms` to `to_ms`.
@@ -192,6 +227,27 @@ impl Reader {
         };
         let asked = "SELECT at_ms, module, x_m, y_m, yaw_deg, source FROM pose ORDER BY at_ms, module";
         self.0.prepare_cached(asked)?.query_map([], pose)?.collect()
+    }
+
+    /// How modules were from `from_ms` to `to_ms`.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn health(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Was>> {
+        let was = |row: &Row<'_>| {
+            Ok(Was {
+                at_ms: time(row, 0)?,
+                module: row.get(1)?,
+                state: row.get(2)?,
+                scans_hz: row.get(3)?,
+                lost_share: row.get(4)?,
+                checksum_errors: time(row, 5)?,
+                unknown_share: row.get(6)?,
+                clock_offset_ms: row.get(7)?,
+                clock_jitter_ms: row.get(8)?,
+            })
+        };
+        self.0.prepare_cached(HEALTH)?.query_map(params![integer(from_ms), integer(to_ms)], was)?.collect()
     }
 
     /// Cards held to readers from `from_ms` to `to_ms`.
@@ -250,7 +306,7 @@ impl Reader {
     /// What SQLite says.
     pub fn plans(&self) -> rusqlite::Result<Vec<String>> {
         let mut plans = Vec::new();
-        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS, PASSAGES, CARDS] {
+        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS, HEALTH, PASSAGES, CARDS] {
             let mut statement = self.0.prepare(&format!("EXPLAIN QUERY PLAN {asked}"))?;
             let blanks = vec![0_i64; statement.parameter_count()];
             let lines = statement.query_map(rusqlite::params_from_iter(blanks), |row| row.get(3))?;

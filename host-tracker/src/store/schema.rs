@@ -3,10 +3,9 @@
 //! ```text
 //!   run ─ 1:n ─ path (track, part) ── begun_ms ◀─ index ── "what happened between a and b"
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
-//!   passage: one group through a door, its record as JSON       begun_ms ◀─ index
-//!   snapshot: one row, what was known last
+//!   passage: one group through a door, its record as JSON, without its card       begun_ms ◀─ index
 //!   pose (module, at_ms): where modules were said to be, and by whom      snapshot: one row, what was known last
-//!   card (at_ms, hash)   raw_request ─ 1:n ─ raw: each with an end of its own
+//!   card (at_ms, place, hash): of a passage the door and when it began   raw_request ─ 1:n ─ raw: each with an end of its own
 //! ```
 //!
 //! Write-ahead log with `synchronous = NORMAL`: a transaction that was committed survives the death of the
@@ -15,7 +14,7 @@
 use rusqlite::Connection;
 
 /// Written into the file; a newer one is refused rather than damaged.
-const VERSION: i64 = 2;
+const VERSION: i64 = 3;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -124,6 +123,15 @@ CREATE TABLE raw (
 ) WITHOUT ROWID;
 ";
 
+/// What version 3 changes: a passage's card is in the table of cards alone, for as long as those are kept.
+const TABLES_3: &str = "
+INSERT INTO card (at_ms, place, hash)
+    SELECT begun_ms, door, unhex(record ->> '$.passage.card') FROM passage
+    WHERE unhex(record ->> '$.passage.card') IS NOT NULL;
+UPDATE passage SET record = json_set(record, '$.passage.card', NULL)
+    WHERE record ->> '$.passage.card' IS NOT NULL;
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
@@ -141,17 +149,19 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "synchronous", "NORMAL")?;
     connection.pragma_update(None, "busy_timeout", 2000)?;
+    // What has expired is overwritten, not only given up.
+    connection.pragma_update(None, "secure_delete", "ON")?;
     let transaction = connection.transaction()?;
     let version: i64 = transaction.pragma_query_value(None, "user_version", |row| row.get(0))?;
     if version > VERSION {
         return Ok(Err(Newer(version)));
     }
-    for (older, tables) in [(1, TABLES), (2, TABLES_2)] {
+    transaction.execute_batch(PASSAGES)?;
+    for (older, tables) in [(1, TABLES), (2, TABLES_2), (3, TABLES_3)] {
         if version < older {
             transaction.execute_batch(tables)?;
         }
     }
-    transaction.execute_batch(PASSAGES)?;
     transaction.pragma_update(None, "user_version", VERSION)?;
     transaction.commit()?;
     Ok(Ok(()))
@@ -179,6 +189,39 @@ mod tests {
         assert_eq!(run.unwrap(), (7, None));
         connection.execute("INSERT INTO card (at_ms, place, hash) VALUES (1, 'door', x'00')", []).unwrap();
         prepare(&mut connection).unwrap().unwrap();
+    }
+
+    #[test]
+    fn a_card_in_a_passage_of_before_goes_where_it_expires() {
+        let mut connection = Connection::open_in_memory().unwrap();
+        for tables in [PASSAGES, TABLES, TABLES_2] {
+            connection.execute_batch(tables).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 2).unwrap();
+        for card in ["\"00000000000000000000000000a11ce0\"", "null"] {
+            let record = format!("{{\"begun_ms\":5,\"passage\":{{\"card\":{card},\"entered\":2}}}}");
+            connection
+                .execute(
+                    "INSERT INTO passage (door, begun_ms, ended_ms, outcome, record) VALUES ('front', 5, 9, 'complete', ?1)",
+                    [record],
+                )
+                .unwrap();
+        }
+        prepare(&mut connection).unwrap().unwrap();
+        let without = |row: &rusqlite::Row<'_>| row.get::<_, String>(0);
+        let records: Vec<String> = connection
+            .prepare("SELECT record FROM passage")
+            .unwrap()
+            .query_map([], without)
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
+        let expected = r#"{"begun_ms":5,"passage":{"card":null,"entered":2}}"#;
+        assert_eq!(records, [expected, expected]);
+        let card = connection.query_row("SELECT at_ms, place, hex(hash) FROM card", [], |row| {
+            Ok((row.get::<_, i64>(0)?, row.get::<_, String>(1)?, row.get::<_, String>(2)?))
+        });
+        assert_eq!(card.unwrap(), (5, "front".to_owned(), "00000000000000000000000000A11CE0".to_owned()));
     }
 
     #[test]

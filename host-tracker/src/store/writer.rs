@@ -29,13 +29,19 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Opens the file, or makes it, and begins a run at `now_ms`, since 1970.
+    /// Opens the file, or makes it, and begins a run at `now_ms`, since 1970; or goes on with `run`, if the file has it.
     ///
     /// # Errors
     /// It cannot be opened or written, is no database, or was made by a newer version.
-    pub fn open(file: &File, now_ms: u64) -> Result<Self, StoreError> {
+    pub fn open(file: &File, now_ms: u64, run: Option<i64>) -> Result<Self, StoreError> {
         let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
-        let connection = Self::connect(file)?;
+        let connection = Self::prepared(file)?;
+        if let Some(run) = run {
+            let asked = "SELECT EXISTS (SELECT 1 FROM run WHERE run = ?1)";
+            if connection.query_row(asked, [run], |row| row.get(0)).map_err(failed)? {
+                return Ok(Self { connection, run });
+            }
+        }
         connection
             .execute("INSERT INTO run (begun_ms, ended_ms) VALUES (?1, ?1)", params![integer(now_ms)])
             .map_err(failed)?;
@@ -43,11 +49,20 @@ impl Writer {
         Ok(Self { connection, run })
     }
 
-    /// Opens the file, or makes it, for whoever writes without being a tracker.
+    /// Opens the file, or makes it, for whoever writes without being a tracker; raw scans that have expired by `now_ms`
+    /// are deleted.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub(super) fn connect(file: &File) -> Result<Connection, StoreError> {
+    pub(super) fn connect(file: &File, now_ms: u64) -> Result<Connection, StoreError> {
+        let connection = Self::prepared(file)?;
+        while raw::forget(&connection, now_ms)
+            .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?
+        {}
+        Ok(connection)
+    }
+
+    fn prepared(file: &File) -> Result<Connection, StoreError> {
         let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
         let mut connection = Connection::open(file).map_err(failed)?;
         schema::prepare(&mut connection)
@@ -124,6 +139,12 @@ impl Writer {
         }
         self.connection.pragma_update(None, "incremental_vacuum", PAGES_AT_ONCE)?;
         Ok(more)
+    }
+
+    /// The number of the run.
+    #[must_use]
+    pub const fn run(&self) -> i64 {
+        self.run
     }
 
     /// Raw scans that somebody asked to be kept.

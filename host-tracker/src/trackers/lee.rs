@@ -212,6 +212,10 @@ impl Tracker for Lee {
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
         self.forget(at_s);
+        self.peek(at_s)
+    }
+
+    fn peek(&self, at_s: f64) -> Vec<TrackState> {
         let state = |person: &Person| {
             let seen = at_s - person.last_hit_s < 0.25;
             let (state, reason) = match (person.confirmed, seen) {

@@ -67,6 +67,9 @@ pub trait Tracker {
     /// Everybody at `at_s`, s on the host's clock, predicted from what has been seen so far.
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState>;
 
+    /// The same with nothing concluded from the time that has passed: nobody fades or is forgotten by being looked at.
+    fn peek(&self, at_s: f64) -> Vec<TrackState>;
+
     /// Takes people who were known `age_s` before `at_s`, when it was another process that followed them. The papers'
     /// trackers begin with nobody.
     fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {

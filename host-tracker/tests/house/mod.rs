@@ -18,7 +18,8 @@ use host_tracker::door::Doors;
 use host_tracker::frame::{Frame, unix_ms};
 use host_tracker::http::{Desk, Server};
 use host_tracker::jsonl::{ZoneKnown, ZoneLine};
-use host_tracker::site_file::SiteFile;
+use host_tracker::reports::Reports;
+use host_tracker::site::file::SiteFile;
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
@@ -103,6 +104,7 @@ impl House {
         });
         let desk = Desk {
             frames: newest,
+            reports: Reports::default(),
             site: file,
             changed: Box::new(|_| Ok(())),
             calibration: Session::default(),

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   people walk ─▶ sensors ─SCIP▶ modules ─UDP▶ tracker ─┬▶ live map at a local address
+//!        │                          └── DNS-SD ──▶┘        │
 //!        │                                               └▶ database, gone at the end unless asked for
 //!        └────────────── truth ───────────────────┴─▶ summary at the end
 //! ```
@@ -15,15 +16,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::RecvTimeoutError;
-use std::time::Duration;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_sim::building::Building;
+use host_sim::module::discovery;
 use host_sim::world::scene::Scene;
+use host_tracker::discovery::{Finding, Search};
 use host_tracker::http::{Desk, Server};
 use host_tracker::service::{Options, Service};
-use host_tracker::site_file::SiteFile;
+use host_tracker::site::file::SiteFile;
 use host_tracker::store::pose::Source;
 use host_tracker::store::{Keep, Store};
 use host_tracker::trackers::Choice;
@@ -35,6 +38,9 @@ const MAP: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST
 
 /// How long a headless demo runs when nothing else is said, s.
 const HEADLESS_S: f64 = 30.0;
+
+/// Longest search for modules: on a machine with multicast they are found in one or two seconds.
+const SEARCH: Duration = Duration::from_secs(10);
 
 /// Longest wait for a frame: the stop flag is looked at this often.
 const WAIT: Duration = Duration::from_millis(200);
@@ -101,7 +107,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let site = SiteFile::load(&path)?;
     let database = arguments.db.clone().unwrap_or_else(|| temporary.0.join("demo.db"));
     let store = Store::open(&database, &site.current().site, Keep::default())?;
-    let building = Building::start(&scene, arguments.seed.unwrap_or(scene.seed))?;
+    let building = Building::announced(&scene, arguments.seed.unwrap_or(scene.seed))?;
+    let found = look(&building);
     let service = Arc::new(Service::start(Options {
         site: (*site.current().site).clone(),
         modules: building.modules().iter().map(|(_, address)| *address).collect(),
@@ -134,6 +141,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Err("the tracker has ended".into()),
         }
+        if let Ok(found) = found.try_recv() {
+            println!("{found}");
+        }
     }
     drop(map);
     let kept_rows = store.state();
@@ -150,6 +160,43 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         println!("  the database is kept in  {}", database.display());
     }
     Ok(())
+}
+
+/// Looks for the building's modules as a tracker on another machine would; how many were found is told once. Nobody waits
+/// for that, and the tracker is given all their addresses: there are machines without multicast, and another demo on
+/// this one announces modules of the same names.
+fn look(building: &Building) -> Receiver<String> {
+    let modules: Vec<SocketAddr> = building.modules().iter().map(|(_, address)| *address).collect();
+    let (tell, told) = mpsc::channel();
+    std::thread::spawn(move || {
+        // Nobody may listen any more.
+        let _ = tell.send(found(&modules));
+    });
+    told
+}
+
+fn found(modules: &[SocketAddr]) -> String {
+    let mut found: Vec<SocketAddr> = Vec::new();
+    if discovery::multicast_passes()
+        && let Ok(search) = Search::start()
+    {
+        let end = Instant::now() + SEARCH;
+        while found.len() < modules.len()
+            && let Some(finding) = search.next_before(end)
+        {
+            let Finding::Found(module) = finding else { continue };
+            let new = |address: &SocketAddr| modules.contains(address) && !found.contains(address);
+            let new = module.addresses.into_iter().find(new);
+            found.extend(new);
+        }
+    }
+    match (found.len(), modules.len()) {
+        (0, _) => "no multicast here: the tracker was given the modules' addresses".to_owned(),
+        (some, all) if some == all => format!("{all} modules found by DNS-SD"),
+        (some, all) => {
+            format!("{some} of {all} modules found by DNS-SD; the tracker was given the others' addresses")
+        }
+    }
 }
 
 fn scene_name(scene: &str) -> String {
@@ -172,6 +219,7 @@ fn serve(
     let changing = Arc::clone(service);
     let desk = Desk {
         frames: service.frames(),
+        reports: service.reports(),
         site,
         changed: Box::new(move |site| changing.change_site(site)),
         calibration: service.calibration(),

@@ -24,7 +24,7 @@ use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::transition::{Cause, Phase};
 use crate::site::Site;
-use crate::site_door::{Door, Fail};
+use crate::site::door::{Door, Fail};
 
 /// Least probability that the number entered is the count.
 pub const SURE: f64 = 0.95;

@@ -290,6 +290,10 @@ impl Tracker for Kehai {
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
         self.fade_all(at_s);
         self.settle();
+        self.peek(at_s)
+    }
+
+    fn peek(&self, at_s: f64) -> Vec<TrackState> {
         let reflections = self.reflections.iter().filter(|reflection| reflection.lasts(at_s));
         let somebody = self.tracks.iter().map(|track| track.state(at_s));
         somebody.chain(reflections.map(|reflection| reflection.state(at_s))).collect()

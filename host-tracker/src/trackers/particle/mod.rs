@@ -239,6 +239,10 @@ impl Tracker for Particle {
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
         self.forget(at_s);
+        self.peek(at_s)
+    }
+
+    fn peek(&self, at_s: f64) -> Vec<TrackState> {
         let state = |person: &Person| {
             let confirmed = person.frames >= self.settings.frames;
             let (state, reason) = match (confirmed, at_s - person.supported_s < 0.25) {

@@ -24,7 +24,7 @@
 //! [[mover]]           # the area a door leaf or a curtain sweeps
 //! polygon = [[0.4, 1.0], [1.2, 1.0], [0.4, 1.8]]
 //!
-//! [[door]]            # lets in as many people as it was told: `site_door`
+//! [[door]]            # lets in as many people as it was told: `site::door`
 //! name = "front"
 //! zone = "area"
 //! line = [[-0.45, 1.0], [0.45, 1.0]]
@@ -33,10 +33,14 @@
 //!
 //! Metres and degrees, counter-clockwise.
 
+pub mod door;
+pub mod file;
+mod limits;
+
 use std::path::Path;
 
+use self::door::Door;
 use crate::geometry::{Point, Pose};
-use crate::site_door::Door;
 use kehai::address::host_name;
 use kehai::wire::ModuleId;
 use serde::{Deserialize, Serialize};
@@ -289,7 +293,7 @@ impl Site {
         if let Some(mover) = self.movers.iter().find(|mover| mover.polygon.len() < 3) {
             return Err(format!("mover \"{}\": polygon needs at least three corners", mover.name));
         }
-        crate::site_door::check(self)?;
-        crate::site_limits::check(self)
+        door::check(self)?;
+        limits::check(self)
     }
 }

@@ -1,0 +1,74 @@
+//! `kehai-sim demo` from outside: it starts, shows people's map at a local address, finds its modules, and leaves nothing
+//! behind when it ends.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// An empty folder.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("demo-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A demo in a world of its own: all that it leaves behind is in `folder`.
+fn demo(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-sim"));
+    command.arg("demo").args(arguments).env("TMPDIR", folder).current_dir(folder).stdout(Stdio::piped());
+    command
+}
+
+fn left_behind(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// Ended with the test, however that ends.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn headless_it_sums_up_and_leaves_only_what_was_asked_for() {
+    let folder = folder("headless");
+    let asked = ["--headless", "--seconds", "4", "--db", "kept.db"];
+    let output = demo(&folder, &asked).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("transactions") && text.contains("kept.db"), "{text}");
+    assert_eq!(left_behind(&folder), ["kept.db"]);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn it_shows_a_map_says_how_modules_were_found_and_ends_with_ctrl_c() {
+    let folder = folder("map");
+    let mut running = Running(demo(&folder, &["--http", "127.0.0.1:0"]).spawn().unwrap());
+    let mut lines = BufReader::new(running.0.stdout.take().unwrap()).lines().map_while(Result::ok);
+    let address = lines
+        .by_ref()
+        .find_map(|line| Some(line.split_once("http://")?.1.split('/').next()?.to_owned()))
+        .expect("it says where its map is");
+    let mut page = TcpStream::connect(&address).unwrap();
+    write!(page, "GET / HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
+    let mut text = String::new();
+    page.read_to_string(&mut text).unwrap();
+    assert!(text.starts_with("HTTP/1.1 200"), "{text}");
+    let found = lines.by_ref().find(|line| line.contains("DNS-SD") || line.contains("no multicast"));
+    println!("{}", found.expect("it says how modules were found"));
+    let interrupt = format!("kill -INT {}", running.0.id());
+    assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
+    let rest: Vec<String> = lines.collect();
+    assert!(running.0.wait().unwrap().success(), "{rest:#?}");
+    assert!(rest.iter().any(|line| line.contains("transactions")), "{rest:#?}");
+    assert_eq!(left_behind(&folder), [""; 0]);
+    std::fs::remove_dir(folder).unwrap();
+}

@@ -1,0 +1,75 @@
+//! What a module did with its background and its settings: told in each health, passed on for a minute.
+//!
+//! ```text
+//!   health, once a second ─▶ its newest eight events, each with a number ─▶ those that are new ─▶ frames, for a minute ─▶ database
+//! ```
+//!
+//! What happened before the tracker watched is not news: a tracker that is started anew would keep it twice.
+
+use std::collections::VecDeque;
+use std::net::Ipv4Addr;
+
+use kehai::wire::{Event, EventKind, Health};
+
+use crate::frame::EventLine;
+
+/// How long an event stays in frames, µs: whoever misses some frames does not miss it.
+const SHOWN_US: u64 = 60_000_000;
+
+/// Events shown at once.
+const SHOWN: usize = 16;
+
+/// The newest events of one module.
+#[derive(Clone, Debug, Default)]
+pub struct News {
+    /// Number of its newest event, and in which of its lives.
+    newest: (u32, u32),
+    shown: VecDeque<(u64, EventLine)>,
+}
+
+impl News {
+    /// Takes what its health of start `boot` tells, which came at `now_us`; `since_us` is when the watch began.
+    pub fn take(&mut self, boot: u32, health: &Health<'_>, since_us: u64, now_us: u64) {
+        let before = self.newest;
+        for event in health.events.iter().filter(|event| (boot, event.number) > before) {
+            self.newest = (boot, event.number);
+            let ago_us = health.head.uptime_us.saturating_sub(event.at_us);
+            if let Some(at_us) = now_us.checked_sub(ago_us).filter(|&at_us| at_us >= since_us) {
+                self.shown.push_back((at_us, line(boot, &event)));
+            }
+        }
+        let over = self.shown.len().saturating_sub(SHOWN);
+        self.shown.drain(..over);
+    }
+
+    /// Those of the last minute, oldest first.
+    pub fn lines(&mut self, now_us: u64) -> Vec<EventLine> {
+        self.shown.retain(|(at_us, _)| now_us.saturating_sub(*at_us) < SHOWN_US);
+        let line = |(at_us, line): &(u64, EventLine)| {
+            let ago_s = super::rounded(super::seconds(*at_us, now_us), 10.0);
+            EventLine { ago_s, ..line.clone() }
+        };
+        self.shown.iter().map(line).collect()
+    }
+}
+
+fn line(boot: u32, event: &Event) -> EventLine {
+    let by = Ipv4Addr::from(event.by);
+    let text =
+        if by.is_unspecified() { event.kind.to_string() } else { format!("{}, as {by} asked", event.kind) };
+    EventLine { boot, number: event.number, kind: name(event.kind).to_owned(), text, ago_s: 0.0 }
+}
+
+const fn name(kind: EventKind) -> &'static str {
+    match kind {
+        EventKind::LearnStarted => "learn-started",
+        EventKind::Learned => "learned",
+        EventKind::LearnRestarted => "learn-restarted",
+        EventKind::Absorbed => "absorbed",
+        EventKind::BackgroundForgotten => "background-forgotten",
+        EventKind::BackgroundDrifted => "background-drifted",
+        EventKind::SettingsChanged => "settings-changed",
+        EventKind::Restarting => "restarting",
+        EventKind::Unknown => "unknown",
+    }
+}

@@ -1,0 +1,86 @@
+//! `kehai-tracker run`: what it refuses, in words that name the place, and for whom its map is.
+#![cfg(target_os = "linux")]
+
+mod hall;
+
+use std::net::{TcpStream, UdpSocket};
+use std::path::Path;
+use std::process::Command;
+
+use hall::Tracker;
+
+const SITE: &str = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
+
+fn command(site: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(["run", "--no-mdns", "--module", "127.0.0.1:9", "--site"]).arg(site);
+    command
+}
+
+#[test]
+fn a_wrong_site_file_is_one_line_with_its_place_and_nothing_is_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    let (site, database) = (folder.path().join("home.toml"), folder.path().join("home.db"));
+    for (text, place) in [
+        ("[[zone]\nname = 3\n", "home.toml:1: "),
+        ("# home\n[[zone]]\nname = 3\n", "home.toml:3: "),
+        ("[[module]]\nname = \"left\"\nx = 0\ny = \"far\"\n", "home.toml:4: "),
+        ("[[module]]\nname = \"left\"\nx = 0\n", "missing field `y`"),
+        ("[[zone]]\nname = \"a\"\npolygon = [[0, 0], [1, 1]]\n", "zone \"a\": polygon needs at least three"),
+        ("[[zone]]\nname = \"a\"\npolygon = [[0, 0], [nan, 0], [1, 1]]\n", "zone \"a\": NaN is no place"),
+        ("[[wall]]\npoints = [[0, 0]]\n", "wall 1: points needs at least two"),
+        ("[[entry]]\nname = \"street\"\nline = [[0, 0], [1, 0]]\nzone = \"attic\"\n", "no zone \"attic\""),
+        ("[[window]]\nx = 1\n", "unknown field `window`"),
+        ("\u{0}", "home.toml:1: "),
+    ] {
+        std::fs::write(&site, text).unwrap();
+        let output = command(&site).arg("--db").arg(&database).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), said.lines().count()), (Some(1), 1), "{text}: {said}");
+        assert!(said.starts_with("kehai-tracker: ") && said.contains("home.toml"), "{text}: {said}");
+        assert!(said.contains(place), "{text}: {said}");
+        assert_eq!(std::fs::read_to_string(&site).unwrap(), text);
+        assert!(!database.exists());
+    }
+    std::fs::write(&site, [0xff, 0xfe, 0x00]).unwrap();
+    let output = command(&site).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && said.contains("home.toml"), "{said}");
+}
+
+#[test]
+fn the_map_is_for_this_machine_alone_unless_an_address_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("home.toml");
+    std::fs::write(&site, SITE).unwrap();
+    let start = |http: &str| {
+        let mut command = command(&site);
+        command.args(["--http", http]);
+        let tracker = Tracker::start(command);
+        let map = tracker.says("live map at http://");
+        let (ip, port) = map.trim_end_matches('/').rsplit_once(':').unwrap();
+        (tracker, ip.to_owned(), port.parse::<u16>().unwrap())
+    };
+    let (_alone, ip, port) = start("0");
+    assert_eq!(ip, "127.0.0.1");
+    assert!(TcpStream::connect(("127.0.0.1", port)).is_ok());
+    assert!(TcpStream::connect(("127.0.0.2", port)).is_err(), "another address of this machine");
+    let own = own_address();
+    assert!(own.as_ref().is_none_or(|own| TcpStream::connect((own.as_str(), port)).is_err()), "{own:?}");
+    let (_open, ip, port) = start("0.0.0.0:0");
+    assert_eq!(ip, "0.0.0.0");
+    assert!(TcpStream::connect(("127.0.0.2", port)).is_ok());
+    let output = command(&site).args(["--http", "here"]).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("PORT for this machine alone"), "{said}");
+    let help = Command::new(env!("CARGO_BIN_EXE_kehai-tracker")).args(["run", "--help"]).output().unwrap();
+    assert!(String::from_utf8(help.stdout).unwrap().contains("[default: 127.0.0.1:8420]"));
+}
+
+/// The address under which others know this machine, if it has one; nothing is sent to find out.
+fn own_address() -> Option<String> {
+    let socket = UdpSocket::bind("0.0.0.0:0").ok()?;
+    socket.connect("192.0.2.1:9").ok()?;
+    let ip = socket.local_addr().ok()?.ip();
+    (!ip.is_loopback() && !ip.is_unspecified()).then(|| ip.to_string())
+}

@@ -1,0 +1,212 @@
+//! The whole tracker on disks that are full or may not be written: it goes on, says so once, and stores all of it when
+//! it can.
+//!
+//! ```text
+//!   a shell in a mount namespace of its own ─ mounts a disk of 16 MB, fills it, makes it read-only ─▶ "did …"
+//!      └ kehai-tracker run --db DISK/hall.db --http …  ─▶ lines, frames on a WebSocket, words on stderr
+//! ```
+//!
+//! Where the system lets nobody mount, that test is left out with a message; the limit on the size of files, and a folder in
+//! which nobody may write, whoever he is, are there everywhere.
+#![cfg(target_os = "linux")]
+
+mod hall;
+
+use std::io::Write;
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use hall::{Hall, Tracker};
+use host_tracker::frame::Frame;
+use host_tracker::store::reader::Reader;
+use host_tracker::trackers::LifeCycle;
+use serde_json::Value;
+use tungstenite::WebSocket;
+
+/// Frames within which an alarm comes or goes, and somebody is followed: fifty times what it takes.
+const ALARM: u32 = 6000;
+
+/// A folder in which not even root can make a file.
+const NOBODYS: &str = "/proc";
+
+/// Somebody who listens to a tracker's frames.
+struct Listener(WebSocket<TcpStream>);
+
+impl Listener {
+    fn new(tracker: &Tracker) -> Self {
+        let map = tracker.says("live map at ");
+        let host = map.trim_start_matches("http://").trim_end_matches('/');
+        let stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(hall::PATIENCE)).unwrap();
+        Self(tungstenite::client(format!("ws://{host}/ws"), stream).unwrap().0)
+    }
+
+    fn frame(&mut self) -> Frame {
+        loop {
+            let message = self.0.read().unwrap();
+            let mut value: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();
+            if !value["frame"].is_null() {
+                return serde_json::from_value(value["frame"].take()).unwrap();
+            }
+        }
+    }
+
+    /// The next frame in which the database's alarm is as asked for.
+    #[track_caller]
+    fn until(&mut self, alarm: bool) -> Frame {
+        // Some minutes of frames.
+        (0..ALARM)
+            .map(|_| self.frame())
+            .find(|frame| frame.alarms.iter().any(|one| one.name == "database") == alarm)
+            .unwrap_or_else(|| panic!("the alarm is not {alarm}"))
+    }
+}
+
+/// Thirty frames in which the alarm stands while somebody is followed; the last. It is the `number`th that is told.
+#[track_caller]
+fn goes_on(tracker: &Tracker, listener: &mut Listener, number: usize, word: &str) -> Frame {
+    let mut frame = listener.until(true);
+    assert!(frame.alarms[0].text.contains(word), "{}", frame.alarms[0].text);
+    let people = |frame: &Frame| frame.line.tracks.iter().any(|track| track.state == LifeCycle::Confirmed);
+    let (mut followed, mut frames) = (0, 0);
+    while followed < 30 {
+        let next = listener.frame();
+        frames += 1;
+        assert!(frames < ALARM, "nobody is followed");
+        assert!(next.unix_ms > frame.unix_ms);
+        assert!(next.alarms.iter().any(|alarm| alarm.name == "database"), "the alarm has ended");
+        followed += u32::from(people(&next));
+        frame = next;
+    }
+    while tracker.line().t < frame.line.t {}
+    let told = tracker.said().iter().filter(|line| line.starts_with("the tracker: database: /")).count();
+    assert_eq!(told, number, "one alarm is told once: {:#?}", tracker.said());
+    frame
+}
+
+/// What the tracker knew in `frame` is in the database.
+#[track_caller]
+fn kept(database: &Path, frame: &Frame) {
+    let reader = Reader::open(database).unwrap();
+    assert_eq!(reader.check().unwrap(), "ok");
+    let paths = reader.paths(frame.unix_ms, frame.unix_ms).unwrap();
+    for track in frame.line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative) {
+        let covers = |path: &&host_tracker::store::reader::Walked| {
+            let (first, last) = (path.places.first().unwrap().at_ms, path.places.last().unwrap().at_ms);
+            path.track == track.id && (first..=last).contains(&frame.unix_ms)
+        };
+        assert_eq!(paths.iter().filter(covers).count(), 1, "track {}, once: {paths:?}", track.id);
+    }
+}
+
+#[test]
+fn a_file_that_may_not_grow_is_an_alarm_and_what_was_kept_in_memory_is_written_later() {
+    let hall = Hall::new(7);
+    let first = hall.tracker();
+    first.until_somebody();
+    first.kill();
+    // Brings the log into the file, and deletes it.
+    drop(rusqlite::Connection::open(&hall.database).unwrap().query_row(
+        "PRAGMA wal_checkpoint(TRUNCATE)",
+        [],
+        |row| row.get::<_, i64>(0),
+    ));
+    let blocks = std::fs::metadata(&hall.database).unwrap().len() / 512;
+    let mut command = Command::new("sh");
+    // The soft limit only, so that it can be lifted.
+    command.args(["-c", &format!("ulimit -S -f {blocks}; exec \"$0\" \"$@\"")]);
+    command.arg(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(hall.arguments(&hall.database)).args(["--http", "127.0.0.1:0"]);
+    let tracker = Tracker::start(command);
+    let mut listener = Listener::new(&tracker);
+    let frame = goes_on(&tracker, &mut listener, 1, "hall.db");
+    println!("full: {}", tracker.says("the tracker: database: "));
+    let lifted = Command::new("prlimit")
+        .args(["--fsize=unlimited:unlimited", "--pid", &tracker.process.id().to_string()])
+        .status();
+    assert!(lifted.unwrap().success());
+    let after = listener.until(false);
+    tracker.says("the tracker: database: over");
+    ends(tracker);
+    kept(&hall.database, &frame);
+    kept(&hall.database, &after);
+}
+
+#[test]
+fn a_folder_that_may_not_be_written_is_an_alarm_and_what_was_kept_in_memory_is_written_later() {
+    let hall = Hall::new(6);
+    let (disk, better) = (hall.folder.path().join("disk"), hall.folder.path().join("better"));
+    std::os::unix::fs::symlink(NOBODYS, &disk).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(hall.arguments(&disk.join("hall.db"))).args(["--http", "127.0.0.1:0"]);
+    let tracker = Tracker::start(command);
+    let mut listener = Listener::new(&tracker);
+    let frame = goes_on(&tracker, &mut listener, 1, "may the tracker write");
+    println!("not writable: {}", tracker.says("the tracker: database: "));
+    std::fs::create_dir(&better).unwrap();
+    std::os::unix::fs::symlink(&better, hall.folder.path().join("new")).unwrap();
+    std::fs::rename(hall.folder.path().join("new"), &disk).unwrap();
+    let after = listener.until(false);
+    tracker.says("the tracker: database: over");
+    ends(tracker);
+    kept(&better.join("hall.db"), &frame);
+    kept(&better.join("hall.db"), &after);
+}
+
+/// Ended with Ctrl-C's signal, it writes the last of it.
+fn ends(mut tracker: Tracker) {
+    let interrupt = format!("kill -INT {}", tracker.process.id());
+    assert!(Command::new("sh").args(["-c", &interrupt]).status().unwrap().success());
+    assert!(tracker.process.wait().unwrap().success());
+}
+
+/// Mounts a small disk at $1, then does what is asked, beside the tracker, which is the rest.
+const SHELL: &str = r#"
+disk=$1; shift
+mount -t tmpfs -o size=16m none "$disk" && mount -o remount,ro "$disk" || { echo "cannot mount" >&2; exit 1; }
+echo "mounted" >&2
+"$@" <&- & tracker=$!
+while read -r command; do eval "$command"; done
+kill "$tracker"; wait "$tracker"
+"#;
+
+#[test]
+fn a_read_only_disk_and_a_full_one_are_alarms_and_all_of_it_is_written_when_there_is_room() {
+    let hall = Hall::new(8);
+    let disk = hall.folder.path().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let database = disk.join("hall.db");
+    let mut command = Command::new("unshare");
+    command.args(["--user", "--map-root-user", "--mount", "sh", "-c", SHELL, "sh"]).arg(&disk);
+    command.arg(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(hall.arguments(&database)).args(["--http", "127.0.0.1:0"]).stdin(Stdio::piped());
+    let mut tracker = Tracker::start(command);
+    let mut shell = tracker.process.stdin.take().unwrap();
+    while !tracker.said().iter().any(|line| line == "mounted") {
+        if tracker.process.try_wait().unwrap().is_some() {
+            return eprintln!("left out: nobody may mount a disk here: {:?}", tracker.said());
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let mut listener = Listener::new(&tracker);
+    let read_only = goes_on(&tracker, &mut listener, 1, "may the tracker write");
+    println!("read-only: {}", tracker.says("the tracker: database: "));
+    writeln!(shell, "mount -o remount,rw '{}'", disk.display()).unwrap();
+    listener.until(false);
+    writeln!(shell, "cat /dev/zero >'{}/filler' 2>/dev/null", disk.display()).unwrap();
+    let full = goes_on(&tracker, &mut listener, 2, "make room");
+    let last = tracker.said().into_iter().rfind(|line| line.starts_with("the tracker: database: "));
+    println!("full: {}", last.unwrap_or_default());
+    writeln!(shell, "rm '{}/filler'", disk.display()).unwrap();
+    let after = listener.until(false);
+    while listener.frame().unix_ms < after.unix_ms + 1000 {}
+    // The disk goes with its namespace.
+    let out = hall.folder.path().display();
+    writeln!(shell, "kill -INT $tracker; wait $tracker; cp '{}'/hall.db* '{out}'", disk.display()).unwrap();
+    drop(shell);
+    tracker.process.wait().unwrap();
+    for frame in [&read_only, &full, &after] {
+        kept(&hall.database, frame);
+    }
+}
