@@ -49,8 +49,7 @@ impl Building {
     /// # Errors
     /// No port or thread is to be had.
     pub fn start(scene: &Scene, seed: u64) -> io::Result<Self> {
-        let nobody: Watch = Arc::new(|_: usize, _: &Status| {});
-        Self::watched(scene, seed, &nobody)
+        Self::switched_on(scene, seed, &nobody(), false)
     }
 
     /// As [`start`](Self::start), with modules that announce themselves.
@@ -58,8 +57,7 @@ impl Building {
     /// # Errors
     /// As there.
     pub fn announced(scene: &Scene, seed: u64) -> io::Result<Self> {
-        let nobody: Watch = Arc::new(|_: usize, _: &Status| {});
-        Self::switched_on(scene, seed, &nobody, true)
+        Self::switched_on(scene, seed, &nobody(), true)
     }
 
     /// As [`start`](Self::start), with somebody who watches the sensors.
@@ -137,6 +135,10 @@ impl Drop for Building {
             let _ = thread.join();
         }
     }
+}
+
+fn nobody() -> Watch {
+    Arc::new(|_: usize, _: &Status| {})
 }
 
 fn measure(

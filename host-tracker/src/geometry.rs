@@ -7,7 +7,14 @@
 //!        └──────────── x
 //! ```
 
+use std::f64::consts::{PI, TAU};
 use std::ops::{Add, Mul, Sub};
+
+/// The same direction as an angle between −π and π.
+#[must_use]
+pub fn wrapped(angle_rad: f64) -> f64 {
+    angle_rad - TAU * ((angle_rad + PI) / TAU).floor()
+}
 
 /// A place or a vector in the plane, in metres.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -214,5 +221,12 @@ mod tests {
         let ahead = pose.to_site(Point::new(1.0, 0.25));
         assert!((ahead - Point::new(-1.25, 3.0)).length() < 1e-12);
         assert!((pose.to_sensor(ahead) - Point::new(1.0, 0.25)).length() < 1e-12);
+    }
+
+    #[test]
+    fn angles_wrap_to_the_shorter_turn() {
+        assert!((wrapped(3.5) - (3.5 - TAU)).abs() < 1e-12);
+        assert!((wrapped(-3.5) - (TAU - 3.5)).abs() < 1e-12);
+        assert!(wrapped(-7.0 * PI / 2.0).abs() - PI / 2.0 < 1e-12);
     }
 }

@@ -209,6 +209,7 @@ fn chosen(trackers: &[Choice], names: &[&str]) -> Vec<Choice> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::poses::QUIET_SEEDS;
     use super::*;
 
     #[test]
@@ -223,10 +224,10 @@ mod tests {
                     assert!(!cases.is_empty());
                     cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
                 }
-                // Five times as many seeds where nothing happens.
+                // More seeds where nothing happens.
                 Work::Poses(seeds) => {
                     let first = *seeds.start();
-                    held_out(&(first..=first + 5 * seeds.count() as u64 - 1));
+                    held_out(&(first..=first + QUIET_SEEDS * seeds.count() as u64 - 1));
                 }
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());

@@ -8,15 +8,7 @@
 //!        └──────────────── x       (metres, counter-clockwise, as the site)
 //! ```
 
-use std::f64::consts::{PI, TAU};
-
-pub use host_tracker::geometry::{Point, Pose};
-
-/// The same direction as an angle between −π and π.
-#[must_use]
-pub fn wrap(angle_rad: f64) -> f64 {
-    angle_rad - TAU * ((angle_rad + PI) / TAU).floor()
-}
+pub use host_tracker::geometry::{Point, Pose, wrapped};
 
 /// A half line along which light travels.
 #[derive(Clone, Copy, Debug)]
@@ -149,12 +141,5 @@ mod tests {
     #[test]
     fn a_sensor_inside_a_shape_does_not_see_it() {
         assert_eq!(Outline::disc(Point::new(0.0, 0.0), 0.5).meet(&beam(0.1, 0.0, 0.0)), None);
-    }
-
-    #[test]
-    fn angles_wrap_to_the_shorter_turn() {
-        assert!((wrap(3.5) - (3.5 - TAU)).abs() < 1e-12);
-        assert!((wrap(-3.5) - (TAU - 3.5)).abs() < 1e-12);
-        assert!(wrap(-7.0 * PI / 2.0).abs() - PI / 2.0 < 1e-12);
     }
 }

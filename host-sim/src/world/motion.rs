@@ -10,7 +10,7 @@
 //! one, too, as far as the way is known: it is only ever added to, and must be known ahead of the time.
 
 use super::body::Stance;
-use super::geometry::{Point, wrap};
+use super::geometry::{Point, wrapped};
 use super::walker::Route;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -95,11 +95,11 @@ impl Track {
             let moved = positions[after] - positions[before];
             let speed_m_s = moved.length() / (step_s * (after - before).max(1) as f64);
             if speed_m_s > TURNING_SPEED_M_S {
-                let turn = wrap(moved.angle_rad() - heading_rad);
+                let turn = wrapped(moved.angle_rad() - heading_rad);
                 let first_walking = index == 0;
                 heading_rad += if first_walking { turn } else { turn * (step_s / TURNING_TIME_S).min(1.0) };
             } else if let Some(rest_rad) = rest_rad {
-                heading_rad += wrap(rest_rad - heading_rad) * (step_s / RESTING_TIME_S).min(1.0);
+                heading_rad += wrapped(rest_rad - heading_rad) * (step_s / RESTING_TIME_S).min(1.0);
             }
             if index > 0 {
                 distance_m += speed_m_s * step_s;
@@ -131,7 +131,7 @@ impl Track {
         let last = self.samples.last();
         let mut heading_rad = last.map_or(heading_rad, |last| last.heading_rad);
         if speed_m_s > TURNING_SPEED_M_S {
-            heading_rad += wrap(moved.angle_rad() - heading_rad) * (self.step_s / TURNING_TIME_S).min(1.0);
+            heading_rad += wrapped(moved.angle_rad() - heading_rad) * (self.step_s / TURNING_TIME_S).min(1.0);
         }
         let distance_m = last.map_or(0.0, |last| last.distance_m + speed_m_s * self.step_s);
         self.samples.push(Sample { at, heading_rad, distance_m, speed_m_s });
@@ -157,7 +157,7 @@ impl Track {
         let blend = |from: f64, to: f64| from + (to - from) * share;
         Some(Stance::walking(
             from.at + (to.at - from.at) * share,
-            from.heading_rad + wrap(to.heading_rad - from.heading_rad) * share,
+            from.heading_rad + wrapped(to.heading_rad - from.heading_rad) * share,
             blend(from.distance_m, to.distance_m),
             blend(from.speed_m_s, to.speed_m_s),
         ))

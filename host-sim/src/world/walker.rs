@@ -8,7 +8,7 @@
 //! ```
 
 use super::body::Stance;
-use super::geometry::{Point, wrap};
+use super::geometry::{Point, wrapped};
 use super::random::Stream;
 use super::standing::Shifts;
 use std::f64::consts::TAU;
@@ -194,7 +194,7 @@ fn timeline(points: &[WayPoint], habit: &Habit) -> Vec<Knot> {
         let leg = point.at - now.at;
         let leg = if index == 0 { Point::default() } else { leg };
         if leg.length() > 0.0 {
-            now.heading_rad += wrap(leg.angle_rad() - now.heading_rad);
+            now.heading_rad += wrapped(leg.angle_rad() - now.heading_rad);
             knots.push(now);
             now.distance_m += leg.length();
             now.time_s += leg.length() / habit.speed_m_s;
@@ -208,7 +208,7 @@ fn timeline(points: &[WayPoint], habit: &Habit) -> Vec<Knot> {
     // A round ends with the heading it began with, so that turns add up from round to round.
     let repeats = matches!(habit.repeat, Repeat::Loop | Repeat::BackAndForth);
     if repeats {
-        now.heading_rad += wrap(first_heading - now.heading_rad);
+        now.heading_rad += wrapped(first_heading - now.heading_rad);
     }
     knots.push(now);
     knots

@@ -8,7 +8,7 @@
 //!     └─────── 9 s ────────┘ (not needed to begin)
 //! ```
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, wrapped};
 
 use super::walk::{Glimpse, Walk};
 use super::{ENOUGH_S, LEAST_S, LEAST_SPREAD_M, Pair, Refusal, median};
@@ -89,7 +89,7 @@ fn fit(common: &[(Point, Point)], weights: &[f64]) -> Pose {
 
 /// A pose given in the frame of another.
 fn seen_from(base: &Pose, relative: &Pose) -> Pose {
-    Pose { at: base.to_site(relative.at), yaw_rad: super::wrapped(base.yaw_rad + relative.yaw_rad) }
+    Pose { at: base.to_site(relative.at), yaw_rad: wrapped(base.yaw_rad + relative.yaw_rad) }
 }
 
 /// First poses of all modules: from module to module, the pair that shares most first.

@@ -24,7 +24,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, wrapped};
 
 use super::band::{BAND, Band, Factor};
 use super::median;
@@ -159,7 +159,7 @@ impl Row {
             tangential_m += state.rest[body + shape] * changes[1];
         }
         let longer = 1.0 + state.rest[layout.scale(module)];
-        let aside_rad = super::wrapped(glimpse.bearing_rad + pose.yaw_rad - offset.angle_rad());
+        let aside_rad = wrapped(glimpse.bearing_rad + pose.yaw_rad - offset.angle_rad());
         let errors =
             [glimpse.range_m - longer * away_m - radial_m, glimpse.range_m * aside_rad - tangential_m];
         let (along, across) = (ray * longer, ray.left() * (glimpse.range_m / away_m));
@@ -347,7 +347,7 @@ impl Equations {
         for (module, pose) in next.poses.iter_mut().enumerate() {
             if let Some(at) = layout.pose(module) {
                 pose.at = pose.at + Point::new(change[at], change[at + 1]);
-                pose.yaw_rad = super::wrapped(pose.yaw_rad + change[at + 2]);
+                pose.yaw_rad = wrapped(pose.yaw_rad + change[at + 2]);
             }
         }
         let poses = 3 * (layout.modules - 1);

@@ -202,13 +202,6 @@ fn block(covariance: &DMatrix<f64>, module: usize) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| covariance[(at + row, at + column)])
 }
 
-/// The same angle between −π and π.
-#[must_use]
-pub fn wrapped(angle_rad: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    angle_rad - turn * ((angle_rad + std::f64::consts::PI) / turn).floor()
-}
-
 /// The middle one of some values; 0 of none.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {

@@ -13,7 +13,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, wrapped};
 
 use super::joint::Joint;
 
@@ -198,7 +198,7 @@ fn state(joint: &Joint, change: &DVector<f64>) -> (Vec<Pose>, Vec<f64>) {
         let Some(at) = module.checked_sub(1).map(|index| 3 * index) else { return *pose };
         Pose {
             at: pose.at + Point::new(change[at], change[at + 1]),
-            yaw_rad: super::wrapped(pose.yaw_rad + change[at + 2]),
+            yaw_rad: wrapped(pose.yaw_rad + change[at + 2]),
         }
     };
     let scale = |(module, scale): (usize, &f64)| scale + change[3 * (modules - 1) + module];

@@ -3,7 +3,7 @@
 use super::advice::{Advice, Guide};
 use super::walk::{Glimpse, Walk};
 use super::*;
-use crate::geometry::Point;
+use crate::geometry::{Point, wrapped};
 
 const POSES: [(f64, f64, f64); 3] = [(0.0, 0.0, 0.3), (4.0, 1.0, 2.8), (2.0, 4.0, -1.5)];
 

@@ -12,15 +12,15 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::geometry::{Point, Pose, inside};
+use crate::geometry::{Point, Pose, inside, wrapped};
 use crate::sighting::{Seen, Sighting, View};
 use crate::site::{Mover, Site};
 
 use super::align::link;
 use super::look::moves;
+use super::median;
 use super::turned::{MOST_RAD, TURN_RAD, Walls};
 use super::walk::{Glimpse, Walk};
-use super::{median, wrapped};
 
 /// Seconds back that are looked at: what was before a module was moved must soon be forgotten.
 const WINDOW_S: f64 = 15.0;

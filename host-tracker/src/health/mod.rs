@@ -3,7 +3,7 @@
 //! ```text
 //!   report ─┬─▶ tally    rates and losses       ╮
 //!           └─▶ doubt    background not seen    ├─▶ bell ─▶ alarms in words
-//!   health ───▶ states, counters               │
+//!   health ───▶ states, counters                │
 //!      └──────▶ news     what it did            │
 //!   clock ────▶ offset, jitter, age             ╯──────────▶ ModuleLine
 //! ```

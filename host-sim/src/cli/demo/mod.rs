@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   people walk ─▶ sensors ─SCIP▶ modules ─UDP▶ tracker ─┬▶ live map at a local address
-//!        │                          └── DNS-SD ──▶┘        │
+//!        │                            └─DNS-SD▶┘         │
 //!        │                                               └▶ database, gone at the end unless asked for
 //!        └────────────── truth ───────────────────┴─▶ summary at the end
 //! ```
