@@ -11,12 +11,12 @@ use std::mem::size_of;
 use std::process::{Command as Process, ExitCode};
 use std::time::Instant;
 
-use host_sim::urg::encode;
 use kehai::background::{Background, Fingerprint};
 use kehai::pipeline::{Pipeline, Settings};
 use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS, Scan, ScanTime, URG_04LX};
 use kehai::scip::{Command, Event, Measurement, Reader, Width};
 use kehai::sensor::Session;
+use kehai_emulator::urg::encode;
 
 /// Bytes a UART hands out at once.
 const SLICE_BYTES: usize = 64;
@@ -25,7 +25,7 @@ const SLICE_BYTES: usize = 64;
 const MEMORY_BUDGET_BYTES: usize = 48 * 1024;
 
 /// Instructions a scan on the host, by steps and stage: a tenth above what was measured when the stage
-/// was last changed on purpose. They guard against what nobody meant to do.
+/// was last changed on purpose. They guard against unintended changes.
 const INSTRUCTION_BUDGETS: [(u16, Stage, u64); 6] = [
     (682, Stage::Decode, 35_000),
     (682, Stage::Background, 7_800),
@@ -56,7 +56,7 @@ impl Stage {
     }
 }
 
-/// What is run: the reader, the pipeline in an empty room, the pipeline with four people.
+/// The runs: the reader, the pipeline in an empty room, the pipeline with four people.
 const RUNS: [&str; 3] = ["decode", "background", "pipeline"];
 
 fn geometry(steps: u16) -> Geometry {
@@ -183,7 +183,7 @@ fn nanoseconds(run: &str, steps: u16) -> f64 {
     rounds.fold(f64::INFINITY, f64::min)
 }
 
-/// Instructions of one run, counted by valgrind; None where there is none.
+/// Instructions of one run, counted by valgrind; None if valgrind is not installed.
 fn instructions(run: &str, steps: u16) -> Option<u64> {
     let count = |times: u32| {
         let output = Process::new("valgrind")

@@ -90,7 +90,8 @@ mod proof {
     }
 
     fn scip(at: usize) {
-        use kehai::scip::{Command, Event, Family, Measurement, Reader, Width};
+        use kehai::scip::{Command, Event, Measurement, Reader, Width};
+        use kehai::sensor_model::SensorModel;
         let mut reader: Reader = opaque(at);
         let mut ranges_mm: [u16; 64] = opaque(at);
         let (first_step, last_step, flag): (u16, u16, bool) = (opaque(at), opaque(at), opaque(at));
@@ -109,7 +110,8 @@ mod proof {
         let fed = reader.feed(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at), &mut ranges_mm);
         if let Some(Event::Parameters(parameters)) = &fed.event {
             keep(at, parameters.geometry(&measurement));
-            keep(at, Family::of_model(parameters.model.as_str().as_bytes()));
+            let model = SensorModel::of(parameters.model.as_str());
+            keep(at, (model.open_range_mm(opaque(at)), model.rates_baud.len(), model.blind_code));
         }
         keep(at, fed);
         reader.restart();
@@ -144,13 +146,23 @@ mod proof {
     }
 
     fn module(at: usize) {
-        use kehai::module::{Module, Settings};
+        use kehai::device::starts::ShortStarts;
+        use kehai::device::trial::{StoredAddressing, Trial};
+        use kehai::device::{Module, Settings};
         use kehai::wire::DATAGRAM_MAX;
         let mut module: Module<64> = opaque(at);
         let bytes: [u8; DATAGRAM_MAX + 1] = opaque(at);
         let datagram = bytes.get(..opaque(at)).unwrap_or(&bytes);
         let from = core::net::SocketAddrV4::new(opaque::<u32>(at).into(), opaque(at));
-        module.begin(opaque(at), Settings::restored(datagram));
+        let restored = Settings::restored(datagram);
+        let stored = StoredAddressing {
+            addressing: restored.settings.addressing,
+            unusable: restored.address_unusable,
+            trial: Trial::from_bytes(datagram),
+            short_starts: ShortStarts::new(opaque(at)),
+        };
+        module.begin(opaque(at), restored.settings);
+        keep(at, module.begin_addressing(stored).map(|trial| trial.bytes()));
         module.receive(from, datagram, opaque(at), &mut Outbox);
         let session: kehai::sensor::Session = opaque(at);
         module.sensor(&session, opaque(at), &mut Outbox);
@@ -161,7 +173,12 @@ mod proof {
         keep(at, module.poll(opaque(at), &mut Outbox));
         keep(at, module.wish());
         module.begin_storing(opaque(at), &mut Outbox);
-        keep(at, module.settings_to_store().map(|settings| settings.text().len()));
+        keep(
+            at,
+            module
+                .settings_to_store()
+                .map(|(settings, trial)| (settings.text().len(), trial.map(|trial| trial.bytes()))),
+        );
         module.end_storing(opaque(at), opaque(at), opaque(at), &mut Outbox);
         keep(at, module);
     }

@@ -1,5 +1,5 @@
-//! Who a module is on its network: hardware address, host name, and an address of its own when
-//! nobody gives it one.
+//! Identity of a module on its network: hardware address, host name, and a link-local address when
+//! no DHCP server gives it one.
 //!
 //! ```text
 //! unique id of the chip ──hash──▶ 02:hh:hh:hh:hh:hh      boards without a hardware address of their own
@@ -13,9 +13,13 @@
 //! Sources: RFC 3927 part 2.1 (link-local addresses; conflicts are not detected), IEEE 802c (the
 //! bit for locally administered addresses), RFC 2131 part 2 and RFC 2132 part 9.6 (DHCP messages).
 
+mod interface;
+
 use core::fmt::Write;
 
 use heapless::String;
+
+pub use interface::{InterfaceAddress, UnusableAddress, is_unicast};
 
 /// Six-byte Ethernet hardware address.
 pub type Mac = [u8; 6];

@@ -1,4 +1,4 @@
-//! Candidates: what was seen of somebody, in so few numbers that they can be sent.
+//! Candidates: the detections of a scan, in so few numbers that they can be sent.
 //!
 //! ```text
 //!                  beyond                        first and last step, their ranges and ends:
@@ -11,12 +11,16 @@
 //!                     near      mid
 //! ```
 //!
-//! A candidate is one cluster, whole: two people who touch are one, and the host, which knows where
-//! they were, divides them. All numbers are mm and steps; about 30 bytes on the wire. The ablations
+//! A candidate is one cluster, whole: two people that touch are one, and the host, which knows where
+//! they were, divides it. All numbers are mm and steps; about 30 bytes on the wire. The ablations
 //! behind the choice of fields: only the kind of the ends is significant on its own.
 
-use crate::cluster::{Breaks, Cluster};
+use crate::breaks::Breaks;
+use crate::cluster::Cluster;
 use crate::outline::{self, Median, range_at};
+pub use crate::outline::{
+    CONTOUR_POINTS, CONTOUR_POINTS_WIDE, CONTOUR_UNIT_MM, NECK_MM, NECKS, Neck, WIDE_MM,
+};
 use crate::scan::Scan;
 
 /// Most candidates in a scan: what one datagram can carry beside its spans, and four times what a
@@ -26,24 +30,6 @@ pub const CANDIDATES: usize = 24;
 /// Chord between the end points below which a candidate is flagged narrow, mm. A torso shows 290
 /// to 420 mm, a leg 70 to 130 mm.
 pub const NARROW_MM: f32 = 200.0;
-
-/// Chord above which a contour has [`CONTOUR_POINTS_WIDE`] points, mm: two people side by side.
-pub const WIDE_MM: f32 = 550.0;
-
-/// Contour points of a candidate up to [`WIDE_MM`].
-pub const CONTOUR_POINTS: usize = 7;
-
-/// Contour points of a wider candidate.
-pub const CONTOUR_POINTS_WIDE: usize = 15;
-
-/// Unit of a contour point, mm: the resolution of a byte that still reaches a metre.
-pub const CONTOUR_UNIT_MM: u16 = 4;
-
-/// Most necks reported.
-pub const NECKS: usize = 3;
-
-/// Depth a neck has at least, mm: five times the range noise at 3.5 m, an arm lying on a hip.
-pub const NECK_MM: u16 = 50;
 
 /// Beams whose median says how long a candidate has stood.
 const STATIC_BEAMS: usize = 7;
@@ -76,16 +62,6 @@ pub struct End {
     pub kind: EndKind,
     /// Range beyond less range at the end, mm; `i16::MAX` when nothing returned there.
     pub step_mm: i16,
-}
-
-/// A place inside a candidate that lies farther than both sides of it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Neck {
-    /// Step of its deepest beam.
-    pub step: u16,
-    /// How much farther it is than the farther of its two sides, mm.
-    pub depth_mm: u16,
 }
 
 /// What was seen of one foreground thing. See the module's picture.

@@ -1,9 +1,10 @@
-//! Where the person stands of whom a candidate was seen: one pure function, used by every end.
+//! Centre estimation: from a candidate to the middle of the body, with covariance. One pure function, used by device
+//! and host.
 //!
 //! It reads nothing but the fields of a [`Candidate`], which is what the wire carries.
 //!
 //! ```text
-//!   silhouette (default)                          two points (paper A, eq. 6)
+//!   silhouette (default)                          two points (Lee et al. 2006, eq. 6)
 //!
 //!        ╭───────╮  ellipse 0.225 × 0.14 m              ●  centre: radius r away
 //!        │   ●   │  as wide as seen              r   ╱    ╲  r   from both end points
@@ -34,7 +35,7 @@ pub const HALF_DEPTH_M: f32 = 0.14;
 /// Half the width assumed of a body of which one end is cut off, m: the mean over headings.
 pub const CUT_HALF_WIDTH_M: f32 = 0.19;
 
-/// Radius for the two-point estimator, mm. The 38 cm in paper A are plausibly a diameter: as a
+/// Radius for the two-point estimator, mm. The 38 cm in Lee et al. 2006 are plausibly a diameter: as a
 /// radius they put every centre 22 to 27 cm too far from its sensor.
 pub const TWO_POINT_RADIUS_MM: u16 = 190;
 
@@ -45,7 +46,7 @@ pub enum Estimator {
     /// Between the silhouettes, as deep as they are wide.
     #[default]
     Silhouette,
-    /// Paper A, eq. 6: at this radius from both end points, mm.
+    /// Lee et al. 2006, eq. 6: at this radius from both end points, mm.
     TwoPoint {
         /// The radius, mm; [`TWO_POINT_RADIUS_MM`] by default.
         radius_mm: u16,
@@ -67,13 +68,13 @@ pub struct Centre {
 /// Where the person stands, by `estimator`. All numbers are finite for any candidate.
 #[must_use]
 pub fn centre(candidate: &Candidate, geometry: &Geometry, estimator: Estimator) -> Centre {
-    let seen = Seen::of(candidate, geometry);
+    let shape = CandidateShape::of(candidate, geometry);
     let (range_m, bearing_rad, half_width_m) = match estimator {
-        Estimator::Silhouette => seen.silhouette(candidate),
-        Estimator::TwoPoint { radius_mm } => seen.two_point(f32::from(radius_mm) * 0.001),
+        Estimator::Silhouette => shape.silhouette(candidate),
+        Estimator::TwoPoint { radius_mm } => shape.two_point(f32::from(radius_mm) * 0.001),
     };
     let (sine, cosine) = math::sin_cos(bearing_rad);
-    let (radial_m, tangential_m) = seen.deviations(range_m, half_width_m);
+    let (radial_m, tangential_m) = shape.deviations(range_m, half_width_m);
     let (radial_m2, tangential_m2) = (radial_m * radial_m, tangential_m * tangential_m);
     Centre {
         x_m: range_m * cosine,
@@ -87,7 +88,7 @@ pub fn centre(candidate: &Candidate, geometry: &Geometry, estimator: Estimator) 
 }
 
 /// A candidate in m and rad.
-struct Seen {
+struct CandidateShape {
     /// Bearings of the end beams.
     first_rad: f32,
     last_rad: f32,
@@ -101,7 +102,7 @@ struct Seen {
     narrow: bool,
 }
 
-impl Seen {
+impl CandidateShape {
     fn of(candidate: &Candidate, geometry: &Geometry) -> Self {
         let metres = |range_mm: u16| f32::from(range_mm) * 0.001;
         Self {
@@ -175,7 +176,7 @@ impl Seen {
         at(left) * (1.0 - share) + at(left + 1) * share
     }
 
-    /// Paper A, eq. 6, in its symmetric form: on the bisector of the end points, away from the sensor.
+    /// Lee et al. 2006, eq. 6, in its symmetric form: on the bisector of the end points, away from the sensor.
     fn two_point(&self, radius_m: f32) -> (f32, f32, f32) {
         let (first_sine, first_cosine) = math::sin_cos(self.first_rad);
         let (last_sine, last_cosine) = math::sin_cos(self.last_rad);

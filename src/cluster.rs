@@ -12,18 +12,12 @@
 //! ever farther: the break distance allows the largest step a torso's flank can make between two beams.
 
 use crate::background::{Class, Status};
-use crate::scan::{Geometry, Scan};
+use crate::breaks::Breaks;
+pub use crate::breaks::{BREAK_MM, FLANK_RADIUS_MM};
+use crate::scan::Scan;
 
 /// Least beams of a cluster; shorter ones are unseen spans.
 pub const CLUSTER_BEAMS_MIN: u16 = 3;
-
-/// Least range step that parts two things, mm. Two people whose ranges differ by less than 0.12 m
-/// are one cluster anyway (noise, clothing, arms): the value of the reference simulation.
-pub const BREAK_MM: u32 = 120;
-
-/// Radius of the roundest flank a body turns towards a sensor, mm: half the width of a torso. Beams
-/// `s` apart sideways differ by at most √(2 · radius · s) on it, which is 104 mm at 4 m for a URG.
-pub const FLANK_RADIUS_MM: u32 = 220;
 
 /// Range step at an end, beyond what its inner neighbours show, that makes a beam a mixed pixel, mm.
 pub const MIXED_MM: u32 = 50;
@@ -56,41 +50,6 @@ pub enum Piece {
     Short(usize, usize),
     /// Wall beams without a return: first beam and length.
     NoReturn(usize, usize),
-}
-
-/// The break distance of one geometry.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Breaks {
-    /// Angle between neighbouring beams, 1/65 536 rad.
-    beam_q16: u32,
-}
-
-impl Breaks {
-    /// Beams in one direction: the least break distance everywhere.
-    pub(crate) const NONE: Self = Self { beam_q16: 0 };
-
-    /// For the beams of `geometry`.
-    #[must_use]
-    pub fn of(geometry: &Geometry) -> Self {
-        Self { beam_q16: (geometry.beam_rad() * 65_536.0) as u32 }
-    }
-
-    /// Distance sideways between beams `apart` places from each other at `range_mm`, mm.
-    #[must_use]
-    pub fn sideways_mm(self, range_mm: u16, apart: usize) -> u32 {
-        let one_mm = u64::from(range_mm) * u64::from(self.beam_q16) / 65_536;
-        (one_mm as u32).saturating_mul(apart.min(1 << 12) as u32)
-    }
-
-    /// Whether readings `apart` beams from each other belong to one thing.
-    #[must_use]
-    pub fn joins(self, one_mm: u16, other_mm: u16, apart: usize) -> bool {
-        let step_mm = u32::from(one_mm.abs_diff(other_mm));
-        // Squared, so that no root is needed.
-        step_mm <= BREAK_MM
-            || step_mm * step_mm
-                <= self.sideways_mm(one_mm.min(other_mm), apart).saturating_mul(2 * FLANK_RADIUS_MM)
-    }
 }
 
 /// Foreground being collected.
@@ -237,7 +196,7 @@ fn run_ends(run: &mut Option<Run>, scan: &Scan<'_>, breaks: Breaks, found: &mut 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scan::{GeometryParts, ScanTime, URG_04LX};
+    use crate::scan::{Geometry, GeometryParts, ScanTime, URG_04LX};
     use std::vec::Vec;
 
     /// The pieces of a scan whose beams are marked: `.` background, `f` foreground, `n` no return.
@@ -272,16 +231,6 @@ mod tests {
     fn a_range_step_parts_two_things_and_a_small_one_does_not() {
         let ranges_mm = [2000, 2000, 2000, 2119, 2119, 2119, 2240, 2240, 2240, 4000, 4000];
         assert_eq!(pieces("fffffffff..", &ranges_mm), [cluster(0, 5, 6), cluster(6, 8, 3)]);
-    }
-
-    #[test]
-    fn the_flank_of_a_distant_body_holds_together() {
-        // 10 m away beams are 61 mm apart, and the last one on a torso may lie 164 mm behind the one before.
-        let ranges_mm = [10_000, 10_000, 10_000, 10_160, 4000];
-        let parts = GeometryParts { range_max_mm: 30_000, ..URG_04LX };
-        let breaks = Breaks::of(&Geometry::new(parts).unwrap());
-        assert!(breaks.joins(ranges_mm[2], ranges_mm[3], 1));
-        assert!(!breaks.joins(4000, 4160, 1));
     }
 
     #[test]

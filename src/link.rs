@@ -33,11 +33,11 @@ pub trait Baud {
 pub const ANSWER_LANES: usize = 2;
 
 /// Which way out a datagram takes. Each has a queue of its own, so that a host that cannot be reached
-/// delays nobody else: in some network stacks a datagram whose receiver answers no ARP blocks all behind it.
+/// delays no other: in some network stacks a datagram whose receiver answers no ARP blocks all behind it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Lane {
-    /// Answers to requests, whoever sent them; lanes count from 0 to [`ANSWER_LANES`] − 1.
+    /// Answers to the requests of any host; lanes count from 0 to [`ANSWER_LANES`] − 1.
     Answers(u8),
     /// What the subscriber in this place is sent unasked; places count from 0.
     Place(u8),
@@ -132,6 +132,14 @@ pub const RECORD_MAX: usize = 1024;
 pub trait Watchdog {
     /// Feeds it: to be done once a second at least.
     fn feed(&mut self);
+}
+
+/// A word of memory that a reset spares and a loss of power does not.
+pub trait ResetMemory {
+    /// What was written last; anything after a loss of power.
+    fn read(&mut self) -> u32;
+    /// Writes it.
+    fn write(&mut self, word: u32);
 }
 
 impl<T: Clock> Clock for &T {

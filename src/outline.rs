@@ -8,13 +8,40 @@
 //!        side     side                a neck is as deep as its farther side is nearer
 //! ```
 
-use crate::candidate::{CONTOUR_POINTS, CONTOUR_POINTS_WIDE, CONTOUR_UNIT_MM, NECK_MM, NECKS, Neck, WIDE_MM};
 use crate::cluster::Cluster;
 use crate::math;
 use crate::scan::Scan;
 
+/// Chord above which a contour has [`CONTOUR_POINTS_WIDE`] points, mm: two people side by side.
+pub const WIDE_MM: f32 = 550.0;
+
+/// Contour points of a candidate up to [`WIDE_MM`].
+pub const CONTOUR_POINTS: usize = 7;
+
+/// Contour points of a wider candidate.
+pub const CONTOUR_POINTS_WIDE: usize = 15;
+
+/// Unit of a contour point, mm: the resolution of a byte that still reaches a metre.
+pub const CONTOUR_UNIT_MM: u16 = 4;
+
+/// Most necks reported.
+pub const NECKS: usize = 3;
+
+/// Depth a neck has at least, mm: five times the range noise at 3.5 m, an arm lying on a hip.
+pub const NECK_MM: u16 = 50;
+
 /// Beams around the middle whose median is the mid range.
 const MIDDLE_BEAMS: usize = 5;
+
+/// A place inside a candidate that lies farther than both sides of it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Neck {
+    /// Step of its deepest beam.
+    pub step: u16,
+    /// How much farther it is than the farther of its two sides, mm.
+    pub depth_mm: u16,
+}
 
 /// Distance between the two end points of a cluster, mm.
 pub(crate) fn chord_mm(scan: &Scan<'_>, cluster: Cluster) -> f32 {

@@ -8,15 +8,17 @@
 //!
 //! Time inside is the sensor's: the same scans give the same judgements, whenever they arrive.
 //!
-//! A scan that does not fit the configured geometry is judged as seen by nobody: no candidate, one unseen
-//! span over everything, and a counter.
+//! A scan that does not fit the configured geometry is not judged: no candidate, one unseen span over
+//! everything, and a counter.
 
 use crate::background::{
     Absorb, AbsorbRefusal, Background, Class, Fingerprint, LEARN_SCANS, LearnRefusal, LearnRequest, Learning,
 };
+use crate::breaks::Breaks;
 use crate::candidate::{self, CANDIDATES, Candidate, Surroundings};
-use crate::cluster::{Breaks, Piece, segment};
+use crate::cluster::{Piece, segment};
 use crate::scan::{Geometry, Scan, ScanTime};
+use crate::sensor_model::SensorModel;
 use crate::unseen::{UnseenReason, UnseenSpan, UnseenSpans};
 
 /// Scans a report may lie back when a host asks to absorb what it shows: 10 s at 10 Hz, the time
@@ -27,7 +29,7 @@ pub const ABSORB_AGE_SCANS: u32 = 100;
 /// a sensor that started anew; it counts as one period.
 const PAUSE_MAX_MS: u64 = 10_000;
 
-/// What the pipeline must be told beside the geometry.
+/// The pipeline's settings, beside the geometry.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
@@ -44,23 +46,28 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// URG-04LX and URG-04LX-UG01: 4 m for white paper. Black clothing by the one data sheet that
-    /// states both: a UST-10LX reaches 10 m on white and 4 m at 10 % reflectance, two fifths.
-    pub const URG_04LX: Self = Self {
-        learn: LearnRequest { scans: LEARN_SCANS, even_if_moving: false },
-        open_range_mm: 1600,
-        blind_code: Some(19),
-        spread_min_mm: 0,
-    };
+    /// For a URG-04LX.
+    pub const URG_04LX: Self = Self::of(&SensorModel::URG_04LX, 5600);
 
-    /// UHG-08LX: two fifths of 8 m.
-    pub const UHG_08LX: Self = Self { open_range_mm: 3200, ..Self::URG_04LX };
+    /// For a UHG-08LX.
+    pub const UHG_08LX: Self = Self::of(&SensorModel::UHG_08LX, 11_000);
 
-    /// UTM-30LX: two fifths of 30 m.
-    pub const UTM_30LX: Self = Self { open_range_mm: 12_000, blind_code: None, ..Self::URG_04LX };
+    /// For a UTM-30LX.
+    pub const UTM_30LX: Self = Self::of(&SensorModel::UTM_30LX, 60_000);
 
-    /// UST-10LX: 4 m at 10 % reflectance, by its data sheet.
-    pub const UST_10LX: Self = Self { open_range_mm: 4000, blind_code: None, ..Self::URG_04LX };
+    /// For a UST-10LX.
+    pub const UST_10LX: Self = Self::of(&SensorModel::UST_10LX, 30_000);
+
+    /// For a sensor of this model that states a `DMAX` of `range_max_mm`.
+    #[must_use]
+    pub const fn of(model: &SensorModel, range_max_mm: u16) -> Self {
+        Self {
+            learn: LearnRequest { scans: LEARN_SCANS, even_if_moving: false },
+            open_range_mm: model.open_range_mm(range_max_mm),
+            blind_code: model.blind_code,
+            spread_min_mm: 0,
+        }
+    }
 }
 
 impl Default for Settings {

@@ -10,7 +10,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 const BEAMS: usize = 200;
-/// How far the model sees black clothing in these tests.
+/// Range at which the model detects black clothing in these tests.
 const OPEN_MM: u16 = 2500;
 
 fn geometry(cluster: u16) -> Geometry {
@@ -50,7 +50,7 @@ fn room() -> impl Strategy<Value = Room> {
 }
 
 impl Room {
-    /// What the room alone returns in scan `scan`, with a noise that repeats itself.
+    /// Ranges of the room alone in scan `scan`, with reproducible noise.
     fn scan(&self, scan: usize) -> Vec<u16> {
         let beams = self
             .runs
@@ -102,7 +102,7 @@ fn learned(room: &Room, geometry: &Geometry) -> Box<Pipeline<BEAMS>> {
     pipeline
 }
 
-/// What the scan itself saw: up to where every beam is free.
+/// Free range of every beam in this scan.
 fn seen_mm(geometry: &Geometry, ranges_mm: &[u16], profile: &[BeamProfile]) -> Vec<u16> {
     let beams = profile.iter().enumerate().map(|(beam, profile)| {
         let reading = ranges_mm.get(beam).map(|&value_mm| geometry.reading(value_mm).range_mm());
@@ -116,7 +116,7 @@ fn seen_mm(geometry: &Geometry, ranges_mm: &[u16], profile: &[BeamProfile]) -> V
     beams.collect()
 }
 
-/// The host's picture of a judgement, by the profile it was told last.
+/// The host's picture of a judgement, by the profile it received last.
 fn rebuilt(geometry: &Geometry, profile: &[BeamProfile], judgement: &Judgement) -> Vec<u16> {
     let mut empty_mm = vec![0; BEAMS];
     seen_empty(geometry, profile, judgement.candidates(), judgement.unseen(), OPEN_MM, &mut empty_mm);

@@ -4,25 +4,18 @@
 mod board;
 #[path = "support/segment.rs"]
 mod segment;
-#[path = "support/undisturbed.rs"]
-mod undisturbed;
 
 use std::net::UdpSocket;
-use std::time::{Duration, Instant};
+use std::path::Path;
 
 use board::{MAC, host_of, image, start, wait_for};
-use host_sim::module::flash::{Flash, PAGE_LEN};
-use host_sim::qemu::{Line, Machine, Network, PATIENCE, Port, Qemu, Switch, TerminalSensor};
-use host_sim::serve::UdpSensor;
-use host_sim::source::StillRoom;
-use host_sim::urg::model::URG_04LX;
-use host_sim::urg::{Config, Urg};
 use kehai::address;
-use kehai::module::Settings;
-use kehai::store::flash::FlashStore;
-use kehai::store::save_settings;
 use kehai::wire::{Counter, Message, ModuleId, Request};
-use undisturbed::undisturbed;
+use kehai_emulator::qemu::{GuestTime, Line, Machine, Network, PATIENCE_US, Port, Qemu, STEP_US, Switch};
+use kehai_emulator::serve::UdpSensor;
+use kehai_emulator::source::StillRoom;
+use kehai_emulator::urg::model::URG_04LX;
+use kehai_emulator::urg::{Config, Urg};
 
 /// The module answers a subscriber; the number of its start.
 fn answers(board: &Qemu) -> u32 {
@@ -34,244 +27,207 @@ fn answers(board: &Qemu) -> u32 {
 
 /// Looks at frames from the module until one will do.
 fn frame<T>(port: &Port, mut look: impl FnMut(&[u8]) -> Option<T>) -> T {
-    let begin = Instant::now();
-    while begin.elapsed() < PATIENCE {
-        if let Some(found) = port.receive(Duration::from_millis(100)).and_then(|frame| look(&frame)) {
-            return found;
-        }
-    }
-    panic!("no such frame");
+    let found = port.time().until(PATIENCE_US, || port.receive(0).and_then(|frame| look(&frame)));
+    found.expect("no such frame")
 }
 
 #[test]
 fn the_image_boots_names_itself_and_gets_an_address_by_dhcp() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let mut board = start(image, Line::Open, None);
-        let build = wait_for(&mut board, "kehai ");
-        assert!(build.text.starts_with(concat!("kehai ", env!("CARGO_PKG_VERSION"), " ")), "{}", build.text);
-        assert!(build.text.ends_with(" mps2-an386"), "{}", build.text);
-        let maths = wait_for(&mut board, "maths ").text;
-        assert_eq!(
-            maths,
-            format!("maths {:08x}", kehai::math::digest()),
-            "board and PC calculate differently"
-        );
-        assert_eq!(wait_for(&mut board, "mac ").text, "mac 52:54:00:12:34:81");
-        assert_eq!(wait_for(&mut board, "host ").text, "host kehai-123481");
-        let lease = wait_for(&mut board, "address ");
-        assert!(lease.text.ends_with("10.0.2.15/24"), "{}", lease.text);
-        assert!(lease.at_us < 4_000_000, "before it would have given up: {lease}");
-        println!("boot to DHCP lease: {} ms of guest time", lease.at_us as f64 / 1000.0);
-    });
+    let Some(image) = image() else { return };
+    let mut board = start(image, Line::Open, None);
+    let build = wait_for(&mut board, "kehai ");
+    assert!(build.text.starts_with(concat!("kehai ", env!("CARGO_PKG_VERSION"), " ")), "{}", build.text);
+    assert!(build.text.ends_with(" mps2-an386"), "{}", build.text);
+    let maths = wait_for(&mut board, "maths ").text;
+    assert_eq!(maths, format!("maths {:08x}", kehai::math::digest()), "board and PC calculate differently");
+    assert_eq!(wait_for(&mut board, "mac ").text, "mac 52:54:00:12:34:81");
+    assert_eq!(wait_for(&mut board, "host ").text, "host kehai-123481");
+    let lease = wait_for(&mut board, "address ");
+    assert!(lease.text.ends_with("10.0.2.15/24"), "{}", lease.text);
+    assert!(lease.at_us < 4_000_000, "before it would have given up: {lease}");
+    println!("boot to DHCP lease: {} ms of guest time", lease.at_us as f64 / 1000.0);
 }
 
 #[test]
 fn a_host_gets_a_report_for_every_scan_and_the_background_survives_a_reset() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let urg = Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0);
-        let sensor = UdpSensor::start(urg).unwrap();
-        let mut board = start(image, Line::Datagrams(&sensor), None);
-        let mut host = host_of(&board);
-        host.more(20);
-        let mut pairs = host.reports.windows(2);
-        assert!(pairs.all(|pair| pair[1].head.sequence == pair[0].head.sequence + 1), "{:?}", host.reports);
-        host.health(|health| health.head.storing);
-        host.health(|health| !health.head.storing);
-        // It has learned and stored; reports go on.
-        while host.more(1).head.background_version != 1 {}
-        board.reset().unwrap();
-        wait_for(&mut board, "boot 2");
-        let mut host = host_of(&board);
-        host.more(5);
-        assert!(
-            host.reports.iter().all(|report| report.head.background_version == 1),
-            "the background is back"
-        );
-        assert_eq!(host.identity.boot, 2);
-    });
+    let Some(image) = image() else { return };
+    let urg = Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0);
+    let sensor = UdpSensor::new(urg).unwrap();
+    let mut board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    host.more(20);
+    let mut pairs = host.reports.windows(2);
+    assert!(pairs.all(|pair| pair[1].head.sequence == pair[0].head.sequence + 1), "{:?}", host.reports);
+    host.health(|health| health.head.storing);
+    host.health(|health| !health.head.storing);
+    // It has learned and stored; reports go on.
+    while host.more(1).head.background_version != 1 {}
+    board.reset().unwrap();
+    wait_for(&mut board, "boot 2");
+    let mut host = host_of(&board);
+    host.more(5);
+    assert!(host.reports.iter().all(|report| report.head.background_version == 1), "the background is back");
+    assert_eq!(host.identity.boot, 2);
 }
 
 /// Everything that goes deep: start, network, learning, storing background and settings, requests.
 #[test]
 fn the_stack_stays_within_its_budget() {
-    undisturbed(|| {
-        // All but 4 KiB of it while the module is made, before it moves to its place.
-        const BUDGET: usize = 64 * 1024;
-        let Some(image) = image() else { return };
-        let urg = Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0);
-        let sensor = UdpSensor::start(urg).unwrap();
-        let mut board = start(image, Line::Datagrams(&sensor), None);
-        let mut host = host_of(&board);
-        while host.more(1).head.background_version != 1 {}
-        let rename = Request::SetSettings { text: "name=hall" };
-        for request in [Request::Info, Request::Profile { version: 0, parts: 0 }, rename] {
-            host.ask(request);
-        }
-        host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
-        host.more(20);
-        let used = board.stack_used().unwrap();
-        println!("stack of mps2-an386: {used} bytes at most, budget {BUDGET}");
-        assert!((256..=BUDGET).contains(&used), "{used} bytes of stack");
-    });
+    // All but 4 KiB of it while the module is made, before it moves to its place.
+    const BUDGET: usize = 64 * 1024;
+    let Some(image) = image() else { return };
+    let urg = Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0);
+    let sensor = UdpSensor::new(urg).unwrap();
+    let mut board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    host.health(|health| health.head.background_version == 1 && health.head.storing);
+    host.health(|health| !health.head.storing);
+    for request in [Request::Info, Request::Profile { version: 0, parts: 0 }] {
+        host.ask(request);
+        host.more(1);
+    }
+    host.ask(Request::SetSettings { text: "name=hall" });
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
+    host.more(20);
+    let used = board.stack_used().unwrap();
+    println!("stack of mps2-an386: {used} bytes at most, budget {BUDGET}");
+    assert!((256..=BUDGET).contains(&used), "{used} bytes of stack");
 }
 
 #[test]
 fn datagrams_of_any_length_and_content_do_no_harm() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let board = start(image, Line::Open, None);
-        let boot = answers(&board);
-        let mut host = host_of(&board);
-        let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
-        stranger.connect(board.module()).unwrap();
-        // As many as it takes: a burst may overrun the network's buffers on the way.
-        let mut foreign = 0;
-        while foreign < 40 {
-            for len in [1, 2, 3, 39, 40, 51, 100, 1400, 1401, 1472] {
-                for byte in [0x5a, 0xe6] {
-                    stranger.send(&vec![byte; len]).unwrap();
-                }
+    let Some(image) = image() else { return };
+    let board = start(image, Line::Open, None);
+    let boot = answers(&board);
+    let mut host = host_of(&board);
+    let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
+    stranger.connect(board.module()).unwrap();
+    // As many as it takes: a burst may overrun the network's buffers on the way.
+    let mut foreign = 0;
+    while foreign < 40 {
+        for len in [1, 2, 3, 39, 40, 51, 100, 1400, 1401, 1472] {
+            for byte in [0x5a, 0xe6] {
+                stranger.send(&vec![byte; len]).unwrap();
             }
-            foreign = host.health(|_| true).counters.get(Counter::DatagramsForeign);
         }
-        assert_eq!(answers(&board), boot);
-    });
+        foreign = host.health(|_| true).counters.get(Counter::DatagramsForeign);
+    }
+    assert_eq!(answers(&board), boot);
 }
 
 #[test]
 fn a_restart_asked_for_is_a_new_start() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let mut board = start(image, Line::Open, None);
-        let mut host = host_of(&board);
-        host.subscribe();
-        host.ask(Request::Restart);
-        host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
-        wait_for(&mut board, "restart");
-        wait_for(&mut board, "boot 2");
-        assert_eq!(answers(&board), 2);
-    });
+    let Some(image) = image() else { return };
+    let mut board = start(image, Line::Open, None);
+    let mut host = host_of(&board);
+    host.subscribe();
+    host.ask(Request::Restart);
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
+    wait_for(&mut board, "restart");
+    wait_for(&mut board, "boot 2");
+    assert_eq!(answers(&board), 2);
 }
 
-/// A terminal carries 10 kB/s at most: two steps a beam need no more.
 #[test]
-fn an_emulated_sensor_on_a_terminal_is_found_at_a_rare_speed_and_its_line_made_faster() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let path = std::env::temp_dir().join(format!("kehai-flash-terminal-{}", std::process::id()));
-        let flash = Flash::open(&path, 128 * 1024 / PAGE_LEN).unwrap();
-        let mut store = FlashStore::new(flash, 0..128 * 1024).unwrap();
-        let settings = Settings::new().changed_by("cluster=2").unwrap();
-        embassy_futures::block_on(save_settings(&mut store, &settings)).unwrap();
-        std::fs::File::options().write(true).open(&path).unwrap().set_len(16 * 1024 * 1024).unwrap();
-
-        let config = Config { baud: 57_600, ..Config::new(URG_04LX) };
-        let urg = Urg::new(config, Box::new(StillRoom::new(URG_04LX.geometry)), 0);
-        let sensor = TerminalSensor::start(urg).unwrap();
-        let board = start(image, Line::Terminal(sensor.path()), Some(&path));
-        let mut host = host_of(&board);
-        let health = host.health(|health| health.counters.get(Counter::ScansAccepted) > 0);
-        assert!(health.counters.get(Counter::SensorBaudChanges) > 0);
-        drop(board);
-        std::fs::remove_file(&path).unwrap();
-    });
+fn a_sensor_on_a_serial_line_is_found_at_a_rare_speed_and_its_line_made_faster() {
+    let Some(image) = image() else { return };
+    let config = Config { baud: 57_600, ..Config::new(URG_04LX) };
+    let urg = Urg::new(config, Box::new(StillRoom::new(URG_04LX.geometry)), 0);
+    let sensor = UdpSensor::new(urg).unwrap();
+    let board = start(image, Line::Serial(&sensor), None);
+    let mut host = host_of(&board);
+    let health = host.health(|health| health.counters.get(Counter::ScansAccepted) > 0);
+    assert!(health.counters.get(Counter::SensorBaudChanges) > 0);
+    assert!(sensor.with(|urg, _| urg.baud()) > 57_600);
 }
 
 #[test]
 fn a_hung_task_is_ended_by_the_watchdog_and_the_module_comes_back() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let mut board = start(image, Line::Open, None);
-        wait_for(&mut board, "boot 1");
-        // The last one for now: a program that hangs while it logs can say nothing more.
-        wait_for(&mut board, "mdns: ");
-        board.hang().unwrap();
-        wait_for(&mut board, "watchdog: a task hangs");
-        wait_for(&mut board, "kehai ");
-        wait_for(&mut board, "boot 2");
-        assert_eq!(answers(&board), 2);
-    });
+    let Some(image) = image() else { return };
+    let mut board = start(image, Line::Open, None);
+    wait_for(&mut board, "boot 1");
+    // The last one for now: a program that hangs while it logs can say nothing more.
+    wait_for(&mut board, "mdns: ");
+    board.hang().unwrap();
+    wait_for(&mut board, "watchdog: a task hangs");
+    wait_for(&mut board, "kehai ");
+    wait_for(&mut board, "boot 2");
+    assert_eq!(answers(&board), 2);
 }
 
 #[test]
 fn after_the_link_was_down_the_module_gets_its_address_again() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let mut board = start(image, Line::Open, None);
-        wait_for(&mut board, "address 10.0.2.15");
-        board.set_link(false).unwrap();
-        wait_for(&mut board, "address lost");
-        board.set_link(true).unwrap();
-        wait_for(&mut board, "address 10.0.2.15");
-        answers(&board);
-    });
+    let Some(image) = image() else { return };
+    let mut board = start(image, Line::Open, None);
+    wait_for(&mut board, "address 10.0.2.15");
+    board.set_link(false).unwrap();
+    wait_for(&mut board, "address lost");
+    board.set_link(true).unwrap();
+    wait_for(&mut board, "address 10.0.2.15");
+    answers(&board);
 }
 
 #[test]
 fn boots_are_counted_through_resets_and_power_cuts() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let flash = std::env::temp_dir().join(format!("kehai-flash-{}", std::process::id()));
-        let mut board = start(image, Line::Open, Some(&flash));
-        wait_for(&mut board, "boot 1");
-        board.reset().unwrap();
-        wait_for(&mut board, "boot 2");
-        drop(board);
-        let mut board = start(image, Line::Open, Some(&flash));
-        wait_for(&mut board, "boot 3");
-        drop(board);
-        std::fs::remove_file(&flash).unwrap();
-    });
+    let Some(image) = image() else { return };
+    let flash = std::env::temp_dir().join(format!("kehai-flash-{}", std::process::id()));
+    let mut board = start(image, Line::Open, Some(&flash));
+    wait_for(&mut board, "boot 1");
+    board.reset().unwrap();
+    wait_for(&mut board, "boot 2");
+    drop(board);
+    let mut board = start(image, Line::Open, Some(&flash));
+    wait_for(&mut board, "boot 3");
+    drop(board);
+    std::fs::remove_file(&flash).unwrap();
+}
+
+/// A board without a sensor on `switch`.
+fn on_switch(image: &Path, switch: &Switch, time: &GuestTime) -> Qemu {
+    let (line, network) = (Line::Open, Network::Switch(switch));
+    Qemu::start(&Machine { image, mac: MAC, time, line, network, flash: None }).unwrap()
 }
 
 #[test]
 fn a_lost_dhcp_request_is_sent_again() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let mut switch = Switch::start().unwrap();
-        let segment = switch.take_port().unwrap();
-        let network = Network::Switch(&switch);
-        let mut board =
-            Qemu::start(&Machine { image, mac: MAC, line: Line::Open, network, flash: None }).unwrap();
-        for lost in [true, false, true, false] {
-            let answer = frame(&segment, segment::dhcp_answer);
-            if !lost {
-                segment.send(&answer).unwrap();
-            }
+    let Some(image) = image() else { return };
+    let time = GuestTime::new();
+    let switch = Switch::new(&time).unwrap();
+    let segment = switch.port();
+    let mut board = on_switch(image, &switch, &time);
+    for lost in [true, false, true, false] {
+        let answer = frame(&segment, segment::dhcp_answer);
+        if !lost {
+            segment.send(&answer);
         }
-        let lease = wait_for(&mut board, "address ");
-        assert!(lease.text.ends_with("10.1.2.77/24"), "{lease}");
-    });
+    }
+    let lease = wait_for(&mut board, "address ");
+    assert!(lease.text.ends_with("10.1.2.77/24"), "{lease}");
 }
 
 #[test]
 fn without_dhcp_the_module_is_at_its_link_local_address_until_a_server_comes() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let mut switch = Switch::start().unwrap();
-        let segment = switch.take_port().unwrap();
-        let machine =
-            Machine { image, mac: MAC, line: Line::Open, network: Network::Switch(&switch), flash: None };
-        let mut board = Qemu::start(&machine).unwrap();
-        assert_eq!(frame(&segment, segment::host_name), "kehai-123481");
+    let Some(image) = image() else { return };
+    let time = GuestTime::new();
+    let switch = Switch::new(&time).unwrap();
+    let segment = switch.port();
+    let mut board = on_switch(image, &switch, &time);
+    assert_eq!(frame(&segment, segment::host_name), "kehai-123481");
 
-        let own = address::link_local(MAC);
-        let fallback = wait_for(&mut board, "address 169.254.");
-        assert!(fallback.text.ends_with(&format!("169.254.{}.{}/16", own[2], own[3])), "{}", fallback.text);
-        assert!(fallback.at_us >= 4_000_000, "not before DHCP had its time: {fallback}");
-        segment.send(&segment::who_has(own, [169, 254, 9, 9])).unwrap();
-        frame(&segment, |frame| segment::has(frame, MAC, own).then_some(()));
+    let own = address::link_local(MAC);
+    let fallback = wait_for(&mut board, "address 169.254.");
+    assert!(fallback.text.ends_with(&format!("169.254.{}.{}/16", own[2], own[3])), "{}", fallback.text);
+    assert!(fallback.at_us >= 4_000_000, "not before DHCP had its time: {fallback}");
+    segment.send(&segment::who_has(own, [169, 254, 9, 9]));
+    frame(&segment, |frame| segment::has(frame, MAC, own).then_some(()));
 
-        // Now there is a server. It answers the question, then the DHCP that follows.
-        let begin = Instant::now();
-        while !board.messages().unwrap().iter().any(|message| message.text.contains("address 10.1.2.77/24")) {
-            assert!(begin.elapsed() < PATIENCE, "{:?}", board.messages());
-            let frame = segment.receive(Duration::from_millis(20));
-            if let Some(answer) = frame.as_deref().and_then(segment::dhcp_answer) {
-                segment.send(&answer).unwrap();
-            }
+    // Now there is a server. It answers the question, then the DHCP that follows.
+    let end_us = time.now_us() + PATIENCE_US;
+    while !board.messages().unwrap().iter().any(|message| message.text.contains("address 10.1.2.77/24")) {
+        assert!(time.now_us() < end_us, "{:?}", board.messages());
+        let frame = segment.receive(STEP_US);
+        if let Some(answer) = frame.as_deref().and_then(segment::dhcp_answer) {
+            segment.send(&answer);
         }
-    });
+    }
 }

@@ -9,23 +9,19 @@ mod observer;
 mod segment;
 #[path = "support/station.rs"]
 mod station;
-#[path = "support/undisturbed.rs"]
-mod undisturbed;
 
 use std::net::UdpSocket;
-use std::time::{Duration, Instant};
 
 use board::{MAC, host_of, image, start, wait_for};
-use host_sim::module::host::{Condition, Host};
-use host_sim::qemu::{Line, Machine, Network, PATIENCE, Qemu, Switch};
-use host_sim::serve::UdpSensor;
-use host_sim::source::StillRoom;
-use host_sim::urg::Config;
-use host_sim::urg::model::{URG_04LX_UG01, UST_10LX};
 use kehai::wire::{Alarms, Cookie, Counter, Identity, MAGIC, Message, Request};
+use kehai_emulator::pc::host::{Condition, Host, Way};
+use kehai_emulator::qemu::{Forwarded, GuestTime, Line, Machine, Network, PATIENCE_US, Qemu, Switch};
+use kehai_emulator::serve::UdpSensor;
+use kehai_emulator::source::StillRoom;
+use kehai_emulator::urg::Config;
+use kehai_emulator::urg::model::{URG_04LX_UG01, UST_10LX};
 use observer::{Observer, SECOND_US, sensor};
 use station::Segment;
-use undisturbed::undisturbed;
 
 /// Ten scans a second of a room in which nothing moves.
 fn still_room() -> UdpSensor {
@@ -34,59 +30,52 @@ fn still_room() -> UdpSensor {
 
 #[test]
 fn after_the_link_was_down_reports_come_again() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let sensor = still_room();
-        let mut board = start(image, Line::Datagrams(&sensor), None);
-        let mut host = host_of(&board);
-        host.settle();
-        host.more(5);
-        host.assert_every_scan_reported(&sensor);
-        wait_for(&mut board, "address 10.0.2.15");
-        board.set_link(false).unwrap();
-        wait_for(&mut board, "address lost");
-        board.set_link(true).unwrap();
-        let again = wait_for(&mut board, "address 10.0.2.15");
-        host.reports.clear();
-        let first = host.more(10);
-        let since_us = first.head.stamp_us as i64 - again.at_us as i64;
-        println!("first scan reported began {} ms after the address was there", since_us / 1000);
-        assert!(first.head.stamp_us < again.at_us + SECOND_US, "{again}: {:?}", first.head);
-        host.assert_every_scan_reported(&sensor);
-        let health = host.health(|_| true);
-        assert_eq!(health.counters.get(Counter::LinkLosses), 1);
-        assert_eq!((first.boot, health.counters.get(Counter::LostScans)), (1, 0));
-    });
+    let Some(image) = image() else { return };
+    let sensor = still_room();
+    let mut board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    host.settle();
+    host.more(5);
+    host.assert_every_scan_reported(&sensor);
+    wait_for(&mut board, "address 10.0.2.15");
+    board.set_link(false).unwrap();
+    wait_for(&mut board, "address lost");
+    board.set_link(true).unwrap();
+    let again = wait_for(&mut board, "address 10.0.2.15");
+    host.reports.clear();
+    let first = host.more(10);
+    let since_us = first.head.stamp_us as i64 - again.at_us as i64;
+    println!("first scan reported began {} ms after the address was there", since_us / 1000);
+    assert!(first.head.stamp_us < again.at_us + SECOND_US, "{again}: {:?}", first.head);
+    host.assert_every_scan_reported(&sensor);
+    let health = host.health(|_| true);
+    assert_eq!(health.counters.get(Counter::LinkLosses), 1);
+    assert_eq!((first.boot, health.counters.get(Counter::LostScans)), (1, 0));
 }
 
 #[test]
 fn a_host_that_leaves_is_forgotten_and_served_again_when_it_comes_back() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let sensor = still_room();
-        let board = start(image, Line::Datagrams(&sensor), None);
-        let (mut stays, mut leaves) = (host_of(&board), host_of(&board));
-        stays.settle();
-        leaves.more(1);
-        stays.health(|health| health.head.subscribers == 2);
-        // Its port is closed: what is sent there comes back as unreachable.
-        let address = leaves.way.local_addr().unwrap();
-        drop(leaves);
-        let alone = stays.health(|health| health.head.subscribers == 1);
-        assert_eq!(alone.counters.get(Counter::SubscribersForgotten), 1);
-        let socket = UdpSocket::bind(address).unwrap();
-        socket.connect(board.module()).unwrap();
-        socket.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
-        let mut back = Host::at(socket);
-        back.more(5);
-        back.assert_every_scan_reported(&sensor);
-        stays.more(5);
-        stays.assert_every_scan_reported(&sensor);
-        assert_eq!(stays.health(|_| true).counters.get(Counter::ReportsDropped), 0);
-    });
+    let Some(image) = image() else { return };
+    let sensor = still_room();
+    let board = start(image, Line::AnySpeed(&sensor), None);
+    let (mut stays, mut leaves) = (host_of(&board), host_of(&board));
+    stays.settle();
+    leaves.more(1);
+    stays.health(|health| health.head.subscribers == 2);
+    // Its port is closed: datagrams to it are answered by ICMP as unreachable.
+    let address = leaves.way.address().unwrap();
+    drop(leaves);
+    let alone = stays.health(|health| health.head.subscribers == 1);
+    assert_eq!(alone.counters.get(Counter::SubscribersForgotten), 1);
+    let mut back = Host::at(Forwarded::from(address, board.module(), board.time()).unwrap());
+    back.more(5);
+    back.assert_every_scan_reported(&sensor);
+    stays.more(5);
+    stays.assert_every_scan_reported(&sensor);
+    assert_eq!(stays.health(|_| true).counters.get(Counter::ReportsDropped), 0);
 }
 
-/// Datagrams nobody can use: number `n` of them.
+/// Invalid datagram number `n`.
 fn rubbish(n: u32, known: Identity) -> Vec<u8> {
     let mut random = n.wrapping_mul(0x9e37_79b9);
     let mut bytes = |len: usize| -> Vec<u8> {
@@ -143,142 +132,130 @@ fn thrown_away(health: &Condition) -> u32 {
 
 #[test]
 fn a_thousand_useless_datagrams_a_second_cost_no_report() {
-    undisturbed(|| {
-        const COUNT: u32 = 10_000;
-        let Some(image) = image() else { return };
-        let sensor = still_room();
-        let board = start(image, Line::Datagrams(&sensor), None);
-        let mut host = host_of(&board);
-        host.settle();
-        let before = host.health(|_| true);
-        let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
-        stranger.connect(board.module()).unwrap();
-        let identity = host.identity;
-        let flood = std::thread::spawn(move || {
-            let begin = Instant::now();
-            for sent in 0..COUNT {
-                let due = Duration::from_millis(sent.into());
-                std::thread::sleep(due.saturating_sub(begin.elapsed()));
-                stranger.send(&rubbish(sent, identity)).unwrap();
-            }
-        });
-        while !flood.is_finished() {
+    const COUNT: u32 = 10_000;
+    let Some(image) = image() else { return };
+    let sensor = still_room();
+    let board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    host.settle();
+    let before = host.health(|_| true);
+    let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
+    stranger.connect(board.module()).unwrap();
+    let begin_us = board.time().now_us();
+    for sent in 0..COUNT {
+        while board.time().now_us() < begin_us + u64::from(sent) * 1000 {
             host.turn(|_, _| None::<()>);
         }
-        flood.join().unwrap();
-        host.more(20);
-        host.assert_every_scan_reported(&sensor);
-        let after = host.health(|health| health.head.uptime_us > before.head.uptime_us + 11 * SECOND_US);
-        let arrived = thrown_away(&after) - thrown_away(&before);
-        println!(
-            "{} reports, none missing; {arrived} of {COUNT} datagrams counted, {} of them dropped unread",
-            host.reports.len(),
-            after.counters.get(Counter::DatagramsDropped)
-        );
-        assert!((COUNT / 2..=COUNT).contains(&arrived), "{arrived}");
-        assert_eq!(after.counters.get(Counter::ReportsDropped), 0);
-        assert_eq!(host.identity.boot, 1);
-    });
+        stranger.send(&rubbish(sent, host.identity)).unwrap();
+    }
+    host.more(20);
+    host.assert_every_scan_reported(&sensor);
+    let after = host.health(|health| health.head.uptime_us > before.head.uptime_us + 11 * SECOND_US);
+    let arrived = thrown_away(&after) - thrown_away(&before);
+    println!(
+        "{} reports, none missing; {arrived} of {COUNT} datagrams counted, {} of them dropped unread",
+        host.reports.len(),
+        after.counters.get(Counter::DatagramsDropped)
+    );
+    assert!((COUNT / 2..=COUNT).contains(&arrived), "{arrived}");
+    assert_eq!(after.counters.get(Counter::ReportsDropped), 0);
+    assert_eq!(host.identity.boot, 1);
 }
 
 #[test]
 fn datagrams_for_which_there_was_no_room_are_counted() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let sensor = still_room();
-        let mut board = start(image, Line::Datagrams(&sensor), None);
-        let mut host = host_of(&board);
-        let before = host.health(|_| true);
-        // More at once than wait in the module's memory, but not more than the controller holds.
-        board.freeze().unwrap();
-        for n in 0..100u8 {
-            host.way.send(&[n; 4]).unwrap();
-        }
-        board.resume().unwrap();
-        let after = host.health(|health| health.counters.get(Counter::DatagramsDropped) > 0);
-        println!("{} of 100 dropped", after.counters.get(Counter::DatagramsDropped));
-        assert!(thrown_away(&after) - thrown_away(&before) <= 100);
-    });
+    let Some(image) = image() else { return };
+    let sensor = still_room();
+    let mut board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    let before = host.health(|_| true);
+    // More at once than wait in the module's memory, but not more than the controller holds.
+    board.freeze().unwrap();
+    for n in 0..100u8 {
+        host.way.send(&[n; 4]);
+    }
+    board.resume().unwrap();
+    let after = host.health(|health| health.counters.get(Counter::DatagramsDropped) > 0);
+    println!("{} of 100 dropped", after.counters.get(Counter::DatagramsDropped));
+    assert!(thrown_away(&after) - thrown_away(&before) <= 100);
 }
 
 #[test]
 fn a_hung_task_is_ended_by_the_watchdog_and_reports_come_again() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let sensor = still_room();
-        let mut board = start(image, Line::Datagrams(&sensor), None);
-        let mut host = host_of(&board);
-        host.settle();
-        board.hang().unwrap();
-        wait_for(&mut board, "watchdog: a task hangs");
-        wait_for(&mut board, "boot 2");
-        host.look(|host, _| (host.identity.boot == 2).then_some(()));
-        host.reports.clear();
-        let first = host.more(10);
-        assert_eq!((first.boot, first.head.background_version), (2, 1));
-        host.assert_every_scan_reported(&sensor);
-        let health = host.health(|_| true);
-        assert_eq!(health.counters.get(Counter::WatchdogResets), 1);
-        assert!(health.head.alarms.has(Alarms::WATCHDOG), "{:?}", health.head.alarms);
-        // Once it is started anew for another reason, that is over.
-        board.reset().unwrap();
-        host.look(|host, _| (host.identity.boot == 3).then_some(()));
-        let health = host.health(|_| true);
-        assert_eq!(health.counters.get(Counter::WatchdogResets), 0);
-        assert!(!health.head.alarms.has(Alarms::WATCHDOG), "{:?}", health.head.alarms);
-    });
+    let Some(image) = image() else { return };
+    let sensor = still_room();
+    let mut board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    host.settle();
+    board.hang().unwrap();
+    wait_for(&mut board, "watchdog: a task hangs");
+    wait_for(&mut board, "boot 2");
+    host.look(|host, _| (host.identity.boot == 2).then_some(()));
+    host.reports.clear();
+    let first = host.more(10);
+    assert_eq!((first.boot, first.head.background_version), (2, 1));
+    host.assert_every_scan_reported(&sensor);
+    let health = host.health(|_| true);
+    assert_eq!(health.counters.get(Counter::WatchdogResets), 1);
+    assert!(health.head.alarms.has(Alarms::WATCHDOG), "{:?}", health.head.alarms);
+    // Once it is started anew for another reason, that is over.
+    board.reset().unwrap();
+    host.look(|host, _| (host.identity.boot == 3).then_some(()));
+    let health = host.health(|_| true);
+    assert_eq!(health.counters.get(Counter::WatchdogResets), 0);
+    assert!(!health.head.alarms.has(Alarms::WATCHDOG), "{:?}", health.head.alarms);
 }
 
 #[test]
 fn a_subscriber_that_answers_no_arp_delays_nobodys_reports_and_nobodys_answers() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let sensor = still_room();
-        let mut switch = Switch::start().unwrap();
-        let segment = Segment::new(switch.take_port().unwrap());
-        let (line, network) = (Line::Datagrams(&sensor), Network::Switch(&switch));
-        let _board = Qemu::start(&Machine { image, mac: MAC, line, network, flash: None }).unwrap();
-        let mut host = Host::at(segment.station([10, 1, 2, 2], true));
-        host.settle();
-        let before = segment.unanswered();
-        let mut mute = Host::at(segment.station([10, 1, 2, 3], false));
-        let mut another = None;
-        for turn in 0..80 {
-            let reports = host.reports.len();
-            mute.ask(Request::Subscribe { t1: [0; 8] });
-            while host.reports.len() == reports {
-                host.turn(|_, _| None::<()>);
-            }
-            // One who comes now, and asks once a scan, is answered like anybody.
-            if turn == 40 {
-                another = Some(Host::at(segment.station([10, 1, 2, 4], true)));
-            }
-            if let Some(another) = &mut another {
-                for _ in 0..4 {
-                    another.turn(|_, _| None::<()>);
-                }
+    let Some(image) = image() else { return };
+    let sensor = still_room();
+    let time = &GuestTime::new();
+    let switch = Switch::new(time).unwrap();
+    let segment = Segment::new(switch.port());
+    let (line, network) = (Line::AnySpeed(&sensor), Network::Switch(&switch));
+    let _board = Qemu::start(&Machine { image, mac: MAC, time, line, network, flash: None }).unwrap();
+    let mut host = Host::at(segment.station([10, 1, 2, 2], true));
+    host.settle();
+    let before = segment.unanswered();
+    let mut mute = Host::at(segment.station([10, 1, 2, 3], false));
+    let mut another = None;
+    for turn in 0..80 {
+        let reports = host.reports.len();
+        mute.ask(Request::Subscribe { t1: [0; 8] });
+        while host.reports.len() == reports {
+            host.turn(|_, _| None::<()>);
+        }
+        // A host that comes now, and asks once a scan, is answered like any other.
+        if turn == 40 {
+            another = Some(Host::at(segment.station([10, 1, 2, 4], true)));
+        }
+        if let Some(another) = &mut another {
+            for _ in 0..4 {
+                another.turn(|_, _| None::<()>);
             }
         }
-        println!("{} questions for the host that answers none", segment.unanswered() - before);
-        assert!(segment.unanswered() - before >= 3);
-        host.assert_every_scan_reported(&sensor);
-        let another = another.unwrap();
-        let asked = host.reports[40].head.sequence;
-        let first = another.reports[0].head.sequence;
-        println!("another host asked at report {asked} and got {first} as its first");
-        assert!(first <= asked + 5);
-        another.assert_every_scan_reported(&sensor);
-        let health = host.health(|_| true);
-        assert_eq!(health.counters.get(Counter::ReportsDropped), 0);
-        assert!(health.counters.get(Counter::AnswersDropped) > 0, "{:?}", health.counters);
-    });
+    }
+    println!("{} questions for the host that answers none", segment.unanswered() - before);
+    assert!(segment.unanswered() - before >= 3);
+    host.assert_every_scan_reported(&sensor);
+    let another = another.unwrap();
+    let asked = host.reports[40].head.sequence;
+    let first = another.reports[0].head.sequence;
+    println!("another host asked at report {asked} and got {first} as its first");
+    assert!(first <= asked + 5);
+    another.assert_every_scan_reported(&sensor);
+    let health = host.health(|_| true);
+    assert_eq!(health.counters.get(Counter::ReportsDropped), 0);
+    assert!(health.counters.get(Counter::AnswersDropped) > 0, "{:?}", health.counters);
 }
 
-/// The module's name, as it is set.
-fn name(host: &mut Host) -> String {
+/// The module's name, as it is set; empty without one.
+fn name(host: &mut Host<impl Way>) -> String {
     host.look(|host, message| match message {
         Message::Settings { text, .. } => {
-            text.lines().find_map(|line| line.strip_prefix("name=")).map(Into::into)
+            // Settings without a name have no such line.
+            Some(text.lines().find_map(|line| line.strip_prefix("name=")).unwrap_or_default().into())
         }
         _ => {
             host.ask(Request::GetSettings);
@@ -289,58 +266,54 @@ fn name(host: &mut Host) -> String {
 
 #[test]
 fn wherever_the_power_is_cut_in_a_write_the_settings_are_the_old_or_the_new_ones() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let flash = std::env::temp_dir().join(format!("kehai-flash-settings-{}", std::process::id()));
-        // A sensor that answers within a millisecond: the stream is stopped before anything is stored.
-        let sensor = sensor(Config::new(UST_10LX), StillRoom::new(UST_10LX.geometry));
-        let start = || {
-            let (line, network) = (Line::Datagrams(&sensor), Network::User);
-            let mut board =
-                Qemu::start(&Machine { image, mac: MAC, line, network, flash: Some(&flash) }).unwrap();
-            wait_for(&mut board, "boot ");
-            let mut host = host_of(&board);
-            let name = name(&mut host);
-            (board, host, name)
-        };
-        let wait = Duration::from_secs(5);
-        // How many writes there are, to begin with.
-        let (mut board, mut host, mut old) = start();
-        // A background that is stored just then would keep the settings waiting.
-        host.settle();
-        let mut watch = board.watch_storage().unwrap();
-        host.ask(Request::SetSettings { text: "name=first" });
-        let mut writes = 0;
-        while watch.next(if writes == 0 { PATIENCE } else { Duration::from_millis(300) }).unwrap() {
-            writes += 1;
-        }
-        drop((watch, board));
-        println!("{writes} writes to store the settings");
-        assert!(writes >= 100, "{writes}");
+    let Some(image) = image() else { return };
+    let flash = std::env::temp_dir().join(format!("kehai-flash-settings-{}", std::process::id()));
+    // A sensor that answers within a millisecond: the stream is stopped before anything is stored.
+    let sensor = sensor(Config::new(UST_10LX), StillRoom::new(UST_10LX.geometry));
+    let power_up = || {
+        let mut board = start(image, Line::AnySpeed(&sensor), Some(&flash));
+        wait_for(&mut board, "boot ");
+        let mut host = host_of(&board);
+        let name = name(&mut host);
+        (board, host, name)
+    };
+    let wait_us = 5 * SECOND_US;
+    // How many writes there are, to begin with.
+    let (mut board, mut host, mut old) = power_up();
+    // A background that is stored just then would keep the settings waiting.
+    host.settle();
+    let mut watch = board.watch_storage().unwrap();
+    host.ask(Request::SetSettings { text: "name=first" });
+    let mut writes = 0;
+    while watch.next(if writes == 0 { PATIENCE_US } else { 300_000 }).unwrap() {
+        writes += 1;
+    }
+    drop((watch, board));
+    println!("{writes} writes to store the settings");
+    assert!(writes >= 100, "{writes}");
 
-        // All over the write, and after each of its last ones, where the new settings come to count.
-        let cuts: Vec<usize> = (0..32).map(|cut| 1 + cut * writes / 32).chain(writes - 7..=writes).collect();
-        let (mut stayed, mut changed) = (0, 0);
-        let mut new = "first".to_string();
-        for (cut, &last) in cuts.iter().enumerate() {
-            let (mut board, mut host, found) = start();
-            assert!(found == new || cut > 0 && found == old, "{found} is neither {old} nor {new}");
-            stayed += usize::from(found != new);
-            changed += usize::from(cut > 0 && found == new);
-            (old, new) = (found, format!("name-{cut}"));
-            let mut watch = board.watch_storage().unwrap();
-            host.ask(Request::SetSettings { text: &format!("name={new}") });
-            for write in 0..last {
-                if !watch.next(if write == 0 { PATIENCE } else { wait }).unwrap() {
-                    break;
-                }
+    // All over the write, and after each of its last ones, where the new settings come to count.
+    let cuts: Vec<usize> = (0..32).map(|cut| 1 + cut * writes / 32).chain(writes - 7..=writes).collect();
+    let (mut stayed, mut changed) = (0, 0);
+    let mut new = "first".to_string();
+    for (cut, &last) in cuts.iter().enumerate() {
+        let (mut board, mut host, found) = power_up();
+        assert!(found == new || cut > 0 && found == old, "{found} is neither {old} nor {new}");
+        stayed += usize::from(found != new);
+        changed += usize::from(cut > 0 && found == new);
+        (old, new) = (found, format!("name-{cut}"));
+        let mut watch = board.watch_storage().unwrap();
+        host.ask(Request::SetSettings { text: &format!("name={new}") });
+        for write in 0..last {
+            if !watch.next(if write == 0 { PATIENCE_US } else { wait_us }).unwrap() {
+                break;
             }
-            drop(board);
         }
-        let (_board, _host, found) = start();
-        assert_eq!(found, new, "the last write was done");
-        println!("cut {} times: old settings {stayed} times, new ones {} times", cuts.len(), changed + 1);
-        assert!(stayed > 0);
-        std::fs::remove_file(&flash).unwrap();
-    });
+        drop(board);
+    }
+    let (_board, _host, found) = power_up();
+    assert_eq!(found, new, "the last write was done");
+    println!("cut {} times: old settings {stayed} times, new ones {} times", cuts.len(), changed + 1);
+    assert!(stayed > 0);
+    std::fs::remove_file(&flash).unwrap();
 }

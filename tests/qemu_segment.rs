@@ -9,27 +9,23 @@ mod dns;
 mod lan;
 #[path = "support/segment.rs"]
 mod segment;
-#[path = "support/undisturbed.rs"]
-mod undisturbed;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use board::{image, wait_for};
 use dns::Found;
-use host_sim::module::flash::{Flash, PAGE_LEN};
-use host_sim::qemu::{Line, Machine, PATIENCE, Qemu};
-use host_sim::serve::UdpSensor;
-use host_sim::source::StillRoom;
-use host_sim::urg::model::URG_04LX_UG01;
-use host_sim::urg::{Config, Urg};
-use kehai::module::Settings;
+use kehai::device::Settings;
 use kehai::store::flash::FlashStore;
 use kehai::store::save_settings;
 use kehai::wire::{Counter, PORT};
-use lan::{Datagram, Lan, Subscriber};
-use undisturbed::undisturbed;
+use kehai_emulator::pc::flash::{Flash, PAGE_LEN};
+use kehai_emulator::qemu::{Line, Machine, PATIENCE_US, Qemu};
+use kehai_emulator::serve::UdpSensor;
+use kehai_emulator::source::StillRoom;
+use kehai_emulator::urg::model::URG_04LX_UG01;
+use kehai_emulator::urg::{Config, Urg};
+use lan::{Datagram, Kind, Lan, Subscriber};
 
 const SERVICE: &str = "_kehai._udp.local";
 const IGMP: u8 = 2;
@@ -70,9 +66,10 @@ impl Plugged {
         let flash = flash(number, test);
         let network = lan.network(number);
         let room = StillRoom::new(URG_04LX_UG01.geometry);
-        let sensor = UdpSensor::start(Urg::new(Config::new(URG_04LX_UG01), Box::new(room), 0)).unwrap();
-        let line = Line::Datagrams(&sensor);
-        let board = Qemu::start(&Machine { image, mac: mac(number), line, network, flash: Some(&flash) });
+        let sensor = UdpSensor::new(Urg::new(Config::new(URG_04LX_UG01), Box::new(room), 0)).unwrap();
+        let line = Line::AnySpeed(&sensor);
+        let (time, mac) = (&lan.time, mac(number));
+        let board = Qemu::start(&Machine { image, mac, time, line, network, flash: Some(&flash) });
         Self { board: board.unwrap(), _sensor: sensor, flash }
     }
 }
@@ -86,10 +83,10 @@ impl Drop for Plugged {
 /// Looks until `count` modules with their sensors are found, by instance name.
 #[track_caller]
 fn find(lan: &Lan, count: usize) -> BTreeMap<String, Found> {
-    let (search, begin) = (lan.search(SERVICE), Instant::now());
+    let (search, end_us) = (lan.search(SERVICE), lan.time.now_us() + PATIENCE_US);
     let mut found = BTreeMap::new();
     while found.len() < count {
-        assert!(begin.elapsed() < PATIENCE, "only {found:#?}");
+        assert!(lan.time.now_us() < end_us, "only {found:#?}");
         let next = search.next(SERVICE);
         // It says more once its sensor is found.
         if !next.txt["model"].is_empty() {
@@ -118,34 +115,29 @@ fn are_found_and_report(lan: impl FnOnce() -> Lan, count: usize, test: &str) {
         hosts.push(lan.subscribe(found, mac(number)));
     }
     // All at the same time.
-    let begin = Instant::now();
+    let end_us = lan.time.now_us() + PATIENCE_US;
     while hosts.iter().any(|host| host.sequences.len() < 30) {
         let counts: Vec<usize> = hosts.iter().map(|host| host.sequences.len()).collect();
-        assert!(begin.elapsed() < PATIENCE, "reports from each: {counts:?}");
-        hosts.iter_mut().for_each(Subscriber::turn);
+        assert!(lan.time.now_us() < end_us, "reports from each: {counts:?}");
+        hosts.iter_mut().for_each(|host| while host.turn() {});
+        lan.time.step();
     }
     hosts.iter().for_each(Subscriber::assert_no_report_missing);
 }
 
 #[test]
 fn two_modules_on_one_segment_are_all_found_and_all_report() {
-    undisturbed(|| {
-        are_found_and_report(|| Lan::new(2), 2, "two");
-    });
+    are_found_and_report(|| Lan::new(2), 2, "two");
 }
 
 #[test]
 fn three_modules_on_one_segment_are_all_found_and_all_report() {
-    undisturbed(|| {
-        are_found_and_report(|| Lan::new(3), 3, "three");
-    });
+    are_found_and_report(|| Lan::new(3), 3, "three");
 }
 
 #[test]
 fn on_the_switch_that_needs_no_root_they_are_found_and_report_too() {
-    undisturbed(|| {
-        are_found_and_report(Lan::switch, 3, "switch");
-    });
+    are_found_and_report(Lan::switch, 3, "switch");
 }
 
 /// The next message of the module's membership in the group for mDNS.
@@ -155,83 +147,70 @@ fn is_membership(datagram: &Datagram) -> bool {
 
 #[test]
 fn after_a_lost_link_the_module_joins_its_group_and_announces_itself_anew() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let lan = Lan::switch();
-        let Lan::Switch(_, frames) = &lan else { unreachable!("it is one") };
-        let mut module = Plugged::start(image, &lan, 0, "link");
-        let next = |wanted: fn(&Datagram) -> bool| {
-            let begin = Instant::now();
-            loop {
-                assert!(begin.elapsed() < PATIENCE, "no such frame");
-                if let Some(datagram) = frames.receive(wanted) {
-                    return datagram;
-                }
-            }
-        };
-        let announces = |datagram: &Datagram| datagram.to_port == dns::PORT && datagram.to == dns::GROUP;
-        let joined = next(is_membership);
-        assert_eq!(joined.from, address(0), "joined before there was an address");
-        assert!(dns::found(&next(announces).payload, SERVICE).is_some());
-        find(&lan, 1);
+    let Some(image) = image() else { return };
+    let lan = Lan::switch();
+    let Kind::Switch(_, frames) = &lan.kind else { unreachable!("it is one") };
+    let mut module = Plugged::start(image, &lan, 0, "link");
+    let next = |wanted: fn(&Datagram) -> bool| {
+        lan.time.until(PATIENCE_US, || frames.look(wanted)).expect("no such frame")
+    };
+    let announces = |datagram: &Datagram| datagram.to_port == dns::PORT && datagram.to == dns::GROUP;
+    let joined = next(is_membership);
+    assert_eq!(joined.from, address(0), "joined before there was an address");
+    assert!(dns::found(&next(announces).payload, SERVICE).is_some());
+    find(&lan, 1);
 
-        module.board.set_link(false).unwrap();
-        wait_for(&mut module.board, "mdns: no address");
-        // What came before is history.
-        while frames.receive(|_| true).is_some() {}
-        module.board.set_link(true).unwrap();
-        assert_eq!(next(is_membership).from, address(0));
-        let again = dns::found(&next(announces).payload, SERVICE).expect("an announcement");
-        assert_eq!((again.name.as_str(), again.address), ("kehai-123481", address(0)));
-    });
+    module.board.set_link(false).unwrap();
+    wait_for(&mut module.board, "mdns: no address");
+    // What came before is history.
+    while frames.look(|_| true).is_some() {}
+    module.board.set_link(true).unwrap();
+    assert_eq!(next(is_membership).from, address(0));
+    let again = dns::found(&next(announces).payload, SERVICE).expect("an announcement");
+    assert_eq!((again.name.as_str(), again.address), ("kehai-123481", address(0)));
 }
 
 #[test]
 fn a_question_from_any_port_is_answered_to_whoever_asked() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let lan = Lan::switch();
-        let Lan::Switch(_, frames) = &lan else { unreachable!("it is one") };
-        let _module = Plugged::start(image, &lan, 0, "question");
-        find(&lan, 1);
-        let begin = Instant::now();
-        let answer = loop {
-            assert!(begin.elapsed() < PATIENCE, "no answer");
-            lan.ask_everybody(&dns::question(0x1234, SERVICE));
-            let answer = (0..20).find_map(|_| frames.receive(|datagram| datagram.to_port == 6353));
-            if let Some(answer) = answer {
-                break answer;
-            }
-        };
-        assert_eq!(answer.to, segment::HOST);
-        assert_eq!(answer.payload[..2], [0x12, 0x34], "the number of the question");
-        let found = dns::found(&answer.payload, SERVICE).expect("all there is to know");
-        assert_eq!((found.name.as_str(), found.address), ("kehai-123481", address(0)));
-    });
+    let Some(image) = image() else { return };
+    let lan = Lan::switch();
+    let Kind::Switch(_, frames) = &lan.kind else { unreachable!("it is one") };
+    let _module = Plugged::start(image, &lan, 0, "question");
+    find(&lan, 1);
+    let end_us = lan.time.now_us() + PATIENCE_US;
+    let answer = loop {
+        assert!(lan.time.now_us() < end_us, "no answer");
+        lan.ask_everybody(&dns::question(0x1234, SERVICE));
+        let answer = (0..20).find_map(|_| frames.receive(|datagram| datagram.to_port == 6353));
+        if let Some(answer) = answer {
+            break answer;
+        }
+    };
+    assert_eq!(answer.to, segment::HOST);
+    assert_eq!(answer.payload[..2], [0x12, 0x34], "the number of the question");
+    let found = dns::found(&answer.payload, SERVICE).expect("all there is to know");
+    assert_eq!((found.name.as_str(), found.address), ("kehai-123481", address(0)));
 }
 
 #[test]
 fn a_flood_of_questions_delays_no_report_and_what_is_dropped_is_counted() {
-    undisturbed(|| {
-        let Some(image) = image() else { return };
-        let lan = Lan::new(1);
-        let _module = Plugged::start(image, &lan, 0, "flood");
-        let found = find(&lan, 1);
-        let mut host = lan.subscribe(&found["kehai-123481"], mac(0));
-        host.until("background", |host| {
-            host.background_version > 0 && matches!(host.health, Some((_, storing)) if !storing)
-        });
-        host.sequences.clear();
-        let question = dns::question(1, SERVICE);
-        for reports in 1..=30 {
-            (0..100).for_each(|_| lan.ask_everybody(&question));
-            host.until("report", |host| host.sequences.len() >= reports);
-        }
-        host.assert_no_report_missing();
-        let counted =
-            |host: &Subscriber, counter| host.health.map_or(0, |(counters, _)| counters.get(counter));
-        host.until("drop counted", |host| counted(host, Counter::DiscoveryDropped) > 1000);
-        assert_eq!(counted(&host, Counter::LostScans), 0);
-        assert_eq!(counted(&host, Counter::ReportsDropped), 0);
+    let Some(image) = image() else { return };
+    let lan = Lan::new(1);
+    let _module = Plugged::start(image, &lan, 0, "flood");
+    let found = find(&lan, 1);
+    let mut host = lan.subscribe(&found["kehai-123481"], mac(0));
+    host.until("background", |host| {
+        host.background_version > 0 && matches!(host.health, Some((_, storing)) if !storing)
     });
+    host.sequences.clear();
+    let question = dns::question(1, SERVICE);
+    for reports in 1..=30 {
+        (0..100).for_each(|_| lan.ask_everybody(&question));
+        host.until("report", |host| host.sequences.len() >= reports);
+    }
+    host.assert_no_report_missing();
+    let counted = |host: &Subscriber, counter| host.health.map_or(0, |(counters, _)| counters.get(counter));
+    host.until("drop counted", |host| counted(host, Counter::DiscoveryDropped) > 1000);
+    assert_eq!(counted(&host, Counter::LostScans), 0);
+    assert_eq!(counted(&host, Counter::ReportsDropped), 0);
 }

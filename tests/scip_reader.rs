@@ -55,15 +55,15 @@ impl Numbers {
     }
 }
 
-/// What the reader said, with the ranges of every scan.
-type Said = Vec<(Event, Vec<u16>)>;
+/// The reader's events, with the ranges of every scan.
+type ReaderEvents = Vec<(Event, Vec<u16>)>;
 
 /// Feeds pieces as they are cut, without handing any byte over twice; a reply makes the next command
 /// of `commands` expected.
 struct Listener {
     reader: Reader,
     commands: Vec<Command>,
-    said: Said,
+    events: ReaderEvents,
     ranges_mm: [u16; 800],
     fed: usize,
 }
@@ -74,7 +74,7 @@ impl Listener {
         reader.expect(&Command::Measure(measurement).encode().unwrap());
         let mut commands: Vec<_> = commands.iter().rev().copied().collect();
         commands.pop().inspect(|first| reader.expect(&first.encode().unwrap()));
-        Self { reader, commands, said: Vec::new(), ranges_mm: [0; 800], fed: 0 }
+        Self { reader, commands, events: Vec::new(), ranges_mm: [0; 800], fed: 0 }
     }
 
     fn hear(&mut self, bytes: &[u8]) {
@@ -87,7 +87,7 @@ impl Listener {
             self.fed += consumed;
             let Some(event) = event else { continue };
             let beams = if let Event::Scan(scan) = event { scan.beams } else { 0 };
-            self.said.push((event, self.ranges_mm[..beams.into()].to_vec()));
+            self.events.push((event, self.ranges_mm[..beams.into()].to_vec()));
             if !matches!(event, Event::Scan(_) | Event::Lost(_) | Event::Unexpected(_)) {
                 let next = self.commands.pop();
                 next.inspect(|next| self.reader.expect(&next.encode().unwrap()));
@@ -100,7 +100,7 @@ impl Listener {
             Event::Scan(scan) => Some(scan.stamp_ms),
             _ => None,
         };
-        self.said.iter().filter_map(stamp).collect()
+        self.events.iter().filter_map(stamp).collect()
     }
 
     fn losses(&self) -> Vec<Loss> {
@@ -108,7 +108,7 @@ impl Listener {
             Event::Lost(loss) => Some(*loss),
             _ => None,
         };
-        self.said.iter().filter_map(loss).collect()
+        self.events.iter().filter_map(loss).collect()
     }
 }
 
@@ -119,9 +119,9 @@ fn accepted(measurement: Measurement, bytes: &[u8]) -> Vec<u32> {
     listener.scans()
 }
 
-/// What is said, with the moments set to 0: they depend on the cuts.
-fn timeless(mut said: Said) -> Said {
-    for (event, _) in &mut said {
+/// The events, with the moments set to 0: they depend on the cuts.
+fn timeless(mut events: ReaderEvents) -> ReaderEvents {
+    for (event, _) in &mut events {
         match event {
             Event::Scan(scan) => scan.first_byte_us = 0,
             Event::Reply(reply) => reply.first_byte_us = 0,
@@ -129,13 +129,13 @@ fn timeless(mut said: Said) -> Said {
             _ => {}
         }
     }
-    said
+    events
 }
 
-fn heard(commands: &[Command], pieces: impl Iterator<Item = Vec<u8>>) -> (Said, Losses) {
+fn heard(commands: &[Command], pieces: impl Iterator<Item = Vec<u8>>) -> (ReaderEvents, Losses) {
     let mut listener = Listener::new(stream(40), commands);
     pieces.for_each(|piece| listener.hear(&piece));
-    (timeless(listener.said), *listener.reader.losses())
+    (timeless(listener.events), *listener.reader.losses())
 }
 
 const COMMANDS: [Command; 9] = [
@@ -232,7 +232,7 @@ proptest! {
     ) {
         let mut listener = Listener::new(stream(40), &[command]);
         listener.hear(&bytes);
-        listener.said.clear();
+        listener.events.clear();
         let ranges = Numbers(1).ranges(40);
         listener.hear(&[scan(stream(40), 1, &ranges), scan(stream(40), 2, &ranges)].concat());
         prop_assert_eq!(listener.scans(), [1, 2]);
@@ -247,12 +247,12 @@ fn a_cut_at_every_position_says_the_same() {
     let mut whole = Listener::new(measurement, &[]);
     whole.hear(&bytes);
     assert_eq!(whole.scans(), [5]);
-    let said = timeless(whole.said);
+    let events = timeless(whole.events);
     for cut in 0..=bytes.len() {
         let mut listener = Listener::new(measurement, &[]);
         listener.hear(&bytes[..cut]);
         listener.hear(&bytes[cut..]);
-        assert_eq!(timeless(listener.said), said, "{cut}");
+        assert_eq!(timeless(listener.events), events, "{cut}");
     }
 }
 
@@ -347,8 +347,8 @@ fn an_awaited_reply_in_the_middle_of_a_scan_is_heard() {
     for size in [1, 7, 64, 1000] {
         let mut listener = Listener::new(measurement, &[Command::Quit]);
         bytes.chunks(size).for_each(|chunk| listener.hear(chunk));
-        let [(Event::Lost(loss), _), (Event::Reply(reply), _), ..] = listener.said[..] else {
-            panic!("{:?}", listener.said)
+        let [(Event::Lost(loss), _), (Event::Reply(reply), _), ..] = listener.events[..] else {
+            panic!("{:?}", listener.events)
         };
         assert_eq!(loss, Loss { cause: LossCause::ForeignReply, dropped: Dropped::Scan });
         assert_eq!((reply.status, reply.first_byte_us), (Status::OK, (line / size * size) as u64));
@@ -365,7 +365,7 @@ fn a_scan_is_timed_by_the_chunk_that_holds_its_first_byte() {
         let mut listener = Listener::new(measurement, &[]);
         bytes.chunks(size).for_each(|chunk| listener.hear(chunk));
         let moments: Vec<u64> = listener
-            .said
+            .events
             .iter()
             .filter_map(|(event, _)| match event {
                 Event::Scan(scan) => Some(scan.first_byte_us),
@@ -388,8 +388,8 @@ fn ranges_come_out_as_they_went_in() {
             let mut listener = Listener::new(measurement, &[]);
             listener.hear(&scan(measurement, 1, &ranges));
             let stored: Vec<u16> = ranges.iter().map(|&range| range.min(65_535) as u16).collect();
-            assert_eq!(listener.said.len(), 1);
-            assert_eq!(listener.said[0].1, stored);
+            assert_eq!(listener.events.len(), 1);
+            assert_eq!(listener.events[0].1, stored);
         }
     }
 }
@@ -402,6 +402,6 @@ fn a_scan_larger_than_its_buffer_is_lost_and_the_next_reply_is_not() {
     listener.hear(&[&large[..], b"QT\n00P\n\n"].concat());
     let loss = Loss { cause: LossCause::BufferTooShort, dropped: Dropped::Scan };
     assert_eq!(listener.losses(), [loss]);
-    assert!(matches!(listener.said[1].0, Event::Reply(Reply { status: Status::OK, .. })));
+    assert!(matches!(listener.events[1].0, Event::Reply(Reply { status: Status::OK, .. })));
     assert_eq!(listener.reader.losses().buffer_too_short, 1);
 }

@@ -67,7 +67,7 @@ const URG_PARAMETERS: &[u8] =
 fn the_parameters_of_a_urg() {
     assert_eq!(URG_PARAMETERS.len(), 128);
     let Event::Parameters(urg) = reply(Command::Parameters, URG_PARAMETERS) else { panic!() };
-    assert_eq!((urg.model.as_str(), urg.family), ("URG-04LX", Family::Phase));
+    assert_eq!(urg.model.as_str(), "URG-04LX");
     let all = urg.measure_all(1, Width::Three);
     assert_eq!(all, URG);
     let parts = GeometryParts {
@@ -88,7 +88,7 @@ fn the_parameters_of_a_utm_and_a_uxm() {
     let utm = b"PP\n00P\nMODL:UTM-30LX(Hokuyo Automatic Co.,Ltd.);U\nDMIN:23;7\nDMAX:60000;J\nARES:1440;^\n\
         AMIN:0;?\nAMAX:1080;Z\nAFRT:540;0\nSCAN:2400;U\n\n";
     let Event::Parameters(utm) = reply(Command::Parameters, utm) else { panic!() };
-    assert_eq!((utm.model.as_str(), utm.family, utm.first_step), ("UTM-30LX", Family::Utm, 0));
+    assert_eq!((utm.model.as_str(), utm.first_step), ("UTM-30LX", 0));
     assert_eq!(utm.measure_all(1, Width::Three).beams(), 1081);
     // The recording gives the seven numbers of this model, not the line of its name.
     let uxm =

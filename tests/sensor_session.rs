@@ -153,6 +153,30 @@ fn a_damaged_reply_is_asked_for_again_at_once() {
     assert!(talk.now_us < before_us + 10_000);
 }
 
+// Row 13: TM0 and QT denied for ever.
+#[test]
+fn a_sensor_that_denies_everything_is_brought_out_of_time_sync_then_reset_then_rebooted() {
+    let mut talk = Talk::new();
+    let mut asked: Vec<(u64, String)> = Vec::new();
+    while talk.now_us < 300_000_000 {
+        let request = talk.asked();
+        let command = request.trim();
+        let reply = if command == "RB" { "RB\n01Q\n\n".to_owned() } else { format!("{command}\n10Q\n\n") };
+        asked.push((talk.now_us / 1_000_000, command.to_owned()));
+        talk.hears(&reply);
+    }
+    let times = |wanted: &str| -> Vec<u64> {
+        asked.iter().filter(|(_, command)| command == wanted).map(|(at_s, _)| *at_s).collect()
+    };
+    let (resets, reboots) = (times("RS"), times("RB"));
+    println!("RS at {resets:?} s, RB at {reboots:?} s, TM2 {} times", times("TM2").len());
+    assert_eq!(asked[1].1, "TM2", "at once");
+    assert_eq!(resets.len(), 1);
+    assert!((30..60).contains(&resets[0]), "after a boot, be it a long one");
+    assert!(reboots.len() >= 4 && (50..90).contains(&reboots[0]), "twice each");
+    assert!(times("TM2").len() < 50, "once a round");
+}
+
 #[test]
 fn more_beams_than_there_is_memory_for_are_refused() {
     let mut talk = Talk::new();

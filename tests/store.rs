@@ -1,20 +1,29 @@
-//! What is stored survives a loss of power at any single write: the old or the new, never none.
+//! Stored data survives a loss of power at any single write: either the old or the new is read, never none.
 
 use embassy_futures::block_on;
-use host_sim::module::flash::{Flash, PAGE_LEN};
 use kehai::background::{Background, Fingerprint};
+use kehai::device::Settings;
 use kehai::link::Store;
-use kehai::module::Settings;
 use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS};
 use kehai::scip::Text;
+use kehai::store::damaged::ZeroDamaged;
 use kehai::store::flash::FlashStore;
-use kehai::store::{load_background, save_background, save_settings, start};
+use kehai::store::{erase, load_background, save_background, save_settings, start};
+use kehai_emulator::pc::flash::{Flash, FlashError, PAGE_LEN};
 
 /// The smallest region allowed: 32 KiB.
 const PAGES: usize = 8;
 
-fn open(flash: &Flash) -> FlashStore<Flash> {
-    FlashStore::new(flash.clone(), 0..(PAGES * PAGE_LEN) as u32).unwrap()
+type Readable = ZeroDamaged<Flash, fn(&FlashError) -> bool>;
+
+fn open(flash: &Flash) -> FlashStore<Readable> {
+    let readable = Readable::new(flash.clone(), |error| *error == FlashError::Damaged);
+    FlashStore::new(readable, 0..(PAGES * PAGE_LEN) as u32).unwrap()
+}
+
+/// Without and with error correction.
+fn flashes() -> [Flash; 2] {
+    [Flash::new(PAGES), Flash::with_error_correction(PAGES)]
 }
 
 fn geometry() -> Geometry {
@@ -78,17 +87,20 @@ fn cut_everywhere(flash: &Flash, work: impl Fn(&Flash) -> bool, mut check: impl 
 
 #[test]
 fn a_background_is_the_old_or_the_new_one_wherever_the_power_is_cut() {
-    let flash = Flash::new(PAGES);
+    flashes().into_iter().for_each(|flash| cut_backgrounds(&flash));
+}
+
+fn cut_backgrounds(flash: &Flash) {
     let save = |flash: &Flash, number: u16| {
         block_on(save_background(&mut open(flash), &background(number), Text::new(b"H123"))).is_ok()
     };
-    assert_eq!(stored(&flash), None);
+    assert_eq!(stored(flash), None);
     let mut cuts = 0;
     // The fourth goes round the pages once more, and erases.
     for number in 1..=4 {
         let mut outcomes = [0, 0];
         cuts += cut_everywhere(
-            &flash,
+            flash,
             |flash| save(flash, number),
             |flash, done| {
                 let found = stored(flash);
@@ -101,7 +113,7 @@ fn a_background_is_the_old_or_the_new_one_wherever_the_power_is_cut() {
             },
         );
         assert!(outcomes[0] > 10 && outcomes[1] > 0, "{outcomes:?}");
-        assert!(save(&flash, number));
+        assert!(save(flash, number));
     }
     println!("{cuts} cuts, {} words written twice", flash.rewritten());
     assert_eq!(flash.rewritten(), 0);
@@ -109,10 +121,13 @@ fn a_background_is_the_old_or_the_new_one_wherever_the_power_is_cut() {
 
 #[test]
 fn settings_are_the_old_or_the_new_ones_wherever_the_power_is_cut() {
-    let flash = Flash::new(PAGES);
+    flashes().into_iter().for_each(|flash| cut_settings(&flash));
+}
+
+fn cut_settings(flash: &Flash) {
     let save = |flash: &Flash, name: &str| block_on(save_settings(&mut open(flash), &settings(name))).is_ok();
-    assert!(block_on(save_background(&mut open(&flash), &background(7), Text::new(b"H123"))).is_ok());
-    assert!(save(&flash, "0"));
+    assert!(block_on(save_background(&mut open(flash), &background(7), Text::new(b"H123"))).is_ok());
+    assert!(save(flash, "0"));
     // Enough to go through all pages and erase every one.
     for number in 1..300 {
         let name = number.to_string();
@@ -122,7 +137,7 @@ fn settings_are_the_old_or_the_new_ones_wherever_the_power_is_cut() {
         let erases = trial.operations() > 3;
         if number < 4 || erases {
             let cuts = cut_everywhere(
-                &flash,
+                flash,
                 |flash| save(flash, &name),
                 |flash, done| {
                     let found = block_on(start(&mut open(flash), 99));
@@ -136,7 +151,7 @@ fn settings_are_the_old_or_the_new_ones_wherever_the_power_is_cut() {
             );
             assert!(cuts > 0);
         }
-        assert!(save(&flash, &name));
+        assert!(save(flash, &name));
         assert!(flash.operations() > before);
     }
     assert_eq!(flash.rewritten(), 0);
@@ -144,12 +159,15 @@ fn settings_are_the_old_or_the_new_ones_wherever_the_power_is_cut() {
 
 #[test]
 fn starts_are_counted_wherever_the_power_is_cut() {
-    let flash = Flash::new(PAGES);
+    flashes().into_iter().for_each(|flash| cut_starts(&flash));
+}
+
+fn cut_starts(flash: &Flash) {
     let begin = |flash: &Flash| block_on(start(&mut open(flash), 1 << 31));
     for boot in 1..=2000 {
         if boot < 10 || boot % 200 == 0 {
             cut_everywhere(
-                &flash,
+                flash,
                 |flash| !begin(flash).failed,
                 |flash, _| {
                     let next = begin(flash);
@@ -158,7 +176,7 @@ fn starts_are_counted_wherever_the_power_is_cut() {
                 },
             );
         }
-        assert_eq!(begin(&flash).boot, boot);
+        assert_eq!(begin(flash).boot, boot);
     }
 }
 
@@ -188,4 +206,71 @@ fn a_record_that_is_too_long_is_refused_and_changes_nothing() {
     assert_eq!(record, [1; 1024]);
     assert!(block_on(store.load(9, &mut [0; 1023])).is_err());
     assert_eq!(block_on(store.load(10, &mut record)), Ok(None));
+}
+
+#[test]
+fn a_second_cut_while_the_first_is_repaired_leaves_the_old_or_the_new_settings() {
+    for flash in flashes() {
+        let save =
+            |flash: &Flash, name: &str| block_on(save_settings(&mut open(flash), &settings(name))).is_ok();
+        let mut damaged = 0;
+        // Enough to go through all pages.
+        for number in 1..150 {
+            assert!(save(&flash, &(number - 1).to_string()));
+            if number % 7 != 0 {
+                continue;
+            }
+            let name = number.to_string();
+            let allowed = [settings(&(number - 1).to_string()), settings(&name)];
+            cut_everywhere(
+                &flash,
+                |flash| save(flash, &name),
+                |flash, _| {
+                    damaged += flash.damaged();
+                    cut_everywhere(
+                        flash,
+                        |flash| !block_on(start(&mut open(flash), 99)).failed,
+                        |flash, _| {
+                            let found = block_on(start(&mut open(flash), 99));
+                            assert!(!found.failed, "start failed at {number}");
+                            assert!(allowed.contains(&found.settings), "{:?}", found.settings);
+                        },
+                    );
+                },
+            );
+        }
+        println!("{damaged} words could not be read");
+    }
+}
+
+#[test]
+fn a_word_that_cannot_be_read_is_zeros_and_its_neighbours_are_not() {
+    use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash};
+    let flash = Flash::with_error_correction(PAGES);
+    block_on(flash.clone().write(0, &[7; 64])).unwrap();
+    flash.cut_after(0);
+    assert!(block_on(flash.clone().write(64, &[7; 16])).is_err());
+    flash.power_on();
+    block_on(flash.clone().write(80, &[7; 16])).unwrap();
+    let mut read = [1; 44];
+    assert_eq!(block_on(flash.clone().read(45, &mut read)), Err(FlashError::Damaged));
+    let is_damaged: fn(&FlashError) -> bool = |error| *error == FlashError::Damaged;
+    block_on(Readable::new(flash, is_damaged).read(45, &mut read)).unwrap();
+    assert!(read[..19].iter().chain(&read[35..]).all(|&byte| byte == 7), "{read:?}");
+    assert!(read[19..35].iter().all(|&byte| byte == 0), "{read:?}");
+}
+
+#[test]
+fn a_factory_reset_erases_all_but_the_number_of_the_start() {
+    let flash = Flash::new(PAGES);
+    for _ in 0..5 {
+        block_on(start(&mut open(&flash), 99));
+    }
+    assert!(block_on(save_settings(&mut open(&flash), &settings("hall"))).is_ok());
+    assert!(block_on(save_background(&mut open(&flash), &background(3), Text::new(b"H123"))).is_ok());
+    block_on(erase(&mut open(&flash))).unwrap();
+    let found = block_on(start(&mut open(&flash), 99));
+    assert_eq!((found.boot, found.settings, found.failed), (6, Settings::new(), false));
+    assert_eq!(stored(&flash), None);
+    assert!(!flash.contents().windows(4).any(|bytes| bytes == b"hall"));
 }

@@ -23,18 +23,20 @@ HEADER = struct.Struct("<3sBI6sBBQ16s")  # 40 bytes
 FROZEN = (0x80, 0x81, 0x82, 0x83)
 NO_RETURN = 65535
 
+# fmt: off
 ENDS = ("free", "body", "wall", "view", "neck")
 REASONS = ("no_return", "too_short", "overflow")
 BEAM_STATES = ("unknown", "open", "wall")
 SENSOR_CODES = ("searching", "booting", "starting", "streaming", "stalled", "abnormal", "too_large", "unusable",
                 "refused", "paused")
 EVENTS = ("learn_started", "learned", "learn_restarted", "absorbed", "background_forgotten",
-          "background_drifted", "settings_changed", "restarting")
+          "background_drifted", "settings_changed", "restarting", "address_unusable", "address_returned",
+          "address_default", "factory_reset")
 ALARMS = ("no_scans", "no_background", "learning_waits", "suspects", "store_failed", "clock_uncertain",
           "watchdog")
 REFUSALS = ("version", "unsupported", "malformed", "bad_cookie", "full", "wrong_module", "wrong_boot",
             "not_allowed", "superseded", "moved", "no_background", "span", "report", "too_few_scans",
-            "no_sensor", "busy", "setting")
+            "no_sensor", "busy", "setting", "not_stored")
 COUNTERS = (
     "lost_scans", "scans_accepted", "scans_missing", "scans_damaged", "scans_repeated", "scans_unstable",
     "sensor_stalls", "sensor_resumes", "sensor_starts", "sensor_clock_restarts", "sensor_reboots",
@@ -51,6 +53,7 @@ COUNTERS = (
     "refused_setting", "store_failures", "watchdog_resets", "link_losses",
     "datagrams_dropped", "discovery_dropped",
 )
+# fmt: on
 
 
 class Malformed(ValueError):
@@ -67,7 +70,7 @@ class Reader:
         if self.at + count > len(self.data):
             raise Malformed("the message ends too soon")
         self.at += count
-        return self.data[self.at - count:self.at]
+        return self.data[self.at - count : self.at]
 
     def fixed(self, layout):
         """Little-endian values of fixed length."""
@@ -113,18 +116,35 @@ def beyond(step):
 
 
 def report(reader):
-    keys = ("sequence", "setup", "background_version", "stamp_us", "sensor_ms", "uncertainty_us", "lost_scans")
-    result = dict(zip(keys, reader.fixed("IHHQQII")))
+    keys = (
+        "sequence",
+        "setup",
+        "background_version",
+        "stamp_us",
+        "sensor_ms",
+        "uncertainty_us",
+        "lost_scans",
+    )
+    result = dict(zip(keys, reader.fixed("IHHQQII"), strict=True))
     result["candidates"] = reader.list(lambda: candidate(reader))
     result["unseen"] = reader.list(lambda: unseen_span(reader))
     return result
 
 
 def candidate(reader):
-    keys = ("first_step", "last_step", "near_step", "beams", "first_mm", "mid_mm", "last_mm", "near_mm",
-            "static_ds")
+    keys = (
+        "first_step",
+        "last_step",
+        "near_step",
+        "beams",
+        "first_mm",
+        "mid_mm",
+        "last_mm",
+        "near_mm",
+        "static_ds",
+    )
     *numbers, first_beyond, last_beyond, ends, counts = reader.fixed("9HbbBB")
-    result = dict(zip(keys, numbers))
+    result = dict(zip(keys, numbers, strict=True))
     # An unknown kind of end counts as the edge of view: nothing is taken from it.
     result["first_end"] = name(ENDS, ends & 15, "view")
     result["last_end"] = name(ENDS, ends >> 4, "view")
@@ -138,28 +158,49 @@ def candidate(reader):
 
 def unseen_span(reader):
     first_step, beams, near_mm, reason = reader.fixed("HHHB")
-    return {"first_step": first_step, "beams": beams, "near_mm": None if near_mm == NO_RETURN else near_mm,
-            "reason": name(REASONS, reason, "overflow")}
+    return {
+        "first_step": first_step,
+        "beams": beams,
+        "near_mm": None if near_mm == NO_RETURN else near_mm,
+        "reason": name(REASONS, reason, "overflow"),
+    }
 
 
 def health(reader):
-    result = {"uptime_us": reader.varint(), "sequence": reader.varint(), "setup": reader.varint(),
-              "background_version": reader.varint(), "sensor": name(SENSOR_CODES, reader.u8()),
-              "sensor_detail": [reader.varint(), reader.varint()]}
+    result = {
+        "uptime_us": reader.varint(),
+        "sequence": reader.varint(),
+        "setup": reader.varint(),
+        "background_version": reader.varint(),
+        "sensor": name(SENSOR_CODES, reader.u8()),
+        "sensor_detail": [reader.varint(), reader.varint()],
+    }
     alarms = reader.varint()
     result["alarms"] = [alarm for bit, alarm in enumerate(ALARMS) if alarms >> bit & 1]
     result["storing"], result["subscribers"] = bool(reader.u8()), reader.u8()
-    result["learning"] = reader.option(lambda: {
-        "scans": reader.varint(), "of": reader.varint(), "restarts": reader.varint(),
-        "moved": reader.option(lambda: [reader.varint(), reader.varint()])})
+    result["learning"] = reader.option(
+        lambda: {
+            "scans": reader.varint(),
+            "of": reader.varint(),
+            "restarts": reader.varint(),
+            "moved": reader.option(lambda: [reader.varint(), reader.varint()]),
+        }
+    )
     # A newer module has more counters than are known here, an older one fewer.
     counters = reader.list(reader.varint)
     result["counters"] = {key: counters[at] if at < len(counters) else 0 for at, key in enumerate(COUNTERS)}
-    result["suspects"] = reader.added_list(lambda: {
-        "first_step": reader.varint(), "last_step": reader.varint(), "near_mm": reader.varint()})
-    result["events"] = reader.added_list(lambda: {
-        "number": reader.varint(), "at_us": reader.varint(), "kind": name(EVENTS, reader.u8()),
-        "background_version": reader.varint(), "by": ".".join(str(byte) for byte in reader.bytes(4))})
+    result["suspects"] = reader.added_list(
+        lambda: {"first_step": reader.varint(), "last_step": reader.varint(), "near_mm": reader.varint()}
+    )
+    result["events"] = reader.added_list(
+        lambda: {
+            "number": reader.varint(),
+            "at_us": reader.varint(),
+            "kind": name(EVENTS, reader.u8()),
+            "background_version": reader.varint(),
+            "by": ".".join(str(byte) for byte in reader.bytes(4)),
+        }
+    )
     return result
 
 
@@ -173,9 +214,19 @@ def info(reader):
 
 def sensor_info(reader):
     result = {key: reader.text() for key in ("model", "serial", "firmware")}
-    result.update((key, reader.varint()) for key in (
-        "first_step", "last_step", "cluster", "front_step", "steps_per_turn", "period_us", "range_min_mm",
-        "range_max_mm"))
+    result.update(
+        (key, reader.varint())
+        for key in (
+            "first_step",
+            "last_step",
+            "cluster",
+            "front_step",
+            "steps_per_turn",
+            "period_us",
+            "range_min_mm",
+            "range_max_mm",
+        )
+    )
     result["skip"] = reader.u8()
     result["open_range_mm"] = reader.varint()
     return result
@@ -198,8 +249,15 @@ def cookie(reader):
 
 def subscribed(reader):
     request_id, t1, t2_us, t3_us, lease_ms, may_control, subscribers = reader.fixed("I8sQQHBB")
-    return {"request_id": request_id, "t1": t1.hex(), "t2_us": t2_us, "t3_us": t3_us, "lease_ms": lease_ms,
-            "may_control": bool(may_control), "subscribers": subscribers}
+    return {
+        "request_id": request_id,
+        "t1": t1.hex(),
+        "t2_us": t2_us,
+        "t3_us": t3_us,
+        "lease_ms": lease_ms,
+        "may_control": bool(may_control),
+        "subscribers": subscribers,
+    }
 
 
 def done(reader):
@@ -211,17 +269,17 @@ def settings(reader):
 
 
 def absorbed(reader):
-    return dict(zip(("request_id", "beams", "background_version"), reader.fixed("IHH")))
+    return dict(zip(("request_id", "beams", "background_version"), reader.fixed("IHH"), strict=True))
 
 
 def part_head(reader):
-    return dict(zip(("object", "part", "parts", "first_step", "setup"), reader.fixed("IBBHH")))
+    return dict(zip(("object", "part", "parts", "first_step", "setup"), reader.fixed("IBBHH"), strict=True))
 
 
 def profile_part(reader):
     result = part_head(reader)
     keys = ("far_mm", "near_mm", "spread_mm", "state")
-    result["beams"] = reader.list(lambda: dict(zip(keys, reader.fixed("HHBB"))))
+    result["beams"] = reader.list(lambda: dict(zip(keys, reader.fixed("HHBB"), strict=True)))
     for beam in result["beams"]:
         beam["state"] = name(BEAM_STATES, beam["state"])
     return result
@@ -229,13 +287,24 @@ def profile_part(reader):
 
 def raw_part(reader):
     result = part_head(reader)
-    result.update(zip(("stamp_us", "sensor_ms", "uncertainty_us"), reader.fixed("QQI")))
+    result.update(zip(("stamp_us", "sensor_ms", "uncertainty_us"), reader.fixed("QQI"), strict=True))
     result["ranges_mm"] = reader.list(lambda: reader.fixed("H")[0])
     return result
 
 
-MESSAGES = {0x80: refused, 0x81: cookie, 0x82: subscribed, 0x83: info, 0x84: done, 0x85: settings,
-            0x86: absorbed, 0x90: report, 0x91: health, 0x92: profile_part, 0x93: raw_part}
+MESSAGES = {
+    0x80: refused,
+    0x81: cookie,
+    0x82: subscribed,
+    0x83: info,
+    0x84: done,
+    0x85: settings,
+    0x86: absorbed,
+    0x90: report,
+    0x91: health,
+    0x92: profile_part,
+    0x93: raw_part,
+}
 
 
 def decode(datagram):
@@ -250,7 +319,7 @@ def decode(datagram):
         raise Malformed(f"the module speaks version {version} of the protocol")
     try:
         # Whatever follows the known fields comes from a newer version, and is passed over.
-        message = read(Reader(datagram[HEADER.size:]))
+        message = read(Reader(datagram[HEADER.size :]))
     except UnicodeDecodeError as error:
         raise Malformed(str(error)) from error
     return {"message": read.__name__, "module": module.hex(":"), "boot": boot, **message}

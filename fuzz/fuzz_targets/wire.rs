@@ -1,4 +1,4 @@
-//! Both ends on arbitrary bytes: no panic, and what was understood says the same when it is sent on.
+//! Both ends on arbitrary bytes: no panic, and a decoded message keeps its meaning when it is encoded again.
 //!
 //! ```text
 //!   input:  version │ kind │ message …       behind a header that is right otherwise, and

@@ -1,17 +1,17 @@
-//! What the tracker costs, from a datagram to tracks and zones: instructions a report (counted by valgrind, so the
+//! Cost of the tracker, from a datagram to tracks and zones: instructions a report (counted by valgrind, so the
 //! same in every run), time on this machine, and whether it keeps up with a network.
 //!
 //! ```text
 //!   worlds, simulated once ─▶ datagrams in memory ─┬─▶ callgrind: instructions up to t₁, up to t₂ ─▶ a report
 //!                                                  ├─▶ a clock: µs a report, multiple of real time
-//!                                                  └─▶ one UDP socket a module ─▶ Live ─▶ reports lost
+//!                                                  └─▶ one UDP socket a module ─▶ TrackingLoop ─▶ reports lost
 //! ```
 //!
 //! `cargo bench -p host-sim` prints the table and fails when a budget is exceeded. `-- --loopback N` listens to the
 //! network for N seconds, too, and fails when a report is lost there, which a busy machine may cause;
 //! `-- --loopback-modules N` to so many modules.
 //!
-//! Only the tracker is measured: what it is fed was recorded before. A line of tracks is asked for every 0.1 s, as
+//! Only the tracker is measured: its input was recorded before. A line of tracks is asked for every 0.1 s, as
 //! `kehai-tracker` does, and is part of the cost.
 
 use std::error::Error;
@@ -21,14 +21,15 @@ use std::process::{Command as Process, ExitCode};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use host_sim::baselines::Choice;
 use host_sim::run::{Options, Record};
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
-use host_tracker::follower::Follower;
-use host_tracker::live::Live;
-use host_tracker::peers::Peers;
-use host_tracker::trackers::Choice;
+use host_tracker::net::registry::Registry;
+use host_tracker::net::tracking::{Parts, TrackingLoop};
 use kehai::wire::Message;
+use kehai_tracking::follower::Follower;
+use kehai_tracking::session::Session;
 
 /// Most instructions a report, with eight people before two modules.
 const EIGHT_BUDGET: u64 = 200_000;
@@ -43,7 +44,7 @@ const AIM_REAL_TIME: f64 = 5.0;
 /// Distance from one hall to the next, m: eight, and walls between.
 const APART_M: f64 = 8.2;
 
-/// Everybody is in and walks: s, of the halls' 20.
+/// Time in which all people are in and walk: s, of the halls' 20.
 const WALKING_S: (f64, f64) = (15.0, 17.0);
 
 /// A world to be fed to a tracker.
@@ -94,7 +95,7 @@ fn load(path: &Path, halls: usize) -> Result<Record, Box<dyn Error>> {
     Ok(if halls > 1 { record.copies(halls, APART_M) } else { record })
 }
 
-/// The time that counts: everybody is there.
+/// The time that is measured: all people are there.
 fn window_s(record: &Record) -> (f64, f64) {
     record.events.map_or(WALKING_S, |events| (events.all_in_s, events.door_opens_s))
 }
@@ -118,7 +119,7 @@ fn follower(record: &Record) -> Follower {
     Follower::new(&Arc::new(record.site.clone()), Choice::default())
 }
 
-/// Instructions a report within the world's window, counted by valgrind; None where there is none.
+/// Instructions a report within the world's window, counted by valgrind; None if valgrind is not installed.
 fn instructions(path: &Path, world: &World, reports: u64) -> Option<u64> {
     let count = |end: &str| {
         let output = Process::new("valgrind")
@@ -166,7 +167,7 @@ fn cost(world: &World) -> Result<Cost, Box<dyn Error>> {
     })
 }
 
-/// Sends what the modules of a record sent, each from a socket of its own, at the times at which it arrived.
+/// Sends the datagrams of a record at their times of arrival, each module from its own socket.
 fn send(record: &Record, sockets: &[UdpSocket], begun: Instant) -> u64 {
     let mut to: Vec<Option<SocketAddr>> = vec![None; sockets.len()];
     let mut reports = 0;
@@ -179,7 +180,7 @@ fn send(record: &Record, sockets: &[UdpSocket], begun: Instant) -> u64 {
         else {
             continue;
         };
-        // Whoever asks is told everything; the record knows the answers.
+        // Every request subscribes its sender; the record holds the answers.
         while let Ok((_, from)) = socket.recv_from(&mut asked) {
             *to = Some(from);
         }
@@ -198,19 +199,20 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
         (0..record.modules.len()).map(|_| UdpSocket::bind("127.0.0.1:0")).collect::<Result<_, _>>()?;
     sockets.iter().try_for_each(|socket| socket.set_nonblocking(true))?;
     let addresses: Vec<SocketAddr> = sockets.iter().map(UdpSocket::local_addr).collect::<Result<_, _>>()?;
-    let peers = Peers::new(Arc::new(record.site.clone()), &addresses);
-    let mut live = Live::new(Live::bind()?, peers, None, follower(&record));
+    let registry = Registry::new(Arc::new(record.site.clone()), &addresses);
+    let (socket, follower) = (TrackingLoop::bind()?, follower(&record));
+    let mut tracking = TrackingLoop::new(socket, registry, None, follower, Parts::default());
     let begun = Instant::now();
     let sent = std::thread::scope(|scope| {
         let sender = scope.spawn(|| send(&record, &sockets, begun));
-        while live.now_us() < (u64::from(seconds) + 1) * 1_000_000 {
-            live.frame()?;
+        while tracking.now_us() < (u64::from(seconds) + 1) * 1_000_000 {
+            tracking.snapshot()?;
         }
         sender.join().map_err(|_| std::io::Error::other("the sender fell over"))
     })?;
-    let intake = live.follower().intake();
-    let drops = intake.drops();
-    let came: u64 = intake.modules().values().map(host_tracker::intake::Module::reports).sum::<u64>()
+    let sessions = tracking.sessions();
+    let drops = sessions.drops();
+    let came: u64 = sessions.iter().map(Session::reports).sum::<u64>()
         + drops.repeated
         + drops.late
         + drops.early

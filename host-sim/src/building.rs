@@ -17,21 +17,21 @@ use std::sync::{Arc, mpsc};
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
-use crate::module::flash::Flash;
-use crate::module::line::Place;
-use crate::module::pc::{PAGES, Pc};
-use crate::module::reactor::Reactor;
-use crate::module::udp::Udp;
-use crate::serve::{Control, Status, serve_tcp};
-use crate::urg::{Config, Urg};
 use crate::world::World;
 use crate::world::scene::Scene;
 use crate::world::sensor::WorldSensor;
+use kehai_emulator::pc::device::{PAGES, Pc};
+use kehai_emulator::pc::flash::Flash;
+use kehai_emulator::pc::line::Place;
+use kehai_emulator::pc::reactor::Reactor;
+use kehai_emulator::pc::udp::Udp;
+use kehai_emulator::serve::{Control, Status, serve_tcp};
+use kehai_emulator::urg::{Config, Urg};
 
 /// A port that the system chooses, for this machine alone.
 const ANY_PORT: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0);
 
-/// Told after every turn of a sensor's loop which module's it is, by its number in the site, and how the sensor is.
+/// Called after every turn of a sensor's loop, with the number of its module in the site and the sensor's status.
 pub type Watch = Arc<dyn Fn(usize, &Status) + Send + Sync>;
 
 /// A building in which people walk. It ends when it is dropped.
@@ -47,7 +47,7 @@ impl Building {
     /// Switches everything on.
     ///
     /// # Errors
-    /// No port or thread is to be had.
+    /// No port or thread is available.
     pub fn start(scene: &Scene, seed: u64) -> io::Result<Self> {
         Self::switched_on(scene, seed, &nobody(), false)
     }
@@ -60,7 +60,7 @@ impl Building {
         Self::switched_on(scene, seed, &nobody(), true)
     }
 
-    /// As [`start`](Self::start), with somebody who watches the sensors.
+    /// As [`start`](Self::start); `watch` is called with the states of the sensors.
     ///
     /// # Errors
     /// As there.
@@ -102,7 +102,7 @@ impl Building {
             };
             let _ = listening.send(port.local_addr());
             if let Err(error) = live(&own_name, &sensor, &port, announced, &stop) {
-                eprintln!("module {own_name} has ended: {error}");
+                tracing::error!("module {own_name} has ended: {error}");
             }
         })?);
         listens.recv().unwrap_or_else(|_| Err(io::Error::other("the module's thread has failed")))
@@ -131,7 +131,7 @@ impl Drop for Building {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads.drain(..) {
-            // A thread that has panicked has said so.
+            // A thread that has panicked has already printed its message.
             let _ = thread.join();
         }
     }
@@ -154,7 +154,7 @@ fn measure(
     let urg = Urg::new(config, Box::new(sensor), phase_us);
     let mut control = Control { stop, on_status };
     if let Err(error) = serve_tcp(listener, urg, &mut control) {
-        eprintln!("sensor {name} has ended: {error}");
+        tracing::error!("sensor {name} has ended: {error}");
     }
 }
 

@@ -1,12 +1,12 @@
 //! The lines of `candidates.jsonl`: one JSON object a scan, times in seconds, places in metres.
 
-use host_tracker::sighting::{Seen, Sighting};
 use kehai::candidate::{Candidate, EndKind};
 use kehai::centre::{Estimator, centre};
 use kehai::pipeline::Judgement;
 use kehai::scan::Geometry;
 use kehai::unseen::UnseenSpan;
 use kehai::wire::Report;
+use kehai_tracking::observation::{Detection, Observation};
 use serde::Serialize;
 
 /// A scan as the module reports it.
@@ -87,18 +87,18 @@ impl CandidatesLine {
 
     /// What a host makes of a report: places in the site's frame, time on the host's clock.
     #[must_use]
-    pub fn of_sighting(module: &str, sighting: &Sighting, report: &Report<'_>) -> Self {
-        let candidate = |seen: &Seen| {
+    pub fn of_observation(module: &str, observation: &Observation, report: &Report<'_>) -> Self {
+        let candidate = |seen: &Detection| {
             let (centre, covariance) = (seen.centre, seen.covariance);
             let cov = [covariance.m11, covariance.m12, covariance.m22];
             CandidateLine::at([centre.x, centre.y], cov, &seen.candidate)
         };
-        let geometry = &sighting.view.geometry;
+        let geometry = &observation.view.geometry;
         Self {
-            t: rounded(sighting.start_s, 6),
+            t: rounded(observation.start_s, 6),
             module: module.to_owned(),
             seq: report.head.sequence,
-            candidates: sighting.seen.iter().map(candidate).collect(),
+            candidates: observation.detections.iter().map(candidate).collect(),
             unseen: report.unseen.iter().map(|span| UnseenLine::new(&span, geometry)).collect(),
         }
     }

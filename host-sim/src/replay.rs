@@ -3,25 +3,25 @@
 
 use std::path::Path;
 
-use host_tracker::jsonl::TracksLine;
-use host_tracker::trackers::LifeCycle;
 use kehai::background::{BeamState, LEARN_SCANS, LearnRequest};
 use kehai::pipeline::Settings;
 use kehai::scan::GeometryError;
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::tracker::LifeCycle;
 use serde::Serialize;
 
-use crate::chain::{Chain, ChainError};
 use crate::jsonl::CandidatesLine;
 use crate::picture::{Picture, exposure};
-use crate::recording::{Recording, RecordingSource};
-use crate::source::{RangeSource, SensorGeometry};
-use crate::urg::Config;
-use crate::urg::model::URG_04LX;
+use kehai_emulator::chain::{Chain, ChainError};
+use kehai_emulator::recording::{Recording, RecordingSource};
+use kehai_emulator::source::{RangeSource, SensorGeometry};
+use kehai_emulator::urg::Config;
+use kehai_emulator::urg::model::URG_04LX;
 
-/// From what the background is learned.
+/// The scans from which the background is learned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Learn {
-    /// As the module does it: from the first scans, this many, in which nobody moves.
+    /// As the module does it: from this many first scans, in which no person may move.
     Scans(u16),
     /// From the whole recording, people and all, before it is judged from its start.
     All,
@@ -58,7 +58,7 @@ pub enum ReplayError {
     NotStored,
 }
 
-/// What came of a recording.
+/// Results of a recording.
 #[derive(Clone, Debug)]
 pub struct Replay {
     /// One line a scan, in order.
@@ -200,7 +200,7 @@ pub fn module_name(path: &Path) -> String {
     path.file_stem().map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Somebody whom a tracker was sure of.
+/// A track that was confirmed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Identity {
     /// The track's.
@@ -213,7 +213,7 @@ pub struct Identity {
     pub confirmed_s: f64,
 }
 
-/// Everybody who was ever confirmed in lines that are `step_s` apart, in order of appearance.
+/// All tracks that were ever confirmed, from lines `step_s` apart, in order of appearance.
 #[must_use]
 pub fn identities(lines: &[TracksLine], step_s: f64) -> Vec<Identity> {
     let mut found: Vec<Identity> = Vec::new();

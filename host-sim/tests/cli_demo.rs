@@ -1,9 +1,8 @@
 //! `kehai-sim demo` from outside: it starts, shows people's map at a local address, finds its modules, and leaves nothing
 //! behind when it ends.
-#![cfg(unix)]
+#![cfg(all(unix, feature = "daemon"))]
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -57,11 +56,8 @@ fn it_shows_a_map_says_how_modules_were_found_and_ends_with_ctrl_c() {
         .by_ref()
         .find_map(|line| Some(line.split_once("http://")?.1.split('/').next()?.to_owned()))
         .expect("it says where its map is");
-    let mut page = TcpStream::connect(&address).unwrap();
-    write!(page, "GET / HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
-    let mut text = String::new();
-    page.read_to_string(&mut text).unwrap();
-    assert!(text.starts_with("HTTP/1.1 200"), "{text}");
+    let page = ureq::get(format!("http://{address}/")).call().unwrap();
+    assert_eq!(page.status(), 200);
     let found = lines.by_ref().find(|line| line.contains("DNS-SD") || line.contains("no multicast"));
     println!("{}", found.expect("it says how modules were found"));
     let interrupt = format!("kill -INT {}", running.0.id());

@@ -1,12 +1,12 @@
-//! `kehai-sim module` as people meet it: beside `kehai-sim sensor`, with a host that subscribes; and what it refuses.
+//! `kehai-sim module` as people meet it: beside `kehai-sim sensor`, with a host that subscribes; and its refusals.
 
 #[path = "support/program.rs"]
 mod program;
 
 use std::process::Command;
 
-use host_sim::module::host::Host;
 use kehai::wire::{Message, Request};
+use kehai_emulator::pc::host::Host;
 use program::{Program, word};
 
 fn host_of(module: &str) -> Host {
@@ -71,6 +71,34 @@ fn a_module_finds_a_sensor_on_a_serial_device_at_the_wrong_speed() {
     host.more(5);
     module.interrupt();
     sensor.interrupt();
+}
+
+#[test]
+fn a_sensor_that_cannot_be_reached_is_named_with_the_reason() {
+    let place = "serial:///dev/no-such-device";
+    let (module, line) =
+        Program::start(&["module", "--sensor", place, "--listen", "127.0.0.1:0"], "sensor at");
+    let wanted = "sensor at serial:///dev/no-such-device: No such file or directory (os error 2); \
+                  it is tried again and again";
+    assert_eq!(line, wanted);
+    module.interrupt();
+    // No program listens on a port that was free a moment ago.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let place = format!("tcp://{port}");
+    let (module, line) =
+        Program::start(&["module", "--sensor", &place, "--listen", "127.0.0.1:0"], "sensor at");
+    assert!(line.starts_with(&format!("sensor at {place}: Connection refused")), "{line}");
+    module.interrupt();
+}
+
+#[test]
+fn a_sensor_that_does_not_answer_is_named() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = format!("tcp://{}", listener.local_addr().unwrap());
+    let (module, line) =
+        Program::start(&["module", "--sensor", &place, "--listen", "127.0.0.1:0"], "sensor at");
+    assert_eq!(line, format!("sensor at {place}: no answer; is it switched on, and does it speak SCIP?"));
+    module.interrupt();
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! `kehai-sim score` from outside: what it prints, and what it says to bad input.
+//! `kehai-sim score` from outside: its output, and its messages for bad input.
 
 use std::path::Path;
 use std::process::{Command, Output};

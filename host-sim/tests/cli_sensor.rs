@@ -60,9 +60,17 @@ fn missing_files_and_names_are_refused_with_status_1() {
 }
 
 #[test]
+fn a_state_the_model_does_not_have_is_refused() {
+    assert_eq!(
+        refusal(&["sensor", "--tcp", "127.0.0.1:0", "--model", "utm-30lx", "--start", "scip11"]),
+        (1, "kehai-sim: utm-30lx speaks no SCIP 1.1; urg-04lx does".to_owned())
+    );
+}
+
+#[test]
 fn the_help_names_every_fault() {
     let help = String::from_utf8(kehai_sim(&["sensor", "--help"]).stdout).expect("text");
-    for kind in host_sim::urg::faults::KINDS {
+    for kind in kehai_emulator::urg::faults::KINDS {
         assert!(help.contains(&format!("\n  {}", kind.name)), "{} is missing", kind.name);
     }
 }

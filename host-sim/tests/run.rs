@@ -1,4 +1,4 @@
-//! A scene through sensors, modules and network: what the host receives, and the truth beside it.
+//! A scene through sensors, modules and network: the datagrams at the host, and the truth.
 #![allow(missing_docs, reason = "a test program")]
 
 use host_sim::run::{Arrival, Conditions, Options, Outage, Record, Run};
@@ -64,7 +64,7 @@ fn the_same_seed_gives_the_same_bytes_however_time_is_cut() {
     assert!(first.0 != run(4, 100_000).0);
 }
 
-/// Without any delay an answer comes at the moment of the question: whoever asks again at once asks without end.
+/// Without any delay an answer comes at the moment of its request: a host that asks again at once never stops.
 #[test]
 fn time_goes_on_without_any_delay_whatever_comes_first() {
     for seed in 0..8 {

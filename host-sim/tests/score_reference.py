@@ -38,8 +38,8 @@ def make(folder):
         truth, tracks = run(name, rng)
         for kind, key, lines in (("truth", "people", truth), ("tracks", "tracks", tracks)):
             with open(folder / f"{name}-{kind}.jsonl", "w", encoding="utf-8") as out:
-                for index, line in enumerate(lines):
-                    out.write(json.dumps({"t": round(index * 0.1, 1), key: line}) + "\n")
+                frames = enumerate(lines)
+                out.writelines(json.dumps({"t": round(i * 0.1, 1), key: line}) + "\n" for i, line in frames)
 
 
 def run(name, rng):
@@ -67,7 +67,7 @@ def run(name, rng):
             (_, one), (_, other) = rng.sample(here, 2)
             one["track"], other["track"] = other["track"], one["track"]
         line = []
-        for number, person in here:
+        for _, person in here:
             if rng.random() < (0.002 if name == "calm" else 0.02):
                 person["lost_until"] = index + rng.randrange(2, 25)
                 if name == "gaps" or rng.random() < 0.3:
@@ -79,7 +79,9 @@ def run(name, rng):
             if rng.random() > 0.05:
                 line.append(estimate(rng, person["track"], person["at"], jitter))
         if name in ("clutter", "edge", "nobody") and rng.random() < 0.1:
-            ghosts.append((next_track, [rng.uniform(-3, 3), rng.uniform(-3, 3)], index + rng.randrange(3, 20)))
+            ghosts.append(
+                (next_track, [rng.uniform(-3, 3), rng.uniform(-3, 3)], index + rng.randrange(3, 20))
+            )
             next_track += 1
         ghosts = [ghost for ghost in ghosts if ghost[2] > index]
         line += [estimate(rng, track, at, 0.05) for track, at, _ in ghosts]
@@ -88,10 +90,12 @@ def run(name, rng):
         rng.shuffle(line)
         # Numbers may stand for one track only within a line.
         line = list({track["id"]: track for track in line}.values())
-        truth.append([
-            {"id": number, "x": person["at"][0], "y": person["at"][1], "beams": rng.randrange(30)}
-            for number, person in here
-        ])
+        truth.append(
+            [
+                {"id": number, "x": person["at"][0], "y": person["at"][1], "beams": rng.randrange(30)}
+                for number, person in here
+            ]
+        )
         tracks.append(line)
     return truth, tracks
 
@@ -107,7 +111,9 @@ def estimate(rng, track, at, jitter):
         "x": at[0] + rng.gauss(0, jitter),
         "y": at[1] + rng.gauss(0, jitter),
         "cov": [xx, xy, yy],
-        "state": rng.choice(["confirmed", "confirmed", "occluded", "tentative"] if track % 5 == 0 else ["confirmed"]),
+        "state": rng.choice(
+            ["confirmed", "confirmed", "occluded", "tentative"] if track % 5 == 0 else ["confirmed"]
+        ),
     }
 
 
@@ -138,7 +144,7 @@ def judged(people, tracks, region):
     # A pair beyond the gate costs more than all others together.
     far[far > GATE_M] = 1e4
     owner = {}
-    for row, column in zip(*linear_sum_assignment(far)):
+    for row, column in zip(*linear_sum_assignment(far), strict=True):
         if far[row, column] <= GATE_M:
             owner[column] = people[row]
     tracks = [track for index, track in enumerate(tracks) if inside(owner.get(index, track))]
@@ -152,7 +158,7 @@ def gospa(far):
     for size in range(min(rows, columns) + 1):
         for some in itertools.combinations(range(rows), size):
             for others in itertools.permutations(range(columns), size):
-                near = [far[row, column] for row, column in zip(some, others)]
+                near = [far[row, column] for row, column in zip(some, others, strict=True)]
                 if any(distance >= 1 for distance in near):
                     continue
                 parts = sum(distance**2 for distance in near), (rows - size) / 2, (columns - size) / 2
@@ -194,12 +200,12 @@ def score(folder):
 
 def frames(folder, name, region):
     """(people, tracks, number counted right) of every frame that is judged."""
-    lines = zip(read(folder / f"{name}-truth.jsonl"), read(folder / f"{name}-tracks.jsonl"))
+    lines = zip(read(folder / f"{name}-truth.jsonl"), read(folder / f"{name}-tracks.jsonl"), strict=True)
     case = []
     for truth, tracks in lines:
         confirmed = [track for track in tracks["tracks"] if track["state"] != "tentative"]
-        inside = lambda place: not region or (
-            region[0] < place["x"] < region[2] and region[1] < place["y"] < region[3]
+        inside = lambda place: (
+            not region or (region[0] < place["x"] < region[2] and region[1] < place["y"] < region[3])
         )
         surplus = sum(map(inside, confirmed)) - sum(map(inside, truth["people"]))
         case.append((*judged(truth["people"], tracks["tracks"], region), surplus))
@@ -235,7 +241,7 @@ def best_gospa(far):
     """By trying everything where that is little; the two ways must agree."""
     fast = dynamic_gospa(far)
     if max(far.shape) <= 4:
-        assert all(abs(a - b) < 1e-9 for a, b in zip(fast, gospa(far))), (fast, gospa(far))
+        assert all(abs(a - b) < 1e-9 for a, b in zip(fast, gospa(far), strict=True)), (fast, gospa(far))
     return fast
 
 
@@ -256,10 +262,12 @@ def clear(cases):
         together, events = {}, accumulator.mot_events
         for (index, _), event in events[events.Type.isin(["MATCH", "SWITCH"])].iterrows():
             people, tracks, _ = case[index]
-            pairs.append((
-                next(p for p in people if p["id"] == event.OId),
-                next(t for t in tracks if t["id"] == event.HId),
-            ))
+            pairs.append(
+                (
+                    next(p for p in people if p["id"] == event.OId),
+                    next(t for t in tracks if t["id"] == event.HId),
+                )
+            )
             key = (int(event.OId), int(event.HId))
             together[key] = together.get(key, 0) + 1
         for side, own in ((0, own_person), (1, own_track)):
@@ -269,12 +277,27 @@ def clear(cases):
                     lives[one["id"]] = lives.get(one["id"], 0) + 1
             for one, life in lives.items():
                 own.append(max([n for key, n in together.items() if key[side] == one], default=0) / life)
-    names = ["num_misses", "num_false_positives", "num_switches", "num_objects", "num_detections", "num_matches",
-             "mota", "motp", "idf1", "idp", "idr", "precision", "recall"]
+    names = [
+        "num_misses",
+        "num_false_positives",
+        "num_switches",
+        "num_objects",
+        "num_detections",
+        "num_matches",
+        "mota",
+        "motp",
+        "idf1",
+        "idp",
+        "idr",
+        "precision",
+        "recall",
+    ]
     handler = motmetrics.metrics.create()
     table = handler.compute_many(accumulators, metrics=names, generate_overall=True).loc["OVERALL"]
     value = lambda name: None if math.isnan(table[name]) or math.isinf(table[name]) else float(table[name])
-    pairs_of = lambda seen: [math.hypot(p["x"] - t["x"], p["y"] - t["y"]) for p, t in pairs if seen(p["beams"])]
+    pairs_of = lambda seen: [
+        math.hypot(p["x"] - t["x"], p["y"] - t["y"]) for p, t in pairs if seen(p["beams"])
+    ]
     rms = lambda errors: math.sqrt(sum(error**2 for error in errors) / len(errors)) if errors else None
     visible, hidden = pairs_of(lambda beams: beams >= 10), pairs_of(lambda beams: beams < 10)
     nees = []

@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use host_sim::serve::{Control, UdpSensor, serve_tcp};
-use host_sim::source::StillRoom;
-use host_sim::urg::model::{Model, URG_04LX, UST_10LX};
-use host_sim::urg::{Config, LinkState, Urg};
+use kehai_emulator::serve::{Control, UdpSensor, serve_tcp};
+use kehai_emulator::source::StillRoom;
+use kehai_emulator::urg::model::{Model, URG_04LX, UST_10LX};
+use kehai_emulator::urg::{Config, LinkState, Urg};
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -119,42 +119,51 @@ fn a_power_cycle_closes_the_connection_and_lets_the_client_back_in() {
 
 #[test]
 fn a_client_in_datagrams_gets_every_byte_and_the_test_has_a_hand_on_the_sensor() {
-    let sensor = UdpSensor::start(sensor(URG_04LX, &[])).unwrap();
+    const STEP_US: u64 = 1000;
+    const SECOND_US: u64 = 1_000_000;
+    let sensor = UdpSensor::new(sensor(URG_04LX, &[])).unwrap();
     let client = UdpSocket::bind("127.0.0.1:0").unwrap();
     client.connect(("127.0.0.1", sensor.port())).unwrap();
-    client.set_read_timeout(Some(PATIENCE)).unwrap();
-    let ask = |text: &str, answers: &[&str]| {
+    client.set_nonblocking(true).unwrap();
+    // What is heard within a second of the sensor's time, or until all answers are there.
+    let ask = |text: &str, client_baud: Option<u32>, answers: &[&str]| {
         text.bytes().for_each(|byte| assert_eq!(client.send(&[byte]).unwrap(), 1));
         let (mut heard, mut datagram) = (String::new(), [0; 4096]);
-        while !answers.iter().all(|answer| heard.contains(answer)) {
-            let count = client.recv(&mut datagram).unwrap();
-            assert!(count <= 1024);
-            heard.extend(datagram[..count].iter().copied().map(char::from));
+        for _ in 0..SECOND_US / STEP_US {
+            sensor.advance(STEP_US, client_baud);
+            while let Ok(count) = client.recv(&mut datagram) {
+                assert!(count <= 1024);
+                heard.extend(datagram[..count].iter().copied().map(char::from));
+            }
+            if !answers.is_empty() && answers.iter().all(|answer| heard.contains(answer)) {
+                break;
+            }
         }
+        assert!(answers.iter().all(|answer| heard.contains(answer)), "{heard}");
         heard
     };
-    ask("SS750000\n", &["SS750000\n00P\n\n"]);
+    ask("SS750000\n", None, &["SS750000\n00P\n\n"]);
     // The line has its new speed a moment after the answer.
-    while sensor.with(|urg, _| urg.baud()) != 750_000 {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let heard = ask("MD0044072501003\n", &["03\n00P\n\n", "02\n99b\n", "01\n99b\n", "00\n99b\n"]);
+    ask("", None, &[]);
+    assert_eq!(sensor.with(|urg, _| urg.baud()), 750_000);
+    let heard = ask("MD0044072501003\n", None, &["03\n00P\n\n", "02\n99b\n", "01\n99b\n", "00\n99b\n"]);
     assert!(heard.len() > 2 * 2137);
     assert_eq!(sensor.with(|urg, _| urg.counts().scans_sent), 3);
+    // The rest of the last scan.
+    ask("", None, &[]);
+    assert_eq!(ask("QT\n", Some(115_200), &[]), "", "at the wrong speed it understands nothing");
+    ask("QT\n", Some(750_000), &["QT\n00P\n\n"]);
     sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Silent));
-    client.send(b"QT\n").unwrap();
-    client.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
-    assert!(client.recv(&mut [0; 1024]).is_err(), "unplugged");
+    assert_eq!(ask("QT\n", None, &[]), "", "unplugged");
     sensor.with(|urg, now_us| urg.set_link(now_us, LinkState::Up));
-    client.set_read_timeout(Some(PATIENCE)).unwrap();
-    ask("QT\n", &["QT\n00P\n\n"]);
+    ask("QT\n", None, &["QT\n00P\n\n"]);
 }
 
 #[cfg(target_os = "linux")]
 mod pty {
     use super::*;
-    use host_sim::serve::serve_pty;
-    use host_sim::urg::model::URG_04LX;
+    use kehai_emulator::serve::serve_pty;
+    use kehai_emulator::urg::model::{URG_04LX, UTM_30LX};
     use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
     use std::fs::{File, OpenOptions};
     use std::path::{Path, PathBuf};
@@ -208,7 +217,7 @@ mod pty {
     fn a_serial_client_at_the_wrong_speed_hears_garbage() {
         let path = link("garbage");
         let name = path.clone();
-        let config = Config { start: host_sim::urg::Start::Streaming, ..Config::new(URG_04LX) };
+        let config = Config { start: kehai_emulator::urg::Start::Streaming, ..Config::new(URG_04LX) };
         let room = StillRoom::new(URG_04LX.geometry);
         let urg = Urg::new(Config { baud: 115_200, ..config }, Box::new(room), 0);
         let mut server = Server::run(move |control| serve_pty(&name, urg, control));
@@ -220,6 +229,51 @@ mod pty {
         set_baud(&line, 115_200);
         assert!(read_to(&mut line, "\nMD0044072501000\n99b\n").len() < 100_000);
         server.stop();
+    }
+
+    /// Bytes read by a client that polls five times a second.
+    fn read_after_sleeping(line: &mut File, naps: u32) -> Vec<u8> {
+        let mut heard = Vec::new();
+        let mut buffer = [0; 4096];
+        for _ in 0..naps {
+            std::thread::sleep(Duration::from_millis(200));
+            let count = line.read(&mut buffer).unwrap();
+            heard.extend_from_slice(&buffer[..count]);
+        }
+        heard
+    }
+
+    // A USB sensor has flow control: a client that reads late misses whole scans.
+    #[test]
+    fn a_usb_client_that_reads_late_hears_whole_scans_only_and_the_rest_is_counted() {
+        let path = link("late");
+        let name = path.clone();
+        let dropped = Arc::new(std::sync::atomic::AtomicU64::new(0));
+        let counted = Arc::clone(&dropped);
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let server = std::thread::spawn(move || {
+            let on_status = &mut |status: &kehai_emulator::serve::Status| {
+                counted.store(status.counts.scans_dropped, Ordering::Relaxed);
+            };
+            serve_pty(&name, sensor(UTM_30LX, &[]), &mut Control { stop: &flag, on_status })
+        });
+        let mut line = open(&path);
+        line.write_all(b"MD0000108001000\n").unwrap();
+        let mut heard = read_to(&mut line, "\n\n").into_bytes();
+        assert_eq!(heard, b"MD0000108001000\n00P\n\n");
+        heard = read_after_sleeping(&mut line, 40);
+        line.write_all(b"QT\n").unwrap();
+        heard.extend(read_to(&mut line, "\nQT\n00P\n\n").bytes());
+        let text = String::from_utf8(heard).unwrap();
+        let (scans, _) = text.rsplit_once("QT\n00P\n\n").unwrap();
+        let sizes: Vec<_> = scans.split_inclusive("\n\n").map(str::len).collect();
+        assert!(sizes.len() > 3 && sizes.iter().all(|size| *size == 3372), "{sizes:?}");
+        let lost = dropped.load(Ordering::Relaxed);
+        println!("{} scans heard, {lost} dropped", sizes.len());
+        assert!(lost > 0, "what was not heard is counted");
+        stop.store(true, Ordering::Relaxed);
+        server.join().unwrap().unwrap();
     }
 
     #[test]

@@ -7,13 +7,13 @@ use host_sim::run::{Options, Record};
 use host_sim::world::body::Section;
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
-use host_tracker::geometry::Point;
-use host_tracker::trackers::LifeCycle;
+use kehai_tracking::geometry::Point;
+use kehai_tracking::tracker::LifeCycle;
 
 /// Farther away than this a track is not on the person, m: the frame is lost.
 const LOST_M: f64 = 0.5;
 
-/// Fewer beams than this from every sensor, and nobody can be expected to be seen.
+/// With fewer beams than this from every sensor, a person need not be detected.
 const VISIBLE_BEAMS: u32 = 10;
 
 #[derive(Debug, Default)]
@@ -21,9 +21,9 @@ struct Followed {
     frames: u32,
     lost: u32,
     sum_m: f64,
-    /// Confirmed tracks that were on nobody, frame by frame.
+    /// Confirmed tracks that were not on a person, summed over the frames.
     ghosts: u32,
-    identities: Vec<u32>,
+    identities: Vec<u64>,
 }
 
 impl Followed {
@@ -60,7 +60,7 @@ fn follow(record: &Record, tracker: &str, region: impl Fn(Point) -> bool) -> Fol
         if person.beams < VISIBLE_BEAMS || !region(place) {
             return;
         }
-        // Becoming somebody takes a tracker up to a second and a half.
+        // A tracker needs up to a second and a half to confirm a person.
         if moment.t - *seen_since_s.get_or_insert(moment.t) < 1.5 {
             return;
         }

@@ -13,11 +13,11 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use host_sim::baselines::Choice;
 use host_sim::run::{Options, Record};
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::Variation;
-use host_tracker::follower::Follower;
-use host_tracker::trackers::Choice;
+use kehai_tracking::follower::Follower;
 
 struct Counting;
 

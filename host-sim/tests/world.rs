@@ -1,10 +1,10 @@
 //! Simulated scenes: the same bytes for the same seed, and ranges that agree with the truth.
 #![allow(missing_docs, reason = "a test program")]
 
-use host_sim::source::{RangeSource, Revolution};
 use host_sim::world::World;
 use host_sim::world::geometry::Point;
 use host_sim::world::scene::Scene;
+use kehai_emulator::source::{RangeSource, Revolution};
 
 /// FNV-1a over 64-bit words.
 fn hash(words: impl Iterator<Item = u64>) -> u64 {

@@ -1,9 +1,9 @@
-//! Is the crowd before the door as hard to see as the reference world's? Shares of runs in which nobody
-//! is hidden from both sensors for more than two seconds while all wait.
+//! Is the crowd before the door as hard to see as the reference world's? Shares of runs in which no person
+//! is occluded from both sensors for more than two seconds while all wait.
 //!
 //! ```text
 //!   all in ───────── 10 s ───────── door opens        hidden: fewer than 3 beams from either sensor
-//!   seen   ▮▮▮▮▯▯▯▮▮▮▮▮▮▮▮▮▮▮▮▮▯▯▮▮▮▮▮▮▮▮▮▮▮           longest gap ≤ 2 s: nobody lost
+//!   seen   ▮▮▮▮▯▯▯▮▮▮▮▮▮▮▮▮▮▮▮▮▯▯▮▮▮▮▮▮▮▮▮▮▮           longest gap ≤ 2 s: no person lost
 //! ```
 #![allow(missing_docs, reason = "a test program")]
 
@@ -11,7 +11,7 @@ use host_sim::world::World;
 use host_sim::world::gathering::{Condition, GatheringSpec};
 use host_sim::world::scene::Scene;
 
-/// Somebody met by fewer beams is hidden.
+/// A person hit by fewer beams is occluded.
 const LEAST_BEAMS: u32 = 3;
 const LONGEST_GAP_S: f64 = 2.0;
 /// Two hundred runs give 90, 66, 26 and 22 %.
@@ -19,7 +19,7 @@ const RUNS: u64 = 60;
 /// The reference has 25 runs itself.
 const TOLERANCE: f64 = 0.15;
 
-/// Whether nobody is hidden too long.
+/// Whether no person is occluded for too long.
 fn everybody_is_seen(condition: Condition, people: usize, seed: u64) -> bool {
     let mut scene = Scene::load("door-area").unwrap();
     scene.gathering = Some(GatheringSpec { condition, people, ..scene.gathering.unwrap() });

@@ -1,5 +1,5 @@
 //! The noise of a simulated URG-04LX is that of recorded ones: each figure measured, printed and held
-//! against what was measured on real sensors.
+//! against measurements of real sensors.
 //!
 //! ```text
 //!   figure                 recorded               tolerance
@@ -21,7 +21,7 @@ fn wall(range_m: f64, thing: u16) -> Option<Seen> {
     Some(Seen { range_m, incidence: 1.0, reflectance: 0.53, bias_mm: 0.0, thing })
 }
 
-/// Readings of several sensors, each scan after scan; `seen` is what a perfect one would see.
+/// Readings of several sensors, each scan after scan; `seen` is the measurement of a perfect sensor.
 fn recordings(seen: &[Option<Seen>]) -> Vec<Vec<Vec<u32>>> {
     let series = |sensor| {
         let noise = Noise::new(NoiseLevel::Real, SensorModel::Urg04lx.optics(), 11, sensor);
@@ -169,7 +169,7 @@ fn drop_outs_are_rare_short_and_on_few_steps() {
 
 #[test]
 fn behind_an_edge_the_first_reading_is_sometimes_missing_or_in_between() {
-    // Somebody 0.3 m wide at 1.5 m, a wall at 3 m, at both sides of ten people.
+    // A person 0.3 m wide at 1.5 m, a wall at 3 m, at both sides of ten people.
     let body = |step: usize| step % 66 >= 16 && step % 66 < 48;
     let seen: Vec<_> = (0..STEPS).map(|step| if body(step) { wall(1.5, 1) } else { wall(3.0, 0) }).collect();
     let (mut background, mut missing, mut between) = (0.0, 0.0, 0.0);

@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 
 use hall::{Hall, Tracker};
 use host_sim::building::{Building, Watch};
-use host_sim::serve::Status;
 use host_sim::world::scene::Scene;
+use kehai_emulator::serve::Status;
 use serde_json::Value;
 use tungstenite::{Message, WebSocket};
 

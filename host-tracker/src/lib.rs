@@ -1,37 +1,20 @@
-//! The host tracker's place: reports of many modules in, counted and followed people out.
+//! The tracker's daemon: sockets, the live map, MQTT, the database and recordings around `kehai-tracking`.
 //!
 //! ```text
-//! datagrams ─▶ intake ─▶ Sighting ─▶ tracker ─▶ TrackState ─▶ zones · counts · lines
-//! (kehai::wire)  clock     site's frame  │
-//!                          host's time   └─ tentative ─▶ confirmed ⇄ occluded ─▶ deleted
+//! UDP ─▶ net ─▶ kehai_tracking ─▶ Arc<Snapshot> ─▶ web · mqtt · store · record · metrics
 //! ```
 #![forbid(unsafe_code)]
 
-pub mod calibrate;
-mod cells;
-pub mod client;
-pub mod clock;
-pub mod conversation;
-pub mod discovery;
-pub mod door;
-pub mod follower;
-pub mod frame;
-pub mod geometry;
-pub mod health;
-pub mod http;
-pub mod intake;
-pub mod jsonl;
-pub mod live;
+pub mod alarms;
+pub mod calibration;
+pub mod daemon;
+pub mod doors;
 pub mod metrics;
 pub mod mqtt;
-pub mod outline;
-pub mod peers;
+pub mod net;
 pub mod record;
 pub mod reports;
 pub mod service;
-pub mod sighting;
-pub mod site;
+pub mod site_file;
 pub mod store;
-pub mod trackers;
-pub mod trouble;
-pub mod zones;
+pub mod web;

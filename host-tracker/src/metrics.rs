@@ -1,4 +1,4 @@
-//! A frame in Prometheus' text format, for whoever serves it.
+//! A frame in the text format of OpenMetrics, which Prometheus scrapes.
 //!
 //! ```text
 //!   kehai_zone_people{zone="hall"} 2              absent while the zone is unknown: unknown is never empty
@@ -8,74 +8,72 @@
 //!   kehai_datagrams_dropped_total{cause="late"} 17
 //! ```
 //!
-//! Source: Prometheus, *exposition formats*, text format 0.0.4; names as OpenMetrics wants them.
+//! Each scrape writes the newest frame; nothing is counted here. Source: *OpenMetrics* 1.0, text format.
 
-use std::fmt::Write as _;
+use std::fmt;
+use std::sync::Arc;
 
-use crate::frame::{Frame, ModuleLine};
-use crate::jsonl::ZoneKnown;
-use crate::trackers::LifeCycle;
+use prometheus_client::collector::Collector;
+use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric, text::encode};
+use prometheus_client::metrics::counter::ConstCounter;
+use prometheus_client::metrics::gauge::ConstGauge;
+use prometheus_client::registry::Registry;
+
+use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
+use kehai_tracking::tracker::LifeCycle;
 
 /// The `Content-Type` of the text.
-pub const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
+pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// What is known, as text.
+/// The metrics of a frame, as text.
 #[must_use]
-pub fn text(frame: &Frame) -> String {
-    let mut text = Text::default();
-    zones(frame, &mut text);
-    people(frame, &mut text);
-    modules(frame, &mut text);
-    drops(frame, &mut text);
-    text.0
+pub fn text(frame: &Arc<Snapshot>) -> String {
+    let mut registry = Registry::default();
+    registry.register_collector(Box::new(Scrape(Arc::clone(frame))));
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = encode(&mut text, &registry);
+    text
 }
 
-#[derive(Default)]
-struct Text(String);
+#[derive(Debug)]
+struct Scrape(Arc<Snapshot>);
 
-impl Text {
-    /// What a metric is; nothing if it has no samples.
-    fn metric<'a>(
-        &mut self,
-        name: &str,
-        kind: &str,
-        help: &str,
-        samples: impl IntoIterator<Item = (Vec<(&'a str, &'a str)>, f64)>,
-    ) {
-        let mut samples = samples.into_iter().peekable();
-        if samples.peek().is_none() {
-            return;
-        }
-        // Writing to a String cannot fail.
-        let _ = writeln!(self.0, "# HELP {name} {help}\n# TYPE {name} {kind}");
-        for (labels, value) in samples {
-            let labels: Vec<String> =
-                labels.into_iter().map(|(key, value)| format!("{key}=\"{}\"", escaped(value))).collect();
-            let labels = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
-            let _ = writeln!(self.0, "{name}{labels} {value}");
-        }
+impl Collector for Scrape {
+    fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> fmt::Result {
+        zones(&self.0, &mut encoder)?;
+        tracks(&self.0, &mut encoder)?;
+        modules(&self.0, &mut encoder)?;
+        drops(&self.0, &mut encoder)
     }
 }
 
-/// As a label's value is written.
-fn escaped(value: &str) -> String {
-    value.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
+/// Writes one metric with its samples; nothing if it has none. A counter's name gets `_total` behind it.
+fn family<'a, const LABELS: usize, M: EncodeMetric>(
+    encoder: &mut DescriptorEncoder<'_>,
+    name: &str,
+    help: &str,
+    samples: impl IntoIterator<Item = ([(&'a str, &'a str); LABELS], M)>,
+) -> fmt::Result {
+    let mut samples = samples.into_iter().peekable();
+    let Some((_, first)) = samples.peek() else { return Ok(()) };
+    let mut family = encoder.encode_descriptor(name, help, None, first.metric_type())?;
+    samples.try_for_each(|(labels, metric)| metric.encode(family.encode_family(&labels)?))
 }
 
-fn zones(frame: &Frame, text: &mut Text) {
+fn zones(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let zones = &frame.line.zones;
-    text.metric(
+    let known = zones.iter().filter(|(_, zone)| zone.state != ZoneKnown::Unknown);
+    family(
+        encoder,
         "kehai_zone_people",
-        "gauge",
         "People in the zone; absent while nothing is known of it",
-        zones
-            .iter()
-            .filter(|(_, zone)| zone.state != ZoneKnown::Unknown)
-            .map(|(name, zone)| (vec![("zone", name.as_str())], f64::from(zone.count))),
-    );
-    text.metric(
+        known.map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(zone.count))),
+    )?;
+    family(
+        encoder,
         "kehai_zone_known",
-        "gauge",
         "1: all of the zone is known, 0.5: a part of it, 0: nothing",
         zones.iter().map(|(name, zone)| {
             let known = match zone.state {
@@ -83,88 +81,102 @@ fn zones(frame: &Frame, text: &mut Text) {
                 ZoneKnown::Partly => 0.5,
                 ZoneKnown::Unknown => 0.0,
             };
-            (vec![("zone", name.as_str())], known)
+            ([("zone", name.as_str())], ConstGauge::new(known))
         }),
-    );
-    text.metric(
+    )?;
+    family(
+        encoder,
         "kehai_zone_seen_ratio",
-        "gauge",
         "Share of the zone that some module sees",
-        zones.iter().map(|(name, zone)| (vec![("zone", name.as_str())], zone.seen_share)),
-    );
+        zones.iter().map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(zone.seen_share))),
+    )
 }
 
-fn people(frame: &Frame, text: &mut Text) {
+fn tracks(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let states = [
         (LifeCycle::Tentative, "tentative"),
         (LifeCycle::Confirmed, "confirmed"),
         (LifeCycle::Occluded, "occluded"),
     ];
-    text.metric(
-        "kehai_tracks",
-        "gauge",
-        "People that are followed, by state",
-        states.map(|(state, name)| {
-            let count = frame.line.tracks.iter().filter(|track| track.state == state).count();
-            (vec![("state", name)], count as f64)
-        }),
-    );
+    let samples = states.map(|(state, name)| {
+        let count = frame.line.tracks.iter().filter(|track| track.state == state).count();
+        ([("state", name)], ConstGauge::new(count))
+    });
+    family(encoder, "kehai_tracks", "People that are followed, by state", samples)
 }
 
-/// A figure of a module.
-type Figure = (&'static str, &'static str, &'static str, fn(&ModuleLine) -> Option<f64>);
+/// A gauge of a module.
+struct Figure {
+    name: &'static str,
+    help: &'static str,
+    /// A missing module has no other figures.
+    while_missing: bool,
+    value: fn(&ModuleLine) -> Option<f64>,
+}
 
-/// Of those that are there.
-const FIGURES: [Figure; 8] = [
-    ("kehai_module_scans_hertz", "gauge", "Scans a second, over ten seconds", |line| Some(line.scans_hz)),
-    ("kehai_module_lost_ratio", "gauge", "Share of the scans that were lost, over a minute", |line| {
+impl Figure {
+    const fn new(name: &'static str, help: &'static str, value: fn(&ModuleLine) -> Option<f64>) -> Self {
+        Self { name, help, while_missing: false, value }
+    }
+}
+
+const FIGURES: [Figure; 7] = [
+    Figure::new("kehai_module_scans_hertz", "Scans a second, over ten seconds", |line| Some(line.scans_hz)),
+    Figure::new("kehai_module_lost_ratio", "Share of the scans that were lost, over a minute", |line| {
         Some(line.lost_share)
     }),
-    (
-        "kehai_module_checksum_errors_total",
-        "counter",
-        "Damaged answers of the sensor since the module's start",
-        |line| Some(line.checksum_errors as f64),
-    ),
-    ("kehai_module_unknown_ratio", "gauge", "Share of the beams that could not be judged", |line| {
+    Figure::new("kehai_module_unknown_ratio", "Share of the beams that could not be judged", |line| {
         Some(line.unknown_share)
     }),
-    ("kehai_module_clock_offset_seconds", "gauge", "The module's clock less the tracker's", |line| {
+    Figure::new("kehai_module_clock_offset_seconds", "The module's clock less the tracker's", |line| {
         line.clock_offset_ms.map(|offset_ms| offset_ms * 1e-3)
     }),
-    ("kehai_module_clock_jitter_seconds", "gauge", "Spread of the clock's measurements", |line| {
+    Figure::new("kehai_module_clock_jitter_seconds", "Spread of the clock's measurements", |line| {
         Some(line.clock_jitter_ms * 1e-3)
     }),
-    ("kehai_module_background_age_seconds", "gauge", "Age of the background", |line| line.background_age_s),
-    ("kehai_module_silent_seconds", "gauge", "Since the last datagram", |line| line.silent_s),
+    Figure::new("kehai_module_background_age_seconds", "Age of the background", |line| line.background_age_s),
+    Figure {
+        while_missing: true,
+        ..Figure::new("kehai_module_silent_seconds", "Since the last datagram", |line| line.silent_s)
+    },
 ];
 
-fn modules(frame: &Frame, text: &mut Text) {
-    let modules = || frame.modules.iter().filter(|line| line.state != "found");
-    text.metric(
+fn modules(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+    let modules = || frame.modules.iter().filter(|line| line.state != DeviceState::Found);
+    let present = || modules().filter(|line| line.state != DeviceState::Missing);
+    family(
+        encoder,
         "kehai_module_up",
-        "gauge",
         "1 if the module is heard of",
-        modules()
-            .map(|line| (vec![("module", line.name.as_str())], f64::from(u8::from(line.state != "missing")))),
-    );
-    for (name, kind, help, figure) in FIGURES {
-        // A module that is missing has no figures but how long it has been.
-        let there = |line: &&ModuleLine| line.state != "missing" || name == "kehai_module_silent_seconds";
-        let samples = modules()
-            .filter(there)
-            .filter_map(|line| Some((vec![("module", line.name.as_str())], figure(line)?)));
-        text.metric(name, kind, help, samples);
+        modules().map(|line| {
+            let up = u64::from(line.state != DeviceState::Missing);
+            ([("module", line.name.as_str())], ConstGauge::new(up))
+        }),
+    )?;
+    family(
+        encoder,
+        "kehai_module_checksum_errors",
+        "Damaged answers of the sensor since the module's start",
+        present().map(|line| ([("module", line.name.as_str())], ConstCounter::new(line.checksum_errors))),
+    )?;
+    for figure in FIGURES {
+        let there = |line: &&ModuleLine| figure.while_missing || line.state != DeviceState::Missing;
+        let samples = modules().filter(there).filter_map(|line| {
+            let value = (figure.value)(line)?;
+            Some(([("module", line.name.as_str())], ConstGauge::new(value)))
+        });
+        family(encoder, figure.name, figure.help, samples)?;
     }
     let alarms = modules().flat_map(|line| {
-        line.alarms
-            .iter()
-            .map(|alarm| (vec![("module", line.name.as_str()), ("alarm", alarm.name.as_str())], 1.0))
+        line.alarms.iter().map(|alarm| {
+            let labels = [("module", line.name.as_str()), ("alarm", alarm.kind.name())];
+            (labels, ConstGauge::new(1_u64))
+        })
     });
-    text.metric("kehai_module_alarm", "gauge", "An alarm that is on", alarms);
+    family(encoder, "kehai_module_alarm", "An alarm that is on", alarms)
 }
 
-fn drops(frame: &Frame, text: &mut Text) {
+fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let dropped = &frame.dropped;
     let causes = [
         ("unreadable", dropped.unreadable),
@@ -175,36 +187,33 @@ fn drops(frame: &Frame, text: &mut Text) {
         ("unplaced", dropped.unplaced),
         ("stranger", frame.strangers),
     ];
-    text.metric(
-        "kehai_datagrams_dropped_total",
-        "counter",
-        "Datagrams that were not used, by cause",
-        causes.map(|(cause, count)| (vec![("cause", cause)], count as f64)),
-    );
+    let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
+    family(encoder, "kehai_datagrams_dropped", "Datagrams that were not used, by cause", samples)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::AlarmLine;
-    use crate::jsonl::ZoneLine;
+    use kehai_tracking::alarm::{AlarmKind, AlarmLine};
+    use kehai_tracking::jsonl::ZoneLine;
 
-    fn frame() -> Frame {
-        let mut frame = Frame { strangers: 3, ..Frame::default() };
+    fn frame() -> Arc<Snapshot> {
+        let mut frame = Snapshot { strangers: 3, ..Snapshot::default() };
         let zone = |count, state| ZoneLine { count, p: vec![1.0], seen_share: 0.5, state };
         frame.line.zones.insert("hall".into(), zone(2, ZoneKnown::Partly));
         frame.line.zones.insert("a \"b\"\\\n".into(), zone(1, ZoneKnown::Unknown));
-        let alarm = AlarmLine { name: "silent".into(), text: "…".into() };
-        let line = |name: &str, state: &str| ModuleLine {
+        let alarm = AlarmLine::new(AlarmKind::Silent, "…");
+        let line = |name: &str, state| ModuleLine {
             name: name.into(),
-            state: state.into(),
+            state,
             scans_hz: 9.8,
             silent_s: Some(4.0),
             ..ModuleLine::default()
         };
-        let missing = ModuleLine { alarms: vec![alarm], ..line("right", "missing") };
-        frame.modules = vec![line("left", "watching"), missing, line("stranger", "found")];
-        frame
+        let missing = ModuleLine { alarms: vec![alarm], ..line("right", DeviceState::Missing) };
+        frame.modules =
+            vec![line("left", DeviceState::Watching), missing, line("stranger", DeviceState::Found)];
+        Arc::new(frame)
     }
 
     #[test]
@@ -212,7 +221,7 @@ mod tests {
         let text = text(&frame());
         assert!(text.contains("kehai_zone_people{zone=\"hall\"} 2\n"), "{text}");
         assert!(!text.contains("kehai_zone_people{zone=\"a"), "{text}");
-        assert!(text.contains("kehai_zone_known{zone=\"a \\\"b\\\"\\\\\\n\"} 0\n"), "{text}");
+        assert!(text.contains("kehai_zone_known{zone=\"a \\\"b\\\"\\\\\\n\"} 0.0\n"), "{text}");
     }
 
     #[test]
@@ -222,7 +231,7 @@ mod tests {
             "kehai_module_up{module=\"left\"} 1",
             "kehai_module_up{module=\"right\"} 0",
             "kehai_module_scans_hertz{module=\"left\"} 9.8",
-            "kehai_module_silent_seconds{module=\"right\"} 4",
+            "kehai_module_silent_seconds{module=\"right\"} 4.0",
             "kehai_module_alarm{module=\"right\",alarm=\"silent\"} 1",
             "kehai_datagrams_dropped_total{cause=\"stranger\"} 3",
         ] {
@@ -235,20 +244,55 @@ mod tests {
     #[test]
     fn every_line_is_a_comment_or_a_sample_of_the_metric_above() {
         let text = text(&frame());
-        let mut metric = "";
-        for line in text.lines() {
+        let lines: Vec<&str> = text.lines().collect();
+        let (mut metric, mut samples) = (String::new(), 0);
+        assert_eq!(lines.last(), Some(&"# EOF"));
+        for line in lines.iter().filter(|line| **line != "# EOF") {
             if let Some(rest) = line.strip_prefix("# TYPE ") {
-                let kind = rest.split(' ').nth(1).unwrap();
-                assert!(["gauge", "counter"].contains(&kind), "{line}");
+                let (name, kind) = rest.split_once(' ').unwrap();
+                // A counter's samples have a name of their own.
+                metric = match kind {
+                    "gauge" => name.to_owned(),
+                    "counter" => format!("{name}_total"),
+                    _ => panic!("{line}"),
+                };
                 continue;
             }
-            if let Some(rest) = line.strip_prefix("# HELP ") {
-                metric = rest.split(' ').next().unwrap();
+            if line.starts_with("# HELP ") {
                 continue;
             }
             let (name, value) = line.rsplit_once(' ').unwrap();
-            assert_eq!(name.split('{').next(), Some(metric), "{line}");
+            assert_eq!(name.split('{').next(), Some(metric.as_str()), "{line}");
             assert!(value.parse::<f64>().is_ok(), "{line}");
+            samples += 1;
+        }
+        assert!(samples > 20, "{text}");
+    }
+
+    #[test]
+    fn the_names_that_dashboards_ask_for_stay() {
+        let text = text(&frame());
+        let known: Vec<&str> = text
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .filter_map(|line| line.split(['{', ' ']).next())
+            .collect();
+        for name in [
+            "kehai_zone_people",
+            "kehai_zone_known",
+            "kehai_zone_seen_ratio",
+            "kehai_tracks",
+            "kehai_module_up",
+            "kehai_module_scans_hertz",
+            "kehai_module_lost_ratio",
+            "kehai_module_checksum_errors_total",
+            "kehai_module_unknown_ratio",
+            "kehai_module_clock_jitter_seconds",
+            "kehai_module_silent_seconds",
+            "kehai_module_alarm",
+            "kehai_datagrams_dropped_total",
+        ] {
+            assert!(known.contains(&name), "{name} in\n{text}");
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Who is known to be where right after each report, for whoever cannot wait for the next frame.
+//! The tracks right after each report, for listeners that cannot wait for the next snapshot.
 //!
 //! ```text
-//!   report ─▶ follower ─┬─ every 0.1 s ─▶ Frame
-//!                       └─ at once, only if somebody listens ─▶ ReportLine ─▶ each listener, as fast as it takes them
+//!   report ─▶ follower ─┬─ every 0.1 s ─▶ Snapshot
+//!                       └─ at once, if there is a listener ─▶ ReportLine ─▶ each listener, as fast as it takes them
 //! ```
 //!
-//! Looking changes nothing: frames and recordings are the same whether or not anybody listens.
+//! Looking changes nothing: snapshots and recordings are the same with and without listeners.
 
 use std::sync::Arc;
 
@@ -13,25 +13,25 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
-use crate::jsonl::TrackLine;
+use kehai_tracking::jsonl::TrackLine;
 
-/// Reports that wait for a listener, a second of sixteen modules; whoever is slower misses the oldest.
+/// Reports that wait for a listener, a second of sixteen modules; a slower one misses the oldest.
 const WAITING: usize = 256;
 
-/// Everybody, right after a report.
+/// All tracks, right after a report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReportLine {
     /// When the report had arrived and was used, s on the tracker's clock: that of frames.
     pub t: f64,
-    /// Whose report it was, as the site calls it.
+    /// The module of the report, as the site names it.
     pub module: String,
     /// The report's number.
     pub sequence: u32,
-    /// Everybody, as in a frame.
+    /// All tracks, as in a snapshot.
     pub tracks: Vec<TrackLine>,
 }
 
-/// Where they are told. Clones are the same place.
+/// Where they are published. Clones are the same place.
 #[derive(Clone, Debug)]
 pub struct Reports(Sender<Arc<ReportLine>>);
 
@@ -42,15 +42,15 @@ impl Default for Reports {
 }
 
 impl Reports {
-    /// Whether anybody listens.
+    /// Whether there is a listener.
     #[must_use]
     pub fn are_wanted(&self) -> bool {
         self.0.receiver_count() > 0
     }
 
-    /// Tells everybody who listens.
-    pub fn tell(&self, line: ReportLine) {
-        // Who has just left hears nothing.
+    /// Publishes to all listeners.
+    pub fn publish(&self, line: ReportLine) {
+        // A listener that has just left hears nothing.
         let _ = self.0.send(Arc::new(line));
     }
 
@@ -61,7 +61,7 @@ impl Reports {
     }
 }
 
-/// Somebody who listens.
+/// A listener.
 #[derive(Debug)]
 pub struct Listener(Receiver<Arc<ReportLine>>);
 

@@ -1,42 +1,44 @@
-//! The running tracker: a thread that listens and follows, and frames for everybody who wants them.
+//! The running tracker: a thread that receives and tracks, and its snapshots for all sinks.
 //!
 //! ```text
-//!   UDP ─▶ tracking thread ──▶ Arc<Frame> ─┬─▶ watch     the newest: live map, MQTT, metrics
+//!   UDP ─▶ tracking loop ────▶ Arc<Snapshot> ─┬─▶ watch     the newest: live map, MQTT, metrics
 //!            ▲        every 0.1 s          └─▶ queues    each one: files, the database
 //!            └── a changed site
 //! ```
 //!
-//! The thread knows nothing of async. Whoever is slow misses frames and holds up nobody; what a queue has no
+//! The thread knows nothing of async. A slow sink misses snapshots and holds up no other; what a queue has no
 //! room for is counted.
 
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender, TrySendError};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use parking_lot::Mutex;
 use tokio::sync::watch;
 
-use crate::calibrate::session::Session;
-use crate::discovery::Search;
-use crate::door::Shown;
-use crate::follower::Follower;
-use crate::frame::{Frame, unix_ms};
-use crate::jsonl::TracksLine;
-use crate::live::Live;
-use crate::peers::Peers;
+use crate::alarms::TrackerAlarms;
+use crate::calibration::Calibration;
+use crate::doors::{DoorDesk, Hash, Watchdog};
+use crate::net::discovery::Search;
+use crate::net::registry::Registry;
+use crate::net::tracking::{Parts, TrackingLoop};
 use crate::record::Recorder;
 use crate::reports::Reports;
-use crate::site::Site;
-use crate::trackers::Choice;
-use crate::trouble::Trouble;
+use crate::store::card::CardKey;
+use kehai_tracking::follower::Follower;
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::tracker::Ideas;
 
 /// Frames a queue holds: six seconds.
 const QUEUE: usize = 64;
 
-/// What the service is told at its start.
+/// The configuration of the service at its start.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Where everything is.
@@ -46,31 +48,55 @@ pub struct Options {
     /// Whether modules are looked for on the network, too.
     pub discover: bool,
     /// The tracker.
-    pub tracker: Choice,
+    pub tracker: Ideas,
     /// Everything that comes in is recorded in this file.
     pub record: Option<PathBuf>,
     /// What was known last, and how long before the start, s, by a process that has ended.
     pub restore: Option<(TracksLine, f64)>,
+    /// Makes of a card what may be kept of it; without it a key that is lost with the process does.
+    pub card_key: Option<CardKey>,
 }
 
 /// The running tracker. It ends when it is dropped.
 #[derive(Debug)]
 pub struct Service {
-    frames: watch::Receiver<Arc<Frame>>,
-    site: watch::Sender<Arc<Site>>,
-    changes: Sender<Arc<Site>>,
+    frames: watch::Receiver<Arc<Snapshot>>,
+    sites: Sites,
     shared: Arc<Shared>,
-    trouble: Trouble,
-    doors: Shown,
-    calibration: Session,
+    alarms: TrackerAlarms,
+    doors: DoorDesk,
+    calibration: Calibration,
     reports: Reports,
     thread: Option<JoinHandle<io::Result<()>>>,
+    _watchdog: Watchdog,
+}
+
+/// Where the site is changed. Clones are the same place.
+#[derive(Clone, Debug)]
+pub struct Sites {
+    site: watch::Sender<Arc<Site>>,
+    changes: Sender<Arc<Site>>,
+}
+
+impl Sites {
+    /// Goes on with another site: devices elsewhere, other walls, zones or entries. All tracks are initiated again.
+    ///
+    /// # Errors
+    /// What is wrong with the site, as [`Site::check`] says; nothing has changed then.
+    pub fn change(&self, site: Site) -> Result<(), String> {
+        site.check()?;
+        let site = Arc::new(site);
+        self.site.send_replace(Arc::clone(&site));
+        // A tracker that has ended accepts no changes.
+        let _ = self.changes.send(site);
+        Ok(())
+    }
 }
 
 #[derive(Debug, Default)]
 struct Shared {
     stop: AtomicBool,
-    queues: Mutex<Vec<SyncSender<Arc<Frame>>>>,
+    queues: Mutex<Vec<SyncSender<Arc<Snapshot>>>>,
     missed: AtomicU64,
 }
 
@@ -84,69 +110,75 @@ impl Service {
         let (frames_in, frames) = watch::channel(Arc::default());
         let (changes, changed) = mpsc::channel();
         let shared = Arc::new(Shared::default());
-        let socket = Live::bind()?;
+        let socket = TrackingLoop::bind()?;
         let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
-        let trouble = Trouble::default();
+        let alarms = TrackerAlarms::default();
         let begin = |file: &PathBuf| {
             let (begun_ns, restored) = (unix_ms() * 1_000_000, options.restore.clone());
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
-        let doors = Shown::default();
-        let calibration = Session::default();
+        let hash = |key: CardKey| -> Hash { Box::new(move |card| key.hash(card).into()) };
+        let doors = DoorDesk::new(&site, options.card_key.map(hash));
+        let watchdog = Watchdog::start(doors.clone())?;
+        let calibration = Calibration::default();
         calibration.set_site(&site);
         let reports = Reports::default();
-        let reporting = reports.clone();
-        let (telling, showing, calibrating) = (trouble.clone(), doors.clone(), calibration.clone());
+        let parts = Parts {
+            recorder,
+            alarms: alarms.clone(),
+            doors: Some(doors.clone()),
+            calibration: calibration.clone(),
+            reports: reports.clone(),
+        };
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
-            let peers = Peers::new(Arc::clone(&the_site), &options.modules);
+            let registry = Registry::new(Arc::clone(&the_site), &options.modules);
             let mut follower = Follower::new(&the_site, options.tracker);
             if let Some((line, age_s)) = &options.restore {
                 follower.restore(line, *age_s);
             }
-            let live = Live::new(socket, peers, search, follower);
-            let live = live.recording(recorder).telling(telling);
-            let mut live = live.showing(showing).calibrated_by(calibrating).reporting(reporting);
-            track(&mut live, &changed, &frames_in, &sharing)
+            let mut tracking = TrackingLoop::new(socket, registry, search, follower, parts);
+            track(&mut tracking, &changed, &frames_in, &sharing)
         })?;
-        let (site, thread) = (watch::Sender::new(site), Some(thread));
-        Ok(Self { frames, site, changes, shared, trouble, doors, calibration, reports, thread })
+        let sites = Sites { site: watch::Sender::new(site), changes };
+        let thread = Some(thread);
+        Ok(Self { frames, sites, shared, alarms, doors, calibration, reports, thread, _watchdog: watchdog })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
     #[must_use]
-    pub fn frames(&self) -> watch::Receiver<Arc<Frame>> {
+    pub fn frames(&self) -> watch::Receiver<Arc<Snapshot>> {
         self.frames.clone()
     }
 
     /// Every frame from now on, as long as no more than six seconds of them wait.
     #[must_use]
-    pub fn queue(&self) -> Receiver<Arc<Frame>> {
+    pub fn queue(&self) -> Receiver<Arc<Snapshot>> {
         let (sender, receiver) = mpsc::sync_channel(QUEUE);
-        self.shared.queues.lock().unwrap_or_else(PoisonError::into_inner).push(sender);
+        self.shared.queues.lock().push(sender);
         receiver
     }
 
-    /// What is wrong with the tracker itself: for whoever finds out.
+    /// The tracker's own alarms: for the parts that raise them.
     #[must_use]
-    pub fn trouble(&self) -> Trouble {
-        self.trouble.clone()
+    pub fn alarms(&self) -> TrackerAlarms {
+        self.alarms.clone()
     }
 
-    /// How the doors are: for whoever runs them.
+    /// The doors of the site in use.
     #[must_use]
-    pub fn doors(&self) -> Shown {
+    pub fn doors(&self) -> DoorDesk {
         self.doors.clone()
     }
 
     /// The calibration under way, if there is one: to begin, follow and end it.
     #[must_use]
-    pub fn calibration(&self) -> Session {
+    pub fn calibration(&self) -> Calibration {
         self.calibration.clone()
     }
 
-    /// Who is known to be where after each report: for whoever cannot wait for a frame.
+    /// The tracks after each report: for listeners that cannot wait for a snapshot.
     #[must_use]
     pub fn reports(&self) -> Reports {
         self.reports.clone()
@@ -161,20 +193,13 @@ impl Service {
     /// The site in use, and every change of it.
     #[must_use]
     pub fn site(&self) -> watch::Receiver<Arc<Site>> {
-        self.site.subscribe()
+        self.sites.site.subscribe()
     }
 
-    /// Goes on with another site: modules elsewhere, other walls, zones or entries. The people are found anew.
-    ///
-    /// # Errors
-    /// What is wrong with the site, as [`Site::check`] says; nothing has changed then.
-    pub fn change_site(&self, site: Site) -> Result<(), String> {
-        site.check()?;
-        let site = Arc::new(site);
-        self.site.send_replace(Arc::clone(&site));
-        // Who has ended takes no changes.
-        let _ = self.changes.send(site);
-        Ok(())
+    /// Where the site is changed.
+    #[must_use]
+    pub fn sites(&self) -> Sites {
+        self.sites.clone()
     }
 
     /// Ends it, and says how it went.
@@ -203,18 +228,18 @@ impl Drop for Service {
 
 /// Until it is stopped, or the socket fails for good.
 fn track(
-    live: &mut Live,
+    tracking: &mut TrackingLoop,
     changed: &Receiver<Arc<Site>>,
-    frames: &watch::Sender<Arc<Frame>>,
+    frames: &watch::Sender<Arc<Snapshot>>,
     shared: &Shared,
 ) -> io::Result<()> {
     while !shared.stop.load(Ordering::Relaxed) {
         if let Some(site) = changed.try_iter().last() {
-            live.change_site(&site);
+            tracking.change_site(&site);
         }
-        let frame = Arc::new(live.frame()?);
+        let frame = Arc::new(tracking.snapshot()?);
         frames.send_replace(Arc::clone(&frame));
-        let mut queues = shared.queues.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut queues = shared.queues.lock();
         queues.retain(|queue| match queue.try_send(Arc::clone(&frame)) {
             Ok(()) => true,
             Err(TrySendError::Full(_)) => {

@@ -1,5 +1,5 @@
-//! Calibration by walking, live: a furnished home with four modules whose places the site has wrong, somebody who walks about, and
-//! both who may calibrate at the same time: the terminal, and a browser that looks and clicks.
+//! Calibration by walking, live: a furnished home with four modules at wrong places in the site, a person who walks
+//! about, and both clients that may calibrate at the same time: the terminal, and a browser that looks and clicks.
 //!
 //! ```text
 //!   simulated home ─SCIP▶ modules ─UDP─┬▶ kehai-tracker calibrate --accept ─▶ terminal.toml
@@ -18,8 +18,9 @@ use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_sim::world::walker::Repeat;
-use host_tracker::site::Site;
+use host_tracker::site_file;
 use host_tracker::store::reader::Reader;
+use kehai_tracking::site::Site;
 
 /// How far poses may be off in this test, which is of the way there, not of the figures: the walk is short, and the machine
 /// may be busy.
@@ -50,7 +51,7 @@ fn home() -> (Scene, String) {
 fn is_right(file: &Path, truth: &Site) {
     let text = std::fs::read_to_string(file).unwrap();
     assert!(text.starts_with("# this comment stays"), "{text}");
-    let found = Site::load(file).unwrap();
+    let found = site_file::load(file).unwrap();
     assert_eq!((found.walls.len(), found.zones.len()), (truth.walls.len(), truth.zones.len()));
     for (found, truth) in found.modules.iter().zip(&truth.modules) {
         let off_m = (found.pose().at - truth.pose().at).length();
@@ -72,11 +73,8 @@ fn somebody_walks_and_both_terminal_and_browser_find_the_modules() {
     let db = folder.path().join("home.db");
     let arguments = ["calibrate", "--accept", "--json", "--seconds", "120", "--db", db.to_str().unwrap()];
     let terminal = tracker(&arguments, &by_terminal, &building);
-    if let Some(program) = chromium::find() {
-        in_the_browser(program, &file("browser.toml"), &building, &scene.site);
-    } else {
-        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
-        eprintln!("browser left out: no Chromium here (apt-get install chromium)");
+    if let Some(page) = chromium::start() {
+        in_the_browser(page, &file("browser.toml"), &building, &scene.site);
     }
     let output = terminal.wait_with_output().unwrap();
     let (said, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
@@ -89,12 +87,11 @@ fn somebody_walks_and_both_terminal_and_browser_find_the_modules() {
     assert_eq!(kept.iter().map(|pose| pose.source.as_str()).collect::<Vec<_>>(), ["calibration"]);
 }
 
-fn in_the_browser(program: &str, file: &Path, building: &Building, truth: &Site) {
+fn in_the_browser(mut page: Page, file: &Path, building: &Building, truth: &Site) {
     let mut run = tracker(&["run", "--http", "127.0.0.1:0"], file, building);
     let mut said = BufReader::new(run.stderr.take().unwrap()).lines().map_while(Result::ok);
     let map = said.find_map(|line| Some(line.split_once("live map at ")?.1.trim().to_owned())).unwrap();
     std::thread::spawn(move || said.for_each(drop));
-    let mut page = Page::new(program);
     page.size(1440, 900, 1);
     page.scheme("light");
     page.open(&map);
@@ -108,6 +105,7 @@ fn in_the_browser(program: &str, file: &Path, building: &Building, truth: &Site)
         "every module has been seen with another for long enough",
         "document.querySelectorAll('#calibrate-pairs .done').length >= 3",
     );
+    page.fits_a_phone("calibration walk");
     page.click("#calibrate-finish");
     page.wait("poses are found", "document.querySelector('#calibrate').dataset.state === 'found'");
     page.wait(
@@ -128,6 +126,7 @@ fn in_the_browser(program: &str, file: &Path, building: &Building, truth: &Site)
         PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
     };
     page.picture(&pictures.join("calibration.png"));
+    page.fits_a_phone("calibration result");
     page.click("#calibrate-accept");
     page.wait("the view is closed", "!document.body.classList.contains('calibrating')");
     is_right(file, truth);

@@ -7,28 +7,56 @@ use std::io::{BufRead, BufReader, Read};
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use host_sim::module::flash::Flash;
-use host_sim::module::pc::{PAGES, Pc};
-use host_sim::module::reactor::Reactor;
-use host_sim::module::udp::Udp;
-use host_sim::serve::{Control, serve_tcp};
-use host_sim::source::StillRoom;
-use host_sim::urg::model::URG_04LX;
-use host_sim::urg::{Config, Urg};
-use host_tracker::frame::unix_ms;
 use host_tracker::store::reader::Reader;
+use kehai_emulator::pc::device::{PAGES, Pc};
+use kehai_emulator::pc::flash::Flash;
+use kehai_emulator::pc::reactor::Reactor;
+use kehai_emulator::pc::udp::Udp;
+use kehai_emulator::serve::{Control, serve_tcp};
+use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan, StillRoom};
+use kehai_emulator::urg::model::URG_04LX;
+use kehai_emulator::urg::{Config, Urg};
+use kehai_tracking::snapshot::unix_ms;
 use serde_json::Value;
 
 /// A hundred times what a loaded machine needs.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// The still room with a chair in it, once there is one: all steps from `CHAIR.0` to `CHAIR.1` read `CHAIR.2`.
+struct Furnished {
+    room: StillRoom,
+    chair: Arc<Mutex<bool>>,
+}
+
+/// First step, last step, range in mm.
+const CHAIR: (u16, u16, u32) = (360, 420, 900);
+
+impl RangeSource for Furnished {
+    fn geometry(&self) -> SensorGeometry {
+        self.room.geometry()
+    }
+
+    fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
+        let mut scan = self.room.scan(revolution)?;
+        let steps = self.geometry().first_step..;
+        for (step, range_mm) in steps.zip(&mut scan.ranges_mm).filter(|_| *self.chair.lock().unwrap()) {
+            if (CHAIR.0..=CHAIR.1).contains(&step) {
+                *range_mm = CHAIR.2;
+            }
+        }
+        Some(scan)
+    }
+}
+
 /// A sensor and a module in threads of their own.
 struct Bench {
+    /// Whether there is a chair in the room.
+    chair: Arc<Mutex<bool>>,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
     name: String,
@@ -43,12 +71,10 @@ impl Bench {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = format!("tcp://{}", listener.local_addr().unwrap()).parse().unwrap();
         let stopped = Arc::clone(&stop);
+        let chair = Arc::new(Mutex::new(false));
+        let room = Furnished { room: StillRoom::new(URG_04LX.geometry), chair: Arc::clone(&chair) };
         let sensor = std::thread::spawn(move || {
-            let urg = Urg::new(
-                Config { paced: false, ..Config::new(URG_04LX) },
-                Box::new(StillRoom::new(URG_04LX.geometry)),
-                0,
-            );
+            let urg = Urg::new(Config { paced: false, ..Config::new(URG_04LX) }, Box::new(room), 0);
             serve_tcp(&listener, urg, &mut Control { stop: &stopped, on_status: &mut |_| {} }).unwrap();
         });
         let (tell, told) = std::sync::mpsc::channel();
@@ -66,7 +92,7 @@ impl Bench {
             }
         });
         let address = told.recv_timeout(PATIENCE).unwrap();
-        Self { stop, threads: vec![sensor, module], name, address }
+        Self { chair, stop, threads: vec![sensor, module], name, address }
     }
 
     /// The module's name if it can be found by that, or else its address.
@@ -157,17 +183,17 @@ fn a_module_is_asked_set_taught_looked_at_and_restarted() {
     let target = bench.address.to_string();
     let target = target.as_str();
 
-    assert_eq!(done(&["module", "get", target, "body_radius_mm"]), "190\n");
-    done(&["module", "set", target, "body_radius_mm=200", "learn_scans=40"]);
-    assert_eq!(done(&["module", "get", target, "body_radius_mm"]), "200\n");
+    assert_eq!(done(&["module", "get", target, "foreground_mm"]), "100\n");
+    done(&["module", "set", target, "foreground_mm=200", "learn_scans=40"]);
+    assert_eq!(done(&["module", "get", target, "foreground_mm"]), "200\n");
     assert_eq!(json(&done(&["module", "get", target, "--json"]))["learn_scans"], "40");
-    let (status, line) = refused(&["module", "set", target, "learn_scans=50", "body_radius_mm=9"]);
+    let (status, line) = refused(&["module", "set", target, "learn_scans=50", "foreground_mm=9"]);
     assert_eq!(
         (status, line.as_str()),
-        (1, "kehai-tracker: body_radius_mm=9: the value is out of range; nothing was changed")
+        (1, "kehai-tracker: foreground_mm=9: the value is out of range; nothing was changed")
     );
     assert_eq!(done(&["module", "get", target, "learn_scans"]), "40\n");
-    for wrong in ["colour=red", "body_radius_mm=wide", "learn_scans=", "hosts=1.2.3", "address=10.0.0.300/24"]
+    for wrong in ["colour=red", "foreground_mm=wide", "learn_scans=", "hosts=1.2.3", "address=10.0.0.300/24"]
     {
         let (status, line) = refused(&["module", "set", target, "learn_scans=50", wrong]);
         let names_it = line.starts_with(&format!("kehai-tracker: {wrong}: "));
@@ -184,6 +210,8 @@ fn a_module_is_asked_set_taught_looked_at_and_restarted() {
         "{learned}"
     );
 
+    a_chair_is_absorbed(target, &bench);
+
     let raw = done(&["module", "raw", target, "--seconds", "2"]);
     let scan = json(raw.lines().next().unwrap());
     assert_eq!((scan["ranges_mm"].as_array().unwrap().len(), &scan["first_step"]), (682, &Value::from(44)));
@@ -195,6 +223,28 @@ fn a_module_is_asked_set_taught_looked_at_and_restarted() {
     while json(&done(&["module", "info", target, "--json"]))["start"] != 2 {
         assert!(begin.elapsed() < PATIENCE, "it starts again");
     }
+}
+
+/// Only what has stood there for a while, and only once.
+fn a_chair_is_absorbed(target: &str, bench: &Bench) {
+    let (status, line) = refused(&["module", "absorb", target]);
+    assert!(status == 1 && line.contains("nothing stands out from the background"), "{line}");
+    *bench.chair.lock().unwrap() = true;
+    let begin = Instant::now();
+    let absorbed = loop {
+        let output = kehai_tracker(&["module", "absorb", target, "--bearing", "2", "--json"]);
+        if output.status.success() {
+            break json(&text(&output.stdout));
+        }
+        let line = text(&output.stderr);
+        assert!(line.contains("it moves (2° at 0.90 m") || line.contains("nothing stands out"), "{line}");
+        assert!(begin.elapsed() < PATIENCE, "{line}");
+    };
+    assert!((58..=62).contains(&absorbed["beams"].as_u64().unwrap()), "{absorbed}");
+    let info = json(&done(&["module", "info", target, "--json"]));
+    assert_eq!(info["background_version"], absorbed["background_version"]);
+    let (status, line) = refused(&["module", "absorb", target]);
+    assert!(status == 1 && line.contains("nothing stands out from the background"), "{line}");
 }
 
 /// In a database, and gone from it when their time is over, whatever opens it then.
@@ -238,16 +288,34 @@ fn nobody_at_home_is_exit_status_3_and_one_line() {
     let (status, line) = refused(&["module", "learn", "02:00:00:ff:ff:ff"]);
     assert!(status == 3 && line.contains("no module \"02:00:00:ff:ff:ff\" was found"), "{line}");
     assert_eq!(refused(&["module", "set", "127.0.0.1:9", "name"]).0, 2);
+    let (status, line) = refused(&["module", "set", "127.0.0.1:9", "name="]);
+    assert!(status == 2 && line.contains("a module has a name of 1 to 32 bytes"), "{line}");
+    assert_eq!(refused(&["module", "absorb", "127.0.0.1:9", "--bearing", "190"]).0, 2);
     assert_eq!(refused(&["module", "raw", "127.0.0.1:9", "--seconds", "0"]).0, 2);
     assert_eq!(refused(&["module"]).0, 2);
 }
 
 #[test]
 fn every_command_has_examples() {
-    for command in ["list", "info", "learn", "get", "set", "raw", "restart"] {
+    for command in ["list", "info", "learn", "absorb", "get", "set", "raw", "restart"] {
         let help = done(&["module", command, "--help"]);
         assert!(help.contains(&format!("kehai-tracker module {command}")), "{help}");
     }
+}
+
+#[test]
+fn a_closed_pipe_ends_a_command_in_peace() {
+    let site = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("pipe-{}.toml", std::process::id()));
+    std::fs::write(&site, "[[module]]\nname = \"left\"\nx = 0.0\ny = 0.0\n").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(["calibrate", "--json", "--no-mdns", "--module", "127.0.0.1:9", "--site"]).arg(&site);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    json(&lines.next().expect("a line").unwrap());
+    drop(lines);
+    let ended = child.wait_with_output().unwrap();
+    assert!(ended.status.success() && ended.stderr.is_empty(), "{}", text(&ended.stderr));
+    let _ = std::fs::remove_file(site);
 }
 
 /// `kehai-tracker run`, ended with the test.

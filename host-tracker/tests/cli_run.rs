@@ -1,4 +1,4 @@
-//! `kehai-tracker run`: what it refuses, in words that name the place, and for whom its map is.
+//! `kehai-tracker run`: what it refuses, in words that name the place, and which clients may see its map.
 #![cfg(target_os = "linux")]
 
 mod hall;
@@ -75,6 +75,24 @@ fn the_map_is_for_this_machine_alone_unless_an_address_is_given() {
     assert!(output.status.code() == Some(2) && said.contains("PORT for this machine alone"), "{said}");
     let help = Command::new(env!("CARGO_BIN_EXE_kehai-tracker")).args(["run", "--help"]).output().unwrap();
     assert!(String::from_utf8(help.stdout).unwrap().contains("[default: 127.0.0.1:8420]"));
+}
+
+#[test]
+fn a_log_level_that_is_none_is_refused_and_off_logs_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("home.toml");
+    std::fs::write(&site, SITE).unwrap();
+    let output = command(&site).args(["--log", "loud"]).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("\"warn\""), "{said}");
+    let said = |level: &str| {
+        let mut command = command(&site);
+        let output = command.args(["--http", "0", "--log", level, "--seconds", "1"]).output().unwrap();
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(said("info").contains("INFO live map at http://"));
+    let quiet = said("off");
+    assert!(quiet.lines().all(|line| line.starts_with("kehai-tracker: ")), "{quiet}");
 }
 
 /// The address under which others know this machine, if it has one; nothing is sent to find out.

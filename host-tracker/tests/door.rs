@@ -2,11 +2,12 @@
 
 mod chromium;
 mod house;
+mod http_client;
 
 use std::path::{Path, PathBuf};
 
-use host_tracker::frame::unix_ms;
 use house::House;
+use kehai_tracking::snapshot::unix_ms;
 use serde_json::json;
 
 #[test]
@@ -20,7 +21,7 @@ fn a_passage_from_the_card_to_the_lock() {
     let name = &asked["names"][0];
     assert_eq!(name["track"], 1, "who stands at the reader has shown the card: {asked:#}");
     assert_eq!(name["label"].as_str().map(str::len), Some(4), "four digits of a hash: {name}");
-    let track = &house.ask("GET /api/state", "", "").1["tracks"][0];
+    let track = &house.ask("GET /api/state", &[], "").1["tracks"][0];
     assert_eq!((&track["x"], &track["y"]), (&json!(0.0), &json!(0.4)), "a card moves nobody: {track}");
     assert!(!asked.to_string().contains("04:A2"), "the card's number is told nobody");
     assert_eq!(house.tell("number", json!({ "number": 1 })).0, 200);
@@ -50,7 +51,7 @@ fn a_passage_from_the_card_to_the_lock() {
 fn what_is_malformed_late_repeated_or_foreign_changes_nothing_and_says_why() {
     let house = House::new();
     house.waits_for("idle");
-    let refused = |line: &str, headers: &str, body: &str| {
+    let refused = |line: &str, headers: &[(&str, &str)], body: &str| {
         let (status, answer) = house.ask(line, headers, body);
         let why = answer["error"].as_str().unwrap_or_else(|| panic!("{line}: {status} {answer}")).to_owned();
         assert_eq!(house.door()["phase"], "idle", "{line}");
@@ -58,36 +59,36 @@ fn what_is_malformed_late_repeated_or_foreign_changes_nothing_and_says_why() {
     };
     let card = |id: u64, at_ms: u64| json!({ "id": id, "at_ms": at_ms, "card": "1" }).to_string();
     const CARD: &str = "POST /api/door/front/card";
-    let (status, why) = refused(CARD, "", "card");
+    let (status, why) = refused(CARD, &[], "card");
     assert!(status == 400 && why.starts_with("malformed: "), "{why}");
-    let (status, why) = refused(CARD, "", &card(1, unix_ms() - 60_000));
+    let (status, why) = refused(CARD, &[], &card(1, unix_ms() - 60_000));
     assert!(status == 409 && why.starts_with("late: "), "{why}");
-    let (status, why) = refused(CARD, "", &card(1, unix_ms() + 60_000));
+    let (status, why) = refused(CARD, &[], &card(1, unix_ms() + 60_000));
     assert!(status == 409 && why.contains("ahead"), "{why}");
-    let (status, why) = refused(CARD, "Origin: http://evil.example\r\n", &card(1, unix_ms()));
+    let (status, why) = refused(CARD, &[("Origin", "http://evil.example")], &card(1, unix_ms()));
     assert!(status == 403 && why.contains("evil.example"), "{why}");
     let number = house.message(json!({ "number": 1 }));
-    let (status, why) = refused("POST /api/door/front/number", "", &number);
+    let (status, why) = refused("POST /api/door/front/number", &[], &number);
     assert!(status == 409 && why.starts_with("no card"), "{why}");
-    let (status, why) = refused("POST /api/door/front/number", "", &number);
+    let (status, why) = refused("POST /api/door/front/number", &[], &number);
     assert!(status == 409 && why.starts_with("repeated: "), "{why}");
     let body = |id: u64, at_ms: u64| json!({ "id": id, "at_ms": at_ms, "number": 1 }).to_string();
-    let (status, why) = refused("POST /api/door/front/number", "", &body(9, unix_ms()));
+    let (status, why) = refused("POST /api/door/front/number", &[], &body(9, unix_ms()));
     assert!(status == 409 && why.starts_with("no card"), "{why}");
-    let (status, why) = refused("POST /api/door/front/number", "", &body(8, unix_ms()));
+    let (status, why) = refused("POST /api/door/front/number", &[], &body(8, unix_ms()));
     assert!(status == 409 && why.starts_with("out of order: "), "{why}");
-    let (status, why) = refused("POST /api/door/back/card", "", &card(1, unix_ms()));
+    let (status, why) = refused("POST /api/door/back/card", &[], &card(1, unix_ms()));
     assert!(status == 404 && why.contains("no door \"back\""), "{why}");
-    let (status, why) = refused("POST /api/door/front/knock", "", "{}");
+    let (status, why) = refused("POST /api/door/front/knock", &[], "{}");
     assert!(status == 404 && why.contains("lock/taken"), "{why}");
-    assert_eq!(house.ask(CARD, "", &card(1, unix_ms())).0, 200);
+    assert_eq!(house.ask(CARD, &[], &card(1, unix_ms())).0, 200);
     house.waits_for("asked");
 }
 
 #[test]
 fn nothing_wrong_over_http_is_taken() {
     let house = House::new();
-    let ask = |input: &str, body: &str| house.ask(&format!("POST /api/door/front/{input}"), "", body);
+    let ask = |input: &str, body: &str| house.ask(&format!("POST /api/door/front/{input}"), &[], body);
     house::wrong::changes_nothing(
         &house,
         |input, body| assert_eq!(ask(input, body), (200, json!({})), "{input}: {body}"),
@@ -121,13 +122,9 @@ fn without_frames_the_door_fails_and_says_so() {
 
 #[test]
 fn a_passage_is_replayed_on_the_map() {
-    let Some(program) = chromium::find() else {
-        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
-        return eprintln!("left out: no Chromium here (apt-get install chromium)");
-    };
+    let Some(mut page) = chromium::start() else { return };
     let house = House::new();
     house.waits_for("idle");
-    let mut page = chromium::Page::new(program);
     page.size(1280, 800, 1);
     page.open(&format!("http://{}/", house.server.address()));
     house.people(&[[0.0, 0.4]]);
@@ -162,7 +159,7 @@ fn a_passage_is_replayed_on_the_map() {
     page.wait("the link says when", &format!("location.hash === '#at={begun_ms}'"));
     page.click("#live");
     page.wait("and now again", &at(-3.0));
-    // The link works for whoever it is sent to: a page that is opened with it.
+    // The link works anywhere it is sent to: a page that is opened with it.
     page.open("about:blank");
     page.wait("the page is gone", "document.querySelector('#map') === null");
     page.open(&format!("http://{}/#at={begun_ms}", house.server.address()));
@@ -180,15 +177,11 @@ fn pictures() -> PathBuf {
 
 #[test]
 fn the_entrant_enters_the_number_on_the_screen() {
-    let Some(program) = chromium::find() else {
-        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
-        return eprintln!("left out: no Chromium here (apt-get install chromium)");
-    };
+    let Some(mut page) = chromium::start() else { return };
     let house = House::new();
     house.waits_for("idle");
     house.people(&[[0.0, 0.4], [0.5, 0.2], [-0.5, 0.0]]);
     house.tell("contact", json!({ "contact": "shut" }));
-    let mut page = chromium::Page::new(program);
     page.size(1280, 800, 1);
     page.scheme("light");
     page.open(&format!("http://{}/door/front", house.server.address()));
@@ -211,6 +204,7 @@ fn the_entrant_enters_the_number_on_the_screen() {
     page.picture(&pictures().join("door.png"));
     page.click(".keys button:nth-child(2)");
     page.wait("two is not three", "document.querySelector('#prompt').innerText.includes('does not match')");
+    page.fits_a_phone("door asks again");
     page.size(390, 844, 2);
     page.scheme("dark");
     page.wait("the page has the phone's width", "document.documentElement.scrollWidth <= 390");
@@ -226,5 +220,9 @@ fn the_entrant_enters_the_number_on_the_screen() {
     house.people(&[[0.0, 0.95], [0.5, 0.2], [-0.5, 0.0]]);
     house.people(&[[0.0, 1.4], [0.5, 0.2], [-0.5, 0.0]]);
     page.wait("one is in", "document.querySelectorAll('#people li.in').length === 1");
+    page.fits_a_phone("door unlocked");
+    drop(house);
+    page.wait("the screen says so", &phase("lost"));
+    page.fits_a_phone("door lost");
     assert_eq!(page.errors, Vec::<String>::new());
 }

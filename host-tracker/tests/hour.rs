@@ -18,14 +18,14 @@ use std::time::{Duration, Instant};
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
-use host_tracker::calibrate::session::Session;
-use host_tracker::frame::{Frame, unix_ms};
-use host_tracker::http::{Desk, Server};
+use host_tracker::calibration::Calibration;
 use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
-use host_tracker::site::Site;
-use host_tracker::site::file::SiteFile;
+use host_tracker::site_file::SiteFile;
 use host_tracker::store::{Keep, Store};
+use host_tracker::web::{Desk, Server};
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
@@ -63,15 +63,11 @@ const COUNT: &str = "window.understood = 0; const parse = JSON.parse; \
 
 #[test]
 fn a_browser_left_open_for_an_hour_of_the_demo_does_not_grow() {
-    let Some(program) = chromium::find() else {
-        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
-        return eprintln!("left out: no Chromium here (apt-get install chromium)");
-    };
+    let Some(mut page) = chromium::start() else { return };
     let scene = Scene::load("building").unwrap();
     let frames = recorded(&scene);
     let folder = tempfile::tempdir().unwrap();
     let show = Show::new(&scene.site, folder.path());
-    let mut page = Page::new(program);
     page.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": COUNT }));
     page.size(1440, 900, 1);
     page.open(&format!("http://{}/", show.server.address()));
@@ -93,7 +89,7 @@ fn a_browser_left_open_for_an_hour_of_the_demo_does_not_grow() {
 }
 
 /// What the demo's own server would show.
-fn recorded(scene: &Scene) -> Vec<Frame> {
+fn recorded(scene: &Scene) -> Vec<Snapshot> {
     let building = Building::start(scene, scene.seed).unwrap();
     let service = Service::start(Options {
         site: scene.site.clone(),
@@ -117,7 +113,7 @@ fn recorded(scene: &Scene) -> Vec<Frame> {
 /// The map's server, with frames of this test, and a database.
 struct Show {
     server: Server,
-    frames: watch::Sender<Arc<Frame>>,
+    frames: watch::Sender<Arc<Snapshot>>,
     store: Store,
 }
 
@@ -132,7 +128,7 @@ impl Show {
             reports: Reports::default(),
             site: SiteFile::load(&file).unwrap(),
             changed: Box::new(|_| Ok(())),
-            calibration: Session::default(),
+            calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: Some(database),
             names: Vec::new(),
@@ -163,7 +159,7 @@ impl Held {
 
 struct Player<'a> {
     show: &'a Show,
-    frames: &'a [Frame],
+    frames: &'a [Snapshot],
     begun_ms: u64,
     /// Number of the next frame.
     next: u64,

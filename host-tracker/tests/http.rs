@@ -1,15 +1,17 @@
 //! The live map's server: what it answers, what it refuses, and that nothing sent to it ends it.
 
+mod http_client;
+
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
-use host_tracker::calibrate::session::Session;
-use host_tracker::frame::{Frame, ModuleLine};
-use host_tracker::http::{Desk, Server};
+use host_tracker::calibration::Calibration;
 use host_tracker::reports::{ReportLine, Reports};
-use host_tracker::site::Site;
-use host_tracker::site::file::SiteFile;
+use host_tracker::site_file::{self, SiteFile};
+use host_tracker::web::{Desk, Server};
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use tokio::sync::watch;
@@ -18,9 +20,12 @@ use tungstenite::{Message, WebSocket};
 
 const HOME: &str = "# where we live\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
 
+/// The header of a body in JSON.
+const JSON: (&str, &str) = ("Content-Type", "application/json");
+
 struct Map {
     server: Server,
-    frames: watch::Sender<Arc<Frame>>,
+    frames: watch::Sender<Arc<Snapshot>>,
     reports: Reports,
     changes: Arc<Mutex<Vec<Site>>>,
     folder: tempfile::TempDir,
@@ -43,7 +48,7 @@ impl Map {
                 told.lock().unwrap().push(site);
                 Ok(())
             }),
-            calibration: Session::default(),
+            calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: None,
             names: Vec::new(),
@@ -56,45 +61,32 @@ impl Map {
     fn show(&self, unix_ms: u64) {
         let free = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
         let module = ModuleLine { name: "left".into(), free, ..ModuleLine::default() };
-        self.frames.send_replace(Arc::new(Frame { unix_ms, modules: vec![module], ..Frame::default() }));
+        self.frames.send_replace(Arc::new(Snapshot {
+            unix_ms,
+            modules: vec![module],
+            ..Snapshot::default()
+        }));
     }
 
     /// Status and body of the answer to a request with these headers.
-    fn ask(&self, line: &str, headers: &str, body: &[u8]) -> (u16, String) {
-        let address = self.server.address();
-        let host = if headers.contains("Host:") { String::new() } else { format!("Host: {address}\r\n") };
-        let mut request = format!(
-            "{line} HTTP/1.1\r\n{host}Connection: close\r\nContent-Length: {}\r\n{headers}\r\n",
-            body.len()
-        )
-        .into_bytes();
-        request.extend_from_slice(body);
-        let answer = String::from_utf8_lossy(&self.raw(&request)).into_owned();
-        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or((&answer, ""));
-        let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
-        (status.unwrap_or_else(|| panic!("no answer to {line}: {answer}")), body.to_owned())
+    fn ask(&self, line: &str, headers: &[(&str, &str)], body: &[u8]) -> (u16, String) {
+        http_client::ask(self.server.address(), line, headers, body)
     }
 
-    /// Whatever comes back for these bytes, until the server closes.
-    fn raw(&self, bytes: &[u8]) -> Vec<u8> {
-        self.send(bytes, false)
-    }
-
-    /// As `raw`; `leaves`: says that nothing more will come.
-    fn send(&self, bytes: &[u8], leaves: bool) -> Vec<u8> {
+    /// Whatever comes back for these bytes, which need not be HTTP, until the server closes.
+    fn send(&self, bytes: &[u8]) -> Vec<u8> {
         let mut stream = TcpStream::connect(self.server.address()).unwrap();
-        // Who is refused early may have closed already.
+        // A server that refuses early may have closed already.
         let _ = stream.write_all(bytes);
-        if leaves {
-            let _ = stream.shutdown(std::net::Shutdown::Write);
-        }
+        let _ = stream.shutdown(std::net::Shutdown::Write);
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
         answer
     }
 
-    fn put(&self, kind: &str, headers: &str, body: &str) -> (u16, String) {
-        self.ask("PUT /api/site", &format!("Content-Type: {kind}\r\n{headers}"), body.as_bytes())
+    fn put(&self, kind: &str, headers: &[(&str, &str)], body: &str) -> (u16, String) {
+        let headers = [&[("Content-Type", kind)], headers].concat();
+        self.ask("PUT /api/site", &headers, body.as_bytes())
     }
 
     fn socket(&self, origin: Option<&str>) -> Result<WebSocket<TcpStream>, tungstenite::Error> {
@@ -125,7 +117,7 @@ fn next(socket: &mut WebSocket<TcpStream>, key: &str) -> Value {
 #[test]
 fn the_page_and_all_it_names_are_there() {
     let map = Map::new();
-    let (status, page) = map.ask("GET /", "", b"");
+    let (status, page) = map.ask("GET /", &[], b"");
     assert_eq!(status, 200);
     let mut named: Vec<String> = vec!["/main.js".into()];
     let quoted = |text: &str| -> Vec<String> {
@@ -138,7 +130,7 @@ fn the_page_and_all_it_names_are_there() {
     named.extend(quoted(&page));
     let mut index = 0;
     while let Some(path) = named.get(index).cloned() {
-        let (status, text) = map.ask(&format!("GET {path}"), "", b"");
+        let (status, text) = map.ask(&format!("GET {path}"), &[], b"");
         assert_eq!(status, 200, "{path}");
         assert!(!text.is_empty(), "{path} is empty");
         let elsewhere = text.replace("http://www.w3.org/", "");
@@ -164,11 +156,11 @@ fn frames_reach_browsers_and_the_state() {
     assert_eq!(frame["unix_ms"], 1000);
     assert_eq!(frame["modules"][0]["name"], "left");
     assert!(frame["modules"][0]["free"].is_null(), "what is seen goes its own, slower way");
-    let state: Value = serde_json::from_str(&map.ask("GET /api/state", "", b"").1).unwrap();
+    let state: Value = serde_json::from_str(&map.ask("GET /api/state", &[], b"").1).unwrap();
     assert_eq!(state["unix_ms"], 1000);
-    let history: Value = serde_json::from_str(&map.ask("GET /api/history", "", b"").1).unwrap();
+    let history: Value = serde_json::from_str(&map.ask("GET /api/history", &[], b"").1).unwrap();
     assert_eq!(history[0]["unix_ms"], 1000);
-    let (status, metrics) = map.ask("GET /metrics", "", b"");
+    let (status, metrics) = map.ask("GET /metrics", &[], b"");
     assert_eq!(status, 200);
     assert!(metrics.contains("left"), "{metrics}");
 }
@@ -183,7 +175,7 @@ fn tracks_come_after_each_report_to_whoever_asked_for_that_and_to_nobody_else() 
         std::thread::yield_now();
     }
     for sequence in 1..=3 {
-        map.reports.tell(ReportLine { t: 0.5, module: "left".into(), sequence, tracks: Vec::new() });
+        map.reports.publish(ReportLine { t: 0.5, module: "left".into(), sequence, tracks: Vec::new() });
     }
     map.show(1000);
     for sequence in 1..=3 {
@@ -213,7 +205,7 @@ fn a_browser_that_reads_nothing_misses_frames_and_holds_up_nobody() {
     let name = "x".repeat(100_000);
     for unix_ms in 1..=500 {
         let module = ModuleLine { name: name.clone(), ..ModuleLine::default() };
-        map.frames.send_replace(Arc::new(Frame { unix_ms, modules: vec![module], ..Frame::default() }));
+        map.frames.send_replace(Arc::new(Snapshot { unix_ms, modules: vec![module], ..Snapshot::default() }));
         let mut seen = 0;
         while seen < unix_ms {
             seen = next(&mut reader, "frame")["unix_ms"].as_u64().unwrap();
@@ -248,25 +240,27 @@ fn a_wrong_message_is_answered() {
     let mut rude = map.socket(None).unwrap();
     let _ = rude.send(Message::text("x".repeat(5000)));
     while rude.read().is_ok() {}
-    assert_eq!(map.ask("GET /", "", b"").0, 200);
+    assert_eq!(map.ask("GET /", &[], b"").0, 200);
 }
 
 #[test]
 fn other_pages_may_neither_write_nor_listen() {
     let map = Map::new();
     let body = json!({ "site": {} }).to_string();
-    let (status, why) = map.put("application/json", "Origin: http://evil.example\r\n", &body);
+    let (status, why) = map.put("application/json", &[("Origin", "http://evil.example")], &body);
     assert_eq!(status, 403);
     assert!(why.contains("http://evil.example"), "{why}");
     for line in ["POST /api/calibration", "POST /api/door/front/card", "PUT /anything"] {
-        for foreign in ["Origin: http://evil.example", "Origin: null", "Sec-Fetch-Site: cross-site"] {
-            let headers = format!("Content-Type: application/json\r\n{foreign}\r\n");
-            assert_eq!(map.ask(line, &headers, br#"{"do": "begin"}"#).0, 403, "{line}, {foreign}");
+        for foreign in
+            [("Origin", "http://evil.example"), ("Origin", "null"), ("Sec-Fetch-Site", "cross-site")]
+        {
+            let headers = [JSON, foreign];
+            assert_eq!(map.ask(line, &headers, br#"{"do": "begin"}"#).0, 403, "{line}, {foreign:?}");
         }
     }
-    let (_, calibration) = map.ask("GET /api/calibration", "", b"");
+    let (_, calibration) = map.ask("GET /api/calibration", &[], b"");
     assert!(calibration.contains(r#""active":false"#), "{calibration}");
-    let (status, why) = map.ask("GET /api/site", "Host: evil.example\r\n", b"");
+    let (status, why) = map.ask("GET /api/site", &[("Host", "evil.example")], b"");
     assert_eq!(status, 403);
     assert!(why.contains("evil.example"), "{why}");
     match map.socket(Some("http://evil.example")) {
@@ -282,21 +276,21 @@ fn a_site_is_saved_and_handed_on() {
     let map = Map::new();
     let mut socket = map.socket(None).unwrap();
     assert_eq!(next(&mut socket, "site"), 1);
-    let mut read: Value = serde_json::from_str(&map.ask("GET /api/site", "", b"").1).unwrap();
+    let mut read: Value = serde_json::from_str(&map.ask("GET /api/site", &[], b"").1).unwrap();
     assert_eq!(
         (&read["revision"], &read["file"], &read["toml"]),
         (&json!(1), &json!("home.toml"), &json!(HOME))
     );
     read["site"]["zone"][0]["name"] = json!("lounge");
     let body = json!({ "revision": 1, "site": read["site"] }).to_string();
-    let origin = format!("Origin: http://{}\r\n", map.server.address());
-    assert_eq!(map.put("application/json", &origin, &body), (200, "{\"revision\":2}".into()));
+    let origin = format!("http://{}", map.server.address());
+    assert_eq!(map.put("application/json", &[("Origin", &origin)], &body), (200, "{\"revision\":2}".into()));
     assert_eq!(next(&mut socket, "site"), 2);
     assert_eq!(map.changes.lock().unwrap()[0].zones[0].name, "lounge");
-    assert_eq!(Site::load(&map.folder.path().join("home.toml")).unwrap().zones[0].name, "lounge");
-    let (status, why) = map.put("application/json", "", &body);
+    assert_eq!(site_file::load(&map.folder.path().join("home.toml")).unwrap().zones[0].name, "lounge");
+    let (status, why) = map.put("application/json", &[], &body);
     assert_eq!(status, 409, "{why}");
-    assert_eq!(map.put("application/toml", "If-Match: 2\r\n", HOME).0, 200);
+    assert_eq!(map.put("application/toml", &[("If-Match", "2")], HOME).0, 200);
     assert_eq!(map.changes.lock().unwrap()[1].zones[0].name, "hall");
 }
 
@@ -326,12 +320,16 @@ fn a_wrong_site_is_refused_by_line_or_field_and_nothing_is_lost() {
         ("text/plain", "hello", 415, "application/toml"),
     ];
     for (kind, body, expected, part) in cases {
-        let (status, why) = map.put(kind, "", body);
+        let (status, why) = map.put(kind, &[], body);
         assert_eq!(status, expected, "{body}: {why}");
         assert!(why.contains(part), "{body}: {why}");
     }
-    let (status, why) = map.put(json, "", &" ".repeat(2 << 20));
-    assert_eq!(status, 413, "{why}");
+    // The server answers before it has read all of it, so a client that only sends hears nothing but a closed line.
+    let head = "PUT /api/site HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n";
+    let body = " ".repeat(2 << 20);
+    let request = format!("{head}Content-Length: {}\r\n\r\n{body}", body.len());
+    let answer = String::from_utf8(map.send(request.as_bytes())).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 413 "), "{answer}");
     assert_eq!(std::fs::read_to_string(map.folder.path().join("home.toml")).unwrap(), HOME);
     assert!(map.changes.lock().unwrap().is_empty());
 }
@@ -350,8 +348,8 @@ fn nothing_sent_ends_the_server() {
         b"DELETE /api/site HTTP/1.1\r\nHost: localhost\r\n\r\n",
         b"GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: \xff\xff\r\n\r\n",
     ] {
-        map.send(bytes, true);
-        assert_eq!(map.ask("GET /", "", b"").0, 200);
+        map.send(bytes);
+        assert_eq!(map.ask("GET /", &[], b"").0, 200);
     }
 }
 
@@ -361,7 +359,7 @@ proptest! {
     fn any_body_is_answered(body in proptest::collection::vec(any::<u8>(), 0..200), toml in any::<bool>()) {
         let map = Map::new();
         let kind = if toml { "application/toml" } else { "application/json" };
-        let (status, why) = map.ask("PUT /api/site", &format!("Content-Type: {kind}\r\n"), &body);
+        let (status, why) = map.ask("PUT /api/site", &[("Content-Type", kind)], &body);
         // An empty or a blank file is a site with nothing in it.
         prop_assert!(status == 400 || (toml && status == 200), "{status} {why}");
     }
@@ -370,10 +368,9 @@ proptest! {
 #[test]
 fn a_calibration_is_begun_and_ended_and_what_is_not_there_is_not_accepted() {
     let map = Map::new();
-    let json = "Content-Type: application/json\r\n";
     let ask =
-        |wish: &str| map.ask("POST /api/calibration", json, format!(r#"{{"do": "{wish}"}}"#).as_bytes());
-    let (status, idle) = map.ask("GET /api/calibration", "", b"");
+        |wish: &str| map.ask("POST /api/calibration", &[JSON], format!(r#"{{"do": "{wish}"}}"#).as_bytes());
+    let (status, idle) = map.ask("GET /api/calibration", &[], b"");
     assert!(status == 200 && idle.contains(r#""active":false"#), "{idle}");
     let (status, begun) = ask("begin");
     assert!(status == 200 && begun.contains(r#""active":true"#), "{begun}");
@@ -382,6 +379,6 @@ fn a_calibration_is_begun_and_ended_and_what_is_not_there_is_not_accepted() {
     let (status, wrong) = ask("jump");
     assert!(status == 400 && wrong.contains("jump"), "{wrong}");
     assert_eq!(ask("stop").0, 200);
-    let (_, idle) = map.ask("GET /api/calibration", "", b"");
+    let (_, idle) = map.ask("GET /api/calibration", &[], b"");
     assert!(idle.contains(r#""active":false"#), "{idle}");
 }

@@ -16,16 +16,17 @@ use std::sync::Arc;
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
-use host_tracker::frame::unix_ms;
-use host_tracker::site::Site;
+use host_tracker::site_file;
 use host_tracker::store::reader::Reader;
 use host_tracker::store::{Keep, Store};
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::unix_ms;
 use serde_json::{Value, json};
 
 /// A track's number that no tracker of today comes to.
 const GUEST: u64 = 7007;
 
-/// People on the map of whom somebody is sure.
+/// Confirmed tracks on the map.
 const CONFIRMED: &str = "document.querySelectorAll('.person.confirmed').length";
 
 struct Tracker {
@@ -68,10 +69,7 @@ fn pictures() -> PathBuf {
 
 #[test]
 fn people_modules_zones_and_the_past_in_a_browser() {
-    let Some(program) = chromium::find() else {
-        assert!(std::env::var_os("CI").is_none(), "no Chromium: apt-get install chromium");
-        return eprintln!("left out: no Chromium here (apt-get install chromium)");
-    };
+    let Some(mut page) = chromium::start() else { return };
     let scene = Scene::load("building").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("building.toml");
@@ -80,7 +78,6 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     happened_before(&file.with_extension("db"), &scene.site, hour_ago_ms);
     let building = Building::start(&scene, scene.seed).unwrap();
     let tracker = Tracker::start(&file, &building);
-    let mut page = Page::new(program);
     page.size(1440, 900, 1);
     page.scheme("light");
     page.open(&tracker.map);
@@ -90,6 +87,7 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     page.wait("people are on the map", &format!("{CONFIRMED} >= 3"));
     page.wait("the panel counts them", "Number(document.querySelector('#total').textContent) >= 3");
     take_pictures(&mut page);
+    page.fits_a_phone("map");
 
     module_details(&mut page);
     a_zone_is_drawn(&mut page, &file);
@@ -103,6 +101,7 @@ fn people_modules_zones_and_the_past_in_a_browser() {
         "the loss of the connection is said",
         "document.querySelector('#notice').innerText.includes('lost')",
     );
+    page.fits_a_phone("lost connection");
     page.wait("no count is shown without one", "document.querySelector('#total').textContent === '–'");
     assert_eq!(page.errors, Vec::<String>::new());
 }
@@ -135,6 +134,7 @@ fn module_details(page: &mut Page) {
         "what it sees stands out",
         "document.querySelector('.fields.chosen path')?.dataset.field === 'kitchen'",
     );
+    page.fits_a_phone("module");
     page.key("Escape", 27);
     page.wait("the details are closed", "document.querySelector('#detail').hidden");
 }
@@ -153,6 +153,7 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     page.wait("it is back", &format!("{shapes} === 6"));
     page.value("document.querySelector('.shape[data-kind=zone][data-index=\"5\"]').focus()");
     page.wait("its form is open", "document.querySelector('#part-name')?.value === 'zone 1'");
+    page.fits_a_phone("edit");
     page.value("document.querySelector('#part-name').select()");
     page.write("desk");
     page.key("Tab", 9);
@@ -160,14 +161,14 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     page.click("#save");
     page.wait("it is saved", "!document.body.classList.contains('editing')");
     page.wait("the panel counts it", "document.querySelector('#zones').innerText.includes('desk')");
-    let saved = Site::load(file).unwrap();
+    let saved = site_file::load(file).unwrap();
     let names: Vec<&str> = saved.zones.iter().map(|zone| zone.name.as_str()).collect();
     assert_eq!(names.last(), Some(&"desk"), "{names:?}");
     assert_eq!(names.len(), 6);
     page.wait("people are found anew", &format!("{CONFIRMED} >= 1"));
 }
 
-/// Somebody stood in the study for a minute, long ago: another tracker kept it.
+/// A person stood in the study for a minute, long ago: another tracker kept it.
 fn happened_before(database: &Path, site: &Site, begun_ms: u64) {
     let store = Store::open(database, &Arc::new(site.clone()), Keep::default()).unwrap();
     let study = site.modules.iter().find(|module| module.name == "study").unwrap();
@@ -226,6 +227,7 @@ fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
     page.wait("and counted", "document.querySelector('#total').textContent === '1'");
     page.wait("what happened is told", "document.querySelector('#events').innerText.includes('came into')");
     page.picture(&pictures().join("live-map-past.png"));
+    page.fits_a_phone("past");
     for _ in 0..3 {
         page.click("#speed");
     }

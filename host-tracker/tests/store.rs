@@ -10,10 +10,6 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
-use host_tracker::door::{Card, Passed};
-use host_tracker::frame::{Frame, unix_ms};
-use host_tracker::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
-use host_tracker::site::Site;
 use host_tracker::store::card::CardKey;
 use host_tracker::store::keeper::Event;
 use host_tracker::store::path::TOLERANCE_MM;
@@ -21,7 +17,12 @@ use host_tracker::store::pose::{self, Source};
 use host_tracker::store::raw::{self, RawKeeper};
 use host_tracker::store::reader::{Reader, Walked};
 use host_tracker::store::{Keep, Store, StoreError, export, known_before};
-use host_tracker::trackers::LifeCycle;
+use kehai_tracking::door::Card;
+use kehai_tracking::door::doors::Passed;
+use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::tracker::{LifeCycle, Origin};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 /// In the environment of a child: the database it is to write.
@@ -69,21 +70,18 @@ fn track(id: u64, x: f64, y: f64) -> TrackLine {
         state: LifeCycle::Confirmed,
         existence: 1.0,
         reason: "seen".into(),
+        origin: Origin::Entered,
     }
 }
 
-fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Frame> {
+fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Snapshot> {
     let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
     let hall = ZoneLine { count, p: vec![], seen_share: 1.0, state: ZoneKnown::Known };
     let zones = [("hall".to_string(), hall)].into();
-    Arc::new(Frame {
-        unix_ms,
-        line: TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones },
-        ..Frame::default()
-    })
+    Arc::new(Snapshot::of(unix_ms, TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }))
 }
 
-/// Somebody who walks at 0.1 to 1.3 m/s through a room of 8 m by 8 m, with a tracker's noise: 1 cm.
+/// A person who walks at 0.1 to 1.3 m/s through a room of 8 m by 8 m, with a tracker's noise: 1 cm.
 fn walker(id: u64, at_ms: u64) -> TrackLine {
     let t = (at_ms % 86_400_000) as f64 * 1e-3 + id as f64 * 17.0;
     let phase = t + 18.0 * (t * 0.05).sin();
@@ -202,7 +200,7 @@ fn what_is_no_database_is_refused_and_left_alone() {
 }
 
 /// Writes `frames` at once and closes.
-fn written(folder: &Folder, days: u32, frames: impl Iterator<Item = Arc<Frame>>) -> Reader {
+fn written(folder: &Folder, days: u32, frames: impl Iterator<Item = Arc<Snapshot>>) -> Reader {
     let store = Store::open(&folder.file(), &site(), keep(days)).unwrap();
     frames.for_each(|frame| store.see_waiting(frame));
     let dropped = store.state().dropped;

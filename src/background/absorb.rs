@@ -1,7 +1,7 @@
 //! Absorbing: a place the host has looked at becomes background.
 //!
-//! Nothing that stands still is ever absorbed by the module on its own: the host knows who is
-//! standing there. The range the beams hold becomes their near mode, beside the wall behind, so
+//! The module never absorbs anything that stands still on its own: only the host knows which track stands
+//! there. The range the beams hold becomes their near mode, beside the wall behind, so
 //! that a door leaf or a chair may come and go; the next `learn` undoes it.
 
 use super::{Background, Class, noise_mm};
@@ -103,33 +103,33 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bench::Bench;
+    use super::super::fixture::BackgroundFixture;
     use super::*;
 
     const CHAIR: Absorb =
         Absorb { sequence: 0, first_step: 305, last_step: 314, nearest_mm: 1400, farthest_mm: 1600 };
 
     fn chair(beam: usize) -> u16 {
-        if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) }
+        if (5..15).contains(&beam) { 1500 } else { BackgroundFixture::room(beam) }
     }
 
-    fn classes(bench: &Bench) -> std::vec::Vec<Class> {
-        (4..16).map(|beam| bench.background.class(beam)).collect()
+    fn classes(fixture: &BackgroundFixture) -> std::vec::Vec<Class> {
+        (4..16).map(|beam| fixture.background.class(beam)).collect()
     }
 
     #[test]
     fn an_absorbed_chair_is_background_and_so_is_the_wall_behind_it() {
-        let mut bench = Bench::learned();
-        let version = bench.background.version();
-        bench.scan(chair);
-        assert_eq!(bench.background.absorb(CHAIR, &bench.geometry, bench.now_ds), Ok(10));
-        assert_eq!(bench.background.version(), version + 1);
-        assert_eq!((bench.profile(9).near_mm, bench.profile(9).far_mm), (1500, 4000));
-        bench.scan(chair);
-        assert_eq!(classes(&bench), [Class::Background; 12]);
-        bench.scan(Bench::room);
-        assert_eq!(classes(&bench), [Class::Background; 12]);
-        bench.scan(|beam| {
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
+        fixture.scan(chair);
+        assert_eq!(fixture.background.absorb(CHAIR, &fixture.geometry, fixture.now_ds), Ok(10));
+        assert_eq!(fixture.background.version(), version + 1);
+        assert_eq!((fixture.profile(9).near_mm, fixture.profile(9).far_mm), (1500, 4000));
+        fixture.scan(chair);
+        assert_eq!(classes(&fixture), [Class::Background; 12]);
+        fixture.scan(BackgroundFixture::room);
+        assert_eq!(classes(&fixture), [Class::Background; 12]);
+        fixture.scan(|beam| {
             if beam == 9 {
                 1300
             } else if beam == 11 {
@@ -139,33 +139,33 @@ mod tests {
             }
         });
         assert_eq!(
-            (bench.background.class(9), bench.background.class(11)),
+            (fixture.background.class(9), fixture.background.class(11)),
             (Class::Foreground, Class::Foreground)
         );
     }
 
     #[test]
     fn the_next_learn_undoes_it() {
-        let mut bench = Bench::learned();
-        bench.scan(chair);
-        bench.background.absorb(CHAIR, &bench.geometry, bench.now_ds).unwrap();
-        bench.learn(60, |_, beam| Bench::room(beam));
-        assert_eq!(bench.profile(9).near_mm, 0);
+        let mut fixture = BackgroundFixture::learned();
+        fixture.scan(chair);
+        fixture.background.absorb(CHAIR, &fixture.geometry, fixture.now_ds).unwrap();
+        fixture.learn(60, |_, beam| BackgroundFixture::room(beam));
+        assert_eq!(fixture.profile(9).near_mm, 0);
     }
 
     #[test]
     fn every_refusal_has_its_name_and_changes_nothing() {
-        let mut bench = Bench::new();
-        assert_eq!(bench.background.absorb(CHAIR, &bench.geometry, 0), Err(AbsorbRefusal::NoBackground));
-        let mut bench = Bench::learned();
-        let version = bench.background.version();
-        bench.scan(|beam| if beam < 12 { chair(beam) } else { Bench::room(beam) });
-        let mut refused = |wish| bench.background.absorb(wish, &bench.geometry, 0).unwrap_err();
+        let mut fixture = BackgroundFixture::new();
+        assert_eq!(fixture.background.absorb(CHAIR, &fixture.geometry, 0), Err(AbsorbRefusal::NoBackground));
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
+        fixture.scan(|beam| if beam < 12 { chair(beam) } else { BackgroundFixture::room(beam) });
+        let mut refused = |wish| fixture.background.absorb(wish, &fixture.geometry, 0).unwrap_err();
         assert_eq!(refused(CHAIR), AbsorbRefusal::Moved);
         assert_eq!(refused(Absorb { nearest_mm: 1700, farthest_mm: 1800, ..CHAIR }), AbsorbRefusal::Moved);
         assert_eq!(refused(Absorb { first_step: 315, ..CHAIR }), AbsorbRefusal::Span);
         assert_eq!(refused(Absorb { nearest_mm: 1601, ..CHAIR }), AbsorbRefusal::Span);
         assert_eq!(refused(Absorb { first_step: 0, last_step: 299, ..CHAIR }), AbsorbRefusal::Span);
-        assert_eq!(bench.background.version(), version);
+        assert_eq!(fixture.background.version(), version);
     }
 }

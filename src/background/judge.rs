@@ -1,4 +1,4 @@
-//! Judging one scan: what every beam sees, compared with what it sees when nobody is there.
+//! Judging one scan: what every beam sees, compared with what it measures in the empty room.
 //!
 //! ```text
 //!             threshold  tolerance
@@ -17,14 +17,14 @@ use crate::scan::Scan;
 
 /// Consistent returns in a row behind a wall after which it recedes: 2 s at 10 Hz, longer than
 /// any drop-out of what stands in front lasts.
-pub const RECEDE_RETURNS: u8 = 20;
+pub(crate) const RECEDE_RETURNS: u8 = 20;
 
 /// Scans without a return after which a beam no longer holds its range: drop-outs last 1.5 to 2.7.
 const LOST_SCANS: u8 = 3;
 
 /// Longest time a beam is said to hold a range, 0.1 s: what fits 16 bits, less the time between two
 /// sweeps and the longest pause between scans.
-pub const HELD_MAX_DS: u16 = 60_000;
+pub(crate) const HELD_MAX_DS: u16 = 60_000;
 
 /// Ages are limited whenever the time in 0.1 s passes a multiple of this plus one: every 410 s.
 const HELD_SWEEP_MASK_DS: u32 = 0xfff;
@@ -298,124 +298,128 @@ fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> St
 
 #[cfg(test)]
 mod tests {
-    use super::super::bench::{BEAMS, Bench};
+    use super::super::fixture::{BEAMS, BackgroundFixture};
     use super::*;
 
-    fn foreground_beams(bench: &Bench) -> std::vec::Vec<usize> {
-        (0..BEAMS).filter(|&beam| bench.background.class(beam) == Class::Foreground).collect()
+    fn foreground_beams(fixture: &BackgroundFixture) -> std::vec::Vec<usize> {
+        (0..BEAMS).filter(|&beam| fixture.background.class(beam) == Class::Foreground).collect()
     }
 
     #[test]
     fn a_hand_in_front_of_the_wall_is_foreground_and_less_is_not() {
-        let mut bench = Bench::learned();
-        bench.scan(|beam| Bench::room(beam) - 95 * u16::from(beam == 5) - 105 * u16::from(beam == 8));
-        assert_eq!(foreground_beams(&bench), [8]);
+        let mut fixture = BackgroundFixture::learned();
+        fixture.scan(|beam| {
+            BackgroundFixture::room(beam) - 95 * u16::from(beam == 5) - 105 * u16::from(beam == 8)
+        });
+        assert_eq!(foreground_beams(&fixture), [8]);
     }
 
     #[test]
     fn any_return_of_an_open_beam_is_foreground_and_none_is_background() {
-        let mut bench = Bench::learned();
-        bench.scan(|beam| if beam == 55 { 5000 } else { Bench::room(beam) });
-        assert_eq!(foreground_beams(&bench), [55]);
-        assert_eq!(bench.background.class(56), Class::Background);
+        let mut fixture = BackgroundFixture::learned();
+        fixture.scan(|beam| if beam == 55 { 5000 } else { BackgroundFixture::room(beam) });
+        assert_eq!(foreground_beams(&fixture), [55]);
+        assert_eq!(fixture.background.class(56), Class::Background);
     }
 
     #[test]
     fn a_wall_without_a_return_is_neither() {
-        let mut bench = Bench::learned();
-        bench.scan(|beam| if beam == 5 { 0 } else { Bench::room(beam) });
-        assert_eq!(bench.background.class(5), Class::NoReturn);
+        let mut fixture = BackgroundFixture::learned();
+        fixture.scan(|beam| if beam == 5 { 0 } else { BackgroundFixture::room(beam) });
+        assert_eq!(fixture.background.class(5), Class::NoReturn);
     }
 
     #[test]
     fn an_edge_of_furniture_may_jitter_by_two_beams() {
-        let mut bench = Bench::learned();
-        bench.scan(|beam| if (17..20).contains(&beam) { 2000 } else { Bench::room(beam) });
-        assert_eq!(foreground_beams(&bench), [17]);
+        let mut fixture = BackgroundFixture::learned();
+        fixture.scan(|beam| if (17..20).contains(&beam) { 2000 } else { BackgroundFixture::room(beam) });
+        assert_eq!(foreground_beams(&fixture), [17]);
     }
 
     #[test]
     fn before_a_background_is_learned_nothing_is_foreground() {
-        let mut bench = Bench::new();
-        bench.scan(|_| 500);
-        assert!(foreground_beams(&bench).is_empty());
+        let mut fixture = BackgroundFixture::new();
+        fixture.scan(|_| 500);
+        assert!(foreground_beams(&fixture).is_empty());
     }
 
     #[test]
     fn who_stands_still_never_becomes_wall() {
-        let mut bench = Bench::learned();
+        let mut fixture = BackgroundFixture::learned();
         for _ in 0..20_000 {
-            bench.scan(|beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) });
+            fixture.scan(|beam| if (5..15).contains(&beam) { 1500 } else { BackgroundFixture::room(beam) });
         }
-        assert_eq!(foreground_beams(&bench).len(), 10);
-        assert_eq!((bench.model(10).far_mm, bench.model(10).near_mm), (4000, 0));
+        assert_eq!(foreground_beams(&fixture).len(), 10);
+        assert_eq!((fixture.model(10).far_mm, fixture.model(10).near_mm), (4000, 0));
     }
 
     #[test]
     fn a_wall_recedes_after_twenty_returns_that_agree() {
-        let behind = |beam| if beam == 25 { 3500 } else { Bench::room(beam) };
-        let mut bench = Bench::learned();
+        let behind = |beam| if beam == 25 { 3500 } else { BackgroundFixture::room(beam) };
+        let mut fixture = BackgroundFixture::learned();
         for _ in 0..19 {
-            bench.scan(behind);
+            fixture.scan(behind);
         }
-        assert_eq!(bench.model(25).far_mm, 2000);
-        bench.scan(behind);
-        assert_eq!(bench.model(25).far_mm, 3500);
-        bench.scan(|beam| if beam == 25 { 2000 } else { Bench::room(beam) });
+        assert_eq!(fixture.model(25).far_mm, 2000);
+        fixture.scan(behind);
+        assert_eq!(fixture.model(25).far_mm, 3500);
+        fixture.scan(|beam| if beam == 25 { 2000 } else { BackgroundFixture::room(beam) });
         // Its neighbours are still at 2 m: within the dilation.
-        assert_eq!(bench.background.class(25), Class::Background);
+        assert_eq!(fixture.background.class(25), Class::Background);
     }
 
     #[test]
     fn returns_behind_that_do_not_agree_or_come_with_the_wall_between_move_nothing() {
-        let mut bench = Bench::learned();
+        let mut fixture = BackgroundFixture::learned();
         for scan in 0..200 {
-            bench.scan(|beam| match beam {
+            fixture.scan(|beam| match beam {
                 25 => 3000 + 100 * (scan % 5),
                 27 if scan % 15 != 0 => 3500,
-                _ => Bench::room(beam),
+                _ => BackgroundFixture::room(beam),
             });
         }
-        assert_eq!((bench.model(25).far_mm, bench.model(27).far_mm), (2000, 2000));
+        assert_eq!((fixture.model(25).far_mm, fixture.model(27).far_mm), (2000, 2000));
     }
 
     #[test]
     fn a_drop_out_does_not_interrupt_a_receding_wall() {
-        let mut bench = Bench::learned();
+        let mut fixture = BackgroundFixture::learned();
         for scan in 0..24 {
-            bench.scan(|beam| if beam == 25 { 3500 * u16::from(scan % 6 != 5) } else { Bench::room(beam) });
+            fixture.scan(|beam| {
+                if beam == 25 { 3500 * u16::from(scan % 6 != 5) } else { BackgroundFixture::room(beam) }
+            });
         }
-        assert_eq!(bench.model(25).far_mm, 3500);
+        assert_eq!(fixture.model(25).far_mm, 3500);
     }
 
     #[test]
     fn holding_a_range_is_timed_and_a_single_miss_forgiven() {
-        let mut bench = Bench::learned();
+        let mut fixture = BackgroundFixture::learned();
         for scan in 0..50 {
-            bench.scan(|beam| match beam {
+            fixture.scan(|beam| match beam {
                 10 => 1500 + 10 * (scan % 3),
                 // One reading off, a drop-out, one look at the wall.
                 11 => [1500, 1500, 1500, 1700, 1500, 0, 1500, 4000][usize::from(scan) % 8],
                 // Moves on every second; the first reading elsewhere is still forgiven.
                 12 => 1500 + 100 * (scan / 10),
-                _ => Bench::room(beam),
+                _ => BackgroundFixture::room(beam),
             });
         }
-        let held = |beam| bench.background.held_ds(beam, bench.now_ds);
+        let held = |beam| fixture.background.held_ds(beam, fixture.now_ds);
         assert_eq!((held(10), held(11), held(12)), (49, 49, 8));
         assert_eq!(held(5), 0);
     }
 
     #[test]
     fn a_long_time_is_cut_off_and_never_wraps() {
-        let mut bench = Bench::learned();
-        let stander = |beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) };
-        bench.scan(stander);
+        let mut fixture = BackgroundFixture::learned();
+        let stander = |beam| if (5..15).contains(&beam) { 1500 } else { BackgroundFixture::room(beam) };
+        fixture.scan(stander);
         for _ in 0..400 {
-            bench.now_ds += 999;
-            bench.scan(stander);
+            fixture.now_ds += 999;
+            fixture.scan(stander);
         }
-        let held_ds = bench.background.held_ds(10, bench.now_ds);
+        let held_ds = fixture.background.held_ds(10, fixture.now_ds);
         assert!((HELD_MAX_DS..u16::MAX).contains(&held_ds), "{held_ds}");
     }
 }

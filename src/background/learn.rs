@@ -3,9 +3,9 @@
 //! Two tests for movement, both for runs of [`RUN_BEAMS`] neighbouring beams, since noise has no width:
 //!
 //! ```text
-//!  somebody walks     readings where the beam never returned before,     ▁▁▁▁▂▂▂▃▃▃▃▃
+//!  a person walks     readings where the beam never returned before,     ▁▁▁▁▂▂▂▃▃▃▃▃
 //!                     in three samples more than not                          ╱╱╱╱  new ranges
-//!  somebody shifted   ranges that were seen often, but only during       ▮▮▮▯▯▯▯▯  one range
+//!  a person shifted   ranges that were seen often, but only during       ▮▮▮▯▯▯▯▯  one range
 //!  or left            a part of the time                                 ▯▯▯▮▮▮▮▮  another
 //! ```
 //!
@@ -19,7 +19,7 @@ use crate::scan::{Geometry, Scan};
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
 pub const LEARN_SCANS: u16 = 60;
 
-/// Fewest scans a background may be learned from: paper D's 30 frames.
+/// Fewest scans a background may be learned from: the 30 frames of Ukyo et al. 2020.
 pub const LEARN_SCANS_MIN: u16 = 30;
 
 /// Neighbouring beams that make a thing: the size of the smallest candidate.
@@ -87,8 +87,6 @@ pub enum Learning {
         moved: Option<(u16, u16)>,
     },
 }
-
-/// Learning under way.
 #[derive(Debug)]
 pub(super) struct Learner<const BEAMS: usize> {
     modes: [Modes; BEAMS],
@@ -145,8 +143,8 @@ impl<const BEAMS: usize> Learner<BEAMS> {
         self.request.scans.div_ceil(SAMPLES_MAX).max(1)
     }
 
-    /// Takes a scan; true when it was the last one wanted.
-    fn take(&mut self, scan: &Scan<'_>, beams: usize) -> bool {
+    /// Adds a scan; true when it was the last one wanted.
+    fn push(&mut self, scan: &Scan<'_>, beams: usize) -> bool {
         let stride = self.stride();
         if self.scans.checked_rem(stride) == Some(0) {
             self.sample(scan, beams);
@@ -163,7 +161,7 @@ impl<const BEAMS: usize> Learner<BEAMS> {
         let mut runs = Runs::default();
         for (beam, (&value_mm, modes)) in scan.ranges_mm.iter().zip(&mut self.modes).take(beams).enumerate() {
             let new = match scan.geometry.reading(value_mm).range_mm() {
-                Some(range_mm) => modes.take(range_mm, eighth, protected),
+                Some(range_mm) => modes.record(range_mm, eighth, protected),
                 None => false,
             };
             runs.next(beam, new);
@@ -256,7 +254,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
         spread_min_mm: u8,
         now_ds: u32,
     ) -> bool {
-        if !self.learner.running || !self.learner.take(scan, self.beams) {
+        if !self.learner.running || !self.learner.push(scan, self.beams) {
             return false;
         }
         if !self.learner.request.even_if_moving
@@ -292,62 +290,64 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bench::Bench;
+    use super::super::fixture::BackgroundFixture;
     use super::*;
 
     #[test]
     fn too_few_scans_and_an_unknown_sensor_are_refused_by_name() {
-        let mut bench = Bench::new();
+        let mut fixture = BackgroundFixture::new();
         let few = LearnRequest { scans: LEARN_SCANS_MIN - 1, even_if_moving: false };
-        assert_eq!(bench.background.learn(few), Err(LearnRefusal::TooFewScans));
-        let mut nobody = Background::<4>::new();
-        assert_eq!(nobody.learn(LearnRequest::default()), Err(LearnRefusal::NotConfigured));
+        assert_eq!(fixture.background.learn(few), Err(LearnRefusal::TooFewScans));
+        let mut unconfigured = Background::<4>::new();
+        assert_eq!(unconfigured.learn(LearnRequest::default()), Err(LearnRefusal::NotConfigured));
     }
 
     #[test]
-    fn somebody_who_walks_makes_the_learning_wait_and_is_named() {
-        let mut bench = Bench::new();
-        bench.background.learn(LearnRequest::default()).unwrap();
+    fn a_walking_person_makes_the_learning_wait_and_is_located() {
+        let mut fixture = BackgroundFixture::new();
+        fixture.background.learn(LearnRequest::default()).unwrap();
         for scan in 0..100 {
-            bench
-                .scan(|beam| if (scan / 2..scan / 2 + 8).contains(&beam) { 1500 } else { Bench::room(beam) });
+            fixture.scan(|beam| {
+                if (scan / 2..scan / 2 + 8).contains(&beam) { 1500 } else { BackgroundFixture::room(beam) }
+            });
         }
         let Learning::Running { restarts, moved: Some((first, last)), .. } =
-            bench.background.learning(&bench.geometry)
+            fixture.background.learning(&fixture.geometry)
         else {
             panic!("still learning, with a place")
         };
         assert!(restarts > 0 && first >= 300 && last <= 363 && last - first >= 2, "{first} {last}");
         // The learning under way may still begin anew once, at its end.
         for _ in 0..120 {
-            bench.scan(Bench::room);
+            fixture.scan(BackgroundFixture::room);
         }
-        assert!(bench.background.is_known());
-        assert_eq!(bench.background.learning(&bench.geometry), Learning::Idle);
+        assert!(fixture.background.is_known());
+        assert_eq!(fixture.background.learning(&fixture.geometry), Learning::Idle);
     }
 
     #[test]
     fn somebody_who_shifts_once_makes_the_learning_wait() {
-        let mut bench = Bench::new();
-        bench.background.learn(LearnRequest::default()).unwrap();
+        let mut fixture = BackgroundFixture::new();
+        fixture.background.learn(LearnRequest::default()).unwrap();
         for scan in 0..60 {
             let aside = usize::from(scan > 30) * 3;
-            bench
-                .scan(|beam| if (10 + aside..16 + aside).contains(&beam) { 1500 } else { Bench::room(beam) });
+            fixture.scan(|beam| {
+                if (10 + aside..16 + aside).contains(&beam) { 1500 } else { BackgroundFixture::room(beam) }
+            });
         }
-        assert!(!bench.background.is_known());
+        assert!(!fixture.background.is_known());
     }
 
     #[test]
     fn the_old_background_stays_until_the_new_one_is_complete() {
-        let mut bench = Bench::learned();
-        let version = bench.background.version();
-        bench.background.learn(LearnRequest::default()).unwrap();
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
+        fixture.background.learn(LearnRequest::default()).unwrap();
         for _ in 0..59 {
-            bench.scan(|_| 3000);
+            fixture.scan(|_| 3000);
         }
-        assert_eq!((bench.profile(3).far_mm, bench.background.version()), (4000, version));
-        bench.scan(|_| 3000);
-        assert_eq!((bench.profile(3).far_mm, bench.background.version()), (3000, version + 1));
+        assert_eq!((fixture.profile(3).far_mm, fixture.background.version()), (4000, version));
+        fixture.scan(|_| 3000);
+        assert_eq!((fixture.profile(3).far_mm, fixture.background.version()), (3000, version + 1));
     }
 }

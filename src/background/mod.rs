@@ -1,4 +1,4 @@
-//! What the sensor sees when nobody is there, beam by beam.
+//! What the sensor measures of the empty room, beam by beam.
 //!
 //! ```text
 //!             wall                     open, with a limit           open
@@ -20,7 +20,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `learn` | scans in, a background out; whether anybody moved meanwhile |
+//! | `learn` | scans in, a background out; whether anything moved meanwhile |
 //! | `modes` | the few ranges a beam keeps returning to, in bounded memory |
 //! | `judge` | one scan against the model; a wall recedes, and never comes nearer |
 //! | `absorb` | a place the host has looked at becomes background |
@@ -29,7 +29,7 @@
 
 mod absorb;
 #[cfg(test)]
-mod bench;
+mod fixture;
 mod judge;
 mod learn;
 mod modes;
@@ -46,7 +46,7 @@ pub use suspects::{SUSPECTS, Suspect};
 use crate::scan::Geometry;
 use learn::Learner;
 
-/// Least distance in front of a background that counts, mm: paper D's 10 cm. Twice the largest
+/// Least distance in front of a background that counts, mm: the 10 cm of Ukyo et al. 2020. Twice the largest
 /// range noise of a URG-04LX inside 4 m (5σ of 10 mm), so that only real things reach it.
 pub const FOREGROUND_MIN_MM: u16 = 100;
 
@@ -67,7 +67,7 @@ pub const PUBLISH_DRIFT_MM: u16 = 50;
 /// Least time between two profiles published because of drift, sensor time, 0.1 s: one minute.
 pub const PUBLISH_INTERVAL_DS: u32 = 600;
 
-/// What a beam is when nobody is there.
+/// What a beam measures in the empty room.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BeamState {
@@ -371,49 +371,49 @@ const fn noise_mm(range_mm: u16) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use super::bench::Bench;
+    use super::fixture::BackgroundFixture;
     use super::*;
 
     #[test]
     fn a_band_holds_the_wall_and_a_little_behind_and_nothing_else() {
-        let bench = Bench::new();
+        let fixture = BackgroundFixture::new();
         let wall = BeamProfile { far_mm: 3000, near_mm: 0, spread_mm: 4, state: BeamState::Wall };
-        let band = Band::of(&wall, &bench.geometry);
+        let band = Band::of(&wall, &fixture.geometry);
         assert!([2900, 3000, 3030].into_iter().all(|value_mm| band.holds(value_mm)));
         assert!(![0, 19, 2899, 3031, 5601, u16::MAX].into_iter().any(|value_mm| band.holds(value_mm)));
     }
 
     #[test]
     fn an_open_band_holds_codes_the_limit_and_everything_beyond() {
-        let bench = Bench::new();
+        let fixture = BackgroundFixture::new();
         let open = |far_mm| BeamProfile { far_mm, near_mm: 0, spread_mm: 4, state: BeamState::Open };
-        let limited = Band::of(&open(3000), &bench.geometry);
+        let limited = Band::of(&open(3000), &fixture.geometry);
         assert!([0, 7, 19, 2900, 5600, u16::MAX].into_iter().all(|value_mm| limited.holds(value_mm)));
         assert!(!limited.holds(20) && !limited.holds(2899));
-        let free = Band::of(&open(0), &bench.geometry);
+        let free = Band::of(&open(0), &fixture.geometry);
         assert!([0, 7, 19, 5601, u16::MAX].into_iter().all(|value_mm| free.holds(value_mm)));
         assert!(!free.holds(20) && !free.holds(5600));
     }
 
     #[test]
     fn another_sensor_or_geometry_forgets_the_background_and_steps_the_version() {
-        let mut bench = Bench::learned();
-        let version = bench.background.version();
-        bench.background.bind(&bench.geometry, Fingerprint(1));
-        assert!(bench.background.is_known());
-        bench.background.bind(&bench.geometry, Fingerprint(2));
-        assert!(!bench.background.is_known());
-        assert_eq!(bench.profile(0).state, BeamState::Unknown);
-        assert_eq!(bench.background.version(), version + 1);
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
+        fixture.background.bind(&fixture.geometry, Fingerprint(1));
+        assert!(fixture.background.is_known());
+        fixture.background.bind(&fixture.geometry, Fingerprint(2));
+        assert!(!fixture.background.is_known());
+        assert_eq!(fixture.profile(0).state, BeamState::Unknown);
+        assert_eq!(fixture.background.version(), version + 1);
     }
 
     #[test]
     fn fingerprints_differ_by_serial_and_by_geometry() {
-        let bench = Bench::new();
+        let fixture = BackgroundFixture::new();
         let other = Geometry::new(crate::scan::URG_04LX).unwrap();
         let prints = [
-            Fingerprint::of(b"H0804123", &bench.geometry),
-            Fingerprint::of(b"H0804124", &bench.geometry),
+            Fingerprint::of(b"H0804123", &fixture.geometry),
+            Fingerprint::of(b"H0804124", &fixture.geometry),
             Fingerprint::of(b"H0804123", &other),
         ];
         assert!(prints[0] != prints[1] && prints[0] != prints[2] && prints[1] != prints[2]);
@@ -421,30 +421,30 @@ mod tests {
 
     #[test]
     fn drift_is_published_at_most_once_a_minute() {
-        let mut bench = Bench::learned();
-        let version = bench.background.version();
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
         for _ in 0..30 {
-            bench.scan(|beam| Bench::room(beam) + 200 * u16::from(beam == 25));
+            fixture.scan(|beam| BackgroundFixture::room(beam) + 200 * u16::from(beam == 25));
         }
-        assert_eq!(bench.model(25).far_mm, 2200);
-        assert_eq!((bench.profile(25).far_mm, bench.background.version()), (2000, version));
-        while bench.now_ds < 60 + PUBLISH_INTERVAL_DS {
-            bench.scan(|beam| Bench::room(beam) + 200 * u16::from(beam == 25));
+        assert_eq!(fixture.model(25).far_mm, 2200);
+        assert_eq!((fixture.profile(25).far_mm, fixture.background.version()), (2000, version));
+        while fixture.now_ds < 60 + PUBLISH_INTERVAL_DS {
+            fixture.scan(|beam| BackgroundFixture::room(beam) + 200 * u16::from(beam == 25));
         }
-        assert_eq!((bench.profile(25).far_mm, bench.background.version()), (2200, version + 1));
+        assert_eq!((fixture.profile(25).far_mm, fixture.background.version()), (2200, version + 1));
         for _ in 0..40 {
-            bench.scan(|beam| Bench::room(beam) + 400 * u16::from(beam == 25));
+            fixture.scan(|beam| BackgroundFixture::room(beam) + 400 * u16::from(beam == 25));
         }
-        assert_eq!(bench.background.version(), version + 1);
+        assert_eq!(fixture.background.version(), version + 1);
     }
 
     #[test]
     fn a_small_drift_is_not_worth_a_version() {
-        let mut bench = Bench::learned();
-        let version = bench.background.version();
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
         for _ in 0..700 {
-            bench.scan(|beam| Bench::room(beam) + 40 * u16::from(beam == 10));
+            fixture.scan(|beam| BackgroundFixture::room(beam) + 40 * u16::from(beam == 10));
         }
-        assert_eq!((bench.model(10).far_mm, bench.background.version()), (4040, version));
+        assert_eq!((fixture.model(10).far_mm, fixture.background.version()), (4040, version));
     }
 }

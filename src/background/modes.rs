@@ -10,12 +10,12 @@
 //! Three modes a beam, as in a sketch of heavy hitters: a range that fits none takes a free or a
 //! stale place. Modes closer together than a foreground threshold are one surface. A surface is
 //! background when it holds two fifths of the samples, or when it holds a twelfth and *keeps coming
-//! and going*: it was seen in five of the eight eighths. What comes once and stays a while is somebody.
+//! and going*: it was seen in five of the eight eighths. A surface that comes once and stays a while is a person.
 
 use super::{BeamProfile, BeamState, FOREGROUND_MIN_MM, FOREGROUND_SPREADS, noise_mm};
 
 /// Most samples a beam takes, so that they count in a byte; longer learning samples evenly.
-pub const SAMPLES_MAX: u16 = 250;
+pub(crate) const SAMPLES_MAX: u16 = 250;
 
 /// Modes a beam can have while it is learned: near and far, and one for what passes.
 const MODES: usize = 3;
@@ -71,9 +71,9 @@ impl Modes {
         }
     }
 
-    /// Takes a reading in eighth `eighth` (0 to 7) of the learning time, `protected` samples making
+    /// Records a reading in eighth `eighth` (0 to 7) of the learning time, `protected` samples making
     /// a mode safe from being forgotten. True when the reading fits no mode.
-    pub(super) fn take(&mut self, range_mm: u16, eighth: u16, protected: u8) -> bool {
+    pub(super) fn record(&mut self, range_mm: u16, eighth: u16, protected: u8) -> bool {
         self.returns = self.returns.saturating_add(1);
         let bit = 1u8.wrapping_shl(u32::from(eighth));
         let window_mm = mode_window_mm(range_mm);
@@ -141,7 +141,7 @@ impl Modes {
         self.modes().filter(|mode| mode.samples > 0).for_each(|mode| {
             let _ = modes.push(mode);
         });
-        // Returns whose range was forgotten again were mostly somebody's, in front.
+        // Returns at a range that was forgotten again came mostly from people in front.
         let known: u16 = modes.iter().map(|mode| u16::from(mode.samples)).sum();
         let mut nearer = u16::from(self.returns).saturating_sub(known);
         let mut surfaces = heapless::Vec::new();
@@ -231,13 +231,13 @@ const fn mode_window_mm(range_mm: u16) -> u16 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bench::Bench;
+    use super::super::fixture::BackgroundFixture;
     use super::*;
 
     #[test]
     fn what_returns_half_of_the_time_is_a_wall_and_what_returns_less_is_open() {
-        let mut bench = Bench::new();
-        bench.learn(60, |scan, beam| match beam {
+        let mut fixture = BackgroundFixture::new();
+        fixture.learn(60, |scan, beam| match beam {
             0..10 => 2000,
             // Comes and goes, a third of the time.
             10..20 if scan % 3 == 0 => 3000,
@@ -248,41 +248,41 @@ mod tests {
             _ => 0,
         });
         let wall = BeamProfile { far_mm: 2000, near_mm: 0, spread_mm: 8, state: BeamState::Wall };
-        assert_eq!(bench.profile(5), wall);
-        let limited = bench.profile(15);
+        assert_eq!(fixture.profile(5), wall);
+        let limited = fixture.profile(15);
         assert_eq!((limited.state, limited.far_mm), (BeamState::Open, 3000));
-        let fence = bench.profile(25);
+        let fence = fixture.profile(25);
         assert_eq!((fence.state, fence.near_mm, fence.far_mm), (BeamState::Wall, 1500, 2500));
-        assert_eq!(bench.profile(35).state, BeamState::Unknown);
-        let open = bench.profile(45);
+        assert_eq!(fixture.profile(35).state, BeamState::Unknown);
+        let open = fixture.profile(45);
         assert_eq!((open.state, open.far_mm, open.near_mm), (BeamState::Open, 0, 0));
     }
 
     #[test]
     fn who_stays_a_while_and_leaves_is_no_background() {
-        let mut bench = Bench::new();
+        let mut fixture = BackgroundFixture::new();
         // A third of the time, in front of a wall and in front of nothing.
-        bench.learn(90, |scan, beam| match beam {
+        fixture.learn(90, |scan, beam| match beam {
             25..35 | 55..60 if (20..50).contains(&scan) => 1000,
-            _ => Bench::room(beam),
+            _ => BackgroundFixture::room(beam),
         });
-        assert_eq!((bench.profile(32).far_mm, bench.profile(32).near_mm), (4000, 0));
-        assert_eq!((bench.profile(57).state, bench.profile(57).far_mm), (BeamState::Open, 0));
+        assert_eq!((fixture.profile(32).far_mm, fixture.profile(32).near_mm), (4000, 0));
+        assert_eq!((fixture.profile(57).state, fixture.profile(57).far_mm), (BeamState::Open, 0));
     }
 
     #[test]
     fn thousands_of_scans_are_sampled_evenly() {
-        let mut bench = Bench::new();
-        bench.learn(2000, |scan, beam| if scan < 1200 { 3000 } else { 2000 } + (beam % 3) as u16);
-        let profile = bench.profile(9);
+        let mut fixture = BackgroundFixture::new();
+        fixture.learn(2000, |scan, beam| if scan < 1200 { 3000 } else { 2000 } + (beam % 3) as u16);
+        let profile = fixture.profile(9);
         assert_eq!((profile.near_mm, profile.far_mm), (2000, 3000));
     }
 
     #[test]
     fn a_curtain_that_moves_a_little_is_one_wall_at_its_median() {
-        let mut bench = Bench::new();
-        bench.learn(60, |scan, _| if scan % 3 == 0 { 3070 } else { 3000 });
-        let profile = bench.profile(3);
+        let mut fixture = BackgroundFixture::new();
+        fixture.learn(60, |scan, _| if scan % 3 == 0 { 3070 } else { 3000 });
+        let profile = fixture.profile(3);
         assert_eq!((profile.far_mm, profile.near_mm, profile.state), (3000, 0, BeamState::Wall));
         assert!(profile.explains(3070 + 30));
     }

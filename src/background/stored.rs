@@ -103,50 +103,50 @@ impl<const BEAMS: usize> Background<BEAMS> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bench::Bench;
+    use super::super::fixture::BackgroundFixture;
     use super::*;
     use std::vec::Vec;
 
     #[test]
     fn a_restored_background_judges_as_the_learned_one() {
-        let mut bench = Bench::learned();
-        let learned: Vec<_> = bench.background.profile().collect();
-        let (version, fingerprint) = (bench.background.version(), bench.background.fingerprint());
+        let mut fixture = BackgroundFixture::learned();
+        let learned: Vec<_> = fixture.background.profile().collect();
+        let (version, fingerprint) = (fixture.background.version(), fixture.background.fingerprint());
         let mut parts = Vec::new();
         let mut part = [0; 45];
-        while let written @ 1.. = bench.background.store_part(parts.len() / BEAM_BYTES, &mut part) {
+        while let written @ 1.. = fixture.background.store_part(parts.len() / BEAM_BYTES, &mut part) {
             assert!(written <= 42, "whole beams only");
             parts.extend_from_slice(&part[..written]);
         }
         assert_eq!(parts.len(), learned.len() * BEAM_BYTES);
-        let somebody = |beam| if (5..15).contains(&beam) { 1500 } else { Bench::room(beam) };
-        bench.scan(somebody);
-        let judged: Vec<_> = (0..learned.len()).map(|beam| bench.background.class(beam)).collect();
+        let with_person = |beam| if (5..15).contains(&beam) { 1500 } else { BackgroundFixture::room(beam) };
+        fixture.scan(with_person);
+        let judged: Vec<_> = (0..learned.len()).map(|beam| fixture.background.class(beam)).collect();
 
-        *bench.background = Background::new();
+        *fixture.background = Background::new();
         for (at, part) in parts.chunks(48).enumerate() {
-            bench.background.restore_part(at * 8, part);
+            fixture.background.restore_part(at * 8, part);
         }
-        bench.background.restored(learned.len(), version, fingerprint);
-        bench.background.bind(&bench.geometry, fingerprint);
-        assert!(bench.background.is_known());
-        assert_eq!(bench.background.version(), version);
-        assert!(bench.background.profile().eq(learned.iter().copied()));
-        bench.scan(somebody);
-        assert!((0..learned.len()).map(|beam| bench.background.class(beam)).eq(judged));
+        fixture.background.restored(learned.len(), version, fingerprint);
+        fixture.background.bind(&fixture.geometry, fingerprint);
+        assert!(fixture.background.is_known());
+        assert_eq!(fixture.background.version(), version);
+        assert!(fixture.background.profile().eq(learned.iter().copied()));
+        fixture.scan(with_person);
+        assert!((0..learned.len()).map(|beam| fixture.background.class(beam)).eq(judged));
     }
 
     #[test]
-    fn what_was_restored_for_another_sensor_is_forgotten() {
-        let mut bench = Bench::learned();
-        let fingerprint = bench.background.fingerprint();
+    fn a_background_restored_for_another_sensor_is_forgotten() {
+        let mut fixture = BackgroundFixture::learned();
+        let fingerprint = fixture.background.fingerprint();
         let mut part = [0; 1024];
-        let written = bench.background.store_part(0, &mut part);
-        *bench.background = Background::new();
-        bench.background.restore_part(0, &part[..written]);
-        bench.background.restored(written / BEAM_BYTES, 7, fingerprint);
-        bench.background.bind(&bench.geometry, Fingerprint(fingerprint.0 ^ 1));
-        assert!(!bench.background.is_known());
-        assert_eq!(bench.background.version(), 8, "a new version: the old one is gone");
+        let written = fixture.background.store_part(0, &mut part);
+        *fixture.background = Background::new();
+        fixture.background.restore_part(0, &part[..written]);
+        fixture.background.restored(written / BEAM_BYTES, 7, fingerprint);
+        fixture.background.bind(&fixture.geometry, Fingerprint(fingerprint.0 ^ 1));
+        assert!(!fixture.background.is_known());
+        assert_eq!(fixture.background.version(), 8, "a new version: the old one is gone");
     }
 }

@@ -1,4 +1,4 @@
-//! Things in a learned background that have the shape of a person: somebody may have stood still.
+//! Things in a learned background that have the shape of a person: a person may have stood still.
 //!
 //! ```text
 //!        ▁▁▁▁▁▁▁▁▁▁▁▁▁▁ wall          free on both sides, as wide as a body,
@@ -8,7 +8,7 @@
 //! ```
 
 use super::{Beam, BeamProfile, BeamState};
-use crate::cluster::Breaks;
+use crate::breaks::Breaks;
 use crate::math;
 use crate::scan::Geometry;
 
@@ -102,10 +102,10 @@ fn examine(
 
 #[cfg(test)]
 mod tests {
-    use super::super::bench::{BEAMS, Bench};
+    use super::super::fixture::{BEAMS, BackgroundFixture};
     use super::*;
 
-    /// What somebody 0.36 m wide in front of the wall looks like, 23 beams around beam 25 at 2.4 m.
+    /// The ranges of a body 0.36 m wide in front of the wall, 23 beams around beam 25 at 2.4 m.
     fn body(beam: usize) -> Option<u16> {
         let aside_mm = (beam as f32 - 25.0) * 0.006_136 * 2600.0;
         let inside = 180.0 * 180.0 - aside_mm * aside_mm;
@@ -113,24 +113,24 @@ mod tests {
     }
 
     #[test]
-    fn somebody_who_stood_through_the_learning_is_a_suspect() {
-        let mut bench = Bench::new();
-        bench.learn(60, |_, beam| body(beam).unwrap_or(4000));
-        let [suspect] = bench.background.suspects() else { panic!("one suspect") };
+    fn a_person_that_stood_through_the_learning_is_a_suspect() {
+        let mut fixture = BackgroundFixture::new();
+        fixture.learn(60, |_, beam| body(beam).unwrap_or(4000));
+        let [suspect] = fixture.background.suspects() else { panic!("one suspect") };
         assert!((312..316).contains(&suspect.first_step) && (335..338).contains(&suspect.last_step));
         assert_eq!(suspect.near_mm, 2420);
     }
 
     #[test]
     fn walls_corners_and_flat_boards_are_not() {
-        let mut bench = Bench::new();
-        bench.learn(60, |_, beam| match beam {
+        let mut fixture = BackgroundFixture::new();
+        fixture.learn(60, |_, beam| match beam {
             // A board 0.4 m wide across the view: its ends are farther than its middle by no more than geometry asks.
             10..36 => (2500.0 / math::sin_cos((beam as f32 - 22.5) * 0.006_136).1) as u16,
-            // Somebody at the edge of what is behind: not free on one side.
+            // A body at the edge of what is behind: not free on one side.
             _ if beam >= BEAMS - 12 => 3800,
             _ => 4000,
         });
-        assert_eq!(bench.background.suspects(), []);
+        assert_eq!(fixture.background.suspects(), []);
     }
 }

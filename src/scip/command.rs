@@ -21,7 +21,7 @@ pub const MAX_TAG: usize = 7;
 /// Longest echo: `SS` and its rate, `;` and a tag; `MD` and `MS` have 15 characters.
 pub const MAX_ECHO: usize = 8 + 1 + MAX_TAG;
 
-/// The bit rates a sensor can be told, in baud. Not every model knows all of them.
+/// The bit rates of `SS`, in baud. Not every model supports all of them.
 pub const BIT_RATES: [u32; 7] = [19_200, 38_400, 57_600, 115_200, 250_000, 500_000, 750_000];
 
 /// Characters that carry one value.
@@ -104,7 +104,7 @@ impl Measurement {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command {
-    /// `VV`: who the sensor is.
+    /// `VV`: the sensor's maker, product, firmware and serial number.
     Version,
     /// `PP`: what it can measure.
     Parameters,

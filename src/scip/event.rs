@@ -24,8 +24,8 @@ pub enum Event {
     Time(TimeReply),
     /// A whole scan is in the caller's buffer.
     Scan(ScanHeader),
-    /// A whole reply to nothing that is expected now: a late one, one to somebody else's request, or
-    /// one whose echo was damaged. Counted in [`Losses::unexpected`]. A status of SCIP 1.1 has
+    /// A whole reply to nothing that is expected now: a late one, one to the request of another client,
+    /// or one whose echo was damaged. Counted in [`Losses::unexpected`]. A status of SCIP 1.1 has
     /// a space for its second character.
     Unexpected(Status),
     /// Something was dropped.

@@ -1,4 +1,4 @@
-//! Who a sensor is and how it is: the `VV` and `II` replies, by key.
+//! A sensor's identity and state: the `VV` and `II` replies, by key.
 //!
 //! ```text
 //!   KEY : VALUE ; S \n      S covers KEY:VALUE; a VALUE may contain `;` and `:`
@@ -32,7 +32,7 @@ pub struct Version {
 }
 
 impl Version {
-    pub(super) fn line(&mut self, key: &[u8], value: &[u8]) {
+    pub(super) fn set_field(&mut self, key: &[u8], value: &[u8]) {
         match key {
             b"PROD" => self.product = Text::new(value),
             b"FIRM" => self.firmware = Text::new(value),
@@ -62,7 +62,7 @@ pub struct SensorState {
 }
 
 impl SensorState {
-    pub(super) fn line(&mut self, key: &[u8], value: &[u8]) {
+    pub(super) fn set_field(&mut self, key: &[u8], value: &[u8]) {
         match key {
             b"LASR" => {
                 self.laser_on = match value {
@@ -158,7 +158,7 @@ mod tests {
     fn speeds_and_rates_are_found_in_every_wording() {
         let speed = |text: &[u8]| {
             let mut state = SensorState::default();
-            state.line(b"SCSP", text);
+            state.set_field(b"SCSP", text);
             state.speed_rpm
         };
         assert_eq!(speed(b"Initial(600[rpm])<-Default setting by user"), Some(600));

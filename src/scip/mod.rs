@@ -24,7 +24,7 @@
 //! |---|---|
 //! | [`command`] | requests |
 //! | [`reader`], [`event`] | replies as they arrive; what was lost, and why |
-//! | [`parameters`], [`info`], [`status`], [`range_code`] | what the sensor says, typed |
+//! | [`parameters`], [`info`], [`status`] | what the sensor says, typed |
 //! | [`encoding`], [`checksum`], [`text`] | characters |
 //!
 //! Source: SCIP 2.0 (C-42-03320B); recorded replies of three models (`tests/scip_spec.rs`).
@@ -37,7 +37,6 @@ pub mod event;
 pub mod info;
 mod line;
 pub mod parameters;
-pub mod range_code;
 pub mod reader;
 pub mod status;
 pub mod text;
@@ -46,7 +45,6 @@ pub use command::{Command, CommandError, Measurement, Request, Width};
 pub use event::{Dropped, Event, Loss, LossCause, Losses, Reply, ScanHeader, Scip11Reply, TimeReply};
 pub use info::{SensorState, StateCode, Version};
 pub use parameters::Parameters;
-pub use range_code::{Family, RangeCode};
 pub use reader::{Fed, Reader};
 pub use status::{MeasurementStatus, Status};
 pub use text::Text;

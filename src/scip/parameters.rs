@@ -12,7 +12,7 @@
 //!
 //! Source: SCIP 2.0 (C-42-03320B), `PP`; recorded replies of three models.
 
-use super::{command::Measurement, command::Width, range_code::Family, text::Text};
+use super::{command::Measurement, command::Width, text::Text};
 use crate::scan::{Geometry, GeometryError, GeometryParts, NO_RETURN_MM};
 
 /// The values of a `PP` reply, as stated: nothing here is checked against anything else, see
@@ -22,8 +22,6 @@ use crate::scan::{Geometry, GeometryError, GeometryParts, NO_RETURN_MM};
 pub struct Parameters {
     /// `MODL` up to the bracket, for example `UTM-30LX`; empty when not stated.
     pub model: Text<16>,
-    /// Whose table of range codes applies.
-    pub family: Family,
     /// `DMIN`, mm; smaller values are codes.
     pub range_min_mm: u32,
     /// `DMAX`, mm.
@@ -74,7 +72,6 @@ impl Parameters {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct PartialParameters {
     model: Text<16>,
-    family: Family,
     range_min_mm: Option<u32>,
     range_max_mm: Option<u32>,
     steps_per_turn: Option<u16>,
@@ -87,7 +84,6 @@ pub(super) struct PartialParameters {
 impl PartialParameters {
     pub(super) const NONE: Self = Self {
         model: Text::EMPTY,
-        family: Family::Other,
         range_min_mm: None,
         range_max_mm: None,
         steps_per_turn: None,
@@ -98,12 +94,11 @@ impl PartialParameters {
     };
 
     /// Takes one line, `KEY:VALUE`. A value that is not a number leaves its key unstated.
-    pub(super) fn line(&mut self, key: &[u8], value: &[u8]) {
+    pub(super) fn set_field(&mut self, key: &[u8], value: &[u8]) {
         match key {
             b"MODL" => {
                 let end = value.iter().position(|&c| c == b'(').unwrap_or(value.len());
                 self.model = Text::new(value.get(..end).unwrap_or(value));
-                self.family = Family::of_model(value);
             }
             b"DMIN" => self.range_min_mm = number(value),
             b"DMAX" => self.range_max_mm = number(value),
@@ -120,7 +115,6 @@ impl PartialParameters {
     pub(super) fn complete(&self) -> Option<Parameters> {
         Some(Parameters {
             model: self.model,
-            family: self.family,
             range_min_mm: self.range_min_mm?,
             range_max_mm: self.range_max_mm?,
             steps_per_turn: self.steps_per_turn?,
@@ -154,7 +148,7 @@ mod tests {
     fn of(lines: &[(&str, &str)]) -> Option<Parameters> {
         let mut partial = PartialParameters::NONE;
         for (key, value) in lines {
-            partial.line(key.as_bytes(), value.as_bytes());
+            partial.set_field(key.as_bytes(), value.as_bytes());
         }
         partial.complete()
     }
@@ -195,7 +189,6 @@ mod tests {
             };
         }
         let urg = of(&lines).unwrap();
-        assert_eq!(urg.family, Family::Phase);
         assert_eq!(urg.geometry(&urg.measure_all(1, Width::Three)).unwrap().parts(), URG_04LX);
     }
 

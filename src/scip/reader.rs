@@ -8,7 +8,7 @@
 //!   │     │             ├─▶ clock, state code ─┐                                   │
 //!   │     │             ├──────────────────────┴─▶ end ─▶ Reply, Scip11, Time, …   │
 //!   │     ▼             │                                                          │
-//!   │   nobody's        └─▶ skip ─────────────────▶ Unexpected                     │
+//!   │   not expected    └─▶ skip ─────────────────▶ Unexpected                     │
 //!   │
 //!   └─ drop ◀─ Lost: any line that does not fit its place
 //! ```
@@ -51,7 +51,7 @@ pub struct Reader {
     line: Line,
     place: Place,
     /// What is being read, once its echo is known.
-    reply: Option<Begun>,
+    reply: Option<ExpectedReply>,
     block: DataBlock,
     info: Info,
 }
@@ -70,7 +70,7 @@ enum Place {
     StateCode,
     /// Before the empty line of a reply.
     End(Ending),
-    /// In somebody else's reply.
+    /// In the reply to a request of another client.
     Skip(Status),
     Drop,
 }
@@ -94,7 +94,7 @@ enum Info {
 
 /// A reply to something expected.
 #[derive(Clone, Copy, Debug)]
-struct Begun {
+struct ExpectedReply {
     command: Command,
     remaining: u8,
     first_byte_us: u64,
@@ -189,7 +189,7 @@ impl Reader {
             Step::Complete(beams) => {
                 self.line.clear();
                 self.place = Place::Echo;
-                let Begun { command, remaining, first_byte_us } = self.reply.take()?;
+                let ExpectedReply { command, remaining, first_byte_us } = self.reply.take()?;
                 self.answered(command);
                 let streamed = matches!(command, Command::Measure(_));
                 Some(Event::Scan(ScanHeader { streamed, stamp_ms, beams, remaining, first_byte_us }))
@@ -277,7 +277,7 @@ impl Reader {
             }
             _ => return Err(self.status_missing()),
         };
-        let Some(Begun { command, .. }) = self.reply else { return Ok(Place::Skip(status)) };
+        let Some(ExpectedReply { command, .. }) = self.reply else { return Ok(Place::Skip(status)) };
         let info = match (command, status) {
             (Command::Measure(measurement), Status::DATA) | (Command::Get(measurement), Status::OK) => {
                 self.block = DataBlock::new(&measurement);
@@ -320,16 +320,16 @@ impl Reader {
         let cause = match (parsed, &mut self.info) {
             (None, _) => LossCause::InfoLine,
             (Some((key, value, _)), Info::Version(version)) => {
-                version.line(key, value);
+                version.set_field(key, value);
                 return None;
             }
             (Some((.., false)), _) => LossCause::Checksum,
             (Some((key, value, true)), Info::Parameters(parameters)) => {
-                parameters.line(key, value);
+                parameters.set_field(key, value);
                 return None;
             }
             (Some((key, value, true)), Info::State(state)) => {
-                state.line(key, value);
+                state.set_field(key, value);
                 return None;
             }
         };
@@ -358,7 +358,7 @@ impl Reader {
                 },
             },
             Place::End(ending) => {
-                let Begun { command, first_byte_us, .. } = self.reply?;
+                let ExpectedReply { command, first_byte_us, .. } = self.reply?;
                 match ending {
                     Ending::Reply(status) => Event::Reply(Reply { command, status, first_byte_us }),
                     Ending::Scip11(status) => Event::Scip11(Scip11Reply { command, status }),
@@ -374,7 +374,7 @@ impl Reader {
                 return Some(self.failed(LossCause::LineLength));
             }
         };
-        if let Some(Begun { command, .. }) = self.reply.take() {
+        if let Some(ExpectedReply { command, .. }) = self.reply.take() {
             self.answered(command);
         }
         self.place = Place::Echo;
@@ -383,22 +383,22 @@ impl Reader {
 
     /// The expected reply whose echo the line is or, for a stream, ends with; and whether it was
     /// glued to something else.
-    fn expected_echo(&self, now_us: u64) -> Option<(Begun, bool)> {
+    fn expected_echo(&self, now_us: u64) -> Option<(ExpectedReply, bool)> {
         if let Some(request) = &self.pending
             && let Some((echo, Some(first_byte_us))) = self.line.end(request.echo().len())
             && echo == request.echo()
         {
-            return Some((Begun { command: request.command(), remaining: 0, first_byte_us }, false));
+            return Some((ExpectedReply { command: request.command(), remaining: 0, first_byte_us }, false));
         }
         let request = self.stream.as_ref()?;
         let (echo, first_byte_us) = self.line.end(request.echo().len())?;
         let remaining = request.remaining(echo)?;
         let glued = first_byte_us.is_none();
         let first_byte_us = first_byte_us.unwrap_or(now_us);
-        Some((Begun { command: request.command(), remaining, first_byte_us }, glued))
+        Some((ExpectedReply { command: request.command(), remaining, first_byte_us }, glued))
     }
 
-    fn begin(&mut self, begun: Begun) {
+    fn begin(&mut self, begun: ExpectedReply) {
         self.reply = Some(begun);
         self.place = Place::Status;
     }
@@ -426,8 +426,8 @@ impl Reader {
     fn failed(&mut self, cause: LossCause) -> Event {
         let dropped = match self.reply.take() {
             None => Dropped::Bytes,
-            Some(Begun { command: Command::Measure(_) | Command::Get(_), .. }) => Dropped::Scan,
-            Some(Begun { command, .. }) => Dropped::Reply(command),
+            Some(ExpectedReply { command: Command::Measure(_) | Command::Get(_), .. }) => Dropped::Scan,
+            Some(ExpectedReply { command, .. }) => Dropped::Reply(command),
         };
         self.place = if self.line.is_empty() { Place::Echo } else { Place::Drop };
         self.lost(Loss { cause, dropped })

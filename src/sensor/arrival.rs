@@ -7,7 +7,7 @@
 //!                 ◀──────────── 12 · b ──────┘   …        each is late by its own jitter
 //! ```
 //!
-//! On a line without a speed a read tells nothing about the reads before it.
+//! On a line without a speed a read says nothing about the reads before it.
 
 /// Bytes at the start of a scan that are looked at: at 250 kbaud, those of 82 ms. A rate 0.5 % off the
 /// nominal one, five times what a quartz may be, puts the start no more than 0.4 ms wrong.
@@ -21,11 +21,10 @@ pub(super) struct Arrival {
 }
 
 impl Arrival {
-    /// Nothing has come.
     pub(super) const NONE: Self = Self { bytes: 0, earliest_us: u64::MAX };
 
     /// `count` more bytes, the last of them read at `now_us` from a line of this speed.
-    pub(super) fn note(&mut self, count: usize, now_us: u64, baud: Option<u32>) {
+    pub(super) fn push(&mut self, count: usize, now_us: u64, baud: Option<u32>) {
         let Some(baud) = baud else { return };
         self.bytes = self.bytes.saturating_add(u32::try_from(count).unwrap_or(u32::MAX));
         if self.bytes <= LOOKED_AT {
@@ -50,14 +49,14 @@ mod tests {
     fn the_earliest_start_any_read_implies_counts() {
         let mut arrival = Arrival::NONE;
         // 250 kbaud: 40 µs a byte; the scan starts to leave at 10 000.
-        arrival.note(64, 10_000 + 2_560 + 9_000, Some(250_000));
-        arrival.note(64, 10_000 + 5_120 + 300, Some(250_000));
-        arrival.note(2009, 95_480 - 7_000, Some(250_000));
+        arrival.push(64, 10_000 + 2_560 + 9_000, Some(250_000));
+        arrival.push(64, 10_000 + 5_120 + 300, Some(250_000));
+        arrival.push(2009, 95_480 - 7_000, Some(250_000));
         assert_eq!(arrival.scan_end(2137, 19_000), 10_300);
         // Something else came in between.
-        arrival.note(2138, 5, Some(250_000));
+        arrival.push(2138, 5, Some(250_000));
         assert_eq!(arrival.scan_end(2137, 19_000), 19_000);
-        arrival.note(2137, 5, None);
+        arrival.push(2137, 5, None);
         assert_eq!(arrival.scan_end(2137, 19_000), 19_000);
     }
 }

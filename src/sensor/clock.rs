@@ -13,9 +13,9 @@
 //! ```
 //!
 //! So the wanted time is the envelope less the delay, and the delay is what lies between the
-//! envelope and the clock as `TM1` told it before the stream began. Where a sensor does not know
+//! envelope and the clock as `TM1` reported it before the stream began. Where a sensor does not know
 //! `TM1` the delay is assumed. The counter wraps after 4.66 hours (SCIP 2.0, C-42-03320B) and
-//! starts from 0 after a reset; both are told apart here. All arithmetic is in integers: the same stamps
+//! starts from 0 after a reset; both cases are distinguished here. All arithmetic is in integers: the same stamps
 //! in, the same times out.
 
 use super::envelope::{Envelope, Point};
@@ -84,8 +84,6 @@ pub struct Stamped {
     /// What became of the sensor's counter.
     pub event: StampEvent,
 }
-
-/// The scan before.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     stamp_ms: u32,
@@ -104,6 +102,8 @@ pub struct SensorClock {
     fresh: bool,
     envelope: Envelope,
     anchor: Option<Anchor>,
+    /// The exchanges are of the stream before: they count only if the sensor's counter has gone on.
+    anchor_before: bool,
     delay_us: i64,
     delay_uncertainty_us: i64,
     delay_measured: bool,
@@ -126,6 +126,7 @@ impl SensorClock {
             fresh: true,
             envelope: Envelope::new(),
             anchor: None,
+            anchor_before: false,
             delay_us: 0,
             delay_uncertainty_us: 0,
             delay_measured: false,
@@ -136,13 +137,20 @@ impl SensorClock {
     /// fit and exchanges of an earlier start are forgotten. Unless the delay is measured now or was
     /// once, `assumed_delay_us` is used, give or take half of it.
     pub fn begin(&mut self, assumed_delay_us: u32) {
-        self.skip = SKIPPED_SCANS;
-        self.fresh = true;
+        self.resume();
         self.anchor = None;
         if !self.delay_measured {
             self.delay_us = i64::from(assumed_delay_us);
             self.delay_uncertainty_us = i64::from(assumed_delay_us / 2);
         }
+    }
+
+    /// A stream goes on after a pause: its first scans are left out of the fit. The exchanges still count, unless
+    /// the first stamp shows that the counter started anew.
+    pub fn resume(&mut self) {
+        self.skip = SKIPPED_SCANS;
+        self.fresh = true;
+        self.anchor_before = true;
     }
 
     /// A `TM1` exchange: the counter read `stamp_ms` at some moment between `sent_us` and `received_us`.
@@ -165,6 +173,7 @@ impl SensorClock {
             ..one
         });
         self.anchor = Some(if narrowed.least_lag_us <= narrowed.greatest_lag_us { narrowed } else { one });
+        self.anchor_before = false;
     }
 
     /// How far the exchanges leave the sensor's clock open, in µs; `None` without any.
@@ -174,7 +183,7 @@ impl SensorClock {
         self.anchor.map(|anchor| u32::try_from(width_us(anchor)).unwrap_or(u32::MAX))
     }
 
-    /// Takes in a scan stamped `stamp_ms` (24 bits) whose first byte came at `arrival_us`.
+    /// Adds a scan stamped `stamp_ms` (24 bits) whose first byte came at `arrival_us`.
     #[must_use]
     pub fn scan(&mut self, stamp_ms: u32, arrival_us: u64) -> Stamped {
         let stamp_ms = stamp_ms % STAMP_RANGE_MS;
@@ -184,13 +193,14 @@ impl SensorClock {
         if unwrapped.is_none() {
             self.envelope.restart();
             self.repeats = 0;
+            self.anchor = self.anchor.filter(|_| !self.anchor_before);
         }
         let sensor_ms = unwrapped.unwrap_or(u64::from(stamp_ms));
         self.last = Some(Last { stamp_ms, sensor_ms, arrival_us });
         self.fresh = false;
         if self.skip > 0 {
             self.skip -= 1;
-        } else if self.envelope.take(Point::new(sensor_ms, arrival_us)) {
+        } else if self.envelope.push(Point::new(sensor_ms, arrival_us)) {
             self.measure_delay();
         }
         let event = match unwrapped {
@@ -258,7 +268,7 @@ impl SensorClock {
         Some((anchor_ms, likely_us.saturating_add(unwrapped_us), half_us))
     }
 
-    /// What lies between the envelope and the clock as `TM1` told it.
+    /// What lies between the envelope and the clock as `TM1` reported it.
     fn measure_delay(&mut self) {
         if let Some((anchor_ms, middle_us, half_us)) = self.anchored()
             && let Some(envelope_us) = self.envelope.lag_us(anchor_ms)

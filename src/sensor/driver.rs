@@ -2,9 +2,10 @@
 //!
 //! ```text
 //!   loop {
-//!       match driver.next().await {
-//!           Outcome::Scan(scan)   => …   borrowed until the next call
-//!           Outcome::State(state) => …
+//!       match driver.event_until(limit_us).await {
+//!           SensorEvent::Scan         => … driver.scan()     borrowed until the next call
+//!           SensorEvent::State(state) => …
+//!           SensorEvent::Timeout      => …
 //!       }
 //!   }
 //! ```
@@ -25,24 +26,16 @@ const CHUNK: usize = 256;
 /// Longest time for handing a request to the link, or changing its speed; both take milliseconds.
 const SEND_US: u64 = 500_000;
 
-/// What the sensor has for the rest of the module.
-#[derive(Clone, Copy, Debug)]
-pub enum Outcome<'a> {
-    /// A scan.
-    Scan(Scan<'a>),
-    /// The sensor's state has changed.
-    State(SensorState),
-}
-
-/// As [`Outcome`], without the scan.
+/// What [`Driver::event_until`] returns with.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Happened {
-    /// A scan came: [`Driver::scan`].
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SensorEvent {
+    /// A scan has arrived: [`Driver::scan`].
     Scan,
     /// The sensor's state has changed.
     State(SensorState),
-    /// Nothing, until the time given.
-    Nothing,
+    /// Neither, until the time given.
+    Timeout,
 }
 
 /// A sensor on a link, with memory for scans of `BEAMS` beams.
@@ -64,7 +57,7 @@ pub struct Driver<L, C, const BEAMS: usize> {
 }
 
 impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
-    /// A driver on `link`; nothing is sent before [`next`](Self::next) is called.
+    /// A driver on `link`; nothing is sent before [`event_until`](Self::event_until) is called.
     pub fn new(link: L, clock: C, settings: SensorSettings) -> Self {
         let capacity = u16::try_from(BEAMS).unwrap_or(u16::MAX);
         Self {
@@ -85,14 +78,15 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
         &self.session
     }
 
-    /// The scan of the newest [`Outcome::Scan`], until the next call of [`next`](Self::next).
+    /// The scan of the newest [`SensorEvent::Scan`], until the next call of [`event_until`](Self::event_until).
     pub fn scan(&self) -> Option<Scan<'_>> {
         let ScanTaken { time, beams } = self.taken?;
         let ranges_mm = self.ranges_mm.get(..usize::from(beams)).unwrap_or(&[]);
         Some(Scan { geometry: self.session.geometry()?, ranges_mm, time })
     }
 
-    /// Stops the stream; [`next`](Self::next) then says [`SensorState::Paused`], half a second later at most.
+    /// Stops the stream; [`event_until`](Self::event_until) then returns [`SensorState::Paused`], half a second
+    /// later at most.
     pub fn pause(&mut self) {
         self.session.pause(self.clock.now_us());
     }
@@ -102,49 +96,30 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
         self.session.resume_with(settings, self.clock.now_us());
     }
 
-    /// Waits for the next scan or change of state. It recovers from every failure by itself.
-    ///
-    /// # Cancellation
-    /// As [`happens_until`](Self::happens_until).
-    pub async fn next(&mut self) -> Outcome<'_> {
-        loop {
-            match self.happens_until(u64::MAX).await {
-                Happened::Scan => break,
-                Happened::State(state) => return Outcome::State(state),
-                Happened::Nothing => {}
-            }
-        }
-        // The session knows the geometry of every scan it hands on.
-        match self.scan() {
-            Some(scan) => Outcome::Scan(scan),
-            None => Outcome::State(self.session.state()),
-        }
-    }
-
-    /// As [`next`](Self::next), but returns nothing if nothing comes until `limit_us`, at a moment when it only
-    /// waits. The scan itself is then had from [`scan`](Self::scan).
+    /// Waits for the next scan or change of state, but no longer than until `limit_us` (µs since boot; `u64::MAX`:
+    /// for ever). It recovers from every failure by itself, and passes the limit only while it sends.
     ///
     /// # Cancellation
     /// Bytes of a read under way may be lost, which costs the scan they belong to. A request may be sent in
     /// part or not at all; it is repeated when its answer does not come. Call again.
-    pub async fn happens_until(&mut self, limit_us: u64) -> Happened {
+    pub async fn event_until(&mut self, limit_us: u64) -> SensorEvent {
         self.taken = None;
         loop {
             if let Some(state) = self.session.state_change() {
-                return Happened::State(state);
+                return SensorEvent::State(state);
             }
             if let Some(bytes) = self.chunk.get(self.start..self.end).filter(|bytes| !bytes.is_empty()) {
                 let received = self.session.receive(bytes, self.arrival_us, &mut self.ranges_mm);
                 self.start = self.start.saturating_add(received.consumed.max(1));
                 if received.scan.is_some() {
                     self.taken = received.scan;
-                    return Happened::Scan;
+                    return SensorEvent::Scan;
                 }
                 continue;
             }
             let now_us = self.clock.now_us();
             match self.session.poll(now_us) {
-                Action::Wait(_) | Action::Pause(_) if now_us >= limit_us => return Happened::Nothing,
+                Action::Wait(_) | Action::Pause(_) if now_us >= limit_us => return SensorEvent::Timeout,
                 Action::SetBaud(rate_baud) => {
                     let limit_us = self.clock.now_us().saturating_add(SEND_US);
                     let change = self.link.set_baud(rate_baud);

@@ -23,7 +23,7 @@
 const WINDOW_MS: u64 = 1000;
 
 /// Lowest points kept: 64 s, in which a quartz that warms up bends less than 0.1 ms away from a line.
-pub const WINDOWS: usize = 64;
+pub(crate) const WINDOWS: usize = 64;
 
 /// Points older than this are dropped even when no newer ones pushed them out (a gap in the stream).
 const OLDEST_MS: u64 = 4 * WINDOWS as u64 * WINDOW_MS;
@@ -32,7 +32,7 @@ const OLDEST_MS: u64 = 4 * WINDOWS as u64 * WINDOW_MS;
 const FIT_WINDOWS: usize = 3;
 
 /// Fastest drift believed: 1 %, three times what is seen of real sensors (99.63–99.74 ms for 100).
-pub const DRIFT_MAX_PPB: i64 = 10_000_000;
+pub(crate) const DRIFT_MAX_PPB: i64 = 10_000_000;
 
 const ANY_DRIFT_PPB: (i64, i64) = (-DRIFT_MAX_PPB, DRIFT_MAX_PPB);
 
@@ -159,8 +159,8 @@ impl Envelope {
             .saturating_add(self.tilt_us(sensor_ms, self.mean_ms))
     }
 
-    /// Takes in a scan; whether the line has moved. Stamps that do not go forward say nothing new.
-    pub(super) fn take(&mut self, point: Point) -> bool {
+    /// Adds a scan; says whether the line has moved. Stamps that do not go forward say nothing new.
+    pub(super) fn push(&mut self, point: Point) -> bool {
         let oldest_ms = point.sensor_ms.saturating_sub(OLDEST_MS);
         while self.points.front().is_some_and(|kept| kept.sensor_ms < oldest_ms) {
             self.points.pop_front();

@@ -2,8 +2,9 @@
 //!
 //! ```text
 //!   link ⇄ driver ⇄ session ── startup     finds the sensor, in whatever state, and sets it up
-//!                     │  └──── streaming   takes its scans, brings it back when they stop
-//!                     └─────── clock       when a scan was taken, by the module's clock
+//!                    │ │ └──── streaming   accepts its scans, recovers it when they stop
+//!                    │ └────── clock       when a scan was taken, by the module's clock
+//!                    └──────── request     what is asked and until when; line: at which rate; cures: resets
 //! ```
 //!
 //! Everything but [`driver`] is plain state machines without I/O.
@@ -11,16 +12,17 @@
 pub mod action;
 mod arrival;
 pub mod clock;
+mod cures;
 pub mod driver;
 mod envelope;
+mod line;
+mod request;
 pub mod session;
 pub mod settings;
-mod startup;
 pub mod state;
-mod streaming;
 
 pub use action::{Action, Message, Received, ScanTaken};
-pub use driver::{Driver, Happened, Outcome};
+pub use driver::{Driver, SensorEvent};
 pub use session::Session;
 pub use settings::{LineSettings, SensorSettings};
 pub use state::{SensorCounters, SensorState};

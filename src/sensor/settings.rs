@@ -8,10 +8,8 @@
 //!
 //! Source: SCIP 2.0 (C-42-03320B), measurement commands and `SS`.
 
-use crate::scip::{Measurement, Parameters, Width, command::BIT_RATES};
-
-/// Rate of a classic sensor after power-up.
-pub const POWER_UP_BAUD: u32 = 19_200;
+use crate::scip::{Measurement, Parameters, Width};
+use crate::sensor_model::{POWER_UP_BAUD, SensorModel};
 
 /// No sensor is looked for at a slower rate.
 const SLOWEST_BAUD: u32 = 9600;
@@ -84,19 +82,26 @@ impl SensorSettings {
         }
     }
 
-    /// The rate to change to from `baud`, if it is not good as it is.
-    pub(super) fn better_baud(&self, measurement: &Measurement, period_us: u32, baud: u32) -> Option<u32> {
+    /// The rate to change to from `baud`, if it is not good as it is, for a sensor of this model.
+    pub(super) fn better_baud(
+        &self,
+        model: &SensorModel,
+        measurement: &Measurement,
+        period_us: u32,
+        baud: u32,
+    ) -> Option<u32> {
         let LineSettings::Serial { wanted_baud, fastest_baud, .. } = self.line else { return None };
         let possible = |rate: &u32| *rate <= fastest_baud;
-        let rate_baud = match wanted_baud.filter(|rate| BIT_RATES.contains(rate)) {
+        let rate_baud = match wanted_baud.filter(|rate| model.rates_baud.contains(rate)) {
             Some(rate_baud) => rate_baud,
             None => {
                 let needed_baud = needed_baud(measurement, period_us);
                 if baud >= needed_baud {
                     return None;
                 }
-                let enough = BIT_RATES.into_iter().filter(possible).find(|rate| *rate >= needed_baud);
-                enough.or(BIT_RATES.into_iter().rfind(possible))?
+                let mut rates = model.rates_baud.iter().copied().filter(possible);
+                let fastest_baud = rates.clone().next_back();
+                rates.find(|rate| *rate >= needed_baud).or(fastest_baud)?
             }
         };
         (rate_baud != baud).then_some(rate_baud)
@@ -157,12 +162,13 @@ pub(super) fn interval_us(measurement: &Measurement, period_us: u32, baud: Optio
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scip::command::BIT_RATES;
 
     const URG: Measurement =
         Measurement { first_step: 44, last_step: 725, cluster: 1, skip: 0, scans: 0, width: Width::Three };
 
     fn chosen(settings: SensorSettings, measurement: Measurement) -> Option<u32> {
-        settings.better_baud(&measurement, 100_000, 19_200)
+        settings.better_baud(&SensorModel::URG_04LX, &measurement, 100_000, 19_200)
     }
 
     #[test]
@@ -175,8 +181,21 @@ mod tests {
         assert_eq!(chosen(settings, Measurement { cluster: 20, ..URG }), None);
         let utm = Measurement { first_step: 0, last_step: 1080, ..URG };
         assert_eq!(chosen(settings, utm), Some(500_000));
-        assert_eq!(settings.better_baud(&utm, 25_000, 19_200), Some(750_000), "the fastest, though too slow");
-        assert_eq!(settings.better_baud(&URG, 100_000, 500_000), None);
+        assert_eq!(
+            settings.better_baud(&SensorModel::UTM_30LX, &utm, 25_000, 19_200),
+            Some(750_000),
+            "the fastest, though too slow"
+        );
+        assert_eq!(settings.better_baud(&SensorModel::URG_04LX, &URG, 100_000, 500_000), None);
+    }
+
+    #[test]
+    fn a_rate_is_asked_only_of_a_model_that_has_it() {
+        let settings = SensorSettings::SERIAL;
+        let narrow = Measurement { cluster: 8, ..URG };
+        let chosen = |model: &SensorModel| settings.better_baud(model, &narrow, 100_000, 19_200);
+        assert_eq!(chosen(&SensorModel::UHG_08LX), Some(38_400));
+        assert_eq!(chosen(&SensorModel::URG_04LX), Some(57_600));
     }
 
     #[test]
@@ -185,7 +204,7 @@ mod tests {
             LineSettings::Serial { last_baud: None, wanted_baud: Some(115_200), fastest_baud: 750_000 };
         let settings = SensorSettings { line, ..SensorSettings::SERIAL };
         assert_eq!(chosen(settings, URG), Some(115_200));
-        assert_eq!(settings.better_baud(&URG, 100_000, 115_200), None);
+        assert_eq!(settings.better_baud(&SensorModel::URG_04LX, &URG, 100_000, 115_200), None);
         let line = LineSettings::Serial { last_baud: None, wanted_baud: None, fastest_baud: 200_000 };
         assert_eq!(chosen(SensorSettings { line, ..settings }, URG), Some(115_200));
         assert_eq!(chosen(SensorSettings::NO_SPEED, URG), None);
@@ -224,7 +243,6 @@ mod tests {
     fn settings_outside_the_sensor_are_cut_to_it() {
         let parameters = Parameters {
             model: crate::scip::text::Text::default(),
-            family: crate::scip::Family::Phase,
             range_min_mm: 20,
             range_max_mm: 5600,
             steps_per_turn: 1024,

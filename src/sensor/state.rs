@@ -48,7 +48,7 @@ pub struct SensorCounters {
     /// Scans handed on.
     pub scans_accepted: u32,
     /// Scans missing between those, by the sensor's stamps: damaged on the way, or left out by a
-    /// sensor whose line is too slow. Why, [`Losses`](crate::scip::Losses) tells as far as it was seen.
+    /// sensor whose line is too slow. [`Losses`](crate::scip::Losses) counts the causes that were observed.
     pub scans_missing: u32,
     /// Scans with the stamp of the one before; not handed on.
     pub scans_repeated: u32,
@@ -62,7 +62,7 @@ pub struct SensorCounters {
     pub starts: u32,
     /// Times the sensor's counter started anew.
     pub clock_restarts: u32,
-    /// Times the sensor was told to reset or reboot.
+    /// Resets and reboots of the sensor.
     pub reboots: u32,
     /// Times the speed of the line was raised.
     pub baud_changes: u32,

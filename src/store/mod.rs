@@ -5,6 +5,7 @@
 //!            1  settings    text, as on the wire
 //!            2  baud        u32: speed at which the sensor answered last
 //!            3  background  slot u8, version u16, beams u16, fingerprint u32, sum u32, serial 16 u8
+//!            4  trial       starts u8, the addressing before, text; empty: none
 //!    16 … 31  slot 0: chunks of the background      version u16, 170 beams of 6 bytes
 //!    32 … 47  slot 1: the same
 //!
@@ -16,13 +17,16 @@
 //!
 //! Flash of at least 32 KiB in pages of 8 KiB holds both backgrounds of 1081 beams beside everything else.
 
+pub mod damaged;
 pub mod flash;
 
 use embassy_futures::yield_now;
+use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::background::{BEAM_BYTES, Background, Fingerprint};
+use crate::device::Settings;
+use crate::device::trial::{TRIAL_BYTES, Trial};
 use crate::link::{RECORD_MAX, Store, StoreError};
-use crate::module::Settings;
 use crate::scan::MAX_BEAMS;
 use crate::scip::Text;
 
@@ -30,6 +34,7 @@ const BOOT: u8 = 0;
 const SETTINGS: u8 = 1;
 const BAUD: u8 = 2;
 const BACKGROUND: u8 = 3;
+const TRIAL: u8 = 4;
 const CHUNKS: [u8; 2] = [16, 32];
 
 /// Beams of a chunk.
@@ -41,27 +46,37 @@ const COMMIT_LEN: usize = 1 + 2 + 2 + 4 + 4 + 16;
 const _: () = assert!(CHUNK_HEAD + CHUNK_BEAMS * BEAM_BYTES <= RECORD_MAX);
 const _: () = assert!(MAX_BEAMS.div_ceil(CHUNK_BEAMS) <= 16);
 
-/// What a module begins with.
+/// Stored data at the start of a module.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// Number of this start, from 1.
     pub boot: u32,
     /// The settings.
     pub settings: Settings,
+    /// The stored address could not be used.
+    pub address_unusable: bool,
+    /// The trial of the settings' addressing.
+    pub trial: Option<Trial>,
     /// Speed at which the sensor answered last.
     pub last_baud: Option<u32>,
     /// Something could not be read or written.
     pub failed: bool,
 }
 
-/// Counts this start and reads what a module begins with. Without a readable count, `boot` is
+/// Counts this start and reads the stored data of the module. Without a readable count, `boot` is
 /// `otherwise`: better a number that was not used before.
 ///
 /// # Cancellation
 /// The start may have been counted.
 pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
-    let mut start =
-        Start { boot: otherwise.max(1), settings: Settings::new(), last_baud: None, failed: false };
+    let mut start = Start {
+        boot: otherwise.max(1),
+        settings: Settings::new(),
+        address_unusable: false,
+        trial: None,
+        last_baud: None,
+        failed: false,
+    };
     let mut buffer = [0; RECORD_MAX];
     match number(store, BOOT).await {
         Ok(last) => start.boot = last.unwrap_or(0).checked_add(1).unwrap_or(1),
@@ -69,7 +84,14 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
     }
     start.failed |= store.save(BOOT, &start.boot.to_le_bytes()).await.is_err();
     match store.load(SETTINGS, &mut buffer).await {
-        Ok(length) => start.settings = Settings::restored(buffer.get(..length.unwrap_or(0)).unwrap_or(&[])),
+        Ok(length) => {
+            let restored = Settings::restored(buffer.get(..length.unwrap_or(0)).unwrap_or(&[]));
+            (start.settings, start.address_unusable) = (restored.settings, restored.address_unusable);
+        }
+        Err(StoreError) => start.failed = true,
+    }
+    match trial(store).await {
+        Ok(trial) => start.trial = trial,
         Err(StoreError) => start.failed = true,
     }
     match number(store, BAUD).await {
@@ -79,8 +101,25 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
     start
 }
 
-/// The next start's number is the one after `boot`: for a store that is lost between two starts, so that their numbers
-/// differ all the same.
+/// Erases everything but the number of the last start, so that hosts that know the module recognise its next start as
+/// a later one.
+///
+/// # Errors
+/// The flash cannot be erased or written.
+///
+/// # Cancellation
+/// As a loss of power: a half-erased store is erased with the next record.
+pub async fn erase<F: NorFlash>(store: &mut flash::FlashStore<F>) -> Result<(), StoreError> {
+    let boot = number(store, BOOT).await.unwrap_or(None);
+    store.erase().await?;
+    match boot {
+        Some(boot) => count_from(store, boot).await,
+        None => Ok(()),
+    }
+}
+
+/// Sets the next start's number to the one after `boot`: for a store lost between two starts, whose numbers must still
+/// differ.
 ///
 /// # Cancellation
 /// It may have been stored.
@@ -98,7 +137,8 @@ async fn number(store: &mut impl Store, key: u8) -> Result<Option<u32>, StoreErr
     Ok(length.filter(|&length| length == bytes.len()).map(|_| u32::from_le_bytes(bytes)))
 }
 
-/// Stores the settings.
+/// Stores the settings. Their addressing counts as it did before: new addressing comes with its trial, by
+/// [`save_settings_on_trial`].
 ///
 /// # Errors
 /// [`StoreError`]: the old ones are still stored, or the new ones.
@@ -107,6 +147,47 @@ async fn number(store: &mut impl Store, key: u8) -> Result<Option<u32>, StoreErr
 /// As an error.
 pub async fn save_settings(store: &mut impl Store, settings: &Settings) -> Result<(), StoreError> {
     store.save(SETTINGS, settings.text().as_bytes()).await
+}
+
+/// Stores the settings, and the trial of their addressing or its absence.
+///
+/// # Errors
+/// [`StoreError`]: the old ones are still stored, or the new ones.
+///
+/// # Cancellation
+/// As an error.
+pub async fn save_settings_on_trial(
+    store: &mut impl Store,
+    settings: &Settings,
+    trial: Option<Trial>,
+) -> Result<(), StoreError> {
+    // A trial that names the addressing in use is none: cut off between the two, nothing has changed.
+    if let Some(trial) = trial {
+        save_trial(store, trial).await?;
+    }
+    save_settings(store, settings).await?;
+    if trial.is_none() && self::trial(store).await?.is_some() {
+        store.save(TRIAL, &[]).await?;
+    }
+    Ok(())
+}
+
+/// Stores the trial of the addressing that is stored.
+///
+/// # Errors
+/// [`StoreError`]: the old one is still stored, or the new one.
+///
+/// # Cancellation
+/// As an error.
+pub async fn save_trial(store: &mut impl Store, trial: Trial) -> Result<(), StoreError> {
+    store.save(TRIAL, &trial.bytes()).await
+}
+
+/// The trial in the store.
+async fn trial(store: &mut impl Store) -> Result<Option<Trial>, StoreError> {
+    let mut bytes = [0; TRIAL_BYTES];
+    let length = store.load(TRIAL, &mut bytes).await?;
+    Ok(length.and_then(|length| Trial::from_bytes(bytes.get(..length)?)))
 }
 
 /// Stores the speed at which the sensor answered, if it is another one.
@@ -215,8 +296,8 @@ pub async fn save_background<const BEAMS: usize>(
     store.save(BACKGROUND, &commit.to_bytes()).await
 }
 
-/// Reads the background into `background`; gives the serial number of its sensor, or nothing when there is none,
-/// it is damaged, or it is larger than there is room for. It is in use once it is bound to that sensor.
+/// Reads the background into `background`; returns the serial number of its sensor, or none if no background is
+/// stored, or if it is damaged or larger than `background`. It is in use once it is bound to that sensor.
 ///
 /// # Errors
 /// [`StoreError`]; nothing is known then.
@@ -239,7 +320,7 @@ pub async fn load_background<const BEAMS: usize>(
     Ok(Some(commit.serial))
 }
 
-/// Whether all chunks are there and are those of the commit.
+/// Whether all chunks are present and belong to the commit.
 async fn load_chunks<const BEAMS: usize>(
     store: &mut impl Store,
     commit: &Commit,
@@ -262,7 +343,7 @@ async fn load_chunks<const BEAMS: usize>(
 
 const SUM_BEGIN: u32 = 0x811c_9dc5;
 
-/// FNV-1a, 32 bits: tells whether chunks belong together.
+/// FNV-1a, 32 bits: shows whether chunks belong together.
 fn sum(before: u32, bytes: &[u8]) -> u32 {
     bytes.iter().fold(before, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }

@@ -27,22 +27,38 @@ pub use supervision::{Pulse, Waiting};
 use embassy_futures::select::{Either, select};
 use embedded_io_async::{Read, Write};
 
+use crate::device::Module;
+use crate::device::starts::ShortStarts;
+use crate::device::trial::StoredAddressing;
 use crate::link::{Baud, Clock, Datagrams, Store, StoreError, Watchdog};
-use crate::module::Module;
 use crate::sensor::{Driver, LineSettings};
 use crate::store;
 use operation::Operation;
 
 /// Counts this start and gives the module its settings and its background. To be done before the network is
-/// up: no datagram may be sent with another start's number. Returns the speed at which the sensor
-/// answered last, for [`LineSettings`].
+/// up: no datagram may be sent with another start's number. `short_starts` came before this one. Returns the
+/// speed at which the sensor answered last, for [`LineSettings`].
 ///
 /// # Cancellation
 /// The start may have been counted; begin anew with a new module.
-pub async fn begin<const BEAMS: usize>(store: &mut impl Store, module: &mut Module<BEAMS>) -> Option<u32> {
+pub async fn begin<const BEAMS: usize>(
+    store: &mut impl Store,
+    module: &mut Module<BEAMS>,
+    short_starts: ShortStarts,
+) -> Option<u32> {
     let start = store::start(store, module.unlikely_boot()).await;
+    let stored = StoredAddressing {
+        addressing: start.settings.addressing,
+        unusable: start.address_unusable,
+        trial: start.trial,
+        short_starts,
+    };
     module.begin(start.boot, start.settings);
-    if start.failed {
+    let counted = match module.begin_addressing(stored) {
+        Some(trial) => store::save_trial(store, trial).await,
+        None => Ok(()),
+    };
+    if start.failed || counted.is_err() {
         module.store_failed();
     }
     match store::load_background(store, module.background_mut()).await {
@@ -55,7 +71,7 @@ pub async fn begin<const BEAMS: usize>(store: &mut impl Store, module: &mut Modu
 /// The hardware of a module, as the library sees it.
 #[derive(Debug)]
 pub struct Hardware<'a, L, C, D, S, W, const BEAMS: usize> {
-    /// The sensor, set up by [`Settings::sensor`](crate::module::Settings::sensor).
+    /// The sensor, set up by [`Settings::sensor`](crate::device::Settings::sensor).
     pub driver: &'a mut Driver<L, C, BEAMS>,
     /// Its line.
     pub line: LineSettings,

@@ -7,7 +7,7 @@
 
 use core::cell::Cell;
 
-use crate::module::Status;
+use crate::device::Status;
 
 /// The newest word from either side. For one executor: nothing here is shared with interrupts.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub struct Notices {
 }
 
 impl Notices {
-    /// Nothing has been told.
+    /// The status of a module that has just been switched on.
     #[must_use]
     pub const fn new() -> Self {
         Self { status: Cell::new(Status::NEW), discovery_dropped: Cell::new(0) }
@@ -29,8 +29,7 @@ impl Notices {
         self.status.get()
     }
 
-    /// Says how the module is.
-    pub(super) fn tell(&self, status: Status) {
+    pub(super) fn publish(&self, status: Status) {
         self.status.set(status);
     }
 
@@ -60,7 +59,7 @@ mod tests {
     fn each_side_reads_what_the_other_told_last() {
         let notices = Notices::new();
         assert_eq!(notices.status(), Status::NEW);
-        notices.tell(Status { learning: true, ..Status::NEW });
+        notices.publish(Status { learning: true, ..Status::NEW });
         assert!(notices.status().learning);
         notices.discovery_dropped(1);
         notices.discovery_dropped(2);

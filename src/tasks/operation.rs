@@ -8,9 +8,9 @@ use embedded_io_async::{Read, Write};
 use super::log;
 use super::notices::Notices;
 use super::supervision::{Pulse, Waiting};
+use crate::device::{Module, Wish};
 use crate::link::{Baud, Clock, Datagrams, Store};
-use crate::module::{Module, Wish};
-use crate::sensor::{Driver, Happened, LineSettings, SensorState};
+use crate::sensor::{Driver, LineSettings, SensorEvent, SensorState};
 use crate::store;
 use crate::wire::DATAGRAM_MAX;
 
@@ -53,22 +53,22 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     /// Until the sensor has something to say, the module has a wish, or `limit_us`.
     ///
     /// # Cancellation
-    /// As [`Driver::happens_until`].
+    /// As [`Driver::event_until`].
     async fn turn(&mut self, limit_us: u64) {
         let Self { module, driver, datagrams, clock, pulse, notices, .. } = self;
         let mut datagram = [0; DATAGRAM_MAX + 1];
         let look_us = clock.now_us().saturating_add(LOOK_US).min(limit_us);
-        let happened = {
+        let event = {
             // Kept over all datagrams: nothing that is under way with the sensor is given up for them.
-            let mut sensor = pin!(driver.happens_until(look_us));
+            let mut sensor = pin!(driver.event_until(look_us));
             loop {
                 module.network_lost(datagrams.losses());
                 module.discovery_dropped(notices.discovery_drops());
                 let due_us = module.poll(clock.now_us(), datagrams);
-                notices.tell(module.status(clock.now_us()));
+                notices.publish(module.status(clock.now_us()));
                 let time = clock.wait_until(due_us);
                 match select3(sensor.as_mut(), datagrams.receive_from(&mut datagram), time).await {
-                    Either3::First(happened) => break happened,
+                    Either3::First(event) => break event,
                     Either3::Second((length, from)) => {
                         let received = datagram.get(..length).unwrap_or(&datagram);
                         module.receive(from, received, clock.now_us(), datagrams);
@@ -81,23 +81,23 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             }
         };
         let now_us = clock.now_us();
-        match (happened, driver.scan()) {
-            (Happened::Scan, Some(scan)) => {
+        match (event, driver.scan()) {
+            (SensorEvent::Scan, Some(scan)) => {
                 module.scan(driver.session(), &scan, now_us, datagrams);
                 log::report(module.pipeline().judgement().sequence);
             }
             _ => module.sensor(driver.session(), now_us, datagrams),
         }
-        if let Happened::State(state) = happened {
+        if let SensorEvent::State(state) = event {
             log::sensor(state);
         }
-        match (happened, driver.session().state()) {
+        match (event, driver.session().state()) {
             // Here only scans show that all is well.
-            (Happened::Nothing, SensorState::Streaming) => {}
+            (SensorEvent::Timeout, SensorState::Streaming) => {}
             (_, SensorState::Streaming) => pulse.beat(Waiting::Scans, now_us),
             _ => pulse.beat(Waiting::Sensor, now_us),
         }
-        notices.tell(module.status(now_us));
+        notices.publish(module.status(now_us));
     }
 
     /// Stops the stream, stores what is to be stored, and lets the sensor go on.
@@ -106,7 +106,7 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     /// As a loss of power.
     async fn store(&mut self, store: &mut impl Store) {
         self.module.begin_storing(self.clock.now_us(), &mut self.datagrams);
-        self.notices.tell(self.module.status(self.clock.now_us()));
+        self.notices.publish(self.module.status(self.clock.now_us()));
         self.driver.pause();
         let limit_us = self.clock.now_us().saturating_add(PAUSE_US);
         while self.driver.session().state() != SensorState::Paused && self.clock.now_us() < limit_us {
@@ -114,7 +114,9 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
         }
         self.pulse.beat(Waiting::Storing, self.clock.now_us());
         let settings = match self.module.settings_to_store() {
-            Some(settings) => Some(store::save_settings(store, settings).await.is_ok()),
+            Some((settings, trial)) => {
+                Some(store::save_settings_on_trial(store, settings, trial).await.is_ok())
+            }
             None => None,
         };
         let mut background = match self.module.background_to_store() {

@@ -50,8 +50,6 @@ impl<'a> Writer<'a> {
     pub(super) fn put_u16(&mut self, value: u16) -> Result<(), TooLong> {
         self.put(&value.to_le_bytes())
     }
-
-    /// Bytes written.
     pub(super) fn finish(self) -> usize {
         self.serializer.output.finalize().map_or(0, |written| written.len())
     }

@@ -53,7 +53,7 @@ counters! {
     SensorStarts = "sensor_starts";
     /// Times the sensor's clock started anew.
     SensorClockRestarts = "sensor_clock_restarts";
-    /// Times the sensor was told to reset or reboot.
+    /// Resets and reboots of the sensor.
     SensorReboots = "sensor_reboots";
     /// Times the speed of the sensor's line was raised.
     SensorBaudChanges = "sensor_baud_changes";
@@ -176,7 +176,7 @@ impl Counters {
         self.set(counter, value.saturating_add(1));
     }
 
-    /// Takes over what somebody else has counted.
+    /// Sets a counter to a count kept elsewhere.
     pub fn set(&mut self, counter: Counter, value: u32) {
         if let Some(slot) = self.0.get_mut(counter as usize) {
             *slot = value;
@@ -184,7 +184,7 @@ impl Counters {
     }
 
     /// Takes over what the SCIP reader has counted.
-    pub fn take_reader(&mut self, counted: &Losses) {
+    pub fn set_reader(&mut self, counted: &Losses) {
         let Losses {
             checksum,
             character,
@@ -199,7 +199,7 @@ impl Counters {
             unexpected,
             scans,
         } = *counted;
-        self.take(&[
+        self.set_all(&[
             (Counter::SensorChecksum, checksum),
             (Counter::SensorCharacter, character),
             (Counter::SensorLineLength, line_length),
@@ -216,7 +216,7 @@ impl Counters {
     }
 
     /// Takes over what the sensor's driver has counted.
-    pub fn take_sensor(&mut self, counted: &SensorCounters) {
+    pub fn set_sensor(&mut self, counted: &SensorCounters) {
         let SensorCounters {
             scans_accepted,
             scans_missing,
@@ -232,7 +232,7 @@ impl Counters {
             timeouts,
             link_failures,
         } = *counted;
-        self.take(&[
+        self.set_all(&[
             (Counter::ScansAccepted, scans_accepted),
             (Counter::ScansMissing, scans_missing),
             (Counter::ScansRepeated, scans_repeated),
@@ -251,7 +251,7 @@ impl Counters {
 
     /// Takes over what the pipeline has counted. Wishes to absorb that it refused are counted where the
     /// refusal is sent.
-    pub fn take_pipeline(&mut self, counted: &pipeline::Counters) {
+    pub fn set_pipeline(&mut self, counted: &pipeline::Counters) {
         let pipeline::Counters {
             foreign_scans,
             short_scans,
@@ -259,7 +259,7 @@ impl Counters {
             spans_merged,
             absorbs_refused: _,
         } = *counted;
-        self.take(&[
+        self.set_all(&[
             (Counter::ForeignScans, foreign_scans),
             (Counter::ShortScans, short_scans),
             (Counter::CandidatesOver, candidates_over),
@@ -267,7 +267,7 @@ impl Counters {
         ]);
     }
 
-    fn take(&mut self, values: &[(Counter, u32)]) {
+    fn set_all(&mut self, values: &[(Counter, u32)]) {
         values.iter().for_each(|&(counter, value)| self.set(counter, value));
     }
 
@@ -328,9 +328,9 @@ mod tests {
         let mut counters = Counters::new();
         let pipeline =
             pipeline::Counters { foreign_scans: 1, short_scans: 2, candidates_over: 3, ..Default::default() };
-        counters.take_pipeline(&pipeline);
-        counters.take_sensor(&SensorCounters { link_failures: 5, scans_missing: 6, ..Default::default() });
-        counters.take_reader(&Losses { scans: 7, echo: 8, ..Default::default() });
+        counters.set_pipeline(&pipeline);
+        counters.set_sensor(&SensorCounters { link_failures: 5, scans_missing: 6, ..Default::default() });
+        counters.set_reader(&Losses { scans: 7, echo: 8, ..Default::default() });
         let some = [
             (Counter::ForeignScans, 1),
             (Counter::ShortScans, 2),

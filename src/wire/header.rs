@@ -1,4 +1,4 @@
-//! The first 40 bytes of every datagram, and who sent it. Frozen for ever.
+//! The first 40 bytes of every datagram, and its sender. Frozen for ever.
 //!
 //! ```text
 //!       0       1       2       3       4       5       6       7
@@ -43,9 +43,9 @@ pub const AUTHENTICATION_LEN: usize = 1 + 8 + 16;
 const _: () = assert!(MAGIC.len() + 1 + 4 + 6 + 1 + AUTHENTICATION_LEN == HEADER_LEN);
 
 /// Set in the kinds that modules send, clear in those that hosts send.
-pub const FROM_MODULE: u8 = 0x80;
+pub(crate) const FROM_MODULE: u8 = 0x80;
 
-/// Who a module is: its hardware address. All 0 means any module.
+/// A module's hardware address. All 0 means any module.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModuleId(pub [u8; 6]);

@@ -8,7 +8,7 @@
 //!  sensor            u8, a code          moved           option of first and last step, varints
 //!    detail          2 varints         counters        list of varints, in the order of `Counter`
 //!  alarms            varint, bits      suspects        list of first step, last step, nearest mm, varints
-//!  storing           u8, 0 or 1        events          list of number, µs, code, version, who (4 u8)
+//!  storing           u8, 0 or 1        events          list of number, µs, code, version, host (4 u8)
 //!  subscribers       u8
 //! ```
 
@@ -96,10 +96,18 @@ code_enum! {
         SettingsChanged = 6, "settings were changed";
         /// A host has asked for a restart.
         Restarting = 7, "restarting";
+        /// An address was stored that no interface can have: the module runs over DHCP.
+        AddressUnusable = 8, "the stored address cannot be used: over DHCP";
+        /// No host was answered over new addressing: the previous one is back.
+        AddressReturned = 9, "no host came over the new address: the previous one is back";
+        /// Three starts in a row did not last: this one is over DHCP, whatever is stored.
+        AddressDefault = 10, "three starts did not last: over DHCP";
+        /// The board's button was held: settings and background are erased.
+        FactoryReset = 11, "settings and background were erased by the button";
     }
 }
 
-/// What needs somebody's attention, a bit each. Bits are only ever added.
+/// Conditions that need an operator's attention, a bit each. Bits are only ever added.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Alarms(pub u32);
@@ -172,7 +180,7 @@ impl LearningProgress {
 /// Most events in a health message: the newest.
 pub const EVENTS: usize = 8;
 
-/// Something that happened and is to be known, told several times so that it does get known.
+/// An event for the host, sent several times so that it arrives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Event {
@@ -184,7 +192,7 @@ pub struct Event {
     pub kind: EventKind,
     /// The background version afterwards.
     pub background_version: u16,
-    /// The host that asked for it, IPv4; 0: nobody.
+    /// The host that asked for it, IPv4; 0: no host did.
     pub by: [u8; 4],
 }
 

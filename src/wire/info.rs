@@ -1,4 +1,4 @@
-//! Who and what a module is. Frozen for ever: a host of any version can read it.
+//! A module's identity, sensor and geometry. Frozen for ever: a host of any version can read it.
 //!
 //! ```text
 //!  request id         u32, fixed
@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 /// Longest name of a module, bytes.
 pub const NAME_MAX: usize = 32;
 
-/// Who and what a module is. Texts are cut at the lengths in the module's picture.
+/// A module's identity, sensor and geometry. Texts are cut at the lengths in the module's picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Info<'a> {

@@ -27,16 +27,17 @@ use super::info::Info;
 use super::part::{ProfilePart, RawPart};
 use super::refusal::Refused;
 use super::report::Report;
-use super::request::{Cookie, SETTINGS_TEXT_MAX};
+use super::request::{COMMON_LEN, Cookie, SETTINGS_TEXT_MAX};
 use serde::{Deserialize, Serialize};
 
 /// Bytes of a cookie's message.
-pub(super) const COOKIE_LEN: usize = 4 + 8 + 8;
+const COOKIE_LEN: usize = 4 + 8 + 8;
 
 /// Most bytes of a settings message.
 pub const SETTINGS_MAX: usize = 4 + text_max(SETTINGS_TEXT_MAX);
 
 const _: () = assert!(HEADER_LEN + SETTINGS_MAX <= DATAGRAM_MAX);
+const _: () = assert!(COOKIE_LEN == COMMON_LEN + 8, "a first subscribe and its answer");
 
 /// A message of a module.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -54,7 +55,7 @@ pub enum Message<'a> {
     },
     /// The answer to a subscribe with a cookie.
     Subscribed(Subscribed),
-    /// Who and what the module is.
+    /// The module's identity, sensor and geometry.
     Info(Info<'a>),
     /// A request was carried out, or what it asked for has begun.
     Done {

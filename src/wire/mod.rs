@@ -31,16 +31,16 @@
 //! | `message` | what modules send: [`Message`] |
 //! | `report` | candidates and unseen spans of a scan |
 //! | `health`, `counters` | how the module is, and what it has dropped |
-//! | `info` | who it is, its sensor and geometry |
+//! | `info` | its identity, sensor and geometry |
 //! | `part` | background profiles and raw scans |
 //! | `refusal` | why a request is refused |
 //! | `codec` | values to bytes and back, lists |
 //!
-//! `docs/wire.md` has it all for people who decode it in another language.
+//! `docs/wire.md` has it all for programs in other languages.
 //!
 //! **Compatibility.** The header, subscribe and its answers, info and the refusal of a version are
 //! frozen. Within a version, fields are added at the end of a message only, never in an item of a list:
-//! who does not know them ignores them; who misses them takes their default. Codes are only
+//! a peer that does not know them ignores them; a peer that misses them takes their default. Codes are only
 //! added. Kinds not known are counted, and refused as [`Refusal::Unsupported`].
 //!
 //! **No panic.** Nothing in here panics on any bytes or values. What is not ours, cut off or

@@ -7,8 +7,8 @@
 //!    6  detail       2 u8   Version: oldest and newest version spoken; Setting: line and fault
 //! ```
 //!
-//! Fixed, and so short that a refusal is never longer than the request: nobody is flooded with
-//! answers by somebody who borrows his address. Code 0 and its detail are frozen for ever.
+//! Fixed, and so short that a refusal is never longer than the request: an attacker that forges a
+//! host's address cannot flood that host with answers. Code 0 and its detail are frozen for ever.
 
 use super::codec::{Malformed, Reader, TooLong, Writer, code_enum};
 use super::counters::Counter;
@@ -88,8 +88,6 @@ pub enum Refusal {
 impl Refusal {
     /// The refusal of every version but those spoken here.
     pub const VERSION: Self = Self::Version { min: VERSION_MIN, max: VERSION };
-
-    /// Code and detail.
     fn code(self) -> [u8; 3] {
         match self {
             Self::Version { min, max } => [0, min, max],

@@ -1,7 +1,7 @@
 //! What a scan showed: one report for every scan, also when nothing was found.
 //!
 //! ```text
-//!    0  sequence            u32     scans reported, or that would have been with nobody listening
+//!    0  sequence            u32     scans reported, or that would have been with no subscriber
 //!    4  setup               u16     steps with any change of sensor, geometry or measurement: see info
 //!    6  background version  u16     what the scan was judged with; 0: with nothing
 //!    8  stamp               u64     step 0 on the module's clock, µs since boot
@@ -33,7 +33,7 @@
 //!
 //! Of a candidate everything arrives as it was but two kinds of numbers: the range step beyond an end
 //! ([`BEYOND_UNIT_MM`], −2.56 to 2.52 m) and the depth of a neck ([`NECK_UNIT_MM`], up to 1.02 m), rounded and
-//! limited. Neither places anybody: [`centre`](crate::centre::centre) gives the same bits on both sides.
+//! limited. Neither enters a position: [`centre`](crate::centre::centre) gives the same bits on both sides.
 //! Unseen spans arrive as they were. An end or a reason of a newer peer reads as `View`
 //! or `Overflow`: nothing is taken from either.
 
@@ -94,7 +94,7 @@ pub struct Report<'a> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ReportHead {
-    /// Counts the reports that were made for anybody, also with nobody listening.
+    /// Counts the reports, also those made while there was no subscriber.
     #[serde(with = "postcard::fixint::le")]
     pub sequence: u32,
     /// Names the sensor, geometry and measurement that [`Info`](super::Info) describes.

@@ -19,13 +19,13 @@
 //! ```
 //!
 //! The first twelve bytes, subscribe and info are frozen for ever. Subscribe is as long as the cookie
-//! it is answered with, and every request longer than a refusal: nobody gets more bytes sent to
-//! an address than he spends, until he has shown that it is his.
+//! it is answered with, and every request longer than a refusal: a host cannot
+//! have more bytes sent to an address than it spends, until it has shown that the address is its own.
 
+use super::DATAGRAM_MAX;
 use super::codec::{Malformed, Reader, TooLong, VARINT_U16, VARINT_U32, text_max};
 use super::header::{FROM_MODULE, HEADER_LEN, Header, Identity, ModuleId, Unreadable, VERSION, VERSION_MIN};
 use super::refusal::{Refusal, Refused};
-use super::{DATAGRAM_MAX, message};
 use crate::background::Absorb;
 
 /// Shows that a host receives what is sent to its address. All 0: none.
@@ -39,7 +39,7 @@ impl Cookie {
 }
 
 /// Bytes in front of what the kind needs.
-const COMMON_LEN: usize = 4 + 8;
+pub(super) const COMMON_LEN: usize = 4 + 8;
 
 /// Longest text of settings, bytes: leaves room in a datagram for fields to come.
 pub const SETTINGS_TEXT_MAX: usize = 1024;
@@ -49,7 +49,6 @@ pub const REQUEST_MAX: usize = COMMON_LEN + text_max(SETTINGS_TEXT_MAX);
 
 const _: () = assert!(HEADER_LEN + REQUEST_MAX <= DATAGRAM_MAX);
 const _: () = assert!(REQUEST_MAX >= COMMON_LEN + VARINT_U32 + 4 * VARINT_U16, "set settings is the longest");
-const _: () = assert!(message::COOKIE_LEN == COMMON_LEN + 8, "a first subscribe and its answer");
 const _: () = assert!(Refused::LEN <= COMMON_LEN, "the shortest request and its refusal");
 
 /// A request.
@@ -61,7 +60,7 @@ pub enum Request<'a> {
         /// The host's time, in whatever form it likes: comes back with the answer.
         t1: [u8; 8],
     },
-    /// Who and what are you?
+    /// The module's identity, sensor and geometry.
     Info,
     /// All settings.
     GetSettings,
@@ -118,7 +117,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Whether the module listens only to those who may control it.
+    /// Whether only hosts with the right to control the module may ask it.
     #[must_use]
     pub const fn controls(&self) -> bool {
         matches!(self, Self::SetSettings { .. } | Self::Learn { .. } | Self::Absorb(_) | Self::Restart)

@@ -1,4 +1,4 @@
-//! What hosts ask of a module, and what comes of it.
+//! Requests of hosts to a module, and their effects.
 
 use crate::on_host::{SECOND_US, World};
 use kehai::background::Absorb;
@@ -101,7 +101,7 @@ fn somebody_is_a_candidate_and_what_stands_still_is_absorbed_only_while_it_is_th
         let host = world.host(1);
         host.subscribe().await.unwrap();
         host.learned().await;
-        *world.somebody.lock().unwrap() = Some((360, 420, 900));
+        *world.person.lock().unwrap() = Some((360, 420, 900));
         host.stay(1.0).await;
         let (sequence, first_step, last_step) = host
             .expect(host.mark(), "candidate", |_, message| match message {
@@ -114,10 +114,10 @@ fn somebody_is_a_candidate_and_what_stands_still_is_absorbed_only_while_it_is_th
             .await;
         assert!((358..=362).contains(&first_step) && (418..=422).contains(&last_step));
         let wish = Absorb { sequence, first_step: 360, last_step: 420, nearest_mm: 800, farthest_mm: 1000 };
-        *world.somebody.lock().unwrap() = None;
+        *world.person.lock().unwrap() = None;
         host.stay(0.5).await;
         assert_eq!(host.order(Request::Absorb(wish)).await, Err(Refusal::Moved));
-        *world.somebody.lock().unwrap() = Some((360, 420, 900));
+        *world.person.lock().unwrap() = Some((360, 420, 900));
         host.stay(0.5).await;
         let begin = host.mark();
         assert_eq!(host.order(Request::Absorb(wish)).await, Ok(()));

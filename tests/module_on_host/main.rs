@@ -6,3 +6,4 @@ mod on_host;
 mod controlling;
 mod storing;
 mod subscribing;
+mod ways_back;

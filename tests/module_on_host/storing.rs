@@ -1,4 +1,4 @@
-//! What a module keeps in its flash.
+//! Contents of a module's flash.
 
 use crate::on_host::World;
 use kehai::wire::{Message, Refusal, Request, SensorCode, SettingFault};
@@ -13,12 +13,12 @@ fn settings_are_validated_stored_with_the_stream_stopped_and_there_after_a_resta
         let fault = |line, fault| Err(Refusal::Setting { line, fault });
         let set = async |text| host.order(Request::SetSettings { text }).await;
         assert_eq!(set("skip=1\nspeed=9").await, fault(1, SettingFault::Key));
-        assert_eq!(set("body_radius_mm=19").await, fault(0, SettingFault::Range));
+        assert_eq!(set("foreground_mm=19").await, fault(0, SettingFault::Range));
         assert_eq!(set("first_step=500\nlast_step=100").await, fault(1, SettingFault::Conflict));
         assert!(host.settings().await.contains("skip=0\n"), "nothing of it was taken");
         let begin = host.mark();
         let operations = world.flash.operations();
-        assert_eq!(set("name=hall\nskip=1\nbody_radius_mm=210").await, Ok(()));
+        assert_eq!(set("name=hall\nskip=1\nforeground_mm=210").await, Ok(()));
         assert!(world.flash.operations() > operations);
         host.stay(5.0).await;
         let told = host.all(begin, |_, message| match message {
@@ -40,7 +40,7 @@ fn settings_are_validated_stored_with_the_stream_stopped_and_there_after_a_resta
         host.order(Request::Restart).await.unwrap();
         host.be_silent(1.0).await;
         host.subscribe().await.unwrap();
-        assert!(host.settings().await.starts_with("name=hall\nbody_radius_mm=210\n"));
+        assert!(host.settings().await.starts_with("name=hall\nforeground_mm=210\n"));
         let begin = host.mark();
         host.stay(8.0).await;
         let versions = host.all(begin, |_, message| match message {
@@ -66,7 +66,7 @@ fn the_stream_is_stopped_while_flash_is_written() {
             let operations = world.flash.operations();
             if operations != last {
                 let state = world.link.with_sensor(|sensor, _| sensor.state());
-                assert_ne!(state, host_sim::urg::State::Streaming, "{operations} operations");
+                assert_ne!(state, kehai_emulator::urg::State::Streaming, "{operations} operations");
             }
             last = operations;
         }

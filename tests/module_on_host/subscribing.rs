@@ -1,9 +1,9 @@
 //! How hosts get a module's reports, and keep them.
 
 use crate::on_host::{MODULE, SECOND_US, World};
-use host_sim::urg::model::{URG_04LX, UST_10LX};
-use host_sim::urg::{Config, Start};
 use kehai::wire::{Alarms, Cookie, Counter, Message, Refusal, Request, SensorCode};
+use kehai_emulator::urg::model::{URG_04LX, UST_10LX, UTM_30LX};
+use kehai_emulator::urg::{Config, Start};
 
 #[test]
 fn a_host_gets_a_cookie_then_a_place_then_a_report_for_every_scan_of_an_empty_room() {
@@ -36,6 +36,30 @@ fn a_host_gets_a_cookie_then_a_place_then_a_report_for_every_scan_of_an_empty_ro
         );
     });
     assert!(world.fed.count() > 50);
+}
+
+// The stream is stopped to store the background 1.5 s after it began: what was learned of the sensor's clock before
+// still counts after.
+#[test]
+fn the_time_of_a_fast_sensor_is_as_good_after_its_background_was_stored_as_before() {
+    for model in [UTM_30LX, UST_10LX] {
+        let world = World::new(Config::new(model));
+        world.run(async || {
+            let host = world.host(1);
+            host.subscribe().await.unwrap();
+            host.learned().await;
+            host.stay(20.0).await;
+            let begin = host.mark();
+            host.stay(2.0).await;
+            let uncertainty_us = host.all(begin, |_, message| match message {
+                Message::Report(report) => Some(report.head.uncertainty_us),
+                _ => None,
+            });
+            let worst_us = uncertainty_us.iter().max().copied().unwrap();
+            println!("{}: ±{worst_us} µs 20 s after the background was stored", model.name);
+            assert!(uncertainty_us.len() > 70 && worst_us < 2_500);
+        });
+    }
 }
 
 #[test]

@@ -6,35 +6,36 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::rc::Rc;
 
 use embassy_futures::select::{Either, select};
-use host_sim::link::{LinkOptions, MemoryLink};
-use host_sim::module::Fed;
-use host_sim::module::flash::{Flash, PAGE_LEN};
-use host_sim::module::network::{HostSocket, Network};
-use host_sim::simulated_time::{SimulatedClock, block_on_until};
-use host_sim::source::{RangeSource, Revolution, SensorGeometry, SourceScan, StillRoom};
-use host_sim::urg::model::URG_04LX;
-use host_sim::urg::{Config, Urg};
+use kehai::device::starts::ShortStarts;
+use kehai::device::{About, Addressing, Module};
 use kehai::link::Clock as _;
-use kehai::module::{About, Module};
 use kehai::scan::MAX_BEAMS;
 use kehai::sensor::{Driver, LineSettings};
 use kehai::store::flash::FlashStore;
 use kehai::tasks::{self, Hardware, Notices};
 use kehai::wire::{Cookie, Counter, Identity, Message, ModuleId, Refusal, Request, Subscribed};
+use kehai_emulator::link::{LinkOptions, MemoryLink};
+use kehai_emulator::pc::Fed;
+use kehai_emulator::pc::flash::{Flash, PAGE_LEN};
+use kehai_emulator::pc::network::{HostSocket, Network};
+use kehai_emulator::simulated_time::{SimulatedClock, block_on_until};
+use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan, StillRoom};
+use kehai_emulator::urg::model::URG_04LX;
+use kehai_emulator::urg::{Config, Urg};
 
 pub const SECOND_US: u64 = 1_000_000;
 pub const MODULE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
 pub const PAGES: usize = 8;
 
-/// The still room, and somebody in it: every step from `first` to `last` reads `range_mm`.
+/// The still room, and a person in it: every step from `first` to `last` reads `range_mm`.
 #[derive(Clone)]
 pub struct Room {
     still: StillRoom,
-    pub somebody: Shared,
+    pub person: PersonInView,
 }
 
 /// First step, last step, range in mm.
-pub type Shared = std::sync::Arc<std::sync::Mutex<Option<(u16, u16, u32)>>>;
+pub type PersonInView = std::sync::Arc<std::sync::Mutex<Option<(u16, u16, u32)>>>;
 
 impl RangeSource for Room {
     fn geometry(&self) -> SensorGeometry {
@@ -44,7 +45,7 @@ impl RangeSource for Room {
     fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
         let first_step = self.geometry().first_step;
         let mut scan = self.still.scan(revolution)?;
-        if let Some((first, last, range_mm)) = *self.somebody.lock().unwrap() {
+        if let Some((first, last, range_mm)) = *self.person.lock().unwrap() {
             for (step, value_mm) in (first_step..).zip(&mut scan.ranges_mm) {
                 if (first..=last).contains(&step) {
                     *value_mm = range_mm;
@@ -61,19 +62,23 @@ pub struct World {
     pub network: Network,
     pub flash: Flash,
     pub link: MemoryLink,
-    pub somebody: Shared,
+    pub person: PersonInView,
     pub fed: Fed,
     pub line: LineSettings,
     pub notices: Notices,
     /// Starts so far.
     pub starts: Rc<Cell<u32>>,
+    /// Addressing of the present start.
+    pub addressing: Cell<Addressing>,
+    /// Number of short starts that the next start will find.
+    pub short_starts: Cell<ShortStarts>,
 }
 
 impl World {
     pub fn new(config: Config) -> Self {
         let clock = SimulatedClock::new();
-        let room = Room { still: StillRoom::new(config.model.geometry), somebody: Shared::default() };
-        let somebody = room.somebody.clone();
+        let room = Room { still: StillRoom::new(config.model.geometry), person: PersonInView::default() };
+        let person = room.person.clone();
         let serial = config.paced;
         let link = MemoryLink::new(&clock, Urg::new(config, Box::new(room), 0), LinkOptions::default());
         let speed = LineSettings::Serial { last_baud: None, wanted_baud: None, fastest_baud: 750_000 };
@@ -82,11 +87,13 @@ impl World {
             clock,
             flash: Flash::new(PAGES),
             link,
-            somebody,
+            person,
             fed: Fed::default(),
             notices: Notices::new(),
             line: if serial { speed } else { LineSettings::NoSpeed },
             starts: Rc::default(),
+            addressing: Cell::default(),
+            short_starts: Cell::default(),
         }
     }
 
@@ -108,7 +115,8 @@ impl World {
                 watchdog_reset: false,
             };
             let mut module = Box::new(Module::<MAX_BEAMS>::new(about));
-            tasks::begin(&mut store, &mut module).await;
+            tasks::begin(&mut store, &mut module, self.short_starts.get()).await;
+            self.addressing.set(module.settings().addressing);
             self.starts.set(self.starts.get() + 1);
             let settings = module.settings().sensor(self.line);
             let mut driver = Box::new(Driver::new(self.link.clone(), self.clock.clone(), settings));
@@ -318,7 +326,7 @@ impl Host {
         .await
     }
 
-    /// Asks, and waits for what is answered with done or a refusal.
+    /// Sends a request, and waits for its answer: done or a refusal.
     pub async fn order(&self, request: Request<'_>) -> Result<(), Refusal> {
         let begin = self.mark();
         let id = self.ask(request);

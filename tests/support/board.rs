@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use host_sim::module::host::Host;
-use host_sim::qemu::{self, Error, Line, Machine, Network, Qemu};
+use kehai_emulator::pc::host::Host;
+use kehai_emulator::qemu::{self, Error, Forwarded, GuestTime, Line, Machine, Network, Qemu};
 
 pub const MAC: [u8; 6] = [0x52, 0x54, 0x00, 0x12, 0x34, 0x81];
 
@@ -14,8 +14,8 @@ pub fn image() -> Option<&'static Path> {
     static IMAGE: OnceLock<Option<PathBuf>> = OnceLock::new();
     let build = || match qemu::image() {
         Ok(image) => Some(image),
-        Err(error @ (Error::NoQemu | Error::NoTarget)) if std::env::var_os("CI").is_none() => {
-            println!("{error}: nothing tested");
+        Err(error @ (Error::NoQemu | Error::NoTarget)) => {
+            test_support::fail_in_ci_else_skip(error);
             None
         }
         Err(error) => panic!("{error}"),
@@ -23,9 +23,10 @@ pub fn image() -> Option<&'static Path> {
     IMAGE.get_or_init(build).as_deref()
 }
 
-/// A board with this sensor, on a network of its own.
+/// A board with this sensor, on a network of its own, in a time of its own.
 pub fn start(image: &Path, line: Line<'_>, flash: Option<&Path>) -> Qemu {
-    Qemu::start(&Machine { image, mac: MAC, line, network: Network::User, flash }).unwrap()
+    let (time, network) = (&GuestTime::new(), Network::User);
+    Qemu::start(&Machine { image, mac: MAC, time, line, network, flash }).unwrap()
 }
 
 /// Waits for `text` and fails with what QEMU and the log have to say.
@@ -35,6 +36,6 @@ pub fn wait_for(board: &mut Qemu, text: &str) -> qemu::Message {
 }
 
 /// A host of the board's module.
-pub fn host_of(board: &Qemu) -> Host {
-    Host::new(board.module()).unwrap()
+pub fn host_of(board: &Qemu) -> Host<Forwarded> {
+    Host::at(Forwarded::new(board.module(), board.time()).unwrap())
 }

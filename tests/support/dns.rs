@@ -28,7 +28,7 @@ pub struct Found {
     pub txt: BTreeMap<String, String>,
 }
 
-/// "Who offers `service`?", where that is `_kehai._udp.local`.
+/// An mDNS query for instances of `service`, such as `_kehai._udp.local`.
 pub fn question(id: u16, service: &str) -> Vec<u8> {
     let mut message = [&id.to_be_bytes()[..], &[0, 0, 0, 1, 0, 0, 0, 0, 0, 0]].concat();
     for label in service.split('.') {

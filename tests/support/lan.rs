@@ -4,7 +4,7 @@
 //!                    tap1 ┐                              dgram ┐
 //!   modules in QEMU  tap2 ┼ bridge ─ host        or      dgram ┼ Switch ─ host, in whole frames
 //!                    tap3 ┘                              dgram ┘
-//!                    in a network namespace: for root           for everybody
+//!                    in a network namespace: for root           for every user
 //! ```
 
 use std::cell::RefCell;
@@ -15,9 +15,8 @@ use std::net::{Ipv4Addr, UdpSocket};
 use std::os::fd::AsFd;
 use std::process::{Child, Command, Stdio};
 use std::rc::Rc;
-use std::time::{Duration, Instant};
 
-use host_sim::qemu::{Network, PATIENCE, Port, Switch};
+use kehai_emulator::qemu::{GuestTime, Network, PATIENCE_US, Port, STEP_US, Switch};
 use mdns_sd::{IfKind, Receiver, ServiceDaemon, ServiceEvent};
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
@@ -25,17 +24,28 @@ use crate::dns::{self, Found};
 use crate::segment;
 use kehai::wire::{Cookie, Counters, Identity, Message, ModuleId, Request};
 
-/// How long a look for a datagram takes at most.
-const LOOK: Duration = Duration::from_millis(5);
+/// Between two subscriptions.
+const RENEWAL_US: u64 = 500_000;
 
-/// The segment.
-pub enum Lan {
+/// The segment, and the time its modules live in.
+pub struct Lan {
+    pub time: GuestTime,
+    pub kind: Kind,
+}
+
+/// What connects the modules.
+pub enum Kind {
     Bridge(Bridge),
     Switch(Switch, Rc<Frames>),
 }
 
-/// What modules are to be found with.
-pub enum Search {
+/// The means by which modules are found.
+pub struct Search {
+    time: GuestTime,
+    kind: SearchKind,
+}
+
+enum SearchKind {
     Daemon(ServiceDaemon, Receiver<ServiceEvent>),
     Frames(Rc<Frames>),
 }
@@ -45,7 +55,11 @@ impl Lan {
     /// tests that pass.
     pub fn new(taps: usize) -> Self {
         let (lan, which) = match Bridge::new(taps) {
-            Ok(bridge) => (Self::Bridge(bridge), "taps on a bridge in a network namespace".to_owned()),
+            // The kernel's network and the search daemon go by this machine's clock.
+            Ok(bridge) => (
+                Self { time: GuestTime::not_faster_than_real(), kind: Kind::Bridge(bridge) },
+                "taps on a bridge in a network namespace".to_owned(),
+            ),
             Err(error) => (Self::switch(), format!("the datagram switch, as there is no bridge: {error}")),
         };
         let _ = writeln!(io::stderr(), "segment of {taps}: {which}");
@@ -53,45 +67,47 @@ impl Lan {
     }
 
     pub fn switch() -> Self {
-        let mut switch = Switch::start().unwrap();
-        let port = switch.take_port().unwrap();
-        Self::Switch(switch, Rc::new(Frames { port, waiting: RefCell::default() }))
+        let time = GuestTime::new();
+        let switch = Switch::new(&time).unwrap();
+        let port = switch.port();
+        Self { time, kind: Kind::Switch(switch, Rc::new(Frames { port, waiting: RefCell::default() })) }
     }
 
     /// The plug for module `number`, from 0.
     pub fn network(&self, number: usize) -> Network<'_> {
-        match self {
-            Self::Bridge(bridge) => Network::Tap(&bridge.taps[number]),
-            Self::Switch(switch, _) => Network::Switch(switch),
+        match &self.kind {
+            Kind::Bridge(bridge) => Network::Tap(&bridge.taps[number]),
+            Kind::Switch(switch, _) => Network::Switch(switch),
         }
     }
 
     /// Begins to look for `service`, as in [`dns::question`].
     pub fn search(&self, service: &str) -> Search {
-        match self {
-            Self::Bridge(_) => {
+        let kind = match &self.kind {
+            Kind::Bridge(_) => {
                 let daemon = ServiceDaemon::new().unwrap();
                 daemon.disable_interface(IfKind::IPv6).unwrap();
                 let events = daemon.browse(&format!("{service}.")).unwrap();
-                Search::Daemon(daemon, events)
+                SearchKind::Daemon(daemon, events)
             }
-            Self::Switch(_, frames) => {
+            Kind::Switch(_, frames) => {
                 frames.send((dns::GROUP_MAC, dns::GROUP, dns::PORT), dns::PORT, &dns::question(0, service));
-                Search::Frames(Rc::clone(frames))
+                SearchKind::Frames(Rc::clone(frames))
             }
-        }
+        };
+        Search { time: self.time.clone(), kind }
     }
 
-    /// A host of the module `found`, whose hardware address is `mac`.
+    /// A host of the module `found` with the hardware address `mac`.
     pub fn subscribe(&self, found: &Found, mac: [u8; 6]) -> Subscriber {
-        let way = match self {
-            Self::Bridge(_) => {
+        let way = match &self.kind {
+            Kind::Bridge(_) => {
                 let socket = UdpSocket::bind((Ipv4Addr::from(segment::HOST), 0)).unwrap();
                 socket.connect((Ipv4Addr::from(found.address), found.port)).unwrap();
-                socket.set_read_timeout(Some(LOOK)).unwrap();
+                socket.set_nonblocking(true).unwrap();
                 Way::Socket(socket)
             }
-            Self::Switch(_, frames) => Way::Frames {
+            Kind::Switch(_, frames) => Way::Frames {
                 frames: Rc::clone(frames),
                 // The last byte tells modules apart.
                 port: 6000 + u16::from(found.address[3]),
@@ -99,25 +115,26 @@ impl Lan {
             },
         };
         Subscriber {
+            time: self.time.clone(),
             way,
             module: ModuleId(mac),
             identity: Identity::default(),
             cookie: Cookie::NONE,
-            renewed: None,
+            renewed_us: None,
             sequences: Vec::new(),
             health: None,
             background_version: 0,
         }
     }
 
-    /// Sends to everybody's mDNS.
+    /// Sends a message to the mDNS group.
     pub fn ask_everybody(&self, message: &[u8]) {
-        match self {
-            Self::Bridge(_) => {
+        match &self.kind {
+            Kind::Bridge(_) => {
                 let socket = UdpSocket::bind((Ipv4Addr::from(segment::HOST), 0)).unwrap();
                 socket.send_to(message, (Ipv4Addr::from(dns::GROUP), dns::PORT)).unwrap();
             }
-            Self::Switch(_, frames) => {
+            Kind::Switch(_, frames) => {
                 frames.send((dns::GROUP_MAC, dns::GROUP, dns::PORT), 6353, message);
             }
         }
@@ -125,30 +142,22 @@ impl Lan {
 }
 
 impl Search {
-    /// The next module found, or one of which there is news.
+    /// The next module that was found or has changed.
     #[track_caller]
     pub fn next(&self, service: &str) -> Found {
-        let begin = Instant::now();
-        while begin.elapsed() < PATIENCE {
-            let found = match self {
-                Self::Daemon(_, events) => {
-                    events.recv_timeout(LOOK).ok().and_then(|event| resolved(event, service))
-                }
-                Self::Frames(frames) => frames
-                    .receive(|datagram| datagram.to_port == dns::PORT)
-                    .and_then(|datagram| dns::found(&datagram.payload, service)),
-            };
-            if let Some(found) = found {
-                return found;
-            }
-        }
-        panic!("no module announces itself");
+        let look = || match &self.kind {
+            SearchKind::Daemon(_, events) => events.try_iter().find_map(|event| resolved(event, service)),
+            SearchKind::Frames(frames) => frames
+                .look(|datagram| datagram.to_port == dns::PORT)
+                .and_then(|datagram| dns::found(&datagram.payload, service)),
+        };
+        self.time.until(PATIENCE_US, look).expect("no module announces itself")
     }
 }
 
 impl Drop for Search {
     fn drop(&mut self) {
-        if let Self::Daemon(daemon, _) = self {
+        if let SearchKind::Daemon(daemon, _) = &self.kind {
             let _ = daemon.shutdown();
         }
     }
@@ -181,6 +190,7 @@ impl Way {
         }
     }
 
+    /// The next datagram that has come.
     fn receive(&self) -> Option<Vec<u8>> {
         match self {
             Self::Socket(socket) => {
@@ -189,7 +199,7 @@ impl Way {
                 Some(buffer[..len].to_vec())
             }
             Self::Frames { frames, port, to } => frames
-                .receive(|datagram| (datagram.to_port, datagram.from) == (*port, to.1))
+                .look(|datagram| (datagram.to_port, datagram.from) == (*port, to.1))
                 .map(|datagram| datagram.payload),
         }
     }
@@ -197,11 +207,12 @@ impl Way {
 
 /// A host that subscribes to one module and keeps the sequences of its reports.
 pub struct Subscriber {
+    time: GuestTime,
     way: Way,
     module: ModuleId,
     identity: Identity,
     cookie: Cookie,
-    renewed: Option<Instant>,
+    renewed_us: Option<u64>,
     pub sequences: Vec<u32>,
     /// Counters and whether something is being stored, by the newest health.
     pub health: Option<(Counters, bool)>,
@@ -209,21 +220,22 @@ pub struct Subscriber {
 }
 
 impl Subscriber {
-    /// Subscribes if it is time to, and takes one datagram, if there is one.
-    pub fn turn(&mut self) {
-        if self.renewed.is_none_or(|renewed| renewed.elapsed() > Duration::from_millis(500)) {
+    /// Subscribes if a renewal is due, and handles one datagram; false if none came.
+    pub fn turn(&mut self) -> bool {
+        let now_us = self.time.now_us();
+        if self.renewed_us.is_none_or(|renewed_us| now_us - renewed_us > RENEWAL_US) {
             let mut datagram = [0; 1400];
             let subscribe = Request::Subscribe { t1: [0; 8] };
             let len = subscribe.encode(self.identity, 1, self.cookie, &mut datagram).unwrap();
             self.way.send(&datagram[..len]);
-            self.renewed = Some(Instant::now());
+            self.renewed_us = Some(now_us);
         }
-        let Some(datagram) = self.way.receive() else { return };
+        let Some(datagram) = self.way.receive() else { return false };
         let (header, message) = Message::decode(&datagram).unwrap();
         assert_eq!(header.identity.module, self.module, "another module answers at this address");
         self.identity = header.identity;
         match message {
-            Message::Cookie { cookie, .. } => (self.cookie, self.renewed) = (cookie, None),
+            Message::Cookie { cookie, .. } => (self.cookie, self.renewed_us) = (cookie, None),
             Message::Report(report) => self.sequences.push(report.head.sequence),
             Message::Health(health) => {
                 self.health = Some((health.counters, health.head.storing));
@@ -231,15 +243,18 @@ impl Subscriber {
             }
             _ => {}
         }
+        true
     }
 
     /// Until `done`.
     #[track_caller]
     pub fn until(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
-        let begin = Instant::now();
+        let end_us = self.time.now_us() + PATIENCE_US;
         while !done(self) {
-            assert!(begin.elapsed() < PATIENCE, "no {what}; reports {:?}", self.sequences);
-            self.turn();
+            assert!(self.time.now_us() < end_us, "no {what}; reports {:?}", self.sequences);
+            if !self.turn() {
+                self.time.step();
+            }
         }
     }
 
@@ -257,7 +272,7 @@ pub struct Frames {
     waiting: RefCell<VecDeque<Datagram>>,
 }
 
-/// What came in one frame: a UDP datagram, or with ports 0 the message of another protocol.
+/// Content of one frame: a UDP datagram, or with ports 0 the message of another protocol.
 #[derive(Clone, Debug)]
 pub struct Datagram {
     pub protocol: u8,
@@ -269,25 +284,25 @@ pub struct Datagram {
 
 impl Frames {
     fn send(&self, to: ([u8; 6], [u8; 4], u16), from_port: u16, payload: &[u8]) {
-        self.port.send(&segment::datagram(from_port, to, payload)).unwrap();
+        self.port.send(&segment::datagram(from_port, to, payload));
     }
 
-    /// The oldest datagram that is `wanted`; looks for a new one if there is none.
-    pub fn receive(&self, wanted: impl Fn(&Datagram) -> bool) -> Option<Datagram> {
+    /// The oldest received datagram that is `wanted`.
+    pub fn look(&self, wanted: impl Fn(&Datagram) -> bool) -> Option<Datagram> {
         let waiting = &mut *self.waiting.borrow_mut();
-        if let Some(at) = waiting.iter().position(&wanted) {
-            return waiting.remove(at);
+        while let Some(frame) = self.port.receive(0) {
+            if let Some(answer) = segment::arp_answer(&frame) {
+                self.port.send(&answer);
+            }
+            waiting.extend(received(&frame));
         }
-        let frame = self.port.receive(LOOK)?;
-        if let Some(answer) = segment::arp_answer(&frame) {
-            self.port.send(&answer).unwrap();
-        }
-        let datagram = received(&frame)?;
-        if wanted(&datagram) {
-            return Some(datagram);
-        }
-        waiting.push_back(datagram);
-        None
+        let at = waiting.iter().position(wanted)?;
+        waiting.remove(at)
+    }
+
+    /// The same; waits a step for it.
+    pub fn receive(&self, wanted: impl Fn(&Datagram) -> bool) -> Option<Datagram> {
+        self.port.time().until(STEP_US, || self.look(&wanted))
     }
 }
 

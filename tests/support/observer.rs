@@ -1,4 +1,4 @@
-//! An emulated sensor that goes wrong, and what a host that keeps every report must have seen of it.
+//! An emulated sensor with faults, and the reports that a host must have received from its module.
 //!
 //! ```text
 //!   UdpSensor ══▶ board ══ user network, or a Switch ══▶ Host
@@ -9,12 +9,12 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
-use host_sim::module::host::{Host, Way};
-use host_sim::serve::UdpSensor;
-use host_sim::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
-use host_sim::urg::faults::Fault;
-use host_sim::urg::{Config, Urg};
 use kehai::wire::ModuleId;
+use kehai_emulator::pc::host::{Host, Way};
+use kehai_emulator::serve::UdpSensor;
+use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
+use kehai_emulator::urg::faults::Fault;
+use kehai_emulator::urg::{Config, Urg};
 
 use super::board::MAC;
 
@@ -23,7 +23,7 @@ pub const SECOND_US: u64 = 1_000_000;
 /// Ranges by when their scan began, on the sensor's own time.
 pub type Measured = Arc<Mutex<BTreeMap<u64, Vec<u32>>>>;
 
-/// Keeps what a source has given.
+/// A source that records its scans.
 pub struct Noted<S>(pub S, pub Measured);
 
 impl<S: RangeSource> RangeSource for Noted<S> {
@@ -40,7 +40,7 @@ impl<S: RangeSource> RangeSource for Noted<S> {
 
 /// A sensor for a board's line.
 pub fn sensor(config: Config, source: impl RangeSource + 'static) -> UdpSensor {
-    UdpSensor::start(Urg::new(config, Box::new(source), 0)).unwrap()
+    UdpSensor::new(Urg::new(config, Box::new(source), 0)).unwrap()
 }
 
 /// From now on this goes wrong with `sensor`, and nothing else; its own clock, ms.

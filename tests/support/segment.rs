@@ -24,7 +24,7 @@ const ACKNOWLEDGE: u8 = 5;
 const MESSAGE_TYPE: u8 = 53;
 const HOST_NAME: u8 = 12;
 
-/// "Who has `address`? Tell me."
+/// An ARP request for `address`.
 pub fn who_has(address: [u8; 4], asker: [u8; 4]) -> Vec<u8> {
     let mut frame = [&[0xff; 6][..], &HOST_MAC, &[0x08, 0x06], &[0, 1, 8, 0, 6, 4, 0, 1]].concat();
     frame.extend([&HOST_MAC[..], &asker, &[0; 6], &address].concat());
@@ -55,7 +55,7 @@ pub fn host_name(frame: &[u8]) -> Option<String> {
     option(frame, HOST_NAME).map(|name| String::from_utf8_lossy(name).into_owned())
 }
 
-/// What a DHCP server answers to `frame`, if that is a DHCP request.
+/// Answer of a DHCP server to `frame`, if that is a DHCP request.
 pub fn dhcp_answer(frame: &[u8]) -> Option<Vec<u8>> {
     let kind = match option(frame, MESSAGE_TYPE)?[0] {
         DISCOVER => OFFER,

@@ -9,10 +9,9 @@
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
-use std::time::Duration;
 
-use host_sim::module::host::Way;
-use host_sim::qemu::Port;
+use kehai_emulator::pc::host::Way;
+use kehai_emulator::qemu::{Port, STEP_US};
 
 use super::board::MAC;
 use super::segment::{GIVEN, dhcp_answer};
@@ -21,16 +20,16 @@ use super::segment::{GIVEN, dhcp_answer};
 const STATION_PORT: u16 = 5000;
 const MODULE_PORT: u16 = 4040;
 
-/// A datagram for a station: its address, and what is in it.
+/// Datagrams for stations: address of the station, and content.
 type Inbox = VecDeque<([u8; 4], Vec<u8>)>;
 
 /// The segment a module is on.
 pub struct Segment {
     port: Port,
     inbox: RefCell<Inbox>,
-    /// Addresses whose owners answer ARP.
+    /// Addresses that answer ARP.
     answering: RefCell<Vec<[u8; 4]>>,
-    /// Questions for addresses whose owners do not.
+    /// ARP requests for other addresses.
     unanswered: Cell<u32>,
 }
 
@@ -44,36 +43,36 @@ impl Segment {
         })
     }
 
-    /// A host at `address`. One that answers ARP also asks by ARP where the module is, as hosts do; the module
-    /// knows it from then on.
+    /// A host at `address`. If it answers ARP it also sends an ARP request for the module, as hosts do; the module
+    /// knows its address from then on.
     pub fn station(self: &Rc<Self>, address: [u8; 4], answers_arp: bool) -> Station {
         if answers_arp {
             self.answering.borrow_mut().push(address);
             let own = hardware(address);
             let question = [&[0xff; 6][..], &own, &[8, 6], &[0, 1, 8, 0, 6, 4, 0, 1]].concat();
-            self.port.send(&[&question, &own[..], &address, &[0; 6], &GIVEN].concat()).unwrap();
+            self.port.send(&[&question, &own[..], &address, &[0; 6], &GIVEN].concat());
         }
         Station { segment: Rc::clone(self), address }
     }
 
-    /// Questions nobody answered.
+    /// ARP requests without an answer.
     pub fn unanswered(&self) -> u32 {
         self.unanswered.get()
     }
 
-    /// Takes the frames there are, and for `wait` those that come.
-    pub fn serve(&self, wait: Duration) {
-        let mut wait = wait;
-        while let Some(frame) = self.port.receive(wait) {
-            wait = Duration::ZERO;
+    /// Takes the frames there are, and those of the next step if there are none.
+    pub fn serve(&self) {
+        let mut wait_us = STEP_US;
+        while let Some(frame) = self.port.receive(wait_us) {
+            wait_us = 0;
             if let Some(answer) = dhcp_answer(&frame).or_else(|| self.arp_answer(&frame)) {
-                self.port.send(&answer).unwrap();
+                self.port.send(&answer);
             }
             self.inbox.borrow_mut().extend(datagram(&frame));
         }
     }
 
-    /// The answer to "who has", if its owner answers.
+    /// The answer to an ARP request, if its address is one that answers.
     fn arp_answer(&self, frame: &[u8]) -> Option<Vec<u8>> {
         if frame.len() < 42 || frame[12..14] != [8, 6] || frame[20..22] != [0, 1] || frame[28..32] != GIVEN {
             return None;
@@ -109,16 +108,22 @@ impl Way for Station {
         let checksum = !((sum & 0xffff) + (sum >> 16)) as u16;
         header[10..12].copy_from_slice(&checksum.to_be_bytes());
         let frame = [&MAC[..], &hardware(self.address), &[8, 0], &header, &udp].concat();
-        self.segment.port.send(&frame).unwrap();
+        self.segment.port.send(&frame);
     }
 
     fn receive(&self, buffer: &mut [u8]) -> Option<usize> {
-        self.segment.serve(Duration::from_millis(5));
-        let mut inbox = self.segment.inbox.borrow_mut();
-        let at = inbox.iter().position(|(to, _)| *to == self.address)?;
-        let (_, datagram) = inbox.remove(at)?;
+        let waiting = || self.segment.inbox.borrow().iter().position(|(to, _)| *to == self.address);
+        if waiting().is_none() {
+            self.segment.serve();
+        }
+        let at = waiting()?;
+        let (_, datagram) = self.segment.inbox.borrow_mut().remove(at)?;
         buffer[..datagram.len()].copy_from_slice(&datagram);
         Some(datagram.len())
+    }
+
+    fn now_us(&self) -> u64 {
+        self.segment.port.time().now_us()
     }
 }
 
@@ -128,7 +133,7 @@ fn hardware(address: [u8; 4]) -> [u8; 6] {
     [0x02, 0, a, b, c, d]
 }
 
-/// What the module has sent to a station with `frame`.
+/// The datagram to a station in `frame`: the station's address, and the content.
 fn datagram(frame: &[u8]) -> Option<([u8; 4], Vec<u8>)> {
     let for_station = frame.len() >= 42
         && frame[12..14] == [8, 0]

@@ -1,4 +1,4 @@
-//! What arrives is what was sent; damaged and foreign bytes are refused.
+//! A message arrives as it was sent; damaged and foreign bytes are refused.
 
 use crate::samples::*;
 use kehai::candidate::{CANDIDATES, CONTOUR_POINTS_WIDE, Candidate, End, EndKind, NECKS, Neck};
@@ -68,7 +68,7 @@ fn any_span() -> impl Strategy<Value = UnseenSpan> {
         .prop_map(|((first_step, beams), reason, near_mm)| UnseenSpan { first_step, beams, reason, near_mm })
 }
 
-/// A candidate without what is rounded on the wire.
+/// A candidate without the fields that are rounded on the wire.
 fn exact(candidate: &Candidate) -> Candidate {
     let mut exact = candidate.clone();
     (exact.first_end.step_mm, exact.last_end.step_mm) = (0, 0);
@@ -152,7 +152,7 @@ proptest! {
     }
 }
 
-/// Reads a datagram as both sides would; what was understood can be sent on and says the same again.
+/// Decodes a datagram as both sides would; a decoded message can be encoded again without change.
 fn read_everything(bytes: &[u8]) -> Result<(), TestCaseError> {
     if let Ok(incoming) = Incoming::open(bytes)
         && let Ok(request) = incoming.request(incoming.header.identity)

@@ -1,4 +1,4 @@
-//! Every message fits a datagram, and nobody is sent more than he spends.
+//! Every message fits a datagram, and no host is sent more than it spends.
 
 use crate::samples::*;
 use kehai::background::{BeamProfile, SUSPECTS};

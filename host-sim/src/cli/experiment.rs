@@ -1,34 +1,43 @@
-//! `kehai-sim experiment`: tables of trackers in simulated scenes, from one command.
+//! `kehai-sim experiment`: tables of trackers in simulated scenes, the pages that show them, and the check of both.
 
+use std::collections::BTreeSet;
 use std::error::Error;
 use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use host_sim::experiment::plan::{Table, Work};
-use host_sim::experiment::{Row, findings, page, passages, picture, poses, runner, table};
-use host_sim::run::{Conditions, Options};
-use host_tracker::trackers::Choice;
+use clap::{Args, Subcommand};
+use host_sim::baselines::Choice;
+use host_sim::experiment::jobs::Runs;
+use host_sim::experiment::plan::Table;
+use host_sim::experiment::summary::{Layout, markdown};
+use host_sim::experiment::{line, pages, results};
+use host_sim::run::Conditions;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Run a table of experiments: scenes × people × seeds × trackers, on all cores
 ///
 /// The same table and seeds give the same figures on every machine.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  kehai-sim experiment all --out tables --docs docs/accuracy.md       every figure of that page
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:
   kehai-sim experiment door --out tables        the first table, and its picture
   kehai-sim experiment ideas --seeds 0-39       what each idea is worth, on development seeds
-  kehai-sim experiment passages --docs docs/door.md      the guarded door
-  kehai-sim experiment paper-a --docs docs/door.md       paper A's experiment from end to end
-  kehai-sim experiment door --seeds 0-9 --tracker kehai --tracker lee")]
+  kehai-sim experiment door --seeds 0-9 --tracker kehai --tracker lee
+  cargo figures pages                           print every table of docs/ anew; goes on where it was cut
+  cargo figures check                           run some of their seeds again, and compare"
+)]
 pub struct Arguments {
-    /// The table
-    #[arg(value_enum)]
-    table: Table,
+    #[command(subcommand)]
+    command: Option<Command>,
 
-    /// First and last seed [default: the table's own, from 10000 on]; 10000-10199 are held out: tune on none of them
+    /// The table
+    #[arg(value_enum, required = true)]
+    table: Option<Table>,
+
+    /// First and last seed [default: the table's own, from 10000 on]; all below 10200 are development seeds
     #[arg(long, value_name = "FIRST-LAST", value_parser = seeds)]
     seeds: Option<RangeInclusive<u64>>,
 
@@ -40,13 +49,41 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "lan", value_parser = super::scene::conditions)]
     network: Conditions,
 
-    /// Write TABLE.csv and TABLE.md to this folder; the door area's picture TABLE.svg, every run of others TABLE-runs.csv
+    /// Write TABLE.csv and TABLE.md to this folder; of door areas TABLE.svg, of others TABLE-runs.csv with every run
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+}
 
-    /// Write the tables into this page, each between its two comments, and door's picture to images/accuracy.svg beside it
-    #[arg(long, value_name = "FILE.md")]
-    docs: Option<PathBuf>,
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Print the tables of docs/ anew: the pages, and beside them every figure and the digest of every run
+    ///
+    /// To be run with cargo, in a working tree in which everything but docs/ is committed: so what is built is what
+    /// the tables name. Results are kept under target/experiments until the next commit; a run that was cut goes on.
+    Pages(Docs),
+    /// Run some seeds of every table of docs/ again, and fail if any run comes out otherwise than on its page
+    Check {
+        #[command(flatten)]
+        docs: Docs,
+        /// Only seeds that are multiples of this are run again
+        #[arg(long, value_name = "N", default_value = "25", value_parser = clap::value_parser!(u64).range(1..))]
+        every: u64,
+    },
+}
+
+#[derive(Debug, Args)]
+struct Docs {
+    /// Only these tables [default: all; check then wants all of one commit]
+    #[arg(value_enum)]
+    tables: Vec<Table>,
+
+    /// The folder of the pages
+    #[arg(long, value_name = "DIR", default_value = "docs")]
+    docs: PathBuf,
+
+    /// First and last seed of every table, to try it [default: each table's own]
+    #[arg(long, value_name = "FIRST-LAST", value_parser = seeds)]
+    seeds: Option<RangeInclusive<u64>>,
 }
 
 fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
@@ -60,112 +97,114 @@ fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 
 /// Does it.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-    if let Some(page) = &arguments.docs {
-        // Before an hour is spent.
-        arguments.table.each().iter().try_for_each(|table| fill(page, *table, None))?;
+    match (&arguments.command, arguments.table) {
+        (Some(Command::Pages(docs)), _) => docs.print(),
+        (Some(Command::Check { docs, every }), _) => docs.check(*every),
+        (None, Some(table)) => table.each().into_iter().try_for_each(|table| one(arguments, table)),
+        (None, None) => Err("which table?".into()),
     }
-    if let Some(folder) = &arguments.out {
-        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+}
+
+/// Runs one table, prints it, and writes its files.
+fn one(arguments: &Arguments, table: Table) -> Result<(), Box<dyn Error>> {
+    let Arguments { tracker, seeds, network, out, .. } = arguments;
+    let runs = Runs { bar: bar(table)?, ..Runs::default() };
+    let results = results::run(table, tracker, seeds.as_ref(), *network, &runs)?;
+    runs.bar.finish_and_clear();
+    let text = markdown(&results.lines, Layout::AsRun);
+    print!("{text}");
+    let Some(folder) = out else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let path = |ending: &str| folder.join(format!("{table}{ending}"));
+    let create = |path: &Path| File::create(path).map_err(|error| format!("{}: {error}", path.display()));
+    line::write(&results.lines, create(&path(".csv"))?)?;
+    std::fs::write(path(".md"), &text)?;
+    if let Some(runs) = &results.runs_csv {
+        std::fs::write(path("-runs.csv"), runs)?;
     }
-    for table in arguments.table.each() {
-        let text = match table.work(&arguments.tracker, arguments.seeds.as_ref()) {
-            Work::Door(cases, seeds) => {
-                let bar = bar(table, cases.len() as u64 * seeds.clone().count() as u64)?;
-                let options = Options { conditions: arguments.network, ..Options::default() };
-                let rows = runner::run(&cases, &seeds, &options, || bar.inc(1))?;
-                bar.finish_and_clear();
-                format!("{}Seeds {} to {}.\n", door(arguments, table, &rows)?, seeds.start(), seeds.end())
-            }
-            Work::Passages(tables, seeds) => {
-                let choice = arguments.tracker.first().copied().unwrap_or_default();
-                let runs =
-                    tables.iter().map(|rows| rows.len() as u64).sum::<u64>() * seeds.clone().count() as u64;
-                let bar = bar(table, runs)?;
-                let mut text = String::new();
-                let mut all = Vec::new();
-                for rows in &tables {
-                    let pooled = passages::table(rows, &seeds, choice, || bar.inc(1))?;
-                    text.push_str(&findings::markdown(&pooled));
-                    text.push('\n');
-                    all.extend(pooled);
-                }
-                bar.finish_and_clear();
-                if let Some(folder) = &arguments.out {
-                    findings::write_runs(&all, create(folder, table, "-runs.csv")?)?;
-                }
-                format!("{text}Seeds {} to {}.\n", seeds.start(), seeds.end())
-            }
-            Work::Poses(seeds) => {
-                let bar = bar(table, poses::runs(&seeds))?;
-                let found = poses::run(&seeds, || bar.inc(1))?;
-                bar.finish_and_clear();
-                if let Some(folder) = &arguments.out {
-                    std::fs::write(folder.join(format!("{table}.csv")), found.csv())?;
-                }
-                format!("{}\nSeeds {} to {}.\n", found.markdown(), seeds.start(), seeds.end())
-            }
-            Work::Trials(trials) => {
-                let runs = trials.iter().map(|trial| trial.seeds.clone().count() as u64).sum();
-                let bar = bar(table, runs)?;
-                let all = runner::run_trials(&trials, || bar.inc(1))?;
-                bar.finish_and_clear();
-                if let Some(folder) = &arguments.out {
-                    findings::write_csv(&all, create(folder, table, ".csv")?)?;
-                    findings::write_runs(&all, create(folder, table, "-runs.csv")?)?;
-                }
-                let first = trials.iter().map(|trial| *trial.seeds.start()).min().unwrap_or(0);
-                format!("{}\nSeeds from {first} on.\n", findings::markdown(&all))
-            }
-        };
-        println!("{text}");
-        if let Some(folder) = &arguments.out {
-            std::fs::write(folder.join(format!("{table}.md")), &text)?;
-        }
-        if let Some(page) = &arguments.docs {
-            fill(page, table, Some(&text))?;
-        }
+    if !results.rows.is_empty() {
+        std::fs::write(path(".svg"), results.picture())?;
     }
     Ok(())
 }
 
-/// Writes a table of door areas; its Markdown.
-fn door(arguments: &Arguments, table: Table, rows: &[Row]) -> Result<String, Box<dyn Error>> {
-    let picture = || picture::draw(rows, "People counted right, by number of people").to_string();
-    if let Some(folder) = &arguments.out {
-        table::write_csv(rows, create(folder, table, ".csv")?)?;
-        std::fs::write(folder.join(format!("{table}.svg")), picture())?;
+impl Docs {
+    fn tables(&self) -> Vec<Table> {
+        if self.tables.is_empty() {
+            pages::tables().collect()
+        } else {
+            self.tables.iter().flat_map(|table| table.each()).collect()
+        }
     }
-    if let (Some(page), Table::Door) = (&arguments.docs, table) {
-        let folder = page.with_file_name("images");
-        std::fs::create_dir_all(&folder)?;
-        std::fs::write(folder.join("accuracy.svg"), picture())?;
+
+    fn print(&self) -> Result<(), Box<dyn Error>> {
+        if std::env::var_os("CARGO").is_none() {
+            return Err(format!(
+                "start it with cargo, so that it is built from what it names: {}",
+                pages::COMMAND
+            )
+            .into());
+        }
+        let (commit, tables) = (pages::commit(&self.docs)?, self.tables());
+        // Before an hour is spent.
+        pages::have_places(&self.docs, &tables)?;
+        let kept = Path::new("target/experiments").join(&commit);
+        let print = |table: &Table| -> Result<_, Box<dyn Error>> {
+            let runs = Runs { kept: Some(kept.clone()), bar: bar(*table)?, ..Runs::default() };
+            let results = results::run(*table, &[], self.seeds.as_ref(), Conditions::LAN, &runs)?;
+            runs.bar.finish_and_clear();
+            println!("{table}: {} runs", runs.bar.position());
+            Ok(results)
+        };
+        let all = tables.iter().map(print).collect::<Result<Vec<_>, _>>()?;
+        if pages::commit(&self.docs)? != commit {
+            return Err(format!("another commit than {commit} was checked out meanwhile").into());
+        }
+        for (table, results) in tables.iter().zip(&all) {
+            pages::write(&self.docs, *table, results, &commit)?;
+        }
+        println!("written: {} tables of commit {commit} in {}", tables.len(), self.docs.display());
+        Ok(())
     }
-    let dense = if table == Table::Door { table::dense_markdown(rows) } else { String::new() };
-    Ok(format!("{}{dense}\n{}", table::success_markdown(rows), table::figures_markdown(rows)))
+
+    fn check(&self, every: u64) -> Result<(), Box<dyn Error>> {
+        let (mut faults, mut commits) = (Vec::new(), BTreeSet::new());
+        for table in self.tables() {
+            let written = match pages::read(&self.docs, table) {
+                Ok(written) => written,
+                Err(fault) => {
+                    faults.push(fault);
+                    continue;
+                }
+            };
+            commits.extend(written.commits().iter().cloned());
+            let runs = Runs { every, bar: bar(table)?, ..Runs::default() };
+            let again = results::run(table, &[], self.seeds.as_ref(), Conditions::LAN, &runs)?;
+            runs.bar.finish_and_clear();
+            let differences = written.differences(&again);
+            println!("{table}: {} runs again, {} rows otherwise", runs.bar.position(), differences.len());
+            faults.extend(differences.into_iter().map(|difference| format!("{table}: {difference}")));
+        }
+        if commits.len() > 1 {
+            let commits: Vec<String> = commits.into_iter().collect();
+            faults.push(format!("tables of several commits: {}", commits.join(", ")));
+        }
+        if faults.is_empty() {
+            return Ok(());
+        }
+        faults.iter().for_each(|fault| println!("{fault}"));
+        Err(format!(
+            "{} rows or pages are not what comes out; if that is meant: {}",
+            faults.len(),
+            pages::COMMAND
+        )
+        .into())
+    }
 }
 
-fn bar(table: Table, runs: u64) -> Result<ProgressBar, Box<dyn Error>> {
-    let bar = ProgressBar::new(runs);
+fn bar(table: Table) -> Result<ProgressBar, Box<dyn Error>> {
+    let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} runs, {eta} left")?);
     bar.set_prefix(table.to_string());
     Ok(bar)
-}
-
-fn create(folder: &Path, table: Table, ending: &str) -> Result<File, String> {
-    let path = folder.join(format!("{table}{ending}"));
-    File::create(&path).map_err(|error| format!("{}: {error}", path.display()))
-}
-
-/// Puts a table in its place in the page; without a text, only looks whether there is one.
-fn fill(page: &Path, table: Table, text: Option<&str>) -> Result<(), String> {
-    let name = page.display();
-    let before = std::fs::read_to_string(page).map_err(|error| format!("{name}: {error}"))?;
-    let after = page::fill(&before, &table.to_string(), text.unwrap_or(""));
-    let after = after.ok_or_else(|| {
-        format!("{name}: no place for {table}: add <!-- table: {table} --> and <!-- end: {table} -->")
-    })?;
-    match text {
-        Some(_) => std::fs::write(page, after).map_err(|error| format!("{name}: {error}")),
-        None => Ok(()),
-    }
 }

@@ -1,7 +1,9 @@
 //! The commands of `kehai-sim`, one file each.
 
+#[cfg(feature = "daemon")]
 mod demo;
 mod experiment;
+mod log;
 mod module;
 mod replay;
 mod replay_site;
@@ -12,11 +14,16 @@ mod sensor;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use tracing_subscriber::filter::LevelFilter;
 
 /// Emulated range finders, recordings and simulated worlds.
 #[derive(Debug, Parser)]
 #[command(name = "kehai-sim", version, propagate_version = true)]
 struct Arguments {
+    /// Log on stderr what is at least as grave: error, warn, info, debug, trace; or off
+    #[arg(long, value_name = "LEVEL", default_value_t = LevelFilter::INFO, global = true)]
+    log: LevelFilter,
+
     #[command(subcommand)]
     command: Command,
 }
@@ -29,18 +36,22 @@ enum Command {
     Scene(scene::Arguments),
     Score(score::Arguments),
     Experiment(experiment::Arguments),
+    #[cfg(feature = "daemon")]
     Demo(demo::Arguments),
 }
 
 /// Does what the command line says. An exit status other than 0 comes with one line on stderr.
 pub fn run() -> ExitCode {
-    let done = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    log::start(arguments.log);
+    let done = match arguments.command {
         Command::Sensor(arguments) => sensor::run(&arguments),
         Command::Module(arguments) => module::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Score(arguments) => score::run(&arguments),
         Command::Experiment(arguments) => experiment::run(&arguments),
+        #[cfg(feature = "daemon")]
         Command::Demo(arguments) => demo::run(&arguments),
     };
     match done {

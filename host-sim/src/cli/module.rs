@@ -7,12 +7,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
-use host_sim::module::flash::Flash;
-use host_sim::module::line::Place;
-use host_sim::module::pc::{self, PAGES, Pc};
-use host_sim::module::reactor::Reactor;
-use host_sim::module::udp::Udp;
 use kehai::wire::{Identity, NAME_MAX, PORT};
+use kehai_emulator::pc::device::{self, PAGES, Pc};
+use kehai_emulator::pc::flash::Flash;
+use kehai_emulator::pc::line::Place;
+use kehai_emulator::pc::reactor::Reactor;
+use kehai_emulator::pc::udp::Udp;
 
 /// A module on this PC: the very tasks of the firmware, beside any sensor
 ///
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     }
     let flash = match &arguments.store {
         Some(file) => Flash::open(file, PAGES).map_err(|error| format!("{}: {error}", file.display()))?,
-        None => pc::forgotten(&stop)?,
+        None => device::forgotten(&stop)?,
     };
     let port = Udp::bind(arguments.listen, &Reactor::new())
         .map_err(|error| format!("cannot listen at {}: {error}", arguments.listen))?;

@@ -6,11 +6,11 @@ use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use host_sim::recording::Recording;
+use host_sim::baselines::Choice;
 use host_sim::replay::{Learn, Replay, module_name};
-use host_tracker::trackers::Choice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kehai::background::LEARN_SCANS_MIN;
+use kehai_emulator::recording::Recording;
 
 use super::replay_site::Together;
 

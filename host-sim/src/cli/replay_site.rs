@@ -4,14 +4,15 @@ use std::error::Error;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use host_sim::baselines::Choice;
 use host_sim::jsonl::CandidatesLine;
-use host_sim::recording::Recording;
 use host_sim::replay::{Identity, Learn, identities};
 use host_sim::run::TICK_US;
 use host_sim::run::recorded::Recorded;
-use host_tracker::jsonl::{TracksLine, write_line};
-use host_tracker::site::Site;
-use host_tracker::trackers::{Choice, LifeCycle};
+use kehai_emulator::recording::Recording;
+use kehai_tracking::jsonl::{TracksLine, write_line};
+use kehai_tracking::site::Site;
+use kehai_tracking::tracker::LifeCycle;
 
 use super::scene::write;
 
@@ -36,8 +37,9 @@ struct Played {
 impl Together<'_> {
     /// Does it. `done` is told of every module, of how many.
     pub fn run(&self, mut done: impl FnMut(usize, usize)) -> Result<(), Box<dyn Error>> {
-        let site_name = self.site.display();
-        let site = Site::load(self.site)?;
+        let site_name = self.site.display().to_string();
+        let text = std::fs::read_to_string(self.site).map_err(|error| format!("{site_name}: {error}"))?;
+        let site = Site::parse(&site_name, &text)?;
         let (mut played, mut recordings) = (Vec::<Played>::new(), Vec::new());
         for text in self.files {
             let (name, path) = text.split_once('=').ok_or_else(|| {

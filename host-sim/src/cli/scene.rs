@@ -6,6 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use host_sim::baselines::Choice;
 use host_sim::experiment::log::{around, zone};
 use host_sim::picture::site::SitePicture;
 use host_sim::run::{Conditions, Options, Record};
@@ -13,8 +14,8 @@ use host_sim::score::{Estimate, Figures, Frame, Scorer, Settings, Target};
 use host_sim::world::body::Section;
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
-use host_tracker::jsonl::{TracksLine, TruthLine, write_line};
-use host_tracker::trackers::{Choice, LifeCycle};
+use kehai_tracking::jsonl::{TracksLine, TruthLine, write_line};
+use kehai_tracking::tracker::LifeCycle;
 use serde::Serialize;
 
 /// Run a scene: world → sensors → modules → network → tracker, faster than real time

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use host_sim::score::pairing::{Paired, score_lines};
 use host_sim::score::{Figures, Region, Scorer, Settings};
-use host_tracker::jsonl::{Line, Lines};
+use kehai_tracking::jsonl::{Line, Lines};
 use serde::Serialize;
 
 /// Judge tracks against the truth: counts, CLEAR MOT, IDF1, HOTA, GOSPA, errors and covariances

@@ -9,14 +9,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args, ValueEnum};
-use host_sim::recording::{Recording, RecordingSource};
-use host_sim::serve::{self, Control, Status};
-use host_sim::source::{RangeSource, Repeating, StillRoom};
-use host_sim::urg::faults::{Fault, KINDS};
-use host_sim::urg::model::{MODELS, Model, URG_04LX};
-use host_sim::urg::{Config, Start, State, Urg};
 use host_sim::world::World;
 use host_sim::world::scene::Scene;
+use kehai_emulator::recording::{Recording, RecordingSource};
+use kehai_emulator::serve::{self, Control, Status};
+use kehai_emulator::source::{RangeSource, Repeating, StillRoom};
+use kehai_emulator::urg::faults::{Fault, KINDS};
+use kehai_emulator::urg::model::{MODELS, Model, QuitInTimeSync, URG_04LX, WhileBooting};
+use kehai_emulator::urg::{Config, Start, State, Urg};
 
 /// Time between two lines of status while something happens.
 const STATUS_EVERY: Duration = Duration::from_secs(5);
@@ -77,6 +77,14 @@ pub struct Arguments {
     #[arg(long = "fault", value_name = "KIND[:ARG]")]
     faults: Vec<Fault>,
 
+    /// Where it does as other sensors of its kind were seen to do; may be given several times
+    #[arg(long = "quirk", value_enum, value_name = "KIND")]
+    quirks: Vec<Quirk>,
+
+    /// Time the sensor takes to start up, in seconds
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = seconds)]
+    boot_time: f64,
+
     /// What the sensor's millisecond counter shows at first (it wraps at 16777216)
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(..1 << 24))]
     clock_ms: Option<u32>,
@@ -95,8 +103,34 @@ enum StartArgument {
     Timesync,
     /// Just plugged in
     Booting,
-    /// Broken: answers 0L until it is rebooted (RB twice)
+    /// Broken: answers 0L until it is rebooted (RB twice); SCIP 2.0 models 50 until they are reset (RS)
     Abnormal,
+}
+
+/// Behaviour on which sources or sensors differ.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+enum Quirk {
+    /// A last cluster that is not full is left out: floor(n / cluster) values instead of ceil
+    FloorClusters,
+    /// QT does not leave the time-sync state: refused with 0E or, in SCIP 2.2, with 10; only TM2 leaves it
+    QuitDenied,
+    /// Starting up, it answers as if it were ready, and measures nothing
+    AnswersBooting,
+}
+
+impl Quirk {
+    fn apply(self, config: Config) -> Config {
+        let model = config.model;
+        match self {
+            Self::FloorClusters => Config { drop_incomplete_group: true, ..config },
+            Self::QuitDenied => {
+                Config { model: Model { quit_in_time_sync: QuitInTimeSync::Refused, ..model }, ..config }
+            }
+            Self::AnswersBooting => {
+                Config { model: Model { while_booting: WhileBooting::Accepts, ..model }, ..config }
+            }
+        }
+    }
 }
 
 impl From<StartArgument> for Start {
@@ -118,6 +152,7 @@ Examples:
   kehai-sim sensor --pty /tmp/urg --start scip11
   kehai-sim sensor --pty /tmp/urg --start streaming --baud 115200 --fault bit-flip:0.001
   kehai-sim sensor --tcp 127.0.0.1:10940 --recording walk.csv --fault stall:10,0.39,30
+  kehai-sim sensor --model ust-10lx --tcp 127.0.0.1:10940 --start timesync --quirk quit-denied
   kehai-sim sensor --tcp 127.0.0.1:10940 --scene door-area --module left --seed 7";
 
 fn faults_help() -> String {
@@ -146,6 +181,11 @@ fn address(text: &str) -> Result<String, String> {
         return Err("an address is HOST:PORT, for example 127.0.0.1:10940".to_owned());
     }
     Ok(text.to_owned())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=3600.0).contains(seconds));
+    seconds.ok_or_else(|| "a time is a number of seconds from 0 to 3600".to_owned())
 }
 
 fn baud(text: &str) -> Result<u32, String> {
@@ -229,12 +269,14 @@ fn sensor(arguments: &Arguments) -> Result<Urg, Box<dyn Error>> {
         // A serial line has a speed; a socket has none.
         paced: config.paced && arguments.pty.is_some(),
         baud: arguments.baud.unwrap_or(config.model.power_up_baud),
-        start: arguments.start.into(),
+        start: Start::from(arguments.start).of(&config.model)?,
+        boot_us: (arguments.boot_time * 1e6) as u64,
         seed: arguments.seed.unwrap_or(config.seed),
         faults: arguments.faults.clone(),
         clock_start_ms: arguments.clock_ms.unwrap_or(config.clock_start_ms),
         ..config
     };
+    let config = arguments.quirks.iter().fold(config, |config, quirk| quirk.apply(config));
     Ok(Urg::new(config, source, 0))
 }
 
@@ -285,7 +327,7 @@ impl Printer {
         let counts = status.counts;
         let baud = if self.has_baud { format!(", {} baud", status.baud) } else { String::new() };
         eprintln!(
-            "{}: {:.1} s: {client}, {state}{baud}; {} requests ({} refused), {} scans sent, {} lost to a slow line, \
+            "{}: {:.1} s: {client}, {state}{baud}; {} requests ({} refused), {} scans sent, {} lost to a slow line or client, \
              {} faults",
             self.name,
             self.started.elapsed().as_secs_f64(),

@@ -1,114 +1,24 @@
-//! What came of trials: figures pooled over the seeds, as CSV and as Markdown.
+//! Results of trials: figures pooled over the seeds.
 //!
 //! ```text
-//! trial,tracker,figure,value,low,high,of                  one figure a line, low and high at 95 %
-//!
-//! | trial          | tracker | runs | right, % of runs | …       one row a trial and tracker
-//! | back of a chair| kehai   | 200  | 96 [92–98]       | …
+//! Pooled: trial, tracker ─ seed 10000: figures ─┬─▶ every figure of all of them: lines of the full table
+//!                        ─ seed 10001: figures ─┤
+//!                        …                      └─▶ the digest of each run
 //! ```
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fmt::Write as _;
 use std::io::Write;
 
-use super::rules::Finding;
-use super::table::{escaped, percent};
-use crate::score::statistics::{mean, wilson};
+use super::figure::{Figure, Finding};
+use super::line::{Heading, Line, Run, six_digits, text};
 
-/// A figure, of one run or of many.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Figure {
-    /// In so many of so many cases: printed in %, with Wilson's interval.
-    Share {
-        /// Cases that are.
-        yes: u64,
-        /// All cases.
-        of: u64,
-    },
-    /// The mean of a value of each run, with Student's interval.
-    Mean {
-        /// The values.
-        values: Vec<f64>,
-        /// Digits that are printed behind the point.
-        digits: usize,
-        /// Whether the values are shares in %, and so between 0 and 100.
-        shares: bool,
-    },
-    /// The smallest of all.
-    Least(f64),
-    /// A whole number, summed.
-    Sum(f64),
-    /// Simulated hours, summed.
-    Hours(f64),
-}
+/// The figures of one run with their names.
+pub type Figures = Vec<(String, Figure)>;
 
-impl Figure {
-    /// Whether one run is so.
-    #[must_use]
-    pub const fn of(yes: bool) -> Self {
-        Self::Share { yes: yes as u64, of: 1 }
-    }
-
-    /// The value of one run.
-    #[must_use]
-    pub fn mean(value: f64, digits: usize) -> Self {
-        Self::Mean { values: vec![value], digits, shares: false }
-    }
-
-    /// The share of one run's time, %.
-    #[must_use]
-    pub fn time(percent: f64, digits: usize) -> Self {
-        Self::Mean { values: vec![percent], digits, shares: true }
-    }
-
-    /// Adds another run's; what is of another kind is left out.
-    fn add(&mut self, other: &Self) {
-        match (self, other) {
-            (Self::Share { yes, of }, Self::Share { yes: more, of: all }) => {
-                *yes += more;
-                *of += all;
-            }
-            (Self::Mean { values, .. }, Self::Mean { values: more, .. }) => values.extend(more),
-            (Self::Least(least), Self::Least(other)) => *least = least.min(*other),
-            (Self::Sum(sum), Self::Sum(more)) | (Self::Hours(sum), Self::Hours(more)) => *sum += more,
-            _ => {}
-        }
-    }
-
-    /// Value, interval, and of how many.
-    fn numbers(&self) -> (f64, Option<(f64, f64)>, Option<u64>) {
-        match self {
-            Self::Share { yes, of } => {
-                let interval = wilson(*yes, *of);
-                let share = 100.0 * *yes as f64 / (*of).max(1) as f64;
-                (share, Some((100.0 * interval.low, 100.0 * interval.high)), Some(*of))
-            }
-            Self::Mean { values, shares, .. } => {
-                let Some(mean) = mean(values) else { return (f64::NAN, None, Some(0)) };
-                let (least, most) = if *shares { (0.0, 100.0) } else { (f64::NEG_INFINITY, f64::INFINITY) };
-                let interval = (mean.interval.low.max(least), mean.interval.high.min(most));
-                let finite = interval.0.is_finite() && interval.1.is_finite();
-                (mean.mean, finite.then_some(interval), Some(mean.number as u64))
-            }
-            Self::Least(value) | Self::Sum(value) | Self::Hours(value) => (*value, None, None),
-        }
-    }
-
-    fn words(&self) -> String {
-        let (value, interval, of) = self.numbers();
-        match (self, interval) {
-            (Self::Share { yes, of }, _) if *of > 0 => percent(*yes, *of),
-            _ if of == Some(0) => "–".into(),
-            (Self::Mean { digits, .. }, Some((low, high))) => {
-                format!("{value:.digits$} [{low:.digits$}–{high:.digits$}]")
-            }
-            (Self::Mean { digits, .. }, None) => format!("{value:.digits$}"),
-            (Self::Least(_), _) => format!("{value:.2}"),
-            (Self::Hours(_), _) => format!("{value:.1}"),
-            _ => format!("{value:.0}"),
-        }
-    }
+/// Owned, as they are kept.
+pub(super) fn owned(finding: Finding) -> Figures {
+    finding.into_iter().map(|(name, figure)| (name.to_owned(), figure)).collect()
 }
 
 /// All runs of a trial with one tracker.
@@ -119,13 +29,13 @@ pub struct Pooled {
     /// Name of the tracker.
     pub tracker: String,
     /// Run by run, by seed.
-    pub runs: BTreeMap<u64, Finding>,
+    pub runs: BTreeMap<u64, Figures>,
 }
 
 impl Pooled {
     /// The figures of all runs together.
     #[must_use]
-    pub fn figures(&self) -> Finding {
+    pub fn figures(&self) -> Figures {
         let mut runs = self.runs.values();
         let mut all = runs.next().cloned().unwrap_or_default();
         for run in runs {
@@ -137,35 +47,50 @@ impl Pooled {
     }
 }
 
-/// Writes the figures as CSV.
-///
-/// # Errors
-/// What the writer says.
-pub fn write_csv(all: &[Pooled], out: impl Write) -> Result<(), Box<dyn Error>> {
-    let mut writer = csv::Writer::from_writer(out);
-    writer.write_record(["trial", "tracker", "figure", "value", "low", "high", "of"])?;
+/// The figures as lines of the full table.
+#[must_use]
+pub fn lines(all: &[Pooled]) -> Vec<Line> {
+    let mut lines = Vec::new();
     for pooled in all {
+        let seeds = pooled.runs.keys().next().copied().zip(pooled.runs.keys().next_back().copied());
+        let heading = Heading {
+            row: pooled.trial.clone(),
+            tracker: pooled.tracker.clone(),
+            seeds: seeds.unwrap_or_default(),
+            runs: pooled.runs.len() as u64,
+        };
         for (name, figure) in pooled.figures() {
             let (value, interval, of) = figure.numbers();
-            let end = |end: Option<f64>| end.map(|end| end.to_string()).unwrap_or_default();
-            writer.write_record([
-                &pooled.trial,
-                &pooled.tracker,
-                name,
-                &value.to_string(),
-                &end(interval.map(|interval| interval.0)),
-                &end(interval.map(|interval| interval.1)),
-                &of.map(|of| of.to_string()).unwrap_or_default(),
-            ])?;
+            let end = |end: Option<f64>| end.and_then(six_digits);
+            let (low, high) = (end(interval.map(|ends| ends.0)), end(interval.map(|ends| ends.1)));
+            lines.push(Line { low, high, of, ..heading.line(&name, Some(value), figure.words()) });
         }
     }
-    Ok(writer.flush()?)
+    lines
+}
+
+/// The figures of every run.
+#[must_use]
+pub fn runs(all: &[Pooled]) -> Vec<Run> {
+    let of = |pooled: &Pooled| {
+        let run = |(seed, figures): (&u64, &Figures)| Run {
+            row: pooled.trial.clone(),
+            tracker: pooled.tracker.clone(),
+            seed: *seed,
+            figures: text(figures.iter().map(|(name, figure)| {
+                let (value, _, of) = figure.numbers();
+                (name.as_str(), (of != Some(0)).then_some(value))
+            })),
+        };
+        pooled.runs.iter().map(run).collect::<Vec<_>>()
+    };
+    all.iter().flat_map(of).collect()
 }
 
 /// Writes every figure of every run: which seeds fail.
 ///
 /// # Errors
-/// What the writer says.
+/// The error of the writer.
 pub fn write_runs(all: &[Pooled], out: impl Write) -> Result<(), Box<dyn Error>> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(["trial", "tracker", "seed", "figure", "value"])?;
@@ -173,31 +98,11 @@ pub fn write_runs(all: &[Pooled], out: impl Write) -> Result<(), Box<dyn Error>>
         for (seed, finding) in &pooled.runs {
             for (name, figure) in finding {
                 let value = figure.numbers().0.to_string();
-                writer.write_record([&pooled.trial, &pooled.tracker, &seed.to_string(), *name, &value])?;
+                writer.write_record([&pooled.trial, &pooled.tracker, &seed.to_string(), name, &value])?;
             }
         }
     }
     Ok(writer.flush()?)
-}
-
-/// A table: a row for each trial and tracker, a column for each figure.
-#[must_use]
-pub fn markdown(all: &[Pooled]) -> String {
-    let mut text = String::new();
-    let mut heading: Vec<&str> = Vec::new();
-    for pooled in all {
-        let figures = pooled.figures();
-        let names: Vec<&str> = figures.iter().map(|(name, _)| *name).collect();
-        if names != heading {
-            let _ = writeln!(text, "| | tracker | runs | {} |", names.join(" | "));
-            let _ = writeln!(text, "|---|---|{}", "--:|".repeat(names.len() + 1));
-            heading = names;
-        }
-        let words: Vec<String> = figures.iter().map(|(_, figure)| figure.words()).collect();
-        let (trial, tracker, runs) = (escaped(&pooled.trial), escaped(&pooled.tracker), pooled.runs.len());
-        let _ = writeln!(text, "| {trial} | {tracker} | {runs} | {} |", words.join(" | "));
-    }
-    text
 }
 
 #[cfg(test)]
@@ -213,34 +118,33 @@ mod tests {
                 ("worst", Figure::Least(seed as f64)),
                 ("visitors found, %", Figure::Share { yes: 0, of: 0 }),
             ];
-            (seed, finding)
+            (seed, owned(finding))
         };
-        Pooled { trial: "hall".into(), tracker: "a|b".into(), runs: (1..=4).map(run).collect() }
+        Pooled { trial: "hall".into(), tracker: "ours".into(), runs: (1..=4).map(run).collect() }
     }
 
     #[test]
     fn runs_are_pooled_by_their_kind() {
-        let text = markdown(&[pooled()]);
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(
-            lines,
-            [
-                "| | tracker | runs | right, % of runs | error, cm | lost | worst | visitors found, % |",
-                "|---|---|--:|--:|--:|--:|--:|--:|",
-                "| hall | a\\|b | 4 | 75 [30–95] | 2.5 [0.4–4.6] | 8 | 1.00 | – |",
-            ]
-        );
+        let lines = lines(&[pooled()]);
+        let printed: Vec<&str> = lines.iter().map(|line| line.printed.as_str()).collect();
+        assert_eq!(printed, ["75 [30–95]", "2.5 [0.4–4.6]", "8", "1.00", "–"]);
+        assert_eq!((lines[0].low, lines[0].of, lines[2].low), (Some(30.0642), Some(4), None));
+        assert!(lines.iter().all(|line| (line.first_seed, line.last_seed, line.runs) == (1, 4, 4)));
     }
 
     #[test]
-    fn files_hold_every_figure_and_every_run() {
-        let (mut figures, mut runs) = (Vec::new(), Vec::new());
-        write_csv(&[pooled()], &mut figures).unwrap();
-        write_runs(&[pooled()], &mut runs).unwrap();
-        let (figures, runs) = (String::from_utf8(figures).unwrap(), String::from_utf8(runs).unwrap());
-        assert!(figures.contains("\nhall,a|b,\"right, % of runs\",75,30.06"), "{figures}");
-        assert!(figures.contains("\nhall,a|b,lost,8,,,\n"), "{figures}");
-        assert_eq!(runs.lines().count(), 1 + 4 * 5);
-        assert!(runs.contains("\nhall,a|b,3,\"right, % of runs\",0\n"), "{runs}");
+    fn every_run_has_all_its_figures() {
+        let mut file = Vec::new();
+        write_runs(&[pooled()], &mut file).unwrap();
+        let file = String::from_utf8(file).unwrap();
+        assert_eq!(file.lines().count(), 1 + 4 * 5);
+        assert!(file.contains("\nhall,ours,3,\"right, % of runs\",0\n"), "{file}");
+        let runs = runs(&[pooled()]);
+        assert_eq!(runs.len(), 4);
+        assert_eq!(runs[2].seed, 3);
+        assert_eq!(
+            runs[2].figures,
+            "right, % of runs 0\nerror, cm 3\nlost 2\nworst 3\nvisitors found, % none\n"
+        );
     }
 }

@@ -1,11 +1,12 @@
-//! A run as a rule judges it: line by line who was there, who was found, and how many were counted in the zone.
+//! A run as a rule judges it: line by line the true people, the tracks, and the count of the zone.
 //!
 //! ```text
 //!   Record ─▶ tracker, every 0.1 s ─▶ Line { people, tracks, inside, counted } …    and a Tally of all scores
 //! ```
 
-use host_tracker::geometry::{Point, inside};
-use host_tracker::trackers::{Choice, LifeCycle};
+use crate::baselines::Choice;
+use kehai_tracking::geometry::{Point, inside};
+use kehai_tracking::tracker::LifeCycle;
 
 use crate::run::Record;
 use crate::score::{Estimate, Frame, Region, Scorer, Settings, Tally, Target};
@@ -25,7 +26,7 @@ pub struct Log {
 pub struct Line {
     /// s.
     pub t_s: f64,
-    /// Everybody who is in the world.
+    /// All people in the world.
     pub people: Vec<Target>,
     /// Confirmed and occluded tracks.
     pub tracks: Vec<Estimate>,
@@ -52,7 +53,7 @@ pub fn around(zone: &Zone) -> Option<Region> {
 }
 
 impl Log {
-    /// What the tracker makes of a run; scores are of the region, or else of the zone that counts.
+    /// Runs the tracker on a record; the scores are those of the region, or else of the counting zone.
     #[must_use]
     pub fn of(record: &Record, choice: Choice, region: Option<Region>) -> Self {
         let zone = zone(&record.site);

@@ -1,23 +1,29 @@
-//! What comes out of an experiment: a table of trackers in scenes, and its picture.
+//! What comes out of an experiment: tables of trackers in scenes, their pages and a picture.
 //!
 //! ```text
-//! Plan ─┬▶ Case: the door area ──▶ runner (seed by seed, ─▶ Row: scene, people, tracker ─▶ CSV · Markdown · SVG
-//!       └▶ Trial: one scene, one rule ─▶ on all cores) ──▶ Pooled: trial, tracker ───────▶ CSV · Markdown
-//!                                                                       Markdown ─▶ docs/accuracy.md (`page`)
+//! plan ─┬▶ Case: the door area ────────┐
+//!       ├▶ Trial: one scene, one rule ─┤─▶ jobs: seed by seed, on all cores ─▶ results ─┬─▶ docs/tables/*.csv (`line`)
+//!       ├▶ passages: the guarded door ─┤                                                └─▶ docs/*.md (`summary`, `pages`)
+//!       └▶ poses: calibration ─────────┘
 //! ```
 
-mod cores;
+pub mod figure;
 pub mod findings;
+pub mod jobs;
+pub mod line;
 pub mod log;
-pub mod page;
+pub mod pages;
 pub mod paper;
 pub mod passages;
 pub mod picture;
 pub mod plan;
 pub mod poses;
+pub mod results;
 pub mod rules;
 pub mod runner;
+pub mod summary;
 pub mod table;
 pub mod trial;
 
+pub use self::results::Results;
 pub use self::table::{Cell, Outcome, Row};

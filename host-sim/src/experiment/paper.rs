@@ -1,4 +1,4 @@
-//! What the papers measured, to stand beside ours.
+//! Results of the papers, for comparison with ours.
 
 /// Paper A, Table 1: trials in which one to seven people in the area were counted right.
 pub const PAPER_A_SUCCESSES: [u64; 7] = [10, 10, 10, 10, 8, 5, 1];

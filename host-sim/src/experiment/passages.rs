@@ -4,17 +4,18 @@
 //!   rule or number of people × seed ─▶ passage::run ─▶ Report ─▶ named figures, pooled ─▶ docs/door.md
 //! ```
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::ops::RangeInclusive;
 
-use host_tracker::door::{Alarm, Outcome};
-use host_tracker::trackers::Choice;
+use crate::baselines::Choice;
+use kehai_tracking::door::{Alarm, Outcome};
 
-use super::cores::on_all_cores;
-use super::findings::{Figure, Pooled};
+use super::figure::{Figure, Finding};
+use super::findings::{Figures, Pooled, owned};
+use super::jobs::Runs;
 use super::paper::{PAPER_A_SUCCESSES, PAPER_A_TRIALS};
-use super::rules::Finding;
-use crate::passage::{Plan, Report, Rule, run};
+use crate::passage::{Load, Plan, Report, Rule, run};
 use crate::world::gathering::Condition;
 
 /// A row of a table.
@@ -25,31 +26,95 @@ pub struct Row {
     /// So many people; groups of one to three in turn without it.
     people: Option<usize>,
     condition: Condition,
+    load: Option<Load>,
+    judged_as: Judgement,
 }
 
-/// Tailgaters: missed, and how late they are told of.
+/// The kind of figures reported for the passages of a row.
+#[derive(Clone, Copy, Debug)]
+enum Judgement {
+    Tailgater,
+    Other,
+    Paper,
+}
+
+/// Tailgaters: the share missed, and the delay of the alarms.
 #[must_use]
 pub fn tailgaters() -> Vec<Row> {
-    rows(&[
-        ("gap over 0.6 m", Rule::GapWide),
-        ("gap 0.3–0.6 m", Rule::GapNarrow),
-        ("touching, in file", Rule::InFile),
-        ("side by side", Rule::SideBySide),
-        ("running in", Rule::RunsIn),
-    ])
+    rows(
+        &[
+            ("gap over 0.6 m", Rule::GapWide),
+            ("gap 0.3–0.6 m", Rule::GapNarrow),
+            ("touching, in file", Rule::InFile),
+            ("side by side", Rule::SideBySide),
+            ("running in", Rule::RunsIn),
+        ],
+        Judgement::Tailgater,
+    )
+}
+
+/// Tailgaters behind one person with a load, at three gaps.
+#[must_use]
+pub fn behind_loads() -> Vec<Row> {
+    let row = |(name, rule, load)| Row {
+        name,
+        rule,
+        people: Some(1),
+        condition: Condition::Spread,
+        load: Some(load),
+        judged_as: Judgement::Tailgater,
+    };
+    [
+        ("gap 0.3–0.6 m, wheelchair", Rule::GapNarrow, Load::Wheelchair),
+        ("touching, in file, wheelchair", Rule::InFile, Load::Wheelchair),
+        ("side by side, wheelchair", Rule::SideBySide, Load::Wheelchair),
+        ("gap 0.3–0.6 m, suitcase", Rule::GapNarrow, Load::Suitcase),
+        ("touching, in file, suitcase", Rule::InFile, Load::Suitcase),
+        ("side by side, suitcase", Rule::SideBySide, Load::Suitcase),
+        ("gap 0.3–0.6 m, pushchair", Rule::GapNarrow, Load::Pushchair),
+        ("touching, in file, pushchair", Rule::InFile, Load::Pushchair),
+        ("side by side, pushchair", Rule::SideBySide, Load::Pushchair),
+    ]
+    .map(row)
+    .into()
+}
+
+/// One person with a load; the number entered is 1.
+#[must_use]
+pub fn loads() -> Vec<Row> {
+    let row = |(name, load)| Row {
+        name,
+        rule: Rule::Honest,
+        people: Some(1),
+        condition: Condition::Spread,
+        load: Some(load),
+        judged_as: Judgement::Other,
+    };
+    [("wheelchair", Load::Wheelchair), ("suitcase", Load::Suitcase), ("pushchair", Load::Pushchair)]
+        .map(row)
+        .into()
+}
+
+/// Groups of one to seven people in conditions D and H, judged as every honest group is.
+#[must_use]
+pub fn groups() -> Vec<Row> {
+    paper().into_iter().map(|row| Row { judged_as: Judgement::Other, ..row }).collect()
 }
 
 /// Everything else that happens at a door.
 #[must_use]
 pub fn others() -> Vec<Row> {
-    rows(&[
-        ("honest group", Rule::Honest),
-        ("wrong number entered", Rule::WrongNumber),
-        ("one turns back", Rule::TurnsBack),
-        ("card passed back", Rule::CardBack),
-        ("module lost mid-passage", Rule::ModuleLost),
-        ("held open", Rule::HeldOpen),
-    ])
+    rows(
+        &[
+            ("honest group", Rule::Honest),
+            ("wrong number entered", Rule::WrongNumber),
+            ("one turns back", Rule::TurnsBack),
+            ("card passed back", Rule::CardBack),
+            ("module lost mid-passage", Rule::ModuleLost),
+            ("held open", Rule::HeldOpen),
+        ],
+        Judgement::Other,
+    )
 }
 
 /// Paper A's experiment: one to seven people, in conditions D and H.
@@ -60,43 +125,57 @@ pub fn paper() -> Vec<Row> {
         ["H, 1", "H, 2", "H, 3", "H, 4", "H, 5", "H, 6", "H, 7"],
     ];
     let of = |condition: Condition, names: [&'static str; 7]| {
-        let row = move |(index, name)| Row { name, rule: Rule::Honest, people: Some(index + 1), condition };
+        let row = move |(index, name)| Row {
+            name,
+            rule: Rule::Honest,
+            people: Some(index + 1),
+            condition,
+            load: None,
+            judged_as: Judgement::Paper,
+        };
         names.into_iter().enumerate().map(row)
     };
     of(Condition::Spread, NAMES[0]).chain(of(Condition::Dense, NAMES[1])).collect()
 }
 
-fn rows(named: &[(&'static str, Rule)]) -> Vec<Row> {
-    let row =
-        |&(name, rule): &(&'static str, Rule)| Row { name, rule, people: None, condition: Condition::Spread };
+/// Groups of one, two and three in turn.
+fn rows(named: &[(&'static str, Rule)], judged_as: Judgement) -> Vec<Row> {
+    let row = |&(name, rule): &(&'static str, Rule)| Row {
+        name,
+        rule,
+        people: None,
+        condition: Condition::Spread,
+        load: None,
+        judged_as,
+    };
     named.iter().map(row).collect()
 }
 
 impl Row {
     fn plan(&self, seed: u64) -> Plan {
-        let plan = Plan { condition: self.condition, ..Plan::of(self.rule, seed) };
+        let plan = Plan { condition: self.condition, load: self.load, ..Plan::of(self.rule, seed) };
         self.people.map_or(plan, |people| Plan { people, ..plan })
     }
 }
 
-/// Runs all rows with all seeds; `done` is told of every finished passage.
+/// Runs all rows with all seeds. `name` is that of the file in which results are kept.
 ///
 /// # Errors
 /// A fault of the simulation.
 pub fn table(
+    name: &str,
     rows: &[Row],
     seeds: &RangeInclusive<u64>,
     choice: Choice,
-    done: impl Fn() + Sync,
+    runs: &Runs,
 ) -> Result<Vec<Pooled>, Box<dyn Error>> {
     let jobs: Vec<(usize, u64)> =
         (0..rows.len()).flat_map(|row| seeds.clone().map(move |seed| (row, seed))).collect();
-    let findings = on_all_cores(&jobs, |(row, seed)| {
+    let findings: BTreeMap<(usize, u64), Figures> = runs.results(name, &jobs, |(row, seed)| {
         let Some(row) = rows.get(row) else { return Ok(Vec::new()) };
         let plan = row.plan(seed);
         let report = run(plan, seed, choice)?;
-        done();
-        Ok(finding(row, &plan, &report))
+        Ok(owned(finding(row, &plan, &report)))
     })?;
     let pooled = |(index, row): (usize, &Row)| {
         let own = findings.range((index, 0)..=(index, u64::MAX));
@@ -106,18 +185,16 @@ pub fn table(
     Ok(rows.iter().enumerate().map(pooled).collect())
 }
 
-/// A share of those runs only that it can be said of.
+/// A share of the runs that count.
 const fn share(yes: bool, counts: bool) -> Figure {
     Figure::Share { yes: (yes && counts) as u64, of: counts as u64 }
 }
 
 fn finding(row: &Row, plan: &Plan, report: &Report) -> Finding {
-    match (row.people, row.rule) {
-        (Some(people), _) => paper_figures(people, plan, report),
-        (None, Rule::GapWide | Rule::GapNarrow | Rule::InFile | Rule::SideBySide | Rule::RunsIn) => {
-            tailgater(report)
-        }
-        (None, rule) => other(rule, plan, report),
+    match row.judged_as {
+        Judgement::Tailgater => tailgater(report),
+        Judgement::Other => other(row.rule, plan, report),
+        Judgement::Paper => paper_figures(plan, report),
     }
 }
 
@@ -126,7 +203,10 @@ const IN_TIME_S: f64 = 1.0;
 
 fn tailgater(report: &Report) -> Finding {
     let entered = report.extra_in_s.is_some();
-    let delay_s = report.extra_in_s.zip(report.alarm).map(|(in_s, (alarm_s, _))| alarm_s - in_s);
+    // An alarm before the crossing began was raised for something else.
+    let alarm_s = report.alarm.map(|(alarm_s, _)| alarm_s);
+    let own_s = alarm_s.zip(report.extra_begins_s).filter(|(alarm_s, begins_s)| alarm_s >= begins_s);
+    let delay_s = report.extra_in_s.zip(own_s).map(|(in_s, (alarm_s, _))| alarm_s - in_s);
     let in_time = delay_s.is_some_and(|delay_s| delay_s <= IN_TIME_S);
     let kept_out_by = |alarm: bool| !entered && report.alarm.is_some() == alarm;
     vec![
@@ -158,13 +238,15 @@ fn other(rule: Rule, plan: &Plan, report: &Report) -> Finding {
     };
     vec![
         ("as it should, %", Figure::of(wanted)),
+        ("unlocked at the first number, %", Figure::of(unlocked && report.asked_again == 0)),
         ("unlocked, %", Figure::of(unlocked)),
         ("asked again, a passage", Figure::mean(f64::from(report.asked_again), 2)),
         ("false alarms, %", share(false_alarm, matches!(rule, Rule::Honest | Rule::WrongNumber))),
     ]
 }
 
-fn paper_figures(people: usize, plan: &Plan, report: &Report) -> Finding {
+fn paper_figures(plan: &Plan, report: &Report) -> Finding {
+    let people = plan.people;
     let complete = report.passages.iter().any(|passage| passage.outcome == Outcome::Complete);
     let all_in = complete && report.members_in == plan.people && report.alarm.is_none();
     let unlocked = report.unlocked_s.is_some();
@@ -184,4 +266,21 @@ fn paper_figures(people: usize, plan: &Plan, report: &Report) -> Finding {
         ("wrong: one too few believed, %", share(report.low_accepted, people > 1)),
         ("wrong: alarm, %", Figure::of(report.alarm.is_some())),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_alarm_before_the_crossing_began_does_not_notice_the_tailgater() {
+        let missed = |alarm_s| {
+            let alarm = Some((alarm_s, Alarm::RanIn));
+            let report =
+                Report { extra_begins_s: Some(20.0), extra_in_s: Some(22.0), alarm, ..Report::default() };
+            tailgater(&report)[0].clone()
+        };
+        let is = |missed| ("missed, % of runs", Figure::of(missed));
+        assert_eq!([19.9, 20.0, 23.0, 23.1].map(missed), [true, false, false, true].map(is));
+    }
 }

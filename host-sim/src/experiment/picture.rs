@@ -40,9 +40,9 @@ const BOTTOM: f64 = 46.0;
 const MARK: f64 = 4.5;
 /// How far neighbours that stand beside each other are apart, at most.
 const BESIDE: f64 = 10.0;
-/// What the paper's line is called.
+/// Name of the paper's line.
 const PAPER_A_LEGEND: &str = "paper A, Table 1 (10 trials each)";
-/// How many looks there are for lines.
+/// Number of line styles.
 const LOOKS: usize = 6;
 
 /// Light first, dark where it is preferred. The six colours are told apart by colour-blind eyes as well.
@@ -67,7 +67,7 @@ text { font-family: 'DejaVu Sans', Helvetica, Arial, sans-serif; font-size: 13px
 .paper { stroke: #6b7583; } .paper.line { stroke-width: 1.8; stroke-dasharray: 6 5; } .paper.mark { fill: #fcfcfa; }
 ";
 
-/// What is different in the dark.
+/// Changes for the dark colour scheme.
 const DARK: &str = "
 text { fill: #e8ebf0; }
 .sheet { fill: #14181f; }
@@ -128,7 +128,7 @@ fn subtitle(rows: &[Row]) -> String {
     format!("Runs in which the people are counted right, {runs} each; bars hold 95 % (Wilson)")
 }
 
-/// What the lines mean, in as many rows as they need.
+/// The legend, in as many rows as it needs.
 fn legend(names: &[&str], width: f64) -> (Group, f64) {
     let (mut x, mut row) = (0.0, 0);
     let mut group = Group::new();

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use host_tracker::trackers::Choice;
+use crate::baselines::Choice;
 
 use super::passages;
 use super::table::Cell;
@@ -13,7 +13,7 @@ use crate::world::variation::{Letter, Variation};
 /// One scene with so many people, judged for each of some trackers.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is called in the table.
+    /// Name in the table.
     pub scene: String,
     /// How many people.
     pub people: usize,
@@ -85,7 +85,7 @@ pub enum Table {
     Carried,
     /// Paper C's furnished home, torso and thighs
     Home,
-    /// Door leaf, curtain, fan, cross-talk and a mirror, 24 hours together
+    /// Door leaf, curtain, fan and a mirror with visitors; cross-talk in an empty area
     Clutter,
     /// Condition H with five people over a network that loses, repeats and delays
     Disturbed,
@@ -93,19 +93,19 @@ pub enum Table {
     Passages,
     /// Paper A's experiment from end to end: authenticate, enter a number, pass; of docs/door.md
     PaperA,
-    /// Poses found by walking, and modules that were turned or covered (for docs/calibration.md; not among `all`)
+    /// Poses found by walking, and modules that were turned or covered; of docs/calibration.md
     Poses,
 }
 
-/// What a table is made of.
+/// Runs of a table.
 #[derive(Clone, Debug)]
 pub enum Work {
     /// Door areas, judged by success.
     Door(Vec<Case>, RangeInclusive<u64>),
     /// Scenes, each judged by its own rule.
     Trials(Vec<Trial>),
-    /// Passages through a guarded door: tables below each other.
-    Passages(Vec<Vec<passages::Row>>, RangeInclusive<u64>),
+    /// Passages through a guarded door.
+    Passages(Vec<passages::Row>, RangeInclusive<u64>),
     /// Poses by walking.
     Poses(RangeInclusive<u64>),
 }
@@ -140,7 +140,7 @@ impl Table {
         if self == Self::All { Self::EACH.to_vec() } else { vec![self] }
     }
 
-    /// What it is made of; `trackers` and `seeds` in the place of its own, if there are any.
+    /// The runs of this table; `trackers` and `seeds` replace its own unless they are empty.
     #[must_use]
     pub fn work(self, trackers: &[Choice], seeds: Option<&RangeInclusive<u64>>) -> Work {
         let own = |names: &[&str]| chosen(trackers, names);
@@ -151,18 +151,25 @@ impl Table {
             }
             Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
-            // What is unexplained is told by our tracker only.
+            // Only our tracker reports unexplained measurements.
             Self::Touching => trial::touching(&own(&["kehai"])),
             Self::Standing => trial::standing(&own(&["kehai"])),
             Self::Chairs => trial::chairs(&own(&["kehai", "lee", "particle"])),
             Self::Carried => trial::carried(&own(&["kehai", "lee", "particle"])),
-            Self::Home => trial::home(&own(&host_tracker::trackers::NAMES)),
+            Self::Home => trial::home(&own(&crate::baselines::NAMES)),
             Self::Passages => {
-                let rows = vec![passages::tailgaters(), passages::others()];
+                let rows = [
+                    passages::tailgaters(),
+                    passages::behind_loads(),
+                    passages::others(),
+                    passages::loads(),
+                    passages::groups(),
+                ]
+                .concat();
                 return Work::Passages(rows, seeds.cloned().unwrap_or(10_000..=10_199));
             }
             Self::PaperA => {
-                return Work::Passages(vec![passages::paper()], seeds.cloned().unwrap_or(10_000..=10_049));
+                return Work::Passages(passages::paper(), seeds.cloned().unwrap_or(10_000..=10_049));
             }
             Self::Clutter => trial::clutter(&own(&["kehai", "lee"])),
             Self::Disturbed => trial::disturbed(&own(&["kehai", "lee"])),
@@ -173,18 +180,18 @@ impl Table {
         Work::Trials(trials)
     }
 
-    /// The door areas of a table of them, none of another; `trackers` in the place of its own, if there are any.
+    /// The door areas of a table; empty for a table of another kind. `trackers` replace its own unless they are empty.
     #[must_use]
     pub fn cases(self, trackers: &[Choice]) -> Vec<Case> {
         let own = |names: &[&str]| chosen(trackers, names);
-        let all = own(&host_tracker::trackers::NAMES);
+        let all = own(&crate::baselines::NAMES);
         let door = |condition: Letter, people: RangeInclusive<usize>, trackers: &[Choice]| {
             people.map(|people| Case::door(condition, people, trackers)).collect::<Vec<_>>()
         };
         match self {
             Self::Door => [door(Letter::D, 1..=7, &all), door(Letter::H, 1..=7, &all)].concat(),
             Self::Ideas => {
-                let without: Vec<String> = host_tracker::trackers::kehai::ideas::Idea::NAMED
+                let without: Vec<String> = kehai_tracking::tracker::kehai::ideas::Idea::NAMED
                     .map(|(_, name)| format!("kehai-without-{name}"))
                     .to_vec();
                 let names: Vec<&str> =
@@ -198,7 +205,7 @@ impl Table {
     }
 }
 
-/// These trackers, or else those of these names.
+/// `trackers`, or if there are none the trackers with these names.
 fn chosen(trackers: &[Choice], names: &[&str]) -> Vec<Choice> {
     if trackers.is_empty() {
         names.iter().filter_map(|name| name.parse().ok()).collect()
@@ -213,32 +220,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_table_has_its_scenes_and_all_seeds_are_held_out() {
+    fn every_table_has_its_scenes_and_its_seeds() {
         for table in Table::EACH.into_iter().chain([Table::Passages, Table::PaperA, Table::Poses]) {
-            let held_out = |seeds: &RangeInclusive<u64>| {
+            let published = |seeds: &RangeInclusive<u64>| {
                 assert!(*seeds.start() == 10_000 && *seeds.end() < 10_200 && !seeds.is_empty(), "{table}");
             };
             match table.work(&[], None) {
                 Work::Door(cases, seeds) => {
-                    held_out(&seeds);
+                    published(&seeds);
                     assert!(!cases.is_empty());
                     cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
                 }
                 // More seeds where nothing happens.
                 Work::Poses(seeds) => {
                     let first = *seeds.start();
-                    held_out(&(first..=first + QUIET_SEEDS * seeds.count() as u64 - 1));
+                    published(&(first..=first + QUIET_SEEDS * seeds.count() as u64 - 1));
                 }
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());
                     for trial in &trials {
-                        held_out(&trial.seeds);
+                        published(&trial.seeds);
                         assert!(trial.build().is_ok() && !trial.trackers.is_empty(), "{}", trial.name);
                     }
                 }
-                Work::Passages(tables, seeds) => {
-                    held_out(&seeds);
-                    assert!(tables.iter().all(|rows| !rows.is_empty()));
+                Work::Passages(rows, seeds) => {
+                    published(&seeds);
+                    assert!(!rows.is_empty());
                 }
             }
         }
@@ -246,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn clutter_is_watched_for_a_day() {
+    fn clutter_is_watched_for_a_day_half_of_it_with_visitors() {
         let Work::Trials(trials) = Table::Clutter.work(&[], None) else { panic!("trials") };
         let seconds = |trial: &Trial| {
             trial.seeds.clone().count() as u64 * trial.build().unwrap().duration_s.round() as u64

@@ -1,4 +1,4 @@
-//! Rules: what a run must show, and which figures are told of it.
+//! Rules: the requirement on a run, and the figures reported for it.
 //!
 //! ```text
 //!   true number in the zone   1 1 1 0 0 0 0 0 0 0 0 0
@@ -8,15 +8,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use host_tracker::geometry::Point;
+use kehai_tracking::geometry::Point;
 
-use super::findings::Figure;
+use super::figure::{Figure, Finding};
 use super::log::{Line, Log};
 
 /// Farther away than this a track is not on the person, m.
 const LOST_M: f64 = 0.5;
 
-/// Becoming somebody takes a tracker up to so long, s.
+/// A tracker needs up to so long to confirm a person, s.
 const BIRTH_S: f64 = 1.5;
 
 /// A stay in the zone shorter than this is no visit, s.
@@ -25,15 +25,15 @@ const VISIT_S: f64 = 3.0;
 /// Share of the time that counts as all of it.
 const SETTLED_SHARE: f64 = 0.95;
 
-/// What a run must show.
+/// Requirement on a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rule {
-    /// From the first moment somebody is in the zone the number is right in this share of the time.
+    /// From the time at which the first person is in the zone, the count is right in this share of the time.
     Steady {
         /// The share.
         share: f64,
     },
-    /// So long after the true number changed for the last time the count is right, and stays so.
+    /// The count is right from this time after the last change of the true number, and stays right.
     Settles {
         /// How long, s.
         within_s: f64,
@@ -43,16 +43,13 @@ pub enum Rule {
         /// So many frames are judged.
         frames: usize,
     },
-    /// Nobody is seen where nobody is; who comes is.
+    /// No track where no person is, and a track for every visitor.
     Undisturbed,
     /// While all are in the zone, the most frequent count is the true one.
     Counted,
     /// IDF1 in the first of two networks, less that in the second.
     Falls,
 }
-
-/// What is told of a run: figures by their names, in the order of the table.
-pub type Finding = Vec<(&'static str, Figure)>;
 
 impl Rule {
     /// Judges a run, seen over one network or several.
@@ -146,7 +143,7 @@ fn followed(logs: &[Log], frames: usize) -> Finding {
 }
 
 fn undisturbed(lines: &[Line]) -> Finding {
-    // By identity: lines it is there, and those of them in which it is nobody.
+    // By track id: lines with this track, and those of them in which it is not on a person.
     let mut lives: BTreeMap<u64, (u32, u32)> = BTreeMap::new();
     for line in lines {
         for track in &line.tracks {
@@ -167,8 +164,8 @@ fn undisturbed(lines: &[Line]) -> Finding {
         |visit: &[Line]| visit.iter().any(|line| line.people.iter().any(|person| near(line, person.at)));
     let (yes, of) = visits.fold((0, 0), |(yes, of), visit| (yes + u64::from(born(visit)), of + 1));
     vec![
-        ("hours", Figure::Hours(hours)),
         ("false confirmed tracks", Figure::Sum(false_tracks as f64)),
+        ("hours", Figure::Hours(hours)),
         ("visitors found, %", Figure::Share { yes, of }),
     ]
 }
@@ -205,7 +202,7 @@ fn falls(logs: &[Log]) -> Finding {
 mod tests {
     use super::*;
     use crate::score::{Estimate, Tally, Target};
-    use host_tracker::trackers::LifeCycle;
+    use kehai_tracking::tracker::LifeCycle;
 
     /// Lines of 0.1 s: so many in the zone, so many counted.
     fn log(numbers: &[(usize, usize)]) -> Log {
@@ -267,7 +264,7 @@ mod tests {
         let mut log = log(&[(1, 1); 40]);
         for (index, line) in log.lines.iter_mut().enumerate() {
             line.people = vec![person];
-            // One on the person, one that leaves them for a quarter of its life, one that is elsewhere.
+            // A track on the person, a track away from the person for a quarter of its life, and a track elsewhere.
             line.tracks = vec![track(1, 0.1), track(2, if index < 10 { 2.0 } else { 0.0 }), track(3, 3.0)];
         }
         let finding = Rule::Undisturbed.judge(&[log.clone()]);

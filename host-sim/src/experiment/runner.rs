@@ -5,16 +5,17 @@
 //!                                                             └─▶ tracker ─▶ scorer ─▶ Outcome
 //! ```
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::ops::RangeInclusive;
 
-use host_tracker::trackers::Choice;
+use crate::baselines::Choice;
 
-use super::cores::on_all_cores;
-use super::findings::Pooled;
+use super::findings::{Figures, Pooled, owned};
+use super::jobs::Runs;
+use super::line::Run;
 use super::log::Log;
 use super::plan::Case;
-use super::rules::Finding;
 use super::table::{Outcome, Row};
 use super::trial::{Trial, counted, judged};
 use crate::run::{Conditions, Options, Record};
@@ -23,47 +24,52 @@ use crate::score::{Estimate, Frame, Scorer, Settings, Target};
 /// The area must be found empty so soon after the last one has left, s.
 const EMPTY_S: f64 = 3.0;
 
-/// Runs every case with every seed and each of its trackers; `done` is told of every finished run.
+/// Runs every case with every seed and each of its trackers: the rows, and what every run gave. `name` is that of
+/// the file in which results are kept.
 ///
 /// # Errors
 /// The first fault of a scene or of the simulation.
 pub fn run(
+    name: &str,
     cases: &[Case],
     seeds: &RangeInclusive<u64>,
     options: &Options,
-    done: impl Fn() + Sync,
-) -> Result<Vec<Row>, Box<dyn Error>> {
+    runs: &Runs,
+) -> Result<(Vec<Row>, Vec<Run>), Box<dyn Error>> {
     let scenes = cases.iter().map(Case::build).collect::<Result<Vec<_>, _>>()?;
     let jobs: Vec<(usize, u64)> =
         (0..cases.len()).flat_map(|case| seeds.clone().map(move |seed| (case, seed))).collect();
-    let outcomes = on_all_cores(&jobs, |(case, seed)| {
+    let outcomes: BTreeMap<(usize, u64), Vec<Outcome>> = runs.results(name, &jobs, |(case, seed)| {
         let Case { scene, people, trackers, .. } = &cases[case];
         let record = Record::of(&scenes[case], seed, options)
             .map_err(|error| format!("{scene}, {people} people, seed {seed}: {error}"))?;
-        let outcomes: Vec<Outcome> = trackers.iter().map(|choice| judge(&record, *choice)).collect();
-        done();
-        Ok(outcomes)
+        Ok(trackers.iter().map(|choice| judge(&record, *choice)).collect())
     })?;
-    let mut rows = Vec::new();
+    let (mut rows, mut all) = (Vec::new(), Vec::new());
     for (index, case) in cases.iter().enumerate() {
         for (tracker, choice) in case.trackers.iter().enumerate() {
+            let cell = case.cell(*choice, scenes[index].site.modules.len());
             let own = outcomes.range((index, 0)..=(index, u64::MAX));
-            let runs: Vec<Outcome> = own.filter_map(|(_, outcomes)| outcomes.get(tracker).cloned()).collect();
-            rows.push(Row::new(case.cell(*choice, scenes[index].site.modules.len()), &runs));
+            let outcome = |((_, seed), outcomes): (&(usize, u64), &Vec<Outcome>)| {
+                Some((*seed, outcomes.get(tracker)?.clone()))
+            };
+            let own: Vec<(u64, Outcome)> = own.filter_map(outcome).collect();
+            all.extend(own.iter().map(|(seed, outcome)| Row::run(&cell, *seed, outcome)));
+            rows.push(Row::new(cell, &own));
         }
     }
-    Ok(rows)
+    Ok((rows, all))
 }
 
-/// Runs every trial with its seeds and each of its trackers; `done` is told of every finished seed.
+/// Runs every trial with its seeds and each of its trackers.
 ///
 /// # Errors
 /// The first fault of a scene or of the simulation.
-pub fn run_trials(trials: &[Trial], done: impl Fn() + Sync) -> Result<Vec<Pooled>, Box<dyn Error>> {
+pub fn run_trials(name: &str, trials: &[Trial], runs: &Runs) -> Result<Vec<Pooled>, Box<dyn Error>> {
     let scenes = trials.iter().map(Trial::build).collect::<Result<Vec<_>, _>>()?;
     let seeds = |index: usize| trials[index].seeds.clone().map(move |seed| (index, seed));
     let jobs: Vec<(usize, u64)> = (0..trials.len()).flat_map(seeds).collect();
-    let findings = on_all_cores(&jobs, |(index, seed)| {
+    let findings: BTreeMap<(usize, u64), Vec<Figures>> = runs.results(name, &jobs, |(index, seed)| {
         let trial = &trials[index];
         let record = |conditions: &Conditions| {
             let options = Options { conditions: *conditions, ..Options::default() };
@@ -73,11 +79,9 @@ pub fn run_trials(trials: &[Trial], done: impl Fn() + Sync) -> Result<Vec<Pooled
         let records = trial.networks.iter().map(record).collect::<Result<Vec<Record>, String>>()?;
         let judge = |choice: &Choice| {
             let log = |record| Log::of(record, *choice, trial.region);
-            trial.rule.judge(&records.iter().map(log).collect::<Vec<_>>())
+            owned(trial.rule.judge(&records.iter().map(log).collect::<Vec<_>>()))
         };
-        let findings: Vec<Finding> = trial.trackers.iter().map(judge).collect();
-        done();
-        Ok(findings)
+        Ok(trial.trackers.iter().map(judge).collect())
     })?;
     let mut all = Vec::new();
     for (index, trial) in trials.iter().enumerate() {

@@ -1,37 +1,30 @@
-//! The table of an experiment: a row for each scene, number of people and tracker; as CSV and as Markdown.
+//! Results of the door area: a row for each scene, number of people and tracker.
 //!
 //! ```text
-//! scene,sensors,people,tracker,runs,successes,success_low,success_high,steady,idf1,…       one row a line
-//!
-//! | door area H, 2 sensors | 1            | 2            |                                  one row a tracker
-//! | kehai                  | 100 [98–100] | 99.5 [97–100]|                                  success in %, Wilson
+//!   Outcome (seed 10000) + Outcome (seed 10001) + … ─▶ Row: count success, and the scores of all runs pooled ─▶ lines
 //! ```
-
-use std::error::Error;
-use std::fmt::Write as _;
-use std::io::{Read, Write};
 
 use serde::{Deserialize, Serialize};
 
-use super::paper::{PAPER_A_NAME, PAPER_A_SUCCESSES, PAPER_A_TRIALS};
+use super::line::{COUNTED_RIGHT, Heading, Line, Run, text};
 use crate::score::Tally;
 use crate::score::statistics::{Interval, wilson};
 
-/// What is the same for all runs of a row.
+/// Fields common to all runs of a row.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Cell {
     /// Name of the scene, its condition included.
     pub scene: String,
     /// How many sensors watch.
     pub sensors: u32,
-    /// How many people there are.
+    /// Number of people.
     pub people: u32,
     /// Name of the tracker.
     pub tracker: String,
 }
 
-/// What came of one run.
-#[derive(Clone, Debug)]
+/// Result of one run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
     /// Whether the people were counted right.
     pub success: bool,
@@ -44,16 +37,18 @@ pub struct Outcome {
 }
 
 /// A row. Figures that nothing can be said about are empty.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// Name of the scene, its condition included.
     pub scene: String,
     /// How many sensors watch.
     pub sensors: u32,
-    /// How many people there are.
+    /// Number of people.
     pub people: u32,
     /// Name of the tracker.
     pub tracker: String,
+    /// First and last seed.
+    pub seeds: (u64, u64),
     /// How many runs.
     pub runs: u64,
     /// In how many of them the people were counted right.
@@ -74,7 +69,7 @@ pub struct Row {
     pub mota: Option<f64>,
     /// MOTP, m.
     pub motp_m: Option<f64>,
-    /// People who became another track.
+    /// Changes of a person's track (identity switches).
     pub id_switches: u64,
     /// HOTA.
     pub hota: Option<f64>,
@@ -89,15 +84,16 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row of these runs.
+    /// The row of these runs, each with its seed.
     #[must_use]
-    pub fn new(cell: Cell, runs: &[Outcome]) -> Self {
+    pub fn new(cell: Cell, runs: &[(u64, Outcome)]) -> Self {
         let mut tally = Tally::default();
-        for run in runs {
+        for (_, run) in runs {
             tally += &run.tally;
         }
         let figures = tally.figures();
-        let number = |wanted: fn(&Outcome) -> bool| runs.iter().filter(|run| wanted(run)).count() as u64;
+        let number = |wanted: fn(&Outcome) -> bool| runs.iter().filter(|(_, run)| wanted(run)).count() as u64;
+        let seeds = runs.first().zip(runs.last()).map(|(first, last)| (first.0, last.0));
         let successes = number(|run| run.success);
         let Interval { low, high } = wilson(successes, runs.len() as u64);
         Self {
@@ -105,6 +101,7 @@ impl Row {
             sensors: cell.sensors,
             people: cell.people,
             tracker: cell.tracker,
+            seeds: seeds.unwrap_or_default(),
             runs: runs.len() as u64,
             successes,
             success_low: low,
@@ -130,6 +127,49 @@ impl Row {
         self.successes as f64 / self.runs.max(1) as f64
     }
 
+    /// Every figure.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Line> {
+        let heading = Heading {
+            row: format!("{}, {}", self.scene, self.people),
+            tracker: self.tracker.clone(),
+            seeds: self.seeds,
+            runs: self.runs,
+        };
+        let mut lines = vec![
+            heading.share(COUNTED_RIGHT, self.successes, self.runs),
+            heading.share("steady, % of runs", self.steady, self.runs),
+            heading.share("empty in 3 s, % of runs", self.emptied, self.runs),
+        ];
+        let switches = (self.runs > 0).then(|| self.id_switches as f64 / self.runs as f64);
+        for (name, value, times, digits) in [
+            ("right, % of the time", self.exact_count_rate, 100.0, 1),
+            ("IDF1", self.idf1, 1.0, 3),
+            ("HOTA", self.hota, 1.0, 3),
+            ("MOTA", self.mota, 1.0, 3),
+            ("MOTP, cm", self.motp_m, 100.0, 1),
+            ("switches a run", switches, 1.0, 2),
+            ("GOSPA, cm", self.gospa_m, 100.0, 1),
+            ("RMS error of the visible, cm", self.rms_visible_m, 100.0, 1),
+            ("RMS error of the hidden, cm", self.rms_hidden_m, 100.0, 1),
+            ("errors in the 95 % ellipse, %", self.nees_coverage, 100.0, 1),
+        ] {
+            let value = value.map(|value| value * times);
+            let printed = value.map_or("–".into(), |value| format!("{value:.digits$}"));
+            lines.push(heading.line(name, value, printed));
+        }
+        lines
+    }
+
+    /// What one run gave.
+    pub(super) fn run(cell: &Cell, seed: u64, outcome: &Outcome) -> Run {
+        let lines = Self::new(cell.clone(), &[(seed, outcome.clone())]).lines();
+        let figures = text(lines.iter().map(|line| (line.figure.as_str(), line.value)));
+        let (row, tracker) =
+            lines.into_iter().next().map(|line| (line.row, line.tracker)).unwrap_or_default();
+        Run { row, tracker, seed, figures }
+    }
+
     /// What stands over the rows of the same scene and sensors.
     #[must_use]
     pub fn heading(&self) -> String {
@@ -138,24 +178,10 @@ impl Row {
     }
 }
 
-/// Writes the rows as CSV.
-///
-/// # Errors
-/// What the writer says.
-pub fn write_csv(rows: &[Row], out: impl Write) -> Result<(), Box<dyn Error>> {
-    let mut writer = csv::Writer::from_writer(out);
-    for row in rows {
-        writer.serialize(row)?;
-    }
-    Ok(writer.flush()?)
-}
-
-/// Reads what [`write_csv`] wrote.
-///
-/// # Errors
-/// Where and why a line is no row.
-pub fn read_csv(from: impl Read) -> Result<Vec<Row>, Box<dyn Error>> {
-    Ok(csv::Reader::from_reader(from).deserialize().collect::<Result<_, _>>()?)
+/// The lines of these rows in the full table.
+#[must_use]
+pub fn lines(rows: &[Row]) -> Vec<Line> {
+    rows.iter().flat_map(Row::lines).collect()
 }
 
 /// The rows of each scene and its sensors together, in the order of their first row.
@@ -183,111 +209,6 @@ pub fn trackers<'a>(rows: &[&'a Row]) -> Vec<&'a str> {
     names
 }
 
-/// Count success in % with Wilson's interval: a table for each scene, trackers down, people across, paper A's
-/// Table 1 last.
-#[must_use]
-pub fn success_markdown(rows: &[Row]) -> String {
-    let mut text = String::new();
-    for group in by_scene(rows) {
-        let mut people: Vec<u32> = group.iter().map(|row| row.people).collect();
-        people.sort_unstable();
-        people.dedup();
-        let cells = |cell: &dyn Fn(u32) -> Option<(u64, u64)>| {
-            let words =
-                |number: &u32| cell(*number).map_or("–".into(), |(right, runs)| percent(right, runs));
-            people.iter().map(words).collect::<Vec<_>>().join(" | ")
-        };
-        let across = people.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | ");
-        let _ = writeln!(text, "| {} | {across} |", escaped(&group[0].heading()));
-        let _ = writeln!(text, "|---|{}", "--:|".repeat(people.len()));
-        for tracker in trackers(&group) {
-            let row = |number| group.iter().find(|row| row.tracker == tracker && row.people == number);
-            let line = cells(&|number| row(number).map(|row| (row.successes, row.runs)));
-            let _ = writeln!(text, "| {} | {line} |", escaped(tracker));
-        }
-        let line = cells(&|number| {
-            let index = (number as usize).checked_sub(1)?;
-            PAPER_A_SUCCESSES.get(index).map(|&right| (right, PAPER_A_TRIALS))
-        });
-        let _ = writeln!(text, "| {PAPER_A_NAME} | {line} |\n");
-    }
-    text
-}
-
-/// All other figures: a table for each scene, a line for each tracker and number of people.
-#[must_use]
-pub fn figures_markdown(rows: &[Row]) -> String {
-    let part = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
-    let centimetres =
-        |value: Option<f64>| value.map_or("–".into(), |value| format!("{:.1}", value * 100.0));
-    let mut text = String::new();
-    for group in by_scene(rows) {
-        let _ = writeln!(
-            text,
-            "| {} | people | runs | steady % | empty in 3 s % | right % of the time | IDF1 | HOTA | MOTA | MOTP cm | switches | \
-             GOSPA cm | RMS visible cm | RMS hidden cm | in 95 % ellipse |",
-            escaped(&group[0].heading())
-        );
-        let _ = writeln!(text, "|---|{}", "--:|".repeat(14));
-        for row in group {
-            let share = |number: u64| 100.0 * number as f64 / row.runs.max(1) as f64;
-            let (steady, emptied) = (share(row.steady), share(row.emptied));
-            let right = row.exact_count_rate.map_or("–".into(), |rate| format!("{:.1}", rate * 100.0));
-            let _ = writeln!(
-                text,
-                "| {} | {} | {} | {steady:.1} | {emptied:.1} | {right} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-                escaped(&row.tracker),
-                row.people,
-                row.runs,
-                part(row.idf1),
-                part(row.hota),
-                part(row.mota),
-                centimetres(row.motp_m),
-                row.id_switches,
-                centimetres(row.gospa_m),
-                centimetres(row.rms_visible_m),
-                centimetres(row.rms_hidden_m),
-                part(row.nees_coverage),
-            );
-        }
-        text.push('\n');
-    }
-    text
-}
-
-/// A sentence for each tracker of condition H: five to seven people together, by which worlds are compared.
-#[must_use]
-pub fn dense_markdown(rows: &[Row]) -> String {
-    let dense: Vec<&Row> =
-        rows.iter().filter(|row| row.scene.ends_with(", H") && (5..=7).contains(&row.people)).collect();
-    let pooled = |tracker: &&str| {
-        let own = || dense.iter().filter(|row| row.tracker == **tracker);
-        let (right, runs) = (own().map(|row| row.successes).sum(), own().map(|row| row.runs).sum());
-        format!("`{tracker}` {}", percent(right, runs))
-    };
-    let words: Vec<String> = trackers(&dense).iter().map(pooled).collect();
-    if words.is_empty() {
-        words.concat()
-    } else {
-        format!("H, five to seven people together: {}.\n", words.join(", "))
-    }
-}
-
-/// `98.5 [95.7–99.5]`, without decimals where there are none.
-pub(super) fn percent(successes: u64, runs: u64) -> String {
-    let Interval { low, high } = wilson(successes, runs);
-    let short = |share: f64| {
-        let text = format!("{:.1}", share * 100.0);
-        text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
-    };
-    let rate = successes as f64 / runs.max(1) as f64;
-    format!("{} [{:.0}–{:.0}]", short(rate), low * 100.0, high * 100.0)
-}
-
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('|', "\\|")
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -295,47 +216,9 @@ pub(super) mod tests {
     /// A row with these successes of 200.
     pub fn row(scene: &str, people: u32, tracker: &str, successes: u64) -> Row {
         let run = |success| Outcome { success, steady: false, emptied: true, tally: Tally::default() };
-        let runs: Vec<Outcome> = (0..200).map(|index| run(index < successes)).collect();
+        let runs: Vec<(u64, Outcome)> = (0..200).map(|seed| (seed, run(seed < successes))).collect();
         let cell = Cell { scene: scene.into(), sensors: 2, people, tracker: tracker.into() };
         Row::new(cell, &runs)
-    }
-
-    fn rows() -> Vec<Row> {
-        vec![
-            row("door area, H", 1, "kehai", 200),
-            row("door area, H", 7, "kehai", 185),
-            row("door area, H", 7, "lee|38", 40),
-            row("hall", 8, "kehai", 0),
-        ]
-    }
-
-    #[test]
-    fn a_table_survives_csv() {
-        let mut rows = rows();
-        rows[1].idf1 = Some(0.123_456_789);
-        let mut file = Vec::new();
-        write_csv(&rows, &mut file).unwrap();
-        let text = String::from_utf8(file.clone()).unwrap();
-        assert!(text.starts_with("scene,sensors,people,tracker,runs,successes,success_low,"), "{text}");
-        assert!(text.contains("\n\"door area, H\",2,1,kehai,200,200,0.98"), "{text}");
-        assert_eq!(read_csv(file.as_slice()).unwrap(), rows);
-        assert!(read_csv(&b"scene,people\nhall,x\n"[..]).is_err());
-    }
-
-    #[test]
-    fn markdown_puts_the_paper_below_ours() {
-        let text = success_markdown(&rows());
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], "| door area, H, 2 sensors | 1 | 7 |");
-        assert_eq!(lines[1], "|---|--:|--:|");
-        assert_eq!(lines[2], "| kehai | 100 [98–100] | 92.5 [88–95] |");
-        assert_eq!(lines[3], "| lee\\|38 | – | 20 [15–26] |");
-        assert_eq!(lines[4], "| paper A, Table 1 | 100 [72–100] | 10 [2–40] |");
-        assert_eq!(lines[8], "| kehai | 0 [0–2] |");
-        assert_eq!(lines[9], "| paper A, Table 1 | – |");
-        let figures = figures_markdown(&rows());
-        let columns = |line: &str| line.replace("\\|", "").matches('|').count();
-        assert!(figures.lines().filter(|line| !line.is_empty()).all(|line| columns(line) == 16), "{figures}");
     }
 
     #[test]
@@ -343,5 +226,12 @@ pub(super) mod tests {
         let row = row("hall", 3, "kehai", 150);
         assert_eq!((row.runs, row.successes, row.steady, row.success()), (200, 150, 0, 0.75));
         assert!(row.success_low < 0.75 && 0.75 < row.success_high);
+        let lines = row.lines();
+        assert_eq!((lines[0].row.as_str(), lines[0].printed.as_str()), ("hall, 3", "75 [69–80]"));
+        assert_eq!((lines[0].first_seed, lines[0].last_seed, lines[0].of), (0, 199, Some(200)));
+        assert_eq!(
+            (lines[4].figure.as_str(), lines[4].value, lines[4].printed.as_str()),
+            ("IDF1", None, "–")
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! Who is there, and what they are up to: computed step by step, some way ahead of the sensors.
+//! The actors at the door, and what each of them does: computed step by step, some time ahead of the sensors.
 //!
 //! ```text
 //!   member    hall ─▶ passage ─▶ a place in the zone ─▶ waits ─▶ the door is open ─▶ through ─▶ gone
@@ -8,67 +8,57 @@
 //!
 //! Members and runners get out of each other's way by the social-force model of the gathering; a shadow does not.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
+use super::load::{Load, Loaded};
 use super::{Plan, Rule};
 use crate::world::body::{Body, Section};
 use crate::world::crowd::{self, STEP_S, Walker};
-use crate::world::gathering::free_place;
 use crate::world::geometry::{Outline, Point};
 use crate::world::motion::{Motion, Track};
+use crate::world::prop::Prop;
 use crate::world::random::{Purpose, Stream};
 use crate::world::raycast::Person;
+use crate::world::visit::{
+    DOOR_Y_M, GONE_Y_M, HEADWAY_S, Habit, PASSAGE_Y_M, Phase, ROOM_SHARE, SAMPLE, START_Y_M, Visit,
+    free_place,
+};
+use parking_lot::Mutex;
 
-/// The line of the door.
-pub const DOOR_Y_M: f64 = 1.0;
-/// Where people start, are gone, and aim at first.
-const START_Y_M: f64 = -4.2;
-const GONE_Y_M: f64 = 3.5;
-const PASSAGE_Y_M: f64 = -1.5;
+/// The edge at which the zone before the door begins, and half its width.
+const ZONE_Y_M: f64 = -1.0;
+const ZONE_HALF_M: f64 = 1.0;
 /// The first starts when every background has been learned, s.
 pub const FROM_S: f64 = 10.0;
-/// Between two who start, and two who go in, s.
-const HEADWAY_S: f64 = 1.2;
-/// Somebody this near to their place has taken it; a crowd may keep them from it for so long.
-const AT_PLACE_M: f64 = 0.15;
-const SQUEEZE_S: f64 = 4.0;
-/// Bodies are wider than deep.
-const ROOM_SHARE: f64 = 0.85;
-/// Open so far, people go; so far, somebody who waits for it begins to run.
+/// Share of the opening at which people go, and at which a waiting tailgater begins to run.
 const PASSABLE: f64 = 0.6;
 const OPENING: f64 = 0.3;
-/// Steps between two samples of a track.
-const SAMPLE: u64 = 4;
-
-#[derive(Clone, Copy, PartialEq, Debug)]
-enum Phase {
-    NotYet,
-    ToPassage,
-    ToPlace,
-    Waiting,
-    ToDoor,
-    Through,
-    /// Back to the hall.
-    Back,
-    /// In the doorway for good, holding the leaf.
-    Stands,
-    Gone,
-}
+/// Reach of the light barrier before and behind the line of the door, m.
+const BARRIER_M: f64 = 0.25;
+/// Distance from the middle of the doorway at which a person walks beside a tailgater, m.
+const ASIDE_M: f64 = 0.22;
+/// Largest distance from the middle of the doorway at which the tailgater passes it, m.
+const TAILGATER_ASIDE_M: f64 = 0.25;
+/// What two bodies gain in a doorway by turning a shoulder, m.
+const SHOULDER_M: f64 = 0.1;
+/// Half the width of the doorway, m.
+const DOORWAY_HALF_M: f64 = 0.45;
 
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Kind {
     Member,
-    /// Waits in the hall, and goes to the zone when told.
+    /// Waits in the hall, and goes to the zone when called.
     Next,
     /// Behind the last member, centres so far apart; from the start, or once the door opens.
     Behind {
         apart_m: f64,
         late: bool,
     },
-    /// Beside the last member.
+    /// Beside the last member; `behind_m` back in the doorway if it is too narrow for both.
     Beside {
         apart_m: f64,
+        behind_m: Option<f64>,
         late: bool,
     },
     /// From the hall straight in.
@@ -79,13 +69,8 @@ struct Actor {
     body: Body,
     kind: Kind,
     walker: Walker,
-    phase: Phase,
-    start_s: f64,
-    entered_s: f64,
-    place: Point,
-    move_s: f64,
+    visit: Visit,
     lane_m: f64,
-    fidget: [(f64, f64); 2],
     /// Where it has been, a point every 5 cm: what a shadow follows.
     trail: Vec<Point>,
     /// How far along the trail of another a shadow is, in points.
@@ -94,23 +79,28 @@ struct Actor {
     crossed_s: Option<f64>,
 }
 
-/// Everybody.
+/// All actors of a passage.
 pub struct Cast {
     plan: Plan,
+    /// Load of the last member.
+    loaded: Option<Loaded>,
     actors: Vec<Actor>,
     stream: Stream,
     tick: u64,
     next_leaves_s: f64,
-    /// Runs with an even seed differ from those with an odd one where a rule has two kinds.
+    /// Whether the seed is even: it selects one of the two kinds of a rule that has two.
     even: bool,
-    /// The one in the hall is to come.
+    /// Whether the person in the hall shall come to the zone.
     pub call_next: bool,
 }
 
 impl Cast {
-    /// The people of a passage, and themselves as the world sees them.
-    #[must_use]
-    pub fn new(plan: Plan, seed: u64) -> (Self, Vec<Person>) {
+    /// The actors of a passage, with their bodies and loads for the world.
+    ///
+    /// # Errors
+    /// The scene of the load is broken, in one line.
+    pub fn new(plan: Plan, seed: u64) -> Result<(Self, Vec<Person>, Vec<Prop>), String> {
+        let loaded = plan.load.map(Load::read).transpose()?;
         let mut stream = Stream::new(seed, Purpose::Crowd, [plan.people as u64, 17]);
         let mut kinds = vec![Kind::Member; plan.people];
         let late = (seed / 3).is_multiple_of(2);
@@ -118,7 +108,9 @@ impl Cast {
             Rule::GapWide => kinds.push(Kind::Behind { apart_m: stream.between(0.6, 1.2), late }),
             Rule::GapNarrow => kinds.push(Kind::Behind { apart_m: stream.between(0.3, 0.6), late }),
             Rule::InFile => kinds.push(Kind::Behind { apart_m: stream.between(0.0, 0.1), late }),
-            Rule::SideBySide => kinds.push(Kind::Beside { apart_m: stream.between(0.0, 0.05), late }),
+            Rule::SideBySide => {
+                kinds.push(Kind::Beside { apart_m: stream.between(0.0, 0.05), behind_m: None, late });
+            }
             Rule::RunsIn => kinds.push(Kind::Runner),
             Rule::Honest if !late => kinds.push(Kind::Next),
             Rule::CardBack => kinds.push(Kind::Next),
@@ -127,7 +119,9 @@ impl Cast {
         let mut start_s = FROM_S;
         let actor = |(index, kind): (usize, &Kind)| {
             let mut person = Stream::new(seed, Purpose::Person, [index as u64, 17]);
-            let body = Body::random(Section::Torso, &mut person);
+            let own = Body::random(Section::Torso, &mut person);
+            let has_load = index + 1 == plan.people;
+            let body = loaded.as_ref().filter(|_| has_load).map_or(own, |loaded| loaded.body(own));
             let lane_m = stream.between(-0.35, 0.35);
             let at = Point::new(lane_m, START_Y_M);
             let speed_m_s = match kind {
@@ -141,20 +135,14 @@ impl Cast {
                 speed_m_s,
                 goal: at,
             };
-            let fidget = [(); 2].map(|()| (TAU * person.between(0.1, 0.3), person.between(0.0, TAU)));
-            let own_s = start_s;
+            let visit = Visit::new(at, start_s, &mut person);
             start_s += HEADWAY_S * stream.between(0.8, 1.5);
             Actor {
                 body,
                 kind: *kind,
                 walker,
-                phase: Phase::NotYet,
-                start_s: own_s,
-                entered_s: 0.0,
-                place: at,
-                move_s: f64::INFINITY,
+                visit,
                 lane_m,
-                fidget,
                 trail: Vec::new(),
                 along: 0.0,
                 track: Arc::new(Mutex::new(Track::growing(0.0, STEP_S * SAMPLE as f64))),
@@ -162,13 +150,23 @@ impl Cast {
             }
         };
         let mut actors: Vec<Actor> = kinds.iter().enumerate().map(actor).collect();
-        // Gaps are between bodies: centres are half a body of each further apart.
+        // Gaps are between bodies, what they have with them included: centres are farther apart.
         let leader = actors.get(plan.people.saturating_sub(1)).map(|leader| leader.body);
         for actor in &mut actors {
             let Some(leader) = leader else { continue };
+            let reach_m = |own_m: f64, of: fn(&Loaded) -> f64| loaded.as_ref().map_or(own_m, of).max(own_m);
+            let back_m = reach_m(leader.half_depth_m, |loaded| loaded.back_m) + actor.body.half_depth_m;
             match &mut actor.kind {
-                Kind::Behind { apart_m, .. } => *apart_m += leader.half_depth_m + actor.body.half_depth_m,
-                Kind::Beside { apart_m, .. } => *apart_m += leader.half_width_m + actor.body.half_width_m,
+                Kind::Behind { apart_m, .. } => *apart_m += back_m,
+                Kind::Beside { apart_m, behind_m, .. } => {
+                    // A towed suitcase trails behind both people, and does not push the tailgater aside.
+                    let beside = loaded.as_ref().filter(|_| plan.load != Some(Load::Suitcase));
+                    let side_m = beside.map_or(0.0, |loaded| loaded.side_m).max(leader.half_width_m);
+                    let width_m = side_m + actor.body.half_width_m;
+                    let room_m = TAILGATER_ASIDE_M + ASIDE_M.min(DOORWAY_HALF_M - side_m) + SHOULDER_M;
+                    *behind_m = (width_m > room_m).then_some(*apart_m + back_m);
+                    *apart_m += width_m;
+                }
                 _ => {}
             }
         }
@@ -179,12 +177,18 @@ impl Cast {
             crouches_s: None,
         };
         let people = actors.iter().enumerate().map(person).collect();
+        let parts = loaded.iter().flat_map(|loaded| &loaded.parts);
+        let carrier = actors.get(plan.people.saturating_sub(1)).map(|actor| Arc::clone(&actor.track));
+        let props = parts.zip(carrier.iter().cycle());
+        let props = props
+            .map(|(part, track)| Prop::new(part.clone(), Motion::Live(Arc::clone(track)), f64::INFINITY));
+        let props = props.collect();
         let even = seed.is_multiple_of(2);
-        let cast = Self { plan, actors, stream, tick: 0, next_leaves_s: 0.0, even, call_next: false };
-        (cast, people)
+        let cast = Self { plan, loaded, actors, stream, tick: 0, next_leaves_s: 0.0, even, call_next: false };
+        Ok((cast, people, props))
     }
 
-    /// Up to when everybody's way is computed, s.
+    /// Time up to which the positions of all actors are computed, s.
     #[must_use]
     pub fn now_s(&self) -> f64 {
         self.tick as f64 * STEP_S
@@ -194,24 +198,34 @@ impl Cast {
     #[must_use]
     pub fn is_waiting(&self) -> bool {
         let members = || self.actors.iter().filter(|actor| actor.kind == Kind::Member);
-        members().all(|actor| actor.phase == Phase::Waiting)
-            && members().all(|actor| self.now_s() > actor.entered_s + 2.0)
+        members().all(|actor| actor.visit.phase == Phase::Waiting)
+            && members().all(|actor| self.now_s() > actor.visit.entered_s + 2.0)
     }
 
-    /// Whether the one from the hall waits in the zone.
+    /// Whether the person from the hall waits in the zone.
     #[must_use]
     pub fn next_is_here(&self) -> bool {
-        self.actors.iter().any(|actor| actor.kind == Kind::Next && actor.phase == Phase::Waiting)
+        self.actors.iter().any(|actor| actor.kind == Kind::Next && actor.visit.phase == Phase::Waiting)
     }
 
-    /// The members have been asked to move: each takes a new place.
+    /// Moves every waiting member to a new place: the door has asked them to move.
     pub fn rearrange(&mut self) {
-        let habit = self.plan.condition.habit();
         let mut taken = Vec::new();
-        for actor in self.actors.iter_mut().filter(|actor| actor.phase == Phase::Waiting) {
-            actor.place = free_place(&habit, &taken, &mut self.stream);
-            taken.push(actor.place);
+        for index in 0..self.actors.len() {
+            let habit = self.habit(index);
+            let Some(actor) = self.actors.get_mut(index) else { continue };
+            if actor.visit.phase == Phase::Waiting {
+                actor.visit.place = free_place(&habit, &taken, &mut self.stream);
+                taken.push(actor.visit.place);
+            }
         }
+    }
+
+    /// Where an actor may wait.
+    fn habit(&self, index: usize) -> Habit {
+        let habit = self.plan.condition.habit();
+        let loaded = self.loaded.as_ref().filter(|_| index == self.leader());
+        loaded.map_or(habit, |loaded| loaded.room(&habit))
     }
 
     /// When members crossed the line inward, s.
@@ -221,18 +235,30 @@ impl Cast {
         members.filter_map(|actor| actor.crossed_s).collect()
     }
 
-    /// When somebody who is no member crossed it, s.
+    /// Time at which the first person outside the group crossed it, s.
     #[must_use]
     pub fn extra_in_s(&self) -> Option<f64> {
         let others = self.actors.iter().filter(|actor| actor.kind != Kind::Member);
         others.filter_map(|actor| actor.crossed_s).reduce(f64::min)
     }
 
+    /// Whether a person outside the group is in the zone before the door, or past the line.
+    #[must_use]
+    pub fn extra_is_in_zone(&self) -> bool {
+        let others = self.actors.iter().filter(|actor| actor.kind != Kind::Member);
+        others.map(|actor| actor.walker.at).any(|at| at.y > ZONE_Y_M && at.x.abs() < ZONE_HALF_M)
+    }
+
     /// Whether a light barrier in the doorway is broken.
     #[must_use]
     pub fn in_doorway(&self) -> bool {
-        let present = self.actors.iter().filter(|actor| !matches!(actor.phase, Phase::NotYet | Phase::Gone));
-        present.map(|actor| actor.walker.at).any(|at| (at.y - DOOR_Y_M).abs() < 0.25 && at.x.abs() < 0.6)
+        self.actors.iter().enumerate().filter(|(_, actor)| actor.visit.is_present()).any(|(index, actor)| {
+            let loaded = self.loaded.as_ref().filter(|_| index == self.leader());
+            let (front_m, back_m) = loaded.map_or((0.0, 0.0), |loaded| (loaded.front_m, loaded.back_m));
+            let at = actor.walker.at;
+            let beyond_m = at.y - DOOR_Y_M;
+            beyond_m + front_m > -BARRIER_M && beyond_m - back_m < BARRIER_M && at.x.abs() < 0.6
+        })
     }
 
     /// One step of 10 ms among `obstacles`, the leaf included, which is open by `share`.
@@ -251,74 +277,43 @@ impl Cast {
     }
 
     fn decide(&mut self, index: usize, share: f64, now_s: f64) {
-        let habit = self.plan.condition.habit();
-        let taken: Vec<Point> = self
-            .actors
-            .iter()
-            .enumerate()
-            .filter(|(other, actor)| {
-                *other != index && matches!(actor.phase, Phase::ToPlace | Phase::Waiting)
-            })
-            .map(|(_, actor)| actor.place)
-            .collect();
+        let habit = self.habit(index);
+        let others = self.actors.iter().enumerate().filter(|(other, _)| *other != index);
+        let taken: Vec<Point> =
+            others.filter(|(_, actor)| actor.visit.has_place()).map(|(_, actor)| actor.visit.place).collect();
         let (leader, even, call_next, rule) = (self.leader(), self.even, self.call_next, self.plan.rule);
         let Some(actor) = self.actors.get_mut(index) else { return };
-        let member = actor.kind == Kind::Member;
-        match actor.phase {
-            Phase::NotYet if now_s >= actor.start_s => actor.phase = Phase::ToPassage,
-            Phase::ToPassage if actor.kind == Kind::Runner && share > OPENING => actor.phase = Phase::ToDoor,
-            Phase::ToPassage
-                if actor.walker.at.y > PASSAGE_Y_M - 0.2 && (member || actor.kind == Kind::Next) =>
-            {
-                actor.phase = Phase::ToPlace;
-                actor.entered_s = now_s;
-                actor.place = free_place(&habit, &taken, &mut self.stream);
+        let at = actor.walker.at;
+        let at_line = at.y > DOOR_Y_M - 0.1;
+        match (actor.visit.phase, actor.kind) {
+            (Phase::ToPassage, Kind::Runner) if share > OPENING => actor.visit.phase = Phase::ToDoor,
+            // Shadows follow the last member, and a runner waits for the door.
+            (Phase::ToPassage, Kind::Runner | Kind::Behind { .. } | Kind::Beside { .. }) => {}
+            (Phase::ToDoor, _) if rule == Rule::HeldOpen && index == leader && at_line => {
+                actor.visit.phase = Phase::Stands;
             }
-            Phase::ToPlace
-                if (actor.walker.at - actor.place).length() < AT_PLACE_M
-                    || now_s > actor.entered_s + SQUEEZE_S =>
-            {
-                actor.phase = Phase::Waiting;
-                if let Some((shortest_s, longest_s)) = habit.stay_s {
-                    actor.move_s = now_s + self.stream.between(shortest_s, longest_s);
-                }
+            (Phase::Through, _) if rule == Rule::TurnsBack && !even && index == leader && at.y > 1.12 => {
+                actor.visit.phase = Phase::Back;
             }
-            Phase::Waiting if now_s >= actor.move_s => {
-                actor.place = free_place(&habit, &taken, &mut self.stream);
-                let (shortest_s, longest_s) = habit.stay_s.unwrap_or((f64::INFINITY, f64::INFINITY));
-                actor.move_s = now_s + self.stream.between(shortest_s, longest_s);
-            }
-            Phase::ToDoor
-                if rule == Rule::HeldOpen && index == leader && actor.walker.at.y > DOOR_Y_M - 0.1 =>
-            {
-                actor.phase = Phase::Stands;
-            }
-            Phase::ToDoor if actor.walker.at.y > DOOR_Y_M - 0.1 => actor.phase = Phase::Through,
-            Phase::Through
-                if rule == Rule::TurnsBack && !even && index == leader && actor.walker.at.y > 1.12 =>
-            {
-                actor.phase = Phase::Back;
-            }
-            Phase::Through if actor.walker.at.y > GONE_Y_M => actor.phase = Phase::Gone,
-            Phase::Back if actor.walker.at.y < START_Y_M + 0.3 => actor.phase = Phase::Gone,
-            _ => {}
+            (Phase::Back, _) if at.y < START_Y_M + 0.3 => actor.visit.phase = Phase::Gone,
+            _ => actor.visit.advance(at, now_s, &habit, &taken, &mut self.stream),
         }
-        if actor.kind == Kind::Next && actor.phase == Phase::ToPassage {
+        if actor.kind == Kind::Next && actor.visit.phase == Phase::ToPassage {
             // Waits in the hall until it is called.
             let goal_y_m = if call_next { PASSAGE_Y_M + 0.6 } else { -2.3 };
             actor.walker.goal = Point::new(actor.lane_m, goal_y_m);
         }
     }
 
-    /// Whoever waits nearest to the door goes, the last member last.
+    /// Sends the waiting member nearest to the door; the last member goes last.
     fn send_next(&mut self, share: f64, now_s: f64) {
         if share < PASSABLE || now_s < self.next_leaves_s {
             return;
         }
         let leader = self.leader();
         let door = Point::new(0.0, DOOR_Y_M);
-        let waiting = |actor: &Actor| actor.kind == Kind::Member && actor.phase == Phase::Waiting;
-        // Who is to stand in the doorway, or to turn back, lets the others go first.
+        let waiting = |actor: &Actor| actor.kind == Kind::Member && actor.visit.phase == Phase::Waiting;
+        // A member that is to stand in the doorway, or to turn back, lets the others go first.
         let alone = matches!(self.plan.rule, Rule::HeldOpen | Rule::TurnsBack);
         let others = self.actors.iter().enumerate().any(|(index, actor)| {
             let member = index != leader && actor.kind == Kind::Member;
@@ -335,37 +330,35 @@ impl Cast {
         let Some(index) = next else { return };
         if let Some(actor) = self.actors.get_mut(index) {
             let turns = self.plan.rule == Rule::TurnsBack && self.even && index == leader;
-            actor.phase = if turns { Phase::Back } else { Phase::ToDoor };
+            actor.visit.phase = if turns { Phase::Back } else { Phase::ToDoor };
             self.next_leaves_s = now_s + HEADWAY_S * self.stream.between(0.7, 1.2);
         }
     }
 
     fn walk(&mut self, share: f64, obstacles: &[Outline], now_s: f64) {
         let fidget_m = self.plan.condition.habit().fidget_m;
-        let present = |actor: &Actor| !matches!(actor.phase, Phase::NotYet | Phase::Gone);
+        let side_m = self.loaded.as_ref().map_or(0.0, |loaded| loaded.side_m);
         let mut walkers = Vec::new();
         let mut numbers = Vec::new();
-        for (index, actor) in self.actors.iter_mut().enumerate().filter(|(_, actor)| present(actor)) {
-            let [x, y] = actor.fidget.map(|(omega, phase)| libm::sin(omega * now_s + phase));
+        for (index, actor) in self.actors.iter_mut().enumerate().filter(|(_, actor)| actor.visit.is_present())
+        {
             let beside_m = if matches!(self.plan.rule, Rule::SideBySide) && index + 1 == self.plan.people {
-                -0.22
+                -ASIDE_M.min(DOORWAY_HALF_M - side_m)
             } else {
                 0.0
             };
-            actor.walker.goal = match actor.phase {
+            let at = actor.walker.at;
+            actor.walker.goal = match actor.visit.phase {
                 Phase::ToPassage if actor.kind == Kind::Next => actor.walker.goal,
                 Phase::ToPassage if actor.kind == Kind::Runner => Point::new(actor.lane_m, START_Y_M + 0.4),
-                Phase::ToPassage => Point::new(actor.walker.at.x, PASSAGE_Y_M + 0.6),
-                Phase::ToDoor => Point::new(beside_m, DOOR_Y_M + 0.4),
-                Phase::Through => Point::new(beside_m, GONE_Y_M + 1.0),
-                Phase::Back if actor.walker.at.y > DOOR_Y_M - 0.1 => Point::new(0.0, DOOR_Y_M - 0.6),
+                Phase::Back if at.y > DOOR_Y_M - 0.1 => Point::new(0.0, DOOR_Y_M - 0.6),
                 Phase::Back => Point::new(0.0, START_Y_M - 1.0),
                 Phase::Stands => Point::new(0.0, DOOR_Y_M + STANDS_M),
-                _ => actor.place + Point::new(x, y) * fidget_m,
+                _ => actor.visit.goal(at, now_s, fidget_m, beside_m),
             };
             let mut walker = actor.walker;
             if is_shadow(actor.kind) {
-                // The one before it is not pushed; others keep off it.
+                // The actor before it is not pushed; others keep away from it.
                 walker.radius_m = 0.05;
             }
             walkers.push(walker);
@@ -377,7 +370,7 @@ impl Cast {
                 continue;
             };
             actor.walker =
-                if actor.phase == Phase::Stands { stood(&walker, actor.walker.at) } else { walker };
+                if actor.visit.phase == Phase::Stands { stood(&walker, actor.walker.at) } else { walker };
         }
         let leader = self.leader();
         for index in numbers {
@@ -391,7 +384,7 @@ impl Cast {
                 actor.crossed_s = Some(now_s);
             }
             if self.tick.is_multiple_of(SAMPLE) {
-                let mut track = actor.track.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut track = actor.track.lock();
                 if track.is_empty() {
                     *track = Track::growing(now_s, STEP_S * SAMPLE as f64);
                 }
@@ -400,10 +393,10 @@ impl Cast {
         }
     }
 
-    /// A step of somebody who follows the leader.
+    /// A step of an actor that follows the leader.
     fn shadow(&mut self, index: usize, leader: usize, share: f64) {
         let Some(first) = self.actors.get(leader) else { return };
-        let (trail, ahead, gone) = (first.trail.clone(), first.walker.at, first.phase == Phase::Gone);
+        let (trail, ahead, gone) = (first.trail.clone(), first.walker.at, first.visit.phase == Phase::Gone);
         let Some(actor) = self.actors.get_mut(index) else { return };
         let at = actor.walker.at;
         let wanted = match actor.kind {
@@ -422,9 +415,13 @@ impl Cast {
                 let from = from.copied().unwrap_or(at);
                 from + (to.copied().unwrap_or(from) - from) * actor.along.fract()
             }
-            Kind::Beside { apart_m, late } => {
-                let side =
-                    if gone { Point::new(at.x, GONE_Y_M + 0.5) } else { ahead + Point::new(apart_m, 0.0) };
+            Kind::Beside { apart_m, behind_m, late } => {
+                let narrow = behind_m.filter(|_| (ahead.y - DOOR_Y_M).abs() < NARROW_M);
+                let side = match narrow {
+                    _ if gone => Point::new(at.x, GONE_Y_M + 0.5),
+                    Some(behind_m) => ahead - Point::new(0.0, behind_m),
+                    None => ahead + Point::new(apart_m, 0.0),
+                };
                 if late && share < OPENING && at.y < HALL_Y_M + 0.2 {
                     Point::new(actor.lane_m, HALL_Y_M)
                 } else {
@@ -433,25 +430,29 @@ impl Cast {
             }
             _ => return,
         };
-        // Nobody walks through a leaf, or through the wall beside it.
+        // No actor walks through a leaf, or through the wall beside it.
         let shut = share < 0.5 && at.y < DOOR_Y_M - 0.2 && wanted.y > DOOR_Y_M - 0.25;
         let in_doorway = (wanted.y - DOOR_Y_M).abs() < 0.3;
-        let x_m = if in_doorway { wanted.x.clamp(-0.25, 0.25) } else { wanted.x.clamp(-0.75, 0.75) };
+        let x_m = if in_doorway {
+            wanted.x.clamp(-TAILGATER_ASIDE_M, TAILGATER_ASIDE_M)
+        } else {
+            wanted.x.clamp(-0.75, 0.75)
+        };
         let way = Point::new(x_m, wanted.y) - at;
         let step_m = (HURRY_M_S * STEP_S).min(way.length());
         let to = if shut { at } else { at + way * (step_m / way.length().max(1e-9)) };
         actor.walker.velocity = (to - at) * (1.0 / STEP_S);
         actor.walker.at = to;
         if to.y > GONE_Y_M - 0.1 {
-            actor.phase = Phase::Gone;
+            actor.visit.phase = Phase::Gone;
         }
     }
 }
 
-/// How far beyond the line whoever holds the door open stands, m: still in the light barrier.
+/// Distance beyond the line at which the person holding the door open stands, m: still in the light barrier.
 const STANDS_M: f64 = 0.15;
 
-/// Whoever holds the door open walks to the middle of the doorway and stays there: the leaf in their hand pushes nobody.
+/// A step of the person holding the door open, to the middle of the doorway. The leaf in their hand exerts no force.
 fn stood(walker: &Walker, from: Point) -> Walker {
     let way = walker.goal - from;
     let step_m = (walker.speed_m_s * STEP_S).min(way.length());
@@ -459,11 +460,13 @@ fn stood(walker: &Walker, from: Point) -> Walker {
     Walker { at: from + step, velocity: step * (1.0 / STEP_S), ..*walker }
 }
 
+/// Two people share the doorway's width when they are nearer to its line than this, m.
+const NARROW_M: f64 = 0.8;
 /// Between two points of a trail, m.
 const TRAIL_M: f64 = 0.05;
-/// Where a tailgater waits who comes when the door opens.
+/// Where a tailgater waits for the door to open.
 const HALL_Y_M: f64 = -1.3;
-/// How fast such a one catches up.
+/// Speed at which such a tailgater catches up.
 const HURRY_M_S: f64 = 2.5;
 
 const fn is_shadow(kind: Kind) -> bool {

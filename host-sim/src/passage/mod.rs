@@ -9,12 +9,15 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `cast` | who is there, and what they are up to |
-//! | `stage` | the loop, and what came of it |
+//! | `cast` | the actors, and what each of them does |
+//! | `load` | the load of the last of the group |
+//! | `stage` | the simulation loop, and its report |
 
 pub mod cast;
+pub mod load;
 pub mod stage;
 
+pub use load::Load;
 pub use stage::{Report, run};
 
 use crate::world::gathering::Condition;
@@ -22,13 +25,13 @@ use crate::world::gathering::Condition;
 /// What happens at the door.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rule {
-    /// A group goes in; in every other run somebody else waits in the hall for the next passage.
+    /// A group goes in; in every second run another person waits in the hall for the next passage.
     Honest,
     /// A tailgater keeps 0.6 to 1.2 m behind the last.
     GapWide,
     /// 0.3 to 0.6 m.
     GapNarrow,
-    /// Touches the one before: at most 0.1 m.
+    /// The tailgater touches the person before: at most 0.1 m.
     InFile,
     /// Goes in beside the last, shoulder to shoulder.
     SideBySide,
@@ -38,11 +41,11 @@ pub enum Rule {
     WrongNumber,
     /// One of the group turns back: before the door, or behind it.
     TurnsBack,
-    /// Somebody in the hall shows the card of somebody inside.
+    /// A person in the hall shows the card of a person inside.
     CardBack,
     /// A module says nothing any more while they go in.
     ModuleLost,
-    /// The last one stands in the doorway.
+    /// The last person stands in the doorway.
     HeldOpen,
 }
 
@@ -51,10 +54,12 @@ pub enum Rule {
 pub struct Plan {
     /// What happens.
     pub rule: Rule,
-    /// People who show one card.
+    /// People that enter with one card.
     pub people: usize,
     /// How they wait.
     pub condition: Condition,
+    /// Load of the last person.
+    pub load: Option<Load>,
 }
 
 impl Plan {
@@ -66,6 +71,6 @@ impl Plan {
             Rule::CardBack => 1,
             _ => 1 + (seed % 3) as usize,
         };
-        Self { rule, people, condition: Condition::Spread }
+        Self { rule, people, condition: Condition::Spread, load: None }
     }
 }

@@ -1,20 +1,23 @@
-//! The loop of a passage, and what came of it.
+//! The simulation loop of a passage, and its report.
 //!
 //! ```text
 //!   every 0.1 s:  people up to now + 0.35 s ─▶ datagrams up to now ─▶ tracks ─▶ door ─▶ lock, for people from now + 0.35 s on
 //! ```
 //!
-//! Sensors compute a scan up to two revolutions before it is sent, so the world is known some way ahead; what the door
-//! does reaches the leaf that much later, as it does in a real drive.
+//! Sensors compute a scan up to two revolutions before it is sent, so the world is computed some time ahead. The
+//! leaf obeys the door's actions that much later, like a real drive.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use host_tracker::door::{Action, Alarm, Card, Contact, Event, Lock, Machine, Passage, Phase, Seen, Trouble};
-use host_tracker::follower::Follower;
-use host_tracker::site::door::{Door as GuardedDoor, Fail};
-use host_tracker::trackers::Choice;
+use crate::baselines::Choice;
+use kehai_tracking::door::{
+    Action, Alarm, Card, Contact, Event, Lock, Machine, Passage, Phase, Seen, Trouble,
+};
+use kehai_tracking::follower::Follower;
+use kehai_tracking::site::door::{Door as GuardedDoor, Fail};
+use parking_lot::Mutex;
 
-use super::cast::{Cast, DOOR_Y_M, FROM_S};
+use super::cast::{Cast, FROM_S};
 use super::{Plan, Rule};
 use crate::run::{Options, Run, TICK_US};
 use crate::world::crowd::STEP_S;
@@ -23,32 +26,35 @@ use crate::world::geometry::Outline;
 use crate::world::moving::Moving;
 use crate::world::random::{Purpose, Stream};
 use crate::world::scene::Scene;
+use crate::world::visit::DOOR_Y_M;
 use crate::world::{More, World, obstacles};
 
-/// So far ahead of the sensors the world is computed, s: two revolutions, and what a scan takes to be read.
+/// Time by which the world is computed ahead of the sensors, s: two revolutions and the transmission of a scan.
 const AHEAD_S: f64 = 0.35;
 
-/// From the last one's place to the card, and from the card to the number, s.
+/// Time from the last person's arrival to the card, and from the card to the number, s.
 const CARD_S: f64 = 0.5;
 const NUMBER_S: f64 = 1.5;
 
-/// So long after a passage is over it is still watched, s.
+/// Time for which a passage is watched after its end, s.
 const AFTER_S: f64 = 2.5;
 
 /// No passage is watched for longer, s.
 const LONGEST_S: f64 = 80.0;
 
-/// Silent for so long a module is lost, s.
-const LOST_S: f64 = host_tracker::door::MODULE_LOST_S;
+/// A module that has been silent for so long is lost, s.
+const LOST_S: f64 = kehai_tracking::door::MODULE_LOST_S;
 
-/// What came of a passage.
+/// Outcome of a passage.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Report {
     /// When the door was unlocked first, s.
     pub unlocked_s: Option<f64>,
     /// How often the number was asked for again.
     pub asked_again: u32,
-    /// When the one too many crossed the line inward, s.
+    /// Time from which the extra person was in the zone with the door unlocked: their crossing begins, s.
+    pub extra_begins_s: Option<f64>,
+    /// Time at which the extra person crossed the line inward, s.
     pub extra_in_s: Option<f64>,
     /// The first alarm but trouble, and when, s.
     pub alarm: Option<(f64, Alarm)>,
@@ -96,7 +102,7 @@ impl Leaf {
             (false, false) => -step,
         };
         self.share = (self.share + moved).clamp(0.0, 1.0);
-        self.live.shares.lock().unwrap_or_else(PoisonError::into_inner).push(self.share);
+        self.live.shares.lock().push(self.share);
     }
 }
 
@@ -108,11 +114,12 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
     let mut scene = scene()?;
     let door = scene.doors.pop().ok_or("the passage has no door")?;
     let walls = obstacles(&scene);
-    let (mut cast, people) = Cast::new(plan, seed);
+    let (mut cast, people, props) = Cast::new(plan, seed)?;
     let live = LiveDoor { door, shares: Arc::new(Mutex::new(Vec::new())) };
     let mut leaf = Leaf { live: live.clone(), share: 0.0 };
-    let world =
-        World::with(&scene, seed, More { people, moving: vec![Moving::Live(live)], ..More::default() });
+    let props = props.into_iter().map(|prop| Moving::Prop(Box::new(prop)));
+    let moving = std::iter::once(Moving::Live(live)).chain(props).collect();
+    let world = World::with(&scene, seed, More { people, moving, ..More::default() });
     let mut run = Run::of(world, seed, &Options::default());
     let site = Arc::new(scene.site.clone());
     let mut follower = Follower::new(&site, choice);
@@ -135,6 +142,9 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
             let all: Vec<Outline> = walls.iter().copied().chain([leaf_now]).collect();
             cast.step(share, &all);
             leaf.step(wants_open, cast.in_doorway());
+            if report.unlocked_s.is_some() && cast.extra_is_in_zone() {
+                report.extra_begins_s.get_or_insert(cast.now_s());
+            }
         }
         for arrival in run.until(now_us).map_err(|stuck| format!("seed {seed}: {stuck:?}"))? {
             if !entrant.has_lost(usize::from(arrival.module)) {
@@ -142,17 +152,17 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
             }
         }
         tick += 1;
-        // Before anybody is there, the door only has to be well.
+        // Before the first person comes, only the health of the door is checked.
         if now_s < FROM_S - 3.0 {
             continue;
         }
         let lost = follower
-            .intake()
-            .modules()
-            .values()
-            .any(|module| now_us.saturating_sub(module.last_heard_us()) as f64 * 1e-6 > LOST_S);
-        let line = follower.line(now_s);
-        let seen = Seen::of(&line, machine.zone(), lost.then_some(Trouble::ModuleLost));
+            .sessions()
+            .iter()
+            .any(|session| now_us.saturating_sub(session.last_report_us()) as f64 * 1e-6 > LOST_S);
+        let estimate = follower.estimate(now_s);
+        let zone = estimate.zones.get(machine.zone());
+        let seen = Seen::of(&estimate.tracks, zone, lost.then_some(Trouble::ModuleLost));
         entrant.low(&seen, now_s);
         let is_shut = leaf.share < 0.02;
         let contact = if is_shut { Contact::Shut } else { Contact::Open };
@@ -171,7 +181,7 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
         for (_, cause, to) in machine.transitions() {
             match to {
                 Phase::Unlocked => entrant.unlocked(now_s, &mut report),
-                Phase::Asked if cause == host_tracker::door::Cause::Mismatch => {
+                Phase::Asked if cause == kehai_tracking::door::Cause::Mismatch => {
                     report.asked_again += 1;
                     cast.rearrange();
                 }
@@ -190,7 +200,7 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
     Ok(report)
 }
 
-/// Who shows the card and enters the number.
+/// The actor that shows the card and enters the number.
 struct Entrant {
     plan: Plan,
     card: Card,
@@ -199,11 +209,11 @@ struct Entrant {
     number_due_s: f64,
     shown: u32,
     again_due_s: f64,
-    /// A module, and from when on nothing of it arrives.
+    /// A module, and the time from which its datagrams are lost.
     loses: Option<(usize, f64)>,
     after_unlock_s: f64,
     lost: bool,
-    /// Somebody who enters one too few, asked at the same time: would that have been believed?
+    /// Since when a number one too low, entered at the same time, would have been plausible.
     low_since_s: Option<f64>,
     low_accepted: bool,
     asked: bool,
@@ -242,7 +252,7 @@ impl Entrant {
         self.lost && matches!(self.loses, Some((lost, _)) if lost == module)
     }
 
-    /// What the entrant does now.
+    /// The entrant's next actions.
     fn next(&mut self, cast: &mut Cast, phase: Phase, now_s: f64) -> Vec<Event> {
         let mut events = Vec::new();
         self.lost |= self.loses.is_some_and(|(_, from_s)| now_s >= from_s);
@@ -264,7 +274,7 @@ impl Entrant {
             self.asked = true;
             events.push(Event::Number(self.number));
         }
-        // The card comes back to somebody in the hall, who waits for the door to be shut.
+        // The card comes back to the next person in the hall; they wait until the door is shut.
         if self.plan.rule == Rule::CardBack
             && self.shown == 1
             && !cast.members_in().is_empty()
@@ -282,9 +292,9 @@ impl Entrant {
         events
     }
 
-    /// Would one too few have been believed until now?
+    /// Tests whether a number one too low would have been accepted by now.
     fn low(&mut self, seen: &Seen, now_s: f64) {
-        use host_tracker::door::machine::{SEEN, STEADY_S, SURE};
+        use kehai_tracking::door::machine::{SEEN, STEADY_S, SURE};
         if !(self.asked && self.phase == Phase::Checking && self.plan.people > 1) {
             self.low_since_s = None;
             return;

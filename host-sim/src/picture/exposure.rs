@@ -1,4 +1,4 @@
-//! From what the core holds to what is drawn.
+//! From the core's state to the shapes of a picture.
 
 use kehai::background::{BeamProfile, BeamState};
 use kehai::candidate::Candidate;
@@ -51,7 +51,7 @@ pub fn points<'a>(scan: &'a Scan<'a>, candidate: &Candidate) -> impl Iterator<It
     })
 }
 
-/// Where the person of a candidate stands, m.
+/// The estimated centre of the person, m.
 #[must_use]
 pub fn centre_m(candidate: &Candidate, geometry: &Geometry) -> [f64; 2] {
     let place = centre(candidate, geometry, Estimator::default());

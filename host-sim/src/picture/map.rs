@@ -117,7 +117,7 @@ impl Frame {
         group.add(Path::new().set("class", "grid").set("d", lines))
     }
 
-    /// The floor the beams pass over, by what they know of it.
+    /// The floor the beams pass over, coloured by the state of their background.
     fn ground(&self, beams: &[BeamShown]) -> [(&'static str, String); 3] {
         let half_rad = match beams {
             [first, second, ..] => (second.bearing_rad - first.bearing_rad) / 2.0,
@@ -163,7 +163,7 @@ impl Frame {
         path
     }
 
-    /// What the colours mean, in a row under the map.
+    /// The legend of the colours, in a row under the map.
     fn legend(&self) -> Group {
         let entries = [
             ("wall", "wall"),

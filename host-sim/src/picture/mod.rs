@@ -1,4 +1,4 @@
-//! A recording, or a run in a simulated scene, as one picture: judge it at a glance.
+//! A recording, or a run in a simulated scene, as one picture.
 //!
 //! ```text
 //! ┌──────────────────────────────────────┐
@@ -11,6 +11,7 @@
 //! └──────────────────────────────────────┘
 //! ```
 
+mod content;
 pub mod exposure;
 mod map;
 mod palette;
@@ -20,6 +21,7 @@ mod timeline;
 use std::io;
 use std::path::Path;
 
+pub use content::{BeamKind, BeamShown, CandidateShown, Picture, ScanShown, TruthShown};
 use svg::Document;
 use svg::node::element::{Rectangle, Style, Text};
 
@@ -33,91 +35,6 @@ const TITLE_HEIGHT: f64 = 64.0;
 const LEGEND_HEIGHT: f64 = 24.0;
 /// Height of the strip under the map.
 const TIMELINE_HEIGHT: f64 = 150.0;
-
-/// What is drawn.
-#[derive(Clone, Debug, Default)]
-pub struct Picture {
-    /// First line.
-    pub title: String,
-    /// Second line: the figures that matter.
-    pub subtitle: String,
-    /// What each beam knows as background, in beam order.
-    pub background: Vec<BeamShown>,
-    /// The scans in time order.
-    pub scans: Vec<ScanShown>,
-    /// Where people truly were (empty for a recording).
-    pub truth: Vec<TruthShown>,
-}
-
-/// The background of one beam.
-#[derive(Clone, Copy, Debug)]
-pub struct BeamShown {
-    /// Direction, counter-clockwise from forward.
-    pub bearing_rad: f64,
-    /// What it sees when nobody is there.
-    pub kind: BeamKind,
-}
-
-impl BeamShown {
-    /// Where its wall is, in m, if it has one.
-    #[must_use]
-    pub fn wall_m(&self) -> Option<[f64; 2]> {
-        match self.kind {
-            BeamKind::Wall { range_m, .. } => {
-                Some([range_m * self.bearing_rad.cos(), range_m * self.bearing_rad.sin()])
-            }
-            BeamKind::Open { .. } | BeamKind::Unknown => None,
-        }
-    }
-}
-
-/// What a beam sees when nobody is there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BeamKind {
-    /// Something solid at this distance.
-    Wall {
-        /// Distance in m.
-        range_m: f64,
-        /// A second, nearer distance that is background as well (an open door's leaf).
-        near_m: Option<f64>,
-    },
-    /// Often nothing; whatever is nearer than the limit, where there is one, counts.
-    Open {
-        /// Distance in m.
-        limit_m: Option<f64>,
-    },
-    /// Not judged.
-    Unknown,
-}
-
-/// One scan.
-#[derive(Clone, Debug, Default)]
-pub struct ScanShown {
-    /// Time in s.
-    pub t_s: f64,
-    /// Foreground points in m, x forward, y left.
-    pub foreground: Vec<[f64; 2]>,
-    /// Candidates.
-    pub candidates: Vec<CandidateShown>,
-}
-
-/// One candidate.
-#[derive(Clone, Copy, Debug)]
-pub struct CandidateShown {
-    /// Where the person is thought to stand, in m.
-    pub centre_m: [f64; 2],
-    /// Too narrow for a person seen whole.
-    pub narrow: bool,
-}
-
-/// One person at one moment.
-#[derive(Clone, Copy, Debug)]
-pub struct TruthShown {
-    /// Time in s.
-    pub t_s: f64,
-    /// Position in m, in the sensor's frame.
-    pub position_m: [f64; 2],
-}
 
 impl Picture {
     /// The picture as SVG.
@@ -140,13 +57,6 @@ impl Picture {
     /// What the file system says.
     pub fn save(&self, path: &Path) -> io::Result<()> {
         svg::save(path, &self.to_svg())
-    }
-
-    /// Start and end of the scans, in s; never equal.
-    fn span_s(&self) -> (f64, f64) {
-        let first = self.scans.first().map_or(0.0, |scan| scan.t_s);
-        let last = self.scans.last().map_or(first, |scan| scan.t_s);
-        (first, last.max(first + 0.1))
     }
 }
 

@@ -1,10 +1,10 @@
-//! A site from above with everybody's way, true and found, and how many were counted over time.
+//! A site from above, with the true and the estimated trajectory of every person, and the count over time.
 //!
 //! ```text
 //! ┌──────────────────────────────────────┐
 //! │ title                                │
 //! │   ┌──wall──┐                         │   the map, x to the right: walls, zones, entries, modules,
-//! │   │ ~~~ ┄┄ │  ~ true   ┄ found       │   true ways grey, tracks each in a colour of its own
+//! │   │ ~~~ ┄┄ │  ~ true   ┄ found       │   true trajectories grey, each track in a colour of its own
 //! │   └── ▲ ───┘                         │
 //! │ ▔▔▁▁▔▔  true and counted, by time    │
 //! └──────────────────────────────────────┘
@@ -15,10 +15,10 @@ use std::fmt::Write;
 use std::io;
 use std::path::Path;
 
-use host_tracker::geometry::Point;
-use host_tracker::jsonl::{TracksLine, TruthLine};
-use host_tracker::site::Site;
-use host_tracker::trackers::LifeCycle;
+use kehai_tracking::geometry::Point;
+use kehai_tracking::jsonl::{TracksLine, TruthLine};
+use kehai_tracking::site::Site;
+use kehai_tracking::tracker::LifeCycle;
 use svg::Document;
 use svg::node::element::{Circle, Group, Path as Line, Text};
 
@@ -29,7 +29,7 @@ const MAX_HEIGHT: f64 = 900.0;
 /// Two places of one track farther apart are not joined, in m.
 const JUMP_M: f64 = 0.5;
 
-/// What is drawn.
+/// The content of the picture.
 #[derive(Clone, Debug)]
 pub struct SitePicture<'a> {
     /// First line.
@@ -38,9 +38,9 @@ pub struct SitePicture<'a> {
     pub subtitle: String,
     /// Walls, zones, entries, modules.
     pub site: &'a Site,
-    /// Where people truly were.
+    /// True trajectories.
     pub truth: &'a [TruthLine],
-    /// Where they were found.
+    /// Tracks.
     pub tracks: &'a [TracksLine],
     /// Moments worth a mark: name and time in s.
     pub marks: Vec<(&'static str, f64)>,
@@ -59,7 +59,8 @@ impl Frame {
         let site = picture.site;
         let walls = site.walls.iter().flat_map(|wall| wall.points.iter().copied());
         let modules = site.modules.iter().map(|module| [module.x, module.y]);
-        let people = picture.truth.iter().flat_map(|line| line.people.iter().map(|who| [who.x, who.y]));
+        let people =
+            picture.truth.iter().flat_map(|line| line.people.iter().map(|person| [person.x, person.y]));
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for place in walls.chain(modules).chain(people) {
             for ((low, high), value) in low.iter_mut().zip(&mut high).zip(place) {
@@ -137,18 +138,19 @@ impl SitePicture<'_> {
         for wall in &self.site.walls {
             group = group.add(stroke(frame.line(wall.points.iter().copied()), "#2d3748", 3.0));
         }
-        for way in ways(self.truth.iter().map(|line| line.people.iter().map(|who| (who.id, [who.x, who.y]))))
-        {
-            group = group.add(stroke(frame.line(way.1), "#a0aec0", 5.0));
+        for trajectory in trajectories(
+            self.truth.iter().map(|line| line.people.iter().map(|person| (person.id, [person.x, person.y]))),
+        ) {
+            group = group.add(stroke(frame.line(trajectory.1), "#a0aec0", 5.0));
         }
         let found = self.tracks.iter().map(|line| {
             let sure = line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative);
             sure.map(|track| (track.id, [track.x, track.y]))
         });
-        for (number, (_, way)) in (0u32..).zip(ways(found)) {
+        for (number, (_, trajectory)) in (0u32..).zip(trajectories(found)) {
             // Neighbouring numbers lie far apart on the scale.
             let colour = palette::at(f64::from(number) * 0.381_966 % 1.0);
-            group = group.add(stroke(frame.line(way), &colour, 1.6));
+            group = group.add(stroke(frame.line(trajectory), &colour, 1.6));
         }
         for module in &self.site.modules {
             let (x, y) = frame.place(module.x, module.y);
@@ -161,7 +163,7 @@ impl SitePicture<'_> {
         group
     }
 
-    /// How many there were, and how many were found, confirmed or occluded.
+    /// The true number of people, and that of confirmed or occluded tracks.
     fn timeline(&self, width: f64) -> Group {
         let end_s = self.truth.last().map_or(1.0, |line| line.t).max(0.1);
         let true_counts: Vec<(f64, usize)> =
@@ -217,17 +219,20 @@ impl SitePicture<'_> {
 }
 
 /// The places of each number in order, cut where they jump.
-fn ways<P: Iterator<Item = (u64, [f64; 2])>>(lines: impl Iterator<Item = P>) -> Vec<(u64, Vec<[f64; 2]>)> {
+fn trajectories<P: Iterator<Item = (u64, [f64; 2])>>(
+    lines: impl Iterator<Item = P>,
+) -> Vec<(u64, Vec<[f64; 2]>)> {
     let mut open: BTreeMap<u64, Vec<[f64; 2]>> = BTreeMap::new();
     let mut done = Vec::new();
     for places in lines {
         for (id, place) in places {
-            let way = open.entry(id).or_default();
-            let jumped = way.last().is_some_and(|last| (Point::from(*last) - place.into()).length() > JUMP_M);
+            let points = open.entry(id).or_default();
+            let jumped =
+                points.last().is_some_and(|last| (Point::from(*last) - place.into()).length() > JUMP_M);
             if jumped {
-                done.push((id, std::mem::take(way)));
+                done.push((id, std::mem::take(points)));
             }
-            way.push(place);
+            points.push(place);
         }
     }
     done.extend(open);

@@ -6,7 +6,7 @@
 
 use kehai::link::Clock;
 
-use crate::simulated_time::SimulatedClock;
+use kehai_emulator::simulated_time::SimulatedClock;
 
 const MILLION: i128 = 1_000_000;
 
@@ -25,7 +25,7 @@ impl ModuleClock {
         Self { world: world.clone(), start_us, fast_ppm }
     }
 
-    /// What it shows at `world_us`.
+    /// Its reading at `world_us`.
     #[must_use]
     pub fn shows_us(&self, world_us: u64) -> u64 {
         let passed_us = i128::from(world_us.saturating_sub(self.start_us));

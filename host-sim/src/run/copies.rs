@@ -1,4 +1,4 @@
-//! A recorded site many times over, side by side: a building of equal rooms, to see what a tracker costs.
+//! Many copies of a recorded site, side by side: a building of equal rooms, to measure the cost of a tracker.
 //!
 //! ```text
 //!   ┌─────┐        ┌─────┬─────┬─────┐
@@ -6,21 +6,21 @@
 //!   └─────┘        └─────┴─────┴─────┘      that come evenly spread over a scan's time
 //! ```
 
-use host_tracker::site::{Entry, Module, Mover, Site, Wall, Zone};
 use kehai::wire::{Message, ModuleId};
+use kehai_tracking::site::{Entry, Module, Mover, Site, Wall, Zone};
 
 use super::unit::module_id;
 use super::{Arrival, ModuleName, Moment, Record};
 
-/// Where a datagram says whose it is.
+/// Bytes of a datagram that hold the device's identity.
 const IDENTITY: std::ops::Range<usize> = 8..14;
 
 /// Copies come one after another within this time, µs: a scan of a URG-04LX.
 const SPREAD_US: u64 = 100_000;
 
 impl Record {
-    /// The same site `count` times, in a square with `apart_m` between one and the next. What is known of people is
-    /// left out: only the times of the truth are kept.
+    /// The same site `count` times, in a square with `apart_m` between neighbours. The positions of
+    /// people are left out: only the times of the truth are kept.
     #[must_use]
     pub fn copies(&self, count: usize, apart_m: f64) -> Self {
         let columns = (count as f64).sqrt().ceil() as usize;
@@ -55,7 +55,7 @@ impl Record {
     }
 }
 
-/// The datagram as another module would have sent it, in a conversation that is later by `late_us`.
+/// The datagram as another device would have sent it, in a session that is later by `late_us`.
 fn as_from(datagram: &[u8], id: ModuleId, late_us: u64) -> Vec<u8> {
     let mut bytes = datagram.to_vec();
     if let Some(place) = bytes.get_mut(IDENTITY) {

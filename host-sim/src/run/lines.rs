@@ -1,30 +1,30 @@
-//! What a run looks like in JSON lines: candidates, tracks, truth.
+//! A run as JSON lines: candidates, tracks, truth.
 //!
 //! ```text
-//!   arrivals ─┬─▶ intake ─▶ candidates.jsonl     every report used, at its own time on the host's clock
+//!   arrivals ─┬─▶ sessions ─▶ candidates.jsonl     every report used, at its own time on the host's clock
 //!             └─▶ tracker ─▶ tracks.jsonl        every 0.1 s, from what had arrived by then
 //!   truth ─────────────────▶ truth.jsonl         the same times
 //! ```
 
 use std::sync::Arc;
 
-use host_tracker::follower::Follower;
-use host_tracker::intake::Intake;
-use host_tracker::jsonl::{PersonLine, TracksLine, TruthLine};
-use host_tracker::trackers::Choice;
+use crate::baselines::Choice;
 use kehai::centre::Estimator;
 use kehai::wire::Message;
+use kehai_tracking::follower::Follower;
+use kehai_tracking::jsonl::{PersonLine, TracksLine, TruthLine};
+use kehai_tracking::session::Sessions;
 
 use super::{Moment, Record};
 use crate::jsonl::CandidatesLine;
 
 impl From<&Moment> for TruthLine {
     fn from(moment: &Moment) -> Self {
-        let person = |somebody: &super::Somebody| PersonLine {
-            id: u64::from(somebody.id),
-            x: somebody.x,
-            y: somebody.y,
-            beams: Some(somebody.beams),
+        let person = |person: &super::Somebody| PersonLine {
+            id: u64::from(person.id),
+            x: person.x,
+            y: person.y,
+            beams: Some(person.beams),
         };
         Self { t: moment.t, people: moment.people.iter().map(person).collect() }
     }
@@ -52,7 +52,7 @@ impl Record {
         seen
     }
 
-    /// What the tracker of this name makes of the datagrams, every 0.1 s.
+    /// The tracks of the tracker of this name, computed from the datagrams every 0.1 s.
     #[must_use]
     pub fn tracks_lines(&self, tracker: Choice) -> Vec<TracksLine> {
         self.follow(tracker, |follower, moment| follower.line(moment.t))
@@ -61,12 +61,13 @@ impl Record {
     /// The candidates of every report that a host can use, in the site's frame.
     #[must_use]
     pub fn candidates_lines(&self) -> Vec<CandidatesLine> {
-        let mut intake = Intake::new(Arc::new(self.site.clone()), Estimator::default());
+        let mut sessions = Sessions::new(Arc::new(self.site.clone()), Estimator::default());
         let mut line = |arrival: &super::Arrival| {
-            let sighting = intake.receive(&arrival.bytes, arrival.at_us)?;
-            let Ok((_, Message::Report(report))) = Message::decode(&arrival.bytes) else { return None };
+            let datagram = sessions.decode(&arrival.bytes)?;
+            let observation = sessions.accept(&datagram, arrival.at_us)?;
+            let Message::Report(report) = &datagram.message else { return None };
             let name = &self.modules.get(usize::from(arrival.module))?.name;
-            Some(CandidatesLine::of_sighting(name, &sighting, &report))
+            Some(CandidatesLine::of_observation(name, &observation, report))
         };
         self.arrivals.iter().filter_map(&mut line).collect()
     }

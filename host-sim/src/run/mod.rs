@@ -30,12 +30,12 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `unit` | one sensor, its module, and the host's side |
-//! | `way`, `network` | the way between module and host, what happens to it there |
+//! | `unit` | a simulated node: one sensor, its device, and the host's side of the session |
+//! | `way`, `network` | the channel between device and host: delay, loss, duplication, reordering |
 //! | `clock` | a module's own clock |
 //! | `record` | a whole run to and from a file |
 //! | `recorded` | recordings in the place of a world |
-//! | `copies` | a site many times over, to see what it costs |
+//! | `copies` | many copies of a site, to measure the cost of a tracker |
 //! | `lines` | candidates, tracks and truth as JSON lines |
 
 pub mod clock;
@@ -53,16 +53,16 @@ pub use unit::module_id;
 
 use serde::{Deserialize, Serialize};
 
-use crate::simulated_time::Stuck;
 use crate::world::World;
 use crate::world::scene::Scene;
 use crate::world::sensor::WorldSensor;
+use kehai_emulator::simulated_time::Stuck;
 use unit::{Plan, Sights, Unit, Witness, empty_flash};
 
 /// Time between two lines of truth, and of tracks.
 pub const TICK_US: u64 = 100_000;
 
-/// Scans up to this old say whether somebody is seen.
+/// Scans up to this old decide whether a person is seen.
 const SIGHT_US: u64 = 200_000;
 
 /// A datagram that reached the host.
@@ -90,7 +90,7 @@ pub struct ModuleName {
 pub struct Moment {
     /// Time in seconds of the host's clock.
     pub t: f64,
-    /// Everybody who is in the world.
+    /// All people in the world.
     pub people: Vec<Somebody>,
 }
 
@@ -107,7 +107,7 @@ pub struct Somebody {
     pub beams: u32,
 }
 
-/// A time without power.
+/// A power cut.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Outage {
     /// Number of the module in the site.
@@ -200,7 +200,7 @@ impl Run {
         Ok(std::mem::take(&mut self.arrivals))
     }
 
-    /// Truth at `at_us`, which is to be the time of the last [`until`](Self::until) and not to go back.
+    /// Truth at `at_us`, which must be the time of the last [`until`](Self::until), and must not decrease.
     #[must_use]
     pub fn moment(&self, at_us: u64) -> Moment {
         let truth = self.world.truth(at_us as f64 * 1e-6);
@@ -215,12 +215,12 @@ impl Run {
                 }
             });
         }
-        let somebody = |person: crate::world::TruePerson| Somebody {
+        let with_beams = |person: crate::world::TruePerson| Somebody {
             id: person.id as u32,
             x: person.x,
             y: person.y,
             beams: person.id.checked_sub(1).and_then(|index| beams.get(index)).copied().unwrap_or(0),
         };
-        Moment { t: truth.t, people: truth.people.into_iter().map(somebody).collect() }
+        Moment { t: truth.t, people: truth.people.into_iter().map(with_beams).collect() }
     }
 }

@@ -1,4 +1,4 @@
-//! The network between modules and host: delay, jitter, loss, duplicates, and what they do to the order.
+//! The network between devices and host: delay, jitter, loss, duplication and reordering.
 //!
 //! ```text
 //!   sent ─▶ lost? ─▶ delay + jitter (+ held back?) ─▶ arrives        each copy on its own: a later
@@ -12,17 +12,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::world::random::Stream;
 
-/// How good the network and the clocks of the modules are.
+/// Quality of the network and of the devices' clocks.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Conditions {
     /// Least time of a datagram on its way, in µs.
     pub delay_us: f64,
-    /// Mean of what comes on top, in µs.
+    /// Mean of the jitter, in µs: it is added to that.
     pub jitter_us: f64,
-    /// Share of the datagrams that are held back.
+    /// Share of the datagrams with an extra delay.
     pub held_share: f64,
-    /// The longest of them, in µs.
+    /// Largest extra delay, in µs.
     pub held_us: f64,
     /// Share that is lost.
     pub lost_share: f64,

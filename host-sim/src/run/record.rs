@@ -1,4 +1,4 @@
-//! A whole run in a file, so that the same datagrams can be fed again and again without simulating anew.
+//! A whole run in a file, so that the same datagrams can be replayed without a new simulation.
 //!
 //! ```text
 //!   "kehai run 2\n"   then the record in postcard's encoding, the site in it as the text of its file
@@ -10,15 +10,15 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Arrival, ModuleName, Moment, Options, Run, TICK_US};
-use crate::simulated_time::Stuck;
 use crate::world::Events;
 use crate::world::scene::Scene;
 use crate::world::site::Site;
+use kehai_emulator::simulated_time::Stuck;
 
 /// First bytes of the file.
 const MAGIC: &[u8] = b"kehai run 2\n";
 
-/// Everything about a run that a tracker and its judge need.
+/// A run: all that a tracker and its scorer need.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Record {
     /// The seed.
@@ -30,7 +30,7 @@ pub struct Record {
     pub site: Site,
     /// The modules, in the order of the site.
     pub modules: Vec<ModuleName>,
-    /// What happened when, if the scene has a gathering.
+    /// The times of the door scenario, if the scene has one.
     pub events: Option<Events>,
     /// All datagrams, in order of arrival.
     pub arrivals: Vec<Arrival>,
@@ -38,7 +38,7 @@ pub struct Record {
     pub truth: Vec<Moment>,
 }
 
-/// Why a record cannot be had from a file.
+/// Why a record cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file cannot be read or written.
@@ -93,7 +93,7 @@ impl Record {
     }
 }
 
-/// A site as the text of its file: what is empty may be left out there, and postcard cannot know.
+/// A site as the text of its file: empty fields may be left out there, which postcard cannot represent.
 mod as_text {
     use serde::de::{Deserialize, Deserializer, Error as _};
     use serde::ser::{Error as _, Serialize, Serializer};

@@ -7,44 +7,45 @@
 //!   0 ── modules start ── all measure ── blank scans ── begin: first stamp of all recordings ── end
 //! ```
 //!
-//! Stamps of all recordings are on one clock. What is learned from a whole recording is in the module's flash
-//! when it starts; its sensor then sees nothing at all until the recordings begin, so that the host has the
-//! background by then. What is learned as a module learns comes from the recording's own first scans.
+//! Stamps of all recordings are on one clock. A background learned from a whole recording is in the module's flash
+//! when it starts; its sensor then returns no ranges until the recordings begin, so that the host has the
+//! background by then. A module that learns by itself uses the recording's first scans.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use embassy_futures::block_on;
 use kehai::background::LearnRequest;
-use kehai::module;
+use kehai::device;
 use kehai::pipeline::Settings;
 use kehai::scip::Text;
 use kehai::store;
 use kehai::wire::{Message, NAME_MAX};
+use parking_lot::Mutex;
 
 use super::network::Conditions;
 use super::unit::{Plan, Sights, Unit, empty_flash, module_id, store as store_in};
 use super::{Arrival, ModuleName, Moment, Record, TICK_US};
-use crate::chain::{Chain, ChainError};
-use crate::module::flash::Flash;
-use crate::recording::{Recording, RecordingSource};
 use crate::replay::{Learn, ReplayError, sensor};
-use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
 use crate::world::site::Site;
+use kehai_emulator::chain::{Chain, ChainError};
+use kehai_emulator::pc::flash::Flash;
+use kehai_emulator::recording::{Recording, RecordingSource};
+use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
 
-/// By then every sensor measures, µs.
+/// Time by which every sensor measures, µs.
 const STARTED_US: u64 = 5_000_000;
 
-/// Blank scans before a recording whose background is known, µs: a host asks for info and profile within a second,
+/// Blank scans before a recording with a known background, µs: a host asks for info and profile within a second,
 /// and the profile comes a part a scan.
 const BLANK_US: u64 = 2_500_000;
 
 /// After the last scan, µs: its way to the host.
 const END_US: u64 = 300_000;
 
-/// What came of recordings.
+/// The result of playing recordings.
 #[derive(Clone, Debug)]
 pub struct Recorded {
-    /// What the host received, on its own clock; the truth is not known and has only times.
+    /// The datagrams that the host received, on its clock; the truth is unknown and holds only times.
     pub record: Record,
     /// The host's time less the recordings', s.
     pub zero_s: f64,
@@ -66,7 +67,7 @@ impl RangeSource for Waiting {
 
     fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
         let start_us = revolution.start_us;
-        self.asked_us.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(start_us);
+        self.asked_us.lock().get_or_insert(start_us);
         let ready_us = start_us + u64::from(revolution.period_us);
         if self.blank && ready_us < self.begin_us {
             let ranges_mm = vec![0; self.geometry().steps()];
@@ -123,7 +124,7 @@ impl Part<'_> {
 }
 
 impl Recorded {
-    /// Plays recordings, each under the name of a module of `site`, all together. `done` is told of every module.
+    /// Plays recordings, each under the name of a module of `site`, all together. `done` is called for each device.
     ///
     /// # Errors
     /// [`ReplayError`].
@@ -196,19 +197,19 @@ fn measuring_us(parts: &[Part<'_>]) -> Result<u64, ReplayError> {
         let fresh = Part { flash: empty_flash(), ..*part };
         let (mut unit, asked_us) = fresh.unit(index, RecordingSource::new(nothing), (0, false));
         unit.advance(STARTED_US).map_err(ChainError::from)?;
-        let asked_us = *asked_us.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked_us = *asked_us.lock();
         latest_us = latest_us.max(asked_us.unwrap_or(STARTED_US));
     }
     Ok((latest_us / TICK_US + 1) * TICK_US)
 }
 
-/// What a module has stored before: how it learns, or what was learned from the whole recording.
+/// Initial content of a module's flash: learning settings, or the background learned from the whole recording.
 fn flash(recording: &Recording, learn: Learn) -> Result<Flash, ReplayError> {
     let flash = empty_flash();
     let Some(mut kept) = store_in(&flash) else { return Ok(flash) };
     let stored = match learn {
         Learn::Scans(learn_scans) => {
-            let settings = module::Settings { learn_scans, ..module::Settings::new() };
+            let settings = device::Settings { learn_scans, ..device::Settings::new() };
             block_on(store::save_settings(&mut kept, &settings))
         }
         Learn::All => {

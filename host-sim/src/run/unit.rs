@@ -1,4 +1,4 @@
-//! One sensor, the module beside it and the host's side of their conversation, on a simulated time of its own.
+//! A simulated node: one sensor, its device and the host's side of the session, on a simulated time of its own.
 //!
 //! ```text
 //!   world ─▶ Witness ─▶ Urg ─▶ SCIP bytes ─▶ Driver ─▶ tasks::run ─▶ Way ─▶ Host ─▶ arrivals
@@ -12,36 +12,42 @@ use std::cell::RefCell;
 use std::future::Future;
 use std::pin::Pin;
 use std::rc::Rc;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
-use kehai::module::{About, Module};
+use kehai::centre::Estimator;
+use kehai::device::starts::ShortStarts;
+use kehai::device::{About, Module};
 use kehai::scan::MAX_BEAMS;
 use kehai::sensor::{Driver, LineSettings};
 use kehai::store::flash::FlashStore;
 use kehai::tasks::{self, Hardware, Notices};
 use kehai::wire::ModuleId;
+use parking_lot::Mutex;
 
 use super::clock::ModuleClock;
 use super::network::Conditions;
 use super::way::Way;
-use crate::link::{LinkOptions, MemoryLink};
-use crate::module::Fed;
-use crate::module::flash::{Flash, PAGE_LEN};
-use crate::simulated_time::{SimulatedClock, Stuck, block_on_until};
-use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
-use crate::urg::{Config, Urg};
 use crate::world::random::{Purpose, Stream};
 use crate::world::sensor::WorldSensor;
-use host_tracker::conversation::Conversation;
+use kehai_emulator::link::{LinkOptions, MemoryLink};
+use kehai_emulator::pc::Fed;
+use kehai_emulator::pc::flash::{Flash, PAGE_LEN};
+use kehai_emulator::simulated_time::{SimulatedClock, Stuck, block_on_until};
+use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
+use kehai_emulator::urg::{Config, Urg};
+use kehai_tracking::session::datagram::Datagram;
+use kehai_tracking::session::subscription::Subscription;
+use kehai_tracking::session::{Placement, Session};
+use kehai_tracking::snapshot::Drops;
 
 /// Pages of a module's store.
 const PAGES: usize = 8;
 /// Bytes a read of the sensor's line waits for: the driver's own chunk.
 const CHUNK_BYTES: usize = 256;
 
-/// Whom a scan met.
+/// How many beams of a scan met each person.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Sight {
     /// When the mirror was at its front, in µs of the world.
@@ -50,14 +56,14 @@ pub struct Sight {
     pub beams: Vec<u32>,
 }
 
-/// The sights of one sensor, oldest first.
+/// The latest scans of one sensor, oldest first.
 pub type Sights = Arc<Mutex<Vec<Sight>>>;
 
-/// A sensor of the world that remembers whom it saw.
+/// A sensor of the world that keeps the beams on each person, for the truth.
 pub struct Witness {
     /// The sensor.
     pub sensor: WorldSensor,
-    /// Whom it saw, shared with the [`Unit`].
+    /// Beams on each person, shared with the [`Unit`].
     pub sights: Sights,
 }
 
@@ -69,7 +75,7 @@ impl RangeSource for Witness {
     fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
         let (scan, beams) = self.sensor.observe(revolution);
         let at_us = revolution.start_us + u64::from(revolution.period_us) / 2;
-        self.sights.lock().unwrap_or_else(PoisonError::into_inner).push(Sight { at_us, beams });
+        self.sights.lock().push(Sight { at_us, beams });
         Some(scan)
     }
 }
@@ -81,7 +87,7 @@ pub fn module_id(index: usize) -> ModuleId {
     ModuleId([0x02, 0x6b, 0x65, 0x68, high, low])
 }
 
-/// What a [`Unit`] is built from.
+/// Parts of a [`Unit`].
 pub struct Plan {
     /// Number in the site.
     pub index: usize,
@@ -91,13 +97,13 @@ pub struct Plan {
     pub source: Box<dyn RangeSource>,
     pub config: Config,
     pub phase_us: u64,
-    /// Whom the source saw, if it says so.
+    /// Beams on each person, if the source counts them.
     pub sights: Sights,
-    /// What the module has stored before.
+    /// Content of the module's flash at its start.
     pub flash: Flash,
     /// The network, and how clocks run.
     pub conditions: Conditions,
-    /// For everything random.
+    /// Seed of all that is random.
     pub seed: u64,
     /// When the module has no power, in µs of the world.
     pub outages_us: Vec<(u64, u64)>,
@@ -124,8 +130,7 @@ impl Unit {
         let start_us = stream.between(0.0, plan.conditions.start_spread_us) as u64;
         let fast_ppm = stream.between(-plan.conditions.drift_ppm, plan.conditions.drift_ppm) as i32;
         let way = Way::new(&clock, plan.conditions, stream);
-        let host =
-            converse(clock.clone(), way.clone(), Conversation::new(module_id(plan.index)), arrivals.clone());
+        let host = converse(clock.clone(), way.clone(), module_id(plan.index), arrivals.clone());
         let paced = plan.config.paced;
         let options = LinkOptions { chunk_bytes: CHUNK_BYTES, ..LinkOptions::default() };
         let board = Board {
@@ -150,7 +155,7 @@ impl Unit {
         Self { clock, life, arrivals, sights: plan.sights }
     }
 
-    /// Lets time pass up to `until_us`, and takes what arrived.
+    /// Simulates up to `until_us`, and returns the datagrams that arrived.
     ///
     /// # Errors
     /// [`Stuck`]: a fault of the simulation.
@@ -161,23 +166,30 @@ impl Unit {
         }
     }
 
-    /// Looks at the sights so far; those older than `since_us` are forgotten.
+    /// Reads the scans kept so far; those older than `since_us` are dropped.
     pub fn with_sights<T>(&self, since_us: u64, look: impl FnOnce(&[Sight]) -> T) -> T {
-        let mut sights = self.sights.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut sights = self.sights.lock();
         let old = sights.partition_point(|sight| sight.at_us < since_us);
         sights.drain(..old);
         look(&sights)
     }
 }
 
-/// The host's side, for ever.
-async fn converse(clock: SimulatedClock, way: Way, mut host: Conversation, arrivals: Arrivals) {
+/// The host's side; never returns. Only its requests matter here: it does not use the reports.
+async fn converse(clock: SimulatedClock, way: Way, device: ModuleId, arrivals: Arrivals) {
+    let mut session = Session::new(device, Subscription::default());
+    let placement = Placement { site: Arc::default(), estimator: Estimator::default() };
+    let mut drops = Drops::default();
     loop {
-        host.poll(clock.now_us(), |datagram| way.send_to_module(datagram));
-        let time = kehai::link::Clock::wait_until(&clock, host.next_us());
-        if let Either::First(datagram) = select(way.arrived_at_host(), time).await {
-            host.receive(clock.now_us(), &datagram, |answer| way.send_to_module(answer));
-            arrivals.borrow_mut().push((clock.now_us(), datagram));
+        session.poll(clock.now_us(), |datagram| way.send_to_module(datagram));
+        let time = kehai::link::Clock::wait_until(&clock, session.next_us());
+        if let Either::First(bytes) = select(way.arrived_at_host(), time).await {
+            let now_us = clock.now_us();
+            if let Ok(datagram) = Datagram::decode(&bytes) {
+                session.receive(&datagram, now_us, &placement, &mut drops);
+                session.poll(now_us, |datagram| way.send_to_module(datagram));
+            }
+            arrivals.borrow_mut().push((now_us, bytes));
         }
     }
 }
@@ -209,21 +221,21 @@ struct Board {
 }
 
 impl Board {
-    /// The module, from one loss of power to the next, for ever.
+    /// The device, from one power cut to the next; never returns.
     async fn live(self) {
         let mut on_us = self.start_us;
         for &(off_us, again_us) in &self.outages_us {
             kehai::link::Clock::wait_until(&self.clock, on_us).await;
-            self.way.was_off();
+            self.way.drop_arrived();
             select(self.starts(), kehai::link::Clock::wait_until(&self.clock, off_us)).await;
             on_us = again_us;
         }
         kehai::link::Clock::wait_until(&self.clock, on_us).await;
-        self.way.was_off();
+        self.way.drop_arrived();
         self.starts().await;
     }
 
-    /// Start after start, as long as there is power.
+    /// Starts the module again after each restart, while it has power.
     async fn starts(&self) {
         while let Some(store) = store(&self.flash) {
             self.start(store).await;
@@ -240,7 +252,7 @@ impl Board {
             board: "simulated",
             watchdog_reset: false,
         }));
-        tasks::begin(&mut store, &mut module).await;
+        tasks::begin(&mut store, &mut module, ShortStarts::default()).await;
         module.rename(&self.name);
         let settings = module.settings().sensor(self.line);
         let mut driver = Box::new(Driver::<_, _, MAX_BEAMS>::new(self.link.clone(), clock.clone(), settings));

@@ -1,4 +1,4 @@
-//! The way between one module and the host, on simulated time.
+//! The channel between one device and the host, on simulated time.
 //!
 //! ```text
 //!   module ── try_send_to ─▶ conditions ─▶ under way ─▶ arrived_at_host
@@ -15,13 +15,13 @@ use std::task::{Context, Poll, Waker};
 use kehai::link::{Datagrams, Dropped, Lane, Outbox};
 
 use super::network::Conditions;
-use crate::simulated_time::SimulatedClock;
 use crate::world::random::Stream;
+use kehai_emulator::simulated_time::SimulatedClock;
 
 /// The host's address and port.
 const HOST: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(10, 0, 0, 1), 40_404);
 
-/// Either end of the way. Clones are the same way.
+/// Either end of the channel. Clones are the same channel.
 #[derive(Clone, Debug)]
 pub struct Way(Rc<RefCell<Shared>>);
 
@@ -66,7 +66,7 @@ impl UnderWay {
 }
 
 impl Way {
-    /// A way on which nothing is yet.
+    /// An empty channel.
     #[must_use]
     pub fn new(clock: &SimulatedClock, conditions: Conditions, stream: Stream) -> Self {
         Self(Rc::new(RefCell::new(Shared {
@@ -96,8 +96,8 @@ impl Way {
         .await
     }
 
-    /// Nobody has listened at the module's end up to now: what has arrived there is gone.
-    pub fn was_off(&self) {
+    /// Drops what has arrived at the device's end: it was without power and did not listen.
+    pub fn drop_arrived(&self) {
         let Shared { clock, to_module, .. } = &mut *self.0.borrow_mut();
         let now_us = clock.now_us();
         to_module.datagrams.retain(|(at_us, _), _| *at_us > now_us);

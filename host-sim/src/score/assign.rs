@@ -1,4 +1,4 @@
-//! Who belongs to whom: one-to-one assignment, by the Hungarian method of the `pathfinding` crate.
+//! One-to-one assignment of persons and tracks, by the Hungarian method of the `pathfinding` crate.
 //!
 //! ```text
 //!            track 0  track 1  track 2
@@ -11,7 +11,7 @@
 use pathfinding::kuhn_munkres::kuhn_munkres;
 use pathfinding::matrix::Matrix;
 
-/// Weights and distances are told apart down to this part of one.
+/// Reciprocal of the smallest difference of two weights or distances that counts.
 const RESOLUTION: f64 = 1e12;
 
 /// A weight between 0 and a few thousand as a whole number.

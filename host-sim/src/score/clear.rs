@@ -12,7 +12,10 @@
 
 use std::ops::AddAssign;
 
-use super::{Estimate, Judged, Target, VISIBLE_BEAMS, assign};
+use serde::{Deserialize, Serialize};
+
+use super::assign;
+use super::frame::{Estimate, Judged, Target, VISIBLE_BEAMS, share};
 
 /// 95 % of the χ² distribution with two degrees of freedom lie below this: −2 ln 0.05.
 const CHI_SQUARE_95: f64 = 5.991_464_547_107_98;
@@ -26,7 +29,7 @@ pub struct Clear {
 }
 
 /// Sums over frames.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// Frames.
     pub frames: u64,
@@ -42,7 +45,7 @@ pub struct Tally {
     pub distance_m: f64,
     /// People with no track at all within the gate.
     pub lost: u64,
-    /// Errors of people whom some sensor sees well.
+    /// Errors of people that some sensor sees well.
     pub visible: Errors,
     /// Errors of the others whose beams were counted.
     pub hidden: Errors,
@@ -51,7 +54,7 @@ pub struct Tally {
 }
 
 /// Squared errors.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Pairs.
     pub pairs: u64,
@@ -60,20 +63,20 @@ pub struct Errors {
 }
 
 /// Normalised estimation errors squared.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Nees {
     /// Pairs with a covariance.
     pub pairs: u64,
     /// Of those, inside the ellipse that should hold 95 %.
     pub inside: u64,
-    /// Pairs whose covariance is none (not positive definite): outside, and not in the sum.
+    /// Pairs with an invalid covariance (not positive definite): they count as outside, and are not in the sum.
     pub improper: u64,
     /// Sum over the proper ones; 2 each is right.
     pub sum: f64,
 }
 
 impl Clear {
-    /// Takes a frame and gives its pairs, by their place in it.
+    /// Adds a frame and returns its pairs, by their indices in it.
     pub fn frame(
         &mut self,
         judged: &Judged,
@@ -115,8 +118,8 @@ impl Clear {
         matches
     }
 
-    /// The pairs that go on: each person's last track, if it is here and near. A switch is counted only for
-    /// people who are paired anew, so that they differ from their last track by construction.
+    /// Pairs that continue: each person's last track, if it is in this frame and within the gate. A switch is counted
+    /// only for the other people: they are paired anew, and so never with their last track.
     fn kept(&mut self, judged: &Judged, near: &dyn Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
         let mut matches: Vec<(usize, usize)> = Vec::new();
         for (person, &index) in judged.people.iter().enumerate() {
@@ -159,7 +162,7 @@ impl Tally {
         self.people - self.matches
     }
 
-    /// Tracks that stand for nobody.
+    /// Tracks without a person.
     #[must_use]
     pub const fn false_tracks(&self) -> u64 {
         self.tracks - self.matches
@@ -175,7 +178,7 @@ impl Errors {
     /// Root of the mean square, m.
     #[must_use]
     pub fn rms_m(&self) -> Option<f64> {
-        super::share(self.square_m2, self.pairs as f64).map(f64::sqrt)
+        share(self.square_m2, self.pairs as f64).map(f64::sqrt)
     }
 }
 

@@ -12,9 +12,12 @@
 use std::collections::BTreeMap;
 use std::ops::{AddAssign, Range};
 
-use host_tracker::trackers::LifeCycle;
+use kehai_tracking::tracker::LifeCycle;
 
-use super::{Frame, Region};
+use serde::{Deserialize, Serialize};
+
+use super::frame::{Frame, share};
+use super::region::Region;
 
 /// Length of the piece that decides about success, s.
 pub const DECIDING_S: f64 = 3.0;
@@ -43,7 +46,7 @@ pub struct Count {
 }
 
 /// Sums over frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Frames.
     pub frames: u64,
@@ -62,7 +65,7 @@ impl CountLog {
         Self { area, tentative, counts: Vec::new() }
     }
 
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn frame(&mut self, frame: &Frame) {
         let inside = |place| self.area.is_none_or(|area| area.contains(place));
         let counts = |state| self.tentative || state != LifeCycle::Tentative;
@@ -114,7 +117,7 @@ impl CountLog {
     pub fn exact_share(&self, span_s: &Range<f64>) -> Option<f64> {
         let frames = self.within(span_s).count();
         let exact = self.within(span_s).filter(|count| count.counted == count.truth).count();
-        super::share(exact as f64, frames as f64)
+        share(exact as f64, frames as f64)
     }
 
     /// Whether the number is right in 95 % of the frames.

@@ -1,11 +1,12 @@
-//! The figures a [`Tally`] comes down to, as they are printed. One that nothing can be said about is absent.
+//! The figures of a [`Tally`], as they are printed. A figure without data is absent.
 
 use std::fmt;
 
 use serde::Serialize;
 
+use super::frame::share;
+use super::scorer::Tally;
 use super::trajectory::Mean;
-use super::{Tally, share};
 
 /// Every figure. Shares are between 0 and 1; distances in metres; pooled over all frames and runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -32,9 +33,9 @@ pub struct Figures {
     pub motp_m: Option<f64>,
     /// People that no track stands for.
     pub misses: u64,
-    /// Tracks that stand for nobody.
+    /// Tracks without a person (false positives).
     pub false_tracks: u64,
-    /// People who became another track.
+    /// Changes of a person's track (identity switches).
     pub id_switches: u64,
     /// People with no track at all within the gate.
     pub lost: u64,
@@ -79,7 +80,7 @@ pub struct Figures {
     pub nees_mean: Option<f64>,
     /// Pairs with a covariance.
     pub nees_pairs: u64,
-    /// Of those, with a covariance that is none.
+    /// Of those, pairs with an invalid covariance (not positive definite).
     pub nees_improper: u64,
 
     /// Root mean square error of the people well seen, m.

@@ -8,7 +8,10 @@
 
 use std::ops::AddAssign;
 
-use super::{Judged, assign};
+use serde::{Deserialize, Serialize};
+
+use super::assign;
+use super::frame::Judged;
 
 /// Cut-off, m.
 const CUT_OFF_M: f64 = 1.0;
@@ -16,7 +19,7 @@ const CUT_OFF_M: f64 = 1.0;
 const ODD_M2: f64 = CUT_OFF_M * CUT_OFF_M / 2.0;
 
 /// Sums over frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// Frames.
     pub frames: u64,
@@ -31,7 +34,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn frame(&mut self, judged: &Judged) {
         let (people, tracks) = (judged.people.len(), judged.tracks.len());
         let saved_m2 = |row: usize, column: usize| {

@@ -12,7 +12,10 @@
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-use super::{Ids, Judged, assign};
+use serde::{Deserialize, Serialize};
+
+use super::assign;
+use super::frame::{Ids, Judged};
 
 /// Distance at which two are no longer alike, m.
 const REACH_M: f64 = 1.0;
@@ -28,12 +31,12 @@ fn level(index: usize) -> f64 {
 #[derive(Clone, Debug, Default)]
 pub struct Hota {
     frames: Vec<Judged>,
-    /// How much person and track are alike, relative to who else is near, summed over the frames.
+    /// Similarity of person and track, relative to the other pairs of either, summed over the frames.
     together: BTreeMap<(usize, usize), f64>,
 }
 
 /// Sums over runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// People, frame by frame.
     pub people: u64,
@@ -61,7 +64,7 @@ fn similarity(judged: &Judged, person: usize, track: usize) -> f64 {
 }
 
 impl Hota {
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn frame(&mut self, judged: Judged) {
         let (rows, columns) = (judged.people.len(), judged.tracks.len());
         let of_person = |row| (0..columns).map(|column| similarity(&judged, row, column)).sum::<f64>();
@@ -116,7 +119,7 @@ impl Hota {
 }
 
 impl Tally {
-    /// The figures; none where there was nobody and nothing.
+    /// The figures; none if there was neither a person nor a track.
     #[must_use]
     pub fn scores(&self) -> Option<Scores> {
         if self.people + self.tracks == 0 {

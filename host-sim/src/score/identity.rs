@@ -9,7 +9,10 @@
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-use super::{Ids, Judged, assign};
+use serde::{Deserialize, Serialize};
+
+use super::assign;
+use super::frame::{Ids, Judged};
 
 /// Judges one run.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +22,7 @@ pub struct Identity {
 }
 
 /// Sums over runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Frames in which a person is its one track.
     pub matches: u64,
@@ -30,7 +33,7 @@ pub struct Tally {
 }
 
 impl Identity {
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn frame(&mut self, judged: &Judged, gate_m: f64) {
         for (person, &row) in judged.people.iter().enumerate() {
             for (track, &column) in judged.tracks.iter().enumerate() {

@@ -2,20 +2,21 @@
 //!
 //! ```text
 //! truth    0.00  0.04  0.08  0.12  0.16  0.20   …   7.0  7.1     a tracker that has fallen silent
-//! tracks   0.00        ╲0.10╱            0.20                     is judged as one that sees nobody
+//! tracks   0.00        ╲0.10╱            0.20                     is judged as one without tracks
 //! ```
 //!
 //! A frame is a line of the truth with the line of the tracks nearest to it, at most 0.05 s away. Truth that
 //! comes more often is skipped in between; truth more than 0.5 s from any line of the tracks is a frame
 //! without tracks. Tracks that no truth is near are skipped.
 
-use host_tracker::jsonl::{LineError, TracksLine, TruthLine};
+use kehai_tracking::jsonl::{LineError, TracksLine, TruthLine};
 
-use super::{Estimate, Frame, Scorer, Target};
+use super::frame::{Estimate, Frame, Target};
+use super::scorer::Scorer;
 
 /// Truth and tracks at most this far apart are of one time, s.
 const TOGETHER_S: f64 = 0.05;
-/// A tracker that says nothing for longer than this sees nobody, s.
+/// A tracker that reports nothing for longer than this is judged as one without tracks, s.
 const SILENCE_S: f64 = 0.5;
 /// What computing with decimals may add, s.
 const SLACK_S: f64 = 1e-9;
@@ -92,7 +93,7 @@ fn frame(scorer: &mut Scorer, line: &TruthLine, tracks: &[Estimate]) {
 mod tests {
     use super::*;
     use crate::score::Settings;
-    use host_tracker::jsonl::Lines;
+    use kehai_tracking::jsonl::Lines;
 
     fn paired(truth: &[f64], tracks: &[f64]) -> Paired {
         let truth = truth.iter().map(|&t| Ok(TruthLine { t, people: Vec::new() }));

@@ -1,4 +1,4 @@
-//! Who is judged: those in a rectangle, and what to do at its edge.
+//! The region of evaluation: only people in a rectangle are judged; what to do at its edge.
 //!
 //! ```text
 //!   ┌───────────────┐
@@ -8,15 +8,16 @@
 //!   └───────────────┘        ● person  × track
 //! ```
 //!
-//! People outside are not judged, and neither is a track that is one of them: persons and tracks within the
-//! gate are paired first, all of them, as many as possible and then the nearest. Of the tracks left over,
-//! those outside are not judged.
+//! People outside are not judged, and neither are their tracks. All persons and tracks within the gate are
+//! paired first: as many as possible, and then the nearest. Of the unpaired tracks, those outside are not judged.
 
 use std::str::FromStr;
 
-use host_tracker::geometry::Point;
+use kehai_tracking::geometry::Point;
+use kehai_tracking::tracker::LifeCycle;
 
-use super::{Estimate, Frame, Settings, Target, assign};
+use super::assign;
+use super::frame::{Estimate, Frame, Target};
 
 /// A rectangle along the axes. Its edge is outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +63,32 @@ impl FromStr for Region {
     }
 }
 
+/// What is judged, and how strictly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// A track farther than this from a person is not that person, m.
+    pub gate_m: f64,
+    /// Where people and tracks are judged; everywhere without it. See [`crate::score::region`].
+    pub region: Option<Region>,
+    /// Where people are counted; the region without it.
+    pub area: Option<Region>,
+    /// Whether tentative tracks are judged as well.
+    pub tentative: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { gate_m: 0.5, region: None, area: None, tentative: false }
+    }
+}
+
+impl Settings {
+    /// Whether a track is judged at all.
+    fn takes(&self, track: &Estimate) -> bool {
+        self.tentative || track.state != LifeCycle::Tentative
+    }
+}
+
 /// The people and tracks of a frame that are judged.
 #[must_use]
 pub fn judged(frame: &Frame, settings: &Settings) -> (Vec<Target>, Vec<Estimate>) {
@@ -84,7 +111,7 @@ pub fn judged(frame: &Frame, settings: &Settings) -> (Vec<Target>, Vec<Estimate>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_tracker::trackers::LifeCycle;
+    use kehai_tracking::tracker::LifeCycle;
 
     fn person(id: u64, x: f64) -> Target {
         Target { id, at: Point::new(x, 0.0), beams: None }
@@ -105,7 +132,7 @@ mod tests {
         assert_eq!(ids(&[person(1, 1.1)], &[track(9, 0.9)]), (vec![], vec![]));
         assert_eq!(ids(&[person(1, 0.9)], &[track(9, 1.1)]), (vec![1], vec![9]));
         assert_eq!(ids(&[], &[track(8, 0.9), track(9, 1.1)]), (vec![], vec![8]));
-        // Beyond the gate the track is nobody's, and judged where it is.
+        // Beyond the gate the track belongs to no person, and is judged where it is.
         assert_eq!(ids(&[person(1, 1.45)], &[track(9, 0.9)]), (vec![], vec![9]));
         // Two people, two tracks: each its own.
         assert_eq!(

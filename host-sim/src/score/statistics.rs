@@ -5,6 +5,7 @@
 //! two trackers, same seeds: mean of the differences ± Student's t · s / √n
 //! ```
 
+use super::frame::share;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// 97.5 % of the normal distribution lie below this.
@@ -54,7 +55,7 @@ pub fn paired_difference(pairs: &[(f64, f64)]) -> Option<Mean> {
 #[must_use]
 pub fn mean(values: &[f64]) -> Option<Mean> {
     let number = values.len();
-    let mean = super::share(values.iter().sum(), number as f64)?;
+    let mean = share(values.iter().sum(), number as f64)?;
     let everything = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
     let freedom = number as f64 - 1.0;
     let interval = StudentsT::new(0.0, 1.0, freedom).map_or(everything, |student| {

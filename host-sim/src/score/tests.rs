@@ -1,9 +1,14 @@
-//! What the figures say of small runs that can be judged by hand, and what holds for all runs.
+//! The figures of small runs that can be judged by hand, and properties of all runs.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
 
+use kehai_tracking::geometry::Point;
+use kehai_tracking::tracker::LifeCycle;
+
+use super::frame::Judged;
 use super::*;
+use crate::run::Somebody;
 
 /// People and tracks of one frame: number, x, y.
 type Places = Vec<(u64, f64, f64)>;
@@ -101,7 +106,7 @@ fn nobody_and_nothing_is_no_figure_but_a_right_count() {
     assert_eq!(Scorer::new(Settings::default()).finish().0.figures().exact_count_rate, None);
 }
 
-/// A run in which everybody walks at random and tracks follow some of them.
+/// A run in which all people walk at random and tracks follow some of them.
 fn run() -> impl Strategy<Value = Vec<(Places, Places)>> {
     let places = || vec((0_u64..5, -2.0..2.0, -2.0..2.0), 0..5).prop_map(unique);
     let near = vec((0_u64..5, -0.6..0.6, -0.6..0.6), 0..5).prop_map(unique);
@@ -166,11 +171,11 @@ proptest! {
     fn names_and_place_do_not_matter(run in run(), x in -3.0..3.0) {
         let moved: Vec<_> = run.iter().map(|(people, tracks)| {
             let place = |names: u64| move |&(id, own, y): &(u64, f64, f64)| (id + names, own + x, y);
-            // Who comes first in a frame is part of the rule for two who claim one track: keep the order.
+            // When two people claim one track, the first in the frame gets it: keep the order.
             (people.iter().map(place(100)).collect(), tracks.iter().map(place(77)).collect())
         }).collect();
         let (own, moved) = (figures(&run), figures(&moved));
-        // Moving everybody shifts distances by rounding only; the beams come from the names.
+        // Moving all people changes distances by rounding only; the beams come from the names.
         let plain = |figures: Figures| Figures {
             rms_visible_m: None, rms_hidden_m: None, visible_pairs: 0, hidden_pairs: 0, ..figures
         };
@@ -217,7 +222,7 @@ proptest! {
 fn truth_of_a_scene_is_the_truth_of_a_file() {
     let moment = crate::run::Moment { t: 1.5, people: vec![Somebody { id: 3, x: 1.0, y: -2.0, beams: 14 }] };
     let text = serde_json::to_string(&moment).unwrap();
-    let line: host_tracker::jsonl::TruthLine = serde_json::from_str(&text).unwrap();
+    let line: kehai_tracking::jsonl::TruthLine = serde_json::from_str(&text).unwrap();
     assert_eq!(line.t, moment.t);
     assert_eq!(Target::from(&line.people[0]), Target::from(&moment.people[0]));
 }

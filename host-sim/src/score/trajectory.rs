@@ -6,13 +6,15 @@
 //! precision = mean over the tracks, recall = mean over the people
 //! ```
 //!
-//! Who is who in a frame is what CLEAR MOT paired. Every track and every person weighs the same, however long
-//! it lives. As in paper D's tables they are also told apart by the most people there were at once meanwhile.
+//! The pairs of a frame are those of CLEAR MOT. Every track and every person has the same weight, whatever its
+//! lifetime. As in paper D's tables, the figures are also grouped by the largest number of people at once meanwhile.
 
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-use super::{Ids, Judged};
+use serde::{Deserialize, Serialize};
+
+use super::frame::{Ids, Judged, share};
 
 /// Judges one run.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +28,7 @@ pub struct Trajectories {
 }
 
 /// Sums over runs.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// By the most people at once: tracks.
     pub tracks: BTreeMap<usize, Mean>,
@@ -35,7 +37,7 @@ pub struct Tally {
 }
 
 /// A mean in the making.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mean {
     /// How many.
     pub number: u64,
@@ -44,7 +46,7 @@ pub struct Mean {
 }
 
 impl Trajectories {
-    /// Takes a frame and the pairs in it, by their places.
+    /// Adds a frame and its pairs, by their indices in it.
     pub fn frame(&mut self, judged: &Judged, matches: &[(usize, usize)]) {
         for &(person, track) in matches {
             *self.matches.entry((judged.people[person], judged.tracks[track])).or_default() += 1;
@@ -98,7 +100,7 @@ impl Mean {
     #[must_use]
     pub fn over(means: &BTreeMap<usize, Self>) -> Option<f64> {
         let number: u64 = means.values().map(|mean| mean.number).sum();
-        super::share(means.values().map(|mean| mean.sum).sum(), number as f64)
+        share(means.values().map(|mean| mean.sum).sum(), number as f64)
     }
 }
 

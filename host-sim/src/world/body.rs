@@ -1,4 +1,4 @@
-//! What the sensor's plane cuts out of a person.
+//! The section of a person in the sensor's plane.
 //!
 //! ```text
 //!    torso, seen from above          thighs
@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Sizes: torso half axes 0.20–0.25 × 0.12–0.16 m, arms of radius 0.045 m, thighs of radius
-//! 0.075–0.095 m (design notes on what two sensors can see, part A). Arms hang beside the torso and
+//! 0.075–0.095 m (a study of what two sensors can see). Arms hang beside the torso and
 //! swing against the legs; legs and arms swing with the distance walked, not with time.
 
 use super::geometry::{Outline, Point};
@@ -27,11 +27,11 @@ const ARM_INSET_M: f64 = 0.01;
 const ARM_SWING_M: f64 = 0.13;
 /// How far a thigh swings forward and back at a brisk walk, 0.6 m above the floor.
 const THIGH_SWING_M: f64 = 0.14;
-/// Space between the thighs of somebody who stands.
+/// Space between the thighs of a standing person.
 const THIGH_GAP_M: f64 = 0.03;
 /// Shoulders of an adult above the floor.
 pub const SHOULDERS_M: f64 = 1.4;
-/// Half the depth of somebody who crouches, knees to back, and their shoulders above the floor.
+/// Half the depth of a crouching person, knees to back, and the height of the shoulders above the floor.
 const CROUCHING_DEPTH_M: f64 = 0.28;
 const CROUCHING_TOP_M: f64 = 0.85;
 /// Most outlines of one body.
@@ -63,7 +63,7 @@ impl std::str::FromStr for Section {
     }
 }
 
-/// How a person is made.
+/// Size, shape and clothes of a person.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Body {
     /// What the plane cuts.
@@ -74,11 +74,11 @@ pub struct Body {
     pub half_depth_m: f64,
     /// Radius of a thigh.
     pub thigh_radius_m: f64,
-    /// Share of the light that the clothes give back, 0.03 (black) to 0.9 (white).
+    /// Reflectance of the clothes: the share of the light that comes back, 0.03 (black) to 0.9 (white).
     pub reflectance: f64,
     /// What the clothes add to every range (soft cloth reads long, glossy cloth short).
     pub clothing_bias_mm: f64,
-    /// Shoulders above the floor: planes above see nobody.
+    /// Height of the shoulders: a plane above them does not cut the body.
     pub top_m: f64,
 }
 
@@ -140,7 +140,7 @@ impl Body {
     }
 }
 
-/// Where and how a person stands at one moment.
+/// Position, heading and phase of the stride at one moment.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stance {
     /// Middle of the torso: the position that truth reports.
@@ -157,7 +157,7 @@ impl Stance {
     /// Length of a step at an ordinary walk.
     const STEP_M: f64 = 0.65;
 
-    /// Somebody who walked `distance_m` so far and walks at `speed_m_s` now.
+    /// The stance of a person after `distance_m` of walking, at a present speed of `speed_m_s`.
     #[must_use]
     pub fn walking(at: Point, heading_rad: f64, distance_m: f64, speed_m_s: f64) -> Self {
         let stride = (speed_m_s / 1.2).clamp(0.0, 1.3);

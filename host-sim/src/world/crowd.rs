@@ -1,4 +1,4 @@
-//! How people get out of each other's way: the social-force model.
+//! Collision avoidance between people: the social-force model.
 //!
 //! ```text
 //!   acceleration =  (wanted velocity − velocity) / τ           towards the goal, slower when near
@@ -7,26 +7,26 @@
 //! ```
 //!
 //! Source: Helbing and Molnár 1995, with the body contact of Helbing, Farkas and Vicsek 2000. A and B are
-//! chosen so that people who want to stand close end up about 5 cm apart.
+//! chosen so that people with places close together end up about 5 cm apart.
 
 use super::geometry::{Outline, Point};
 
-/// Somebody in a crowd.
+/// A person in the crowd.
 #[derive(Clone, Copy, Debug)]
 pub struct Walker {
-    /// Where they are.
+    /// Position.
     pub at: Point,
-    /// How they move.
+    /// Velocity.
     pub velocity: Point,
-    /// Room they take up.
+    /// Radius of the body, taken as round.
     pub radius_m: f64,
-    /// Speed they like.
+    /// Preferred speed.
     pub speed_m_s: f64,
-    /// Where they want to be.
+    /// Goal.
     pub goal: Point,
 }
 
-/// Time in which a walker reaches the wanted velocity.
+/// Relaxation time: in which a walker reaches the wanted velocity.
 const RELAXATION_S: f64 = 0.4;
 /// Within this time of the goal a walker slows down.
 const ARRIVAL_S: f64 = 0.5;
@@ -35,16 +35,16 @@ const REPULSION_M_S2: f64 = 4.0;
 const REPULSION_GAP_M: f64 = 0.05;
 /// Push back for each metre of overlap.
 const CONTACT_S2: f64 = 300.0;
-/// Nobody is pushed faster than this.
+/// Upper bound of the speed: forces push no person faster.
 const LARGEST_SPEED_M_S: f64 = 3.5;
-/// A gap so large does not matter.
+/// Cut-off: a larger gap gives no force.
 const FARTHEST_GAP_M: f64 = 0.5;
 /// Passers-by keep to their right: the share of the repulsion that acts sideways.
 const SIDESTEP: f64 = 0.3;
 /// Time of one step of the simulation.
 pub const STEP_S: f64 = 0.01;
 
-/// Moves everybody by [`STEP_S`] among `obstacles`.
+/// Moves all people by one step of [`STEP_S`] among `obstacles`.
 pub fn step(walkers: &mut [Walker], obstacles: &[Outline]) {
     let accelerations: Vec<Point> = walkers
         .iter()
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_alone_walks_straight_to_the_goal_and_stops_there() {
+    fn a_lone_walker_goes_straight_to_the_goal_and_stops_there() {
         let mut walkers = [walker(0.0, 0.0, [3.0, 1.0])];
         run(&mut walkers, &[], 2.0);
         assert!((walkers[0].velocity.length() - 1.0).abs() < 0.05);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn two_who_meet_pass_each_other_without_walking_through() {
+    fn two_people_who_meet_pass_beside_each_other() {
         let mut walkers = [walker(-2.0, 0.0, [2.0, 0.0]), walker(2.0, 0.0, [-2.0, 0.0])];
         let closest_m = run(&mut walkers, &[], 8.0);
         assert!(closest_m > -0.08, "they overlapped by {closest_m}");
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_walks_through_a_wall() {
+    fn walls_stop_people() {
         let wall = Outline::Segment(Point::new(1.0, -2.0), Point::new(1.0, 2.0));
         let mut walkers = [walker(0.0, 0.0, [3.0, 0.0])];
         run(&mut walkers, &[wall], 10.0);

@@ -8,7 +8,9 @@
 use super::crowd::STEP_S;
 use super::geometry::{Outline, Point};
 use serde::Deserialize;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 /// A door as a scene describes it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -29,12 +31,12 @@ pub struct Door {
     pub opens_s: Option<f64>,
     /// When it begins to shut.
     pub closes_s: Option<f64>,
-    /// All of it again after so many seconds; once, by default.
+    /// Period of the whole cycle, s; by default it happens once.
     pub every_s: Option<f64>,
     /// How long opening and shutting take.
     #[serde(default = "one_second")]
     pub takes_s: f64,
-    /// Share of the light the leaf gives back.
+    /// Reflectance of the leaf.
     #[serde(default = "painted")]
     pub reflectance: f64,
 }
@@ -80,7 +82,7 @@ impl Door {
         Outline::Segment(hinge + moved, hinge + moved + leaf)
     }
 
-    /// What is wrong with it, if anything.
+    /// Checks the description.
     ///
     /// # Errors
     /// One sentence without the door's name.
@@ -105,7 +107,7 @@ impl Door {
     }
 }
 
-/// A door whose leaf is moved while the world is looked at, some way ahead: it obeys a real lock.
+/// A door whose leaf is moved while the simulation runs, some time ahead of the sensors: it obeys a real lock.
 #[derive(Clone, Debug)]
 pub struct LiveDoor {
     /// The door.
@@ -118,7 +120,7 @@ impl LiveDoor {
     /// Where its leaf is at `time_s`.
     #[must_use]
     pub fn outline(&self, time_s: f64) -> Outline {
-        let shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
+        let shares = self.shares.lock();
         let index = (time_s.max(0.0) / STEP_S) as usize;
         let share = shares.get(index).or(shares.last()).copied().unwrap_or(0.0);
         self.door.outline_at(share)

@@ -1,4 +1,4 @@
-//! People who come in, wait before a door, and leave through it when it opens.
+//! People enter, wait before a door, and leave through it when it opens.
 //!
 //! ```text
 //!      room behind      y  4 ┌───────┐
@@ -19,8 +19,9 @@ use super::crowd::{self, STEP_S, Walker};
 use super::geometry::{Outline, Point};
 use super::motion::Track;
 use super::random::{Purpose, Stream};
+use super::visit::{DOOR_Y_M, HEADWAY_S, Habit, Phase, ROOM_SHARE, SAMPLE, START_Y_M, Visit};
 use serde::Deserialize;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 /// How people come and wait.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
@@ -64,7 +65,7 @@ const fn ten_seconds() -> f64 {
 /// Most people of a gathering.
 pub const MOST_PEOPLE: usize = 16;
 
-/// Everybody's track, and what happened when.
+/// The track of each person, and the times of the events.
 #[derive(Clone, Debug)]
 pub struct Gathering {
     /// Body and track of each person.
@@ -77,16 +78,6 @@ pub struct Gathering {
     pub empty_s: f64,
     /// When the last one was gone.
     pub end_s: f64,
-}
-
-/// Where people may wait, how far apart, and how quietly.
-pub(crate) struct Habit {
-    x: (f64, f64),
-    y: (f64, f64),
-    apart_m: f64,
-    pub(crate) fidget_m: f64,
-    /// Shortest and longest time at one place.
-    pub(crate) stay_s: Option<(f64, f64)>,
 }
 
 impl Condition {
@@ -106,61 +97,19 @@ impl Condition {
     }
 }
 
-/// Where people start, and where they are gone.
-const START_Y_M: f64 = -4.2;
-const GONE_Y_M: f64 = 3.5;
-/// The passage into the area begins here; people aim at it before they aim at their place.
-const PASSAGE_Y_M: f64 = -1.5;
-/// Behind the door, on the way out.
-const DOOR_Y_M: f64 = 1.0;
 /// Half the width of the doorway.
 const DOOR_HALF_M: f64 = 0.45;
 /// All must have been in for so long before the door opens.
 const PATIENCE_S: f64 = 10.0;
-/// Time between two who start, and between two who leave.
-const HEADWAY_S: f64 = 1.2;
-/// Somebody this near to their place has taken it; a crowd may keep them from it for so long.
-const AT_PLACE_M: f64 = 0.15;
-const SQUEEZE_S: f64 = 4.0;
 /// No gathering lasts longer.
 const LONGEST_S: f64 = 180.0;
-/// Nobody waits further back than this.
-const BACK_Y_M: f64 = -0.72;
-/// How much closer and further back a place may be after each sixty that were too near to
-/// somebody. Set so
-/// that people hide each other as often as in the reference world (`tests/world_check.rs`).
-const TRIES: u32 = 60;
-const CLOSER: f64 = 0.97;
-const FURTHER_BACK_M: f64 = 0.015;
-/// Bodies are wider than deep: somebody takes up this share of half their width.
-const ROOM_SHARE: f64 = 0.85;
-
-#[derive(Clone, Copy, PartialEq, Debug)]
-enum Phase {
-    NotYet,
-    ToPassage,
-    ToPlace,
-    Waiting,
-    ToDoor,
-    Through,
-    Gone,
-}
 
 struct Guest {
     body: Body,
     walker: Walker,
-    phase: Phase,
-    start_s: f64,
+    visit: Visit,
     /// When they were first there, in steps of the simulation.
     first_tick: u64,
-    /// When the walk to the place began.
-    entered_s: f64,
-    place: Point,
-    /// When to look for a new place.
-    move_s: f64,
-    /// Fidgeting: per axis an angular frequency and a phase.
-    fidget: [(f64, f64); 2],
-    fidget_m: f64,
     rest_rad: f64,
     positions: Vec<Point>,
 }
@@ -179,9 +128,9 @@ impl Gathering {
         let mut next_leaves_s = f64::INFINITY;
         let mut time_s = 0.0;
         let mut tick = 0u64;
-        while time_s < LONGEST_S && guests.iter().any(|guest| guest.phase != Phase::Gone) {
+        while time_s < LONGEST_S && guests.iter().any(|guest| guest.visit.phase != Phase::Gone) {
             send_on(&mut guests, &habit, time_s, &mut stream);
-            if all_in_s.is_infinite() && guests.iter().all(|guest| guest.phase == Phase::Waiting) {
+            if all_in_s.is_infinite() && guests.iter().all(|guest| guest.visit.phase == Phase::Waiting) {
                 all_in_s = time_s;
                 door_opens_s = time_s + PATIENCE_S;
                 next_leaves_s = door_opens_s + 0.5;
@@ -190,8 +139,8 @@ impl Gathering {
                 send_next(&mut guests);
                 next_leaves_s = time_s + HEADWAY_S * stream.between(0.7, 1.2);
             }
-            walk(&mut guests, tick, if time_s < door_opens_s { &closed } else { obstacles });
-            let inside = |guest: &Guest| guest.phase != Phase::Gone && guest.walker.at.y < DOOR_Y_M;
+            walk(&mut guests, habit.fidget_m, tick, if time_s < door_opens_s { &closed } else { obstacles });
+            let inside = |guest: &Guest| guest.visit.phase != Phase::Gone && guest.walker.at.y < DOOR_Y_M;
             if empty_s.is_infinite() && time_s > door_opens_s && !guests.iter().any(inside) {
                 empty_s = time_s;
             }
@@ -207,9 +156,6 @@ impl Gathering {
         Self { people, all_in_s, door_opens_s, empty_s, end_s: time_s }
     }
 }
-
-/// Steps of the simulation between two samples of a track.
-const SAMPLE: u64 = 4;
 
 fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> {
     let mut start_s = spec.from_s;
@@ -229,18 +175,11 @@ fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> 
             let at = Point::new(lane_m, START_Y_M);
             let speed_m_s = person.between(spec.speed_m_s[0], spec.speed_m_s[1]);
             let radius_m = body.half_width_m * ROOM_SHARE;
-            let fidget = [(); 2].map(|()| (TAU * person.between(0.1, 0.3), person.between(0.0, TAU)));
             Guest {
                 body,
                 walker: Walker { at, velocity: Point::new(0.0, speed_m_s), radius_m, speed_m_s, goal: at },
-                phase: Phase::NotYet,
-                start_s,
+                visit: Visit::new(at, start_s, &mut person),
                 first_tick: 0,
-                entered_s: 0.0,
-                place: at,
-                move_s: f64::INFINITY,
-                fidget,
-                fidget_m: spec.condition.habit().fidget_m,
                 rest_rad: FRAC_PI_2 + person.between(-0.8, 0.8),
                 positions: Vec::new(),
             }
@@ -248,77 +187,31 @@ fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> 
         .collect()
 }
 
-/// Sends everybody who has arrived somewhere on to the next thing.
+/// Moves each guest that has reached a goal to the next phase.
 fn send_on(guests: &mut [Guest], habit: &Habit, time_s: f64, stream: &mut Stream) {
     for index in 0..guests.len() {
-        let taken: Vec<Point> = guests
-            .iter()
-            .enumerate()
-            .filter(|(other, guest)| {
-                *other != index && matches!(guest.phase, Phase::ToPlace | Phase::Waiting)
-            })
-            .map(|(_, guest)| guest.place)
-            .collect();
+        let others = guests.iter().enumerate().filter(|(other, _)| *other != index);
+        let taken: Vec<Point> =
+            others.filter(|(_, guest)| guest.visit.has_place()).map(|(_, guest)| guest.visit.place).collect();
         let Some(guest) = guests.get_mut(index) else { continue };
-        match guest.phase {
-            Phase::NotYet if time_s >= guest.start_s => guest.phase = Phase::ToPassage,
-            Phase::ToPassage if guest.walker.at.y > PASSAGE_Y_M - 0.2 => {
-                guest.phase = Phase::ToPlace;
-                guest.entered_s = time_s;
-                guest.place = free_place(habit, &taken, stream);
-            }
-            Phase::ToPlace => {
-                let near = (guest.walker.at - guest.place).length() < AT_PLACE_M;
-                if near || time_s > guest.entered_s + SQUEEZE_S {
-                    guest.phase = Phase::Waiting;
-                    if let Some((shortest_s, longest_s)) = habit.stay_s {
-                        guest.move_s = time_s + stream.between(shortest_s, longest_s);
-                    }
-                }
-            }
-            Phase::Waiting if time_s >= guest.move_s => {
-                guest.place = free_place(habit, &taken, stream);
-                let (shortest_s, longest_s) = habit.stay_s.unwrap_or((f64::INFINITY, f64::INFINITY));
-                guest.move_s = time_s + stream.between(shortest_s, longest_s);
-            }
-            Phase::ToDoor if guest.walker.at.y > DOOR_Y_M - 0.1 => guest.phase = Phase::Through,
-            Phase::Through if guest.walker.at.y > GONE_Y_M => guest.phase = Phase::Gone,
-            _ => {}
-        }
+        guest.visit.advance(guest.walker.at, time_s, habit, &taken, stream);
     }
 }
 
-/// A place far enough from those that are taken; in a crowd that leaves none, one a little nearer
-/// to others and further back.
-pub(crate) fn free_place(habit: &Habit, taken: &[Point], stream: &mut Stream) -> Point {
-    let (mut apart_m, mut back_y_m) = (habit.apart_m, habit.y.0);
-    loop {
-        for _ in 0..TRIES {
-            let x = stream.between(habit.x.0, habit.x.1);
-            let place = Point::new(x, stream.between(back_y_m, habit.y.1));
-            if taken.iter().all(|other| (*other - place).length() >= apart_m) {
-                return place;
-            }
-        }
-        apart_m *= CLOSER;
-        back_y_m = (back_y_m - FURTHER_BACK_M).max(BACK_Y_M);
-    }
-}
-
-/// Whoever waits nearest to the door goes.
+/// Sends the waiting guest nearest to the door.
 fn send_next(guests: &mut [Guest]) {
     let door = Point::new(0.0, DOOR_Y_M);
-    let waiting = guests.iter_mut().filter(|guest| guest.phase == Phase::Waiting);
+    let waiting = guests.iter_mut().filter(|guest| guest.visit.phase == Phase::Waiting);
     let distance_m = |guest: &Guest| (guest.walker.at - door).length();
     if let Some(next) = waiting.min_by(|a, b| distance_m(a).total_cmp(&distance_m(b))) {
-        next.phase = Phase::ToDoor;
+        next.visit.phase = Phase::ToDoor;
     }
 }
 
-/// One step of everybody who is there.
-fn walk(guests: &mut [Guest], tick: u64, obstacles: &[Outline]) {
+/// One step of every guest in the world.
+fn walk(guests: &mut [Guest], fidget_m: f64, tick: u64, obstacles: &[Outline]) {
     let time_s = tick as f64 * STEP_S;
-    let present = |guest: &&mut Guest| !matches!(guest.phase, Phase::NotYet | Phase::Gone);
+    let present = |guest: &&mut Guest| guest.visit.is_present();
     let mut walkers = Vec::with_capacity(guests.len());
     for guest in guests.iter_mut().filter(present) {
         if guest.positions.is_empty() {
@@ -327,23 +220,13 @@ fn walk(guests: &mut [Guest], tick: u64, obstacles: &[Outline]) {
         if (tick - guest.first_tick).is_multiple_of(SAMPLE) {
             guest.positions.push(guest.walker.at);
         }
-        guest.walker.goal = match guest.phase {
-            Phase::ToPassage => Point::new(guest.walker.at.x, PASSAGE_Y_M + 0.6),
-            Phase::ToDoor => Point::new(0.0, DOOR_Y_M + 0.4),
-            Phase::Through => Point::new(0.0, GONE_Y_M + 1.0),
-            _ => guest.place + fidget(guest, time_s),
-        };
+        guest.walker.goal = guest.visit.goal(guest.walker.at, time_s, fidget_m, 0.0);
         walkers.push(guest.walker);
     }
     crowd::step(&mut walkers, obstacles);
     for (guest, walker) in guests.iter_mut().filter(present).zip(walkers) {
         guest.walker = walker;
     }
-}
-
-fn fidget(guest: &Guest, time_s: f64) -> Point {
-    let [x, y] = guest.fidget.map(|(omega, phase)| libm::sin(omega * time_s + phase));
-    Point::new(x, y) * guest.fidget_m
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //!        └──────────────── x       (metres, counter-clockwise, as the site)
 //! ```
 
-pub use host_tracker::geometry::{Point, Pose, wrapped};
+pub use kehai_tracking::geometry::{Point, Pose, wrapped};
 
 /// A half line along which light travels.
 #[derive(Clone, Copy, Debug)]

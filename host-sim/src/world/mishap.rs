@@ -1,4 +1,4 @@
-//! What befalls a module in the middle of a scene: somebody knocks it, takes it away from its place, or hangs a coat over it.
+//! Faults of a device in the middle of a scene: it is knocked, moved from its place, or covered by a coat.
 //!
 //! ```text
 //!   turned        lifted         covered
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// Radius of what hides a covered module, m.
 const COVER_M: f64 = 0.12;
 
-/// What happens.
+/// The kind of fault.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Kind {
     /// It is turned to the left, by so many degrees.
@@ -22,11 +22,11 @@ pub enum Kind {
     Moved(f64, f64),
     /// It is lifted by so much, m.
     Lifted(f64),
-    /// Something is put over it.
+    /// It is covered.
     Covered,
 }
 
-/// What befalls which module, and when.
+/// A fault of one device, and its time.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Mishap {
     /// Number of the module in the site.
@@ -38,7 +38,7 @@ pub struct Mishap {
 }
 
 impl Mishap {
-    /// Where the module is from then on.
+    /// The pose of the device from then on.
     #[must_use]
     pub fn place(&self, pose: Pose, height_m: f64) -> (Pose, f64) {
         match self.kind {
@@ -51,7 +51,7 @@ impl Mishap {
         }
     }
 
-    /// What stands before it from then on: a ring of cloth, in eight pieces.
+    /// The cover: a ring of cloth around the device, in eight pieces.
     pub fn cover(&self, at: Point) -> impl Iterator<Item = Thing> + use<> {
         let covered = self.kind == Kind::Covered;
         let corner = move |number: u32| at + Point::towards(f64::from(number) * TAU / 8.0) * COVER_M;

@@ -1,4 +1,4 @@
-//! A simulated world: people who walk among walls and furniture, and range finders that watch them.
+//! A simulated world: people walk among walls and furniture, and range finders measure them. The ground truth.
 //!
 //! ```text
 //!   scene file ─▶ people (body + motion), things, sensors
@@ -10,6 +10,7 @@
 //! Everything is a pure function of the scene, the seed and the time: the same seed gives the same
 //! bytes on every machine, and any scan or truth can be asked for in any order.
 
+pub mod arrangement;
 pub mod body;
 mod built_in;
 pub mod crowd;
@@ -29,10 +30,11 @@ pub mod sensor;
 pub mod standing;
 pub mod trajectory;
 pub mod variation;
+pub(crate) mod visit;
 pub mod walker;
 pub mod wandering;
 
-pub use host_tracker::site;
+pub use kehai_tracking::site;
 
 use std::sync::Arc;
 
@@ -57,10 +59,10 @@ use wandering::Wanderer;
 const CEILING_M: f64 = 3.0;
 /// Time from reaching a place to having put something down there.
 const PUTTING_DOWN_S: f64 = 0.8;
-/// A gathering is watched for so long after the last one is gone.
+/// A door scenario goes on for so long after the last person is gone.
 const AFTERWARDS_S: f64 = 6.0;
 
-/// A scene brought to life under a seed.
+/// A scene with a seed: all that is random in it is decided.
 #[derive(Clone, Debug)]
 pub struct World {
     duration_s: f64,
@@ -69,25 +71,25 @@ pub struct World {
     sensors: Vec<(String, WorldSensor)>,
 }
 
-/// What happened when in a gathering.
+/// The times of a door scenario.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Events {
-    /// How many people there are.
+    /// Number of people.
     pub people: usize,
-    /// When the last one had taken a place.
+    /// When the last person had taken a place.
     pub all_in_s: f64,
     /// When the door opened.
     pub door_opens_s: f64,
-    /// When the last one had left the counted area.
+    /// When the last person had left the counted area.
     pub empty_s: f64,
 }
 
-/// Where everybody is at one moment: a line of `truth.jsonl`.
+/// The positions of all people at one moment: a line of `truth.jsonl`.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Truth {
     /// Time in seconds.
     pub t: f64,
-    /// Everybody who is in the world.
+    /// All people in the world.
     pub people: Vec<TruePerson>,
 }
 
@@ -102,14 +104,14 @@ pub struct TruePerson {
     pub y: f64,
 }
 
-/// What a run puts into a world beyond its scene: what is moved by others while it is looked at, and mishaps.
+/// What a run adds to its scene: people and things that are moved from outside while the simulation runs, and faults.
 #[derive(Default)]
 pub struct More {
     /// People beside the scene's own.
     pub people: Vec<Person>,
     /// Things that move beside the scene's own.
     pub moving: Vec<Moving>,
-    /// What befalls modules.
+    /// Faults of devices.
     pub mishaps: Vec<Mishap>,
 }
 
@@ -120,7 +122,7 @@ impl World {
         Self::with(scene, seed, More::default())
     }
 
-    /// The scene under `seed`, and more than it says.
+    /// The scene under `seed`, with additions.
     #[must_use]
     pub fn with(scene: &Scene, seed: u64, more: More) -> Self {
         let wanderer = |(index, spec)| wanderer(scene, index, spec, seed);
@@ -162,7 +164,8 @@ impl World {
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
         let moving: Arc<[Moving]> =
             doors.chain(curtains).chain(fans).chain(props).chain(more.moving).collect();
-        let mut things: Vec<Thing> = scene.site.walls.iter().flat_map(wall).collect();
+        let mut things: Vec<Thing> =
+            scene.site.walls.iter().flat_map(|wall| opaque(wall, scene.wall_reflectance)).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
         let sensor = |(index, module): (usize, &site::Module)| {
             let spec = scene.sensors.iter().find(|spec| spec.module == module.name);
@@ -175,7 +178,7 @@ impl World {
                 let mut around = things.clone();
                 around.extend(mishap.cover(pose.at));
                 let caster = Caster::new(pose, height_m, model.optics().geometry, &around);
-                sensor.befall(mishap.from_s, caster);
+                sensor.replace_caster(mishap.from_s, caster);
             }
             (module.name.clone(), sensor)
         };
@@ -188,13 +191,13 @@ impl World {
         Self { duration_s, events, people, sensors }
     }
 
-    /// How long the scene is worth watching.
+    /// Duration of the scene.
     #[must_use]
     pub const fn duration_s(&self) -> f64 {
         self.duration_s
     }
 
-    /// What happens when, if the scene has a gathering.
+    /// The times of the door scenario, if the scene has one.
     #[must_use]
     pub const fn events(&self) -> Option<Events> {
         self.events
@@ -212,13 +215,13 @@ impl World {
         self.sensors.iter().find(|(name, _)| name == module).map(|(_, sensor)| sensor)
     }
 
-    /// Everybody who is ever in the world, in the order of their numbers.
+    /// All people of the world, present now or not, in the order of their numbers.
     #[must_use]
     pub fn people(&self) -> &[Person] {
         &self.people
     }
 
-    /// Where everybody is at `time_s`, to a tenth of a millimetre.
+    /// The positions of all people at `time_s`, to a tenth of a millimetre.
     #[must_use]
     pub fn truth(&self, time_s: f64) -> Truth {
         let round = |metres: f64| (metres * 1e4).round() / 1e4;
@@ -319,11 +322,12 @@ fn sides(wall: &Wall) -> Vec<Outline> {
     wall.points.windows(2).filter_map(piece).collect()
 }
 
-fn wall(wall: &Wall) -> Vec<Thing> {
-    let opaque = wall.blocks.contains(&Blocks::Beams);
-    let Wall { reflectance, mirror, .. } = *wall;
+/// What beams meet of a wall; of glass, nothing.
+fn opaque(wall: &Wall, reflectance: f64) -> Vec<Thing> {
+    let stops_beams = wall.blocks.contains(&Blocks::Beams);
+    let mirror = wall.mirror;
     let thing = |outline| Thing { outline, reflectance, low_m: 0.0, high_m: CEILING_M, mirror };
-    sides(wall).into_iter().filter(|_| opaque).map(thing).collect()
+    sides(wall).into_iter().filter(|_| stops_beams).map(thing).collect()
 }
 
 fn furniture(furniture: &Furniture) -> Vec<Thing> {

@@ -1,4 +1,4 @@
-//! Where a person is at any time: a route that is a formula, or a track that was computed beforehand.
+//! The trajectory of a person: a route that is a formula, or samples that were computed beforehand.
 //!
 //! ```text
 //!   samples     ●────●────●────●        every step_s; positions joined by straight lines,
@@ -6,13 +6,15 @@
 //!                    stance(t)
 //! ```
 //!
-//! Both are pure functions of the time, so truth can be asked for at any moment and in any order. Somebody who is led is
-//! one, too, as far as the way is known: it is only ever added to, and must be known ahead of the time.
+//! Both are pure functions of the time, so truth can be asked for at any moment and in any order. A person
+//! steered from outside has such a trajectory too, up to its last sample: samples are only appended, ahead of time.
 
 use super::body::Stance;
 use super::geometry::{Point, wrapped};
 use super::walker::Route;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 /// How a person moves.
 #[derive(Clone, Debug)]
@@ -21,7 +23,7 @@ pub enum Motion {
     Route(Route),
     /// Positions computed beforehand: a crowd or a recording.
     Track(Track),
-    /// Positions that are computed while the world is looked at, some way ahead: people who wait for a real door.
+    /// Positions computed while the simulation runs, some time ahead: people waiting for a real door.
     Live(Arc<Mutex<Track>>),
 }
 
@@ -32,7 +34,7 @@ impl Motion {
         match self {
             Self::Route(route) => route.stance(time_s),
             Self::Track(track) => track.stance(time_s),
-            Self::Live(track) => track.lock().unwrap_or_else(PoisonError::into_inner).stance(time_s),
+            Self::Live(track) => track.lock().stance(time_s),
         }
     }
 }
@@ -58,11 +60,11 @@ pub struct Track {
 const TURNING_SPEED_M_S: f64 = 0.25;
 /// Time in which a walker's chest follows a change of direction.
 const TURNING_TIME_S: f64 = 0.25;
-/// Time in which somebody who has stopped turns to where they like to look.
+/// Time in which a person turns to the preferred heading after stopping.
 const RESTING_TIME_S: f64 = 1.0;
 
 impl Track {
-    /// A person who is at `positions[k]` at `first_s` + k · `step_s` and in the world no longer than that.
+    /// A person at `positions[k]` at `first_s` + k · `step_s`, and in the world only during that time.
     ///
     /// The chest follows the direction of walking and stays as it is while the person stands;
     /// `heading_rad` holds before the first step.
@@ -71,7 +73,7 @@ impl Track {
         Self::build(first_s, step_s, positions, heading_rad, None)
     }
 
-    /// As [`new`](Self::new) for somebody who turns to `rest_rad` when standing.
+    /// As [`new`](Self::new), but the person turns to `rest_rad` when standing.
     #[must_use]
     pub fn resting(first_s: f64, step_s: f64, positions: &[Point], heading_rad: f64, rest_rad: f64) -> Self {
         Self::build(first_s, step_s, positions, heading_rad, Some(rest_rad))
@@ -87,7 +89,7 @@ impl Track {
         let mut samples = Vec::with_capacity(positions.len());
         let mut heading_rad = heading_rad;
         let mut distance_m = 0.0;
-        // Velocity over 0.2 s: what is faster is sway, not walking.
+        // Velocity over 0.2 s: faster motion is sway, not walking.
         let reach = ((0.1 / step_s).ceil() as usize).max(1);
         for (index, at) in positions.iter().enumerate() {
             let before = index.saturating_sub(reach);
@@ -109,13 +111,13 @@ impl Track {
         Self { first_s, step_s, samples }
     }
 
-    /// A person who is nowhere yet; [`push`](Self::push) says where, step by step.
+    /// An empty trajectory; [`push`](Self::push) appends positions.
     #[must_use]
     pub const fn growing(first_s: f64, step_s: f64) -> Self {
         Self { first_s, step_s, samples: Vec::new() }
     }
 
-    /// Whether the person has been nowhere yet.
+    /// Whether it has no position yet.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.samples.is_empty()
@@ -164,15 +166,15 @@ impl Track {
     }
 }
 
-/// Time between two positions of somebody who is led.
+/// Time between two positions of a steered person.
 pub const LED_STEP_S: f64 = 0.05;
 
-/// Somebody who is told where to go. Clones are the same person.
+/// A person steered from outside, step by step. Clones are the same person.
 #[derive(Clone, Debug)]
 pub struct Led(Arc<Mutex<Track>>);
 
 impl Led {
-    /// Who appears at `at` at `from_s`.
+    /// A person that appears at `at` at the time `from_s`.
     #[must_use]
     pub fn new(from_s: f64, at: Point) -> Self {
         let led = Self(Arc::new(Mutex::new(Track::growing(from_s, LED_STEP_S))));
@@ -182,14 +184,14 @@ impl Led {
 
     /// Goes on along these places, one every [`LED_STEP_S`].
     pub fn go(&self, places: &[Point]) {
-        let mut track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut track = self.0.lock();
         places.iter().for_each(|at| track.push(*at, 0.0));
     }
 
-    /// Where the way ends, and when.
+    /// The last position, and its time.
     #[must_use]
     pub fn end(&self) -> (Point, f64) {
-        let track = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let track = self.0.lock();
         (track.samples.last().map(|last| last.at).unwrap_or_default(), track.end_s())
     }
 

@@ -29,7 +29,7 @@ pub struct Curtain {
     /// When it begins to sway.
     #[serde(default)]
     pub from_s: f64,
-    /// Share of the light it gives back.
+    /// Reflectance: the share of the light that comes back.
     #[serde(default = "half")]
     pub reflectance: f64,
 }
@@ -43,7 +43,7 @@ pub struct Fan {
     pub name: String,
     /// Its axis.
     pub at: [f64; 2],
-    /// Where it looks in the middle of its swing.
+    /// Heading in the middle of its swing.
     #[serde(default)]
     pub yaw_deg: f64,
     /// How far it turns to either side.
@@ -58,7 +58,7 @@ pub struct Fan {
     /// When it is switched on.
     #[serde(default)]
     pub from_s: f64,
-    /// Share of the light it gives back.
+    /// Reflectance: the share of the light that comes back.
     #[serde(default = "half")]
     pub reflectance: f64,
 }
@@ -100,7 +100,7 @@ impl Curtain {
         let along = to - from;
         let aside = along.left() * (1.0 / along.length().max(1e-6));
         let phase = TAU * (time_s - self.from_s).max(0.0) / self.period_s.max(0.1);
-        // Two tones whose periods have no common multiple: no sway is like the one before.
+        // Two tones whose periods have no common multiple, so that the sway never repeats.
         let swing = self.sway_m * (0.7 * libm::sin(phase) + 0.3 * libm::sin(phase * 2.3));
         let place = |piece: i32| {
             let share = f64::from(piece) / f64::from(PIECES);
@@ -150,7 +150,7 @@ impl Moving {
         }
     }
 
-    /// Share of the light it gives back.
+    /// Reflectance: the share of the light that comes back.
     #[must_use]
     pub const fn reflectance(&self) -> f64 {
         match self {

@@ -1,4 +1,4 @@
-//! From what a perfect sensor would see to what a real one says.
+//! The sensor noise model: from the ranges of a perfect sensor to those of a real one.
 //!
 //! ```text
 //!   seen ─▶ missing? ─▶ + spread(r) · correlated noise ─▶ whole mm ─▶ ties ─▶ edges ─▶ codes ─▶ mm
@@ -9,23 +9,23 @@
 //! The figures come from recordings of real URG-04LX and UHG-08LX: spread by range, correlation of
 //! neighbours 0.5 / 0.3 / 0.18 / 0.11 at lags 1 to 4, 42–47 % of the readings equal to a neighbour,
 //! drop-outs of 0.5–1.6 % lasting 1.5–2.7 scans on few steps, and behind an edge 5–18 % of the first
-//! readings missing, 1–6 % in between. `tests/noise.rs` measures all of them on this model.
+//! readings missing, 1–6 % in between. `tests/world_noise.rs` measures all of them on this model.
 
 use super::optics::{self, Optics};
 use super::random::{Purpose, Stream};
 
-/// What a perfect sensor sees along one step.
+/// Measurement of a perfect sensor in one step.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Seen {
     /// Distance to the surface.
     pub range_m: f64,
     /// Cosine of the angle to the surface's normal.
     pub incidence: f64,
-    /// Share of the light the surface gives back.
+    /// Reflectance of the surface.
     pub reflectance: f64,
     /// What the surface adds to the range.
     pub bias_mm: f64,
-    /// Which thing it is.
+    /// Number of the object hit.
     pub thing: u16,
 }
 
@@ -77,7 +77,7 @@ pub struct Noise {
     scale: f64,
     /// Per step: factor on the reach.
     roughness: Vec<f64>,
-    /// Per step: what it reads when there is nothing.
+    /// Per step: the reading without a return.
     nothing: Vec<u32>,
     /// Steps that drop out, and how often they begin to.
     weak: Vec<(usize, f64)>,
@@ -193,7 +193,7 @@ impl Noise {
                 None if sees(step.checked_sub(1)) || sees(Some(step + 1)) => {
                     self.optics.border.filter(|_| share < 0.5).unwrap_or(*nothing)
                 }
-                // Also what is nearer or farther than the sensor can say.
+                // Also ranges nearer or farther than the sensor can report.
                 _ => *nothing,
             }
         };

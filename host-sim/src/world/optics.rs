@@ -1,4 +1,4 @@
-//! What each model of sensor can see, and what it says when it sees nothing.
+//! The optics of each sensor model: reach, noise, and the codes it returns without a range.
 //!
 //! ```text
 //!   share of
@@ -11,8 +11,8 @@
 //! Sources: SCIP 2.0 (codes below `DMIN`), the makers' data sheets (reach, repeatability), and for the
 //! URG-04LX and UHG-08LX what recordings of real sensors show.
 
-use crate::source::SensorGeometry;
-use crate::urg::model::{self, Model};
+use kehai_emulator::source::SensorGeometry;
+use kehai_emulator::urg::model::{self, Model};
 
 /// A model of range finder, by the name used on the command line and in scenes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Deserialize)]
@@ -36,7 +36,7 @@ pub enum SensorModel {
     Ust10lx,
 }
 
-/// What a step reads when nothing comes back, and how often (relative weights).
+/// The code of a step without a return, with its relative weight.
 pub type Codes = &'static [(u32, f64)];
 
 /// The optics of a model.

@@ -1,7 +1,7 @@
 //! Things that people carry, push or pull, and perhaps put down and leave behind.
 //!
 //! ```text
-//!          heading ▲         ┌───┐ ahead_m          until `puts_down_at` it moves with whoever carries it;
+//!          heading ▲         ┌───┐ ahead_m          until `puts_down_at` it moves with its carrier;
 //!                  │         │   │                  from then on it stands where it was at that moment
 //!               ( person )   └───┘ left_m
 //! ```
@@ -22,7 +22,7 @@ pub struct Carried {
     /// Its name.
     #[serde(default)]
     pub name: String,
-    /// Name of the person who carries it.
+    /// Name of the carrier.
     pub by: String,
     /// Its corners, if it has corners, about its own middle: x ahead, y to the left.
     #[serde(default)]
@@ -36,13 +36,13 @@ pub struct Carried {
     /// Its middle to the left of the carrier's.
     #[serde(default)]
     pub left_m: f64,
-    /// Share of the light it gives back.
+    /// Reflectance.
     #[serde(default = "cloth")]
     pub reflectance: f64,
-    /// It begins so high above the floor.
+    /// Height of its lower edge above the floor.
     #[serde(default)]
     pub low_m: f64,
-    /// It ends so high above the floor.
+    /// Height of its upper edge above the floor.
     #[serde(default = "table_high")]
     pub high_m: f64,
     /// Number of the carrier's way point, from 0, at which it is put down; never, by default.
@@ -76,7 +76,7 @@ impl Prop {
         Self { spec, carrier, put_down_s }
     }
 
-    /// Where it is at `time_s`; nothing before its carrier comes, and after one who keeps it has left.
+    /// Outlines at `time_s`; empty before the carrier enters, and after the carrier leaves without putting it down.
     #[must_use]
     pub fn outlines(&self, time_s: f64) -> Vec<Outline> {
         let Some(stance) = self.carrier.stance(time_s.min(self.put_down_s)) else { return Vec::new() };
@@ -109,7 +109,7 @@ impl Carried {
         }
     }
 
-    /// What is wrong with it, if anything.
+    /// Checks the description.
     ///
     /// # Errors
     /// One sentence without its name.

@@ -8,13 +8,13 @@
 //!
 //! A stream is a pure function of the seed, its purpose and its key. So the same scan gets the same
 //! noise whether or not the scans before it were asked for, and one more person in a scene does not
-//! change anybody else. Generator: PCG64-MCG (O'Neill 2014). Distributions are computed here and with
+//! change the others. Generator: PCG64-MCG (O'Neill 2014). Distributions are computed here and with
 //! `libm`, never with the platform's C library, so that every machine gets the same bytes.
 
 use rand::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// What a stream is for; streams of different purposes never share numbers.
+/// Purpose of a stream; streams of different purposes never share numbers.
 #[derive(Clone, Copy, Debug)]
 pub enum Purpose {
     /// Sizes, clothes and habits of a person.

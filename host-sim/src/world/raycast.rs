@@ -1,4 +1,4 @@
-//! What a perfect sensor would see: every step's beam, fired at its own moment.
+//! Ray casting: the ranges of a perfect sensor, every step's beam fired at its own moment.
 //!
 //! ```text
 //!   step   0 ──▶ last              people move while the mirror turns: a walker is 7 cm further
@@ -13,21 +13,21 @@ use super::geometry::{Beam, Meeting, Outline, Point, Pose};
 use super::motion::Motion;
 use super::moving::Moving;
 use super::noise::Seen;
-use crate::source::{Revolution, SensorGeometry};
 use heapless::Vec as SmallVec;
+use kehai_emulator::source::{Revolution, SensorGeometry};
 
-/// Something that neither moves nor thinks: a piece of wall, a side of a table, a pillar.
+/// A fixed surface: a piece of wall, a side of a table, a pillar.
 #[derive(Clone, Copy, Debug)]
 pub struct Thing {
     /// Its shape in the plane.
     pub outline: Outline,
-    /// Share of the light it gives back.
+    /// Reflectance.
     pub reflectance: f64,
     /// It is hit only by planes between these heights.
     pub low_m: f64,
     /// See `low_m`.
     pub high_m: f64,
-    /// Beams go on from it.
+    /// A mirror: beams go on from it.
     pub mirror: bool,
 }
 
@@ -38,9 +38,9 @@ pub struct Person {
     pub name: String,
     /// Size and clothes.
     pub body: Body,
-    /// Where they are when.
+    /// Trajectory.
     pub motion: Motion,
-    /// When they crouch.
+    /// The time during which the person crouches.
     pub crouches_s: Option<[f64; 2]>,
 }
 
@@ -59,12 +59,12 @@ impl Person {
 pub const FIRST_MOVING: u16 = 0x4000;
 /// [`Seen::thing`] of the first person.
 pub const FIRST_PERSON: u16 = 0x8000;
-/// Looks at things that move, in a full turn.
-const LOOKS_A_TURN: usize = 16;
-/// Steps between two looks at where people are.
-const STEPS_A_LOOK: usize = 8;
-/// Somebody may walk this far between the middle of a revolution and the beam that meets them (7 m/s for the half of
-/// 0.1 s) without being overlooked.
+/// How many times a turn the positions of moving things are computed.
+const UPDATES_PER_TURN: usize = 16;
+/// Steps between two computations of where people are.
+const STEPS_PER_UPDATE: usize = 8;
+/// How far a person may walk between the middle of a revolution and the beam that meets them (7 m/s for the half of
+/// 0.1 s) without being missed.
 const WALK_MARGIN_M: f64 = 0.35;
 /// The speed behind that.
 const FASTEST_M_S: f64 = 7.0;
@@ -79,14 +79,14 @@ pub struct Caster {
     geometry: SensorGeometry,
     /// Per step: direction of the beam in the site.
     directions: Vec<Point>,
-    /// Per step: the nearest thing that does not move, over a mirror if there is one on the way.
+    /// Per step: the nearest static surface, also by reflection in a mirror.
     fixed: Vec<Option<Seen>>,
     /// Per step: how far the beam goes straight.
     straight_m: Vec<f64>,
     reflections: Vec<Reflection>,
 }
 
-/// What becomes of a beam at a mirror.
+/// The reflection of a beam at a mirror.
 #[derive(Clone, Copy, Debug)]
 struct Reflection {
     index: usize,
@@ -165,7 +165,7 @@ impl Caster {
         (self.height_m - other.height_m).abs() < 0.05
     }
 
-    /// What each step sees in the given revolution; people are numbered from [`FIRST_PERSON`],
+    /// Measurement of each step in the given revolution; people are numbered from [`FIRST_PERSON`],
     /// what else moves from [`FIRST_MOVING`].
     #[must_use]
     pub fn cast(&self, revolution: Revolution, people: &[Person], moving: &[Moving]) -> Vec<Option<Seen>> {
@@ -182,9 +182,9 @@ impl Caster {
         seen
     }
 
-    /// Looked at less often than people: within a sixteenth of a turn it is taken as standing.
+    /// Computed less often than people: within a sixteenth of a turn it is taken as standing.
     fn add_moving(&self, revolution: Revolution, thing: u16, moving: &Moving, seen: &mut [Option<Seen>]) {
-        let steps = (usize::from(self.geometry.steps_per_turn) / LOOKS_A_TURN).max(1);
+        let steps = (usize::from(self.geometry.steps_per_turn) / UPDATES_PER_TURN).max(1);
         let reflectance = moving.reflectance();
         let beams = self.directions.chunks(steps).zip(self.straight_m.chunks(steps));
         for (chunk, ((directions, straight_m), seen)) in beams.zip(seen.chunks_mut(steps)).enumerate() {
@@ -201,7 +201,7 @@ impl Caster {
         }
     }
 
-    /// People whom a beam meets behind a mirror; nothing else that moves is looked for there.
+    /// Adds the people that a beam hits after its reflection in a mirror. Other moving objects are not reflected.
     fn add_reflected(
         &self,
         revolution: Revolution,
@@ -246,8 +246,8 @@ impl Caster {
         let met = self.met(revolution, &sector, (person, body.reach_m()), seen.len());
         let mut index = sector.start;
         while index < sector.end {
-            // Looks are counted from the sector's start; those without a chance to meet anybody are left out.
-            let end = (index + STEPS_A_LOOK).min(sector.end);
+            // Computations are counted from the sector's start; those without a chance to meet a person are left out.
+            let end = (index + STEPS_PER_UPDATE).min(sector.end);
             if end > met.start
                 && index < met.end
                 && let Some(stance) = person.motion.stance(time_s((index + end) / 2))
@@ -266,7 +266,7 @@ impl Caster {
         }
     }
 
-    /// The part of a sector in which beams can meet somebody: where they are when the mirror comes round to them is
+    /// The part of a sector in which beams can meet a person: where they are when the mirror comes round to them is
     /// known better than where they are in the middle of the revolution.
     fn met(
         &self,
@@ -436,7 +436,7 @@ mod tests {
         };
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
         let geometry = SensorModel::Urg04lx.optics().geometry;
-        // A mirror 1 m ahead; somebody to the right of the sensor, out of its straight view.
+        // A mirror 1 m ahead; a person to the right of the sensor, out of its straight view.
         let caster = Caster::new(pose, 0.6, geometry, &[wall(1.0, true), wall(-3.0, false)]);
         let front = 384 - 44;
         let fixed_m = caster.fixed[front].unwrap().range_m;
@@ -452,7 +452,7 @@ mod tests {
             motion: Motion::Track(Track::new(-10.0, 1.0, &[Point::new(2.0, 0.0); 30], 0.0)),
             ..person
         };
-        assert_eq!(caster.cast(REVOLUTION, &[behind], &[]), caster.fixed, "nobody is seen through it");
+        assert_eq!(caster.cast(REVOLUTION, &[behind], &[]), caster.fixed, "no person is seen through it");
     }
 
     #[test]

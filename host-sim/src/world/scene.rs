@@ -1,11 +1,12 @@
-//! A scene: a site, the people in it, and the sensors that watch them, as a TOML file.
+//! A scene: a site, the people in it, and the sensors that measure them, as a TOML file.
 //!
 //! ```toml
 //! about = "one person walks to and fro"
 //! duration_s = 60
 //! seed = 1
 //! base = "door-area"              # another scene, of which this one changes something
-//! avoid = true                    # people get out of each other's way
+//! avoid = true                    # people avoid each other
+//! wall_reflectance = 0.53         # share of the light that all walls give back: painted plaster
 //!
 //! [[site.module]]                 # and site.wall, site.zone, …: exactly a site file
 //! name = "left"
@@ -27,11 +28,11 @@
 //! speed_m_s = 1.1
 //! repeat = "back-and-forth"       # stay, leave, loop, back-and-forth
 //!
-//! [gathering]                     # people who come in, wait before a door, and leave
+//! [gathering]                     # people enter, wait before a door, and leave
 //! condition = "dense"             # spread, dense, pairs
 //! people = 5
 //!
-//! [[recorded]]                    # people who walk as recorded people walked
+//! [[recorded]]                    # people on recorded trajectories
 //! file = "corridor.txt"           # beside this file
 //!
 //! [[door]]
@@ -41,6 +42,7 @@
 
 pub use super::built_in::BUILT_IN;
 
+use super::arrangement::Arrangement;
 use super::body::Section;
 use super::built_in::on_its_base;
 use super::door::Door;
@@ -51,30 +53,29 @@ use super::optics::SensorModel;
 use super::prop::Carried;
 use super::site::Site;
 use super::trajectory::Recorded;
-use super::variation::Arrangement;
 use super::walker::Repeat;
 use serde::Deserialize;
 use std::fmt;
 use std::path::Path;
 
-/// A scene as its file says it.
+/// A scene, as in its file.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// What there is to see, for people.
+    /// Description, for people.
     #[serde(default)]
     pub about: String,
     /// The built-in scene that this one changes: its tables are merged, everything else is replaced.
     #[serde(default)]
     pub base: Option<String>,
-    /// How long it is worth watching; scripted walkers go on after that.
+    /// Duration; scripted walkers go on after that.
     #[serde(default = "one_minute")]
     pub duration_s: f64,
     /// The seed if none is asked for.
     #[serde(default)]
     pub seed: u64,
-    /// People with routes get out of each other's way, within `duration_s`; else they walk exactly as
-    /// written, for ever.
+    /// People with routes avoid each other, within `duration_s`; else they walk exactly as
+    /// written, without end.
     #[serde(default)]
     pub avoid: bool,
     /// Sensors that face each other now and then read each other's light.
@@ -82,18 +83,21 @@ pub struct Scene {
     pub cross_talk: bool,
     /// Modules, walls, zones.
     pub site: Site,
+    /// Share of the light that the walls give back.
+    #[serde(default = "plaster")]
+    pub wall_reflectance: f64,
     /// Sensors that are not the default.
     #[serde(default, rename = "sensor")]
     pub sensors: Vec<SensorSpec>,
     /// Things people walk around and beams meet.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
-    /// Who is there.
+    /// Scripted people.
     #[serde(default, rename = "person")]
     pub people: Vec<PersonSpec>,
-    /// People who come in, wait before a door, and leave.
+    /// People that enter, wait before a door, and leave.
     pub gathering: Option<GatheringSpec>,
-    /// People who walk as recorded people walked.
+    /// People on recorded trajectories.
     #[serde(default)]
     pub recorded: Vec<Recorded>,
     /// Doors that open and shut.
@@ -113,8 +117,19 @@ pub struct Scene {
     pub arrangements: Vec<Arrangement>,
 }
 
+/// Painted plaster in infrared: a URG-04LX loses it beyond 5.7 m.
+const fn plaster() -> f64 {
+    0.53
+}
+
 const fn one_minute() -> f64 {
     60.0
+}
+
+/// A site file may have it from before; in a scene it would be ignored without a word.
+fn has_wall_with_reflectance(scene: &toml::Table) -> bool {
+    let walls = scene.get("site").and_then(|site| site.get("wall")).and_then(toml::Value::as_array);
+    walls.into_iter().flatten().any(|wall| wall.get("reflectance").is_some())
 }
 
 /// The sensor of a module.
@@ -131,7 +146,7 @@ pub struct SensorSpec {
     pub noise: NoiseLevel,
 }
 
-/// Something that stands in the way.
+/// A piece of furniture.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Furniture {
@@ -143,13 +158,13 @@ pub struct Furniture {
     pub polygon: Vec<[f64; 2]>,
     /// x, y and radius, if it is round.
     pub disc: Option<[f64; 3]>,
-    /// Share of the light it gives back.
+    /// Reflectance.
     #[serde(default = "wood")]
     pub reflectance: f64,
-    /// It begins so high above the floor.
+    /// Height of its lower edge above the floor.
     #[serde(default)]
     pub low_m: f64,
-    /// It ends so high above the floor.
+    /// Height of its upper edge above the floor.
     #[serde(default = "man_high")]
     pub high_m: f64,
 }
@@ -162,7 +177,7 @@ const fn man_high() -> f64 {
     2.0
 }
 
-/// A person who follows a script.
+/// A scripted person.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PersonSpec {
@@ -172,7 +187,7 @@ pub struct PersonSpec {
     /// What the plane cuts.
     #[serde(default)]
     pub section: Section,
-    /// Way points: x, y and perhaps seconds to wait. One alone: somebody who stands.
+    /// Way points: x, y and optionally seconds to wait. With a single way point the person stands there.
     pub route: Vec<Vec<f64>>,
     /// Walking speed.
     #[serde(default = "ordinary_walk")]
@@ -180,10 +195,10 @@ pub struct PersonSpec {
     /// What happens at the end of the route.
     #[serde(default)]
     pub repeat: Repeat,
-    /// When they appear.
+    /// Time of appearance.
     #[serde(default)]
     pub from_s: f64,
-    /// When they are gone.
+    /// Time of leaving the world.
     pub until_s: Option<f64>,
     /// Where the chest points before the first step.
     #[serde(default)]
@@ -207,7 +222,7 @@ pub struct PersonSpec {
     pub group: Option<u64>,
     /// Shoulders above the floor.
     pub top_m: Option<f64>,
-    /// When they begin to crouch, and when they stand up again.
+    /// Begin and end of the time during which the person crouches.
     pub crouches_s: Option<[f64; 2]>,
     /// Half the torso's width; random by default, as everything below.
     pub half_width_m: Option<f64>,
@@ -215,7 +230,7 @@ pub struct PersonSpec {
     pub half_depth_m: Option<f64>,
     /// Radius of a thigh.
     pub thigh_radius_m: Option<f64>,
-    /// Share of the light the clothes give back.
+    /// Reflectance of the clothes.
     pub reflectance: Option<f64>,
     /// What the clothes add to a range.
     pub clothing_bias_mm: Option<f64>,
@@ -256,7 +271,7 @@ impl Scene {
     /// Reads a scene file, or one of the [`BUILT_IN`] scenes by its name.
     ///
     /// # Errors
-    /// When there is no such file, or what it says is no scene.
+    /// The file does not exist, or is not a valid scene.
     pub fn load(file: &str) -> Result<Self, SceneError> {
         if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == file) {
             return Self::parse(name, text);
@@ -280,6 +295,10 @@ impl Scene {
             SceneError(format!("{file}:{} {message}", line.unwrap_or_default()))
         };
         let own: toml::Table = toml::from_str(text).map_err(wrong)?;
+        if has_wall_with_reflectance(&own) {
+            let what = "site.wall has no reflectance: wall_reflectance of the scene is that of all walls";
+            return Err(SceneError(format!("{file}: {what}")));
+        }
         let mut scene: Self = if own.contains_key("base") {
             let whole = on_its_base(own).map_err(|what| SceneError(format!("{file}: {what}")))?;
             whole.try_into().map_err(wrong)?
@@ -296,6 +315,9 @@ impl Scene {
 
     fn check(&self) -> Result<(), String> {
         self.site.check()?;
+        if !(0.0..=1.0).contains(&self.wall_reflectance) {
+            return Err(format!("wall_reflectance must be between 0 and 1, is {}", self.wall_reflectance));
+        }
         if !(self.duration_s > 0.0 && self.duration_s <= 86_400.0) {
             return Err(format!("duration_s must be more than 0 and at most a day, is {}", self.duration_s));
         }
@@ -457,6 +479,14 @@ mod tests {
                 "x.toml: carried \"chair\": nobody named \"carrier\"",
             ),
             (String::from("duration_s = 0\n[site]"), "x.toml: duration_s must be more than 0"),
+            (
+                String::from("wall_reflectance = 2\n[site]"),
+                "x.toml: wall_reflectance must be between 0 and 1",
+            ),
+            (
+                format!("{module}[[site.wall]]\npoints = [[0, 0], [1, 0]]\nreflectance = 0.3"),
+                "x.toml: site.wall has no reflectance: wall_reflectance",
+            ),
         ];
         for (text, expected) in cases {
             let message = refused(&text);

@@ -12,8 +12,8 @@ use super::noise::{Noise, NoiseLevel, Seen};
 use super::optics::SensorModel;
 use super::random::{Purpose, Stream};
 use super::raycast::{Caster, FIRST_PERSON, Person};
-use crate::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
-use crate::urg::Config;
+use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
+use kehai_emulator::urg::Config;
 
 /// How one sensor's time differs from the world's.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -49,7 +49,7 @@ pub struct WorldSensor {
     model: SensorModel,
     clock: SensorClock,
     caster: Caster,
-    /// What it sees from some time on, µs, in the order of time.
+    /// The ray casters that replace `caster`, each from its time on, µs; in order of time.
     later: Vec<(u64, Caster)>,
     noise: Noise,
     people: Arc<[Person]>,
@@ -59,7 +59,7 @@ pub struct WorldSensor {
     number: u64,
 }
 
-/// Another sensor in view: now and then both beams meet.
+/// Cross-talk: another sensor in view; now and then both beams meet.
 #[derive(Clone, Copy, Debug)]
 struct Facing {
     /// The entry that points at it, and how far it is.
@@ -92,12 +92,12 @@ impl WorldSensor {
         Self { model, clock, caster, later, noise, people, moving, facing, seed, number: sensor }
     }
 
-    /// From `from_s` on it sees what `caster` sees; in the order of time.
-    pub fn befall(&mut self, from_s: f64, caster: Caster) {
+    /// From `from_s` on the ranges come from `caster`; to be called in order of time.
+    pub fn replace_caster(&mut self, from_s: f64, caster: Caster) {
         self.later.push(((from_s.max(0.0) * 1e6) as u64, caster));
     }
 
-    /// From now on the light of those of `others` that are in view dazzles it now and then.
+    /// From now on the light of the sensors in `others` that are in view interferes with this sensor from time to time.
     pub fn look_at(&mut self, others: &[Self]) {
         let facing = |other: &Self| {
             if other.number == self.number || !self.caster.is_level_with(&other.caster) {
@@ -141,13 +141,13 @@ impl WorldSensor {
         }
     }
 
-    /// The model it is.
+    /// Its model.
     #[must_use]
     pub const fn model(&self) -> SensorModel {
         self.model
     }
 
-    /// Where it is: between the site's frame and its own.
+    /// Its pose: from its own frame to the site's.
     #[must_use]
     pub const fn pose(&self) -> Pose {
         self.caster.pose()
@@ -176,7 +176,7 @@ impl WorldSensor {
         Revolution { start_us, period_us: self.clock.period_us, earliest_us: start_us }
     }
 
-    /// What a perfect sensor would see, per step.
+    /// Measurements of a perfect sensor, per step.
     #[must_use]
     pub fn seen(&self, revolution: Revolution) -> Vec<Option<Seen>> {
         let now = self.later.iter().rev().find(|(from_us, _)| revolution.start_us >= *from_us);

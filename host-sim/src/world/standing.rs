@@ -1,4 +1,4 @@
-//! How people stand for a long time: they sway, and every few minutes they shift their weight.
+//! Standing people: they sway, and every few minutes they shift their weight.
 //!
 //! ```text
 //!   offset   ▁▁▁▁▁▁▁▁╱▔▔▔▔▔▔▔▔▔▔▔╲▂▂▂▂▂▂▂▂     a new place within `size_m` and a new heading,
@@ -12,7 +12,7 @@ use super::random::Stream;
 const SHIFT_S: f64 = 1.2;
 /// Largest turn of the chest to either side.
 const TURN_RAD: f64 = 0.3;
-/// Nobody's shifts are computed for longer: a day.
+/// Shifts are computed for at most a day.
 const LONGEST_S: f64 = 86_400.0;
 
 /// Shifts of weight, in order of time.

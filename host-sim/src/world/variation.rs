@@ -1,16 +1,6 @@
 //! One scene in several variants: how many people, how they come and wait, how many sensors and where.
 //!
-//! ```toml
-//! [[arrangement]]                 # other modules in the place of the site's
-//! name = "3"
-//! module = [
-//!   { name = "left", x = -0.96, y = 0.0 },
-//!   { name = "right", x = 0.96, y = 0.0, yaw_deg = 180.0 },
-//!   { name = "door", x = -0.72, y = 0.96, yaw_deg = -90.0 },
-//! ]
-//! ```
-//!
-//! | letter | condition, after the design notes on what two sensors can see (part A) |
+//! | letter | condition |
 //! |---|---|
 //! | D | single file, waiting at least 0.62 m apart |
 //! | H | densely before the door, milling about |
@@ -20,20 +10,7 @@
 use super::body::Section;
 use super::gathering::{Condition, MOST_PEOPLE};
 use super::scene::{Scene, SceneError};
-use super::site::Module;
-use serde::Deserialize;
 use std::str::FromStr;
-
-/// Modules that can take the place of the site's.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Arrangement {
-    /// What it is asked for by.
-    pub name: String,
-    /// The modules.
-    #[serde(rename = "module")]
-    pub modules: Vec<Module>,
-}
 
 /// How people come and wait, by its letter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, PartialOrd, Ord)]
@@ -79,18 +56,18 @@ impl FromStr for Letter {
     }
 }
 
-/// What to change in a scene; what is None stays.
+/// Changes to a scene; a field that is None changes nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Variation {
-    /// People of the gathering.
+    /// Number of people of the door scenario.
     pub people: Option<usize>,
     /// How they come and wait.
     pub condition: Option<Letter>,
     /// Name of an arrangement of sensors.
     pub sensors: Option<String>,
-    /// What the plane cuts of everybody.
+    /// The section of every person in the sensor's plane.
     pub section: Option<Section>,
-    /// How long the scene is watched at least.
+    /// Least duration of the scene.
     pub duration_s: Option<u32>,
 }
 
@@ -98,7 +75,7 @@ impl Scene {
     /// Changes the scene.
     ///
     /// # Errors
-    /// One line: the scene has no gathering or no such arrangement, or the number of people is impossible.
+    /// One line: the scene has no `[gathering]` or no such arrangement, or the number of people is impossible.
     pub fn vary(&mut self, variation: &Variation) -> Result<(), SceneError> {
         if variation.people.is_some() || variation.condition.is_some() {
             let gathering = self.gathering.as_mut().ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! Somebody who walks from way point to way point, waits there, and perhaps begins again.
+//! A scripted route: a person walks from way point to way point, waits there, and perhaps begins again.
 //!
 //! ```text
 //!      ●──────────▶●            straight legs at constant speed; averaging over 0.5 s rounds the
@@ -44,13 +44,13 @@ pub struct Habit {
     pub speed_m_s: f64,
     /// When the person appears at the first way point.
     pub from_s: f64,
-    /// When the person is gone, wherever they are.
+    /// When the person leaves the world, at any place.
     pub until_s: f64,
     /// What happens at the end of the route.
     pub repeat: Repeat,
     /// Where the chest points before the first step.
     pub heading_rad: f64,
-    /// How fast somebody who only stands turns round.
+    /// Turning speed of a standing person.
     pub turn_rad_s: f64,
     /// Standard deviation of the swaying, per axis.
     pub sway_m: f64,
@@ -173,7 +173,7 @@ fn sway_tone(hertz: f64, stream: &mut Stream) -> (f64, f64) {
     (TAU * hertz * stream.between(0.8, 1.25), stream.between(0.0, TAU))
 }
 
-/// When somebody who walks like that reaches a way point for the first time, in s of the world.
+/// When a person on this route reaches a way point for the first time, in s of the world.
 #[must_use]
 pub fn arrival_s(points: &[WayPoint], habit: &Habit, index: usize) -> f64 {
     let legs = points.windows(2).take(index).map(|pair| (pair[1].at - pair[0].at).length() / habit.speed_m_s);
@@ -181,7 +181,7 @@ pub fn arrival_s(points: &[WayPoint], habit: &Habit, index: usize) -> f64 {
     habit.from_s + legs.chain(waits).sum::<f64>()
 }
 
-/// When the person is where, for one round.
+/// The states of one round, in order of time.
 fn timeline(points: &[WayPoint], habit: &Habit) -> Vec<Knot> {
     let mut knots: Vec<Knot> = Vec::new();
     let first_heading = points

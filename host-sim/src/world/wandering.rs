@@ -1,8 +1,8 @@
-//! People who follow their routes and get out of each other's way.
+//! Routes with collision avoidance: people follow their way points and avoid each other.
 //!
 //! ```text
 //!   route of anna   ●─────────▶●        each way point is a goal; the social forces of the crowd
-//!                      ╲  ╱             lead around whoever is in the way
+//!                      ╲  ╱             lead around people in the way
 //!   route of ben    ●◀───╳─────●
 //! ```
 //!
@@ -14,7 +14,7 @@ use super::geometry::{Outline, Point};
 use super::motion::Track;
 use super::walker::{Habit, Repeat, WayPoint};
 
-/// A route and who walks it.
+/// A person and the route they walk.
 #[derive(Clone, Debug)]
 pub struct Wanderer {
     /// Their body.
@@ -28,11 +28,11 @@ pub struct Wanderer {
 /// A way point is reached within this distance; one to wait at is approached closer.
 const PASSED_M: f64 = 0.35;
 const REACHED_M: f64 = 0.12;
-/// Somebody kept from a place for so long waits where they are.
+/// A person kept from a place for so long waits at the present position.
 const PATIENCE_S: f64 = 6.0;
-/// Bodies are wider than deep: somebody takes up this share of half their width.
+/// Bodies are wider than deep: the radius in the crowd is this share of half the width.
 const ROOM_SHARE: f64 = 0.9;
-/// Steps of the simulation between two samples of a track.
+/// Steps of the simulation between two samples of a trajectory.
 const SAMPLE: u64 = 4;
 
 struct Progress {
@@ -48,7 +48,7 @@ struct Progress {
     gone: bool,
 }
 
-/// Everybody's track from 0 to `duration_s`.
+/// The trajectory of every person from 0 to `duration_s`.
 #[must_use]
 pub fn simulate(wanderers: &[Wanderer], obstacles: &[Outline], duration_s: f64) -> Vec<Track> {
     let mut progress: Vec<Progress> = wanderers.iter().map(begin).collect();
@@ -114,7 +114,7 @@ fn record(progress: &mut Progress, tick: u64) {
     }
 }
 
-/// Chooses the goal: the way point ahead, or the one after it when it is reached and waited at.
+/// Chooses the goal: the next way point, or the one after it once this is reached and its waiting time is over.
 fn head_on(wanderer: &Wanderer, round: &[WayPoint], progress: &mut Progress, time_s: f64) {
     let Some(point) = round.get(progress.next) else { return };
     let distance_m = (progress.walker.at - point.at).length();

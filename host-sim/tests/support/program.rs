@@ -16,7 +16,7 @@ impl Program {
             .expect("the program runs");
         let mut lines = BufReader::new(child.stderr.take().expect("piped")).lines();
         let line = lines.find_map(|line| line.ok().filter(|line| line.contains(marker)));
-        // Somebody has to read the rest.
+        // The rest must be read, or the program blocks on a full pipe.
         std::thread::spawn(move || lines.count());
         (Self(child), line.expect("it says where it is"))
     }

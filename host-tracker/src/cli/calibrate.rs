@@ -1,4 +1,4 @@
-//! `kehai-tracker calibrate`: finds where the modules are while somebody walks about.
+//! `kehai-tracker calibrate`: finds where the modules are while a person walks about.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -8,17 +8,20 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::calibrate::advice::LONGEST_S;
-use host_tracker::calibrate::session::{Session, Status};
-use host_tracker::frame::{Frame, unix_ms};
+use host_tracker::calibration::Calibration;
 use host_tracker::service::{Options, Service};
-use host_tracker::site::file::SiteFile;
-use host_tracker::site::{Module, Site};
+use host_tracker::site_file::SiteFile;
 use host_tracker::store::pose::{self, Source};
-use host_tracker::trackers::Choice;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use kehai_tracking::calibration::advice::LONGEST_S;
+use kehai_tracking::calibration::session::Status;
+use kehai_tracking::site::{Module, Site};
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::tracker::Ideas;
 
-use super::{Failure, address};
+use super::address::address;
+use super::failure::Failure;
+use super::output::print;
 
 /// Find where the modules are, by walking about
 ///
@@ -67,7 +70,7 @@ Ctrl-C ends the walk: the result is worked out from what there is.";
 /// Between two looks at whether it is to end.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Areas that are told, the largest of them.
+/// Most areas that are printed, the largest of them.
 const AREAS: usize = 8;
 
 /// Frames until modules have answered and new ones have been added: five seconds.
@@ -93,20 +96,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         site: (*file.current().site).clone(),
         modules,
         discover: !arguments.no_mdns,
-        tracker: Choice::default(),
+        tracker: Ideas::default(),
         ..Options::default()
     })?;
     let session = service.calibration();
     let mut terminal = (!arguments.json).then(Terminal::new).transpose()?;
     walk(&service, &session, arguments.seconds, &stop, |status| match &mut terminal {
-        Some(terminal) => terminal.show(status),
-        None => println!("{}", serde_json::to_string(status).unwrap_or_default()),
+        Some(terminal) => {
+            terminal.show(status);
+            Ok(())
+        }
+        None => print(serde_json::to_string(status)?),
     })?;
     session.finish();
     let status = session.status();
     drop(terminal);
     if arguments.json {
-        println!("{}", serde_json::to_string(&status)?);
+        print(serde_json::to_string(&status)?)?;
     }
     service.stop()?;
     if let Some(refused) = status.refused {
@@ -116,14 +122,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err("nothing was seen: is a module switched on, and in the site?".into());
     };
     if !arguments.json {
-        println!("{}", found.quality);
-        found.modules.iter().for_each(|module| println!("  {}", module.text));
-        println!(
+        print(&found.quality)?;
+        for module in &found.modules {
+            print(format_args!("  {}", module.text))?;
+        }
+        print(format_args!(
             "  at least one module sees {:.0} m², two see {:.0} m²",
             found.coverage.seen_m2[0], found.coverage.seen_m2[1]
-        );
+        ))?;
         for area in found.coverage.areas.iter().take(AREAS) {
-            println!("  {:5.1} m² by {}", area.m2, area.modules.join(", "));
+            print(format_args!("  {:5.1} m² by {}", area.m2, area.modules.join(", ")))?;
         }
     }
     if !(arguments.accept || (!arguments.json && asked(&arguments.site)?)) {
@@ -138,13 +146,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Listens until the guide has enough, the time is over, or somebody ends it.
+/// Listens until the guide has enough, the time is over, or the user ends it.
 fn walk(
     service: &Service,
-    session: &Session,
+    session: &Calibration,
     seconds: u64,
     stop: &AtomicBool,
-    mut show: impl FnMut(&Status),
+    mut show: impl FnMut(&Status) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let frames = service.queue();
     let mut count = 0;
@@ -160,14 +168,14 @@ fn walk(
         }
         if count == SETTLES {
             if let Some(site) = with_strangers(&service.site().borrow(), &frame) {
-                service.change_site(site)?;
+                service.sites().change(site)?;
             }
             session.begin();
             continue;
         }
         if count % 10 == 0 {
             let status = session.status();
-            show(&status);
+            show(&status)?;
             if status.enough || status.since_s >= seconds as f64 {
                 return Ok(());
             }
@@ -179,7 +187,7 @@ fn walk(
 }
 
 /// The site with every module that was found and is not in it; None if there is none.
-fn with_strangers(site: &Site, frame: &Frame) -> Option<Site> {
+fn with_strangers(site: &Site, frame: &Snapshot) -> Option<Site> {
     let known = |name: &str| site.modules.iter().any(|module| module.name == name);
     let there = frame.modules.iter().filter(|line| !line.id.is_empty() && !line.name.is_empty());
     let new: Vec<Module> = there
@@ -189,7 +197,7 @@ fn with_strangers(site: &Site, frame: &Frame) -> Option<Site> {
     (!new.is_empty()).then(|| Site { modules: [site.modules.clone(), new].concat(), ..site.clone() })
 }
 
-/// Whether somebody at the terminal wants it written.
+/// Whether the user at the terminal wants it written.
 fn asked(file: &std::path::Path) -> io::Result<bool> {
     if !io::stdin().is_terminal() {
         return Ok(false);

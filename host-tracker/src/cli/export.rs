@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use host_tracker::frame::unix_ms;
 use host_tracker::store::export::{Format, export};
 use host_tracker::store::raw;
+use kehai_tracking::snapshot::unix_ms;
 
-use super::Failure;
+use super::failure::Failure;
+use super::output::print;
 
 /// Write what happened as CSV or Parquet files: paths, counts, events, modules' places and health
 #[derive(Debug, Args)]
@@ -39,11 +40,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let now_ms = unix_ms();
     if let Err(error) = raw::forget_expired(&arguments.db, now_ms) {
-        eprintln!("raw scans that have expired are not deleted: {error}");
+        tracing::warn!("raw scans that have expired are not deleted: {error}");
     }
     let from_ms = arguments.hours.map_or(0, |hours| now_ms.saturating_sub(hours.saturating_mul(3_600_000)));
     for file in export(&arguments.db, &arguments.out, (from_ms, now_ms), arguments.format)? {
-        println!("{}", file.display());
+        print(file.display())?;
     }
     Ok(())
 }

@@ -1,22 +1,31 @@
 //! The commands of `kehai-tracker`, one file each.
 
+mod address;
 mod calibrate;
 mod export;
+mod failure;
+mod log;
 mod module;
+mod output;
 mod replay;
 mod run;
 
-use std::error::Error;
-use std::net::{SocketAddr, ToSocketAddrs};
+use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use kehai::wire::PORT;
+use tracing_subscriber::filter::LevelFilter;
+
+use failure::Failure;
 
 /// Follows people from the reports of kehai modules.
 #[derive(Debug, Parser)]
 #[command(name = "kehai-tracker", version, propagate_version = true)]
 struct Arguments {
+    /// Log on stderr what is at least as grave: error, warn, info, debug, trace; or off
+    #[arg(long, value_name = "LEVEL", default_value_t = LevelFilter::INFO, global = true)]
+    log: LevelFilter,
+
     #[command(subcommand)]
     command: Command,
 }
@@ -32,7 +41,9 @@ enum Command {
 
 /// Does what the command line says. An exit status other than 0 comes with one line on stderr.
 pub fn run() -> ExitCode {
-    let done = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    log::start(arguments.log);
+    let done = match arguments.command {
         Command::Run(arguments) => run::run(*arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Module(arguments) => module::run(&arguments),
@@ -41,6 +52,8 @@ pub fn run() -> ExitCode {
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
+        // The reader of the output, `head` for one, has had enough.
+        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("kehai-tracker: {error}");
             ExitCode::from(module::status(&error))
@@ -48,14 +61,6 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// What can go wrong in a command: one line.
-type Failure = Box<dyn Error>;
-
-/// The address of a module; port 4040 if none is given.
-fn address(text: &str) -> Result<SocketAddr, String> {
-    let found = if text.contains(':') { text.to_socket_addrs() } else { (text, PORT).to_socket_addrs() };
-    found
-        .map_err(|error| format!("{text}: {error}"))?
-        .find(SocketAddr::is_ipv4)
-        .ok_or_else(|| format!("{text}: no IPv4 address"))
+fn is_closed_pipe(error: &Failure) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
 }

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use host_tracker::jsonl::write_line;
 use host_tracker::record::replay::replay;
+use kehai_tracking::jsonl::write_line;
 
-use super::Failure;
+use super::failure::Failure;
 
 /// Follow a recording again, and compare with what was found then
 ///

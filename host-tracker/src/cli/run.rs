@@ -6,30 +6,26 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::door::{Card, DoorDesk, Doors, Told as DoorTold};
-use host_tracker::frame::{Frame, ModuleLine, unix_ms};
-use host_tracker::geometry::Pose;
-use host_tracker::http::{Desk, Server};
-use host_tracker::jsonl::write_line;
-use host_tracker::mqtt::{self, Broker, Publisher, Topics};
-use host_tracker::service::{Options, Service};
-use host_tracker::site::Site;
-use host_tracker::site::file::SiteFile;
-use host_tracker::store::card::CardKey;
-use host_tracker::store::pose::{self, Source};
-use host_tracker::store::{Keep, Store, known_before};
-use host_tracker::trackers::Choice;
+use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
+use host_tracker::mqtt::{Broker, Topics};
+use host_tracker::site_file::SiteFile;
+use host_tracker::store::Keep;
+use kehai_tracking::alarm::{Alarms, Changes};
+use kehai_tracking::door::doors::Output;
+use kehai_tracking::jsonl::write_line;
+use kehai_tracking::snapshot::{ModuleLine, Snapshot};
+use kehai_tracking::tracker::Ideas;
 
-use super::{Failure, address};
+use super::address::address;
+use super::failure::Failure;
 
 /// Follow people with live modules
 ///
 /// Modules that the site names are found by themselves, by DNS-SD as _kehai._udp; others are only asked who they
-/// are. What is wrong with a module is said on stderr, when it begins and when it ends. Ends with Ctrl-C.
+/// are. What is wrong with a module is logged on stderr, when it begins and when it ends. Ends with Ctrl-C.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -59,8 +55,8 @@ pub struct Arguments {
     http_name: Vec<String>,
 
     /// The tracker
-    #[arg(long, value_name = "NAME", default_value_t = Choice::default())]
-    tracker: Choice,
+    #[arg(long, value_name = "NAME", default_value_t = Ideas::default())]
+    tracker: Ideas,
 
     /// Publish to this broker, with discovery for Home Assistant
     #[arg(
@@ -120,8 +116,7 @@ const WAIT: Duration = Duration::from_millis(200);
 /// # Errors
 /// One line: what is wrong with which file or address.
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let file = SiteFile::load(&arguments.site)?;
-    let site = (*file.current().site).clone();
+    let site = SiteFile::load(&arguments.site)?;
     let modules = arguments
         .module
         .iter()
@@ -138,131 +133,54 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let now_ms = unix_ms();
-    let (known, event) = arguments.db.as_deref().map_or((None, None), |file| known_before(file, now_ms));
-    let restore = known.map(|frame| (frame.line, now_ms.saturating_sub(frame.unix_ms) as f64 * 1e-3));
-    // Who limits the size of files asks for an error, not for the tracker's death.
+    // A limit on the size of files is an error of the file, not the tracker's death.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     let keep = Keep { days: arguments.keep_days, card_days: arguments.keep_card_days };
-    let open_store = |file| Store::open(file, &Arc::new(site.clone()), keep);
-    let store = arguments.db.as_deref().map(open_store).transpose()?;
-    if let Some((store, event)) = store.as_ref().zip(event) {
-        eprintln!("{}: {}", event.kind, event.text);
-        store.happened(event);
-    }
-    let service = Arc::new(Service::start(Options {
-        restore,
+    let card_key = card_key(&arguments.site, &site.current().site).unwrap_or_else(|error| {
+        tracing::warn!("{error}; cards of before are not known again");
+        None
+    });
+    let settings = Settings {
         site,
         modules,
         discover: !arguments.no_mdns,
         tracker: arguments.tracker,
         record: arguments.record,
-    })?);
-    let doors = Doors::start(service.site(), service.queue(), service.doors(), card_hash(&arguments.site))?;
-    let passages = doors.listen();
-    let publisher = arguments
-        .mqtt
-        .map(|broker| {
-            let settings = mqtt::Settings { broker, topics, doors: Some(doors.desk()) };
-            let told = Some(doors.listen());
-            Publisher::start(settings, service.queue(), told, |text| eprintln!("{text}"))
-        })
-        .transpose()?;
-    let frames = service.queue();
-    let mut sites = service.site();
-    let map = arguments
-        .http
-        .map(|listen| map(listen, file, arguments.db.clone(), &service, doors.desk(), arguments.http_name))
-        .transpose()?;
+        database: arguments.db.map(|file| Database { file, keep, restore: true }),
+        map: arguments.http.map(|listen| Map { listen, names: arguments.http_name }),
+        mqtt: arguments.mqtt.map(|broker| (broker, topics)),
+        card_key,
+    };
+    let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))?;
+    if let Some(address) = daemon.map_address() {
+        tracing::info!("live map at http://{address}/");
+    }
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
-    let mut told = Told::default();
-    let mut last = Arc::<Frame>::default();
+    let mut alarms = Alarms::default();
+    let mut last = Arc::<Snapshot>::default();
     while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
-        match frames.recv_timeout(WAIT) {
-            Ok(frame) => last = frame,
-            Err(RecvTimeoutError::Timeout) => continue,
-            Err(RecvTimeoutError::Disconnected) => break,
+        match daemon.next(WAIT) {
+            Next::Snapshot(snapshot) => last = snapshot,
+            Next::Waiting => continue,
+            Next::Ended => break,
         }
-        if let Some(store) = &store {
-            if sites.has_changed().unwrap_or(false) {
-                store.set_site(&sites.borrow_and_update(), Source::Map);
-            }
-            store.see(Arc::clone(&last));
-            let state = store.state();
-            service.trouble().set("database", &state.trouble);
-            service.trouble().set("raw-scans", &state.raw);
-        }
-        for news in passages.try_iter() {
-            match (news, &store) {
-                (DoorTold::Passage(passed), Some(store)) => store.passed(passed),
-                (DoorTold::Alarm { door, alarm: Some(alarm), .. }, _) => {
-                    eprintln!("door {door}: alarm: {alarm}")
-                }
-                (DoorTold::NotTaken { door, why }, _) => eprintln!("door {door}: {why}"),
-                _ => {}
+        for output in daemon.outputs() {
+            if let Output::NotTaken { door, why } = output {
+                tracing::warn!("door {door}: {why}");
             }
         }
-        told.tell(&last);
+        say(&alarms.update(last.active_alarms()));
         if let Some(out) = &mut out {
             match write_line(out, &last.line).and_then(|()| out.flush()) {
-                // Whoever read the lines has had enough.
+                // The reader of the lines has had enough.
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
                 other => other?,
             }
         }
     }
-    drop(map);
-    drop(doors);
-    drop(publisher);
-    // The map had the only other share of it.
-    if let Some(service) = Arc::into_inner(service) {
-        service.stop()?;
-    }
+    daemon.stop()?;
     summary(&last)
-}
-
-/// What may be kept of a card.
-type CardHash = Box<dyn Fn(&str) -> Card + Send>;
-
-/// What makes of a card what may be kept of it, by the key beside the site's file. Without a door none is made; without
-/// a key the doors have one that is lost with the process.
-fn card_hash(site: &Path) -> Option<CardHash> {
-    let has_doors = Site::load(site).is_ok_and(|site| !site.doors.is_empty());
-    match has_doors.then(|| CardKey::load(&CardKey::beside(site)))? {
-        Ok(key) => Some(Box::new(move |card| key.hash(card).into())),
-        Err(error) => {
-            eprintln!("{error}; cards of before are not known again");
-            None
-        }
-    }
-}
-
-/// Serves the live map.
-fn map(
-    listen: SocketAddr,
-    site: SiteFile,
-    database: Option<PathBuf>,
-    service: &Arc<Service>,
-    doors: DoorDesk,
-    names: Vec<String>,
-) -> Result<Server, Failure> {
-    let changing = Arc::clone(service);
-    let changed = Box::new(move |site| changing.change_site(site));
-    let noting = database.clone();
-    let accepted = Box::new(move |poses: &[(String, Pose)]| {
-        let note = |database: &PathBuf| pose::note(database, poses, unix_ms(), Source::Calibration);
-        if let Some(Err(error)) = noting.as_ref().map(note) {
-            eprintln!("accepted poses are not in the database: {error}");
-        }
-    });
-    let (frames, calibration) = (service.frames(), service.calibration());
-    let (reports, doors) = (service.reports(), Some(doors));
-    let desk = Desk { frames, reports, site, changed, calibration, accepted, database, names, doors };
-    let server = Server::start(listen, desk)
-        .map_err(|error| format!("the live map cannot be at {listen}: {error}"))?;
-    eprintln!("live map at http://{}/", server.address());
-    Ok(server)
 }
 
 /// Where to listen: on this machine alone if only a port is said.
@@ -298,39 +216,23 @@ fn open(file: &Path) -> Result<Box<dyn Write>, String> {
     Ok(Box::new(BufWriter::new(file_out)))
 }
 
-/// Alarms that have been told: whose, and which.
-#[derive(Debug, Default)]
-struct Told(Vec<(String, String)>);
-
-impl Told {
-    /// Tells on stderr which alarms have begun and which have ended.
-    fn tell(&mut self, frame: &Frame) {
-        let mut now = Vec::new();
-        let of_modules = frame.modules.iter().flat_map(|module| {
-            module.alarms.iter().map(move |alarm| (format!("module {}", module.name), alarm))
-        });
-        let own = frame.alarms.iter().map(|alarm| ("the tracker".to_owned(), alarm));
-        for (who, alarm) in own.chain(of_modules) {
-            let key = (who, alarm.name.clone());
-            if !self.0.contains(&key) {
-                eprintln!("{}: {}: {}", key.0, alarm.name, alarm.text);
-            }
-            now.push(key);
-        }
-        for (who, alarm) in self.0.iter().filter(|key| !now.contains(key)) {
-            eprintln!("{who}: {alarm}: over");
-        }
-        self.0 = now;
+/// Logs which alarms have begun and which are over.
+fn say(changes: &Changes) {
+    for alarm in &changes.begun {
+        tracing::warn!("{}: {}: {}", alarm.source, alarm.name(), alarm.text);
+    }
+    for alarm in &changes.over {
+        tracing::info!("{}: {}: over", alarm.source, alarm.name());
     }
 }
 
-/// How the modules were, on stderr.
-fn summary(last: &Frame) -> Result<(), Failure> {
+/// Logs how the modules were.
+fn summary(last: &Snapshot) -> Result<(), Failure> {
     let answered: Vec<&ModuleLine> = last.modules.iter().filter(|module| !module.id.is_empty()).collect();
     for module in &answered {
         let offset =
             module.clock_offset_ms.map_or("unknown".to_owned(), |offset_ms| format!("{offset_ms:.1} ms"));
-        eprintln!(
+        tracing::info!(
             "module {} ({}): {}, {:.1} scans/s, {:.1} % lost, clock offset {offset}",
             module.name,
             module.id,

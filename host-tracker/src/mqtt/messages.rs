@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use crate::door::{DoorLine, Input};
-use crate::frame::{Frame, ModuleLine};
-use crate::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::door::{DoorLine, Input};
+use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 /// Where everything goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub struct Topics {
     pub title: String,
     /// In front of everything.
     pub prefix: String,
-    /// In front of what Home Assistant discovers; none: it is not told.
+    /// Prefix of the topics of Home Assistant's discovery; none: nothing is published there.
     pub home_assistant: Option<String>,
 }
 
@@ -50,7 +50,7 @@ impl Topics {
         format!("kehai_{}", slug(&self.title))
     }
 
-    /// Whether a topic is one of this site's, whoever sent it and whenever.
+    /// Whether a topic is one of this site's, by any sender at any time.
     #[must_use]
     pub fn owns(&self, topic: &str) -> bool {
         if topic.strip_prefix(&self.site()).is_some_and(|rest| rest.starts_with('/')) {
@@ -102,9 +102,9 @@ fn slugs<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, String)> {
     slugs
 }
 
-/// The modules that are told of: those of the site. Who is merely found belongs to somebody else.
-fn modules(frame: &Frame) -> Vec<(String, &ModuleLine)> {
-    let lines = frame.modules.iter().filter(|line| line.state != "found");
+/// The modules that are published: those of the site. A module that was only found is not this site's.
+fn modules(frame: &Snapshot) -> Vec<(String, &ModuleLine)> {
+    let lines = frame.modules.iter().filter(|line| line.state != DeviceState::Found);
     let lines: Vec<&ModuleLine> = lines.collect();
     let slugs = slugs(lines.iter().map(|line| line.name.as_str()));
     slugs.into_iter().map(|(_, slug)| slug).zip(lines).collect()
@@ -116,7 +116,7 @@ fn availability(is: bool) -> State {
 
 /// Every state of a frame by its topic, but for [`Topics::status`].
 #[must_use]
-pub fn states(frame: &Frame, topics: &Topics) -> BTreeMap<String, State> {
+pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
     let mut states = BTreeMap::new();
     for ((_, slug), zone) in
         slugs(frame.line.zones.keys().map(String::as_str)).iter().zip(frame.line.zones.values())
@@ -127,11 +127,11 @@ pub fn states(frame: &Frame, topics: &Topics) -> BTreeMap<String, State> {
     }
     for (slug, module) in modules(frame) {
         let topic = format!("{}/module/{slug}", topics.site());
-        states.insert(format!("{topic}/availability"), availability(module.state != "missing"));
+        states.insert(format!("{topic}/availability"), availability(module.state != DeviceState::Missing));
         states.insert(topic, module_state(module));
     }
     for (door, (_, slug)) in frame.doors.iter().zip(doors(frame)) {
-        // Who shows which card is nobody's business there.
+        // Which track shows which card is private, and left out.
         let line = DoorLine { names: Vec::new(), ..door.clone() };
         let payload = serde_json::to_string(&line).unwrap_or_default();
         states.insert(format!("{}/door/{slug}", topics.site()), State::at_once(payload));
@@ -140,20 +140,20 @@ pub fn states(frame: &Frame, topics: &Topics) -> BTreeMap<String, State> {
 }
 
 /// The doors of a frame with their slugs, in its order.
-fn doors(frame: &Frame) -> Vec<(&str, String)> {
+fn doors(frame: &Snapshot) -> Vec<(&str, String)> {
     slugs(frame.doors.iter().map(|door| door.name.as_str()))
 }
 
 /// The topic in front of a door's outputs.
 #[must_use]
-pub fn door_topic(frame: &Frame, topics: &Topics, name: &str) -> Option<String> {
+pub fn door_topic(frame: &Snapshot, topics: &Topics, name: &str) -> Option<String> {
     let slug = doors(frame).into_iter().find(|(known, _)| *known == name)?.1;
     Some(format!("{}/door/{slug}", topics.site()))
 }
 
 /// The door and the input a topic is for, if it is for one.
 #[must_use]
-pub fn door_input(frame: &Frame, topics: &Topics, topic: &str) -> Option<(String, Input)> {
+pub fn door_input(frame: &Snapshot, topics: &Topics, topic: &str) -> Option<(String, Input)> {
     let rest = topic.strip_prefix(&topics.site())?.strip_prefix("/door/")?;
     let (slug, input) = rest.split_once('/')?;
     let name = doors(frame).into_iter().find(|(_, known)| known == slug)?.0;
@@ -167,15 +167,15 @@ fn zone_payload(zone: &ZoneLine) -> String {
 }
 
 fn module_state(module: &ModuleLine) -> State {
-    let there = module.state != "missing";
+    let there = module.state != DeviceState::Missing;
     let of = |value: f64| there.then_some(value);
     let percent = |share: f64| of((share * 1e3).round() / 10.0);
-    let names: Vec<&str> = module.alarms.iter().map(|alarm| alarm.name.as_str()).collect();
+    let names: Vec<&str> = module.alarms.iter().map(|alarm| alarm.kind.name()).collect();
     let texts: Vec<&str> = module.alarms.iter().map(|alarm| alarm.text.as_str()).collect();
     let payload = json!({
         "state": module.state,
         "alarms": names,
-        // Home Assistant takes no longer states.
+        // Home Assistant accepts no longer states.
         "alarm": (!texts.is_empty()).then(|| texts.join("; ").chars().take(250).collect::<String>()),
         "scans_hz": of(module.scans_hz),
         "lost_percent": percent(module.lost_share),
@@ -190,9 +190,9 @@ fn module_state(module: &ModuleLine) -> State {
     State { payload: payload.to_string(), urgent: format!("{} {names:?}", module.state) }
 }
 
-/// What Home Assistant is told of the devices, by topic; nothing if it is not to be.
+/// The discovery messages for Home Assistant, by topic; none if there is no prefix.
 #[must_use]
-pub fn discovery(frame: &Frame, topics: &Topics) -> BTreeMap<String, String> {
+pub fn discovery(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, String> {
     let Some(prefix) = &topics.home_assistant else { return BTreeMap::new() };
     let site = topics.device();
     let mut configs = BTreeMap::new();
@@ -226,7 +226,7 @@ fn available(topics: &Topics, own: Option<String>) -> Value {
     Value::Array(topics.collect())
 }
 
-fn zone_components(frame: &Frame, topics: &Topics) -> Value {
+fn zone_components(frame: &Snapshot, topics: &Topics) -> Value {
     let mut components = serde_json::Map::new();
     for (name, slug) in slugs(frame.line.zones.keys().map(String::as_str)) {
         let topic = format!("{}/zone/{slug}", topics.site());
@@ -301,7 +301,7 @@ fn merge(into: &mut Value, more: Value) {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::frame::AlarmLine;
+    use kehai_tracking::alarm::{AlarmKind, AlarmLine};
 
     pub fn topics() -> Topics {
         Topics {
@@ -315,18 +315,18 @@ pub(super) mod tests {
         ZoneLine { count, p: vec![1.0], seen_share: 1.0, state }
     }
 
-    /// Two zones and two modules, one of which is somebody else's.
-    pub fn frame() -> Frame {
-        let mut frame = Frame { unix_ms: 1, ..Frame::default() };
+    /// Two zones and two modules, one of which belongs to another site.
+    pub fn frame() -> Snapshot {
+        let mut frame = Snapshot { unix_ms: 1, ..Snapshot::default() };
         frame.line.zones.insert("hall".into(), zone(2, ZoneKnown::Known));
         frame.line.zones.insert("玄関".into(), zone(1, ZoneKnown::Unknown));
-        let module = |name: &str, state: &str| ModuleLine {
+        let module = |name: &str, state| ModuleLine {
             name: name.into(),
-            state: state.into(),
+            state,
             scans_hz: 9.8,
             ..ModuleLine::default()
         };
-        frame.modules = vec![module("left", "watching"), module("stranger", "found")];
+        frame.modules = vec![module("left", DeviceState::Watching), module("stranger", DeviceState::Found)];
         frame
     }
 
@@ -360,8 +360,8 @@ pub(super) mod tests {
             (&told["state"], &told["alarm"], &told["scans_hz"]),
             (&json!("watching"), &Value::Null, &json!(9.8))
         );
-        frame.modules[0].state = "missing".into();
-        frame.modules[0].alarms = vec![AlarmLine { name: "silent".into(), text: "nothing is heard".into() }];
+        frame.modules[0].state = DeviceState::Missing;
+        frame.modules[0].alarms = vec![AlarmLine::new(AlarmKind::Silent, "nothing is heard")];
         let missing = states(&frame, &topics());
         let told = json_of(&missing, topic);
         assert_eq!((&told["alarms"], &told["alarm"]), (&json!(["silent"]), &json!("nothing is heard")));

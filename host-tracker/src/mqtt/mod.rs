@@ -1,4 +1,4 @@
-//! What is known, told to a broker, with discovery for Home Assistant.
+//! What is known, published to a broker, with discovery for Home Assistant.
 //!
 //! ```text
 //!   frames ─▶ messages     frame → topics and payloads, pure
@@ -20,8 +20,8 @@
 //! ```
 //!
 //! Everything but a door's orders and inputs is retained: an old "unlocked" must never reach a lock that comes back.
-//! A retained input is not taken. *Unknown* is never *empty*: a zone that nobody sees has neither count nor occupancy, and is
-//! not available.
+//! A retained input is not taken. *Unknown* is never *empty*: a zone that no module sees has neither count nor
+//! occupancy, and is not available.
 //!
 //! Sources: MQTT 3.1.1; Home Assistant's MQTT discovery, *device discovery payload*.
 
@@ -38,7 +38,7 @@ pub use publisher::{Publisher, Settings};
 /// Port of a broker.
 const PORT: u16 = 1883;
 
-/// A broker, and who we are there.
+/// A broker, and the login there.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Broker {
     /// Name or address.
@@ -75,6 +75,8 @@ pub enum BrokerError {
     Encrypted,
 }
 
+/// Not rumqttc's own reading of a URL: it demands a `client_id` in it, and hands on an IPv6 address with its
+/// brackets and a password with its percent signs.
 impl FromStr for Broker {
     type Err = BrokerError;
 

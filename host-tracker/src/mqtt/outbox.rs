@@ -1,4 +1,4 @@
-//! What a broker still has to be told: what is new to it, what has changed, what is no longer true.
+//! What remains to be published to a broker: what is new to it, what has changed, what is no longer true.
 //!
 //! ```text
 //!   connected ─▶ nothing has been told      ╮
@@ -9,12 +9,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::messages::{State, Topics, discovery, states};
-use crate::frame::Frame;
+use kehai_tracking::snapshot::Snapshot;
 
-/// Figures that change all the time are told so seldom, ms.
+/// Least time between two publications of figures that change all the time, ms.
 const FIGURES_MS: u64 = 10_000;
 
-/// Without a frame for so long, nothing is known any more, ms.
+/// After so long without a snapshot nothing is known any more, ms.
 const STALE_MS: u64 = 3_000;
 
 /// To be published, retained. An empty payload makes the broker forget the topic.
@@ -32,7 +32,7 @@ struct Told {
     at_ms: u64,
 }
 
-/// What was told, and when.
+/// What was published, and when.
 #[derive(Debug)]
 pub struct Outbox {
     topics: Topics,
@@ -44,7 +44,7 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// With nothing told.
+    /// With nothing published.
     #[must_use]
     pub const fn new(topics: Topics) -> Self {
         Self { topics, told: BTreeMap::new(), earlier: BTreeSet::new(), newest_ms: None, online: None }
@@ -71,14 +71,14 @@ impl Outbox {
     }
 
     /// What is to be published at `now_ms` of any steady clock. `frame` is a new one, if there is one.
-    pub fn due(&mut self, frame: Option<&Frame>, now_ms: u64) -> Vec<Publication> {
+    pub fn due(&mut self, frame: Option<&Snapshot>, now_ms: u64) -> Vec<Publication> {
         let mut out = Vec::new();
         if let Some(frame) = frame.filter(|frame| frame.unix_ms != 0) {
             self.newest_ms = Some(now_ms);
             self.compare(frame, now_ms, &mut out);
         }
         let fresh = self.newest_ms.is_some_and(|newest_ms| now_ms.saturating_sub(newest_ms) < STALE_MS);
-        // Before everything was told once, there is nothing to be online with.
+        // The status is online only when everything has been published once.
         let online = fresh && !self.told.is_empty();
         if self.online != Some(online) {
             self.online = Some(online);
@@ -94,7 +94,7 @@ impl Outbox {
         Publication { topic: self.topics.status(), payload: "offline".to_owned() }
     }
 
-    fn compare(&mut self, frame: &Frame, now_ms: u64, out: &mut Vec<Publication>) {
+    fn compare(&mut self, frame: &Snapshot, now_ms: u64, out: &mut Vec<Publication>) {
         let configs = discovery(frame, &self.topics)
             .into_iter()
             .map(|(topic, payload)| (topic, State { urgent: payload.clone(), payload }));
@@ -129,7 +129,7 @@ impl Outbox {
 mod tests {
     use super::super::messages::tests::{frame, topics, zone};
     use super::*;
-    use crate::jsonl::ZoneKnown;
+    use kehai_tracking::jsonl::ZoneKnown;
 
     fn topics_of(publications: &[Publication]) -> Vec<&str> {
         publications.iter().map(|publication| publication.topic.as_str()).collect()
@@ -161,7 +161,7 @@ mod tests {
             assert_eq!(outbox.due(Some(&frame), now_ms), []);
         }
         assert_eq!(topics_of(&outbox.due(Some(&frame), FIGURES_MS)), ["kehai/front-door/module/left"]);
-        frame.modules[0].state = "learning".into();
+        frame.modules[0].state = kehai_tracking::snapshot::DeviceState::Learning;
         assert_eq!(topics_of(&outbox.due(Some(&frame), FIGURES_MS + 100)), ["kehai/front-door/module/left"]);
     }
 
@@ -193,7 +193,7 @@ mod tests {
     fn without_frames_everything_is_offline_and_with_the_next_it_is_back() {
         let mut outbox = Outbox::new(topics());
         assert_eq!(outbox.due(None, 0), [outbox.farewell()]);
-        assert_eq!(outbox.due(Some(&Frame::default()), 100), [], "nothing is known before the first line");
+        assert_eq!(outbox.due(Some(&Snapshot::default()), 100), [], "nothing is known before the first line");
         outbox.due(Some(&frame()), 200);
         assert_eq!(outbox.due(None, 3_100), []);
         assert_eq!(outbox.due(None, 3_200), [outbox.farewell()]);

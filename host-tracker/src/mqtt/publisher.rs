@@ -21,8 +21,9 @@ use serde_json::json;
 use super::Broker;
 use super::messages::{Topics, door_input, door_topic};
 use super::outbox::{Outbox, Publication};
-use crate::door::{DoorDesk, Told};
-use crate::frame::{Frame, unix_ms};
+use crate::doors::DoorDesk;
+use kehai_tracking::door::doors::Output;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// Between two connections.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -49,7 +50,7 @@ pub struct Settings {
     pub broker: Broker,
     /// Where everything goes there.
     pub topics: Topics,
-    /// The doors, if there are any: whom to tell what comes in for them.
+    /// The doors, if there are any: they receive the inputs for them.
     pub doors: Option<DoorDesk>,
 }
 
@@ -69,14 +70,14 @@ enum News {
 }
 
 impl Publisher {
-    /// Begins to publish `frames`. `say` is told when the broker comes and goes.
+    /// Begins to publish `frames`. `say` is called when the broker comes and goes.
     ///
     /// # Errors
     /// There is no thread for it.
     pub fn start(
         settings: Settings,
-        frames: Receiver<Arc<Frame>>,
-        told: Option<Receiver<Told>>,
+        frames: Receiver<Arc<Snapshot>>,
+        told: Option<Receiver<Output>>,
         say: impl Fn(&str) + Send + 'static,
     ) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
@@ -98,8 +99,8 @@ impl Drop for Publisher {
 
 fn run(
     settings: &Settings,
-    frames: &Receiver<Arc<Frame>>,
-    told: Option<&Receiver<Told>>,
+    frames: &Receiver<Arc<Snapshot>>,
+    told: Option<&Receiver<Output>>,
     stop: &AtomicBool,
     say: &impl Fn(&str),
 ) {
@@ -155,7 +156,7 @@ fn options(settings: &Settings) -> MqttOptions {
     options
 }
 
-/// Keeps the connection going until it ends, and tells of it.
+/// Keeps the connection going until it ends, and reports its news.
 fn link(mut connection: Connection, tell: &mpsc::Sender<News>) {
     for event in connection.iter() {
         let news = match event {
@@ -186,16 +187,16 @@ struct Session<'a> {
     outbox: &'a mut Outbox,
     connected: bool,
     /// The newest frame.
-    newest: Arc<Frame>,
+    newest: Arc<Snapshot>,
     doors: Option<&'a DoorDesk>,
 }
 
 impl Session<'_> {
-    /// Publishes until the connection ends, and why it did; None when it was told to stop.
+    /// Publishes until the connection ends, and returns why it did; None when it was stopped.
     fn run(
         &mut self,
-        frames: &Receiver<Arc<Frame>>,
-        told: Option<&Receiver<Told>>,
+        frames: &Receiver<Arc<Snapshot>>,
+        told: Option<&Receiver<Output>>,
         news: &Receiver<News>,
         stop: &AtomicBool,
         begun: Instant,
@@ -213,7 +214,7 @@ impl Session<'_> {
                 self.end();
                 return None;
             }
-            // Older ones are of no use to anybody.
+            // Only the newest snapshot matters.
             let fresh = frames.try_iter().last().or(fresh);
             if let Some(frame) = &fresh {
                 self.newest = Arc::clone(frame);
@@ -234,8 +235,8 @@ impl Session<'_> {
                     News::Ended(reason) => return Some(reason),
                 }
             }
-            // What was told while nobody listened is stale: the doors say again what still holds.
-            let orders: Vec<Told> = told.map(|told| told.try_iter().collect()).unwrap_or_default();
+            // What was published while no broker was connected is stale: the doors repeat what still holds.
+            let orders: Vec<Output> = told.map(|told| told.try_iter().collect()).unwrap_or_default();
             if self.connected {
                 for order in &orders {
                     if let Err(error) = self.order(order) {
@@ -252,27 +253,26 @@ impl Session<'_> {
         }
     }
 
-    /// A message to a door; what becomes of it, the door tells.
+    /// Passes a message to a door; the door publishes what becomes of it.
     fn take(&self, topic: &str, payload: &[u8]) {
         let input = door_input(&self.newest, self.outbox.topics(), topic);
         if let Some((doors, (name, input))) = self.doors.zip(input) {
-            // A flood loses messages: their senders hear nothing of them.
-            let _ = doors.post(&name, input, payload);
+            doors.post(&name, input, payload);
         }
     }
 
     /// What a door orders: never retained.
-    fn order(&self, order: &Told) -> Result<(), String> {
+    fn order(&self, order: &Output) -> Result<(), String> {
         let at_ms = unix_ms();
         let (door, kind, payload) = match order {
-            Told::Lock { door, id, lock } => {
+            Output::Lock { door, id, lock } => {
                 (door, "lock", json!({ "id": id, "at_ms": at_ms, "lock": lock }))
             }
-            Told::Alarm { door, id, alarm } => {
+            Output::Alarm { door, id, alarm } => {
                 (door, "alarm", json!({ "id": id, "at_ms": at_ms, "alarm": alarm }))
             }
-            Told::NotTaken { door, why } => (door, "refused", json!({ "at_ms": at_ms, "why": why })),
-            Told::Passage(_) => return Ok(()),
+            Output::NotTaken { door, why } => (door, "refused", json!({ "at_ms": at_ms, "why": why })),
+            Output::Passage(_) => return Ok(()),
         };
         let Some(topic) = door_topic(&self.newest, self.outbox.topics(), door) else { return Ok(()) };
         self.client

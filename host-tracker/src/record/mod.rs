@@ -12,22 +12,24 @@
 //!
 //! Format: <https://mcap.dev/spec>; scene: <https://docs.foxglove.dev/docs/sdk/schemas/scene-update>.
 
+mod format;
 mod people;
 pub mod replay;
 mod writer;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
-use crate::jsonl::TracksLine;
-use crate::site::Site;
-use crate::trackers::Choice;
+use format::Cause;
+pub use format::{RecordError, Told};
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::site::Site;
+use kehai_tracking::tracker::Ideas;
+use parking_lot::Mutex;
 use writer::Writer;
 
 /// What waits while the disk is busy: five seconds of a hundred modules.
@@ -35,44 +37,6 @@ const QUEUE: usize = 8192;
 
 /// Between two chunks.
 const CHUNK: Duration = Duration::from_secs(1);
-
-const SITE: &str = "/site";
-const DATAGRAMS: &str = "/datagrams";
-const LINES: &str = "/lines";
-
-/// What the tracker was told.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Told {
-    /// The tracker's name.
-    pub tracker: String,
-    /// The site.
-    pub site: Site,
-    /// What it took back at its start from a process that had ended, and how long before that was known, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restored: Option<(TracksLine, f64)>,
-}
-
-/// Why there is no recording.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {error}", file.display())]
-pub struct RecordError {
-    file: PathBuf,
-    error: Cause,
-}
-
-#[derive(Debug, thiserror::Error)]
-enum Cause {
-    #[error("{0}")]
-    Io(#[from] std::io::Error),
-    #[error("{0}")]
-    Mcap(#[from] mcap::McapError),
-    #[error("{0}")]
-    Json(#[from] serde_json::Error),
-    #[error("it does not begin with a site: is it a recording of kehai-tracker?")]
-    Foreign,
-    #[error("{0}")]
-    Tracker(#[from] crate::trackers::UnknownTracker),
-}
 
 enum Message {
     Told(u64, Box<Told>),
@@ -83,7 +47,7 @@ enum Message {
 /// A recording under way. It is closed when dropped.
 #[derive(Debug)]
 pub struct Recorder {
-    tracker: Choice,
+    tracker: Ideas,
     queue: Option<SyncSender<Message>>,
     lost: AtomicU64,
     trouble: Arc<Mutex<String>>,
@@ -99,7 +63,7 @@ impl Recorder {
     pub fn create(
         file: &Path,
         begun_unix_ns: u64,
-        tracker: Choice,
+        tracker: Ideas,
         site: &Site,
         restored: Option<(TracksLine, f64)>,
     ) -> Result<Self, RecordError> {
@@ -118,7 +82,7 @@ impl Recorder {
                 move || {
                     if let Err(error) = write(&mut writer, &messages) {
                         let text = RecordError { file, error }.to_string();
-                        *said.lock().unwrap_or_else(PoisonError::into_inner) = text;
+                        *said.lock() = text;
                     }
                 }
             })
@@ -152,7 +116,7 @@ impl Recorder {
     /// Why it has ended early, in words; empty if it has not.
     #[must_use]
     pub fn trouble(&self) -> String {
-        self.trouble.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.trouble.lock().clone()
     }
 
     fn send(&self, message: Message) {

@@ -1,9 +1,9 @@
-//! A line of tracks as Foxglove draws it: a cylinder for everybody, with a number above.
+//! A line of tracks as Foxglove draws it: a cylinder for each track, with a number above.
 
 use serde_json::{Value, json};
 
-use crate::jsonl::TracksLine;
-use crate::trackers::LifeCycle;
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::tracker::LifeCycle;
 
 pub const TOPIC: &str = "/people";
 pub const SCHEMA: &str = "foxglove.SceneUpdate";

@@ -12,9 +12,9 @@ use std::sync::Arc;
 use mcap::io::MessageReader;
 use sha2::{Digest, Sha256};
 
-use super::{Cause, DATAGRAMS, LINES, RecordError, SITE, Told};
-use crate::follower::Follower;
-use crate::jsonl::TracksLine;
+use super::format::{Cause, DATAGRAMS, LINES, RecordError, SITE, Told};
+use kehai_tracking::follower::Follower;
+use kehai_tracking::jsonl::TracksLine;
 
 /// What came of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -64,8 +64,8 @@ pub fn replay(
                 begun_ns = message.log_time;
                 let tracker = told
                     .tracker
-                    .parse()
-                    .map_err(|error: crate::trackers::UnknownTracker| failed(error.into()))?;
+                    .parse::<kehai_tracking::tracker::Ideas>()
+                    .map_err(|error: kehai_tracking::tracker::UnknownTracker| failed(error.into()))?;
                 let mut begun = Follower::new(&Arc::new(told.site), tracker);
                 if let Some((line, age_s)) = &told.restored {
                     begun.restore(line, *age_s);

@@ -8,8 +8,9 @@ use std::path::Path;
 use mcap::records::MessageHeader;
 use serde::Serialize;
 
-use super::{Cause, DATAGRAMS, LINES, SITE, Told, people};
-use crate::jsonl::TracksLine;
+use super::format::{Cause, DATAGRAMS, LINES, SITE, Told};
+use super::people;
+use kehai_tracking::jsonl::TracksLine;
 
 /// Schemas: whatever an object holds, its name says.
 const OBJECT: &[u8] = br#"{"type":"object"}"#;

@@ -5,9 +5,9 @@
 //!   key   32 random bytes in a file of its own, readable by its owner alone, never in the database
 //! ```
 //!
-//! A card's number has few enough digits that a plain hash of it is undone by trying all of them. With a key nobody can
-//! who has the database, an export or a backup of it, but not the key's file. Deleting that file makes all that was
-//! kept meaningless. 16 bytes: two of a million cards of a site collide once in 10²⁶ sites.
+//! A card's number has few enough digits that a plain hash of it is undone by trying all of them. With a key, a reader
+//! of the database, an export or a backup of it cannot do that without the key's file. Deleting that file makes all
+//! that was kept meaningless. 16 bytes: two of a million cards of a site collide once in 10²⁶ sites.
 //!
 //! Source: H. Krawczyk, M. Bellare, R. Canetti, "HMAC: Keyed-Hashing for Message Authentication" (RFC 2104).
 
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
-use crate::door::Card;
+use kehai_tracking::door::Card;
 
 /// Bytes of a key: as many as the hash has.
 const KEY_LEN: usize = 32;

@@ -26,7 +26,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::parser::parse_message_type;
 
-use super::StoreError;
+use super::error::StoreError;
+use super::numbers::integer;
 use super::reader::Reader;
 
 /// What a file looks like.
@@ -115,7 +116,7 @@ fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table;
     let poses = reader.poses()?;
     let health = reader.health(from_ms, to_ms)?;
     let metres = |mm: i32| f64::from(mm) * 1e-3;
-    let number = super::writer::integer;
+    let number = integer;
     Ok([
         Table {
             name: "paths",
@@ -269,7 +270,7 @@ impl Column {
                 to.typed::<DoubleType>().write_batch(&values, Some(&there), None)?
             }
             Self::Time(values) => {
-                let values: Vec<i64> = values.iter().map(|&at_ms| super::writer::integer(at_ms)).collect();
+                let values: Vec<i64> = values.iter().map(|&at_ms| integer(at_ms)).collect();
                 to.typed::<Int64Type>().write_batch(&values, None, None)?
             }
             Self::Real(values) => to.typed::<DoubleType>().write_batch(values, None, None)?,
@@ -295,8 +296,8 @@ mod tests {
 
     use super::super::{Keep, Store};
     use super::*;
-    use crate::frame::{EventLine, Frame, ModuleLine, unix_ms};
-    use crate::site::Site;
+    use kehai_tracking::site::Site;
+    use kehai_tracking::snapshot::{DeviceEvent, DeviceState, EventLine, ModuleLine, Snapshot, unix_ms};
 
     #[test]
     fn how_modules_were_and_what_they_learned_is_kept_and_exported() {
@@ -304,10 +305,10 @@ mod tests {
         let (database, out) = (folder.path().join("kehai.db"), folder.path().join("out"));
         let now_ms = unix_ms();
         let learned =
-            EventLine { boot: 1, number: 4, kind: "learned".into(), text: "new".into(), ago_s: 2.0 };
+            EventLine { boot: 1, number: 4, kind: DeviceEvent::Learned, text: "new".into(), ago_s: 2.0 };
         let module = ModuleLine {
             name: "left".into(),
-            state: "watching".into(),
+            state: DeviceState::Watching,
             scans_hz: 9.9,
             lost_share: 0.0125,
             checksum_errors: 3,
@@ -315,8 +316,8 @@ mod tests {
             events: vec![learned],
             ..ModuleLine::default()
         };
-        let other = ModuleLine { name: "right".into(), state: "missing".into(), ..ModuleLine::default() };
-        let frame = Frame { unix_ms: now_ms, modules: vec![module, other], ..Frame::default() };
+        let other = ModuleLine { name: "right".into(), state: DeviceState::Missing, ..ModuleLine::default() };
+        let frame = Snapshot { unix_ms: now_ms, modules: vec![module, other], ..Snapshot::default() };
         let store = Store::open(&database, &Arc::new(Site::default()), Keep::default()).unwrap();
         store.see(Arc::new(frame));
         drop(store);

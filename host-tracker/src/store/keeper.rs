@@ -1,7 +1,7 @@
 //! What of a stream of frames is worth keeping: frames in, rows out.
 //!
 //! ```text
-//!   Frame ─▶ tracks   ─▶ path parts, simplified, five minutes each; the open part again at every batch
+//!   Snapshot ─▶ tracks   ─▶ path parts, simplified, five minutes each; the open part again at every batch
 //!         ├▶ zones    ─▶ counts, when they change          ─▶ enter, leave
 //!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
 //!   Site  ─▶ poses    ─▶ where modules are, when that changes
@@ -15,12 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::card::CardHash;
 use super::path::{Path, Place, encode};
 use super::pose::{PoseRow, Source};
-use crate::door::Passed;
-use crate::frame::{Frame, ModuleLine};
-use crate::geometry::{Point, distance_to_segment, inside};
-use crate::jsonl::{TrackLine, ZoneKnown};
-use crate::site::Site;
-use crate::trackers::LifeCycle;
+use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::door::doors::Passed;
+use kehai_tracking::geometry::{Point, distance_to_segment, inside};
+use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
+use kehai_tracking::tracker::{LifeCycle, TrackState};
 
 /// Longest part of a path, ms: what is asked for by time is found in parts that began at most this long before.
 pub const PART_MS: u64 = 300_000;
@@ -28,7 +29,7 @@ pub const PART_MS: u64 = 300_000;
 /// Between two rows of a module's health, ms.
 const HEALTH_MS: u64 = 60_000;
 
-/// How far into a zone, or out of it, somebody must be to have crossed its edge, m: half a body. Noise is less.
+/// How far into a zone, or out of it, a person must be to have crossed its edge, m: half a body. Noise is less.
 const CROSSED_M: f64 = 0.15;
 
 /// Between two counts of a zone, ms, however often it changes.
@@ -76,7 +77,7 @@ pub enum Row {
     },
 }
 
-/// A part of somebody's path; it replaces what was written of that part before.
+/// A part of a person's path; it replaces what was written of that part before.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathRow {
     /// Its first time, ms since 1970.
@@ -96,7 +97,7 @@ pub struct Event {
     pub kind: String,
     /// Zone or module.
     pub subject: String,
-    /// Who, if it was somebody.
+    /// The track, if the event is about one.
     pub track: Option<u64>,
     /// In words.
     pub text: String,
@@ -113,8 +114,8 @@ struct Walk {
 
 #[derive(Debug, Default)]
 struct Known {
-    state: String,
-    alarms: BTreeMap<String, String>,
+    state: Option<DeviceState>,
+    alarms: BTreeMap<AlarmKind, String>,
     health_ms: u64,
     /// Start and number of its newest event.
     newest: (u32, u32),
@@ -144,7 +145,7 @@ impl Keeper {
         keeper
     }
 
-    /// The site has changed at `now_ms`, and who changed it.
+    /// Sets the site, which has changed at `now_ms`, and the source of the change.
     pub fn set_site(&mut self, site: &Site, now_ms: u64, source: Source) {
         for row in PoseRow::of(site, now_ms, source) {
             let pose = [row.x_m, row.y_m, row.yaw_deg];
@@ -158,9 +159,9 @@ impl Keeper {
     }
 
     /// Takes a frame.
-    pub fn see(&mut self, frame: &Frame) {
+    pub fn see(&mut self, frame: &Snapshot) {
         let at_ms = frame.unix_ms;
-        for track in &frame.line.tracks {
+        for track in &frame.tracks {
             if track.state != LifeCycle::Tentative {
                 self.walk(track, at_ms);
             }
@@ -240,11 +241,11 @@ impl Keeper {
         self.dropped
     }
 
-    fn walk(&mut self, track: &TrackLine, at_ms: u64) {
+    fn walk(&mut self, track: &TrackState, at_ms: u64) {
         let place = Place {
             at_ms,
-            x_mm: (track.x * 1e3) as i32,
-            y_mm: (track.y * 1e3) as i32,
+            x_mm: (track.at.x * 1e3) as i32,
+            y_mm: (track.at.y * 1e3) as i32,
             hidden: track.state == LifeCycle::Occluded,
         };
         let walk = self.walks.entry(track.id).or_insert_with(|| Walk {
@@ -263,7 +264,7 @@ impl Keeper {
             walk.part += 1;
             walk.path = Path::beginning(place);
         }
-        let at = Point::new(track.x, track.y);
+        let at = track.at;
         let before = walk.zones.clone();
         let within: BTreeSet<usize> = (0..)
             .zip(&self.zones)
@@ -304,21 +305,21 @@ impl Keeper {
                 text: text.into(),
             }));
         };
-        if known.state != module.state {
-            event(at_ms, "state", &module.state);
-            known.state.clone_from(&module.state);
+        if known.state != Some(module.state) {
+            event(at_ms, "state", module.state.name());
+            known.state = Some(module.state);
         }
-        let alarms: BTreeMap<String, String> =
-            module.alarms.iter().map(|alarm| (alarm.name.clone(), alarm.text.clone())).collect();
+        let alarms: BTreeMap<AlarmKind, String> =
+            module.alarms.iter().map(|alarm| (alarm.kind, alarm.text.clone())).collect();
         for (name, text) in alarms.iter().filter(|(name, _)| !known.alarms.contains_key(*name)) {
             event(at_ms, "alarm", &format!("{name}: {text}"));
         }
-        for name in known.alarms.keys().filter(|name| !alarms.contains_key(*name)) {
-            event(at_ms, "cleared", name);
+        for kind in known.alarms.keys().filter(|kind| !alarms.contains_key(*kind)) {
+            event(at_ms, "cleared", kind.name());
         }
         known.alarms = alarms;
         for told in module.events.iter().filter(|told| (told.boot, told.number) > known.newest) {
-            event(at_ms.saturating_sub((told.ago_s * 1e3) as u64), &told.kind, &told.text);
+            event(at_ms.saturating_sub((told.ago_s * 1e3) as u64), told.kind.name(), &told.text);
         }
         let newest = module.events.last().map_or(known.newest, |told| (told.boot, told.number));
         known.newest = known.newest.max(newest);
@@ -347,8 +348,9 @@ impl Walk {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{AlarmLine, EventLine};
-    use crate::jsonl::{TracksLine, ZoneLine};
+    use kehai_tracking::alarm::AlarmLine;
+    use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneLine};
+    use kehai_tracking::snapshot::{DeviceEvent, EventLine};
 
     fn site() -> Site {
         toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]").unwrap()
@@ -359,8 +361,8 @@ mod tests {
         serde_json::from_str(&text).unwrap()
     }
 
-    fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Frame {
-        Frame { unix_ms, line: TracksLine { tracks, ..TracksLine::default() }, ..Frame::default() }
+    fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Snapshot {
+        Snapshot::of(unix_ms, TracksLine { tracks, ..TracksLine::default() })
     }
 
     #[test]
@@ -413,7 +415,7 @@ mod tests {
             let mut frame = frame(1000 * second, vec![]);
             let (count, state) = (u32::from(second > 4), ZoneKnown::Known);
             frame.line.zones.insert("hall".into(), ZoneLine { count, p: vec![], seen_share: 1.0, state });
-            let alarm = AlarmLine { name: "silent".into(), text: "no datagram for 3 s".into() };
+            let alarm = AlarmLine::new(AlarmKind::Silent, "no datagram for 3 s");
             let alarms = if (3..6).contains(&second) { vec![alarm] } else { vec![] };
             frame.modules.push(ModuleLine { name: "left".into(), alarms, ..ModuleLine::default() });
             keeper.see(&frame);
@@ -424,27 +426,22 @@ mod tests {
             .iter()
             .filter_map(|row| if let Row::Event(event) = row { Some(&*event.kind) } else { None })
             .collect();
-        assert_eq!((counts, kinds), (2, vec!["alarm", "cleared"]));
+        assert_eq!((counts, kinds), (2, vec!["state", "alarm", "cleared"]));
     }
 
     #[test]
     fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
         let mut keeper = Keeper::new(&site(), 0);
-        let event = |boot, number, kind: &str, ago_s| EventLine {
-            boot,
-            number,
-            ago_s,
-            kind: kind.into(),
-            ..EventLine::default()
-        };
+        let event =
+            |boot, number, kind, ago_s| EventLine { boot, number, ago_s, kind, ..EventLine::default() };
         let frames = [
-            (1000, vec![event(1, 1, "learned", 0.5)]),
-            (1100, vec![event(1, 1, "learned", 0.6), event(1, 2, "absorbed", 0.0)]),
-            (9000, vec![event(2, 1, "learn-started", 0.0)]),
+            (1000, vec![event(1, 1, DeviceEvent::Learned, 0.5)]),
+            (1100, vec![event(1, 1, DeviceEvent::Learned, 0.6), event(1, 2, DeviceEvent::Absorbed, 0.0)]),
+            (9000, vec![event(2, 1, DeviceEvent::LearnStarted, 0.0)]),
         ];
         for (unix_ms, events) in frames {
             let module = ModuleLine { name: "left".into(), events, ..ModuleLine::default() };
-            keeper.see(&Frame { modules: vec![module], ..frame(unix_ms, vec![]) });
+            keeper.see(&Snapshot { modules: vec![module], ..frame(unix_ms, vec![]) });
         }
         let kept: Vec<(u64, &str, &str)> = keeper
             .rows()
@@ -455,7 +452,12 @@ mod tests {
             .collect();
         assert_eq!(
             kept,
-            [(500, "learned", "left"), (1100, "absorbed", "left"), (9000, "learn-started", "left")]
+            [
+                (1000, "state", "left"),
+                (500, "learned", "left"),
+                (1100, "absorbed", "left"),
+                (9000, "learn-started", "left")
+            ]
         );
     }
 

@@ -13,31 +13,39 @@
 //! and never the file.
 
 pub mod card;
+mod connection;
+mod error;
 pub mod export;
 pub mod keeper;
+mod numbers;
 pub mod path;
 pub mod pose;
 pub mod raw;
+mod raw_rows;
 pub mod reader;
+mod retention;
 mod schema;
 pub mod timeline;
 mod writer;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+pub use error::StoreError;
 use keeper::{Event, Keeper};
+use parking_lot::Mutex;
 use pose::Source;
 use reader::Reader;
+pub use retention::Keep;
 pub use schema::Newer;
 use writer::Writer;
 
-use crate::door::Passed;
-use crate::frame::{Frame, unix_ms};
-use crate::site::Site;
+use kehai_tracking::door::doors::Passed;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// People known longer ago than this are not taken back after a restart: they have gone elsewhere.
 pub const RESTORE_MS: u64 = 30_000;
@@ -57,57 +65,12 @@ const STEADY: Duration = Duration::from_secs(10);
 /// Frames that wait while a transaction is being written: six seconds of them.
 const QUEUE: usize = 64;
 
-/// Why there is no database.
-#[derive(Debug, thiserror::Error)]
-pub enum StoreError {
-    /// SQLite refuses.
-    #[error("{}: {}", file.display(), in_words(error))]
-    Sqlite {
-        /// The database.
-        file: PathBuf,
-        /// What SQLite says.
-        error: rusqlite::Error,
-    },
-    /// The database is of a newer version.
-    #[error("{}: {error}", file.display())]
-    Newer {
-        /// The database.
-        file: PathBuf,
-        /// Which.
-        error: Newer,
-    },
-    /// A file beside the database: an export.
-    #[error("{}: {error}", file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        error: std::io::Error,
-    },
-}
-
-/// For how long things are kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keep {
-    /// Days for everything but cards and raw scans.
-    pub days: u32,
-    /// Days for what is kept of cards.
-    pub card_days: u32,
-}
-
-impl Default for Keep {
-    /// A year, and of cards a month.
-    fn default() -> Self {
-        Self { days: 365, card_days: 30 }
-    }
-}
-
 /// How the store is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct StoreState {
     /// What is wrong, in words; empty if nothing is.
     pub trouble: String,
-    /// Raw scans that somebody asked to be kept, in words; empty if there are none.
+    /// Raw scans that a user asked to be kept, in words; empty if there are none.
     pub raw: String,
     /// Frames for which there was no room, and rows dropped because nothing could be written for too long.
     pub dropped: u64,
@@ -116,7 +79,7 @@ pub struct StoreState {
 }
 
 enum Message {
-    Frame(Arc<Frame>),
+    Snapshot(Arc<Snapshot>),
     Event(Event),
     Passage(Box<Passed>),
     Site(Arc<Site>, u64, Source),
@@ -140,7 +103,7 @@ impl Store {
         let now_ms = unix_ms();
         let writer = match Writer::open(file, now_ms, None) {
             Ok(writer) => Some(writer),
-            Err(error) if is_passing(&error) => None,
+            Err(error) if error.may_pass() => None,
             Err(error) => return Err(error),
         };
         let (queue, messages) = sync_channel(QUEUE);
@@ -163,14 +126,14 @@ impl Store {
     }
 
     /// Hands a frame over. It never waits.
-    pub fn see(&self, frame: Arc<Frame>) {
-        self.send(Message::Frame(frame));
+    pub fn see(&self, frame: Arc<Snapshot>) {
+        self.send(Message::Snapshot(frame));
     }
 
     /// Hands a frame over as soon as there is room: for what is not live.
-    pub fn see_waiting(&self, frame: Arc<Frame>) {
+    pub fn see_waiting(&self, frame: Arc<Snapshot>) {
         let Some(queue) = &self.queue else { return };
-        if queue.send(Message::Frame(frame)).is_err() {
+        if queue.send(Message::Snapshot(frame)).is_err() {
             locked(&self.state, |state| state.dropped += 1);
         }
     }
@@ -185,7 +148,7 @@ impl Store {
         self.send(Message::Passage(passed));
     }
 
-    /// The site has changed, and who changed it.
+    /// Notes that the site has changed, and the source of the change.
     pub fn set_site(&self, site: &Arc<Site>, source: Source) {
         self.send(Message::Site(Arc::clone(site), unix_ms(), source));
     }
@@ -218,7 +181,7 @@ impl Drop for Store {
 /// What a database knew last, if that is worth taking back at `now_ms`; else what happened, in words, if there was
 /// anything. A database that cannot be read knows nothing: [`Store::open`] says why.
 #[must_use]
-pub fn known_before(file: &Path, now_ms: u64) -> (Option<Frame>, Option<Event>) {
+pub fn known_before(file: &Path, now_ms: u64) -> (Option<Snapshot>, Option<Event>) {
     let frame = Reader::open(file).ok().and_then(|reader| reader.snapshot().ok().flatten());
     let Some(frame) = frame.filter(|frame| !frame.line.tracks.is_empty()) else { return (None, None) };
     let age_ms = now_ms.checked_sub(frame.unix_ms);
@@ -236,41 +199,8 @@ pub fn known_before(file: &Path, now_ms: u64) -> (Option<Frame>, Option<Event>) 
     (is_fresh.then_some(frame), Some(event))
 }
 
-/// What SQLite says, and what to do about it.
-fn in_words(error: &rusqlite::Error) -> String {
-    use rusqlite::ErrorCode as Code;
-    let advice = match error.sqlite_error_code() {
-        Some(Code::DiskFull) => "make room, or keep fewer days with --keep-days",
-        Some(Code::ReadOnly | Code::PermissionDenied) => "the tracker may not write there",
-        Some(Code::CannotOpen) => "is the folder there, and may the tracker write in it?",
-        Some(Code::SystemIoFailure) => "the disk refuses to be written: is it full, or at its end?",
-        Some(Code::DatabaseBusy | Code::DatabaseLocked) => "another program is writing it",
-        Some(Code::NotADatabase) => "choose another file",
-        _ => return error.to_string(),
-    };
-    format!("{error}: {advice}")
-}
-
-/// A full or read-only disk, or another process at the file: this may pass. Anything else will not.
-fn is_passing(error: &StoreError) -> bool {
-    use rusqlite::ErrorCode as Code;
-    let StoreError::Sqlite { error: rusqlite::Error::SqliteFailure(failure, _), .. } = error else {
-        return false;
-    };
-    matches!(
-        failure.code,
-        Code::DiskFull
-            | Code::ReadOnly
-            | Code::CannotOpen
-            | Code::DatabaseBusy
-            | Code::DatabaseLocked
-            | Code::SystemIoFailure
-            | Code::PermissionDenied
-    )
-}
-
 fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) -> T {
-    act(&mut state.lock().unwrap_or_else(PoisonError::into_inner))
+    act(&mut state.lock())
 }
 
 struct Work {
@@ -278,7 +208,7 @@ struct Work {
     keep: Keep,
     writer: Option<Writer>,
     keeper: Keeper,
-    newest: Option<Arc<Frame>>,
+    newest: Option<Arc<Snapshot>>,
     /// The run's number, while the file is not open.
     run: Option<i64>,
     /// When it could not be written last.
@@ -323,7 +253,7 @@ impl Work {
 
     fn take(&mut self, message: Message) {
         match message {
-            Message::Frame(frame) => {
+            Message::Snapshot(frame) => {
                 self.keeper.see(&frame);
                 self.newest = Some(frame);
             }
@@ -357,7 +287,7 @@ impl Work {
                 let file = self.file.clone();
                 self.run = Some(writer.run());
                 self.trouble(&StoreError::Sqlite { file, error }.to_string());
-                // A file that was replaced or lost is opened anew.
+                // A file that was replaced or lost is opened again.
                 self.writer = None;
             }
         }

@@ -1,5 +1,5 @@
-//! A walked path in few bytes: points such that whoever goes straight and evenly from each to the next is never
-//! more than 3 cm from where the person was at that time.
+//! A walked path in few bytes: points such that straight, even motion from each to the next is never more than 3 cm
+//! from where the person was at that time.
 //!
 //! ```text
 //!   walked   ·  ·  · ·  ·  ·  ·               kept while every point since the last kept one lies within
@@ -16,10 +16,10 @@
 /// How far a stored path may be from the walked one at any time, mm.
 pub const TOLERANCE_MM: f64 = 30.0;
 
-/// Most points looked at again for one new: a minute of lines. One who stands for longer gets a point a minute.
+/// Most points looked at again for one new: a minute of lines. A person who stands for longer gets a point a minute.
 const WINDOW: usize = 600;
 
-/// Somebody's place at a time.
+/// A person's position at a time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Place {
     /// Milliseconds since 1970.
@@ -28,7 +28,7 @@ pub struct Place {
     pub x_mm: i32,
     /// mm.
     pub y_mm: i32,
-    /// Nobody saw them there; they were believed to be.
+    /// Occluded: no module detected the person there; the tracker estimated it.
     pub hidden: bool,
 }
 

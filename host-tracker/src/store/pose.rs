@@ -1,4 +1,4 @@
-//! Where modules were said to be, since when, and by whom.
+//! Where modules were said to be, since when, and from which source.
 //!
 //! ```text
 //!   site file ──┐
@@ -12,17 +12,18 @@ use std::path::Path as File;
 
 use rusqlite::{Transaction, params};
 
-use super::StoreError;
-use super::writer::{Writer, integer};
-use crate::geometry::Pose;
-use crate::site::Site;
+use super::connection::open_and_expire;
+use super::error::StoreError;
+use super::numbers::integer;
+use kehai_tracking::geometry::Pose;
+use kehai_tracking::site::Site;
 
-/// Who said where a module is.
+/// Where a module's pose comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
     /// The site's file, at the start of the tracker.
     File,
-    /// Somebody, on the live map.
+    /// A user, on the live map.
     Map,
     /// The calibration.
     Calibration,
@@ -53,7 +54,7 @@ pub struct PoseRow {
     pub y_m: f64,
     /// Where its front points, counter-clockwise.
     pub yaw_deg: f64,
-    /// Who says so.
+    /// Where the pose comes from.
     pub source: Source,
 }
 
@@ -72,12 +73,12 @@ impl PoseRow {
 }
 
 /// Notes in `database`, made if missing, where modules are from `at_ms` on. A running tracker notes by itself what its
-/// site says; who knows better why first says so here.
+/// site says; a caller that knows a more exact source, such as the calibration, notes it here first.
 ///
 /// # Errors
 /// The database cannot be opened or written.
 pub fn note(database: &File, poses: &[(String, Pose)], at_ms: u64, source: Source) -> Result<(), StoreError> {
-    let mut connection = Writer::connect(database, at_ms)?;
+    let mut connection = open_and_expire(database, at_ms)?;
     let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
     let transaction = connection.transaction().map_err(failed)?;
     for (module, pose) in poses {

@@ -9,13 +9,14 @@ use std::path::Path as File;
 use rusqlite::{Connection, OpenFlags, Row, params};
 use serde::Serialize;
 
-use super::StoreError;
+use super::error::StoreError;
 use super::keeper::{Event, PART_MS};
+use super::numbers::integer;
 use super::path::{Place, decode};
-use super::raw::{self, RawKept};
-use super::writer::integer;
-use crate::door::{Card, Passed};
-use crate::frame::Frame;
+use super::raw_rows::{self, RawKept};
+use kehai_tracking::door::Card;
+use kehai_tracking::door::doors::Passed;
+use kehai_tracking::snapshot::Snapshot;
 
 const PATHS: &str = "SELECT run, track, points FROM path
     WHERE begun_ms BETWEEN ?1 AND ?2 AND ended_ms >= ?3 ORDER BY run, track, part";
@@ -37,10 +38,10 @@ const PASSAGES: &str = "SELECT record, (SELECT hash FROM card
         WHERE card.at_ms = passage.begun_ms AND card.place = passage.door)
     FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
 
-/// Somebody's path.
+/// A person's path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walked {
-    /// The start of the tracker it belongs to; numbers of tracks begin anew with each.
+    /// The start of the tracker it belongs to; numbers of tracks start again with each.
     pub run: i64,
     /// The track's number.
     pub track: u64,
@@ -74,7 +75,7 @@ pub struct Posed {
     pub y_m: f64,
     /// Where its front pointed, counter-clockwise.
     pub yaw_deg: f64,
-    /// Who said so: `file`, `map`, `calibration`.
+    /// Where the pose came from: `file`, `map`, `calibration`.
     pub source: String,
 }
 
@@ -112,7 +113,7 @@ pub struct CardSeen {
     pub hash: Vec<u8>,
 }
 
-/// The one who asks. It never writes, and waits for nobody.
+/// A read-only connection. It never waits for the writer.
 #[derive(Debug)]
 pub struct Reader(Connection);
 
@@ -265,7 +266,7 @@ impl Reader {
     /// # Errors
     /// What SQLite says.
     pub fn raw(&self, now_ms: u64) -> rusqlite::Result<Vec<RawKept>> {
-        raw::kept(&self.0, now_ms)
+        raw_rows::kept(&self.0, now_ms)
     }
 
     /// What SQLite finds wrong with the file as a whole; `ok` if nothing is. Reads all of it.
@@ -292,7 +293,7 @@ impl Reader {
     ///
     /// # Errors
     /// What SQLite says. A frame that cannot be understood counts as none.
-    pub fn snapshot(&self) -> rusqlite::Result<Option<Frame>> {
+    pub fn snapshot(&self) -> rusqlite::Result<Option<Snapshot>> {
         let mut statement = self.0.prepare_cached("SELECT frame FROM snapshot")?;
         let mut rows = statement.query([])?;
         let Some(row) = rows.next()? else { return Ok(None) };

@@ -4,7 +4,7 @@
 //!   run ─ 1:n ─ path (track, part) ── begun_ms ◀─ index ── "what happened between a and b"
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
 //!   passage: one group through a door, its record as JSON, without its card       begun_ms ◀─ index
-//!   pose (module, at_ms): where modules were said to be, and by whom      snapshot: one row, what was known last
+//!   pose (module, at_ms): where modules were said to be, and the source   snapshot: one row, what was known last
 //!   card (at_ms, place, hash): of a passage the door and when it began   raw_request ─ 1:n ─ raw: each with an end of its own
 //! ```
 //!

@@ -20,7 +20,7 @@ pub const BINS_MAX: usize = 1000;
 /// Most events of an overview; of more, the newest.
 pub const EVENTS_MAX: usize = 500;
 
-/// Events that are too many to be shown of a long time: who went where is seen in the counts.
+/// Events that are too many to be shown of a long time: the counts show how people moved between zones.
 const SMALL: [&str; 3] = ["enter", "leave", "state"];
 
 /// A time at a glance.

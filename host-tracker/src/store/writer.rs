@@ -5,12 +5,15 @@ use std::path::Path as File;
 
 use rusqlite::{Connection, Transaction, params};
 
-use super::StoreError;
+use super::connection;
+use super::error::StoreError;
 use super::keeper::{PathRow, Row};
-use super::raw::{self, RawKept};
-use super::{Keep, pose, schema};
-use crate::frame::Frame;
-use crate::jsonl::ZoneKnown;
+use super::numbers::integer;
+use super::pose;
+use super::raw_rows::{self, RawKept};
+use super::retention::Keep;
+use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::snapshot::Snapshot;
 
 /// Most rows of a table deleted in one go, so that no batch waits for them.
 const DELETE_AT_ONCE: u32 = 2000;
@@ -21,7 +24,7 @@ const PAGES_AT_ONCE: u32 = 256;
 /// A day, ms.
 const DAY_MS: u64 = 86_400_000;
 
-/// The one who writes.
+/// The connection that writes.
 #[derive(Debug)]
 pub struct Writer {
     connection: Connection,
@@ -35,7 +38,7 @@ impl Writer {
     /// It cannot be opened or written, is no database, or was made by a newer version.
     pub fn open(file: &File, now_ms: u64, run: Option<i64>) -> Result<Self, StoreError> {
         let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
-        let connection = Self::prepared(file)?;
+        let connection = connection::open(file)?;
         if let Some(run) = run {
             let asked = "SELECT EXISTS (SELECT 1 FROM run WHERE run = ?1)";
             if connection.query_row(asked, [run], |row| row.get(0)).map_err(failed)? {
@@ -49,28 +52,6 @@ impl Writer {
         Ok(Self { connection, run })
     }
 
-    /// Opens the file, or makes it, for whoever writes without being a tracker; raw scans that have expired by `now_ms`
-    /// are deleted.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
-    pub(super) fn connect(file: &File, now_ms: u64) -> Result<Connection, StoreError> {
-        let connection = Self::prepared(file)?;
-        while raw::forget(&connection, now_ms)
-            .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?
-        {}
-        Ok(connection)
-    }
-
-    fn prepared(file: &File) -> Result<Connection, StoreError> {
-        let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
-        let mut connection = Connection::open(file).map_err(failed)?;
-        schema::prepare(&mut connection)
-            .map_err(failed)?
-            .map_err(|error| StoreError::Newer { file: file.to_path_buf(), error })?;
-        Ok(connection)
-    }
-
     /// Writes all of it, or nothing.
     ///
     /// # Errors
@@ -79,7 +60,7 @@ impl Writer {
         &mut self,
         rows: &[Row],
         paths: &BTreeMap<(u64, u32), PathRow>,
-        newest: Option<&Frame>,
+        newest: Option<&Snapshot>,
     ) -> rusqlite::Result<()> {
         let run = self.run;
         let transaction = self.connection.transaction()?;
@@ -119,7 +100,7 @@ impl Writer {
     /// # Errors
     /// What SQLite says.
     pub fn forget(&mut self, now_ms: u64, keep: Keep) -> rusqlite::Result<bool> {
-        let mut more = raw::forget(&self.connection, now_ms)?;
+        let mut more = raw_rows::forget(&self.connection, now_ms)?;
         for (table, column, key, days) in [
             ("path", "begun_ms", "run, track, part", keep.days),
             ("count", "at_ms", "zone, at_ms", keep.days),
@@ -147,12 +128,12 @@ impl Writer {
         self.run
     }
 
-    /// Raw scans that somebody asked to be kept.
+    /// Raw scans that a user asked to be kept.
     ///
     /// # Errors
     /// What SQLite says.
     pub fn raw(&self, now_ms: u64) -> rusqlite::Result<Vec<RawKept>> {
-        raw::kept(&self.connection, now_ms)
+        raw_rows::kept(&self.connection, now_ms)
     }
 }
 
@@ -214,7 +195,7 @@ fn write_row(transaction: &Transaction<'_>, row: &Row) -> rusqlite::Result<()> {
                 .execute(params![
                     module.name,
                     integer(*at_ms),
-                    module.state,
+                    module.state.name(),
                     module.scans_hz,
                     module.lost_share,
                     integer(module.checksum_errors),
@@ -232,11 +213,6 @@ fn named(transaction: &Transaction<'_>, table: &str, name: &str) -> rusqlite::Re
     transaction
         .prepare_cached(&format!("INSERT OR IGNORE INTO {table} (name) VALUES (?1)"))?
         .execute(params![name])
-}
-
-/// As SQLite has them: signed. No time or number of ours is that large.
-pub(super) fn integer(value: u64) -> i64 {
-    i64::try_from(value).unwrap_or(i64::MAX)
 }
 
 const fn state_name(state: ZoneKnown) -> &'static str {

@@ -16,13 +16,13 @@ use std::time::{Duration, Instant};
 
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
-use host_tracker::jsonl::TracksLine;
-use host_tracker::trackers::LifeCycle;
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::tracker::LifeCycle;
 
 /// A hundred times what a loaded machine needs.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Eight seconds of an empty hall first: time to learn it. Everybody crosses from one zone to the other and back.
+/// Eight seconds of an empty hall first: time to learn it. Each person crosses from one zone to the other and back.
 const SCENE: &str = r#"
 [[site.module]]
 name = "south"
@@ -103,7 +103,7 @@ impl Hall {
         Self { building, site, database, folder }
     }
 
-    /// What `kehai-tracker` is told so that it follows the people of this hall, and keeps that in `database`.
+    /// The arguments with which `kehai-tracker` follows the people of this hall, and keeps that in `database`.
     pub fn arguments(&self, database: &Path) -> Vec<String> {
         let mut arguments: Vec<String> =
             ["run", "--no-mdns", "--tracks-out", "-", "--site"].map(String::from).into();
@@ -174,7 +174,7 @@ impl Tracker {
         self.lines.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no line: {:#?}", self.said()))
     }
 
-    /// Every line until somebody is surely there, that one included.
+    /// Every line until a track is confirmed, that one included.
     #[track_caller]
     pub fn until_somebody(&self) -> Vec<TracksLine> {
         let begun = Instant::now();
@@ -186,7 +186,7 @@ impl Tracker {
         lines
     }
 
-    /// Kills it, and the lines that nobody has read yet.
+    /// Kills it, and returns the lines that have not been read yet.
     pub fn kill(mut self) -> Vec<TracksLine> {
         self.process.kill().unwrap();
         self.process.wait().unwrap();

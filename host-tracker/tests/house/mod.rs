@@ -1,25 +1,25 @@
-//! A door with everything around it but sensors: frames made by the test, the doors' thread, and the server.
+//! A door with everything around it but sensors: frames made by the test, the doors with their watchdog, and the server.
 //!
-//! The doors' time goes on with the frames: a machine that stands still for a while makes no trouble, and nobody's time
+//! The doors' time goes on with the frames: a machine that stands still for a while makes no trouble, and no time limit
 //! at the door runs out while a browser starts.
 #![allow(dead_code, reason = "each test uses its own part of it")]
 
 pub mod wrong;
 
-use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use host_tracker::calibrate::session::Session;
-use host_tracker::door::Doors;
-use host_tracker::frame::{Frame, unix_ms};
-use host_tracker::http::{Desk, Server};
-use host_tracker::jsonl::{ZoneKnown, ZoneLine};
+use host_tracker::calibration::Calibration;
+use host_tracker::doors::{DoorDesk, Watchdog};
 use host_tracker::reports::Reports;
-use host_tracker::site::file::SiteFile;
+use host_tracker::site_file::SiteFile;
+use host_tracker::web::{Desk, Server};
+use kehai_tracking::follower::Estimate;
+use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
@@ -49,12 +49,13 @@ const LATE: Duration = Duration::from_millis(500);
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 pub struct House {
-    pub doors: Option<Doors>,
+    pub doors: DoorDesk,
+    watchdog: Option<Watchdog>,
     pub server: Server,
-    /// Everybody's place.
+    /// The people's positions, m.
     people: Arc<Mutex<Vec<[f64; 2]>>>,
     ids: Mutex<u64>,
-    more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Frame>>>>>,
+    more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Snapshot>>>>>,
     stop: Arc<AtomicBool>,
     /// Whether the tracker is dead: time goes on, and no frames come.
     dead: Arc<AtomicBool>,
@@ -64,38 +65,39 @@ pub struct House {
 
 impl House {
     pub fn new() -> Self {
+        Self::of(SITE)
+    }
+
+    /// A site with more in it than [`SITE`].
+    pub fn of(site: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("house.toml");
-        std::fs::write(&path, SITE).unwrap();
+        std::fs::write(&path, site).unwrap();
         let file = SiteFile::load(&path).unwrap();
-        let (site, _) = watch::channel(file.current().site);
         let (newest_in, newest) = watch::channel(Arc::default());
-        let (queue, frames) = mpsc::sync_channel(64);
-        let shown = host_tracker::door::Shown::default();
         let passed = Arc::new(Mutex::new(Duration::ZERO));
         let time = Arc::clone(&passed);
         let clock = Box::new(move || time.lock().unwrap().as_secs_f64());
-        let doors = Doors::start_by(clock, site.subscribe(), frames, shown.clone(), None).unwrap();
+        let doors = DoorDesk::timed(clock, &file.current().site, None);
+        let watchdog = Some(Watchdog::start(doors.clone()).unwrap());
+        let observed = doors.clone();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
         let (stop, dead) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
         let is_dead = Arc::clone(&dead);
-        let more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Frame>>>>> = Arc::default();
+        let more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Snapshot>>>>> = Arc::default();
         let others = Arc::clone(&more);
         let (places, stopped) = (Arc::clone(&people), Arc::clone(&stop));
         let feeding = std::thread::spawn(move || {
-            // The site is the same as long as there are frames.
-            let _site = site;
             let mut last = Instant::now();
             while !stopped.load(Ordering::Relaxed) {
                 let mut frame = frame(&places.lock().unwrap());
-                frame.doors = shown.lines();
+                if !is_dead.load(Ordering::SeqCst) {
+                    frame.doors = observed.observe(&estimate(&frame), &frame.modules);
+                }
                 let frame = Arc::new(frame);
                 newest_in.send_replace(Arc::clone(&frame));
                 for other in others.lock().unwrap().iter() {
                     let _ = other.try_send(Arc::clone(&frame));
-                }
-                if !is_dead.load(Ordering::SeqCst) {
-                    let _ = queue.try_send(frame);
                 }
                 *passed.lock().unwrap() += last.elapsed().min(LATE);
                 last = Instant::now();
@@ -107,25 +109,25 @@ impl House {
             reports: Reports::default(),
             site: file,
             changed: Box::new(|_| Ok(())),
-            calibration: Session::default(),
+            calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: None,
             names: Vec::new(),
-            doors: Some(doors.desk()),
+            doors: Some(doors.clone()),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));
-        Self { doors: Some(doors), server, people, ids, more, stop, dead, feeding, _folder: folder }
+        Self { doors, watchdog, server, people, ids, more, stop, dead, feeding, _folder: folder }
     }
 
     /// Every frame from now on.
-    pub fn frames(&self) -> mpsc::Receiver<Arc<Frame>> {
+    pub fn frames(&self) -> mpsc::Receiver<Arc<Snapshot>> {
         let (sender, frames) = mpsc::sync_channel(64);
         self.more.lock().unwrap().push(sender);
         frames
     }
 
-    /// Where everybody is from now on.
+    /// Sets where the people are from now on.
     pub fn people(&self, places: &[[f64; 2]]) {
         *self.people.lock().unwrap() = places.to_vec();
         std::thread::sleep(Duration::from_millis(200));
@@ -137,19 +139,9 @@ impl House {
     }
 
     /// Status and answer.
-    pub fn ask(&self, line: &str, headers: &str, body: &str) -> (u16, Value) {
-        let address = self.server.address();
-        let request = format!(
-            "{line} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Length: {}\r\n{headers}\r\n{body}",
-            body.len()
-        );
-        let mut stream = TcpStream::connect(address).unwrap();
-        stream.write_all(request.as_bytes()).unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        let (head, body) = answer.split_once("\r\n\r\n").unwrap();
-        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
-        (status, serde_json::from_str(body).unwrap_or(Value::Null))
+    pub fn ask(&self, line: &str, headers: &[(&str, &str)], body: &str) -> (u16, Value) {
+        let (status, answer) = crate::http_client::ask(self.server.address(), line, headers, body.as_bytes());
+        (status, serde_json::from_str(&answer).unwrap_or(Value::Null))
     }
 
     /// A message with a number and a stamp of its own.
@@ -164,11 +156,11 @@ impl House {
     /// Tells the door something new.
     pub fn tell(&self, input: &str, body: Value) -> (u16, Value) {
         let body = self.message(body);
-        self.ask(&format!("POST /api/door/front/{input}"), "", &body)
+        self.ask(&format!("POST /api/door/front/{input}"), &[], &body)
     }
 
     pub fn door(&self) -> Value {
-        self.ask("GET /api/door/front", "", "").1
+        self.ask("GET /api/door/front", &[], "").1
     }
 
     /// The door, without what changes by itself.
@@ -203,22 +195,27 @@ impl House {
 
 impl Drop for House {
     fn drop(&mut self) {
-        self.doors = None;
+        self.watchdog = None;
         self.stop.store(true, Ordering::Relaxed);
         let _ = self.feeding.take().map(JoinHandle::join);
     }
 }
 
-fn frame(people: &[[f64; 2]]) -> Frame {
-    let mut frame = Frame { unix_ms: unix_ms(), ..Frame::default() };
+/// What the tracker knows at the time of a snapshot.
+fn estimate(snapshot: &Snapshot) -> Estimate {
+    Estimate { t_s: snapshot.line.t, tracks: snapshot.tracks.clone(), zones: snapshot.line.zones.clone() }
+}
+
+fn frame(people: &[[f64; 2]]) -> Snapshot {
+    let mut line = TracksLine::default();
     for (id, [x, y]) in (1..).zip(people) {
         let track = json!({ "id": id, "x": x, "y": y, "state": "confirmed" });
-        frame.line.tracks.push(serde_json::from_value(track).unwrap());
+        line.tracks.push(serde_json::from_value(track).unwrap());
     }
     let inside = people.iter().filter(|[_, y]| y.abs() < 1.0).count();
     let mut p = vec![0.0; inside + 1];
     p[inside] = 1.0;
     let zone = ZoneLine { count: inside as u32, p, seen_share: 1.0, state: ZoneKnown::Known };
-    frame.line.zones.insert("area".into(), zone);
-    frame
+    line.zones.insert("area".into(), zone);
+    Snapshot::of(unix_ms(), line)
 }

@@ -4,11 +4,11 @@
 //!   input       number 5, taken         what would change something, if it were taken
 //!   contact     shut                    open
 //!   lock/taken  locked                  unlocked: the lock has never said so
-//!   card        somebody's              another, or the same while nobody has shown one
-//!   number      2, of one who is there  1
+//!   card        a person's              another, or the same while no card has been shown
+//!   number      2, with one person      1
 //! ```
 
-use host_tracker::frame::unix_ms;
+use kehai_tracking::snapshot::unix_ms;
 use serde_json::{Value, json};
 
 use super::House;

@@ -28,7 +28,7 @@ pub fn start() {
     uart0().control.write(TRANSMIT);
 }
 
-/// What is written here goes out.
+/// Writer to the console.
 pub struct Console;
 
 impl fmt::Write for Console {

@@ -31,7 +31,7 @@ pub fn start() {
 
 /// Counts the instructions of a piece of work.
 pub struct Counter {
-    /// What it takes to count nothing.
+    /// Cost of an empty measurement.
     own: u32,
 }
 
@@ -42,7 +42,7 @@ impl Counter {
         Self { own }
     }
 
-    /// Instructions of `work`, and what came of it.
+    /// Instructions of `work`, and its result.
     #[inline(always)]
     pub fn count<T>(&self, work: impl FnOnce() -> T) -> (u32, T) {
         let begin = timer0().value.read();

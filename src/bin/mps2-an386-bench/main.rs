@@ -10,11 +10,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `room` | who walks where, and what the sensor sees of it |
+//! | `room` | where people walk, and what the sensor sees of it |
 //! | `counter` | instructions |
 //! | `console` | the table, over UART0 |
 //!
-//! Candidates are what the whole pipeline takes, less what the background alone takes with the same scans.
+//! The cost of candidates is that of the whole pipeline less that of the background alone with the same scans.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
@@ -46,7 +46,7 @@ mod image {
     /// Scans that are counted, after as many that are not.
     const SCANS: u32 = 40;
 
-    /// People in the room: nobody, as in most scans; a talk; more than the room is for.
+    /// People in the room: none, as in most scans; two in a talk; more than the room is for.
     const PEOPLE: [usize; 3] = [0, 2, 7];
 
     /// UST-10LX: 1081 steps of a quarter of a degree, 40 a second.

@@ -1,4 +1,4 @@
-//! The room: five metres square, the sensor in its middle, people who walk, and the bytes that say so.
+//! The room: five metres square, the sensor in its middle, walking people, and the sensor's answers in bytes.
 //!
 //! ```text
 //!   ┌───────────────┐   person k walks a circle of 0.25 m, 1 m/s, around a place 1.2 to 1.8 m away;

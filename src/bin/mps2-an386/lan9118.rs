@@ -132,7 +132,7 @@ pub struct Lan9118 {
     mac: [u8; 6],
 }
 
-/// There is no LAN9118 where it should be.
+/// No LAN9118 answers at its address.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, defmt::Format)]
 pub struct NoChip;
 

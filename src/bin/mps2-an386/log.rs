@@ -36,7 +36,7 @@ struct State {
     restore: RestoreState,
 }
 
-/// What belongs to the message being written; whoever has set [`TAKEN`] owns it.
+/// State of the message being written; the code that has set [`TAKEN`] owns it.
 struct Frame(UnsafeCell<State>);
 
 // SAFETY: touched only between `acquire` and `release`, which is one critical section.

@@ -6,8 +6,10 @@
 //! | UART1 | the log, defmt |
 //! | LAN9118 | the network |
 //! | TIMER0, TIMER1 | time |
+//! | dual timer | lock-step with a test on the PC |
 //! | PSRAM | flash |
-//! | LED0 | how the module is: `kehai::module::led` |
+//! | LED0 | how the module is: `kehai::device::led` |
+//! | BUTTON0 | held from power-up for 10 s: settings and background are erased; QEMU never presses it |
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
@@ -18,14 +20,16 @@ mod image {
     mod interrupts;
     mod lan9118;
     mod led;
+    mod lockstep;
     mod log;
     mod mmio;
-    #[path = "../module/mod.rs"]
+    #[path = "../common/mod.rs"]
     mod module;
     mod storage;
     mod time_driver;
     mod uart;
     mod uptime;
+    mod vectors;
     mod watchdog;
 
     use embassy_executor::{Spawner, task};
@@ -43,6 +47,7 @@ mod image {
     fn main() -> ! {
         log::start();
         time_driver::start();
+        lockstep::start();
         executor::run(|spawner| spawner.spawn(module_task(spawner).expect("the only one")))
     }
 
@@ -79,6 +84,7 @@ mod image {
             storage_range: 0..STORAGE_LEN as u32,
             feed: || watchdog.feed(),
             led: |on| led.set(on),
+            button: led::button_pressed,
         })
         .await;
     }

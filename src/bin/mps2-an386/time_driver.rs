@@ -69,7 +69,7 @@ impl TimeDriver {
         now_us
     }
 
-    /// Wakes what is due and sets the alarm for what is next.
+    /// Wakes the tasks that are due and sets the alarm for the next one.
     fn ring(&self, section: CriticalSection<'_>, queue: &mut Queue) {
         let now_us = self.now_us(section);
         let at_us = queue.next_expiration(now_us);
@@ -96,6 +96,11 @@ impl Driver for TimeDriver {
             }
         });
     }
+}
+
+/// Microseconds since the reset.
+pub fn now_us() -> u64 {
+    DRIVER.now()
 }
 
 /// The counter of TIMER0, 25 MHz: its low bits differ from start to start.

@@ -43,7 +43,7 @@ const RECEIVE_INTERRUPT: u32 = 1 << 3;
 
 /// Clock of the UARTs.
 pub const CLOCK_HZ: u32 = 25_000_000;
-/// Least divisor the UART takes.
+/// Smallest divisor of the UART.
 pub const LEAST_DIVISOR: u32 = 16;
 
 /// Two of the longest SCIP scans in their two-character form, so that a scan may be late by a period.
@@ -96,7 +96,12 @@ fn set_rate(rate_baud: u32) {
     uart0().baud_divisor.write((CLOCK_HZ / rate_baud.max(1)).max(LEAST_DIVISOR));
 }
 
-/// Returns when the transmitter takes a byte.
+/// Present divisor: the line's speed is [`CLOCK_HZ`] divided by it.
+pub fn divisor() -> u32 {
+    uart0().baud_divisor.read()
+}
+
+/// Returns when the transmitter can accept a byte.
 async fn transmitter_ready() {
     poll_fn(|context| {
         TRANSMITTED.register(context.waker());

@@ -5,7 +5,7 @@
 //! 0x000 LOAD  0x004 VALUE  0x008 CTRL (bit 0 count and NMI, bit 1 reset)  0x00c INTCLR  0xc00 LOCK
 //! ```
 //!
-//! Nothing on this board tells the cause of a reset, so the NMI leaves a note in memory that a reset spares.
+//! This board does not record the cause of a reset, so the NMI leaves a note in memory that a reset spares.
 //!
 //! Source: ARM DDI 0479 (Cortex-M System Design Kit), part 4.6 "APB watchdog"; address ARM DAI 0386.
 
@@ -40,10 +40,10 @@ fn registers() -> &'static Registers {
     unsafe { device(0x4000_8000) }
 }
 
-/// What the note says; memory of a board just switched on never does.
+/// Value of the note; the memory of a board just switched on never holds it.
 const BITTEN: u32 = 0x5761_7463;
 
-/// Where the note is.
+/// Register of the note.
 fn note() -> &'static Register {
     #[unsafe(link_section = ".uninit.watchdog")]
     static mut NOTE: MaybeUninit<u32> = MaybeUninit::uninit();
@@ -78,7 +78,7 @@ impl Watchdog {
     }
 }
 
-/// First time-out: says so, and waits for the second one.
+/// First time-out: logs it, and waits for the second one.
 #[exception]
 unsafe fn NonMaskableInt() {
     note().write(BITTEN);

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | PD5, PD6 | USART2 to the sensor, transmit and receive (CN9 pins 6 and 4, "D53" and "D52") |
 //! | PA1 PA2 PA7 PB15 PC1 PC4 PC5 PG11 PG13 | RMII and management of the LAN8742 on the board |
-//! | PB0 | green LED, how the module is: `kehai::module::led` |
+//! | PC13 | blue button "USER", held from power-up for 10 s: settings and background are erased |
+//! | PB0 | green LED, how the module is: `kehai::device::led` |
 //!
 //! Source: UM3115 (board), RM0481 (chip).
 #![cfg_attr(target_os = "none", no_std)]
@@ -13,7 +14,8 @@
 #[cfg(target_os = "none")]
 #[path = "."]
 mod image {
-    #[path = "../module/mod.rs"]
+    mod ecc;
+    #[path = "../common/mod.rs"]
     mod module;
     mod uart;
 
@@ -23,7 +25,7 @@ mod image {
     use embassy_net::StackResources;
     use embassy_stm32::eth::{Ethernet, GenericPhy, PacketQueue, Sma};
     use embassy_stm32::flash::{FLASH_SIZE, Flash};
-    use embassy_stm32::gpio::{Level, Output, Speed};
+    use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
     use embassy_stm32::peripherals::{ETH, ETH_SMA, GPDMA1_CH0, GPDMA1_CH1, RNG, USART2};
     use embassy_stm32::rcc::{Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale};
     use embassy_stm32::rng::Rng;
@@ -65,7 +67,7 @@ mod image {
 
         let watchdog_reset = watchdog_reset();
         let pins = embassy_stm32::init(clocks());
-        // First of all: without a clock from the PHY, the Ethernet controller is waited for in vain.
+        // First of all: without a clock from the PHY, the wait for the Ethernet controller never ends.
         let mut watchdog = IndependentWatchdog::new(pins.IWDG, WATCHDOG_US);
         watchdog.unleash();
 
@@ -114,16 +116,19 @@ mod image {
         let receiver = receiver.into_ring_buffered(RING.init_with(|| [0; _]));
 
         let mut led = Output::new(pins.PB0, Level::Low, Speed::Low);
+        let button = Input::new(pins.PC13, Pull::Down);
+        let storage_range = FLASH_SIZE as u32 - STORAGE_LEN..FLASH_SIZE as u32;
         module::run(Board {
             mac,
             secret,
             watchdog_reset,
             stack,
             uart: Uart::new(transmitter, receiver),
-            storage: BlockingAsync::new(Flash::new_blocking(pins.FLASH)),
-            storage_range: FLASH_SIZE as u32 - STORAGE_LEN..FLASH_SIZE as u32,
+            storage: ecc::storage(BlockingAsync::new(Flash::new_blocking(pins.FLASH))),
+            storage_range,
             feed: || watchdog.pet(),
             led: |on: bool| led.set_level(on.into()),
+            button: || button.is_high(),
         })
         .await;
     }

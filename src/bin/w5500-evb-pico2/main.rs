@@ -5,7 +5,8 @@
 //! | GP0, GP1 | UART0 to the sensor, transmit and receive |
 //! | GP16 GP17 GP18 GP19 | SPI0 to the W5500 on the board: MISO, select, clock, MOSI |
 //! | GP20, GP21 | reset and interrupt of the W5500 |
-//! | GP25 | LED, how the module is: `kehai::module::led` |
+//! | GP22 | button to ground, held from power-up for 10 s: settings and background are erased |
+//! | GP25 | LED, how the module is: `kehai::device::led` |
 //!
 //! Source: WIZnet, W5500-EVB-Pico2 schematic; RP2350 data sheet.
 #![cfg_attr(target_os = "none", no_std)]
@@ -14,7 +15,7 @@
 #[cfg(target_os = "none")]
 #[path = "."]
 mod image {
-    #[path = "../module/mod.rs"]
+    #[path = "../common/mod.rs"]
     mod module;
     mod uart;
 
@@ -124,6 +125,7 @@ mod image {
         );
 
         let mut led = Output::new(pins.PIN_25, Level::Low);
+        let button = Input::new(pins.PIN_22, Pull::Up);
         let flash = Flash::<FLASH, Blocking, FLASH_LEN>::new_blocking(pins.FLASH);
         module::run(Board {
             mac,
@@ -135,6 +137,7 @@ mod image {
             storage_range: FLASH_LEN as u32 - STORAGE_LEN..FLASH_LEN as u32,
             feed: || watchdog.feed(WATCHDOG),
             led: |on: bool| led.set_level(on.into()),
+            button: || button.is_low(),
         })
         .await;
     }

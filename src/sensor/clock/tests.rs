@@ -278,6 +278,34 @@ fn a_counter_set_to_0_restarts_the_mapping() {
 }
 
 #[test]
+fn the_exchanges_still_count_after_a_pause() {
+    let mut simulation = Simulation { jitter_us: 2_000, ..Simulation::new(6, |_| 3_000_000) };
+    simulation.exchanges();
+    // Too short to know the delay well.
+    let (_, before_us) = simulation.run(1, 2);
+    simulation.pass(1_500_000);
+    simulation.clock.resume();
+    let (_, after_us) = simulation.run(15, 25);
+    std::println!("±{before_us} µs before the pause, ±{after_us} µs after it");
+    assert!(after_us < 2_500);
+}
+
+#[test]
+fn exchanges_of_a_counter_that_started_anew_in_a_pause_are_forgotten() {
+    let mut simulation = Simulation { jitter_us: 0, ..Simulation::new(6, |_| 0) };
+    simulation.exchanges();
+    let _ = simulation.run(0, 2);
+    simulation.pass(1_500_000);
+    simulation.counter_ns = 700_000_000;
+    simulation.clock.resume();
+    let (stamped, error_us) = simulation.scan();
+    assert_eq!(stamped.event, StampEvent::Restarted);
+    assert!(error_us.abs() <= 5_000, "{error_us}");
+    assert!(simulation.clock.exchange_width_us().is_none());
+    assert!(simulation.run(0, 60).0 <= 5_000);
+}
+
+#[test]
 fn a_reset_soon_after_the_start_is_told_from_a_late_scan() {
     // Started 10 s ago, unplugged for 12 s and reset meanwhile: the counter is ahead of before.
     let mut simulation = Simulation::new(6, |_| 0);

@@ -16,20 +16,18 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_sim::building::Building;
-use host_sim::module::discovery;
 use host_sim::world::scene::Scene;
-use host_tracker::discovery::{Finding, Search};
-use host_tracker::http::{Desk, Server};
-use host_tracker::service::{Options, Service};
-use host_tracker::site::file::SiteFile;
-use host_tracker::store::pose::Source;
-use host_tracker::store::{Keep, Store};
-use host_tracker::trackers::Choice;
+use host_tracker::daemon::{Daemon, Database, Map, Next, Settings};
+use host_tracker::net::discovery::{Finding, Search};
+use host_tracker::site_file::SiteFile;
+use host_tracker::store::Keep;
+use kehai_emulator::pc::discovery;
+use kehai_tracking::tracker::Ideas;
 
 use summary::Summary;
 
@@ -104,50 +102,43 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         let text = toml::to_string(&scene.site)?;
         std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
     }
-    let site = SiteFile::load(&path)?;
     let database = arguments.db.clone().unwrap_or_else(|| temporary.0.join("demo.db"));
-    let store = Store::open(&database, &site.current().site, Keep::default())?;
     let building = Building::announced(&scene, arguments.seed.unwrap_or(scene.seed))?;
     let found = look(&building);
-    let service = Arc::new(Service::start(Options {
-        site: (*site.current().site).clone(),
+    let map = (!arguments.headless).then(|| Map { listen: listen(arguments.http), names: Vec::new() });
+    let settings = Settings {
+        site: SiteFile::load(&path)?,
         modules: building.modules().iter().map(|(_, address)| *address).collect(),
-        tracker: Choice::default(),
-        ..Options::default()
-    })?);
-    let map = if arguments.headless {
-        None
-    } else {
-        Some(serve(arguments.http, site, database.clone(), &service)?)
+        discover: false,
+        tracker: Ideas::default(),
+        record: None,
+        database: Some(Database { file: database.clone(), keep: Keep::default(), restore: false }),
+        map,
+        mqtt: None,
+        card_key: None,
     };
-    if let Some(map) = &map {
-        tell(map.address(), &scene, arguments.open);
+    let mut daemon = Daemon::start(settings, |text| println!("{text}"))?;
+    if let Some(address) = daemon.map_address() {
+        tell(address, &scene, arguments.open);
     }
     let default_s = if arguments.headless { HEADLESS_S } else { f64::INFINITY };
     let until_s = arguments.seconds.unwrap_or(default_s).min(building.world().duration_s());
-    let frames = service.queue();
-    let mut sites = service.site();
     let mut summary = Summary::default();
     while !stop.load(Ordering::Relaxed) && building.now_s() < until_s {
-        match frames.recv_timeout(WAIT) {
-            Ok(frame) => {
-                summary.add(&frame, &building.world().truth(building.now_s()), &scene.site);
-                if sites.has_changed().unwrap_or(false) {
-                    store.set_site(&sites.borrow_and_update(), Source::Map);
-                }
-                service.trouble().set("database", &store.state().trouble);
-                store.see(frame);
+        match daemon.next(WAIT) {
+            Next::Snapshot(snapshot) => {
+                summary.add(&snapshot, &building.world().truth(building.now_s()), &scene.site);
             }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Err("the tracker has ended".into()),
+            Next::Waiting => {}
+            Next::Ended => return Err("the tracker has ended".into()),
         }
+        // The database has the passages then; the map shows the rest.
+        daemon.outputs();
         if let Ok(found) = found.try_recv() {
             println!("{found}");
         }
     }
-    drop(map);
-    let kept_rows = store.state();
-    drop(store);
+    let kept_rows = daemon.stop()?.unwrap_or_default();
     summary.print(&arguments.scene);
     println!(
         "  database              {} transactions, {} frames missed",
@@ -162,14 +153,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Looks for the building's modules as a tracker on another machine would; how many were found is told once. Nobody waits
-/// for that, and the tracker is given all their addresses: there are machines without multicast, and another demo on
+/// Looks for the building's modules as a tracker on another machine would; how many were found is said once. The demo does
+/// not wait for that, and the tracker is given all their addresses: there are machines without multicast, and another demo on
 /// this one announces modules of the same names.
 fn look(building: &Building) -> Receiver<String> {
     let modules: Vec<SocketAddr> = building.modules().iter().map(|(_, address)| *address).collect();
     let (tell, told) = mpsc::channel();
     std::thread::spawn(move || {
-        // Nobody may listen any more.
+        // The demo may have ended.
         let _ = tell.send(found(&modules));
     });
     told
@@ -203,32 +194,12 @@ fn scene_name(scene: &str) -> String {
     Path::new(scene).file_stem().map_or_else(|| "site".into(), |name| name.to_string_lossy().into_owned())
 }
 
-fn serve(
-    listen: Option<SocketAddr>,
-    site: SiteFile,
-    database: PathBuf,
-    service: &Arc<Service>,
-) -> Result<Server, String> {
-    let address = match listen {
-        Some(address) => address,
-        None => match std::net::TcpListener::bind(MAP) {
-            Err(error) if error.kind() == ErrorKind::AddrInUse => SocketAddr::new(MAP.ip(), 0),
-            _ => MAP,
-        },
-    };
-    let changing = Arc::clone(service);
-    let desk = Desk {
-        frames: service.frames(),
-        reports: service.reports(),
-        site,
-        changed: Box::new(move |site| changing.change_site(site)),
-        calibration: service.calibration(),
-        accepted: Box::new(|_| {}),
-        database: Some(database),
-        names: Vec::new(),
-        doors: None,
-    };
-    Server::start(address, desk).map_err(|error| format!("the live map cannot be at {address}: {error}"))
+/// Where the map is to be served.
+fn listen(wanted: Option<SocketAddr>) -> SocketAddr {
+    wanted.unwrap_or_else(|| match std::net::TcpListener::bind(MAP) {
+        Err(error) if error.kind() == ErrorKind::AddrInUse => SocketAddr::new(MAP.ip(), 0),
+        _ => MAP,
+    })
 }
 
 fn tell(address: SocketAddr, scene: &Scene, open: bool) {

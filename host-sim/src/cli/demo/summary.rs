@@ -1,11 +1,11 @@
 //! What a demo adds up to: how many people were counted and where, beside the truth.
 
 use host_sim::world::Truth;
-use host_tracker::frame::Frame;
-use host_tracker::geometry::{Point, inside};
-use host_tracker::jsonl::TrackLine;
-use host_tracker::site::Site;
-use host_tracker::trackers::LifeCycle;
+use kehai_tracking::geometry::{Point, inside};
+use kehai_tracking::jsonl::TrackLine;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{DeviceState, Snapshot};
+use kehai_tracking::tracker::LifeCycle;
 
 /// Distance up to which a track stands for a person, m: as far as the papers' scores allow.
 const MATCH_M: f64 = 0.5;
@@ -23,16 +23,16 @@ pub struct Summary {
     found: u32,
     errors_m: Vec<f64>,
     most: usize,
-    newest: Frame,
+    newest: Snapshot,
 }
 
 impl Summary {
     /// Takes a frame and where people are inside the site at its time.
-    pub fn add(&mut self, frame: &Frame, truth: &Truth, site: &Site) {
+    pub fn add(&mut self, frame: &Snapshot, truth: &Truth, site: &Site) {
         self.frames += 1;
         self.newest = frame.clone();
-        let watching =
-            !frame.modules.is_empty() && frame.modules.iter().all(|module| module.state == "watching");
+        let watching = !frame.modules.is_empty()
+            && frame.modules.iter().all(|module| module.state == DeviceState::Watching);
         if self.ready_s.is_none() && watching {
             self.ready_s = Some(frame.line.t);
         }

@@ -1,4 +1,4 @@
-//! How somebody gets from here to there: around walls and furniture, at a walk.
+//! The route of a person from one place to another: around walls and furniture, at walking speed.
 //!
 //! ```text
 //!   ░░░░░░░░░   a grid of 0.15 m; what is nearer than 0.35 m to anything solid is not walked on
@@ -11,7 +11,7 @@ use pathfinding::prelude::astar;
 use crate::world::geometry::Point;
 use crate::world::motion::LED_STEP_S;
 use crate::world::scene::Scene;
-use host_tracker::geometry::{bounds, distance_to_segment, inside};
+use kehai_tracking::geometry::{bounds, distance_to_segment, inside};
 
 /// Side of a cell, m.
 const CELL_M: f64 = 0.15;

@@ -1,17 +1,17 @@
-//! Somebody walks where the guide says, until it says that it is enough; then poses are compared with the truth.
+//! A person follows the guide's advice until the guide has enough; then poses are compared with the truth.
 
 use std::error::Error;
 use std::sync::Arc;
 
-use host_tracker::calibrate::advice::{Advice, Guide, LONGEST_S};
-use host_tracker::calibrate::room::Outline;
-use host_tracker::calibrate::walk::Walk;
-use host_tracker::calibrate::{Calibration, Refusal, calibrate};
-use host_tracker::geometry::wrapped;
-use host_tracker::geometry::{Point, Pose};
-use host_tracker::intake::Intake;
-use host_tracker::site::Site;
 use kehai::centre::Estimator;
+use kehai_tracking::calibration::advice::{Advice, Guide, LONGEST_S};
+use kehai_tracking::calibration::room::Outline;
+use kehai_tracking::calibration::walk::Walk;
+use kehai_tracking::calibration::{Calibration, Refusal, calibrate};
+use kehai_tracking::geometry::wrapped;
+use kehai_tracking::geometry::{Point, Pose};
+use kehai_tracking::session::Sessions;
+use kehai_tracking::site::Site;
 
 use super::errand::Floor;
 use super::table::{Error as Off, Placing};
@@ -38,7 +38,7 @@ pub fn place(name: &str, seed: u64) -> Result<Placing, Box<dyn Error>> {
     let with_rooms = calibrate(&walk.0, truth[0], &walk.1);
     let errors = |found: &Result<Calibration, Refusal>| -> Option<Vec<Off>> {
         let found = found.as_ref().ok()?;
-        let off = |(placed, truth): (&host_tracker::calibrate::Placed, &Pose)| {
+        let off = |(placed, truth): (&kehai_tracking::calibration::Placed, &Pose)| {
             let (bound_m, bound_rad) = placed.bounds();
             let metres = (placed.pose.at - truth.at).length();
             let radians = wrapped(placed.pose.yaw_rad - truth.yaw_rad).abs();
@@ -71,15 +71,15 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
     for module in &mut site.modules {
         (module.x, module.y, module.yaw_deg) = (0.0, 0.0, 0.0);
     }
-    let mut intake = Intake::new(Arc::new(site), Estimator::default());
+    let mut sessions = Sessions::new(Arc::new(site), Estimator::default());
     let mut walk = Walk::new(truth.len());
     let mut guide = Guide::default();
     let mut tick = 0;
     loop {
         let now_s = tick as f64 * TICK_US as f64 * 1e-6;
         for arrival in run.until(tick * TICK_US)? {
-            if let Some(sighting) = intake.receive(&arrival.bytes, arrival.at_us) {
-                walk.see(&sighting);
+            if let Some(observation) = sessions.receive(&arrival.bytes, arrival.at_us) {
+                walk.see(&observation);
             }
         }
         tick += 1;
@@ -95,7 +95,7 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
         led_by.go(&walker.floor.way(at, to));
     }
     let rooms = |index: usize| {
-        let module = intake.modules().values().find(|module| module.place_in_site() == Some(index))?;
+        let module = sessions.iter().find(|module| module.place_in_site() == Some(index))?;
         let geometry = module.geometry()?;
         let beam = |(beam, range_mm): (usize, &u16)| {
             let bearing_rad = geometry.bearing_rad(u16::try_from(beam).unwrap_or(u16::MAX));
@@ -106,7 +106,7 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
     Ok((walk, (0..truth.len()).map(rooms).collect()))
 }
 
-/// The one who walks. Where the boxes stand is in plain view.
+/// The person that follows the advice. They can see the modules, so the true poses are known to them.
 struct Walker<'a> {
     floor: Floor,
     truth: &'a [Pose],
@@ -154,7 +154,7 @@ impl Walker<'_> {
 fn short(walk: &Walk, first: Pose) -> bool {
     let last = walk.modules() - 1;
     let mut cut = Walk::new(walk.modules());
-    let mut left = (SHORT_S / host_tracker::calibrate::walk::SLOT_S) as usize;
+    let mut left = (SHORT_S / kehai_tracking::calibration::walk::SLOT_S) as usize;
     let glimpses = walk.glimpses();
     for glimpse in &glimpses {
         if glimpse.module == last {

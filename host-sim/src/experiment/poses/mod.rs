@@ -3,7 +3,7 @@
 //! ```text
 //!   scene, modules put elsewhere by the seed ─▶ world ─▶ modules ─▶ datagrams ─▶ walk ─▶ calibrate ─▶ against the truth
 //!                     ▲                                                          │
-//!                     └───────── somebody goes where the guide says ◀────────────┘
+//!                     └───────── a person follows the guide's advice ◀───────────┘
 //! ```
 
 mod errand;
@@ -16,8 +16,10 @@ pub use table::{Found, Placing, Watching};
 use std::error::Error;
 use std::ops::RangeInclusive;
 
+use serde::{Deserialize, Serialize};
+
+use super::jobs::Runs;
 use crate::run::{Options, Run};
-use crate::simulated_time::Stuck;
 use crate::world::body::{Body, Section};
 use crate::world::mishap::{Kind, Mishap};
 use crate::world::motion::Led;
@@ -25,6 +27,7 @@ use crate::world::random::{Purpose, Stream};
 use crate::world::raycast::Person;
 use crate::world::scene::Scene;
 use crate::world::{More, World};
+use kehai_emulator::simulated_time::Stuck;
 
 /// Scenes in which poses are looked for.
 const ROOMS: [&str; 2] = ["home", "flat"];
@@ -45,7 +48,7 @@ pub(super) const QUIET_SEEDS: u64 = 5;
 const MISHAPS: [&str; 2] = ["turned by 10°", "covered"];
 
 /// One run.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
 enum Job {
     /// Poses by walking, in a room of [`ROOMS`].
     Place(usize),
@@ -71,31 +74,20 @@ fn jobs(seeds: &RangeInclusive<u64>) -> Vec<(Job, u64)> {
     few.chain(quiet.flat_map(|job| each(job, many.clone().collect()))).collect()
 }
 
-/// How many runs so many seeds are.
-#[must_use]
-pub fn runs(seeds: &RangeInclusive<u64>) -> u64 {
-    jobs(seeds).len() as u64
-}
-
 /// What one job gives.
+#[derive(Serialize, Deserialize)]
 enum Result {
     Placing(Box<Placing>),
     Watching(Watching),
 }
 
-/// Everything with these seeds; `done` is told of every finished run.
+/// Everything with these seeds.
 ///
 /// # Errors
 /// The first fault of a scene or of the simulation.
-pub fn run(
-    seeds: &RangeInclusive<u64>,
-    done: impl Fn() + Sync,
-) -> std::result::Result<Found, Box<dyn Error>> {
-    let jobs = jobs(seeds);
-    let results = super::cores::on_all_cores(&jobs, |(job, seed)| {
-        let result = one(job, seed).map_err(|error| format!("poses, {job:?}, seed {seed}: {error}"));
-        done();
-        result
+pub fn run(seeds: &RangeInclusive<u64>, runs: &Runs) -> std::result::Result<Found, Box<dyn Error>> {
+    let results = runs.results("poses", &jobs(seeds), |(job, seed)| {
+        one(job, seed).map_err(|error| format!("poses, {job:?}, seed {seed}: {error}"))
     })?;
     let mut found = Found::default();
     for ((_, seed), result) in results {
@@ -141,7 +133,7 @@ fn scene(name: &str, seed: u64) -> std::result::Result<Scene, Box<dyn Error>> {
     Ok(scene)
 }
 
-/// A run in which somebody is led.
+/// A run with a person steered from outside.
 fn led(scene: &Scene, seed: u64, led: &Led, mishaps: Vec<Mishap>) -> Run {
     let body = Body::random(Section::Torso, &mut Stream::new(seed, Purpose::Person, [0, 2]));
     let walker = Person { name: "who is led".into(), body, motion: led.motion(), crouches_s: None };

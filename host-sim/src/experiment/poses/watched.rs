@@ -1,13 +1,13 @@
-//! Whether a module that was turned or covered is named, and nothing is said of one that was not.
+//! Is a turned or covered module named, and no other one?
 
 use std::error::Error;
 use std::sync::Arc;
 
-use host_tracker::calibrate::watch::{Finding, PoseWatch};
-use host_tracker::geometry::Point;
-use host_tracker::intake::Intake;
-use host_tracker::site::Site;
 use kehai::centre::Estimator;
+use kehai_tracking::calibration::watch::{Finding, PoseWatch};
+use kehai_tracking::geometry::Point;
+use kehai_tracking::session::Sessions;
+use kehai_tracking::site::Site;
 
 use super::errand::Floor;
 use super::table::Watching;
@@ -29,24 +29,24 @@ const QUIET_S: f64 = 240.0;
 
 /// A site's watch, fed with datagrams.
 struct Guard {
-    intake: Intake,
+    sessions: Sessions,
     watch: PoseWatch,
 }
 
 impl Guard {
     fn new(site: &Site) -> Self {
         let watch = PoseWatch::new(site);
-        Self { intake: Intake::new(Arc::new(site.clone()), Estimator::default()), watch }
+        Self { sessions: Sessions::new(Arc::new(site.clone()), Estimator::default()), watch }
     }
 
     /// What is wrong once these have arrived.
     fn take(&mut self, arrivals: &[Arrival], now_s: f64) -> Vec<(usize, Finding)> {
         for arrival in arrivals {
-            if let Some(sighting) = self.intake.receive(&arrival.bytes, arrival.at_us) {
-                self.watch.see(&sighting);
+            if let Some(observation) = self.sessions.receive(&arrival.bytes, arrival.at_us) {
+                self.watch.see(&observation);
             }
         }
-        for module in self.intake.modules().values() {
+        for module in self.sessions.iter() {
             if let Some(place) = module.place_in_site() {
                 self.watch.know_walls(place, module.walls_mm());
             }
@@ -74,7 +74,7 @@ pub fn quiet(name: &str, file: &str, people: Option<usize>, seed: u64) -> Result
     Ok(Watching { scene: name.to_owned(), what: None, named_s: None, wrong })
 }
 
-/// Somebody walks about, and something befalls a module.
+/// A person walks about, and a fault happens to a module.
 pub fn mishap(room: &str, what: &str, mishap: Mishap, seed: u64) -> Result<Watching, Box<dyn Error>> {
     let scene = scene(room, seed)?;
     let from_s = LEARNS_S + BEFORE_S;

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use clap::Args;
 use kehai::wire::{Message, Request};
 
-use super::{Target, print_json};
-use crate::cli::Failure;
+use super::target::Target;
+use crate::cli::failure::Failure;
+use crate::cli::output::{print, print_json};
 
 /// Print a module's settings, or one of them
 #[derive(Debug, Args)]
@@ -44,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return print_json(&settings.into_iter().collect::<BTreeMap<_, _>>());
     }
     for (key, value) in settings {
-        if arguments.key.is_some() { println!("{value}") } else { println!("{key}={value}") }
+        if arguments.key.is_some() { print(value)? } else { print(format_args!("{key}={value}"))? }
     }
     Ok(())
 }

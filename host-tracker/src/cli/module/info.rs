@@ -1,12 +1,13 @@
-//! `kehai-tracker module info`: who and what a module is.
+//! `kehai-tracker module info`: a module's identity and properties.
 
 use clap::Args;
-use host_tracker::client::{Client, ClientError};
+use host_tracker::net::client::{Client, ClientError};
 use kehai::wire::{Info, Message, Request};
 use serde::Serialize;
 
-use super::{Target, print_json};
-use crate::cli::Failure;
+use super::target::Target;
+use crate::cli::failure::Failure;
+use crate::cli::output::{print, print_json};
 
 /// Say who and what a module is
 #[derive(Debug, Args)]
@@ -51,7 +52,7 @@ pub struct SensorLine {
     pub open_range_mm: u16,
 }
 
-/// Asks a module who it is.
+/// Asks a module for its identity and properties.
 pub fn ask(client: &mut Client) -> Result<InfoLine, ClientError> {
     let (address, start) = (client.address().to_string(), client.identity().boot);
     client.ask(Request::Info, |identity, message| match message {
@@ -92,24 +93,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.target.json {
         return print_json(&info);
     }
-    let row = |key: &str, value: String| println!("{key:<12}{value}");
-    row("name", info.name);
-    row("identity", info.id);
-    row("address", info.address);
-    row("board", format!("{}, firmware {} ({})", info.board, info.firmware, info.build));
-    row("running", format!("for {} s, start {}", info.uptime_s, info.start));
+    let row = |key: &str, value: String| print(format_args!("{key:<12}{value}"));
+    row("name", info.name)?;
+    row("identity", info.id)?;
+    row("address", info.address)?;
+    row("board", format!("{}, firmware {} ({})", info.board, info.firmware, info.build))?;
+    row("running", format!("for {} s, start {}", info.uptime_s, info.start))?;
     row(
         "background",
         match info.background_version {
             0 => "none: kehai-tracker module learn".to_owned(),
             version => format!("version {version}"),
         },
-    );
+    )?;
     let Some(sensor) = info.sensor else {
-        row("sensor", "not found".to_owned());
-        return Ok(());
+        return row("sensor", "not found".to_owned());
     };
-    row("sensor", format!("{}, serial number {}, {}", sensor.model, sensor.serial, sensor.firmware));
+    row("sensor", format!("{}, serial number {}, {}", sensor.model, sensor.serial, sensor.firmware))?;
     row(
         "measures",
         format!(
@@ -122,6 +122,5 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             sensor.range_max_mm,
             sensor.open_range_mm
         ),
-    );
-    Ok(())
+    )
 }

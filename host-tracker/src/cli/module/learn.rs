@@ -1,11 +1,13 @@
 //! `kehai-tracker module learn`: lets a module learn its background, and waits until it has.
 
 use clap::Args;
+use host_tracker::net::client::Reaction;
 use kehai::wire::{EventKind, Health, LearningProgress, Message, Request};
 use serde::Serialize;
 
-use super::{Target, print_json};
-use crate::cli::Failure;
+use super::target::Target;
+use crate::cli::failure::Failure;
+use crate::cli::output::{print, print_json};
 
 /// Let a module learn its background anew
 ///
@@ -51,14 +53,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let learned = client.watch(None, |message| {
         let Message::Health(health) = message else { return None };
         let step = step(health, &mut begun)?;
-        if told.as_ref() != Some(&step) {
-            tell(&step, arguments.target.json);
+        if told.as_ref() != Some(&step)
+            && let Err(error) = tell(&step, arguments.target.json)
+        {
+            return Some(Reaction::Done(Err(error)));
         }
         let done = matches!(step, Step::Learned { .. });
         told = Some(step);
-        done.then_some(())
+        done.then_some(Reaction::Done(Ok(())))
     })?;
-    learned.ok_or_else(|| "the module has stopped learning".into())
+    learned.unwrap_or_else(|| Err("the module has stopped learning".into()))
 }
 
 /// Learning began with the newest such event, and has ended when one that says so is newer.
@@ -75,11 +79,9 @@ fn step(health: &Health<'_>, begun: &mut Option<u32>) -> Option<Step> {
     Some(Step::Learning { scans, of, restarts })
 }
 
-fn tell(step: &Step, json: bool) {
+fn tell(step: &Step, json: bool) -> Result<(), Failure> {
     if json {
-        // A closed pipe is found out about at the end.
-        let _ = print_json(step);
-        return;
+        return print_json(step);
     }
     match step {
         Step::Learning { scans, of, restarts: 0 } => eprintln!("{scans} of {of} scans"),
@@ -87,10 +89,11 @@ fn tell(step: &Step, json: bool) {
             eprintln!("{scans} of {of} scans; began anew {restarts} times, because something moved");
         }
         Step::Learned { background_version, suspects: 0 } => {
-            println!("learned: background version {background_version}")
+            print(format_args!("learned: background version {background_version}"))?;
         }
-        Step::Learned { background_version, suspects } => println!(
+        Step::Learned { background_version, suspects } => print(format_args!(
             "learned: background version {background_version}; {suspects} things in it have the shape of a person: if somebody stood there, learn again"
-        ),
+        ))?,
     }
+    Ok(())
 }

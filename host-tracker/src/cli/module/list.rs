@@ -3,11 +3,14 @@
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::discovery::{Found, Search};
+use host_tracker::net::discovery::{Found, Search};
+use kehai::wire::ModuleId;
 use serde::Serialize;
 
-use super::{NotFound, info, meet, print_json};
-use crate::cli::Failure;
+use super::info;
+use super::target::{NotFound, meet};
+use crate::cli::failure::Failure;
+use crate::cli::output::{print, print_json};
 
 /// List the modules that are found on this network
 #[derive(Debug, Args)]
@@ -31,7 +34,8 @@ struct Listed {
     /// Whether it answers, too.
     answers: bool,
     name: String,
-    id: String,
+    /// None while it starts: it neither says so itself nor announces it yet.
+    id: Option<String>,
     address: String,
     firmware: String,
     model: String,
@@ -41,12 +45,13 @@ struct Listed {
 impl Listed {
     fn new(found: Found) -> Self {
         let info = meet(&found).and_then(|mut client| info::ask(&mut client).ok());
+        let announced_id = (found.id != ModuleId::ANY).then(|| found.id.to_string());
         let announced = found.addresses.first().map_or_else(String::new, ToString::to_string);
         Self {
             answers: info.is_some(),
             name: info.as_ref().map_or_else(String::new, |info| info.name.clone()),
+            id: info.as_ref().map(|info| info.id.clone()).or(announced_id),
             address: info.map_or(announced, |info| info.address),
-            id: found.id.to_string(),
             instance: found.instance,
             firmware: found.firmware,
             model: found.model,
@@ -66,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .into());
     }
     if !arguments.json {
-        println!("{:<16} {:<18} {:<22} {:<9} SENSOR", "NAME", "IDENTITY", "ADDRESS", "FIRMWARE");
+        print(format_args!("{:<16} {:<18} {:<22} {:<9} SENSOR", "NAME", "IDENTITY", "ADDRESS", "FIRMWARE"))?;
     }
     for found in found {
         let module = Listed::new(found);
@@ -76,10 +81,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         let name = if module.answers { &module.name } else { "(no answer)" };
         let sensor = if module.model.is_empty() { "none yet" } else { &module.model };
-        println!(
-            "{name:<16} {:<18} {:<22} {:<9} {sensor} {}",
-            module.id, module.address, module.firmware, module.serial
-        );
+        let id = module.id.as_deref().unwrap_or("(starting)");
+        print(format_args!(
+            "{name:<16} {id:<18} {:<22} {:<9} {sensor} {}",
+            module.address, module.firmware, module.serial
+        ))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_module_that_does_not_say_yet_which_it_is_has_no_identity() {
+        let found = |id| Found { id, addresses: Vec::new(), ..Found::default() };
+        assert_eq!(Listed::new(found(ModuleId::ANY)).id, None);
+        let id = ModuleId([2, 0, 0, 0, 0, 1]);
+        assert_eq!(Listed::new(found(id)).id.as_deref(), Some("02:00:00:00:00:01"));
+    }
 }

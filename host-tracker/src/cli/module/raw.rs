@@ -6,13 +6,15 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use host_tracker::frame::unix_ms;
+use host_tracker::net::client::Reaction;
 use host_tracker::store::raw::RawKeeper;
 use kehai::wire::{Message, RawPart, Request};
+use kehai_tracking::snapshot::unix_ms;
 use serde::Serialize;
 
-use super::{Target, name, print_json};
-use crate::cli::Failure;
+use super::target::{Target, name};
+use crate::cli::failure::Failure;
+use crate::cli::output::{print, print_json};
 
 /// Print a module's raw scans, a JSON line each, or keep them for a while
 ///
@@ -53,7 +55,6 @@ struct Kept {
     until_ms: u64,
 }
 
-/// A scan.
 #[derive(Debug, Serialize)]
 struct Scan {
     sequence: u32,
@@ -65,28 +66,54 @@ struct Scan {
 
 /// Scans on their way.
 #[derive(Debug, Default)]
-struct Arriving(BTreeMap<u32, BTreeMap<u8, (u16, Vec<u16>)>>);
+struct Arriving(BTreeMap<u32, Parts>);
+
+/// A scan of which some parts are missing.
+#[derive(Debug, Default)]
+struct Parts {
+    /// First step and ranges, by number.
+    arrived: BTreeMap<u8, (u16, Vec<u16>)>,
+    /// The parts asked for again, bit i for part i.
+    asked: u32,
+}
+
+/// What a part leads to.
+#[derive(Debug)]
+enum Arrival {
+    /// The scan is complete.
+    Complete(Scan),
+    /// Parts before it were lost: to be asked for. The module keeps its newest scan only, so a lost last part, which
+    /// only the next scan shows, is gone.
+    Lost(Request<'static>),
+    /// More parts are to come.
+    Incomplete,
+}
 
 /// Scans that are waited for.
 const WAITING: usize = 8;
 
 impl Arriving {
-    /// The scan this part completes.
-    fn take(&mut self, part: &RawPart<'_>) -> Option<Scan> {
+    fn push(&mut self, part: &RawPart<'_>) -> Arrival {
         let head = part.head;
         let parts = self.0.entry(head.object).or_default();
-        parts.insert(head.part, (head.first_step, part.ranges_mm.iter().collect()));
-        if parts.len() < usize::from(head.parts) {
+        parts.arrived.insert(head.part, (head.first_step, part.ranges_mm.iter().collect()));
+        if parts.arrived.len() < usize::from(head.parts) {
+            let missing = (0..head.part.min(32)).filter(|before| !parts.arrived.contains_key(before));
+            let lost = missing.fold(0u32, |lost, before| lost | 1 << before) & !parts.asked;
+            parts.asked |= lost;
             while self.0.len() > WAITING {
                 self.0.pop_first();
             }
-            return None;
+            return match lost {
+                0 => Arrival::Incomplete,
+                parts => Arrival::Lost(Request::RawAgain { object: head.object, parts }),
+            };
         }
-        let parts = self.0.remove(&head.object)?;
-        let first_step = parts.values().next().map_or(0, |(first_step, _)| *first_step);
-        let ranges_mm = parts.into_values().flat_map(|(_, ranges_mm)| ranges_mm).collect();
+        let arrived = self.0.remove(&head.object).unwrap_or_default().arrived;
+        let first_step = arrived.values().next().map_or(0, |(first_step, _)| *first_step);
+        let ranges_mm = arrived.into_values().flat_map(|(_, ranges_mm)| ranges_mm).collect();
         let (stamp_us, sensor_ms) = (part.time.stamp_us, part.time.sensor_ms);
-        Some(Scan { sequence: head.object, stamp_us, sensor_ms, first_step, ranges_mm })
+        Arrival::Complete(Scan { sequence: head.object, stamp_us, sensor_ms, first_step, ranges_mm })
     }
 }
 
@@ -106,35 +133,65 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut arriving, mut out, mut scans) = (Arriving::default(), io::stdout().lock(), 0u32);
     let stopped = client.watch(Some(end), |message| {
         let Message::RawPart(part) = message else { return None };
-        let scan = arriving.take(part)?;
+        let scan = match arriving.push(part) {
+            Arrival::Complete(scan) => scan,
+            Arrival::Lost(request) => return Some(Reaction::Ask(request)),
+            Arrival::Incomplete => return None,
+        };
         scans += 1;
         let line = serde_json::to_string(&scan).map_err(io::Error::other);
         let done = line.and_then(|line| match &mut keeper {
             Some(keeper) => keeper.scan(unix_ms(), line).map_err(io::Error::other),
             None => writeln!(out, "{line}"),
         });
-        done.err()
+        done.err().map(Reaction::Done)
     })?;
     if let Some(keeper) = &mut keeper {
         keeper.flush()?;
     }
     drop(out);
     match stopped {
-        // Whoever read the lines has had enough.
-        Some(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         Some(error) => Err(error.into()),
         None if scans == 0 => Err("no scan came: is its sensor there? kehai-tracker module info says".into()),
         None => match &arguments.db {
             None => Ok(()),
             Some(_) if arguments.target.json => print_json(&Kept { module, scans, until_ms }),
             Some(file) => {
-                println!(
-                    "{scans} scans of {module} are kept in {} for {} h",
-                    file.display(),
-                    arguments.keep_hours
-                );
-                Ok(())
+                let (file, hours) = (file.display(), arguments.keep_hours);
+                print(format_args!("{scans} scans of {module} are kept in {file} for {hours} h"))
             }
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kehai::scan::ScanTime;
+    use kehai::wire::{List, PartHead};
+
+    /// Part `part` of 3 of scan `object`, with one range.
+    fn push(arriving: &mut Arriving, object: u32, part: u8) -> Arrival {
+        let head = PartHead { object, part, parts: 3, first_step: 100 + u16::from(part), setup: 1 };
+        let time = ScanTime { sensor_ms: 7, stamp_us: 8, uncertainty_us: 9 };
+        arriving.push(&RawPart { head, time, ranges_mm: List::new(&[u16::from(part)]) })
+    }
+
+    #[test]
+    fn a_scan_is_complete_with_its_last_part_in_whatever_order() {
+        let mut arriving = Arriving::default();
+        assert!(matches!(push(&mut arriving, 5, 0), Arrival::Incomplete));
+        assert!(matches!(push(&mut arriving, 5, 1), Arrival::Incomplete));
+        let Arrival::Complete(scan) = push(&mut arriving, 5, 2) else { panic!("incomplete") };
+        assert_eq!((scan.sequence, scan.first_step, scan.ranges_mm), (5, 100, vec![0, 1, 2]));
+    }
+
+    #[test]
+    fn lost_parts_are_asked_for_once() {
+        let mut arriving = Arriving::default();
+        let Arrival::Lost(request) = push(&mut arriving, 5, 2) else { panic!("nothing is missing") };
+        assert_eq!(request, Request::RawAgain { object: 5, parts: 0b11 });
+        assert!(matches!(push(&mut arriving, 5, 1), Arrival::Incomplete));
+        assert!(matches!(push(&mut arriving, 5, 0), Arrival::Complete(_)));
     }
 }

@@ -1,10 +1,10 @@
-//! `kehai-tracker module restart`: starts a module anew.
+//! `kehai-tracker module restart`: restarts a module.
 
 use clap::Args;
 use kehai::wire::{Message, Request};
 
-use super::Target;
-use crate::cli::Failure;
+use super::target::Target;
+use crate::cli::failure::Failure;
 
 /// Start a module anew; settings and background are kept
 #[derive(Debug, Args)]

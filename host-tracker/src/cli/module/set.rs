@@ -1,16 +1,17 @@
 //! `kehai-tracker module set`: changes a module's settings.
 
 use clap::Args;
-use host_tracker::client::ClientError;
+use host_tracker::net::client::ClientError;
 use kehai::wire::{Message, Refusal, Request, SETTINGS_TEXT_MAX};
 
-use super::{Target, print_json};
-use crate::cli::Failure;
+use super::target::Target;
+use crate::cli::failure::Failure;
+use crate::cli::output::print_json;
 
 /// Change a module's settings: all that are named, or none
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Settings: name, body_radius_mm, foreground_mm, open_range_mm, learn_scans, first_step, last_step, cluster,
+    after_help = "Settings: name, foreground_mm, open_range_mm, learn_scans, first_step, last_step, cluster,
 skip, address, hosts; docs/wire.md has their values.
 
 Examples:
@@ -32,6 +33,9 @@ fn setting(text: &str) -> Result<String, String> {
         return Err("a setting has no control characters".to_owned());
     }
     match text.split_once('=') {
+        Some(("name", "")) => {
+            Err("a module has a name of 1 to 32 bytes: without one it could not be found by it".to_owned())
+        }
         Some((key, _)) if !key.is_empty() => Ok(text.to_owned()),
         _ => Err("a setting is KEY=VALUE".to_owned()),
     }

@@ -1,0 +1,170 @@
+//! One module on a PC, in real time: the library's tasks beside any sensor.
+
+use std::error::Error;
+use std::fs::File;
+use std::io::Read as _;
+use std::net::SocketAddr;
+use std::sync::atomic::AtomicBool;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use embassy_futures::select::select;
+use kehai::address::mac_from_unique_id;
+use kehai::device::starts::ShortStarts;
+use kehai::device::{About, Module};
+use kehai::link::Clock as _;
+use kehai::scan::MAX_BEAMS;
+use kehai::sensor::Driver;
+use kehai::store::flash::FlashStore;
+use kehai::tasks::{self, Hardware, Notices};
+use kehai::wire::{Identity, ModuleId, SensorCode};
+
+use super::Fed;
+use super::discovery::Announcement;
+use super::flash::{Flash, PAGE_LEN};
+use super::line::{Line, Place};
+use super::reactor::Reactor;
+use super::udp::Udp;
+
+/// Pages of the store: as many as on a board.
+pub const PAGES: usize = 32;
+
+/// A module that is switched on.
+pub struct Pc<'a> {
+    /// Its sensor.
+    pub sensor: &'a Place,
+    /// Its port.
+    pub port: &'a Udp,
+    /// [`PAGES`] pages for settings and background.
+    pub flash: &'a Flash,
+    /// Its name; it distinguishes several modules on this PC.
+    pub name: Option<&'a str>,
+    /// Whether it is announced by DNS-SD.
+    pub announced: bool,
+}
+
+/// Flash that is forgotten at the end. Its starts are counted from the seconds since 1970, so that the next process goes on
+/// with larger numbers: hosts take a smaller one for an old datagram.
+///
+/// # Errors
+/// It has no room, or cannot be written.
+pub fn forgotten(stop: &AtomicBool) -> Result<Flash, Box<dyn Error>> {
+    let flash = Flash::new(PAGES);
+    let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
+    let mut store = FlashStore::new(flash.clone(), range).ok_or("the store has no room")?;
+    let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs();
+    // Enough until 2106.
+    let boot = u32::try_from(now).unwrap_or_default();
+    let counted = Reactor::new().block_on(stop, kehai::store::count_from(&mut store, boot));
+    counted.map_or(Ok(()), |done| done.map_err(|_| "the store cannot be written"))?;
+    Ok(flash)
+}
+
+impl Pc<'_> {
+    /// One start of the module, until it is to start anew or `stop` is set. `on_start` is told which module and
+    /// which start this is.
+    ///
+    /// # Errors
+    /// What the PC lacks.
+    pub fn start(&self, stop: &AtomicBool, on_start: impl FnOnce(Identity)) -> Result<(), Box<dyn Error>> {
+        let reactor = Reactor::new();
+        let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
+        let mut store = FlashStore::new(self.flash.clone(), range).ok_or("the store has no room")?;
+        let mut secret = [0; 16];
+        File::open("/dev/urandom")
+            .and_then(|mut random| random.read_exact(&mut secret))
+            .map_err(|error| format!("/dev/urandom: {error}"))?;
+        let mut module = Box::new(Module::<MAX_BEAMS>::new(About {
+            module: self.id(),
+            secret,
+            firmware: env!("CARGO_PKG_VERSION"),
+            build: concat!("kehai-sim ", env!("CARGO_PKG_VERSION")),
+            board: "pc",
+            watchdog_reset: false,
+        }));
+        let begun = reactor.block_on(stop, async {
+            let last_baud = tasks::begin(&mut store, &mut module, ShortStarts::default()).await;
+            if let Some(name) = self.name {
+                module.rename(name);
+            }
+            last_baud
+        });
+        let Some(last_baud) = begun else { return Ok(()) };
+        let line = self.sensor.settings(last_baud);
+        let link = Line::new(self.sensor.clone(), &reactor, |place, error| {
+            eprintln!("sensor at {place}: {error}; it is tried again and again");
+        });
+        let mut driver = Box::new(Driver::new(link, reactor.clone(), module.settings().sensor(line)));
+        on_start(module.identity());
+        let listen = self.port.local_addr()?;
+        let notices = Notices::new();
+        let hardware = Hardware {
+            driver: &mut driver,
+            line,
+            datagrams: self.port.again(&reactor),
+            store,
+            watchdog: Fed::default(),
+            clock: reactor.clone(),
+            notices: &notices,
+        };
+        let running = tasks::run(&mut module, hardware);
+        let announcing = async {
+            if self.announced {
+                let error = announce(self.id(), listen, &notices, &reactor).await;
+                tracing::warn!("module {} cannot be announced: {error}", self.id());
+            }
+            std::future::pending::<()>().await;
+        };
+        let watching = select(announcing, watch_sensor(self.sensor, &notices, &reactor));
+        let _ = reactor.block_on(stop, select(running, watching));
+        Ok(())
+    }
+
+    /// Its identity: the same at every start.
+    fn id(&self) -> ModuleId {
+        let host = std::fs::read_to_string("/etc/machine-id").unwrap_or_default();
+        let name = self.name.unwrap_or_default();
+        let unique = format!("{host}{name}{:?}", self.sensor);
+        ModuleId(mac_from_unique_id(unique.as_bytes()))
+    }
+}
+
+/// Time without an answer after which a sensor is said to be silent, µs: at 19 200 baud, a stream left running may take
+/// this long to end.
+const SILENT_US: u64 = 5_000_000;
+
+/// Says when the sensor does not answer, and when it does again. Never returns.
+///
+/// # Cancellation
+/// Nothing more is said.
+async fn watch_sensor(place: &Place, notices: &Notices, reactor: &Reactor) {
+    let (mut heard_us, mut is_silent) = (reactor.now_us(), false);
+    loop {
+        reactor.wait_until(reactor.now_us() + SILENT_US / 10).await;
+        if notices.status().sensor != SensorCode::Searching {
+            heard_us = reactor.now_us();
+        }
+        let silent = reactor.now_us() - heard_us >= SILENT_US;
+        if silent && !is_silent {
+            eprintln!("sensor at {place}: no answer; is it switched on, and does it speak SCIP?");
+        } else if is_silent && !silent {
+            eprintln!("sensor at {place}: it answers");
+        }
+        is_silent = silent;
+    }
+}
+
+/// Announces `module`, which listens at `listen`, until that fails, and why it did.
+///
+/// # Cancellation
+/// The module is no longer announced.
+async fn announce(
+    module: ModuleId,
+    listen: SocketAddr,
+    notices: &Notices,
+    reactor: &Reactor,
+) -> mdns_sd::Error {
+    match Announcement::new(listen, module, env!("CARGO_PKG_VERSION")) {
+        Ok(mut announcement) => announcement.keep(notices, reactor).await,
+        Err(error) => error,
+    }
+}

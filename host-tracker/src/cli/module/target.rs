@@ -1,0 +1,106 @@
+//! The module that a command is for: found by name, identity or address.
+
+use std::net::{IpAddr, SocketAddr};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use host_tracker::net::client::Client;
+use host_tracker::net::discovery::{self, Finding, Found, Search};
+use kehai::wire::{Message, PORT, Request};
+
+use crate::cli::address::address;
+use crate::cli::failure::Failure;
+
+/// Which module, and how it is told.
+#[derive(Debug, Args)]
+pub(super) struct Target {
+    /// The module: name, instance name, identity or address
+    #[arg(value_name = "MODULE")]
+    pub(super) module: String,
+
+    /// JSON, an object a line
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// How long a module is looked for.
+const SEARCH: Duration = Duration::from_secs(5);
+
+/// No module, or none of that name.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct NotFound(pub(super) String);
+
+impl Target {
+    /// Meets the module.
+    pub(super) fn connect(&self) -> Result<Client, Failure> {
+        Ok(Client::connect(find(&self.module)?)?)
+    }
+
+    /// Meets the module and takes a place among its subscribers: what changes a module needs one.
+    pub(super) fn control(&self) -> Result<Client, Failure> {
+        let mut client = self.connect()?;
+        if !client.subscribe()? {
+            return Err(format!(
+                "this machine may not control the module at {}: run it where the tracker runs, or add this machine to \
+                 the module's setting hosts from there",
+                client.address()
+            )
+            .into());
+        }
+        Ok(client)
+    }
+}
+
+/// The address of a module that is named in whatever way.
+fn find(module: &str) -> Result<SocketAddr, Failure> {
+    if let Ok(ip) = module.parse::<IpAddr>() {
+        return Ok((ip, PORT).into());
+    }
+    if let Ok(address) = module.parse() {
+        return Ok(address);
+    }
+    let wanted = discovery::id(module);
+    let search = Search::start()?;
+    let end = Instant::now() + SEARCH;
+    let mut asked = Vec::new();
+    while let Some(finding) = search.next_before(end) {
+        let Finding::Found(found) = finding else { continue };
+        if asked.contains(&found.addresses) {
+            continue;
+        }
+        let is_it = wanted == Some(found.id) || found.instance == module;
+        for &address in &found.addresses {
+            let Ok(mut client) = Client::connect(address) else { continue };
+            let named =
+                || client.ask(Request::Info, |_, message| name(message)).is_ok_and(|name| name == module);
+            if is_it || { named }() {
+                return Ok(address);
+            }
+            break;
+        }
+        asked.push(found.addresses);
+    }
+    if wanted.is_none()
+        && let Ok(address) = address(module)
+    {
+        return Ok(address);
+    }
+    let seconds = SEARCH.as_secs();
+    Err(NotFound(format!(
+        "no module \"{module}\" was found within {seconds} s: kehai-tracker module list shows what is there; or give its address"
+    ))
+    .into())
+}
+
+pub(super) fn name(message: &Message<'_>) -> Option<String> {
+    match message {
+        Message::Info(info) => Some(info.name.to_owned()),
+        _ => None,
+    }
+}
+
+/// The first address at which what was found answers.
+pub(super) fn meet(found: &Found) -> Option<Client> {
+    found.addresses.iter().find_map(|&address| Client::connect(address).ok())
+}

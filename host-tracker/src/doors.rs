@@ -1,0 +1,179 @@
+//! The doors of a running tracker: shared by the tracking loop, the sources of messages, and a watchdog.
+//!
+//! ```text
+//!   tracking loop ─ observe, before each snapshot ─▶ ╭───────╮ ─▶ lines      for that snapshot
+//!   HTTP, MQTT ──── tell, post ────────────────────▶ │ doors │ ─▶ outputs    each one: lock, alarm, passage
+//!   watchdog ────── pass_time, every 50 ms ────────▶ ╰───────╯
+//! ```
+//!
+//! Each of them holds the lock for some microseconds. The watchdog makes trouble of a dead tracking loop.
+
+use std::collections::hash_map::RandomState;
+use std::hash::BuildHasher;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use parking_lot::{Mutex, MutexGuard};
+
+use kehai_tracking::door::Card;
+use kehai_tracking::door::doors::{DoorState, Doors, Now, Output, Why};
+use kehai_tracking::door::inbox::Input;
+use kehai_tracking::door::machine::DoorLine;
+use kehai_tracking::follower::Estimate;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{ModuleLine, unix_ms};
+
+/// Between two times that the watchdog passes to the doors: a twentieth of the time without tracks that is trouble.
+const WATCH: Duration = Duration::from_millis(50);
+
+/// Makes of a card what may be kept of it.
+pub type Hash = Box<dyn Fn(&str) -> Card + Send>;
+
+/// Seconds on a clock that never goes back.
+pub type Clock = Box<dyn Fn() -> f64 + Send>;
+
+/// The doors of the site in use. Clones are the same doors.
+#[derive(Clone)]
+pub struct DoorDesk(Arc<Mutex<Shared>>);
+
+struct Shared {
+    doors: Doors,
+    clock: Clock,
+    hash: Hash,
+    listeners: Vec<Sender<Output>>,
+}
+
+impl std::fmt::Debug for DoorDesk {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DoorDesk").finish_non_exhaustive()
+    }
+}
+
+impl DoorDesk {
+    /// The doors of a site. `hash` makes of a card what may be kept of it; without one it is a hash by a key that is lost
+    /// with the process.
+    #[must_use]
+    pub fn new(site: &Site, hash: Option<Hash>) -> Self {
+        let begun = Instant::now();
+        Self::timed(Box::new(move || begun.elapsed().as_secs_f64()), site, hash)
+    }
+
+    /// The same by another clock, as that of a test.
+    #[must_use]
+    pub fn timed(clock: Clock, site: &Site, hash: Option<Hash>) -> Self {
+        let hash = hash.unwrap_or_else(by_process);
+        let shared = Shared { doors: Doors::new(site), clock, hash, listeners: Vec::new() };
+        Self(Arc::new(Mutex::new(shared)))
+    }
+
+    /// Goes on with another site.
+    pub fn change_site(&self, site: &Site) {
+        self.lock().doors.change_site(site);
+    }
+
+    /// Shows the doors what is known, and says how they are after that: both belong to the same snapshot.
+    #[must_use]
+    pub fn observe(&self, estimate: &Estimate, modules: &[ModuleLine]) -> Vec<DoorLine> {
+        let silent_s = |name: &str| modules.iter().find(|module| module.name == name)?.silent_s;
+        let mut shared = self.lock();
+        shared.step(|doors, _, now, outputs| doors.observe(estimate, silent_s, now, outputs));
+        shared.doors.lines().collect()
+    }
+
+    /// Tells the doors the time.
+    pub fn pass_time(&self) {
+        self.lock().step(|doors, _, now, outputs| doors.pass_time(now, outputs));
+    }
+
+    /// Hands a message to a door.
+    ///
+    /// # Errors
+    /// Why it changed nothing.
+    pub fn tell(&self, door: &str, input: Input, bytes: &[u8]) -> Result<(), Why> {
+        self.lock().step(|doors, hash, now, outputs| doors.tell(door, input, bytes, hash, now, outputs))
+    }
+
+    /// Hands a message to a door; why it changed nothing is an output.
+    pub fn post(&self, door: &str, input: Input, bytes: &[u8]) {
+        self.lock().step(|doors, hash, now, outputs| {
+            if let Err(why) = doors.tell(door, input, bytes, hash, now, outputs) {
+                outputs.push(Output::NotTaken { door: door.to_owned(), why: why.to_string() });
+            }
+        });
+    }
+
+    /// The doors, as they are now.
+    #[must_use]
+    pub fn states(&self) -> Vec<DoorState> {
+        self.lock().doors.states(unix_ms()).collect()
+    }
+
+    /// All outputs from now on.
+    #[must_use]
+    pub fn listen(&self) -> Receiver<Output> {
+        let (sender, receiver) = channel();
+        self.lock().listeners.push(sender);
+        receiver
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shared> {
+        self.0.lock()
+    }
+}
+
+impl Shared {
+    /// Does something with the doors, and passes their outputs on to the listeners.
+    fn step<T>(&mut self, act: impl FnOnce(&mut Doors, &Hash, Now, &mut Vec<Output>) -> T) -> T {
+        let now = Now { steady_s: (self.clock)(), unix_ms: unix_ms() };
+        let mut outputs = Vec::new();
+        let result = act(&mut self.doors, &self.hash, now, &mut outputs);
+        for output in outputs {
+            self.listeners.retain(|listener| listener.send(output.clone()).is_ok());
+        }
+        result
+    }
+}
+
+/// A thread that passes the time to the doors, whatever the tracking loop does. It ends when dropped.
+#[derive(Debug)]
+pub struct Watchdog {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Watchdog {
+    /// Watches over these doors.
+    ///
+    /// # Errors
+    /// There is no thread for it.
+    pub fn start(doors: DoorDesk) -> std::io::Result<Self> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let thread = std::thread::Builder::new().name("doors".into()).spawn(move || {
+            while !stopped.load(Ordering::Relaxed) {
+                doors.pass_time();
+                std::thread::sleep(WATCH);
+            }
+        })?;
+        Ok(Self { stop, thread: Some(thread) })
+    }
+}
+
+impl Drop for Watchdog {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Hashes by a key that is lost with the process.
+fn by_process() -> Hash {
+    let keys = [RandomState::new(), RandomState::new()];
+    Box::new(move |card| {
+        let [high, low] = [0, 1].map(|half: usize| keys.get(half).map_or(0, |key| key.hash_one(card)));
+        Card(u128::from(high) << 64 | u128::from(low))
+    })
+}

@@ -1,0 +1,177 @@
+//! Modules on the network, found by DNS-SD as `_kehai._udp`.
+//!
+//! ```text
+//!   announcement ─▶ mdns-sd's thread ─▶ Finding::Found  instance, addresses, what it says of itself
+//!   good-bye, or nothing for two minutes ─▶ Finding::Lost
+//! ```
+//!
+//! Sources: RFC 6762 (multicast DNS), RFC 6763 (DNS-SD); what modules announce is in `kehai::device::discovery`.
+
+use std::fmt;
+use std::net::{SocketAddr, SocketAddrV4};
+use std::time::{Duration, Instant};
+
+use kehai::device::discovery::SERVICE;
+use kehai::wire::ModuleId;
+use mdns_sd::{IfKind, Receiver, ResolvedService, ServiceDaemon, ServiceEvent};
+
+/// What is known of a module that announces itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Found {
+    /// Its instance name: `kehai-123401`.
+    pub instance: String,
+    /// Its identity; [`ModuleId::ANY`] if it does not say.
+    pub id: ModuleId,
+    /// Where it may answer, in a fixed order; never empty.
+    pub addresses: Vec<SocketAddr>,
+    /// Its firmware's version.
+    pub firmware: String,
+    /// Its sensor's model; empty until it has found one.
+    pub model: String,
+    /// Its sensor's serial number; empty until it has found one.
+    pub serial: String,
+}
+
+/// What is new on the network.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Finding {
+    /// A module is there, or says something new.
+    Found(Found),
+    /// The module with this instance name is gone.
+    Lost(String),
+}
+
+/// The network cannot be searched.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "modules cannot be looked for on the network: {0}; give their addresses with --module, and --no-mdns"
+)]
+pub struct SearchError(String);
+
+/// Looks for modules until dropped.
+pub struct Search {
+    daemon: ServiceDaemon,
+    events: Receiver<ServiceEvent>,
+}
+
+impl fmt::Debug for Search {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Search").finish_non_exhaustive()
+    }
+}
+
+impl Search {
+    /// Begins to look.
+    ///
+    /// # Errors
+    /// There are no sockets for it.
+    pub fn start() -> Result<Self, SearchError> {
+        let error = |error: mdns_sd::Error| SearchError(error.to_string());
+        let daemon = ServiceDaemon::new().map_err(error)?;
+        // Modules have no IPv6 addresses.
+        daemon.disable_interface(IfKind::IPv6).map_err(error)?;
+        let events = daemon.browse(&format!("{}.local.", SERVICE.join("."))).map_err(error)?;
+        Ok(Self { daemon, events })
+    }
+
+    /// What has been found since the last time; does not wait.
+    pub fn findings(&self) -> impl Iterator<Item = Finding> + '_ {
+        self.events.try_iter().filter_map(finding)
+    }
+
+    /// The next finding before `end`.
+    #[must_use]
+    pub fn next_before(&self, end: Instant) -> Option<Finding> {
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.events.recv_timeout(left) {
+                Ok(event) => match finding(event) {
+                    None => {}
+                    found => return found,
+                },
+                Err(_) => return None,
+            }
+        }
+    }
+
+    /// Every module that is found within `time`.
+    #[must_use]
+    pub fn all_within(&self, time: Duration) -> Vec<Found> {
+        let end = Instant::now() + time;
+        let mut all: Vec<Found> = Vec::new();
+        while let Some(finding) = self.next_before(end) {
+            let (Finding::Found(Found { instance, .. }) | Finding::Lost(instance)) = &finding;
+            all.retain(|known| known.instance != *instance);
+            if let Finding::Found(found) = finding {
+                all.push(found);
+            }
+        }
+        all.sort_by(|one, other| one.instance.cmp(&other.instance));
+        all
+    }
+}
+
+impl Drop for Search {
+    fn drop(&mut self) {
+        let _ = self.daemon.shutdown();
+    }
+}
+
+fn finding(event: ServiceEvent) -> Option<Finding> {
+    match event {
+        ServiceEvent::ServiceResolved(service) => found(&service).map(Finding::Found),
+        ServiceEvent::ServiceRemoved(_, name) => Some(Finding::Lost(instance(&name))),
+        _ => None,
+    }
+}
+
+fn found(service: &ResolvedService) -> Option<Found> {
+    let mut addresses: Vec<SocketAddr> = service
+        .get_addresses_v4()
+        .into_iter()
+        .map(|address| SocketAddrV4::new(address, service.port).into())
+        .collect();
+    addresses.sort_unstable();
+    let text = |key: &str| service.txt_properties.get_property_val_str(key).unwrap_or_default().to_owned();
+    let (instance, id) = (instance(&service.fullname), id(&text("id")).unwrap_or(ModuleId::ANY));
+    let (firmware, model, serial) = (text("firmware"), text("model"), text("serial"));
+    (!addresses.is_empty()).then_some(Found { instance, id, addresses, firmware, model, serial })
+}
+
+/// `kehai-123401._kehai._udp.local.` → `kehai-123401`.
+fn instance(full_name: &str) -> String {
+    full_name.split('.').next().unwrap_or(full_name).to_owned()
+}
+
+/// A module's identity from twelve hexadecimal digits, with or without colons between the bytes.
+#[must_use]
+pub fn id(text: &str) -> Option<ModuleId> {
+    let digits: String = text.chars().filter(|letter| *letter != ':').collect();
+    if digits.len() != 12 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None;
+    }
+    let number = u64::from_str_radix(&digits, 16).ok()?;
+    let [_, _, id @ ..] = number.to_be_bytes();
+    Some(ModuleId(id))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_identity_is_read_with_and_without_colons() {
+        let expected = Some(ModuleId([0x52, 0x54, 0, 0x12, 0x34, 1]));
+        assert_eq!(id("525400123401"), expected);
+        assert_eq!(id("52:54:00:12:34:01"), expected);
+        for wrong in ["", "52540012340", "5254001234011", "52540012340g", "kehai-123401", "＋25400123401"] {
+            assert_eq!(id(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_instance_is_the_first_label() {
+        assert_eq!(instance("kehai-123401._kehai._udp.local."), "kehai-123401");
+        assert_eq!(instance(""), "");
+    }
+}

@@ -1,0 +1,12 @@
+//! Devices on the network: found, asked, subscribed to and received.
+//!
+//! ```text
+//!   discovery ─▶ registry ─▶ subscribe, info, profile ─▶ tracking loop ─▶ a snapshot every 0.1 s
+//!   client: one question to one device, for the commands
+//! ```
+
+pub mod client;
+pub mod discovery;
+pub mod poses;
+pub mod registry;
+pub mod tracking;

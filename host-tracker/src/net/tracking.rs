@@ -1,0 +1,233 @@
+//! The tracking loop: one socket for all devices, and a snapshot every 0.1 s.
+//!
+//! ```text
+//!   DNS-SD ─▶ registry ─▶ subscribe, info, profile ─▶ socket
+//!   socket ─▶ decode, once ─▶ session ─▶ observation ─▶ tracker ─▶ tracks, zones ─▶ doors ─▶ Snapshot every 0.1 s
+//!                               └─▶ how each device is ─────────────────────────────────────────┘
+//! ```
+
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::alarms::TrackerAlarms;
+use crate::calibration::Calibration;
+use crate::doors::DoorDesk;
+use crate::net::discovery::Search;
+use crate::net::poses::Poses;
+use crate::net::registry::Registry;
+use crate::record::Recorder;
+use crate::reports::{ReportLine, Reports};
+use kehai::wire::Message;
+use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::follower::Follower;
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
+
+/// Between two snapshots, µs.
+pub const LINE_US: u64 = 100_000;
+
+/// Longest wait for a datagram: a tenth of that.
+const WAIT: Duration = Duration::from_millis(10);
+
+/// Longer than any datagram of a device, so that a longer one is seen to be.
+const BUFFER: usize = 2048;
+
+/// Everything that takes part in the loop beside the tracker; what is left out does nothing.
+#[derive(Debug, Default)]
+pub struct Parts {
+    /// Records everything that comes in; the recording begins before the first snapshot.
+    pub recorder: Option<Recorder>,
+    /// The tracker's own alarms.
+    pub alarms: TrackerAlarms,
+    /// The doors of the site.
+    pub doors: Option<DoorDesk>,
+    /// The calibration under way.
+    pub calibration: Calibration,
+    /// Listeners for every single report.
+    pub reports: Reports,
+}
+
+/// Follows live devices.
+pub struct TrackingLoop {
+    socket: UdpSocket,
+    search: Option<Search>,
+    registry: Registry,
+    follower: Follower,
+    poses: Poses,
+    begun: Instant,
+    next_line_us: u64,
+    /// Datagrams from addresses that are no device of ours.
+    strangers: u64,
+    parts: Parts,
+}
+
+impl TrackingLoop {
+    /// A socket for [`new`](Self::new).
+    ///
+    /// # Errors
+    /// None can be had.
+    pub fn bind() -> io::Result<UdpSocket> {
+        let socket = UdpSocket::bind("0.0.0.0:0")?;
+        socket.set_read_timeout(Some(WAIT))?;
+        Ok(socket)
+    }
+
+    /// Listens over a socket of [`bind`](Self::bind) to the devices of the registry, and to those that are found.
+    #[must_use]
+    pub fn new(
+        socket: UdpSocket,
+        registry: Registry,
+        search: Option<Search>,
+        follower: Follower,
+        parts: Parts,
+    ) -> Self {
+        Self {
+            socket,
+            search,
+            poses: Poses::new(registry.site()),
+            registry,
+            follower,
+            begun: Instant::now(),
+            next_line_us: LINE_US,
+            strangers: 0,
+            parts,
+        }
+    }
+
+    /// Goes on with another site.
+    pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.parts.calibration.set_site(site);
+        if let Some(recorder) = &self.parts.recorder {
+            recorder.told(self.now_us(), site);
+        }
+        if let Some(doors) = &self.parts.doors {
+            doors.change_site(site);
+        }
+        self.poses = Poses::new(site);
+        self.follower.change_site(site);
+        self.registry.change_site(site, self.follower.sessions_mut());
+    }
+
+    /// µs since it began: the clock of all that follows.
+    #[must_use]
+    pub fn now_us(&self) -> u64 {
+        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+
+    /// Sends what is due and uses what arrives, until the next snapshot is.
+    ///
+    /// # Errors
+    /// The socket fails for good.
+    pub fn snapshot(&mut self) -> io::Result<Snapshot> {
+        let mut buffer = [0; BUFFER];
+        loop {
+            let now_us = self.now_us();
+            if now_us >= self.next_line_us {
+                let at_us = self.next_line_us;
+                // After a stall the snapshots missed are left out.
+                self.next_line_us = (now_us / LINE_US + 1) * LINE_US;
+                return Ok(self.snapshot_at(at_us));
+            }
+            for finding in self.search.iter().flat_map(Search::findings) {
+                self.registry.find(finding, now_us);
+            }
+            let socket = &self.socket;
+            let sessions = self.follower.sessions_mut();
+            self.registry.poll(sessions, now_us, |datagram, to| send(socket, datagram, to));
+            let (len, from) = match self.socket.recv_from(&mut buffer) {
+                Ok(received) => received,
+                Err(error) if is_passing(&error) => continue,
+                Err(error) => return Err(error),
+            };
+            if let Some(datagram) = buffer.get(..len) {
+                self.receive(datagram, from);
+            }
+        }
+    }
+
+    fn receive(&mut self, bytes: &[u8], from: SocketAddr) {
+        let now_us = self.now_us();
+        if !self.registry.knows(from) {
+            self.strangers += 1;
+            return;
+        }
+        if let Some(recorder) = &self.parts.recorder {
+            recorder.datagram(now_us, bytes);
+        }
+        let sessions = self.follower.sessions_mut();
+        let Some(datagram) = sessions.decode(bytes) else { return };
+        self.registry.meet(from, datagram.device(), sessions, now_us);
+        let observation = self.follower.follow(&datagram, now_us);
+        if let Some(observation) = &observation {
+            self.poses.observe(observation);
+            self.parts.calibration.see(observation);
+            if let Message::Report(report) = &datagram.message
+                && self.parts.reports.are_wanted()
+            {
+                let t = now_us as f64 * 1e-6;
+                let module = self.registry.site().modules.get(observation.view.module);
+                self.parts.reports.publish(ReportLine {
+                    t,
+                    module: module.map_or_else(String::new, |module| module.name.clone()),
+                    sequence: report.head.sequence,
+                    tracks: self.follower.peek(t),
+                });
+            }
+        }
+        let socket = &self.socket;
+        let sessions = self.follower.sessions_mut();
+        let answer = |datagram: &[u8], to| send(socket, datagram, to);
+        self.registry.heard(from, &datagram, observation, sessions, now_us, answer);
+    }
+
+    fn snapshot_at(&mut self, at_us: u64) -> Snapshot {
+        let now_us = self.now_us();
+        let estimate = self.follower.estimate(at_us as f64 * 1e-6);
+        let line = TracksLine::from(&estimate);
+        let Self { registry, follower, poses, parts, .. } = self;
+        parts.calibration.tick(follower.sessions(), at_us as f64 * 1e-6);
+        if let Some(recorder) = &parts.recorder {
+            recorder.line(at_us, &line);
+            parts.alarms.set(AlarmKind::Recording, &recorder.trouble());
+        }
+        let mut modules = registry.lines(follower.sessions_mut(), now_us);
+        poses.raise(follower.sessions(), &mut modules, now_us);
+        let doors = parts.doors.as_ref().map(|doors| doors.observe(&estimate, &modules));
+        Snapshot {
+            unix_ms: unix_ms(),
+            line,
+            tracks: estimate.tracks,
+            alarms: parts.alarms.lines(),
+            doors: doors.unwrap_or_default(),
+            modules,
+            dropped: *follower.sessions().drops(),
+            strangers: self.strangers,
+        }
+    }
+
+    /// The sessions with all devices.
+    #[must_use]
+    pub const fn sessions(&self) -> &kehai_tracking::session::Sessions {
+        self.follower.sessions()
+    }
+}
+
+/// What cannot be sent now is due again in a second.
+fn send(socket: &UdpSocket, datagram: &[u8], to: SocketAddr) {
+    let _ = socket.send_to(datagram, to);
+}
+
+/// Nothing came in time, or a device's host said that the port is not open yet.
+fn is_passing(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock
+            | io::ErrorKind::TimedOut
+            | io::ErrorKind::Interrupted
+            | io::ErrorKind::ConnectionRefused
+            | io::ErrorKind::ConnectionReset
+    )
+}

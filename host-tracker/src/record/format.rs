@@ -1,0 +1,45 @@
+//! What a recording holds, and why there is none.
+
+use std::path::PathBuf;
+
+use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::site::Site;
+use serde::{Deserialize, Serialize};
+
+pub(super) const SITE: &str = "/site";
+pub(super) const DATAGRAMS: &str = "/datagrams";
+pub(super) const LINES: &str = "/lines";
+
+/// The configuration of the tracker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    /// The tracker's name.
+    pub tracker: String,
+    /// The site.
+    pub site: Site,
+    /// What it took back at its start from a process that had ended, and how long before that was known, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restored: Option<(TracksLine, f64)>,
+}
+
+/// Why there is no recording.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {error}", file.display())]
+pub struct RecordError {
+    pub(super) file: PathBuf,
+    pub(super) error: Cause,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Cause {
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    #[error("{0}")]
+    Mcap(#[from] mcap::McapError),
+    #[error("{0}")]
+    Json(#[from] serde_json::Error),
+    #[error("it does not begin with a site: is it a recording of kehai-tracker?")]
+    Foreign,
+    #[error("{0}")]
+    Tracker(#[from] kehai_tracking::tracker::UnknownTracker),
+}

@@ -1,0 +1,34 @@
+//! The database, opened for writing.
+
+use std::path::Path as File;
+
+use rusqlite::Connection;
+
+use super::error::StoreError;
+use super::{raw_rows, schema};
+
+/// Opens the file, or makes it, with all its tables.
+///
+/// # Errors
+/// It cannot be opened or written, is no database, or was made by a newer version.
+pub(super) fn open(file: &File) -> Result<Connection, StoreError> {
+    let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
+    let mut connection = Connection::open(file).map_err(failed)?;
+    schema::prepare(&mut connection)
+        .map_err(failed)?
+        .map_err(|error| StoreError::Newer { file: file.to_path_buf(), error })?;
+    Ok(connection)
+}
+
+/// Opens the file for a program that writes without being a tracker; raw scans that have expired by `now_ms` are
+/// deleted.
+///
+/// # Errors
+/// As [`open`].
+pub(super) fn open_and_expire(file: &File, now_ms: u64) -> Result<Connection, StoreError> {
+    let connection = open(file)?;
+    while raw_rows::forget(&connection, now_ms)
+        .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?
+    {}
+    Ok(connection)
+}

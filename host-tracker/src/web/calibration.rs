@@ -1,0 +1,79 @@
+//! Calibration by walking, for the map.
+//!
+//! ```text
+//!   GET  /api/calibration ─▶ how far it is, where to walk next, what was found
+//!   POST /api/calibration ◀─ {"do": "begin" | "finish" | "go-on" | "accept" | "stop"}
+//!                         ─▶ the same; accept: {"revision": 4} once the site's file has the poses
+//! ```
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::extract::State;
+use axum::extract::rejection::JsonRejection;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::answers::refuse;
+use super::shared::Shared;
+use super::site::save_refused;
+
+/// What the browser wants.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Do {
+    Begin,
+    Finish,
+    GoOn,
+    Accept,
+    Stop,
+}
+
+/// A request.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wish {
+    r#do: Do,
+}
+
+/// How far it is.
+pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
+    Json(shared.desk.calibration.status()).into_response()
+}
+
+/// Does what is wished.
+pub async fn change(State(shared): State<Arc<Shared>>, wish: Result<Json<Wish>, JsonRejection>) -> Response {
+    let wish = match wish {
+        Ok(Json(wish)) => wish,
+        Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
+    };
+    let calibration = shared.desk.calibration.clone();
+    match wish.r#do {
+        Do::Begin => calibration.begin(),
+        Do::GoOn => calibration.go_on(),
+        Do::Stop => calibration.stop(),
+        Do::Finish => {
+            // Some tenths of a second of equations: on a thread of its own.
+            let solving = calibration.clone();
+            if tokio::task::spawn_blocking(move || solving.finish()).await.is_err() {
+                return refuse(StatusCode::INTERNAL_SERVER_ERROR, "the equations could not be solved");
+            }
+        }
+        Do::Accept => {
+            let Some(poses) = calibration.poses() else {
+                return refuse(StatusCode::CONFLICT, "there are no poses to accept: walk and finish first");
+            };
+            return match shared.desk.site.save_poses(&poses, None, &*shared.desk.changed) {
+                Ok(revision) => {
+                    calibration.stop();
+                    (shared.desk.accepted)(&poses);
+                    Json(json!({ "revision": revision })).into_response()
+                }
+                Err(error) => save_refused(&error),
+            };
+        }
+    }
+    Json(calibration.status()).into_response()
+}

@@ -1,0 +1,79 @@
+//! Doors over HTTP: how they are, and messages to them.
+//!
+//! ```text
+//!   GET  /api/door             every door
+//!   GET  /api/door/NAME        one; its unix_ms is this machine's time, for the stamps of messages
+//!   POST /api/door/NAME/INPUT  card │ number │ contact │ exit │ reset │ lock/taken │ alarm/taken
+//!        ◀─ {"id": 17, "at_ms": …, "number": 3}      as `door::inbox` says
+//!        ─▶ {} or 400 (malformed), 404 (no such door or input), 409 (late, repeated, out of order, not now)
+//!   GET  /door/NAME            the screen for the entrant
+//! ```
+//!
+//! As everything that writes: refused to pages of others (`guard`).
+
+use std::sync::Arc;
+
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde_json::json;
+
+use super::answers::refuse;
+use super::page;
+use super::shared::Shared;
+use kehai_tracking::door::doors::Why;
+use kehai_tracking::door::inbox::{Input, NotTaken};
+
+const NO_DOORS: &str = "the site has no doors";
+
+/// Every door.
+pub async fn all(State(shared): State<Arc<Shared>>) -> Response {
+    match &shared.desk.doors {
+        Some(doors) => Json(doors.states()).into_response(),
+        None => Json(json!([])).into_response(),
+    }
+}
+
+/// One door.
+pub async fn one(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
+    let states = shared.desk.doors.as_ref().map(crate::doors::DoorDesk::states).unwrap_or_default();
+    match states.iter().find(|state| state.line.name == name) {
+        Some(state) => Json(state).into_response(),
+        None => refuse(StatusCode::NOT_FOUND, &Why::NoDoor(name).to_string()),
+    }
+}
+
+/// A message to a door.
+pub async fn tell(
+    State(shared): State<Arc<Shared>>,
+    Path((name, input)): Path<(String, String)>,
+    body: Result<Bytes, BytesRejection>,
+) -> Response {
+    let Some(doors) = &shared.desk.doors else { return refuse(StatusCode::NOT_FOUND, NO_DOORS) };
+    let Some(input) = Input::named(&input) else {
+        let names = Input::NAMED.map(|(_, name)| name).join(", ");
+        return refuse(StatusCode::NOT_FOUND, &format!("a door takes {names}"));
+    };
+    let Ok(body) = body else {
+        return refuse(StatusCode::BAD_REQUEST, "the message was cut off or is too long");
+    };
+    match doors.tell(&name, input, &body) {
+        Ok(()) => Json(json!({})).into_response(),
+        Err(why) => {
+            let status = match why {
+                Why::NoDoor(_) => StatusCode::NOT_FOUND,
+                Why::NotTaken(NotTaken::Malformed(_)) => StatusCode::BAD_REQUEST,
+                Why::NotTaken(_) | Why::Refused(_) => StatusCode::CONFLICT,
+            };
+            refuse(status, &why.to_string())
+        }
+    }
+}
+
+/// The screen for the entrant; which door it is for, the page reads from its own address.
+pub async fn screen() -> Response {
+    page::file("/door.html")
+}

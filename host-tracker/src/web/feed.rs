@@ -1,0 +1,73 @@
+//! Snapshots to text, once for all clients.
+//!
+//! ```text
+//!   Arc<Snapshot> ─▶ {"frame": …}    every 0.1 s, without what modules see
+//!            └──▶ {"fields": …}   what they see, twice a second: most of the bytes, and slow to change
+//! ```
+//!
+//! The texts lie in a watch channel: a client that comes late gets the newest, and those between are gone.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use axum::extract::ws::Utf8Bytes;
+use serde::Serialize;
+use tokio::sync::watch;
+
+use super::shared::{Packets, Shared};
+use kehai_tracking::snapshot::Snapshot;
+
+/// Frames from one text of fields, and one line of history, to the next.
+const FIELDS_EVERY: u64 = 5;
+
+#[derive(Serialize)]
+struct Envelope<'a> {
+    frame: &'a Snapshot,
+}
+
+/// Makes the texts until the tracker has ended.
+pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>) {
+    let mut frames = shared.desk.frames.clone();
+    let mut number = 0_u64;
+    loop {
+        let frame = Arc::clone(&frames.borrow_and_update());
+        // The one from before the first line says nothing.
+        if frame.unix_ms != 0 {
+            if number.is_multiple_of(FIELDS_EVERY) {
+                let fields = fields(&frame);
+                packets.send_modify(|packets| {
+                    packets.fields = fields;
+                    packets.fields_number += 1;
+                });
+                shared.history.lock().push(&frame);
+            }
+            number += 1;
+            let text = envelope(&frame);
+            packets.send_modify(|packets| packets.frame = text);
+        }
+        if frames.changed().await.is_err() {
+            return;
+        }
+    }
+}
+
+fn envelope(frame: &Snapshot) -> Utf8Bytes {
+    let mut slim = frame.clone();
+    for module in &mut slim.modules {
+        module.free.clear();
+    }
+    // Nothing in a frame can fail to be written.
+    serde_json::to_string(&Envelope { frame: &slim }).unwrap_or_default().into()
+}
+
+/// To the centimetre.
+fn fields(frame: &Snapshot) -> Utf8Bytes {
+    let round = |metres: f64| (metres * 100.0).round() / 100.0;
+    let fields: BTreeMap<&str, Vec<[f64; 2]>> = frame
+        .modules
+        .iter()
+        .map(|module| (module.name.as_str(), module.free.iter().map(|at| at.map(round)).collect()))
+        .collect();
+    let text: BTreeMap<&str, _> = BTreeMap::from([("fields", fields)]);
+    serde_json::to_string(&text).unwrap_or_default().into()
+}

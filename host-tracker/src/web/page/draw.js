@@ -1,0 +1,260 @@
+// The map: floor, fields of view, walls, zones, entries, movers, modules, and people with their trails.
+
+import { BLOCKS, TRACK, ZONE } from "./names.js";
+import { health, path, svg } from "./shapes.js";
+
+const TRAIL_MS = 12_000;
+const FADES = [0.2, 0.4, 0.65, 0.9];
+const SIGMAS = 2;
+const BODY_M = 0.2;
+const HUES = 8;
+const NAMES_PX = 0.022; // metres a pixel
+
+/** Writes a zone's name and count, or the count alone where both reach over the right edge of the zone. */
+function label(element, name, count) {
+  const full = count === undefined ? name : `${name} · ${count}`;
+  if (element.dataset.label === full) return;
+  element.dataset.label = element.textContent = full;
+  const { x, width } = element.getBBox();
+  if (x + width > Number(element.dataset.right)) element.textContent = count ?? "?";
+}
+
+export class Drawing {
+  constructor(root) {
+    this.root = root;
+    this.people = new Map();
+    this.layers = {};
+    const dot = svg("circle", { class: "dots", cx: 0.5, cy: 0.5, r: 0.025 });
+    const grid = svg("pattern", { id: "grid", width: 1, height: 1, patternUnits: "userSpaceOnUse" }, dot);
+    root.append(
+      svg("defs", {}, grid),
+      svg("rect", { x: -5000, y: -5000, width: 10000, height: 10000, fill: "url(#grid)" }),
+    );
+    for (
+      const name of [
+        "fields",
+        "rims",
+        "zones",
+        "movers",
+        "trails",
+        "walls",
+        "entries",
+        "modules",
+        "labels",
+        "people",
+        "walk",
+        "edit",
+      ]
+    ) {
+      root.append(this.layers[name] = svg("g", { class: name === "rims" ? "fields chosen" : name }));
+    }
+  }
+
+  /** Draws the site; needed again when the site or the zoom changes. */
+  site(site, px, chosen) {
+    const { zones, movers, walls, entries, modules, labels } = this.layers;
+    const counted = (site.zone ?? []).some((zone) => zone.count);
+    zones.replaceChildren(
+      ...(site.zone ?? []).map((zone) =>
+        svg("path", {
+          class: "zone",
+          d: path(zone.polygon, true),
+          "data-zone": zone.name,
+          style: counted && !zone.count ? "fill-opacity:0;stroke-opacity:.25" : null,
+        })
+      ),
+    );
+    movers.replaceChildren(
+      ...(site.mover ?? []).map((mover) => svg("path", { class: "mover", d: path(mover.polygon, true) })),
+    );
+    walls.replaceChildren(...(site.wall ?? []).map((wall) =>
+      svg("path", {
+        class: `wall${wall.blocks.includes(BLOCKS.BEAMS) ? "" : " glass"}${wall.mirror ? " mirror" : ""}`,
+        d: path(wall.points),
+      })
+    ));
+    entries.replaceChildren(
+      ...(site.entry ?? []).map((entry) => svg("path", { class: "entry", d: path(entry.line) })),
+    );
+    modules.replaceChildren(...(site.module ?? []).map((module) => this.module(module, px, chosen)));
+    labels.replaceChildren(
+      ...(site.zone ?? []).filter((zone) => zone.count || !counted).map((zone) => {
+        const xs = zone.polygon.map(([x]) => x), ys = zone.polygon.map(([, y]) => y);
+        return svg("text", {
+          class: "zone-name",
+          x: Math.min(...xs),
+          y: -Math.max(...ys),
+          dx: ".8em",
+          dy: "1.7em",
+          "data-zone": zone.name,
+          "data-right": Math.max(...xs),
+        }, zone.name);
+      }),
+      ...(site.entry ?? []).map(({ name, line: [[ax, ay], [bx, by]] }) =>
+        svg("text", {
+          class: "entry-name",
+          x: (ax + bx) / 2,
+          y: -(ay + by) / 2,
+          dy: "1.5em",
+          "text-anchor": "middle",
+        }, name)
+      ),
+    );
+  }
+
+  module(module, px, chosen) {
+    const r = (px > NAMES_PX ? 5 : 7) * px;
+    const cone = [-32, 32].map((deg) => (deg * Math.PI) / 180).map((
+      rad,
+    ) => [Math.cos(rad) * 3.4 * r, -Math.sin(rad) * 3.4 * r]);
+    return svg(
+      "g",
+      {
+        class: `module${chosen === module.name ? " chosen" : ""}`,
+        "data-module": module.name,
+        tabindex: 0,
+        role: "button",
+        "aria-label": `Module ${module.name}`,
+        transform: `translate(${module.x} ${-module.y})`,
+      },
+      svg("circle", { class: "halo", r: 3 * r }),
+      svg("path", {
+        class: "cone",
+        transform: `rotate(${-module.yaw_deg})`,
+        d: `M0 0L${cone[0]}A${3.4 * r} ${3.4 * r} 0 0 0 ${cone[1]}Z`,
+      }),
+      svg("circle", { class: "box", r }),
+      this.moduleName(module, px, chosen),
+    );
+  }
+
+  /** The name stands where the module looks; a small map has room for that of the chosen one only. */
+  moduleName({ name, yaw_deg }, px, chosen) {
+    if (px > NAMES_PX && chosen !== name) return "";
+    const rad = (yaw_deg * Math.PI) / 180, far = 30 * px;
+    const anchor = Math.cos(rad) > 0.4 ? "start" : Math.cos(rad) < -0.4 ? "end" : "middle";
+    return svg("text", {
+      class: "module-name",
+      x: Math.cos(rad) * far,
+      y: -Math.sin(rad) * far,
+      dy: Math.sin(rad) < -0.4 ? ".8em" : ".35em",
+      "text-anchor": anchor,
+    }, name);
+  }
+
+  /** Draws what was seen within the last two seconds; the field of the chosen module stands out. */
+  fields(recent, chosen) {
+    const all = recent.flatMap((fields) => Object.entries(fields)).filter(([, corners]) =>
+      corners.length > 2
+    );
+    const one = ([name, corners]) => svg("path", { d: path(corners, true), "data-field": name });
+    this.layers.fields.replaceChildren(...all.map(one));
+    this.layers.rims.replaceChildren(...all.filter(([name]) => name === chosen).map(one));
+  }
+
+  /** Updates the health of modules and the counts of zones. */
+  states(lines, zones) {
+    const byName = new Map(lines.map((line) => [line.name, line]));
+    for (const group of this.layers.modules.children) {
+      const state = health(byName.get(group.dataset.module));
+      if (group.dataset.health !== state) group.dataset.health = state;
+    }
+    for (const element of [...this.layers.zones.children, ...this.layers.labels.children]) {
+      const zone = zones[element.dataset.zone];
+      if (!element.dataset.zone) continue;
+      element.classList.toggle("unknown", zone?.state === ZONE.UNKNOWN);
+      if (element.tagName !== "text") continue;
+      const count = zone && (zone.state === ZONE.UNKNOWN ? "?" : String(zone.count));
+      label(element, element.dataset.zone, count);
+    }
+  }
+
+  /** Draws tracks, their trails and covariances; `names`: the card that each track may have shown, in words. */
+  tracks(tracks, past, chosen, names) {
+    const there = new Set();
+    for (const track of tracks) {
+      there.add(track.id);
+      let person = this.people.get(track.id);
+      if (!person) this.people.set(track.id, person = this.person(track.id));
+      person.group.style.transform = `translate(${track.x}px, ${-track.y}px)`;
+      const shown = `person ${track.state}${chosen === track.id ? " chosen" : ""}`;
+      if (person.group.getAttribute("class") !== shown) person.group.setAttribute("class", shown);
+      const word = track.state === TRACK.OCCLUDED ? "occluded" : "";
+      const label = [chosen === track.id ? track.id : "", names.get(track.id) ?? "", word].filter(Boolean)
+        .join(" · ");
+      if (person.text.textContent !== label) person.text.textContent = label;
+      person.group.setAttribute("aria-label", `Person ${track.id}${word && `, ${word}`}`);
+      this.ellipse(person.ellipse, track.cov);
+      const speed = Math.hypot(track.vx, track.vy);
+      const reach = speed > 0.25 && track.state === TRACK.CONFIRMED
+        ? (BODY_M + 0.12 + Math.min(speed, 2) * 0.08) / speed
+        : 0;
+      person.nose.setAttribute("x2", track.vx * reach);
+      person.nose.setAttribute("y2", -track.vy * reach);
+    }
+    for (const [id, { group }] of this.people) {
+      if (!there.has(id)) {
+        group.remove();
+        this.people.delete(id);
+      }
+    }
+    this.trails(tracks, past);
+  }
+
+  person(id) {
+    const [ellipse, ring, nose, body, text] = [
+      svg("ellipse", { class: "ellipse" }),
+      svg("circle", { class: "ring", r: BODY_M * 1.7 }),
+      svg("line", { class: "nose" }),
+      svg("circle", { class: "body", r: BODY_M }),
+      svg("text", { "text-anchor": "middle", dy: "-1.9em" }),
+    ];
+    const group = svg(
+      "g",
+      { "data-person": id, tabindex: 0, role: "button", style: `--c:var(--p${id % HUES})` },
+      ellipse,
+      ring,
+      nose,
+      body,
+      text,
+    );
+    this.layers.people.append(group);
+    return { group, ellipse, nose, text };
+  }
+
+  ellipse(element, cov) {
+    if (!cov) return element.setAttribute("rx", 0);
+    const [xx, xy, yy] = cov;
+    const middle = (xx + yy) / 2, off = Math.hypot((xx - yy) / 2, xy);
+    const radius = (variance) => Math.min(SIGMAS * Math.sqrt(Math.max(variance, 0)), 4);
+    element.setAttribute("rx", radius(middle + off));
+    element.setAttribute("ry", radius(middle - off));
+    element.setAttribute("transform", `rotate(${(-Math.atan2(2 * xy, xx - yy) / 2) * (180 / Math.PI)})`);
+  }
+
+  /** `past`: frames or lines of history, oldest first, up to what is shown. */
+  trails(tracks, past) {
+    const until = past.at(-1)?.unix_ms ?? 0;
+    const ways = new Map(tracks.map((track) => [track.id, []]));
+    for (const line of past) {
+      if (line.unix_ms < until - TRAIL_MS) continue;
+      for (const { id, x, y } of line.tracks) ways.get(id)?.push([x, y]);
+    }
+    const pieces = [];
+    for (const track of tracks) {
+      const way = ways.get(track.id);
+      if (track.state === TRACK.TENTATIVE || way.length < 2) continue;
+      way.push([track.x, track.y]);
+      const step = Math.ceil(way.length / FADES.length);
+      FADES.forEach((opacity, index) => {
+        const piece = way.slice(index * step, (index + 1) * step + 1);
+        if (piece.length > 1) {
+          pieces.push(
+            svg("path", { class: "trail", d: path(piece), style: `--c:var(--p${track.id % HUES})`, opacity }),
+          );
+        }
+      });
+    }
+    this.layers.trails.replaceChildren(...pieces);
+  }
+}

@@ -1,0 +1,131 @@
+// The editor's pointer: drags and turns parts, sets corner after corner of a new one, and snaps them.
+
+import { KIND } from "./names.js";
+import { corners, GRID_M, KINDS, SELECT, setCorners } from "./shapes.js";
+
+/** Corners nearer than this to another one take its place, in pixels. */
+const SNAP_PX = 10;
+/** A click this near to the first corner closes the shape, in pixels. */
+const CLOSE_PX = 8;
+
+/** Begins a drag; returns true if the editor keeps the pointer, so that the map does not move. */
+export function down(editor, place, event) {
+  if (editor.tool !== SELECT) {
+    editor.drag = { from: snap(editor, place) };
+    return true;
+  }
+  const target = event.target.closest("[data-corner],[data-mid],[data-turn],[data-kind]");
+  if (!target) {
+    if (editor.chosen) editor.choose(null);
+    return false;
+  }
+  const before = JSON.stringify(editor.site);
+  if (target.dataset.kind) {
+    editor.drag = { body: true };
+    const chosen = { kind: target.dataset.kind, index: Number(target.dataset.index) };
+    if (editor.chosen?.kind !== chosen.kind || editor.chosen.index !== chosen.index) editor.choose(chosen);
+  }
+  const part = editor.part(editor.chosen);
+  const points = corners(editor.chosen.kind, part).map((point) => [...point]);
+  editor.drag = {
+    before,
+    part,
+    points,
+    from: place,
+    turn: target.dataset.turn,
+    body: Boolean(target.dataset.kind),
+    corner: target.dataset.corner && Number(target.dataset.corner),
+  };
+  if (target.dataset.mid) {
+    editor.drag.corner = Number(target.dataset.mid) + 1;
+    points.splice(editor.drag.corner, 0, place);
+  }
+  return true;
+}
+
+/** Drags what was pressed; `moved` is false within the distance of a click. */
+export function move(editor, place, moved) {
+  if (editor.tool !== SELECT) {
+    if (editor.drag && moved && KINDS[editor.tool].closed && !editor.draft?.points.length) {
+      editor.drag.to = snap(editor, place);
+    }
+    const { from, to } = editor.drag ?? {};
+    if (to) editor.draft = { points: [], rectangle: [from, [to[0], from[1]], to, [from[0], to[1]]] };
+    else if (editor.draft) editor.draft.next = snap(editor, place);
+    if (!editor.draft) return;
+    const shown = editor.draft.rectangle ? { points: editor.draft.rectangle } : editor.draft;
+    const draft = editor.draft;
+    editor.draft = shown;
+    editor.showShapes();
+    editor.draft = draft;
+    return;
+  }
+  if (!editor.drag || !moved) return;
+  const { part, points, from, corner, turn } = editor.drag, { kind } = editor.chosen;
+  if (turn) part.yaw_deg = Math.round((Math.atan2(place[1] - part.y, place[0] - part.x) * 180) / Math.PI);
+  else if (corner !== undefined) {
+    setCorners(
+      kind,
+      part,
+      points.map((point, index) => (index === corner ? snap(editor, place, part) : point)),
+    );
+  } else {
+    const by = [0, 1].map((axis) => Math.round((place[axis] - from[axis]) / GRID_M) * GRID_M);
+    setCorners(kind, part, points.map(([x, y]) => [x + by[0], y + by[1]]));
+  }
+  editor.on.change(editor.site);
+  editor.showShapes();
+}
+
+/** Ends a drag, or sets a corner of the draft. */
+export function up(editor, place, event) {
+  const { drag } = editor;
+  editor.drag = null;
+  if (editor.tool === SELECT) {
+    if (drag?.before && JSON.stringify(editor.site) !== drag.before) {
+      editor.done.push(drag.before);
+      editor.undone = [];
+      editor.show();
+    }
+    return;
+  }
+  if (editor.draft?.rectangle) {
+    const points = editor.draft.rectangle;
+    return points[0][0] !== points[2][0] && points[0][1] !== points[2][1]
+      ? editor.finish(points)
+      : editor.use(editor.tool);
+  }
+  if (event.type === "pointercancel") return;
+  const point = snap(editor, place);
+  editor.draft ??= { points: [] };
+  const first = editor.draft.points[0], { least, most, closed } = KINDS[editor.tool];
+  const again = (other) =>
+    other && Math.hypot(other[0] - point[0], other[1] - point[1]) < CLOSE_PX * editor.view.px;
+  if (
+    editor.draft.points.length >= least && (again(editor.draft.points.at(-1)) || (closed && again(first)))
+  ) {
+    return editor.finish();
+  }
+  if (again(editor.draft.points.at(-1))) return;
+  editor.draft.points.push(point);
+  if (editor.draft.points.length === most) editor.finish();
+  else editor.show();
+}
+
+/** Onto a corner nearby, in line with the corner before, or onto the grid. */
+function snap(editor, [x, y], except = null) {
+  const near = SNAP_PX * editor.view.px;
+  for (const kind of Object.keys(KINDS)) {
+    for (const part of editor.site[kind] ?? []) {
+      if (part === except || kind === KIND.MODULE) continue;
+      const corner = corners(kind, part).find(([cx, cy]) => Math.hypot(cx - x, cy - y) < near);
+      if (corner) return [...corner];
+    }
+  }
+  const last = editor.draft?.points.at(-1);
+  const grid = (metres) => Math.round(metres / GRID_M) * GRID_M;
+  return [
+    last && Math.abs(last[0] - x) < near ? last[0] : grid(x),
+    last && Math.abs(last[1] - y) < near ? last[1] : grid(y),
+  ];
+}

@@ -1,0 +1,62 @@
+// The connection to the tracker: receives frames, reports its own state, and connects again by itself.
+
+import { LINK } from "./names.js";
+
+const AGAIN_MS = [300, 1000, 2000, 4000];
+const SILENT_MS = 3000;
+
+/** Calls `on.frame`, `on.fields`, `on.site` with what arrives, and `on.link` with a LINK. */
+export function connect(on) {
+  let socket = null, tries = 0, last = 0, state = "";
+  const say = (next) => {
+    if (next !== state) on.link(state = next);
+  };
+  const open = () => {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    socket = new WebSocket(`${scheme}://${location.host}/ws`);
+    socket.onopen = () => {
+      tries = 0;
+      last = performance.now();
+      wish();
+    };
+    socket.onmessage = ({ data }) => {
+      const message = JSON.parse(data);
+      if (message.frame) {
+        last = performance.now();
+        say(LINK.LIVE);
+        on.frame(message.frame);
+      }
+      if (message.fields) on.fields(message.fields);
+      if (message.site) on.site(message.site);
+      if (message.error) console.warn(message.error);
+    };
+    socket.onclose = () => {
+      say(LINK.LOST);
+      setTimeout(open, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
+    };
+  };
+  // A hidden page asks for no frames.
+  const wish = () => {
+    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ frames: !document.hidden }));
+    last = performance.now();
+  };
+  document.addEventListener("visibilitychange", wish);
+  setInterval(() => {
+    const open = socket.readyState === WebSocket.OPEN;
+    if (open && !document.hidden && performance.now() - last > SILENT_MS) say(LINK.SILENT);
+  }, 500);
+  open();
+}
+
+/** The answer to a request, or an error that says why there is none. */
+export async function ask(path, options) {
+  let response;
+  try {
+    response = await fetch(path, options);
+  } catch {
+    throw new Error("The tracker does not answer. Nothing was changed.");
+  }
+  const answer = await response.json().catch(() => ({}));
+  if (!response.ok) throw new Error(answer.error ?? `The tracker says ${response.status}.`);
+  return answer;
+}

@@ -1,0 +1,125 @@
+// What the database holds: a long time at a glance, and people's paths of any moment, fetched in pieces as they are needed.
+
+import { EVENT, TRACK } from "./names.js";
+import { ask } from "./net.js";
+
+const PIECE_MS = 600_000;
+const PIECES = 8; // kept at once
+const RUN_UP_MS = 15_000; // for trails at the beginning of a piece
+const EVENTS = 8;
+
+export class Past {
+  /** `on.ready` when something that was asked for has come. */
+  constructor(on) {
+    this.on = on;
+    this.kept = false;
+    this.asked = false;
+    this.pieces = new Map();
+    this.glance = null;
+    this.asking = false;
+  }
+
+  /** How many people there were from one time to another, and what happened; asked each time, kept in `glance`. */
+  async look(from, to, bins) {
+    if (this.asking) return;
+    this.asking = true;
+    // Without an answer there is only what came since the page was opened.
+    const answer = await ask(`/api/overview?from=${Math.floor(from)}&to=${Math.ceil(to)}&bins=${bins}`).catch(
+      () => null,
+    );
+    this.asking = false;
+    if (!answer) return;
+    this.asked = true;
+    this.kept = answer.kept;
+    this.glance = answer.kept ? answer : null;
+    this.on.ready();
+  }
+
+  /** The piece a time lies in; null while it is on its way. */
+  piece(at) {
+    const number = Math.floor(at / PIECE_MS);
+    let piece = this.pieces.get(number);
+    // A piece that was not over when it was asked for has grown.
+    if (piece?.ready && piece.until < (number + 1) * PIECE_MS && at > piece.until) piece = null;
+    if (!piece) {
+      this.pieces.delete(number);
+      this.pieces.set(number, piece = { ready: false });
+      while (this.pieces.size > PIECES) this.pieces.delete(this.pieces.keys().next().value);
+      this.fetch(number, piece);
+    }
+    return piece.ready ? piece : null;
+  }
+
+  async fetch(number, piece) {
+    const from = number * PIECE_MS - RUN_UP_MS, to = (number + 1) * PIECE_MS;
+    const asked = Date.now();
+    const answer = await ask(`/api/past?from=${Math.max(from, 0)}&to=${to}`).catch(() => null);
+    Object.assign(piece, { paths: [], counts: [], events: [], lives: [] }, answer);
+    piece.until = answer ? asked - 2000 : Infinity;
+    piece.ready = true;
+    this.on.ready();
+  }
+
+  /** Tracks and zones at a time, in the form of a frame; null until the piece is loaded. */
+  lineAt(at) {
+    const piece = this.piece(at);
+    if (!piece) return null;
+    const tracks = piece.paths.map((path) => placeAt(path, at)).filter(Boolean);
+    const zones = {};
+    for (const { zone, at_ms, count, state } of piece.counts) if (at_ms <= at) zones[zone] = { count, state };
+    const noTracker = !piece.lives.some(([begun, ended]) => begun <= at && at <= ended + 1000);
+    return { unix_ms: at, tracks, zones: noTracker ? {} : zones, noTracker };
+  }
+
+  /** The moments of the last `ms` before a time, for trails. */
+  before(at, ms) {
+    const piece = this.piece(at);
+    if (!piece) return [];
+    const lines = [];
+    for (let then = at - ms; then <= at; then += 500) {
+      lines.push({ unix_ms: then, tracks: piece.paths.map((path) => placeAt(path, then)).filter(Boolean) });
+    }
+    return lines;
+  }
+
+  /** What happened last before a time, the newest first. */
+  eventsBefore(at) {
+    const piece = this.piece(at);
+    return (piece?.events ?? []).filter((event) => event.at_ms <= at).slice(-EVENTS).reverse();
+  }
+}
+
+/** A track at a time, interpolated between its stored places; null outside of its life. */
+function placeAt({ track, places }, at) {
+  if (!places.length || at < places[0][0] || at > places.at(-1)[0]) return null;
+  let low = 0, high = places.length - 1;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (places[middle][0] < at) low = middle + 1;
+    else high = middle;
+  }
+  const to = places[low], from = places[Math.max(low - 1, 0)];
+  const whole = (to[0] - from[0]) / 1000, share = whole ? (at - from[0]) / 1000 / whole : 1;
+  const [x, y] = [1, 2].map((axis) => (from[axis] + (to[axis] - from[axis]) * share) / 1000);
+  const [vx, vy] = [1, 2].map((axis) => (whole ? (to[axis] - from[axis]) / 1000 / whole : 0));
+  return { id: track, x, y, vx, vy, state: to[3] ? TRACK.OCCLUDED : TRACK.CONFIRMED };
+}
+
+/** An event in words. */
+export function words({ kind, subject, track, text }) {
+  const person = track == null ? "a person" : `person ${track}`;
+  switch (kind) {
+    case EVENT.ENTER:
+      return `${person} came into ${subject}`;
+    case EVENT.LEAVE:
+      return `${person} left ${subject}`;
+    case EVENT.ALARM:
+      return `${subject}: ${text.replace(/^[a-z-]+: /, "")}`;
+    case EVENT.CLEARED:
+      return `${subject}: ${text} is over`;
+    case EVENT.STATE:
+      return `${subject}: ${text}`;
+    default:
+      return [subject, text || kind].filter(Boolean).join(": ");
+  }
+}

@@ -1,0 +1,119 @@
+// The parts of a site, all alike: a kind, a name, corners, and whether they close. Also SVG elements and small geometry.
+
+import { BLINDING_ALARMS, BLOCKS, HEALTH, KIND, MODULE, TRACK } from "./names.js";
+
+const NS = "http://www.w3.org/2000/svg";
+
+/** An SVG element with attributes and children. */
+export function svg(name, attributes = {}, ...children) {
+  const element = document.createElementNS(NS, name);
+  for (const [key, value] of Object.entries(attributes)) if (value != null) element.setAttribute(key, value);
+  element.append(...children);
+  return element;
+}
+
+/** An HTML element with properties and children. */
+export function html(name, properties = {}, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(properties)) {
+    if (key === "dataset") Object.assign(element.dataset, value);
+    else if (key.startsWith("aria-") || key === "for" || key === "role") element.setAttribute(key, value);
+    else element[key] = value;
+  }
+  element.append(...children);
+  return element;
+}
+
+/** Corners as a path. */
+export const path = (points, closed) =>
+  points.length
+    ? `M${points.map(([x, y]) => `${x.toFixed(3)} ${(-y).toFixed(3)}`).join("L")}${closed ? "Z" : ""}`
+    : "";
+
+/** Grid of the editor. */
+export const GRID_M = 0.05;
+
+/** The editor's tool that draws nothing; the others are the kinds of parts. */
+export const SELECT = "select";
+
+/** What each kind of part is called, the key of its corners, whether they close, and how many there are. */
+export const KINDS = {
+  [KIND.ZONE]: { word: "Zone", corners: "polygon", closed: true, least: 3 },
+  [KIND.WALL]: { word: "Wall", corners: "points", closed: false, least: 2 },
+  [KIND.ENTRY]: { word: "Entry", corners: "line", closed: false, least: 2, most: 2 },
+  [KIND.MOVER]: { word: "Mover", corners: "polygon", closed: true, least: 3 },
+  [KIND.MODULE]: { word: "Module", least: 1, most: 1 },
+};
+
+/** Corners of a part. */
+export const corners = (
+  kind,
+  part,
+) => (kind === KIND.MODULE ? [[part.x, part.y]] : part[KINDS[kind].corners]);
+
+/** Gives a part other corners. */
+export function setCorners(kind, part, points) {
+  const round = points.map((point) => point.map((metres) => Math.round(metres * 1000) / 1000));
+  if (kind === KIND.MODULE) [[part.x, part.y]] = round;
+  else part[KINDS[kind].corners] = round;
+}
+
+/** A new part of a kind, with a name of its own. */
+export function create(kind, points, site) {
+  const taken = new Set((site[kind] ?? []).map((part) => part.name));
+  let number = 1;
+  while (taken.has(`${kind} ${number}`)) number += 1;
+  const name = `${kind} ${number}`;
+  const part = {
+    [KIND.ZONE]: { name, count: true, secure: false, enclosed: false },
+    [KIND.WALL]: { blocks: [BLOCKS.PEOPLE, BLOCKS.BEAMS], mirror: false },
+    [KIND.ENTRY]: { name, zone: null },
+    [KIND.MOVER]: { name },
+    [KIND.MODULE]: { name, yaw_deg: 0, height_m: 0.6 },
+  }[kind];
+  setCorners(kind, part, points);
+  return part;
+}
+
+/** [left, low, right, high] of all there is; null of nothing. */
+export function bounds(site) {
+  const points = Object.keys(KINDS).flatMap((kind) =>
+    (site[kind] ?? []).flatMap((part) => corners(kind, part))
+  );
+  if (!points.length) return null;
+  const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
+  const [left, low, right, high] = [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+  const least = 2;
+  return [
+    Math.min(left, (left + right - least) / 2),
+    Math.min(low, (low + high - least) / 2),
+    Math.max(right, (left + right + least) / 2),
+    Math.max(high, (low + high + least) / 2),
+  ];
+}
+
+function inside([x, y], polygon) {
+  let within = false;
+  polygon.forEach(([ax, ay], index) => {
+    const [bx, by] = polygon.at(index - 1);
+    if (ay > y !== by > y && x < ((bx - ax) * (y - ay)) / (by - ay) + ax) within = !within;
+  });
+  return within;
+}
+
+/** The tracks of a frame that are confirmed or occluded and lie in a zone; without zones, anywhere. */
+export function people(line, site) {
+  const zones = site.zone ?? [];
+  return line.tracks.filter(({ state, x, y }) =>
+    state !== TRACK.TENTATIVE && (!zones.length || zones.some((zone) => inside([x, y], zone.polygon)))
+  );
+}
+
+/** Health of a module by its line of a frame; NONE without a line. */
+export function health(line) {
+  if (!line) return HEALTH.NONE;
+  if (
+    line.state === MODULE.MISSING || line.alarms.some(({ name }) => BLINDING_ALARMS.has(name))
+  ) return HEALTH.BAD;
+  return line.alarms.length ? HEALTH.WARN : HEALTH.GOOD;
+}

@@ -1,0 +1,236 @@
+// The time line: how many people there were, what went wrong, and a slider to look back. The last ten minutes come as they
+// happen; what was before comes from the database, if there is one.
+
+import { EVENT } from "./names.js";
+import { people, svg } from "./shapes.js";
+
+const KEEP_MS = 600_000;
+const STEP_MS = 500;
+const BINS = 240;
+const GLANCE_MS = 10_000; // between two looks into the database
+const SPEEDS = [1, 5, 20, 60];
+
+const get = (id) => document.getElementById(id);
+const clock = (ms, parts) =>
+  new Date(ms).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hour12: false, ...parts });
+
+export class TimeLine {
+  /** `on.seek` with a time in ms since 1970, or null for now; `past` is what the database holds. */
+  constructor(past, on) {
+    Object.assign(this, {
+      past,
+      on,
+      lines: [],
+      site: {},
+      at: null,
+      wanted: null,
+      playing: false,
+      speed: 1,
+      range: KEEP_MS,
+      glanced: -Infinity,
+    });
+    for (const id of ["slider", "density", "clock", "live", "play", "speed", "range", "ticks"]) {
+      this[`${id}_`] = get(id);
+    }
+    this.density_.setAttribute("viewBox", `0 0 ${BINS} 100`);
+    this.slider_.addEventListener("input", () => {
+      const back = Number(this.slider_.value);
+      this.seek(back >= 0 ? null : Math.max(this.newest() + back * 1000, this.first()));
+    });
+    this.live_.addEventListener("click", () => this.seek(null));
+    this.play_.addEventListener("click", () => this.setPlaying(!this.playing));
+    this.speed_.addEventListener("click", () => {
+      this.speed = SPEEDS[(SPEEDS.indexOf(this.speed) + 1) % SPEEDS.length];
+      this.speed_.textContent = `${this.speed}×`;
+      this.speed_.setAttribute("aria-label", `${this.speed} times as fast as life`);
+    });
+    this.range_.addEventListener("change", () => this.setRange(Number(this.range_.value)));
+    this.setRange(KEEP_MS);
+    let before = performance.now();
+    setInterval(() => {
+      const now = performance.now();
+      if (this.playing && this.at !== null) this.seek(this.at + (now - before) * this.speed, true);
+      before = now;
+    }, 100);
+  }
+
+  newest() {
+    return this.lines.at(-1)?.unix_ms ?? 0;
+  }
+
+  /** The first time that can be shown. */
+  first() {
+    return this.past.kept ? Math.max(this.newest() - this.range, 0) : this.lines[0]?.unix_ms ?? 0;
+  }
+
+  setRange(ms) {
+    this.range = ms;
+    this.slider_.min = -ms / 1000;
+    this.slider_.step = Math.max(ms / 1000 / 1200, 0.5);
+    this.glanced = -Infinity;
+    this.past.glance = null;
+    this.glance();
+    if (this.at !== null) this.seek(Math.max(this.at, this.newest() - ms));
+    this.draw();
+    this.show();
+  }
+
+  /** Looks into the database, now and then. */
+  glance() {
+    if (!this.newest() || performance.now() - this.glanced < GLANCE_MS) return;
+    this.glanced = performance.now();
+    this.past.look(this.newest() - this.range, this.newest(), BINS);
+  }
+
+  /** The database has answered. */
+  ready() {
+    for (const option of this.range_.options) {
+      option.disabled = !this.past.kept && Number(option.value) > KEEP_MS;
+    }
+    this.range_.title = this.past.kept ? "" : "Start the tracker with --db to look back further";
+    this.draw();
+    if (this.wanted !== null) this.go(this.wanted);
+  }
+
+  /** What was there before the page was opened. */
+  load(lines) {
+    const first = this.lines[0]?.unix_ms ?? Infinity;
+    this.lines = [...lines.filter((line) => line.unix_ms < first), ...this.lines];
+    this.draw();
+  }
+
+  /** A frame as it comes; some are kept. */
+  add(frame) {
+    if (frame.unix_ms < this.newest()) this.lines = [];
+    if (frame.unix_ms - this.newest() >= STEP_MS) {
+      const { unix_ms, tracks, zones } = frame;
+      this.lines.push({ unix_ms, tracks, zones });
+      while (this.lines[0].unix_ms < unix_ms - KEEP_MS) this.lines.shift();
+      this.glance();
+      if (this.lines.length % 4 === 0) this.draw();
+    }
+    this.show();
+  }
+
+  /** Shows a time, however long ago: in the shortest range that holds it, as soon as it is known what the database holds. */
+  go(at) {
+    this.wanted = this.past.asked ? null : at;
+    if (!this.past.asked) return;
+    const ranges = [...this.range_.options].filter((option) => !option.disabled).map((option) =>
+      Number(option.value)
+    );
+    const range = ranges.find((ms) => at > this.newest() - ms) ?? ranges.at(-1);
+    if (range > this.range) {
+      this.range_.value = range;
+      this.setRange(range);
+    }
+    this.seek(Math.max(at, this.first()));
+  }
+
+  seek(at, playing = false) {
+    if (at !== null && playing && at >= this.newest() - STEP_MS) at = null;
+    this.at = at;
+    if (at === null || !playing) this.setPlaying(playing && at !== null);
+    this.show();
+    this.on.seek(at);
+  }
+
+  setPlaying(playing) {
+    this.playing = playing;
+    this.play_.setAttribute("aria-label", playing ? "Pause" : "Play from here");
+    this.play_.querySelector("path").setAttribute(
+      "d",
+      playing ? "M4 3h3v10H4zM9 3h3v10H9z" : "M4 2.5v11l9-5.5Z",
+    );
+  }
+
+  show() {
+    const back = this.at === null ? 0 : (this.at - this.newest()) / 1000;
+    if (document.activeElement !== this.slider_ || this.at === null || this.playing) {
+      this.slider_.value = back;
+    }
+    const shown = this.at ?? this.newest();
+    const day = this.range > 86_400_000 && this.at !== null ? { weekday: "short" } : {};
+    this.clock_.textContent = shown ? clock(shown, { second: "2-digit", ...day }) : "–";
+    this.slider_.setAttribute(
+      "aria-valuetext",
+      this.at === null ? "now" : `${Math.round(-back)} seconds ago, ${this.clock_.textContent}`,
+    );
+    this.live_.setAttribute("aria-pressed", this.at === null);
+    this.play_.disabled = this.speed_.disabled = this.at === null;
+  }
+
+  /** The most people in each part of the range, null where nothing is known. */
+  bins() {
+    if (this.range > KEEP_MS && this.past.glance) return this.past.glance.bins;
+    const newest = this.newest(), bins = new Array(BINS).fill(null);
+    for (const line of this.lines) {
+      const bin = Math.floor(((line.unix_ms - newest + this.range) / this.range) * BINS - 0.001);
+      if (bin >= 0 && bin < BINS) bins[bin] = Math.max(bins[bin] ?? 0, people(line, this.site).length);
+    }
+    return bins;
+  }
+
+  draw() {
+    const bins = this.bins(), newest = this.newest(), most = Math.max(4, ...bins);
+    let counts = "", gaps = "";
+    bins.forEach((count, bin) => {
+      if (count) counts += `M${bin} 100V${100 - (count / most) * 88}H${bin + 1}V100Z`;
+      else if (count === null) gaps += `M${bin} 100V94H${bin + 1}V100Z`;
+    });
+    const marks = { alarm: "", other: "" };
+    for (const { at_ms, kind } of this.past.glance?.events ?? []) {
+      const x = ((at_ms - newest + this.range) / this.range) * BINS;
+      if (x >= 0) {
+        marks[kind === EVENT.ALARM ? "alarm" : "other"] += `M${x.toFixed(2)} 0V${
+          kind === EVENT.ALARM ? 100 : 26
+        }`;
+      }
+    }
+    this.density_.replaceChildren(
+      svg("path", { class: "gaps", d: gaps }),
+      svg("path", { class: "counts", d: counts }),
+      svg("path", { class: "mark", d: marks.other }),
+      svg("path", { class: "mark alarms", d: marks.alarm }),
+    );
+    const [left, middle] = this.ticks_.children;
+    const day = this.range > 86_400_000 ? { weekday: "short" } : {};
+    const ago = (
+      ms,
+    ) => (!newest ? "" : this.range === KEEP_MS ? `${ms / 60_000} min ago` : clock(newest - ms, day));
+    left.textContent = ago(this.range);
+    middle.textContent = ago(this.range / 2);
+  }
+
+  /** Whether a time is older than what came since the page was opened. */
+  isOld(at) {
+    return this.past.kept && at < (this.lines[0]?.unix_ms ?? Infinity);
+  }
+
+  /** What was known at a time: the line before it, moved on towards the next; null while that is on its way. */
+  lineAt(at) {
+    if (this.isOld(at)) return this.past.lineAt(at);
+    let low = 0, high = this.lines.length - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.lines[middle].unix_ms <= at) low = middle;
+      else high = middle - 1;
+    }
+    const [line, next] = [this.lines[low], this.lines[low + 1]];
+    if (!line || !next) return line;
+    const share = Math.min(Math.max((at - line.unix_ms) / (next.unix_ms - line.unix_ms), 0), 1);
+    const later = new Map(next.tracks.map((track) => [track.id, track]));
+    const between = (from, to) => from + (to - from) * share;
+    const tracks = line.tracks.map((track) => {
+      const to = later.get(track.id);
+      return to ? { ...track, x: between(track.x, to.x), y: between(track.y, to.y) } : track;
+    });
+    return { ...line, unix_ms: at, tracks };
+  }
+
+  /** The lines of the last `ms` before a time. */
+  before(at, ms) {
+    if (this.isOld(at)) return this.past.before(at, ms);
+    return this.lines.filter((line) => line.unix_ms <= at && line.unix_ms > at - ms);
+  }
+}

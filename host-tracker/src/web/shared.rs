@@ -1,0 +1,69 @@
+//! What the server has of the tracker, and what all its requests share.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+
+use axum::extract::ws::Utf8Bytes;
+use parking_lot::Mutex;
+use tokio::sync::watch;
+
+use super::history::History;
+use crate::calibration::Calibration;
+use crate::doors::DoorDesk;
+use crate::reports::Reports;
+use crate::site_file::SiteFile;
+use kehai_tracking::geometry::Pose;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::Snapshot;
+
+/// A function that is called with accepted poses.
+pub type Accepted = Box<dyn Fn(&[(String, Pose)]) + Send + Sync>;
+
+/// What the map needs of the tracker.
+pub struct Desk {
+    /// The newest frame.
+    pub frames: watch::Receiver<Arc<Snapshot>>,
+    /// What is known after each report.
+    pub reports: Reports,
+    /// The site's file.
+    pub site: SiteFile,
+    /// Told of every site that was saved.
+    pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
+    /// The calibration under way.
+    pub calibration: Calibration,
+    /// Told of poses that were accepted, by module.
+    pub accepted: Accepted,
+    /// Where what happens is kept, if it is.
+    pub database: Option<PathBuf>,
+    /// Names under which a browser may ask for this machine, beside its addresses and local names.
+    pub names: Vec<String>,
+    /// The doors, if the tracker runs any.
+    pub doors: Option<DoorDesk>,
+}
+
+impl fmt::Debug for Desk {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Desk").field("site", &self.site).field("names", &self.names).finish_non_exhaustive()
+    }
+}
+
+/// The newest texts.
+#[derive(Clone, Debug, Default)]
+pub struct Packets {
+    /// The newest frame; empty before the first.
+    pub frame: Utf8Bytes,
+    /// What modules see.
+    pub fields: Utf8Bytes,
+    /// Counts the texts of fields.
+    pub fields_number: u64,
+}
+
+/// What all requests share.
+pub(super) struct Shared {
+    pub(super) desk: Desk,
+    pub(super) packets: watch::Receiver<Packets>,
+    pub(super) history: Mutex<History>,
+    pub(super) sockets: AtomicUsize,
+}

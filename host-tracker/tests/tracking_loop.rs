@@ -1,0 +1,142 @@
+//! The tracking loop: each datagram is decoded once, and doors have seen what their snapshot shows.
+
+use std::net::{SocketAddr, UdpSocket};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use host_tracker::doors::DoorDesk;
+use host_tracker::net::registry::Registry;
+use host_tracker::net::tracking::{Parts, TrackingLoop};
+use host_tracker::reports::Reports;
+use kehai::scan::{Geometry, URG_04LX};
+use kehai::wire::{
+    Cookie, DATAGRAM_MAX, Identity, Info, List, Message, ModuleId, Report, ReportHead, SensorInfo, Subscribed,
+};
+use kehai_tracking::door::{Phase, Trouble};
+use kehai_tracking::follower::Follower;
+use kehai_tracking::site::Site;
+use kehai_tracking::tracker::Ideas;
+
+const SITE: &str = r#"
+    [[module]]
+    name = "left"
+    x = 0.0
+    y = 0.0
+    [[zone]]
+    name = "area"
+    polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    [[door]]
+    name = "front"
+    zone = "area"
+    line = [[-0.5, 1], [0.5, 1]]
+    fail = "secure"
+"#;
+
+fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
+    let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
+    let registry = Registry::new(Arc::clone(&site), devices);
+    let follower = Follower::new(&site, Ideas::default());
+    TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, follower, parts)
+}
+
+/// Everything that a device says, reports of one setup included.
+fn messages() -> Vec<Message<'static>> {
+    let geometry = Geometry::new(URG_04LX).unwrap();
+    let info = Info {
+        request_id: 1,
+        version_min: 1,
+        version_max: 1,
+        firmware: "",
+        build: "",
+        board: "",
+        name: "left",
+        uptime_us: 0,
+        setup: 1,
+        background_version: 0,
+        sensor: Some(SensorInfo::new(["URG-04LX", "H1", "1"], &geometry, 0, 2000)),
+    };
+    let subscribed = Subscribed {
+        request_id: 2,
+        t1: [0; 8],
+        t2_us: 0,
+        t3_us: 0,
+        lease_ms: 5000,
+        subscribers: 1,
+        may_control: true,
+    };
+    let report = |sequence| {
+        let head = ReportHead { sequence, setup: 1, ..ReportHead::default() };
+        Message::Report(Report { head, candidates: List::default(), unseen: List::default() })
+    };
+    let cookie = Message::Cookie { request_id: 1, t1: [0; 8], cookie: Cookie([7; 8]) };
+    let first = [cookie, Message::Subscribed(subscribed), Message::Info(info)];
+    first.into_iter().chain((1..=20).map(report)).collect()
+}
+
+#[test]
+fn a_datagram_is_decoded_once_whatever_listens() {
+    let device = UdpSocket::bind("127.0.0.1:0").unwrap();
+    device.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    let reports = Reports::default();
+    let _listener = reports.listen();
+    let mut tracking = tracking(&[device.local_addr().unwrap()], Parts { reports, ..Parts::default() });
+    tracking.snapshot().unwrap();
+    let (_, host) = device.recv_from(&mut [0; 2048]).unwrap();
+    let host = SocketAddr::from(([127, 0, 0, 1], host.port()));
+    let mut sent = 0;
+    for message in messages() {
+        let mut datagram = [0; DATAGRAM_MAX];
+        let identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 1]), boot: 1 };
+        let length = message.encode(identity, &mut datagram).unwrap();
+        device.send_to(&datagram[..length], host).unwrap();
+        sent += 1;
+    }
+    device.send_to(b"no message of a device", host).unwrap();
+    // The loopback loses nothing; the last one has arrived once it is counted as unreadable.
+    while tracking.sessions().drops().unreadable == 0 {
+        tracking.snapshot().unwrap();
+    }
+    let used: u64 = tracking.sessions().iter().map(|session| session.reports()).sum();
+    assert_eq!((tracking.sessions().decoded(), used), (sent + 1, 20));
+}
+
+#[test]
+fn there_is_one_place_that_decodes() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut decoding: Vec<PathBuf> = Vec::new();
+    for folder in ["tracking/src", "host-tracker/src"] {
+        sources(&crates.join(folder), &mut |file, text| {
+            let production = text.split("#[cfg(test)]").next().unwrap_or_default();
+            if !file.ends_with("tests.rs") && production.contains("Message::decode(") {
+                decoding.push(file.strip_prefix(crates).unwrap().to_path_buf());
+            }
+        });
+    }
+    decoding.sort();
+    // The client is the commands', which ask one device one thing; the daemon has the other.
+    let expected = ["host-tracker/src/net/client.rs", "tracking/src/session/datagram.rs"];
+    assert_eq!(decoding, expected.map(PathBuf::from));
+}
+
+fn sources(folder: &Path, look: &mut impl FnMut(&Path, &str)) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, look);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            look(&path, &std::fs::read_to_string(&path).unwrap());
+        }
+    }
+}
+
+#[test]
+fn the_very_first_snapshot_shows_doors_that_have_seen_it() {
+    let site: Site = toml::from_str(SITE).unwrap();
+    let doors = DoorDesk::new(&site, None);
+    let mut tracking = tracking(&[], Parts { doors: Some(doors), ..Parts::default() });
+    let snapshot = tracking.snapshot().unwrap();
+    let [door] = snapshot.doors.as_slice() else { panic!("{:?}", snapshot.doors) };
+    // Starting is what a door is that has seen nothing; the device that is missing in this snapshot is known to it.
+    assert_eq!((door.phase, door.trouble), (Phase::Failed, Some(Trouble::ModuleLost)));
+}

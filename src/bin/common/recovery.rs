@@ -1,0 +1,75 @@
+//! The ways back that need the board: its button, the count of short starts, a network that has died.
+
+use defmt::{info, warn};
+use embassy_net::Stack;
+use embassy_time::{Duration, Instant, Timer};
+use embedded_storage_async::nor_flash::NorFlash;
+use kehai::device::button::Button;
+use kehai::device::reception::SilentNetwork;
+use kehai::device::starts::{LASTED_US, ShortStarts};
+use kehai::link::{Clock, ResetMemory};
+use kehai::store;
+use kehai::store::flash::FlashStore;
+use kehai::tasks::Notices;
+
+use super::clock::BoardClock;
+use super::watched;
+
+/// Between two looks at the button; the watchdog is fed and the LED changes as often.
+const LOOK: Duration = Duration::from_millis(100);
+/// Between two looks at the frames received.
+const FRAMES_LOOK: Duration = Duration::from_secs(10);
+
+/// Erases settings and background if the button is held from power-up; whether it was.
+///
+/// # Cancellation
+/// As a loss of power.
+pub async fn factory_reset<F: NorFlash>(
+    store: &mut FlashStore<F>,
+    mut pressed: impl FnMut() -> bool,
+    mut feed: impl FnMut(),
+    mut light: impl FnMut(bool),
+) -> bool {
+    let mut lit = false;
+    loop {
+        match Button::at(BoardClock.now_us(), pressed()) {
+            Button::LetGo => return false,
+            Button::Held => {
+                lit = !lit;
+                light(lit);
+                feed();
+                Timer::after(LOOK).await;
+            }
+            Button::FactoryReset => {
+                warn!("button held: settings and background are erased");
+                return store::erase(store).await.is_ok();
+            }
+        }
+    }
+}
+
+/// Notes that this start has lasted, once it has; then waits for ever.
+///
+/// # Cancellation
+/// The start counts as one that did not last, unless noted already.
+pub async fn note_lasting(memory: &mut impl ResetMemory) {
+    Timer::at(Instant::from_micros(LASTED_US)).await;
+    ShortStarts::lasted(memory);
+    core::future::pending().await
+}
+
+/// Returns when the network has died: the module must restart.
+///
+/// # Cancellation
+/// It is no longer noticed.
+pub async fn network_dies(stack: Stack<'static>, notices: &Notices) {
+    let mut network = SilentNetwork::new(BoardClock.now_us());
+    loop {
+        Timer::after(FRAMES_LOOK).await;
+        let had_subscriber = notices.status().had_subscriber;
+        if network.is_dead(watched::frames(), stack.is_link_up(), had_subscriber, BoardClock.now_us()) {
+            info!("no frame for 10 min");
+            return;
+        }
+    }
+}

@@ -1,0 +1,442 @@
+//! The module: everything it decides. Scans, datagrams and the time in; datagrams and wishes out.
+//!
+//! ```text
+//!   scan ──────▶ ┌────────┐ ──▶ report, raw parts, a profile part    to the subscribers
+//!   sensor ────▶ │        │ ──▶ health                               each second, and at every change
+//!   datagram ──▶ │ Module │ ──▶ answer, refusal                      to the host that asked
+//!   time ──────▶ │        │ ──▶ wish: store this, start anew         for the tasks
+//!                └────────┘
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `requests` | which host may ask what, and what the module does |
+//! | `subscribers`, `cookie`, `answers` | which hosts get the reports; whether a host's address is its own; what was answered |
+//! | `lanes` | by which way answers leave |
+//! | `parts` | profiles and raw scans |
+//! | `health` | counters, events, alarms |
+//! | `setup`, `settings` | the sensor and its settings, and the settings of an installer |
+//! | `trial`, `starts`, `button` | the ways back from settings that do not work |
+//! | `reception` | how many frames at once, and a network that is dead |
+//! | `status`, `led`, `discovery` | its status: on its LED, and for hosts that look for modules |
+//!
+//! It waits for nothing and sends without waiting: what an [`Outbox`] does not take at once is dropped and
+//! counted. Nothing in here panics, whatever comes in.
+
+mod answers;
+pub mod button;
+pub mod cookie;
+pub mod discovery;
+mod health;
+mod lanes;
+pub mod led;
+mod parts;
+pub mod reception;
+mod requests;
+pub mod settings;
+mod setup;
+pub mod starts;
+mod status;
+pub mod subscribers;
+mod text;
+pub mod trial;
+
+pub use settings::{Addressing, Settings};
+pub use status::Status;
+pub use subscribers::{LEASE_US, PLACES};
+
+use answers::{Answer, Answers, RequestKey};
+use cookie::Cookies;
+use health::{Events, HealthSchedule};
+use lanes::AnswerLanes;
+use parts::Parts;
+use setup::Setup;
+use subscribers::Subscribers;
+use trial::{AddressingInUse, StoredAddressing, Trial};
+
+use crate::background::{Background, Learning};
+use crate::link::{NetworkLosses, Outbox};
+use crate::pipeline::Pipeline;
+use crate::scan::Scan;
+use crate::scip::Text;
+use crate::sensor::{SensorState, Session};
+use crate::wire::{Counter, Counters, DATAGRAM_MAX, EventKind, Identity, Message, ModuleId, Refusal, Report};
+
+/// Identity of a module, and facts fixed when it is built and switched on.
+#[derive(Clone, Copy, Debug)]
+pub struct About {
+    /// Its hardware address.
+    pub module: ModuleId,
+    /// Keys the cookies: random if the board can, else any bytes that no host knows.
+    pub secret: [u8; 16],
+    /// Version of the firmware.
+    pub firmware: &'static str,
+    /// Sources it was built from.
+    pub build: &'static str,
+    /// The board it runs on.
+    pub board: &'static str,
+    /// Whether the watchdog caused this start.
+    pub watchdog_reset: bool,
+}
+
+/// A task that the module has for its image.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Wish {
+    /// Stop the stream and store settings or background; report this with [`Module::begin_storing`] and
+    /// [`Module::end_storing`].
+    Store,
+    /// Start anew.
+    Restart,
+}
+
+/// Settings that are being stored, and the request to answer afterwards.
+#[derive(Clone, Debug)]
+struct PendingSettings {
+    settings: Settings,
+    key: RequestKey,
+}
+
+/// Latest reports of the sensor and the pipeline.
+#[derive(Clone, Copy, Debug)]
+struct Observed {
+    sensor: SensorState,
+    learning: Learning,
+    last_scan_us: Option<u64>,
+    /// How far the time of the last scan may be off.
+    uncertainty_us: u32,
+}
+
+impl Observed {
+    const NONE: Self = Self {
+        sensor: SensorState::Searching,
+        learning: Learning::Idle,
+        last_scan_us: None,
+        uncertainty_us: 0,
+    };
+}
+
+/// A module with a sensor of at most `BEAMS` beams.
+#[derive(Debug)]
+pub struct Module<const BEAMS: usize> {
+    about: About,
+    identity: Identity,
+    cookies: Cookies,
+    settings: Settings,
+    addressing: AddressingInUse,
+    /// Addressing or its trial have changed otherwise than by a host's request.
+    addressing_to_store: bool,
+    pipeline: Pipeline<BEAMS>,
+    parts: Parts<BEAMS>,
+    subscribers: Subscribers,
+    answers: Answers,
+    lanes: AnswerLanes,
+    counters: Counters,
+    events: Events,
+    setup: Setup,
+    observed: Observed,
+    pending_settings: Option<PendingSettings>,
+    background_to_store: bool,
+    storing: bool,
+    storing_since_us: u64,
+    store_failed: bool,
+    watchdog_reset: bool,
+    restarting: bool,
+    health: HealthSchedule,
+    datagram: [u8; DATAGRAM_MAX],
+}
+
+impl<const BEAMS: usize> Module<BEAMS> {
+    /// A module without sensor or background. Before anything else, [`begin`](Self::begin) must give it its start and
+    /// its settings.
+    #[must_use]
+    pub fn new(about: About) -> Self {
+        Self {
+            about,
+            identity: Identity { module: about.module, boot: 0 },
+            cookies: Cookies::new(about.secret, 0),
+            settings: Settings::new(),
+            addressing: AddressingInUse::DEFAULT,
+            addressing_to_store: false,
+            pipeline: Pipeline::new(),
+            parts: Parts::new(),
+            subscribers: Subscribers::new(),
+            answers: Answers::new(),
+            lanes: AnswerLanes::new(),
+            counters: Counters::new(),
+            events: Events::new(),
+            setup: Setup::new(),
+            observed: Observed::NONE,
+            pending_settings: None,
+            background_to_store: false,
+            storing: false,
+            storing_since_us: 0,
+            store_failed: false,
+            watchdog_reset: about.watchdog_reset,
+            restarting: false,
+            health: HealthSchedule::default(),
+            datagram: [0; DATAGRAM_MAX],
+        }
+    }
+
+    /// Start number `boot` begins, with these settings.
+    pub fn begin(&mut self, boot: u32, settings: Settings) {
+        self.identity.boot = boot;
+        self.cookies = Cookies::new(self.about.secret, boot);
+        self.settings = settings;
+        if self.about.watchdog_reset {
+            self.counters.count(Counter::WatchdogResets);
+        }
+    }
+
+    /// Chooses the addressing of this start from the settings it began with. Returns the trial that must be stored
+    /// before anything is sent, if any.
+    pub fn begin_addressing(&mut self, stored: StoredAddressing) -> Option<Trial> {
+        let beginning = AddressingInUse::begin(stored);
+        self.addressing = beginning.in_use;
+        self.settings.addressing = beginning.in_use.addressing();
+        self.addressing_to_store = beginning.settings_to_store;
+        if let Some(kind) = beginning.event {
+            self.say(kind, 0);
+        }
+        beginning.trial_to_store
+    }
+
+    /// Settings and background were erased just before this start.
+    pub fn was_reset(&mut self) {
+        self.say(EventKind::FactoryReset, 0);
+    }
+
+    /// Records an event that no host has requested.
+    fn say(&mut self, kind: EventKind, at_us: u64) {
+        self.events.add(at_us, kind, self.pipeline.background().version(), [0; 4]);
+    }
+
+    /// Sets another name until the next start; a name that is too long is ignored.
+    pub fn rename(&mut self, name: &str) {
+        if let Ok(name) = name.try_into() {
+            self.settings.name = name;
+        }
+    }
+
+    /// A number for a start that cannot be counted: most likely no start has had it.
+    #[must_use]
+    pub const fn unlikely_boot(&self) -> u32 {
+        let [a, b, c, d, ..] = self.about.secret;
+        u32::from_le_bytes([a, b, c, d]) | 1 << 31
+    }
+
+    /// A record could not be read or written.
+    pub fn store_failed(&mut self) {
+        self.store_failed = true;
+        self.counters.count(Counter::StoreFailures);
+    }
+
+    /// The background, to be restored from a store.
+    pub fn background_mut(&mut self) -> &mut Background<BEAMS> {
+        self.pipeline.background_mut()
+    }
+
+    /// The serial number of the sensor whose background was restored: sensors do not always report it.
+    pub fn remember_serial(&mut self, serial: Text<16>) {
+        self.setup.remember_serial(serial);
+    }
+
+    /// Sets the losses of the network since the start.
+    pub fn network_lost(&mut self, losses: NetworkLosses) {
+        self.counters.set(Counter::LinkLosses, losses.links);
+        self.counters.set(Counter::DatagramsDropped, losses.datagrams);
+    }
+
+    /// A scan from the sensor of `session`: judges and reports it.
+    pub fn scan(&mut self, session: &Session, scan: &Scan<'_>, now_us: u64, out: &mut impl Outbox) {
+        self.subscribers.expire(now_us, &mut self.counters);
+        health::count_sensor(&mut self.counters, session);
+        if self.setup.changed(session, scan.geometry, self.settings.skip) {
+            self.configure(scan, now_us);
+        }
+        self.observed.last_scan_us = Some(now_us);
+        self.observed.uncertainty_us = scan.time.uncertainty_us;
+        let version = self.pipeline.background().version();
+        self.pipeline.process(scan);
+        self.learned(version, now_us);
+        let lost_scans = self.counters.get(Counter::LostScans);
+        let report = Report::of(self.pipeline.judgement(), self.setup.number(), lost_scans);
+        let encoded = Message::Report(report).encode(self.identity, &mut self.datagram);
+        let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
+        let dropped = (&mut self.counters, Counter::ReportsDropped);
+        self.subscribers.send(datagram, |_| true, dropped, now_us, out);
+        self.send_profile_part(now_us, out);
+        self.send_raw(scan, now_us, out);
+        self.sensor(session, now_us, out);
+    }
+
+    /// Configures the pipeline for another sensor, or for the same one with other settings.
+    fn configure(&mut self, scan: &Scan<'_>, now_us: u64) {
+        let known = self.pipeline.background().is_known();
+        let settings = self.settings.pipeline(self.setup.model(), scan.geometry.range_max_mm());
+        // It refuses only more beams than it has room for: the driver delivers no scan of such a sensor.
+        let _ = self.pipeline.configure(scan.geometry, settings, self.setup.fingerprint());
+        let background = self.pipeline.background();
+        if known && !background.is_known() {
+            self.events.add(now_us, EventKind::BackgroundForgotten, background.version(), [0; 4]);
+        }
+    }
+
+    /// Says what learning and drift have come to with the last scan.
+    fn learned(&mut self, version_before: u16, now_us: u64) {
+        let (before, now) = (self.observed.learning, self.pipeline.judgement().learning);
+        let version = self.pipeline.background().version();
+        let kind = match (before, now) {
+            (Learning::Running { .. }, Learning::Idle) if version != version_before => {
+                self.background_to_store = true;
+                Some(EventKind::Learned)
+            }
+            (Learning::Idle, Learning::Running { .. }) => Some(EventKind::LearnStarted),
+            (Learning::Running { restarts: before, .. }, Learning::Running { restarts: now, .. })
+                if now > before =>
+            {
+                Some(EventKind::LearnRestarted)
+            }
+            _ if version != version_before => Some(EventKind::BackgroundDrifted),
+            _ => None,
+        };
+        self.observed.learning = now;
+        if let Some(kind) = kind {
+            self.events.add(now_us, kind, version, [0; 4]);
+        }
+    }
+
+    /// Looks at the sensor: at every change of its state, and now and then.
+    pub fn sensor(&mut self, session: &Session, now_us: u64, out: &mut impl Outbox) {
+        health::count_sensor(&mut self.counters, session);
+        self.observed.sensor = session.state();
+        self.poll(now_us, out);
+    }
+
+    /// Does what is due at `now_us`; returns the time of the next call, µs.
+    pub fn poll(&mut self, now_us: u64, out: &mut impl Outbox) -> u64 {
+        self.subscribers.expire(now_us, &mut self.counters);
+        if now_us >= self.health.due_us && now_us >= self.no_scan_us() {
+            // Without scans, profiles are sent all the same, more slowly.
+            self.send_profile_part(now_us, out);
+        }
+        if self.addressing.poll(now_us) {
+            self.settings.addressing = self.addressing.addressing();
+            self.addressing_to_store = true;
+            self.restarting = true;
+            self.say(EventKind::AddressReturned, now_us);
+        }
+        self.publish_health(now_us, out);
+        let alarm_us = Some(self.no_scan_us()).filter(|&at_us| at_us > now_us);
+        let due = [Some(self.health.due_us), alarm_us, self.subscribers.next_us(), self.addressing.ends_us()];
+        due.into_iter().flatten().min().unwrap_or(self.health.due_us)
+    }
+
+    /// The tasks that are due now.
+    #[must_use]
+    pub const fn wish(&self) -> Option<Wish> {
+        if self.storing {
+            None
+        } else if self.pending_settings.is_some() || self.addressing_to_store || self.background_to_store {
+            Some(Wish::Store)
+        } else if self.restarting {
+            Some(Wish::Restart)
+        } else {
+            None
+        }
+    }
+
+    /// Reports that the stream is about to stop for storing.
+    pub fn begin_storing(&mut self, now_us: u64, out: &mut impl Outbox) {
+        self.storing = true;
+        self.storing_since_us = now_us;
+        self.publish_health(now_us, out);
+    }
+
+    /// Settings to be stored, and the trial of their addressing.
+    #[must_use]
+    pub fn settings_to_store(&self) -> Option<(&Settings, Option<Trial>)> {
+        let own = Some(&self.settings).filter(|_| self.addressing_to_store);
+        let settings = self.pending_settings.as_ref().map(|pending| &pending.settings).or(own)?;
+        Some((settings, self.addressing.trial_of(settings.addressing)))
+    }
+
+    /// The background to be stored, and the serial number of its sensor.
+    #[must_use]
+    pub fn background_to_store(&self) -> Option<(&Background<BEAMS>, Text<16>)> {
+        let background = self.pipeline.background();
+        (self.background_to_store && background.is_known()).then_some((background, *self.setup.serial()))
+    }
+
+    /// Storing is over; whether each of the two was stored, if it was wished for. Settings count from now
+    /// on, and the host that asked for them is answered.
+    pub fn end_storing(
+        &mut self,
+        settings_stored: Option<bool>,
+        background_stored: Option<bool>,
+        now_us: u64,
+        out: &mut impl Outbox,
+    ) {
+        self.storing = false;
+        self.background_to_store = false;
+        self.addressing_to_store = false;
+        // Scans begin again now, and renewals that came meanwhile are still to be read.
+        self.observed.last_scan_us = self.observed.last_scan_us.map(|_| now_us);
+        self.subscribers.extend(now_us.saturating_sub(self.storing_since_us));
+        self.store_failed = false;
+        for stored in [settings_stored, background_stored].into_iter().flatten() {
+            if !stored {
+                self.store_failed();
+            }
+        }
+        if let Some(PendingSettings { settings, key }) = self.pending_settings.take() {
+            let stored = settings_stored == Some(true);
+            let answer = if stored { Answer::Done } else { Answer::Refused(Refusal::NotStored) };
+            if stored {
+                self.settings = settings;
+                let max_mm = self.setup.geometry().map_or(u16::MAX, |geometry| geometry.range_max_mm());
+                self.pipeline.set(self.settings.pipeline(self.setup.model(), max_mm));
+                self.event(EventKind::SettingsChanged, key, now_us);
+            } else {
+                self.counters.count(Refusal::NotStored.counter());
+            }
+            self.answers.keep(key, answer);
+            self.lanes.choose(*key.from.ip(), now_us, &mut self.counters, out);
+            if let Some(message) = answer.message(key) {
+                self.send_answer(key.from, &message, out);
+            }
+        }
+        self.publish_health(now_us, out);
+    }
+
+    /// The settings in use.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The identity of this module, in this start.
+    #[must_use]
+    pub const fn identity(&self) -> Identity {
+        self.identity
+    }
+
+    /// Everything dropped, refused or done again.
+    #[must_use]
+    pub const fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Background and latest judgement.
+    #[must_use]
+    pub const fn pipeline(&self) -> &Pipeline<BEAMS> {
+        &self.pipeline
+    }
+
+    /// When the last scan came, µs.
+    #[must_use]
+    pub const fn last_scan_us(&self) -> Option<u64> {
+        self.observed.last_scan_us
+    }
+}

@@ -1,0 +1,127 @@
+//! The pages name files and folders of this repository: each of them exists, and each link between pages leads somewhere.
+//!
+//! ```text
+//!   `tracking/src/zones.rs`          a path in code marks, below a folder of the repository ─▶ exists
+//!   [design](design.md#the-core)     a link without a scheme                                ─▶ exists, heading included
+//!   | … | `file` | `name`, … | … |   a row of "Where do I change" in CONTRIBUTING.md        ─▶ the file has the names
+//! ```
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Folders whose paths are checked.
+const FOLDERS: [&str; 12] = [
+    "src/",
+    "emulator/",
+    "tracking/",
+    "host-tracker/",
+    "host-sim/",
+    "tests/",
+    "docs/",
+    "benches/",
+    "proofs/",
+    "fuzz/",
+    "examples/",
+    ".ci/",
+];
+
+fn pages() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let docs = std::fs::read_dir(root.join("docs")).expect("the folder docs/");
+    let docs = docs.map(|entry| entry.expect("an entry of docs/").path());
+    ["README.md", "CONTRIBUTING.md"]
+        .map(|page| root.join(page))
+        .into_iter()
+        .chain(docs.filter(|path| path.extension().is_some_and(|extension| extension == "md")))
+        .collect()
+}
+
+/// Texts between code marks, outside of code blocks.
+fn in_code_marks(page: &str) -> Vec<&str> {
+    let mut in_block = false;
+    let lines = page.lines().filter(|line| {
+        let fence = line.trim_start().starts_with("```");
+        in_block ^= fence;
+        !in_block && !fence
+    });
+    lines.flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
+}
+
+/// The targets of Markdown links.
+fn links(page: &str) -> Vec<&str> {
+    page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target).collect()
+}
+
+/// The anchors of a page's headings, as GitHub makes them.
+fn anchors(page: &str) -> BTreeSet<String> {
+    let headings = page.lines().filter(|line| line.starts_with('#'));
+    headings
+        .map(|line| {
+            let kept = line.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");
+            kept.chars().filter(|letter| letter.is_alphanumeric() || "-_".contains(*letter)).collect()
+        })
+        .collect()
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[test]
+fn files_that_the_pages_name_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut missing = Vec::new();
+    for path in pages() {
+        let page = read(&path);
+        for text in in_code_marks(&page) {
+            let named = FOLDERS.iter().any(|folder| text.starts_with(folder));
+            let is_pattern = text.contains(['<', '*', '{', ' ', '…']);
+            if named && !is_pattern && !root.join(text).exists() {
+                missing.push(format!("{}: `{text}`", path.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "pages name files that do not exist:\n{}", missing.join("\n"));
+}
+
+#[test]
+fn links_between_pages_lead_somewhere() {
+    let mut broken = Vec::new();
+    for path in pages() {
+        let page = read(&path);
+        for target in links(&page).into_iter().filter(|target| !target.contains("://")) {
+            let (file, anchor) =
+                target.split_once('#').map_or((target, None), |(file, anchor)| (file, Some(anchor)));
+            let folder = path.parent().expect("a page lies in a folder");
+            let other = if file.is_empty() { path.clone() } else { folder.join(file) };
+            let leads = other.exists() && anchor.is_none_or(|anchor| anchors(&read(&other)).contains(anchor));
+            if !leads {
+                broken.push(format!("{}: ({target})", path.display()));
+            }
+        }
+    }
+    assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
+}
+
+#[test]
+fn where_to_change_what_is_as_contributing_says() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = read(&root.join("CONTRIBUTING.md"));
+    let (_, section) = page.split_once("## Where do I change").expect("the section of CONTRIBUTING.md");
+    let rows: Vec<Vec<&str>> = section
+        .lines()
+        .filter(|line| line.starts_with('|') && line.contains('`'))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    assert!(rows.len() >= 20, "the table has {} rows", rows.len());
+    let mut stale = Vec::new();
+    for row in rows {
+        let [_, _, file, names, ..] = row[..] else { panic!("a row with fewer than three cells: {row:?}") };
+        let file = file.trim_matches('`');
+        let text = read(&root.join(file));
+        for name in in_code_marks(names).into_iter().filter(|name| !text.contains(name)) {
+            stale.push(format!("{name} is not in {file}"));
+        }
+    }
+    assert!(stale.is_empty(), "CONTRIBUTING.md is out of date:\n{}", stale.join("\n"));
+}

@@ -1,0 +1,93 @@
+//! Extrinsic calibration: a person walks about, and the poses of the devices follow from what they saw.
+//!
+//! ```text
+//!   observations ─▶ walk     which device saw the walker when, alone; how long which pair saw it at the same time
+//!                     │
+//!                     ├─▶ advice   where to walk next, until every pair has seen enough
+//!                     ▼
+//!                  align    registration of two devices at a time: one walk, seen twice, is laid upon itself
+//!                     ▼
+//!                  joint    bundle adjustment: all poses, clocks and the walk at once, with their covariance
+//!                     ▼
+//!                  room     scan matching: the same walls in several backgrounds are laid upon each other
+//!                     ▼
+//!                  Calibration, or a Refusal in words
+//! ```
+//!
+//! The first device is held fixed: it says where the site's axes are. Everything here is a plain function or a
+//! state machine: observations in, poses and words out; the same input gives the same bits.
+//!
+//! A candidate's centre is off by several centimetres along the ray, by the shape of the body and the direction of the
+//! chest; `joint` estimates that with the poses, so that it does not distort them.
+
+pub mod advice;
+pub mod align;
+mod band;
+pub mod coverage;
+pub mod joint;
+mod limits;
+pub mod look;
+mod result;
+pub mod room;
+pub mod session;
+mod spline;
+mod statistics;
+mod turned;
+pub mod walk;
+pub mod watch;
+pub mod words;
+
+use nalgebra::{DMatrix, Matrix3};
+
+use crate::geometry::Pose;
+pub use limits::{ENOUGH_S, LEAST_S, LEAST_SPREAD_M, SIGMAS_95, WORST_M, WORST_RAD};
+pub use result::{Calibration, Pair, Placed, Refusal};
+use room::Outline;
+pub(crate) use statistics::median;
+use walk::Walk;
+
+/// All poses from a walk. `first` is where module 0 is; `rooms` are the backgrounds, by module, as far as known, and
+/// empty to do without.
+///
+/// # Errors
+/// The first [`Refusal`] found.
+pub fn calibrate(walk: &Walk, first: Pose, rooms: &[Option<Outline>]) -> Result<Calibration, Refusal> {
+    let modules = walk.modules();
+    if modules < 2 {
+        return Err(Refusal::Alone);
+    }
+    let glimpses = walk.glimpses();
+    let start = align::all(walk, first)?;
+    let joint = joint::solve(&glimpses, &start).ok_or(Refusal::Unsolved)?;
+    let (state, covariance, shared_wall_m) = match room::refine(&joint, rooms) {
+        Some(refined) => (refined.poses, refined.covariance, refined.shared_wall_m),
+        None => (joint.poses.clone(), joint.pose_covariance(), 0.0),
+    };
+    let placed = |module: usize| Placed {
+        pose: state[module],
+        covariance: block(&covariance, module),
+        clock_s: joint.clocks_s[module],
+        clock_sigma_s: joint.clock_sigmas_s[module],
+        residual_m: joint.residual_m(module),
+    };
+    let calibration = Calibration {
+        modules: (0..modules).map(placed).collect(),
+        pairs: align::pairs(walk, &state),
+        shared_wall_m,
+    };
+    let bounds = calibration.modules.iter().map(Placed::bounds).enumerate();
+    let vague = bounds.filter(|(_, (within_m, within_rad))| *within_m > WORST_M || *within_rad > WORST_RAD);
+    match vague.max_by(|a, b| a.1.0.total_cmp(&b.1.0)) {
+        Some((module, (within_m, within_rad))) => Err(Refusal::Vague { module, within_m, within_rad }),
+        None => Ok(calibration),
+    }
+}
+
+/// The covariance of one module's x, y and yaw, out of that of all modules but the first.
+fn block(covariance: &DMatrix<f64>, module: usize) -> Matrix3<f64> {
+    let Some(at) = module.checked_sub(1).map(|index| 3 * index) else { return Matrix3::zeros() };
+    Matrix3::from_fn(|row, column| covariance[(at + row, at + column)])
+}
+
+#[cfg(test)]
+mod tests;

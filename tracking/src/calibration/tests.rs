@@ -1,0 +1,220 @@
+//! Walks made up here: a walker whose centre is off by a body's shape, seen by modules at known places.
+
+use super::advice::{Advice, Guide};
+use super::result::radius_95;
+use super::walk::{Glimpse, Walk};
+use super::*;
+use crate::geometry::{Point, wrapped};
+
+const POSES: [(f64, f64, f64); 3] = [(0.0, 0.0, 0.3), (4.0, 1.0, 2.8), (2.0, 4.0, -1.5)];
+
+fn poses() -> Vec<Pose> {
+    POSES.iter().map(|&(x, y, yaw_rad)| Pose { at: Point::new(x, y), yaw_rad }).collect()
+}
+
+/// Numbers that look random: 0 to 1.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// About normal, one σ.
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.next()).sum::<f64>() - 6.0
+    }
+}
+
+/// Where the walker is: a wide figure of eight.
+fn walker(at_s: f64) -> (Point, Point) {
+    let place =
+        |at_s: f64| Point::new(2.0 + 1.3 * libm::sin(0.7 * at_s), 1.8 + 1.1 * libm::sin(0.43 * at_s + 0.5));
+    let velocity = (place(at_s + 0.01) - place(at_s - 0.01)) * 50.0;
+    (place(at_s), velocity)
+}
+
+/// A walk of so long, seen with this noise; clocks are late by a few milliseconds; `off_m` is what a body does.
+fn walk(seconds: u32, noise_m: f64, off_m: f64, seed: u64) -> Walk {
+    let mut numbers = Numbers(seed);
+    let mut walk = Walk::new(POSES.len());
+    for scan in 0..seconds * 10 {
+        for (module, pose) in poses().iter().enumerate() {
+            let true_s = f64::from(scan) * 0.1 + 0.03 * module as f64;
+            let (at, velocity) = walker(true_s);
+            let local = pose.to_sensor(at);
+            let along = Point::towards(pose.yaw_rad + local.angle_rad());
+            let heading = velocity * (1.0 / velocity.length().max(1e-9));
+            let cosine = -heading.dot(along);
+            let range_m = local.length() + off_m * cosine * cosine + noise_m * numbers.normal();
+            let bearing_rad = local.angle_rad() + noise_m * numbers.normal() / local.length();
+            let at_s = true_s + 0.005 * module as f64;
+            walk.add(Glimpse { module, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 });
+        }
+    }
+    walk
+}
+
+fn errors(calibration: &Calibration) -> Vec<(f64, f64)> {
+    let error = |(placed, truth): (&Placed, Pose)| {
+        ((placed.pose.at - truth.at).length(), wrapped(placed.pose.yaw_rad - truth.yaw_rad).abs())
+    };
+    calibration.modules.iter().zip(poses()).map(error).collect()
+}
+
+#[test]
+fn a_walk_without_noise_gives_the_poses_and_the_clocks() {
+    let found = calibrate(&walk(40, 0.0, 0.0, 1), poses()[0], &[]).unwrap();
+    for (metres, radians) in errors(&found) {
+        assert!(metres < 0.005 && radians < 0.002, "{metres} m, {radians} rad");
+    }
+    for (module, placed) in found.modules.iter().enumerate() {
+        assert!((placed.clock_s - 0.005 * module as f64).abs() < 0.002, "{}", placed.clock_s);
+    }
+    assert!(found.pairs.iter().all(|pair| pair.common_s > 30.0));
+}
+
+#[test]
+fn noise_and_a_body_that_is_wider_than_deep_cost_little_and_the_bounds_hold() {
+    let mut held = 0;
+    for seed in 1..=20 {
+        let found = calibrate(&walk(40, 0.03, 0.05, seed), poses()[0], &[]).unwrap();
+        for ((metres, radians), placed) in errors(&found).into_iter().zip(&found.modules).skip(1) {
+            assert!(metres < 0.06 && radians < 0.02, "seed {seed}: {metres} m, {radians} rad");
+            held += u32::from(metres <= placed.bounds().0);
+        }
+    }
+    assert!(held >= 36, "{held} of 40 within their bounds");
+}
+
+#[test]
+fn the_same_walk_gives_the_same_bits() {
+    let once = calibrate(&walk(30, 0.03, 0.05, 3), poses()[0], &[]).unwrap();
+    let again = calibrate(&walk(30, 0.03, 0.05, 3), poses()[0], &[]).unwrap();
+    assert_eq!(once, again);
+}
+
+#[test]
+fn too_little_is_refused_and_the_pair_is_named() {
+    let names = ["hall", "kitchen", "study"].map(str::to_owned);
+    let short = calibrate(&walk(5, 0.0, 0.0, 1), poses()[0], &[]).unwrap_err();
+    let text = words::refusal(&short, &names);
+    assert!(
+        text.contains("hall") && text.contains("for 5 s only") && text.contains("walk where both"),
+        "{text}"
+    );
+    let mut apart = Walk::new(3);
+    walk(30, 0.0, 0.0, 1)
+        .glimpses()
+        .into_iter()
+        .filter(|glimpse| glimpse.module < 2)
+        .for_each(|glimpse| apart.add(glimpse));
+    let apart = calibrate(&apart, poses()[0], &[]).unwrap_err();
+    assert_eq!(apart, Refusal::Apart { module: 2 });
+    assert!(words::refusal(&apart, &names).starts_with("study has not seen you"), "{apart:?}");
+    assert_eq!(calibrate(&Walk::new(1), poses()[0], &[]), Err(Refusal::Alone));
+}
+
+#[test]
+fn who_stands_still_has_not_walked() {
+    let mut walk = Walk::new(2);
+    for scan in 0..300 {
+        for module in 0..2 {
+            let at_s = f64::from(scan) * 0.1;
+            let place = poses()[module].to_sensor(Point::new(2.0, 1.5));
+            let (range_m, bearing_rad) = (place.length(), place.angle_rad());
+            walk.add(Glimpse { module, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 });
+        }
+    }
+    assert!(matches!(calibrate(&walk, poses()[0], &[]), Err(Refusal::Narrow { modules: (0, 1), .. })));
+}
+
+#[test]
+fn two_who_walk_at_the_same_time_contradict() {
+    let mut walk = Walk::new(2);
+    for scan in 0..400 {
+        for (module, pose) in poses().iter().enumerate().take(2) {
+            let at_s = f64::from(scan) * 0.1;
+            // Each sees another one.
+            let (at, _) = walker(at_s * if module == 0 { 1.0 } else { -1.7 } + 3.0 * module as f64);
+            let place = pose.to_sensor(at);
+            let (range_m, bearing_rad) = (place.length(), place.angle_rad());
+            walk.add(Glimpse { module, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 });
+        }
+    }
+    let refusal = calibrate(&walk, poses()[0], &[]).unwrap_err();
+    assert!(matches!(refusal, Refusal::Contradiction { modules: (0, 1), .. }), "{refusal:?}");
+}
+
+#[test]
+fn the_guide_asks_for_what_is_missing_and_ends() {
+    let mut guide = Guide::default();
+    assert_eq!(guide.advise(&Walk::new(3), 0.0), Advice::Begin);
+    let mut two = Walk::new(3);
+    walk(12, 0.0, 0.0, 1)
+        .glimpses()
+        .into_iter()
+        .filter(|seen| seen.module < 2)
+        .for_each(|seen| two.add(seen));
+    assert_eq!(guide.advise(&two, 12.0), Advice::Reach { module: 2 });
+    assert!(guide.progress(&two) > 0.2 && guide.progress(&two) < 0.6, "{}", guide.progress(&two));
+    let short = walk(12, 0.0, 0.0, 1);
+    let Advice::Together { place: Some(place), .. } = guide.advise(&short, 13.0) else { panic!("a pair") };
+    assert!(place.length() > 0.5);
+    let long = walk(25, 0.0, 0.0, 1);
+    assert_eq!(guide.advise(&long, 25.0), Advice::Enough);
+    assert!(guide.progress(&long) > 0.99);
+}
+
+/// The walls of a room with a niche, as a module sees them.
+fn outline(pose: &Pose, scale: f64) -> Outline {
+    let corners = [(-1.0, -1.0), (5.5, -1.0), (5.5, 3.0), (4.8, 3.0), (4.8, 5.0), (-1.0, 5.0)]
+        .map(|(x, y)| Point::new(x, y));
+    let beam = |index: i32| {
+        let bearing_rad = f64::from(index) * 0.006;
+        let ray = Point::towards(pose.yaw_rad + bearing_rad);
+        let meet = |side: usize| {
+            let (from, to) = (corners[side], corners[(side + 1) % corners.len()]);
+            let along = to - from;
+            let share = (from - pose.at).cross(ray) / ray.cross(along);
+            let range_m = (from - pose.at).cross(along) / ray.cross(along);
+            ((0.0..=1.0).contains(&share) && range_m > 0.0).then_some(range_m)
+        };
+        let range_m = (0..corners.len()).filter_map(meet).fold(f64::INFINITY, f64::min);
+        (bearing_rad, if range_m < 5.6 { range_m * scale } else { 0.0 })
+    };
+    Outline::of((-340..=340).map(beam))
+}
+
+#[test]
+fn walls_that_two_see_make_it_finer() {
+    let rooms: Vec<_> =
+        poses().iter().zip([1.0, 1.003, 0.997]).map(|(pose, scale)| Some(outline(pose, scale))).collect();
+    let walk = walk(20, 0.04, 0.06, 5);
+    let by_walk = calibrate(&walk, poses()[0], &[]).unwrap();
+    let by_both = calibrate(&walk, poses()[0], &rooms).unwrap();
+    let worst = |found: &Calibration| errors(found).iter().map(|error| error.0).fold(0.0, f64::max);
+    assert!(
+        worst(&by_both) < 0.02 && worst(&by_both) < worst(&by_walk),
+        "{} {}",
+        worst(&by_walk),
+        worst(&by_both)
+    );
+    assert!(by_both.shared_wall_m > 5.0, "{}", by_both.shared_wall_m);
+    assert!(words::quality(&by_both).contains("m of wall"), "{}", words::quality(&by_both));
+}
+
+#[test]
+fn a_bound_holds_95_percent_whatever_the_ellipse() {
+    let mut numbers = Numbers(3);
+    for share in [0.0, 0.5, 0.8, 1.0] {
+        let radius_m = radius_95(1.0, share * share);
+        let within = (0..20_000).filter(|_| {
+            let (x, y) = (numbers.normal(), share * numbers.normal());
+            x * x + y * y <= radius_m * radius_m
+        });
+        let percent = within.count() as f64 / 200.0;
+        assert!((percent - 95.0).abs() < 0.6, "{share}: {percent} %");
+    }
+}

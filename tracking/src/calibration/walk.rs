@@ -1,0 +1,204 @@
+//! Which device saw the walker when: one range-bearing measurement a scan, taken only while one person is in view.
+//!
+//! ```text
+//!   hall     ▁▁●●●●●●●●●●▁▁▁▁▁▁●●●●●●▁▁▁▁▁▁
+//!   kitchen  ▁▁▁▁▁▁●●●●●●●●●●●●●●●●●●✕✕✕✕▁▁   ✕ two people in view: no measurement counts for half a second
+//!                  └common┘
+//! ```
+//!
+//! `look` decides what a scan shows.
+
+use std::collections::BTreeMap;
+
+use crate::geometry::Point;
+
+/// Length of a slot, s: a scan.
+pub const SLOT_S: f64 = 0.1;
+
+/// Glimpses kept a module: an hour.
+const MOST: usize = 36_000;
+
+/// Around a moment with several people, slots that are not used: half a second.
+const CROWD_SLOTS: i64 = 5;
+
+/// One sight of the walker, in the module's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glimpse {
+    /// Which module.
+    pub module: usize,
+    /// When the beam passed the walker, s on the host's clock.
+    pub at_s: f64,
+    /// Distance of the centre, m.
+    pub range_m: f64,
+    /// Its bearing, rad, counter-clockwise from ahead.
+    pub bearing_rad: f64,
+    /// One σ along the ray, m.
+    pub radial_m: f64,
+    /// One σ across it, m.
+    pub tangential_m: f64,
+}
+
+impl Glimpse {
+    /// The centre in the module's frame.
+    #[must_use]
+    pub fn place(&self) -> Point {
+        Point::towards(self.bearing_rad) * self.range_m
+    }
+}
+
+/// What a module saw in one scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Scan {
+    Nobody,
+    One(Glimpse),
+    Several,
+}
+
+/// Everything seen of a walk.
+#[derive(Clone, Debug)]
+pub struct Walk {
+    /// A module's scans by their slot.
+    scans: Vec<BTreeMap<i64, Scan>>,
+    /// Slots in which some module saw several people.
+    crowds: BTreeMap<i64, usize>,
+}
+
+impl Walk {
+    /// A walk of this many modules, without scans.
+    #[must_use]
+    pub fn new(modules: usize) -> Self {
+        Self { scans: vec![BTreeMap::new(); modules], crowds: BTreeMap::new() }
+    }
+
+    /// How many modules there are.
+    #[must_use]
+    pub fn modules(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// Takes what a module saw in one scan that began at `start_s`.
+    pub(super) fn take(&mut self, module: usize, start_s: f64, scan: Scan) {
+        let Some(scans) = self.scans.get_mut(module) else { return };
+        let slot = (start_s / SLOT_S).floor() as i64;
+        if matches!(scan, Scan::Several) {
+            self.crowds.insert(slot, module);
+        }
+        scans.insert(slot, scan);
+        if scans.len() > MOST {
+            scans.pop_first();
+        }
+        while self.crowds.len() > MOST {
+            self.crowds.pop_first();
+        }
+    }
+
+    /// A glimpse as if an observation had shown it: for tests and other sources.
+    pub fn add(&mut self, glimpse: Glimpse) {
+        if let Some(scans) = self.scans.get_mut(glimpse.module) {
+            scans.insert((glimpse.at_s / SLOT_S).floor() as i64, Scan::One(glimpse));
+        }
+    }
+
+    fn is_crowded(&self, slot: i64) -> bool {
+        self.crowds.range(slot - CROWD_SLOTS..=slot + CROWD_SLOTS).next().is_some()
+    }
+
+    /// Everything that counts, by time.
+    #[must_use]
+    pub fn glimpses(&self) -> Vec<Glimpse> {
+        let mut all: Vec<Glimpse> = Vec::new();
+        for scans in &self.scans {
+            all.extend(scans.iter().filter_map(|(slot, scan)| match scan {
+                Scan::One(glimpse) if !self.is_crowded(*slot) => Some(*glimpse),
+                _ => None,
+            }));
+        }
+        all.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+        all
+    }
+
+    /// Moments at which two modules saw the walker and no other person was about: what each of them saw.
+    pub fn common(&self, one: usize, other: usize) -> impl Iterator<Item = (Glimpse, Glimpse)> + '_ {
+        let scans = |module: usize| self.scans.get(module).into_iter().flatten();
+        let beside = self.scans.get(other);
+        scans(one).filter_map(move |(slot, scan)| {
+            let Scan::One(here) = scan else { return None };
+            let found = [0, 1, -1].into_iter().find_map(|by| match beside?.get(&(slot + by)) {
+                Some(Scan::One(there)) => Some(*there),
+                _ => None,
+            })?;
+            (!self.is_crowded(*slot)).then_some((*here, found))
+        })
+    }
+
+    /// How long two modules saw the walker together, s.
+    #[must_use]
+    pub fn common_s(&self, one: usize, other: usize) -> f64 {
+        self.common(one, other).count() as f64 * SLOT_S
+    }
+
+    /// Every pair that saw the walker together, and for how long, s.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<((usize, usize), f64)> {
+        let modules = self.modules();
+        let pairs = (0..modules).flat_map(|one| (one + 1..modules).map(move |other| (one, other)));
+        pairs
+            .map(|pair| (pair, self.common_s(pair.0, pair.1)))
+            .filter(|(_, common_s)| *common_s > 0.0)
+            .collect()
+    }
+
+    /// How long a module saw the walker, s.
+    #[must_use]
+    pub fn seen_s(&self, module: usize) -> f64 {
+        let one = |scan: &&Scan| matches!(scan, Scan::One(_));
+        self.scans.get(module).map_or(0.0, |scans| scans.values().filter(one).count() as f64 * SLOT_S)
+    }
+
+    /// For how long several people were in view, s, and of which module last.
+    #[must_use]
+    pub fn crowded(&self) -> (f64, Option<usize>) {
+        (self.crowds.len() as f64 * SLOT_S, self.crowds.last_key_value().map(|(_, module)| *module))
+    }
+
+    /// The newest glimpse of a module since `from_s`.
+    #[must_use]
+    pub fn newest(&self, module: usize, from_s: f64) -> Option<Glimpse> {
+        let from = (from_s / SLOT_S).floor() as i64;
+        match self.scans.get(module)?.range(from..).next_back()?.1 {
+            Scan::One(glimpse) => Some(*glimpse),
+            _ => None,
+        }
+    }
+
+    /// Forgets what was before `before_s`.
+    pub fn forget(&mut self, before_s: f64) {
+        let first = (before_s / SLOT_S).floor() as i64;
+        for scans in &mut self.scans {
+            *scans = scans.split_off(&first);
+        }
+        self.crowds = self.crowds.split_off(&first);
+    }
+
+    /// The modules that see the walker at `at_s`, within the last half second, and the modules that see several people.
+    #[must_use]
+    pub fn now(&self, at_s: f64) -> (Vec<usize>, Vec<usize>) {
+        let from = ((at_s - 0.5) / SLOT_S).floor() as i64;
+        let newest = |(module, scans): (usize, &BTreeMap<i64, Scan>)| {
+            Some((module, *scans.range(from..).next_back()?.1))
+        };
+        let scans: Vec<(usize, Scan)> = self.scans.iter().enumerate().filter_map(newest).collect();
+        let of = |wanted: fn(&Scan) -> bool| -> Vec<usize> {
+            scans.iter().filter(|(_, scan)| wanted(scan)).map(|(module, _)| *module).collect()
+        };
+        (of(|scan| matches!(scan, Scan::One(_))), of(|scan| matches!(scan, Scan::Several)))
+    }
+
+    /// The time covered, s: from the first to the last scan of any module.
+    #[must_use]
+    pub fn span_s(&self) -> f64 {
+        let first = self.scans.iter().filter_map(|scans| scans.keys().next()).min();
+        let last = self.scans.iter().filter_map(|scans| scans.keys().next_back()).max();
+        first.zip(last).map_or(0.0, |(first, last)| (last - first) as f64 * SLOT_S)
+    }
+}

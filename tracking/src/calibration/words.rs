@@ -1,0 +1,163 @@
+//! Calibration as an installer hears it: where to walk, how good it is, why it is not.
+
+use crate::alarm::AlarmKind;
+use crate::geometry::Point;
+
+use super::advice::Advice;
+use super::watch::Finding;
+use super::{Calibration, ENOUGH_S, Placed, Refusal, SIGMAS_95, median};
+
+/// The name of a module.
+fn name(names: &[String], module: usize) -> &str {
+    names.get(module).map_or("a module", String::as_str)
+}
+
+/// Where to walk next.
+#[must_use]
+pub fn advice(advice: &Advice, names: &[String]) -> String {
+    match advice {
+        Advice::Alone { module } => format!(
+            "several people are in view of {}: only one may walk, the others leave; these moments are not used",
+            name(names, *module)
+        ),
+        Advice::Begin => format!(
+            "walk about in front of {}, at an ordinary pace and two steps away from walls",
+            name(names, 0)
+        ),
+        Advice::Reach { module } => format!(
+            "nothing links {0} with the others yet: walk from them to {0} and back, through where both can see you",
+            name(names, *module)
+        ),
+        Advice::Together { modules: (one, other), common_s, place } => format!(
+            "walk where {} and {} both see you{}, in wide loops: {common_s:.0} of {ENOUGH_S:.0} s",
+            name(names, *one),
+            name(names, *other),
+            place.map_or_else(String::new, |at| format!(
+                ", for example {}",
+                place_in_words(at, name(names, *one))
+            )),
+        ),
+        Advice::Enough => "enough: you may stop".to_owned(),
+    }
+}
+
+/// A place in a module's frame: how far, and on which side.
+fn place_in_words(at: Point, of: &str) -> String {
+    let (range_m, degrees) = (at.length(), at.angle_rad().to_degrees());
+    let side = match degrees.abs() {
+        ..20.0 => "straight ahead",
+        20.0..70.0 if degrees > 0.0 => "ahead to its left",
+        20.0..70.0 => "ahead to its right",
+        _ if degrees > 0.0 => "on its left",
+        _ => "on its right",
+    };
+    format!("{range_m:.1} m from {of}, {side}")
+}
+
+/// Why there is no result, and what to do.
+#[must_use]
+pub fn refusal(refusal: &Refusal, names: &[String]) -> String {
+    match refusal {
+        Refusal::Alone => "there is only one module: its place needs no walk".to_owned(),
+        Refusal::Apart { module } => format!(
+            "{0} has not seen you together with any other module: walk from the others to {0} and back; if no place is in \
+             view of both, it needs a ruler, or a module between",
+            name(names, *module)
+        ),
+        Refusal::Short { modules: (one, other), common_s } => format!(
+            "{0} and {1} have seen you together for {common_s:.0} s only, and nothing else links them: walk where both see you \
+             for {2:.0} s; if there is no such place, they overlap too little",
+            name(names, *one),
+            name(names, *other),
+            ENOUGH_S,
+        ),
+        Refusal::Narrow { modules: (one, other), spread_m } => format!(
+            "{} and {} have seen you at one place only ({spread_m:.1} m about its middle): walk in wide loops through all that \
+             both see",
+            name(names, *one),
+            name(names, *other),
+        ),
+        Refusal::Contradiction { modules: (one, other), share } => format!(
+            "what {} and {} saw fits together for {:.0} % of the time only: was somebody else walking, or a module moved \
+             meanwhile? Begin anew, alone",
+            name(names, *one),
+            name(names, *other),
+            share * 100.0,
+        ),
+        Refusal::Vague { module, within_m, within_rad } => format!(
+            "where {0} is remains uncertain by {1:.0} cm and {2:.0}°: walk longer, in wide loops, where {0} and its neighbours \
+             see you",
+            name(names, *module),
+            within_m * 100.0,
+            within_rad.to_degrees(),
+        ),
+        Refusal::Unsolved => "what was seen is no walk of one person: begin anew, alone".to_owned(),
+    }
+}
+
+/// How good the whole is, in one sentence.
+#[must_use]
+pub fn quality(calibration: &Calibration) -> String {
+    let mut apart: Vec<f64> = calibration.pairs.iter().map(|pair| pair.residual_m).collect();
+    let apart_m = median(&mut apart);
+    let worst = calibration.modules.iter().map(|placed| placed.bounds().0).fold(0.0, f64::max);
+    let grade = match worst {
+        ..0.06 => "very good",
+        ..0.12 => "good",
+        ..0.18 => "fair: people are followed, and a longer walk would make it better",
+        _ => "poor: walk longer, in wide loops",
+    };
+    let walls = if calibration.shared_wall_m > 1.0 {
+        format!(", {:.0} m of wall seen by two fit, too", calibration.shared_wall_m)
+    } else {
+        ", the backgrounds share too little wall to help".to_owned()
+    };
+    format!(
+        "{grade}: two modules see you {:.0} cm apart{walls}; every module is within {:.0} cm of where it is said to be",
+        apart_m * 100.0,
+        worst * 100.0
+    )
+}
+
+/// One module's place, how well it is known, and how far its clock may be off.
+#[must_use]
+pub fn placed(placed: &Placed, name: &str) -> String {
+    let (within_m, within_rad) = placed.bounds();
+    let pose = &placed.pose;
+    let place =
+        format!("{name}: x {:.2} m, y {:.2} m, yaw {:.1}°", pose.at.x, pose.at.y, pose.yaw_rad.to_degrees());
+    if within_m == 0.0 {
+        return format!("{place}, held fixed");
+    }
+    let clock_ms = (placed.clock_s.abs() + SIGMAS_95 * placed.clock_sigma_s) * 1e3;
+    let (within_cm, within_deg) = (within_m * 100.0, within_rad.to_degrees());
+    format!("{place}, within {within_cm:.0} cm and {within_deg:.1}°; its clock within {clock_ms:.0} ms")
+}
+
+/// What was found about a module's place: the alarm's name and what it says.
+#[must_use]
+pub fn finding(finding: &Finding) -> (AlarmKind, String) {
+    match finding {
+        Finding::Moved { turn_rad, shift_m } => {
+            let turned = format!("turned by about {:.0}° to the {}", turn_rad.to_degrees().abs(), side(*turn_rad));
+            let moved = format!("moved by about {shift_m:.1} m");
+            let what = match (turn_rad.to_degrees().abs() > 3.0, *shift_m > 0.2) {
+                (true, true) => format!("{turned} and {moved}"),
+                (false, true) => moved,
+                _ => turned,
+            };
+            (AlarmKind::Moved, format!("it was {what}: put it back, or run kehai-tracker calibrate; until then it misplaces people"))
+        }
+        Finding::Covered => {
+            (AlarmKind::Blind, "something before it hides everything: people walk in its view and it sees nobody; take it away".to_owned())
+        }
+        Finding::Past => (
+            AlarmKind::Blind,
+            "people walk in its view and it looks past them: was it lifted or tilted? Put it back at its height".to_owned(),
+        ),
+    }
+}
+
+fn side(turn_rad: f64) -> &'static str {
+    if turn_rad > 0.0 { "left" } else { "right" }
+}

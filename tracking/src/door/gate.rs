@@ -1,0 +1,272 @@
+//! Line crossing: the line of a door, and which tracks have crossed it in which direction.
+//!
+//! ```text
+//!            inside                     inward crossing: before ─▶ beyond
+//!   ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─  + 0.10 m     outward: beyond ─▶ before
+//!   ════╡  door line  ╞════             between the two dashed lines a track keeps its side:
+//!   ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─  − 0.10 m     noise is no crossing
+//!             zone
+//! ```
+
+use std::collections::BTreeMap;
+
+use super::event::{Body, Presence};
+use crate::geometry::{Point, centroid, distance_to_segment, inside};
+
+/// A track so far beyond the line has crossed it, m: twice the noise of a walker's position.
+pub const CROSSED_M: f64 = 0.10;
+
+/// Beside the ends of the line this far a crossing still goes through the door, m: half a body.
+const BESIDE_M: f64 = 0.25;
+
+/// How far from the line a track may be lost, or found, while passing it, m: in the frame of the door no module sees a
+/// person, and in the time a birth takes the person walks so far.
+const DOORWAY_M: f64 = 0.8;
+
+/// A person faster than this walks, m/s; a person who comes from inside walks the other way.
+const WALKING_M_S: f64 = 0.2;
+
+/// What a track did at the line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Crossing {
+    /// Went in.
+    Inward(u64),
+    /// Came out.
+    Outward(u64),
+    /// Went in, but perhaps is no person: a person who touches the one before is such a doubtful track.
+    Shade(u64),
+    /// Was lost in the doorway before the line.
+    Lost(u64),
+    /// Was found in the doorway beyond the line, walking in; how it came there is unknown.
+    Found(u64),
+}
+
+/// A doubtful track must have been there for so long, s, have come so far, m, and be so far from every certain track,
+/// m: else it is an arm, or a bag.
+const SHADE_S: f64 = 0.3;
+const SHADE_WAY_M: f64 = 0.25;
+const SHADE_APART_M: f64 = 0.22;
+
+/// In the zone a shade must have been there longer, s, and have come farther, m: there are more arms and bags there.
+const WALKING_SHADE_S: f64 = 0.6;
+const WALKING_SHADE_M: f64 = 0.3;
+
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    first_at: Point,
+    first_s: f64,
+    presence: Presence,
+    is_beyond: bool,
+    in_doorway: bool,
+    in_zone: bool,
+}
+
+impl Known {
+    const fn is_sure(&self) -> bool {
+        matches!(self.presence, Presence::Person | Presence::Unexplained)
+    }
+}
+
+/// The line, the zone before it, and which track is on which side.
+#[derive(Clone, Debug)]
+pub struct Gate {
+    middle: Point,
+    along: Point,
+    half_m: f64,
+    inward: Point,
+    zone: Vec<Point>,
+    known: BTreeMap<u64, Known>,
+}
+
+impl Gate {
+    /// The line between `ends`, and the zone before it. The far side of the zone is inside.
+    #[must_use]
+    pub fn new(ends: (Point, Point), zone: Vec<Point>) -> Self {
+        let side = ends.1 - ends.0;
+        let length_m = side.length().max(1e-6);
+        let along = side * (1.0 / length_m);
+        let middle = (ends.0 + ends.1) * 0.5;
+        let left = along.left();
+        let inward = if left.dot(centroid(&zone) - middle) > 0.0 { left * -1.0 } else { left };
+        Self { middle, along, half_m: 0.5 * length_m, inward, zone, known: BTreeMap::new() }
+    }
+
+    /// The middle of the line.
+    #[must_use]
+    pub const fn middle(&self) -> Point {
+        self.middle
+    }
+
+    /// How far beyond the line a place is, m.
+    #[must_use]
+    pub fn beyond_m(&self, at: Point) -> f64 {
+        (at - self.middle).dot(self.inward)
+    }
+
+    /// How fast a person walks towards the inside, m/s.
+    #[must_use]
+    pub fn inward_m_s(&self, velocity: Point) -> f64 {
+        velocity.dot(self.inward)
+    }
+
+    /// Whether a place is in the zone before the line.
+    #[must_use]
+    pub fn in_zone(&self, at: Point) -> bool {
+        self.beyond_m(at) <= 0.0 && inside(at, &self.zone)
+    }
+
+    /// Whether a place is in the zone, or less than `margin_m` from it.
+    #[must_use]
+    pub fn is_near_zone(&self, at: Point, margin_m: f64) -> bool {
+        let sides = self.zone.iter().zip(self.zone.iter().cycle().skip(1));
+        inside(at, &self.zone)
+            || sides.into_iter().any(|(&from, &to)| distance_to_segment(at, from, to) < margin_m)
+    }
+
+    /// How many doubtful tracks walk in the zone: apart from every certain track, and on their way for a while.
+    #[must_use]
+    pub fn shades(&self, bodies: &[Body], now_s: f64) -> usize {
+        let walks = |body: &&Body| {
+            self.known.get(&body.id).is_some_and(|known| {
+                let way_m = (body.at - known.first_at).length();
+                now_s - known.first_s >= WALKING_SHADE_S && way_m >= WALKING_SHADE_M
+            })
+        };
+        let unsure = bodies.iter().filter(|body| body.is_doubtful() && self.in_zone(body.at));
+        unsure.filter(walks).filter(|body| is_apart(body, bodies)).count()
+    }
+
+    /// Notes where all tracks are; returns what they did at the line since the last time.
+    pub fn see(&mut self, bodies: &[Body], now_s: f64) -> Vec<Crossing> {
+        let mut crossings = Vec::new();
+        let mut now = BTreeMap::new();
+        for body in bodies {
+            let beyond_m = self.beyond_m(body.at);
+            let aside_m = (body.at - self.middle).dot(self.along).abs() - self.half_m;
+            let before = self.known.get(&body.id);
+            let was_beyond = before.map(|known| known.is_beyond);
+            let is_beyond = match was_beyond {
+                _ if beyond_m > CROSSED_M => true,
+                _ if beyond_m < -CROSSED_M => false,
+                Some(was) => was,
+                None => beyond_m > 0.0,
+            };
+            let in_doorway = aside_m < BESIDE_M && beyond_m.abs() < DOORWAY_M;
+            let (first_at, first_s) =
+                before.map_or((body.at, now_s), |known| (known.first_at, known.first_s));
+            // What was a part of a track that is still there, and is a person now, went in beside it unnoticed.
+            let has_parted = before.is_some_and(|known| match known.presence {
+                Presence::PartOf(owner) => bodies.iter().any(|other| other.id == owner),
+                _ => false,
+            });
+            if matches!(body.presence, Presence::PartOf(_)) {
+                // The track it belongs to crosses for both.
+            } else if has_parted && is_beyond && body.is_sure() {
+                crossings.push(Crossing::Inward(body.id));
+            } else if aside_m < BESIDE_M && body.is_doubtful() {
+                let alone = is_apart(body, bodies);
+                let has_come = now_s - first_s >= SHADE_S && (body.at - first_at).length() >= SHADE_WAY_M;
+                if was_beyond == Some(false) && is_beyond && alone && has_come {
+                    crossings.push(Crossing::Shade(body.id));
+                }
+            } else if aside_m < BESIDE_M {
+                match (was_beyond, is_beyond) {
+                    (Some(false), true) => crossings.push(Crossing::Inward(body.id)),
+                    (Some(true), false) => crossings.push(Crossing::Outward(body.id)),
+                    (None, true) if in_doorway && body.velocity.dot(self.inward) > WALKING_M_S => {
+                        crossings.push(Crossing::Found(body.id))
+                    }
+                    _ => {}
+                }
+            }
+            let in_zone = self.in_zone(body.at);
+            let presence = body.presence;
+            now.insert(body.id, Known { first_at, first_s, presence, is_beyond, in_doorway, in_zone });
+        }
+        let gone = self.known.iter().filter(|(id, _)| !now.contains_key(id));
+        let lost = gone
+            .filter(|(_, known)| known.is_sure() && known.in_doorway && known.in_zone && !known.is_beyond);
+        crossings.extend(lost.map(|(&id, _)| Crossing::Lost(id)));
+        self.known = now;
+        crossings
+    }
+}
+
+/// Whether a doubtful track is apart from all that are certain: persons, and what they have along.
+#[must_use]
+pub fn is_apart(body: &Body, bodies: &[Body]) -> bool {
+    let mut certain = bodies.iter().filter(|other| !other.is_doubtful());
+    certain.all(|other| (other.at - body.at).length() >= SHADE_APART_M)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gate() -> Gate {
+        let zone = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Point::from).to_vec();
+        Gate::new((Point::new(0.45, 1.0), Point::new(-0.45, 1.0)), zone)
+    }
+
+    fn at(id: u64, x: f64, y: f64) -> Body {
+        Body {
+            id,
+            at: Point::new(x, y),
+            velocity: Point::new(0.0, 1.0),
+            is_seen: true,
+            presence: Presence::Person,
+        }
+    }
+
+    #[test]
+    fn the_far_side_of_the_zone_is_inside() {
+        let gate = gate();
+        assert!(gate.beyond_m(Point::new(0.0, 1.3)) > 0.29 && gate.beyond_m(Point::default()) < -0.9);
+        assert!(gate.in_zone(Point::default()) && !gate.in_zone(Point::new(0.0, 1.1)));
+    }
+
+    #[test]
+    fn somebody_crosses_once_each_way_and_noise_never() {
+        let mut gate = gate();
+        let mut crossed = |y: f64| gate.see(&[at(1, 0.0, y)], 0.0);
+        assert_eq!(crossed(0.5), []);
+        assert_eq!(crossed(1.05), [], "not far enough yet");
+        assert_eq!(crossed(1.12), [Crossing::Inward(1)]);
+        assert_eq!(crossed(0.95), [], "noise");
+        assert_eq!(crossed(1.3), []);
+        assert_eq!(crossed(0.8), [Crossing::Outward(1)]);
+    }
+
+    #[test]
+    fn a_shade_crosses_when_it_walks_and_is_apart() {
+        let cross = |x: f64| {
+            let mut gate = gate();
+            let mut all = Vec::new();
+            for step in 0..8 {
+                let y = 0.5 + 0.1 * f64::from(step);
+                let shade = Body { presence: Presence::Doubtful, is_seen: false, ..at(2, x, y) };
+                all.extend(gate.see(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
+            }
+            all
+        };
+        assert_eq!(cross(0.3), [Crossing::Inward(1), Crossing::Shade(2)]);
+        assert_eq!(cross(0.1), [Crossing::Inward(1)], "an arm");
+    }
+
+    #[test]
+    fn a_part_crosses_with_its_owner_and_alone_once_it_has_parted() {
+        let mut gate = gate();
+        let part = |y: f64| Body { presence: Presence::PartOf(1), is_seen: false, ..at(2, 0.0, y) };
+        gate.see(&[at(1, 0.0, 0.5), part(0.2)], 0.0);
+        assert_eq!(gate.see(&[at(1, 0.0, 1.3), part(1.2)], 0.5), [Crossing::Inward(1)]);
+        assert_eq!(gate.see(&[at(1, 0.0, 2.5), at(2, 0.0, 1.3)], 1.0), [Crossing::Inward(2)]);
+    }
+
+    #[test]
+    fn who_is_lost_or_found_in_the_doorway_is_told() {
+        let mut gate = gate();
+        gate.see(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
+        assert_eq!(gate.see(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
+        assert_eq!(gate.see(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
+    }
+}

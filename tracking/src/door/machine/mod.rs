@@ -1,0 +1,418 @@
+//! The door itself: events and `now` in, actions out.
+//!
+//! ```text
+//!   step(event, now) = what time has brought ─▶ the event ─▶ outputs that are due
+//!
+//!   lock:  unlocked │ failed, and the site says "safe" ─▶ unlocked
+//!          a person has asked to leave                 ─▶ exit
+//!          everything else                             ─▶ locked
+//! ```
+//!
+//! It unlocks only from `checking`, when P(count = number entered) has been at least [`SURE`] and the share of the zone
+//! that was seen at least [`SEEN`], for [`STEADY_S`] on end.
+
+mod line;
+mod watch;
+
+pub use line::DoorLine;
+
+use crate::door::cards::Cards;
+use crate::door::event::{Action, Event, Seen};
+use crate::door::gate::Gate;
+use crate::door::output::Output;
+use crate::door::passage::Outcome;
+use crate::door::progress::Progress;
+use crate::door::terms::{Alarm, Card, Contact, Lock, Refusal, Trouble};
+use crate::door::transition::{Cause, Phase};
+use crate::site::Site;
+use crate::site::door::{Door, Fail};
+
+/// Least probability that the number entered is the count.
+pub const SURE: f64 = 0.95;
+
+/// Least share of the zone that was seen in the last 2 s.
+pub const SEEN: f64 = 0.95;
+
+/// Both must hold for so long without a break, s: five lines, so that no flicker of the count opens a door.
+pub const STEADY_S: f64 = 0.5;
+
+/// After so long without a line from the tracker nothing is known, s.
+pub const NO_FRAMES_S: f64 = 1.0;
+
+/// Trouble must be over for so long, s.
+pub const SETTLED_S: f64 = 2.0;
+
+/// A doubtful track, perhaps no person, that is in the zone for so long, s, makes the count unsure; if it is gone for
+/// so long, s, it was no person.
+const DOUBT_S: f64 = 0.6;
+const DOUBT_GAP_S: f64 = 0.35;
+
+/// The leaf must be shut for so long before a passage is over, s: what the tracker knows is up to 0.3 s old.
+const SHUT_S: f64 = 0.5;
+
+/// With less of the zone seen than this, a person could come in unnoticed.
+const BLIND: f64 = 0.3;
+
+/// To be blind for so long is trouble, s.
+const BLIND_S: f64 = 2.0;
+
+/// Spread of the distance to the reader at which a person shows the card, m: an arm's length.
+const REACH_M: f64 = 0.6;
+
+/// Weight of the case that none of the tracks has shown it: the weight of a track 1.7 m away.
+const NOBODY: f64 = 0.02;
+
+/// A door.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    door: Door,
+    gate: Gate,
+    phase: Phase,
+    since_s: f64,
+    now_s: f64,
+    progress: Option<Progress>,
+    passages: u64,
+    cards: Cards,
+    lock: Output<Lock>,
+    alarm: Output<Option<Alarm>>,
+    standing: Option<Alarm>,
+    trouble: Option<Trouble>,
+    well_since_s: Option<f64>,
+    blind_since_s: Option<f64>,
+    match_since_s: Option<f64>,
+    doubted_s: f64,
+    doubt_since_s: Option<f64>,
+    seen: Option<(f64, Seen)>,
+    contact: Option<Contact>,
+    contact_since_s: f64,
+    open_since_s: Option<f64>,
+    exit_until_s: f64,
+    prompt: String,
+    taken: Vec<(Phase, Cause, Phase)>,
+}
+
+impl Machine {
+    /// A door of a site, locked or not as it fails, until the tracker has been well for 2 s. None without its zone.
+    #[must_use]
+    pub fn new(door: &Door, site: &Site) -> Option<Self> {
+        let zone = site.zones.iter().find(|zone| zone.name == door.zone)?;
+        let mut machine = Self {
+            gate: Gate::new(door.ends(), zone.corners()),
+            door: door.clone(),
+            phase: Phase::Failed,
+            since_s: 0.0,
+            now_s: 0.0,
+            progress: None,
+            passages: 0,
+            cards: Cards::default(),
+            lock: Output::new(Lock::Locked),
+            alarm: Output::new(Some(Alarm::Trouble)),
+            standing: None,
+            trouble: Some(Trouble::Starting),
+            well_since_s: None,
+            blind_since_s: None,
+            match_since_s: None,
+            doubted_s: f64::NEG_INFINITY,
+            doubt_since_s: None,
+            seen: None,
+            contact: None,
+            contact_since_s: 0.0,
+            open_since_s: None,
+            exit_until_s: f64::NEG_INFINITY,
+            prompt: "The door is starting: please wait".to_owned(),
+            taken: Vec::new(),
+        };
+        machine.lock.set(machine.wanted());
+        Some(machine)
+    }
+
+    /// Takes an event at `now_s`, s on any steady clock; a time before the last one counts as that.
+    pub fn step(&mut self, event: Event, now_s: f64) -> Vec<Action> {
+        if now_s > self.now_s {
+            self.now_s = now_s;
+        }
+        let mut actions = Vec::new();
+        self.pass_time(&mut actions);
+        match event {
+            Event::Card(card) => self.card(card, &mut actions),
+            Event::Number(number) => self.number(number, &mut actions),
+            Event::Contact(contact) => self.contact(contact),
+            Event::Exit => self.exit_until_s = self.now_s + self.door.exit_s,
+            Event::Seen(seen) => self.see(seen, &mut actions),
+            Event::LockTaken(id) => refuse(self.lock.take(id), Refusal::OldAcknowledgement, &mut actions),
+            Event::AlarmTaken(id) => refuse(self.alarm.take(id), Refusal::OldAcknowledgement, &mut actions),
+            Event::Reset => self.reset(&mut actions),
+            Event::Time => {}
+        }
+        self.lock.set(self.wanted());
+        self.alarm.set(match self.phase {
+            Phase::Failed => Some(Alarm::Trouble),
+            Phase::HeldOpen => Some(Alarm::HeldOpen),
+            _ => self.standing,
+        });
+        if let Some((id, lock)) = self.lock.due(self.now_s) {
+            actions.push(Action::Lock { id, lock });
+        }
+        if let Some((id, alarm)) = self.alarm.due(self.now_s) {
+            actions.push(Action::Alarm { id, alarm });
+        }
+        actions
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub const fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// What the lock is to be.
+    #[must_use]
+    pub const fn lock(&self) -> Lock {
+        self.lock.value()
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.door.name
+    }
+
+    /// The zone before it.
+    #[must_use]
+    pub fn zone(&self) -> &str {
+        &self.door.zone
+    }
+
+    /// The transitions since they were asked for last.
+    pub fn transitions(&mut self) -> Vec<(Phase, Cause, Phase)> {
+        std::mem::take(&mut self.taken)
+    }
+
+    fn wanted(&self) -> Lock {
+        match self.phase {
+            Phase::Unlocked => Lock::Unlocked,
+            Phase::Failed if self.door.fail == Fail::Safe => Lock::Unlocked,
+            _ if self.now_s < self.exit_until_s => Lock::Exit,
+            _ => Lock::Locked,
+        }
+    }
+
+    fn go(&mut self, cause: Cause, to: Phase, prompt: &str) {
+        // A running door never reads them: the last few are enough for a reader.
+        if self.taken.len() >= 64 {
+            self.taken.clear();
+        }
+        self.taken.push((self.phase, cause, to));
+        self.phase = to;
+        self.since_s = self.now_s;
+        self.match_since_s = None;
+        self.prompt = prompt.to_owned();
+    }
+
+    /// What time alone brings.
+    fn pass_time(&mut self, actions: &mut Vec<Action>) {
+        let passed_s = self.now_s - self.since_s;
+        let silent = self.seen.as_ref().is_none_or(|(at_s, _)| self.now_s - at_s > NO_FRAMES_S);
+        if silent && self.phase != Phase::Failed {
+            self.fail(Trouble::NoFrames, actions);
+            return;
+        }
+        if silent {
+            self.well_since_s = None;
+        }
+        match self.phase {
+            Phase::Asked if passed_s >= self.door.ask_s => {
+                self.end(Outcome::GaveUp, "nobody entered a number", actions);
+                self.go(Cause::Timeout, Phase::Idle, READY);
+            }
+            Phase::Checking if passed_s >= self.door.check_s => self.mismatch(actions),
+            Phase::Unlocked => {
+                let more = self.progress.as_ref().map_or(0, |progress| progress.let_in.saturating_sub(1));
+                if passed_s >= self.door.pass_s + self.door.next_s * more as f64 {
+                    self.go(Cause::Timeout, Phase::Closing, "The door is closing");
+                }
+            }
+            _ => {}
+        }
+        let is_long_open = match (self.phase, self.open_since_s) {
+            (Phase::Closing, _) => self.now_s - self.since_s >= self.door.close_s,
+            (Phase::Idle | Phase::Asked | Phase::Checking, Some(since_s)) => {
+                // A person who leaves has the time for it.
+                self.now_s - since_s.max(self.exit_until_s) >= self.door.close_s
+            }
+            _ => false,
+        };
+        if is_long_open {
+            if self.phase != Phase::Closing {
+                self.end(Outcome::HeldOpen, "the leaf does not shut", actions);
+            }
+            self.go(Cause::HeldOpen, Phase::HeldOpen, "Please let the door shut");
+        }
+    }
+
+    fn card(&mut self, card: Card, actions: &mut Vec<Action>) {
+        let inside = self.cards.is_inside(card, self.now_s, self.door.passback_s);
+        let own = self.progress.as_ref().and_then(|progress| progress.passage.card);
+        match self.phase {
+            Phase::Idle if inside => self.alarmed(Alarm::PassedBack, Some(card), actions),
+            Phase::Idle => {
+                self.passages += 1;
+                self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, Some(card)));
+                self.identify(card, actions);
+                self.go(Cause::Card, Phase::Asked, "How many people go in?");
+            }
+            Phase::Asked | Phase::Checking if own == Some(card) => {
+                actions.push(Action::Refused(Refusal::SameCard));
+            }
+            Phase::Unlocked | Phase::Closing | Phase::HeldOpen if inside || own == Some(card) => {
+                self.alarmed(Alarm::PassedBack, Some(card), actions);
+            }
+            Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing => {
+                actions.push(Action::Refused(Refusal::Busy));
+            }
+            Phase::HeldOpen | Phase::Alarmed | Phase::Failed => {
+                actions.push(Action::Refused(Refusal::NotNow));
+            }
+        }
+    }
+
+    fn number(&mut self, number: u32, actions: &mut Vec<Action>) {
+        let refusal = match self.phase {
+            Phase::Asked | Phase::Checking if !(1..=self.door.people_max).contains(&number) => {
+                Refusal::Number
+            }
+            Phase::Asked => {
+                if let Some(progress) = &mut self.progress {
+                    progress.passage.entered = number;
+                    progress.passage.tries += 1;
+                }
+                self.go(Cause::Number, Phase::Checking, "Please wait: counting");
+                return;
+            }
+            Phase::Idle => Refusal::NoCard,
+            Phase::Checking | Phase::Unlocked | Phase::Closing => Refusal::Busy,
+            Phase::HeldOpen | Phase::Alarmed | Phase::Failed => Refusal::NotNow,
+        };
+        actions.push(Action::Refused(refusal));
+    }
+
+    fn contact(&mut self, contact: Contact) {
+        if self.contact != Some(contact) {
+            self.contact_since_s = self.now_s;
+            self.open_since_s = (contact == Contact::Open).then_some(self.now_s);
+        }
+        self.contact = Some(contact);
+    }
+
+    fn reset(&mut self, actions: &mut Vec<Action>) {
+        if self.standing.is_none() {
+            actions.push(Action::Refused(Refusal::NoAlarm));
+            return;
+        }
+        self.standing = None;
+        self.open_since_s = self.open_since_s.map(|_| self.now_s);
+        if self.phase == Phase::Alarmed {
+            self.go(Cause::Reset, Phase::Idle, READY);
+        }
+    }
+
+    fn see(&mut self, seen: Seen, actions: &mut Vec<Action>) {
+        let blind = seen.seen_share < BLIND;
+        let blind_s = self.now_s - *self.blind_since_s.get_or_insert(self.now_s);
+        if !blind {
+            self.blind_since_s = None;
+        }
+        let trouble = seen.trouble.or((blind && blind_s >= BLIND_S).then_some(Trouble::Unseen));
+        let crossings = self.gate.see(&seen.bodies, self.now_s);
+        self.doubt(&seen.bodies);
+        self.seen = Some((self.now_s, seen));
+        match trouble {
+            Some(trouble) if self.phase == Phase::Failed => {
+                self.trouble = Some(trouble);
+                self.well_since_s = None;
+            }
+            Some(trouble) => self.fail(trouble, actions),
+            None if self.phase == Phase::Failed => self.recover(blind),
+            None => self.watch(&crossings, actions),
+        }
+    }
+
+    fn recover(&mut self, blind: bool) {
+        if blind {
+            self.well_since_s = None;
+            return;
+        }
+        let well_since_s = *self.well_since_s.get_or_insert(self.now_s);
+        if self.now_s - well_since_s < SETTLED_S {
+            return;
+        }
+        self.trouble = None;
+        self.open_since_s = self.open_since_s.map(|_| self.now_s);
+        match self.standing {
+            Some(_) => self.go(Cause::StillAlarmed, Phase::Alarmed, CALL),
+            None => self.go(Cause::Recovered, Phase::Idle, READY),
+        }
+    }
+
+    fn fail(&mut self, trouble: Trouble, actions: &mut Vec<Action>) {
+        self.trouble = Some(trouble);
+        self.well_since_s = None;
+        self.end(Outcome::Trouble, "what happens at the door was not known any more", actions);
+        self.go(Cause::Trouble, Phase::Failed, "The door is out of order: please call somebody");
+    }
+
+    fn alarmed(&mut self, alarm: Alarm, card: Option<Card>, actions: &mut Vec<Action>) {
+        let cause = match alarm {
+            Alarm::Followed => Cause::Followed,
+            Alarm::RanIn => Cause::RanIn,
+            Alarm::TurnedBack => Cause::TurnedBack,
+            Alarm::PassedBack => Cause::PassedBack,
+            Alarm::HeldOpen => Cause::HeldOpen,
+            Alarm::WentIn | Alarm::Trouble => Cause::WentIn,
+        };
+        if self.progress.is_none() {
+            self.passages += 1;
+            self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, card));
+        }
+        self.standing = Some(alarm);
+        if let Some(progress) = &mut self.progress {
+            progress.passage.alarm = Some(alarm);
+        }
+        self.end(Outcome::Alarmed, words(alarm), actions);
+        self.go(cause, Phase::Alarmed, CALL);
+    }
+
+    /// Ends the passage under way, if there is one.
+    fn end(&mut self, outcome: Outcome, reason: &str, actions: &mut Vec<Action>) {
+        let Some(progress) = self.progress.take() else { return };
+        let mut passage = progress.passage;
+        if let Some(card) = passage.card.filter(|_| !passage.through.is_empty()) {
+            self.cards.went_in(card, self.now_s);
+        }
+        passage.ended_s = self.now_s;
+        passage.outcome = outcome;
+        reason.clone_into(&mut passage.reason);
+        actions.push(Action::Passage(Box::new(passage)));
+    }
+}
+
+const READY: &str = "Please show your card";
+const CALL: &str = "Alarm: somebody has been called";
+
+const fn words(alarm: Alarm) -> &'static str {
+    match alarm {
+        Alarm::Followed => "more went in than were let in",
+        Alarm::RanIn => "somebody came into the zone while the door was unlocked",
+        Alarm::TurnedBack => "somebody of the group turned back while the door was unlocked",
+        Alarm::PassedBack => "a card that had just gone in was shown again",
+        Alarm::WentIn => "somebody went in whom nobody had let in",
+        Alarm::HeldOpen => "the leaf does not shut",
+        Alarm::Trouble => "what happens at the door is not known",
+    }
+}
+
+fn refuse(is_good: bool, why: Refusal, actions: &mut Vec<Action>) {
+    if !is_good {
+        actions.push(Action::Refused(why));
+    }
+}

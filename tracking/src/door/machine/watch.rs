@@ -1,0 +1,134 @@
+//! What a door concludes from the tracks: whether the number matches, which tracks go through, which are too many.
+
+use super::{DOUBT_GAP_S, DOUBT_S, Machine, NOBODY, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
+use crate::door::event::{Action, Body};
+use crate::door::gate::{Crossing, is_apart};
+use crate::door::passage::Outcome;
+use crate::door::progress::Progress;
+use crate::door::terms::{Alarm, Card, Contact};
+use crate::door::transition::{Cause, Phase};
+
+impl Machine {
+    /// Gives each track before the line its probability of having shown the card: the nearer to the reader and the more
+    /// alone, the higher.
+    pub(super) fn identify(&self, card: Card, actions: &mut Vec<Action>) {
+        let Some((_, seen)) = &self.seen else { return };
+        let reader = self.door.reader.map_or_else(|| self.gate.middle(), Into::into);
+        let weight = |body: &Body| {
+            let away = (body.at - reader).length() / REACH_M;
+            (body.id, libm::exp(-0.5 * away * away))
+        };
+        let before = seen.bodies.iter().filter(|body| body.is_sure() && self.gate.beyond_m(body.at) < 0.0);
+        let weights: Vec<(u64, f64)> = before.map(weight).collect();
+        let sum = NOBODY + weights.iter().map(|(_, weight)| weight).sum::<f64>();
+        let likelihoods = weights.into_iter().map(|(track, weight)| (track, weight / sum)).collect();
+        actions.push(Action::Named { card, likelihoods });
+    }
+
+    pub(super) fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
+        match self.phase {
+            Phase::Checking => self.check(),
+            Phase::Unlocked | Phase::Closing | Phase::HeldOpen => self.follow(crossings, actions),
+            Phase::Idle | Phase::Asked | Phase::Alarmed | Phase::Failed => {}
+        }
+        let nobody_let_in = match self.phase {
+            Phase::Idle | Phase::Asked | Phase::Checking => true,
+            Phase::HeldOpen => self.progress.is_none(),
+            _ => false,
+        };
+        // A track that changes sides of a shut leaf is the tracker's mistake, not an entry.
+        let is_open = self.contact == Some(Contact::Open);
+        if nobody_let_in && is_open && crossings.iter().any(|way| matches!(way, Crossing::Inward(_))) {
+            self.alarmed(Alarm::WentIn, None, actions);
+        }
+        let is_shut = self.contact == Some(Contact::Shut) && self.now_s - self.contact_since_s >= SHUT_S;
+        if is_shut && matches!(self.phase, Phase::Closing | Phase::HeldOpen) {
+            self.shut(actions);
+        }
+    }
+
+    /// Ends the passage when the leaf has been shut for so long that a person who slipped in would be known.
+    pub(super) fn shut(&mut self, actions: &mut Vec<Action>) {
+        let is_complete = self.progress.as_ref().is_some_and(Progress::is_complete);
+        let (outcome, reason) = match (self.phase, is_complete) {
+            (Phase::HeldOpen, _) => (Outcome::HeldOpen, "the leaf did not shut in time"),
+            (_, true) => (Outcome::Complete, "all went through"),
+            (_, false) => (Outcome::Fewer, "fewer went through than were let in"),
+        };
+        self.end(outcome, reason, actions);
+        self.go(Cause::Shut, Phase::Idle, READY);
+    }
+
+    /// Notes since when a doubtful track is in the zone: perhaps a person who touches another, or crouches.
+    pub(super) fn doubt(&mut self, bodies: &[Body]) {
+        let shade = |body: &Body| body.is_doubtful() && self.gate.in_zone(body.at) && is_apart(body, bodies);
+        if bodies.iter().any(shade) {
+            self.doubted_s = self.now_s;
+            self.doubt_since_s.get_or_insert(self.now_s);
+        } else if self.now_s - self.doubted_s > DOUBT_GAP_S {
+            self.doubt_since_s = None;
+        }
+    }
+
+    pub(super) fn is_in_doubt(&self) -> bool {
+        self.doubt_since_s.is_some_and(|since_s| self.now_s - since_s >= DOUBT_S)
+    }
+
+    pub(super) fn check(&mut self) {
+        let in_doubt = self.is_in_doubt();
+        let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
+        let entered = progress.passage.entered;
+        let probability = seen.count_p.get(entered as usize).copied().unwrap_or(0.0);
+        progress.passage.count_p.clone_from(&seen.count_p);
+        progress.passage.seen_share = seen.seen_share;
+        if in_doubt || !(probability >= SURE && seen.seen_share >= SEEN) {
+            self.match_since_s = None;
+            return;
+        }
+        let since_s = *self.match_since_s.get_or_insert(self.now_s);
+        if self.now_s - since_s >= STEADY_S {
+            progress.unlock(entered, &seen.bodies, &self.gate);
+            self.go(Cause::Match, Phase::Unlocked, "Please go in");
+        }
+    }
+
+    pub(super) fn mismatch(&mut self, actions: &mut Vec<Action>) {
+        let Some(progress) = &self.progress else { return };
+        let passage = &progress.passage;
+        let best = passage.count_p.iter().copied().enumerate().max_by(|one, other| one.1.total_cmp(&other.1));
+        let text = match best {
+            _ if passage.seen_share < SEEN => {
+                "Not all of the area is seen: please move a little and enter the number again"
+            }
+            Some((count, p)) if p >= SURE && count as u32 != passage.entered => {
+                "The number does not match: please count again and enter it"
+            }
+            _ => "The count is not sure yet: please stand a little apart and enter the number again",
+        };
+        if passage.tries >= self.door.tries_max {
+            self.end(Outcome::Refused, "the number never matched the count", actions);
+            self.go(
+                Cause::TooOften,
+                Phase::Idle,
+                "The number did not match: please begin again with the card",
+            );
+        } else {
+            self.go(Cause::Mismatch, Phase::Asked, text);
+        }
+    }
+
+    pub(super) fn follow(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
+        let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
+        let crossed = progress.cross(crossings, self.now_s);
+        let came_back = progress.came_back(&seen.bodies, &self.gate, self.now_s);
+        let watched = progress.watch(&seen.bodies, &self.gate, self.now_s);
+        // While the leaf closes the next ones may come into the zone, and the group may turn away.
+        let alarm = crossed.or(came_back).or(watched.filter(|_| self.phase == Phase::Unlocked));
+        let is_complete = progress.is_complete();
+        if let Some(alarm) = alarm {
+            self.alarmed(alarm, None, actions);
+        } else if self.phase == Phase::Unlocked && is_complete {
+            self.go(Cause::AllThrough, Phase::Closing, "The door is closing");
+        }
+    }
+}

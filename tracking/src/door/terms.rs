@@ -1,0 +1,118 @@
+//! The words of a door: cards, the leaf, the lock, alarms, troubles, refusals. Closed lists, by their names in JSON and topics.
+//!
+//! ```text
+//!   Alarm::PassedBack ◀─▶ "passed-back"
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+/// A card, as a hash that only this site can make: the number on it is never kept.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub struct Card(pub u128);
+
+impl Card {
+    /// Its first four digits: enough to tell the cards of a room apart, too few to find one by.
+    #[must_use]
+    pub fn label(self) -> String {
+        String::from(self).chars().take(4).collect()
+    }
+}
+
+impl From<Card> for String {
+    fn from(card: Card) -> Self {
+        format!("{:032x}", card.0)
+    }
+}
+
+impl TryFrom<String> for Card {
+    type Error = std::num::ParseIntError;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        u128::from_str_radix(&text, 16).map(Self)
+    }
+}
+
+/// Whether the leaf is shut.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contact {
+    /// It is not.
+    Open,
+    /// It is.
+    Shut,
+}
+
+/// What the lock is to be. It inhibits entry only: from inside the handle always opens.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lock {
+    /// No person may enter.
+    #[default]
+    Locked,
+    /// Those who were counted may enter.
+    Unlocked,
+    /// A person inside has asked to leave: the door opens for them, and any entry is an alarm.
+    Exit,
+}
+
+/// Why there is an alarm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Alarm {
+    /// More went in than were let in.
+    Followed,
+    /// A person came into the zone while the door was unlocked.
+    RanIn,
+    /// A person of the group came back out, or left the zone, while the door was unlocked.
+    TurnedBack,
+    /// A card that has just gone in was shown again.
+    PassedBack,
+    /// A person went in while none was let in.
+    WentIn,
+    /// The leaf does not shut.
+    HeldOpen,
+    /// What happens at the door is not known.
+    Trouble,
+}
+
+/// Why a door does not know what happens.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Trouble {
+    /// Nothing has been seen since the start.
+    Starting,
+    /// The tracker says nothing any more.
+    NoFrames,
+    /// A module says nothing any more.
+    ModuleLost,
+    /// Hardly anything of the zone is seen.
+    Unseen,
+}
+
+/// Why something that came in changes nothing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Refusal {
+    /// A number without a card.
+    #[error("no card was shown: show a card first")]
+    NoCard,
+    /// Another card during a passage.
+    #[error("a passage is under way: wait until the door is locked again")]
+    Busy,
+    /// The same card again while it is asked for the number.
+    #[error("this card was taken already: enter the number of people")]
+    SameCard,
+    /// A number out of range.
+    #[error("the number of people must be from 1 to the door's people_max")]
+    Number,
+    /// An alarm or a trouble must be over first.
+    #[error("the door is in alarm or trouble: it takes no cards until that is over")]
+    NotNow,
+    /// An acknowledgement of what is no longer said.
+    #[error("what is acknowledged is not what is said now")]
+    OldAcknowledgement,
+    /// Nothing to reset.
+    #[error("there is no alarm to reset")]
+    NoAlarm,
+}

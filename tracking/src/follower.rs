@@ -1,0 +1,137 @@
+//! Sessions, tracker and zones together: datagrams in, what is known at a time out.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
+use crate::observation::Observation;
+use crate::session::Sessions;
+use crate::session::datagram::Datagram;
+use crate::site::Site;
+use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
+use crate::zones::Zones;
+
+/// What is known at one time: what doors and the database decide by, and what lines are written from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Time the tracks are predicted to, s on the host's clock.
+    pub t_s: f64,
+    /// All tracks, tentative ones included.
+    pub tracks: Vec<TrackState>,
+    /// What is known of each zone, by its name.
+    pub zones: BTreeMap<String, ZoneLine>,
+}
+
+impl From<&Estimate> for TracksLine {
+    fn from(estimate: &Estimate) -> Self {
+        let tracks = estimate.tracks.iter().map(TrackLine::from).collect();
+        Self { t: estimate.t_s, tracks, zones: estimate.zones.clone() }
+    }
+}
+
+/// Follows people from what modules send.
+pub struct Follower {
+    sessions: Sessions,
+    tracker: Box<dyn Tracker>,
+    zones: Zones,
+    model: Box<dyn Model>,
+    /// Added to the tracker's numbers: those of the trackers before it.
+    numbers: TrackId,
+    newest: TrackId,
+}
+
+impl Follower {
+    /// With nothing received yet.
+    #[must_use]
+    pub fn new(site: &Arc<Site>, model: impl Model + 'static) -> Self {
+        Self {
+            sessions: Sessions::new(Arc::clone(site), model.estimator()),
+            tracker: model.build(site),
+            zones: Zones::new(site),
+            model: Box::new(model),
+            numbers: 0,
+            newest: 0,
+        }
+    }
+
+    /// Goes on with another site. Clocks and backgrounds stay; all tracks are initiated again, under new numbers.
+    pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.sessions.change_site(Arc::clone(site));
+        self.tracker = self.model.build(site);
+        self.zones = Zones::new(site);
+        self.numbers = self.newest;
+    }
+
+    /// Takes the people of a line that was given `age_s` before the start, by a process that has ended. They are hidden
+    /// until a device detects them.
+    pub fn restore(&mut self, line: &TracksLine, age_s: f64) {
+        let sure = |track: &&TrackLine| track.state != LifeCycle::Tentative;
+        let people: Vec<TrackState> = line.tracks.iter().filter(sure).map(TrackState::from).collect();
+        self.tracker.restore(&people, age_s, 0.0);
+    }
+
+    /// Decodes and uses a datagram that arrived at `now_us` on the host's clock; an observation, if it was a report that
+    /// counts.
+    pub fn receive(&mut self, bytes: &[u8], now_us: u64) -> Option<Observation> {
+        let datagram = self.sessions.decode(bytes)?;
+        self.follow(&datagram, now_us)
+    }
+
+    /// The same with a datagram that is decoded already, by [`Sessions::decode`].
+    pub fn follow(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Observation> {
+        let observation = self.sessions.accept(datagram, now_us)?;
+        self.see(&observation);
+        Some(observation)
+    }
+
+    /// Takes an observation.
+    pub fn see(&mut self, observation: &Observation) {
+        self.tracker.see(observation);
+        self.zones.see(observation);
+    }
+
+    /// All tracks at `at_s`, s on the host's clock.
+    pub fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
+        self.tracker.tracks(at_s)
+    }
+
+    /// What is known at `at_s`, from what had arrived by then.
+    pub fn estimate(&mut self, at_s: f64) -> Estimate {
+        let tracks = self.tracker.tracks(at_s);
+        let zones = self.zones.lines(&tracks, at_s);
+        let tracks = self.numbered(tracks);
+        self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
+        Estimate { t_s: at_s, tracks, zones }
+    }
+
+    /// The same, to be written.
+    pub fn line(&mut self, at_s: f64) -> TracksLine {
+        TracksLine::from(&self.estimate(at_s))
+    }
+
+    /// All tracks at `at_s` as they are known now. What lines say later does not depend on it.
+    #[must_use]
+    pub fn peek(&self, at_s: f64) -> Vec<TrackLine> {
+        self.numbered(self.tracker.peek(at_s)).iter().map(TrackLine::from).collect()
+    }
+
+    fn numbered(&self, tracks: Vec<TrackState>) -> Vec<TrackState> {
+        let numbered = |track: TrackState| TrackState {
+            id: track.id + self.numbers,
+            origin: track.origin.renumbered(self.numbers),
+            ..track
+        };
+        tracks.into_iter().map(numbered).collect()
+    }
+
+    /// The sessions with all devices.
+    #[must_use]
+    pub const fn sessions(&self) -> &Sessions {
+        &self.sessions
+    }
+
+    /// The sessions with all devices, to be met and polled.
+    pub const fn sessions_mut(&mut self) -> &mut Sessions {
+        &mut self.sessions
+    }
+}

@@ -1,0 +1,23 @@
+//! Reports of many devices in, counted and followed people out. No sockets, no threads, no clock of its own.
+//!
+//! ```text
+//! datagrams ─▶ session ─▶ Observation ─▶ tracker ─▶ TrackState ─▶ zones · counts · doors ─▶ Snapshot
+//! (kehai::wire)  clock      site's frame    │
+//!                           host's time     └─ tentative ─▶ confirmed ⇄ occluded ─▶ deleted
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod alarm;
+pub mod calibration;
+mod cells;
+pub mod clock;
+pub mod door;
+pub mod follower;
+pub mod geometry;
+pub mod jsonl;
+pub mod observation;
+pub mod session;
+pub mod site;
+pub mod snapshot;
+pub mod tracker;
+pub mod zones;

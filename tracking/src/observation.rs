@@ -1,0 +1,161 @@
+//! An observation: what one device saw in one scan, in the site's frame and on the host's clock.
+//!
+//! ```text
+//!   report ─▶ candidates, each at its own beam's time ─▶ detections: outline, centre, covariance
+//!             background, candidates, unseen spans     ─▶ free space: the empty range of every beam
+//! ```
+//!
+//! Trackers read observations and nothing else.
+
+use std::sync::Arc;
+
+use kehai::candidate::{Candidate, EndKind};
+use kehai::centre::{Estimator, centre};
+use kehai::scan::Geometry;
+use nalgebra::{Matrix2, Vector2};
+
+use crate::geometry::{Point, Pose};
+
+/// Oldest report that is still used, s behind its arrival: that much is kept of reports and states.
+pub const LATE_S: f64 = 0.3;
+
+/// Where a module is and where its beams point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Number of the module in the site.
+    pub module: usize,
+    /// Its place.
+    pub pose: Pose,
+    /// Its plane above the floor, m.
+    pub height_m: f64,
+    /// Its beams.
+    pub geometry: Geometry,
+}
+
+impl View {
+    /// Distance of a place, m, and the beam that points there; None where none does.
+    #[must_use]
+    pub fn beam_at(&self, place: Point) -> (f64, Option<u16>) {
+        self.beam_ahead(self.forward(), place)
+    }
+
+    /// The direction of the front step in the site.
+    #[must_use]
+    pub fn forward(&self) -> Point {
+        Point::towards(self.pose.yaw_rad)
+    }
+
+    /// As [`beam_at`](Self::beam_at), for many places: `forward` is [`forward`](Self::forward).
+    #[must_use]
+    pub fn beam_ahead(&self, forward: Point, place: Point) -> (f64, Option<u16>) {
+        let offset = place - self.pose.at;
+        let local = Point::new(offset.dot(forward), offset.dot(forward.left()));
+        (local.length(), self.beam_towards(local.angle_rad()))
+    }
+
+    /// The beam nearest to a bearing in the sensor's frame; None outside its view.
+    #[must_use]
+    pub fn beam_towards(&self, bearing_rad: f64) -> Option<u16> {
+        let first_rad = f64::from(self.geometry.bearing_rad(0));
+        let beam = ((bearing_rad - first_rad) / f64::from(self.geometry.beam_rad())).round();
+        (beam >= 0.0 && beam < f64::from(self.geometry.beams())).then_some(beam as u16)
+    }
+
+    /// Time of a beam after step 0, s.
+    #[must_use]
+    pub fn delay_s(&self, beam: u16) -> f64 {
+        f64::from(self.geometry.beam_delay_us(beam)) * 1e-6
+    }
+
+    /// A place in the site, from a bearing in the sensor's frame and a range, m.
+    #[must_use]
+    pub fn place(&self, bearing_rad: f64, range_m: f64) -> Point {
+        self.pose.to_site(Point::towards(bearing_rad) * range_m)
+    }
+}
+
+/// A candidate in the site.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detection {
+    /// As it was reported.
+    pub candidate: Candidate,
+    /// When its middle beam passed, s on the host's clock.
+    pub at_s: f64,
+    /// Where the person's middle is taken to be.
+    pub centre: Vector2<f64>,
+    /// How well that is known, m².
+    pub covariance: Matrix2<f64>,
+    /// Its outline at the first, the middle and the last beam.
+    pub outline: [Point; 3],
+    /// Length of that chord, m.
+    pub width_m: f64,
+}
+
+impl Detection {
+    /// Places a candidate whose scan began at `start_s`.
+    #[must_use]
+    pub fn new(candidate: Candidate, view: &View, start_s: f64, estimator: Estimator) -> Self {
+        let geometry = &view.geometry;
+        let (first, last) = (geometry.beam(candidate.first_step), geometry.beam(candidate.last_step));
+        let own = centre(&candidate, geometry, estimator);
+        let turn = view.pose.yaw_rad;
+        let (sine, cosine) = libm::sincos(turn);
+        let turn = Matrix2::new(cosine, -sine, sine, cosine);
+        let [xx, xy, yy] = own.covariance_m2.map(f64::from);
+        let centre = view.pose.to_site(Point::new(f64::from(own.x_m), f64::from(own.y_m)));
+        let end = |beam: u16, range_mm: u16| {
+            view.place(f64::from(geometry.bearing_rad(beam)), f64::from(range_mm) * 0.001)
+        };
+        let (one, other) = (end(first, candidate.first_mm), end(last, candidate.last_mm));
+        let middle = end(first.midpoint(last), candidate.mid_mm);
+        Self {
+            at_s: start_s + view.delay_s(first.midpoint(last)),
+            centre: Vector2::new(centre.x, centre.y),
+            covariance: turn * Matrix2::new(xx, xy, xy, yy) * turn.transpose(),
+            outline: [one, middle, other],
+            width_m: (other - one).length(),
+            candidate,
+        }
+    }
+
+    /// Middle of the chord between its ends.
+    #[must_use]
+    pub fn chord_middle(&self) -> Point {
+        (self.outline[0] + self.outline[2]) * 0.5
+    }
+
+    /// Whether both silhouettes of the body are seen.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.candidate.first_end.kind == EndKind::Free && self.candidate.last_end.kind == EndKind::Free
+    }
+}
+
+/// What one module saw in one scan.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// The module's view.
+    pub view: Arc<View>,
+    /// When step 0 passed, s on the host's clock.
+    pub start_s: f64,
+    /// What stood out.
+    pub detections: Vec<Detection>,
+    /// Beam by beam, up to which range nothing was, mm; 0: not known.
+    pub empty_mm: Vec<u16>,
+    /// The same with nothing before the background: as far as the module ever sees.
+    pub background_mm: Arc<[u16]>,
+}
+
+impl Observation {
+    /// Up to which range a beam saw nothing, m; 0: not known.
+    #[must_use]
+    pub fn empty_m(&self, beam: u16) -> f64 {
+        self.empty_mm.get(usize::from(beam)).map_or(0.0, |&range_mm| f64::from(range_mm) * 0.001)
+    }
+
+    /// Up to which range a beam ever sees, m; 0: not known.
+    #[must_use]
+    pub fn background_m(&self, beam: u16) -> f64 {
+        self.background_mm.get(usize::from(beam)).map_or(0.0, |&range_mm| f64::from(range_mm) * 0.001)
+    }
+}

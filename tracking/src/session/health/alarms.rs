@@ -1,0 +1,318 @@
+//! What is wrong with a module, in words: when an alarm is raised, when it is cleared, and what it says.
+//!
+//! ```text
+//!   condition  ▁▁▁▁█▁▁████████████▁███▁▁▁▁▁▁▁▁▁
+//!   alarm      ▁▁▁▁▁▁▁▁▁▁▁▁█████████████████▁▁▁
+//!                    └ raise ┘           └clear┘
+//! ```
+//!
+//! | name | raised when |
+//! |---|---|
+//! | `silent` | nothing came for 3 s, or it has never answered |
+//! | `sensor` | the sensor says so, or has not measured for 20 s |
+//! | `line` | over a minute, one scan in fifty came damaged from the sensor |
+//! | `covered` | over 60° or a quarter of the view, the background was not seen for a minute |
+//! | `slow` | for 10 s, less than 80 % of the scans arrived |
+//! | `clock-off` | for 10 s, times are uncertain by more than 20 ms, or reports seem late or early |
+//! | `dirty` | over a minute, 15 % of the beams returned nothing usable |
+//! | `store` | the module cannot store |
+//! | `background` | there is none, or it cannot be learned |
+//! | `suspect` | the background holds what has the shape of a person |
+//! | `watchdog` | the last start was the watchdog's |
+
+use kehai::wire::{Alarms, HealthHead, SensorCode};
+
+use super::doubt::Doubt;
+use super::statistics::{RATE_US, Statistics};
+use crate::alarm::{AlarmKind, AlarmLine};
+use crate::observation::LATE_S;
+
+const SECOND_US: u64 = 1_000_000;
+
+/// After so long without a datagram a module is silent, µs: two of its healths were lost.
+pub const SILENT_US: u64 = 3 * SECOND_US;
+
+/// So long after it was first asked for it must have answered, µs.
+const FIRST_US: u64 = 5 * SECOND_US;
+
+/// Time for a sensor to be found, at every speed there is, and set up, µs.
+const SENSOR_US: u64 = 20 * SECOND_US;
+
+/// Share of the expected rate under which a module is slow, and from which on it no longer is.
+const SLOW: (f64, f64) = (0.8, 0.9);
+
+/// Uncertainty of times from which on people are misplaced: 3 cm at 1.5 m/s, s.
+const CLOCK_S: f64 = 0.020;
+
+/// How much earlier than it was taken a scan may seem to arrive, s: three times what clocks are off by at first.
+const EARLY_S: f64 = 0.060;
+
+/// Angle over which the background is contradicted, rad: a person at 0.4 m covers 57°.
+const COVERED_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
+
+/// The same, as a share of a narrow view.
+const COVERED_SHARE: f64 = 0.25;
+
+/// Share of the beams that return nothing usable, to raise and to clear.
+const DIRTY: (f64, f64) = (0.15, 0.10);
+
+/// Share of damaged scans, to raise and to clear: losing one in fifty costs nothing yet, but a good line loses none.
+const LINE: (f64, f64) = (0.02, 0.01);
+
+/// Everything an alarm is decided on.
+#[derive(Debug)]
+pub struct Facts<'a> {
+    pub now_us: u64,
+    /// Its name in the site.
+    pub name: &'a str,
+    /// When it was first asked for.
+    pub since_us: u64,
+    pub last_heard_us: Option<u64>,
+    pub health: Option<&'a HealthHead>,
+    pub suspects: usize,
+    /// Scans a second that its sensor makes.
+    pub expected_hz: Option<f64>,
+    pub statistics: &'a Statistics,
+    pub doubt: Option<&'a Doubt>,
+    pub jitter_s: Option<f64>,
+    /// How old the newest report seemed when it arrived, the scan's own time taken off, s.
+    pub age_s: Option<f64>,
+}
+
+/// An alarm on its way up or down.
+#[derive(Clone, Copy, Debug, Default)]
+struct Alarm {
+    on: bool,
+    /// Since when the condition has been other than the alarm.
+    since_us: Option<u64>,
+}
+
+impl Alarm {
+    /// Whether it is on, after `holds` at `now_us`.
+    fn step(&mut self, holds: bool, now_us: u64, raise_us: u64, clear_us: u64) -> bool {
+        if holds == self.on {
+            self.since_us = None;
+            return self.on;
+        }
+        let since_us = *self.since_us.get_or_insert(now_us);
+        let wait_us = if holds { raise_us } else { clear_us };
+        if now_us.saturating_sub(since_us) >= wait_us {
+            (self.on, self.since_us) = (holds, None);
+        }
+        self.on
+    }
+
+    /// `raise` from below, `clear` from above.
+    fn bound(self, (raise, clear): (f64, f64)) -> f64 {
+        if self.on { clear } else { raise }
+    }
+}
+
+/// All alarms of a device.
+#[derive(Clone, Debug, Default)]
+pub struct AlarmSet {
+    sensor: Alarm,
+    fault: Alarm,
+    line: Alarm,
+    covered: Alarm,
+    slow: Alarm,
+    clock: Alarm,
+    dirty: Alarm,
+    store: Alarm,
+    background: Alarm,
+}
+
+impl AlarmSet {
+    /// What is wrong now, worst first. A module that is silent says nothing about itself: its other alarms end.
+    pub fn update(&mut self, facts: &Facts<'_>) -> Vec<AlarmLine> {
+        if let Some(text) = silent(facts) {
+            *self = Self::default();
+            return text.into_iter().map(|text| AlarmLine::new(AlarmKind::Silent, text)).collect();
+        }
+        let mut lines = Vec::new();
+        let mut add = |kind, text: Option<String>| lines.extend(text.map(|text| AlarmLine::new(kind, text)));
+        add(AlarmKind::Sensor, self.sensor(facts));
+        add(AlarmKind::Line, self.line(facts));
+        add(AlarmKind::Covered, self.covered(facts));
+        add(AlarmKind::Slow, self.slow(facts));
+        add(AlarmKind::ClockOff, self.clock(facts));
+        add(AlarmKind::Dirty, self.dirty(facts));
+        add(AlarmKind::Store, self.store(facts));
+        add(AlarmKind::Background, self.background(facts));
+        add(AlarmKind::Suspect, suspect(facts));
+        add(AlarmKind::Watchdog, watchdog(facts));
+        lines.sort_by_key(|line| std::cmp::Reverse(line.severity));
+        lines
+    }
+
+    fn sensor(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let health = facts.health?;
+        let code = health.sensor.code;
+        let faulty = matches!(
+            code,
+            SensorCode::Abnormal | SensorCode::TooLarge | SensorCode::Unusable | SensorCode::Refused
+        );
+        let idle = !matches!(code, SensorCode::Streaming | SensorCode::Paused);
+        let fault = self.fault.step(faulty, facts.now_us, 2 * SECOND_US, 0);
+        let silent = self.sensor.step(idle, facts.now_us, SENSOR_US, 0);
+        if !fault && !silent {
+            return None;
+        }
+        let advice = match code {
+            SensorCode::Searching | SensorCode::Stalled => "check the sensor's power and its cable",
+            SensorCode::Abnormal => "clean its window, let it cool down, then switch it off and on",
+            SensorCode::TooLarge => "set a cluster, or first_step and last_step, so that it fits",
+            SensorCode::Unusable | SensorCode::Refused => {
+                "switch it off and on; if that does not help, replace it"
+            }
+            _ => "wait, or switch it off and on",
+        };
+        Some(format!("{code}: {advice}"))
+    }
+
+    fn line(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let share = facts.statistics.checksum_share();
+        let holds = share > self.line.bound(LINE);
+        self.line.step(holds, facts.now_us, 10 * SECOND_US, 0).then(|| {
+            let percent = share * 100.0;
+            format!("{percent:.0} % of the sensor's scans arrive damaged: check its cable, and keep it off motors and mains")
+        })
+    }
+
+    fn covered(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let doubt = facts.doubt?;
+        let (lost_rad, view_rad) = doubt.lost_rad();
+        let limit_rad = COVERED_RAD.min(COVERED_SHARE * view_rad);
+        let holds = lost_rad > self.covered.bound((limit_rad, 0.5 * limit_rad));
+        self.covered.step(holds, facts.now_us, 0, 0).then(|| {
+            let (first, last) = doubt.lost_between_rad().unwrap_or_default();
+            format!(
+                "over {:.0}°, between {:.0}° and {:.0}° from ahead, it has not seen its background for a minute: something \
+                 stands before it, or it was moved; if the room has changed, kehai-tracker module learn {}",
+                lost_rad.to_degrees(),
+                first.to_degrees(),
+                last.to_degrees(),
+                quoted(facts.name),
+            )
+        })
+    }
+
+    fn slow(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let expected_hz = facts.expected_hz?;
+        let health = facts.health?;
+        let measures = health.sensor.code == SensorCode::Streaming && !health.storing;
+        let (taken_hz, arrived_hz) = facts.statistics.rates_hz();
+        let known = facts.statistics.span_us() >= RATE_US;
+        let holds = measures && known && arrived_hz < self.slow.bound(SLOW) * expected_hz;
+        if !self.slow.step(holds, facts.now_us, 10 * SECOND_US, 5 * SECOND_US) {
+            return None;
+        }
+        let what = format!("{arrived_hz:.1} of {expected_hz:.1} scans a second arrive");
+        Some(if taken_hz < SLOW.1 * expected_hz {
+            format!("{what}: the sensor or its line is too slow; raise the line's speed, or set a cluster")
+        } else {
+            format!("{what}, the others get lost on the network: check cables, switch and Wi-Fi on the way")
+        })
+    }
+
+    fn clock(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let uncertain = facts.health.is_some_and(|health| health.alarms.has(Alarms::CLOCK_UNCERTAIN));
+        let jitter_s = facts.jitter_s.unwrap_or(0.0);
+        let age_s = facts.age_s.unwrap_or(0.0);
+        let odd = !(-EARLY_S..=LATE_S).contains(&age_s);
+        let holds = uncertain || jitter_s > CLOCK_S || odd;
+        if !self.clock.step(holds, facts.now_us, 10 * SECOND_US, 10 * SECOND_US) {
+            return None;
+        }
+        Some(if age_s > LATE_S {
+            format!(
+                "its reports arrive {:.0} ms late and are not used: the network on the way is overloaded",
+                age_s * 1e3
+            )
+        } else if odd {
+            format!("its reports seem to come {:.0} ms before they were made: restart it", -age_s * 1e3)
+        } else if jitter_s > CLOCK_S {
+            format!(
+                "its time is known to {:.0} ms only: the network on the way delays unevenly",
+                jitter_s * 1e3
+            )
+        } else {
+            "its sensor's clock cannot be followed to 20 ms: check the sensor's line".to_owned()
+        })
+    }
+
+    fn dirty(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let share = facts.doubt?.missing_share();
+        let holds = share > self.dirty.bound(DIRTY) && !self.covered.on;
+        self.dirty.step(holds, facts.now_us, 0, 0).then(|| {
+            let percent = share * 100.0;
+            format!("{percent:.0} % of its beams return nothing usable: clean its window; if it is clean, let it learn anew")
+        })
+    }
+
+    fn store(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let holds = facts.health.is_some_and(|health| health.alarms.has(Alarms::STORE_FAILED));
+        self.store.step(holds, facts.now_us, 0, 0).then(|| {
+            "it cannot store settings and background: after a restart it learns anew; replace its board"
+                .to_owned()
+        })
+    }
+
+    fn background(&mut self, facts: &Facts<'_>) -> Option<String> {
+        let health = facts.health?;
+        let measures = health.sensor.code == SensorCode::Streaming;
+        let none = health.alarms.has(Alarms::NO_BACKGROUND) && health.learning.is_none();
+        let holds = measures && (none || health.alarms.has(Alarms::LEARNING_WAITS));
+        if !self.background.step(holds, facts.now_us, 60 * SECOND_US, 0) {
+            return None;
+        }
+        Some(match health.learning.and_then(|learning| learning.moved) {
+            Some((first, last)) => format!(
+                "it cannot learn its background, because something moves at steps {first} to {last}: leave its view for a minute"
+            ),
+            None => format!(
+                "it has no background and sees nobody: leave its view, then kehai-tracker module learn {}",
+                quoted(facts.name)
+            ),
+        })
+    }
+}
+
+/// Some(None): silent, but not for long enough to be said.
+fn silent(facts: &Facts<'_>) -> Option<Option<String>> {
+    let Some(last_us) = facts.last_heard_us else {
+        let asked_us = facts.now_us.saturating_sub(facts.since_us);
+        return Some((asked_us >= FIRST_US).then(|| {
+            "it has not been found: is it switched on and in this network? kehai-tracker module list shows what is there"
+                .to_owned()
+        }));
+    };
+    let silent_us = facts.now_us.saturating_sub(last_us);
+    (silent_us >= SILENT_US).then(|| {
+        Some("nothing is heard of it any more: check its power, its cable and the switch".to_owned())
+    })
+}
+
+fn suspect(facts: &Facts<'_>) -> Option<String> {
+    let health = facts.health?;
+    health.alarms.has(Alarms::SUSPECTS).then(|| {
+        format!(
+            "its background holds {} with the shape of a person: if somebody stood there, kehai-tracker module learn {}",
+            if facts.suspects == 1 { "something".to_owned() } else { format!("{} things", facts.suspects) },
+            quoted(facts.name)
+        )
+    })
+}
+
+fn watchdog(facts: &Facts<'_>) -> Option<String> {
+    facts.health?.alarms.has(Alarms::WATCHDOG).then(|| {
+        "its firmware hung and its watchdog started it anew; kehai-tracker module restart ends this alarm"
+            .to_owned()
+    })
+}
+
+/// As a shell takes it.
+fn quoted(name: &str) -> String {
+    let plain = |letter: char| letter.is_alphanumeric() || matches!(letter, '-' | '_' | ':' | '.');
+    if !name.is_empty() && name.chars().all(plain) { name.to_owned() } else { format!("'{name}'") }
+}

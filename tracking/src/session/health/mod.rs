@@ -1,0 +1,215 @@
+//! How a module is: its messages and the time in, a line and alarms with a reason out.
+//!
+//! ```text
+//!   report ─┬─▶ statistics   rates and losses       ╮
+//!           └─▶ doubt        background not seen    ├─▶ alarm set ─▶ alarms in words
+//!   health ───▶ states, counters                    │
+//!      └──────▶ events       what it did            │
+//!   clock ────▶ offset, jitter, age                 ╯──────────▶ ModuleLine
+//! ```
+//!
+//! No I/O, no clock of its own: the same messages at the same times give the same alarms.
+
+mod alarms;
+mod doubt;
+mod events;
+mod figures;
+mod statistics;
+
+use kehai::wire::{EventKind, Health, HealthHead, Info, ModuleId, Report, SensorCode};
+
+use super::sequence::Arrival;
+use crate::clock::ModuleClock;
+use crate::snapshot::{DeviceState, ModuleLine};
+use alarms::{AlarmSet, Facts, SILENT_US};
+use doubt::Doubt;
+use events::Events;
+use figures::{rounded, seconds};
+use statistics::Statistics;
+
+/// Watches over one device.
+#[derive(Clone, Debug)]
+pub struct Monitor {
+    since_us: u64,
+    last_heard_us: Option<u64>,
+    pace: Option<Pace>,
+    health: Option<Condition>,
+    /// µs of the device's clock.
+    learned_us: Option<u64>,
+    newest: Option<Newest>,
+    statistics: Statistics,
+    doubt: Option<Doubt>,
+    alarms: AlarmSet,
+    events: Events,
+}
+
+/// How fast the sensor measures, as the newest info says.
+#[derive(Clone, Copy, Debug)]
+struct Pace {
+    /// Scans a second that are to be reported.
+    expected_hz: Option<f64>,
+    /// Time of a scan, s.
+    scan_s: f64,
+}
+
+/// Its newest health.
+#[derive(Clone, Copy, Debug)]
+struct Condition {
+    head: HealthHead,
+    suspects: usize,
+    at_us: u64,
+}
+
+/// The newest report: when its scan began by the module's clock, and when it came by the host's.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    stamp_us: u64,
+    at_us: u64,
+}
+
+impl Monitor {
+    /// Over a device that is asked for from `now_us` on.
+    #[must_use]
+    pub fn new(now_us: u64) -> Self {
+        Self {
+            since_us: now_us,
+            last_heard_us: None,
+            pace: None,
+            health: None,
+            learned_us: None,
+            newest: None,
+            statistics: Statistics::default(),
+            doubt: None,
+            alarms: AlarmSet::default(),
+            events: Events::default(),
+        }
+    }
+
+    /// The device has restarted: its events and its active alarms stay known.
+    pub fn restart(&mut self) {
+        let (alarms, events) = (std::mem::take(&mut self.alarms), std::mem::take(&mut self.events));
+        *self = Self { alarms, events, pace: self.pace, ..Self::new(self.since_us) };
+    }
+
+    /// A datagram came at `now_us`.
+    pub const fn heard(&mut self, now_us: u64) {
+        self.last_heard_us = Some(now_us);
+    }
+
+    /// Info came.
+    pub fn info(&mut self, info: &Info<'_>) {
+        let sensor = info.sensor.and_then(|sensor| Some((sensor.geometry().ok()?, sensor.skip)));
+        if let Some((geometry, _)) = sensor
+            && self.doubt.as_ref().is_none_or(|doubt| *doubt.geometry() != geometry)
+        {
+            self.doubt = Some(Doubt::new(geometry));
+        }
+        let scan_s = sensor.map(|(geometry, _)| f64::from(geometry.period_us()) * 1e-6);
+        self.pace = Some(Pace {
+            expected_hz: sensor
+                .zip(scan_s)
+                .map(|((_, skip), scan_s)| 1.0 / (scan_s * (1.0 + f64::from(skip)))),
+            scan_s: scan_s.unwrap_or(0.0),
+        });
+    }
+
+    /// A report came at `now_us`.
+    pub fn report(&mut self, report: &Report<'_>, arrival: Arrival, now_us: u64) {
+        self.statistics.report(&report.head, arrival);
+        let stamp_us = report.head.stamp_us;
+        if self.newest.is_none_or(|newest| stamp_us > newest.stamp_us) {
+            self.newest = Some(Newest { stamp_us, at_us: now_us });
+        }
+        if let Some(doubt) = &mut self.doubt {
+            doubt.take(report);
+        }
+    }
+
+    /// Health of start `boot` came at `now_us`.
+    pub fn health(&mut self, health: &Health<'_>, boot: u32, now_us: u64) {
+        self.statistics.counters(&health.counters);
+        self.events.record(boot, health, self.since_us, now_us);
+        let learned = health.events.iter().filter(|event| event.kind == EventKind::Learned);
+        self.learned_us = learned.map(|event| event.at_us).max().or(self.learned_us);
+        let suspects = health.suspects.len();
+        self.health = Some(Condition { head: health.head, suspects, at_us: now_us });
+    }
+
+    /// Whether the device has been heard lately.
+    #[must_use]
+    pub fn is_heard(&self, now_us: u64) -> bool {
+        self.last_heard_us.is_some_and(|last_us| now_us.saturating_sub(last_us) < SILENT_US)
+    }
+
+    /// How it is at `now_us`. `name` is its name in the site, or else its own; `clock` its clock on the host's.
+    pub fn line(&mut self, name: &str, id: ModuleId, clock: Option<&ModuleClock>, now_us: u64) -> ModuleLine {
+        self.statistics.poll(now_us);
+        let jitter_s = clock.and_then(ModuleClock::jitter_s);
+        let expected_hz = self.pace.and_then(|pace| pace.expected_hz);
+        let facts = Facts {
+            now_us,
+            name,
+            since_us: self.since_us,
+            last_heard_us: self.last_heard_us,
+            health: self.health.as_ref().map(|health| &health.head),
+            suspects: self.health.map_or(0, |health| health.suspects),
+            expected_hz,
+            statistics: &self.statistics,
+            doubt: self.doubt.as_ref(),
+            jitter_s,
+            age_s: clock.and_then(|clock| self.age_s(clock)),
+        };
+        let alarms = self.alarms.update(&facts);
+        ModuleLine {
+            name: name.to_owned(),
+            id: if id == ModuleId::ANY { String::new() } else { id.to_string() },
+            state: self.state(now_us),
+            scans_hz: rounded(self.statistics.rates_hz().0, 10.0),
+            lost_share: rounded(self.statistics.lost_share(), 1e4),
+            checksum_errors: self.statistics.checksum_errors(),
+            unknown_share: rounded(self.doubt.as_ref().map_or(1.0, Doubt::unseen_share), 1e4),
+            clock_offset_ms: clock
+                .and_then(ModuleClock::offset_s)
+                .map(|offset_s| rounded(offset_s * 1e3, 10.0)),
+            clock_jitter_ms: rounded(jitter_s.unwrap_or(0.0) * 1e3, 100.0),
+            background_age_s: self.background_age_s(now_us),
+            silent_s: self.last_heard_us.map(|last_us| rounded(seconds(last_us, now_us), 10.0)),
+            alarms,
+            events: self.events.lines(now_us),
+            ..ModuleLine::default()
+        }
+    }
+
+    fn state(&self, now_us: u64) -> DeviceState {
+        if !self.is_heard(now_us) {
+            return DeviceState::Missing;
+        }
+        match self.health.map(|health| health.head) {
+            Some(head) if head.storing => DeviceState::Storing,
+            Some(HealthHead { sensor, .. }) if sensor.code != SensorCode::Streaming => DeviceState::Searching,
+            Some(head) if head.learning.is_some() || head.background_version == 0 => DeviceState::Learning,
+            Some(_) => DeviceState::Watching,
+            None => DeviceState::Searching,
+        }
+    }
+
+    /// How old the newest report seemed when it came, the time of its scan taken off, s.
+    fn age_s(&self, clock: &ModuleClock) -> Option<f64> {
+        let newest = self.newest?;
+        let scan_s = self.pace?.scan_s;
+        Some(newest.at_us as f64 * 1e-6 - clock.host_s(newest.stamp_us)? - scan_s)
+    }
+
+    /// Since it was learned; of one that is older than the module's start, since that.
+    fn background_age_s(&self, now_us: u64) -> Option<f64> {
+        let Condition { head, at_us, .. } = self.health?;
+        if head.background_version == 0 {
+            return None;
+        }
+        let then_s = seconds(self.learned_us.unwrap_or(0), head.uptime_us);
+        Some((then_s + seconds(at_us, now_us)).round())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,441 @@
+//! Each alarm: raised, cleared, and not raised by what is normal.
+
+use super::doubt::tests::{geometry, report, standing, unseen};
+use super::*;
+use crate::alarm::AlarmKind;
+use crate::clock::Exchange;
+use crate::session::datagram::Datagram;
+use crate::session::subscription::Subscription;
+use crate::session::{Placement, Session};
+use crate::snapshot::Drops;
+use kehai::candidate::Candidate;
+use kehai::centre::Estimator;
+use kehai::unseen::{UnseenReason, UnseenSpan};
+use kehai::wire::{
+    Alarms, Counter, Counters, Event, Identity, LearningProgress, List, Message, SensorHealth, SensorInfo,
+};
+use std::sync::Arc;
+
+const ID: ModuleId = ModuleId([2, 0, 0, 0, 0, 7]);
+
+/// Of an emulated URG-04LX beside its module.
+struct Module {
+    session: Session,
+    clock: ModuleClock,
+    now_us: u64,
+    /// Tenths of a second since it was switched on.
+    tenths: u32,
+    boot: u32,
+    health: HealthHead,
+    counters: Counters,
+    events: Vec<Event>,
+    candidates: Vec<Candidate>,
+    unseen: Vec<UnseenSpan>,
+    /// Of a hundred reports, this many are lost on the way.
+    lost: u32,
+    /// Of a hundred scans, this many are made.
+    made: u32,
+    sequence: u32,
+    lost_scans: u32,
+    /// How much later than they should reports arrive, µs.
+    late_us: i64,
+    /// By how much the exchanges of the clocks are off, one way and the other, µs.
+    jitter_us: u64,
+}
+
+impl Module {
+    /// One that has been watched for 90 s and is well.
+    fn well() -> Self {
+        let health = HealthHead {
+            uptime_us: 0,
+            sequence: 0,
+            setup: 1,
+            background_version: 1,
+            sensor: SensorHealth { code: SensorCode::Streaming, detail: (0, 0) },
+            alarms: Alarms::default(),
+            storing: false,
+            subscribers: 1,
+            learning: None,
+        };
+        let mut module = Self {
+            session: Session::new(ID, Subscription::default()),
+            clock: ModuleClock::default(),
+            now_us: 0,
+            tenths: 0,
+            boot: 1,
+            health,
+            counters: Counters::new(),
+            events: Vec::new(),
+            candidates: Vec::new(),
+            unseen: Vec::new(),
+            lost: 0,
+            made: 100,
+            sequence: 0,
+            lost_scans: 0,
+            late_us: 0,
+            jitter_us: 200,
+        };
+        module.session.monitor_from(0);
+        assert_eq!(module.alarms_after(90), [""; 0]);
+        module
+    }
+
+    fn monitor(&mut self) -> &mut Monitor {
+        self.session.monitor.as_mut().unwrap()
+    }
+
+    fn send(&mut self, message: &Message<'_>, at_us: u64) {
+        let mut datagram = [0; 1400];
+        let length = message.encode(Identity { module: ID, boot: self.boot }, &mut datagram).unwrap();
+        let datagram = Datagram::decode(&datagram[..length]).unwrap();
+        let placement = Placement { site: Arc::default(), estimator: Estimator::default() };
+        self.session.receive(&datagram, at_us, &placement, &mut Drops::default());
+    }
+
+    /// A tenth of a second with a scan; info, health and an exchange every second.
+    fn tenth(&mut self) {
+        self.now_us += 100_000;
+        self.tenths += 1;
+        let module_us = u64::from(self.tenths) * 100_000;
+        if self.tenths % 100 < self.made {
+            self.sequence += 1;
+            let (candidates, unseen) = (self.candidates.clone(), self.unseen.clone());
+            let mut report = report(0.0, &candidates, &unseen);
+            report.head.stamp_us = module_us - 100_000;
+            report.head.sequence = self.sequence;
+            report.head.lost_scans = self.lost_scans;
+            report.head.background_version = self.health.background_version;
+            if self.tenths % 100 >= self.lost {
+                self.send(&Message::Report(report), self.now_us.saturating_add_signed(self.late_us));
+            }
+        }
+        if self.tenths % 10 == 1 {
+            let sensor = Some(SensorInfo::new(["URG-04LX", "H1", "1"], &geometry(), 0, 2000));
+            let info = Info {
+                request_id: 1,
+                version_min: 1,
+                version_max: 1,
+                firmware: "1",
+                build: "1",
+                board: "pc",
+                name: "hall",
+                uptime_us: module_us,
+                setup: 1,
+                background_version: 1,
+                sensor,
+            };
+            self.send(&Message::Info(info), self.now_us);
+            self.health.uptime_us = module_us;
+            let (head, counters, events) = (self.health, self.counters, self.events.clone());
+            let health = Health { head, counters, suspects: List::default(), events: List::new(&events) };
+            self.send(&Message::Health(health), self.now_us);
+            let swing_us = if self.tenths % 20 == 1 { self.jitter_us } else { 0 };
+            let (t1_us, t2_us) = (self.now_us - 400 - self.jitter_us, module_us - 200 - swing_us);
+            self.clock.add(Exchange { t1_us, t2_us, t3_us: t2_us, t4_us: self.now_us });
+        }
+    }
+
+    fn line(&mut self) -> ModuleLine {
+        let (clock, now_us) = (self.clock.clone(), self.now_us);
+        self.monitor().line("hall", ID, Some(&clock), now_us)
+    }
+
+    fn alarms(&mut self) -> Vec<String> {
+        self.line().alarms.into_iter().map(|alarm| alarm.kind.name().to_owned()).collect()
+    }
+
+    /// All alarms within the next seconds, each once.
+    fn alarms_after(&mut self, seconds: u32) -> Vec<String> {
+        let mut seen = Vec::new();
+        for _ in 0..10 * seconds {
+            self.tenth();
+            for alarm in self.alarms() {
+                if !seen.contains(&alarm) {
+                    seen.push(alarm);
+                }
+            }
+        }
+        seen
+    }
+
+    /// The text of the only alarm there is, and that it has this name.
+    #[track_caller]
+    fn only(&mut self, name: &str) -> String {
+        let alarms = self.line().alarms;
+        assert_eq!(alarms.iter().map(|alarm| alarm.kind.name()).collect::<Vec<_>>(), [name]);
+        alarms[0].text.clone()
+    }
+
+    /// It is well again after so many seconds, and stays so.
+    #[track_caller]
+    fn is_well_after(&mut self, seconds: u32) {
+        self.alarms_after(seconds);
+        assert_eq!(self.alarms_after(30), [""; 0]);
+    }
+}
+
+#[test]
+fn the_line_of_a_module_that_is_well_has_true_figures() {
+    let mut module = Module::well();
+    module.counters.set(Counter::SensorChecksum, 1);
+    module.unseen = vec![unseen(100, 68, UnseenReason::NoReturn)];
+    let learned = EventKind::Learned;
+    module.events =
+        vec![Event { number: 1, at_us: 20_000_000, kind: learned, background_version: 1, by: [0; 4] }];
+    module.alarms_after(10);
+    let line = module.line();
+    assert_eq!((line.name.as_str(), line.state), ("hall", DeviceState::Watching));
+    assert_eq!(line.id, "02:00:00:00:00:07");
+    assert_eq!((line.scans_hz, line.lost_share, line.checksum_errors), (10.0, 0.0, 1));
+    assert_eq!(line.unknown_share, rounded(68.0 / 682.0, 1e4));
+    assert!(line.clock_offset_ms.unwrap().abs() < 1.0 && line.clock_jitter_ms < 0.5, "{line:?}");
+    assert_eq!((line.background_age_s, line.silent_s), (Some(80.0), Some(0.0)));
+    assert_eq!(module.session.name(), "hall");
+}
+
+#[test]
+fn what_a_module_does_is_told_for_a_minute_in_each_of_its_lives_and_nothing_from_before() {
+    let mut module = Module::well();
+    let event = |number, at_us, kind| Event { number, at_us, kind, background_version: 2, by: [0; 4] };
+    let asked = Event { by: [10, 0, 0, 7], ..event(3, 91_000_000, EventKind::Absorbed) };
+    let told = |module: &mut Module| -> Vec<(u32, String, String)> {
+        module
+            .line()
+            .events
+            .into_iter()
+            .map(|event| (event.number, event.kind.name().to_owned(), event.text))
+            .collect()
+    };
+    module.tenth();
+    module.session.monitor_from(module.now_us);
+    module.events =
+        vec![event(1, 20_000_000, EventKind::LearnStarted), event(2, 90_500_000, EventKind::Learned)];
+    module.alarms_after(3);
+    let learned = (2, "learned".to_owned(), "a new background was learned".to_owned());
+    assert_eq!(told(&mut module), std::slice::from_ref(&learned));
+    module.events.push(asked);
+    module.alarms_after(3);
+    let absorbed = (3, "absorbed".to_owned(), "a place became background, as 10.0.0.7 asked".to_owned());
+    assert_eq!(told(&mut module), [learned, absorbed]);
+    let ago_s = module.line().events[1].ago_s;
+    assert!((4.0..6.0).contains(&ago_s), "{ago_s}");
+    (module.boot, module.tenths, module.sequence) = (2, 0, 0);
+    module.events = vec![event(1, 200_000, EventKind::LearnStarted)];
+    module.alarms_after(3);
+    assert_eq!(told(&mut module)[2].1, "learn-started");
+    module.alarms_after(70);
+    assert_eq!(told(&mut module), []);
+}
+
+#[test]
+fn silent_is_who_says_nothing_for_three_seconds_and_nothing_else_is_said_of_it() {
+    let mut module = Module::well();
+    module.health.sensor.code = SensorCode::Abnormal;
+    module.alarms_after(5);
+    module.only("sensor");
+    module.now_us += 2_900_000;
+    module.only("sensor");
+    module.now_us += 200_000;
+    assert!(module.only("silent").contains("check its power"));
+    assert_eq!(module.line().state, DeviceState::Missing);
+    module.tenths += 31;
+    module.health.sensor.code = SensorCode::Streaming;
+    module.is_well_after(1);
+}
+
+#[test]
+fn who_has_never_answered_is_said_to_be_missing_after_a_while() {
+    let mut monitor = Monitor::new(1_000_000);
+    assert_eq!(monitor.line("hall", ModuleId::ANY, None, 5_000_000).alarms, []);
+    let line = monitor.line("hall", ModuleId::ANY, None, 6_000_000);
+    assert!(line.alarms[0].text.contains("has not been found"), "{line:?}");
+    assert_eq!((line.state, line.silent_s, line.id.as_str()), (DeviceState::Missing, None, ""));
+}
+
+#[test]
+fn a_sensor_that_says_it_is_faulty_is_told_at_once_and_one_that_starts_is_given_time() {
+    let mut module = Module::well();
+    module.health.sensor.code = SensorCode::Abnormal;
+    module.alarms_after(4);
+    assert!(module.only("sensor").starts_with("the sensor reports a fault of its own: clean its window"));
+    module.health.sensor.code = SensorCode::Streaming;
+    module.is_well_after(1);
+    module.health.sensor.code = SensorCode::Booting;
+    assert_eq!(module.alarms_after(19), [""; 0]);
+    module.health.sensor.code = SensorCode::Streaming;
+    module.is_well_after(1);
+    module.health.sensor.code = SensorCode::Searching;
+    module.made = 0;
+    module.alarms_after(22);
+    assert!(module.only("sensor").contains("no sensor answers: check the sensor's power"));
+    assert_eq!(module.line().state, DeviceState::Searching);
+    (module.health.sensor.code, module.made) = (SensorCode::Streaming, 100);
+    module.is_well_after(15);
+}
+
+#[test]
+fn a_disturbed_line_is_told_and_a_single_damaged_scan_is_not() {
+    let mut module = Module::well();
+    module.counters.set(Counter::SensorChecksum, 5);
+    assert_eq!(module.alarms_after(120), [""; 0]);
+    for second in 1..=60 {
+        module.counters.set(Counter::SensorChecksum, 5 + second / 2);
+        module.alarms_after(1);
+    }
+    assert!(module.only("line").contains("% of the sensor's scans arrive damaged"));
+    module.is_well_after(60);
+}
+
+#[test]
+fn a_module_that_is_covered_or_moved_is_told_and_a_crowd_is_not() {
+    let mut module = Module::well();
+    // Ten people sway: each beam is at its background now and then.
+    for second in 0..600u16 {
+        let shift = 30 * (second % 5);
+        module.candidates =
+            (0..10).map(|i| standing(50 + 66 * i + shift % 60, 75 + 66 * i + shift % 60)).collect();
+        assert_eq!(module.alarms_after(1), [""; 0]);
+    }
+    // One person stands very near for an hour: 57°.
+    module.candidates = vec![standing(300, 461)];
+    assert_eq!(module.alarms_after(3600), [""; 0]);
+    module.candidates = vec![standing(200, 455)];
+    assert_eq!(module.alarms_after(55), [""; 0]);
+    module.alarms_after(10);
+    let text = module.only("covered");
+    assert!(text.starts_with("over 90°, between -65° and 25° from ahead,"), "{text}");
+    assert!(text.ends_with("kehai-tracker module learn hall"), "{text}");
+    module.candidates.clear();
+    module.is_well_after(16);
+    // A cloth over it returns nothing at all.
+    module.unseen = vec![unseen(44, 682, UnseenReason::NoReturn)];
+    module.alarms_after(70);
+    module.only("covered");
+}
+
+#[test]
+fn a_new_background_ends_the_alarm() {
+    let mut module = Module::well();
+    module.candidates = vec![standing(200, 455)];
+    module.alarms_after(70);
+    module.only("covered");
+    (module.health.background_version, module.health.learning) = (0, Some(LearningProgress::default()));
+    module.is_well_after(1);
+    assert_eq!(module.line().unknown_share, 1.0);
+    assert_eq!(module.line().background_age_s, None);
+}
+
+#[test]
+fn too_few_scans_are_told_with_whether_the_sensor_or_the_network_loses_them() {
+    let mut module = Module::well();
+    module.lost = 10;
+    assert_eq!(module.alarms_after(120), [""; 0], "one in ten is lost on Wi-Fi");
+    module.lost = 50;
+    let mut texts = Vec::new();
+    for _ in 0..30 {
+        module.alarms_after(1);
+        texts.extend(module.line().alarms);
+    }
+    assert!(texts.iter().all(|alarm| alarm.kind == AlarmKind::Slow), "{texts:?}");
+    assert!(texts[0].text.contains("get lost on the network"), "{texts:?}");
+    module.lost = 0;
+    module.is_well_after(20);
+    module.made = 50;
+    module.alarms_after(100);
+    // Half a minute of scans in every hundred tenths; the alarm needs ten seconds of too few.
+    module.made = 0;
+    module.alarms_after(25);
+    assert!(module.only("slow").contains("the sensor or its line is too slow"));
+    module.made = 100;
+    module.is_well_after(20);
+}
+
+#[test]
+fn storing_stops_the_stream_and_is_no_alarm() {
+    let mut module = Module::well();
+    (module.health.storing, module.made) = (true, 0);
+    assert_eq!(module.alarms_after(30), [""; 0]);
+    assert_eq!(module.line().state, DeviceState::Storing);
+}
+
+#[test]
+fn a_clock_that_is_off_is_told_and_a_network_s_usual_jitter_is_not() {
+    let mut module = Module::well();
+    module.jitter_us = 5_000;
+    assert_eq!(module.alarms_after(130), [""; 0]);
+    let mut module = Module::well();
+    module.jitter_us = 150_000;
+    module.alarms_after(130);
+    assert!(module.only("clock-off").contains("delays unevenly"));
+    module.jitter_us = 200;
+    module.is_well_after(150);
+    module.late_us = 500_000;
+    module.alarms_after(15);
+    assert!(module.only("clock-off").contains("500 ms late and are not used"));
+    module.late_us = 0;
+    module.is_well_after(15);
+    module.late_us = -200_000;
+    module.alarms_after(15);
+    assert!(module.only("clock-off").contains("200 ms before they were made"));
+    module.late_us = 0;
+    module.is_well_after(15);
+    module.health.alarms = Alarms::CLOCK_UNCERTAIN;
+    module.alarms_after(15);
+    assert!(module.only("clock-off").contains("cannot be followed to 20 ms"));
+}
+
+#[test]
+fn a_dirty_window_is_told_and_a_few_drop_outs_are_not() {
+    let mut module = Module::well();
+    module.unseen = (0..14).map(|i| unseen(50 + 40 * i, 6, UnseenReason::NoReturn)).collect();
+    assert_eq!(module.alarms_after(200), [""; 0], "one beam in eight");
+    module.unseen = (0..14).map(|i| unseen(50 + 40 * i, 10, UnseenReason::NoReturn)).collect();
+    module.alarms_after(300);
+    assert!(module.only("dirty").contains("clean its window"));
+    module.unseen.clear();
+    module.is_well_after(60);
+}
+
+#[test]
+fn what_the_module_says_of_store_background_and_watchdog_is_told() {
+    let mut module = Module::well();
+    module.health.alarms = Alarms::STORE_FAILED;
+    module.alarms_after(2);
+    module.only("store");
+    module.health.alarms = Alarms::WATCHDOG;
+    module.alarms_after(2);
+    module.only("watchdog");
+    module.health.alarms = Alarms::SUSPECTS;
+    module.alarms_after(2);
+    module.only("suspect");
+    module.health.alarms = Alarms::LEARNING_WAITS;
+    module.health.learning =
+        Some(LearningProgress { moved: Some((100, 130)), ..LearningProgress::default() });
+    assert_eq!(module.alarms_after(55), [""; 0], "people may leave first");
+    module.alarms_after(10);
+    assert!(module.only("background").contains("something moves at steps 100 to 130"));
+    (module.health.alarms, module.health.learning) = (Alarms::default(), None);
+    module.is_well_after(2);
+}
+
+#[test]
+fn a_restart_begins_anew_without_an_alarm() {
+    let mut module = Module::well();
+    module.counters.set(Counter::SensorChecksum, 100_000);
+    (module.boot, module.tenths, module.sequence) = (2, 0, 0);
+    module.clock = ModuleClock::default();
+    module.counters = Counters::new();
+    assert_eq!(module.alarms_after(90), [""; 0]);
+    assert_eq!(module.line().scans_hz, 10.0);
+    // What is still on the way from its last life changes nothing.
+    (module.boot, module.health.alarms) = (1, Alarms::STORE_FAILED);
+    let health = Health {
+        head: module.health,
+        counters: Counters::new(),
+        suspects: List::default(),
+        events: List::default(),
+    };
+    let now_us = module.now_us;
+    module.send(&Message::Health(health), now_us);
+    assert_eq!(module.alarms(), [""; 0]);
+}

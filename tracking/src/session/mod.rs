@@ -1,0 +1,338 @@
+//! Everything the host remembers of one device: start, clock, setup, background, sequences, subscription, health.
+//!
+//! ```text
+//!   datagram ─▶ boot: stale │ as before │ new: start again
+//!                 ├ subscribed ─▶ clock
+//!                 ├ info ───────▶ setup, place in the site
+//!                 ├ profile ────▶ background
+//!                 ├ report ─────▶ sequence, clock, setup, background ─▶ Observation
+//!                 └ report, health, info ─▶ monitor ─▶ alarms, figures
+//!   poll ◀── what is due: renewal, or what is still needed
+//! ```
+//!
+//! Devices are keyed by identity, never by address. A report is used once, however often it comes, and not at all while
+//! its device's clock or geometry is unknown; everything dropped is counted by cause.
+
+pub mod datagram;
+pub mod health;
+mod profile;
+mod sequence;
+mod sessions;
+pub mod subscription;
+
+use std::sync::Arc;
+
+use kehai::centre::Estimator;
+use kehai::scan::Geometry;
+use kehai::visibility;
+use kehai::wire::{Identity, Info, Message, ModuleId, ProfilePart, Refusal, Report, Subscribed};
+
+use crate::clock::{Exchange, ModuleClock};
+use crate::observation::{Detection, LATE_S, Observation, View};
+use crate::site::Site;
+use crate::snapshot::{Drops, ModuleLine};
+use datagram::Datagram;
+use health::Monitor;
+use profile::Profile;
+use sequence::{Arrival, Sequences};
+pub use sessions::Sessions;
+use subscription::{Need, Subscription};
+
+/// Where devices stand and how the centres of bodies are found: the same for all sessions.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// The site.
+    pub site: Arc<Site>,
+    /// From a silhouette to a centre.
+    pub estimator: Estimator,
+}
+
+/// One device.
+#[derive(Clone, Debug, Default)]
+pub struct Session {
+    identity: Identity,
+    /// The name the device gives itself. It outlives restarts; empty until the first info.
+    name: String,
+    clock: ModuleClock,
+    /// Number of the setup that the newest info describes, usable or not.
+    described: Option<u16>,
+    setup: Option<Setup>,
+    profile: Profile,
+    sequences: Sequences,
+    /// Setup and background version of the newest report.
+    current: Option<(u16, u16)>,
+    last_report_us: u64,
+    /// Reports used.
+    reports: u64,
+    subscription: Subscription,
+    monitor: Option<Box<Monitor>>,
+}
+
+/// A sensor that can be used.
+#[derive(Clone, Debug)]
+struct Setup {
+    number: u16,
+    geometry: Geometry,
+    view: Option<Arc<View>>,
+    open_range_mm: u16,
+}
+
+/// How the start that a datagram names compares with the session's.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Boot {
+    Stale,
+    Current,
+    New,
+}
+
+impl Session {
+    /// A session with a device whose start is not known yet.
+    #[must_use]
+    pub fn new(device: ModuleId, subscription: Subscription) -> Self {
+        Self { identity: Identity { module: device, boot: 0 }, subscription, ..Self::default() }
+    }
+
+    /// Watches the device's health from `now_us` on.
+    pub fn monitor_from(&mut self, now_us: u64) {
+        self.monitor = Some(Box::new(Monitor::new(now_us)));
+    }
+
+    /// Uses a datagram of this device that arrived at `now_us` on the host's clock.
+    pub fn receive(
+        &mut self,
+        datagram: &Datagram<'_>,
+        now_us: u64,
+        placement: &Placement,
+        drops: &mut Drops,
+    ) -> Option<Observation> {
+        let boot = datagram.header.identity.boot;
+        match self.boot(boot) {
+            Boot::Stale => {
+                drops.stale_boot += 1;
+                return None;
+            }
+            Boot::Current => {}
+            Boot::New => self.restart(boot),
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.heard(now_us);
+        }
+        match &datagram.message {
+            Message::Cookie { cookie, .. } => self.subscription.grant(*cookie),
+            Message::Refused(refused) if refused.refusal == Refusal::BadCookie => self.subscription.revoke(),
+            Message::Subscribed(answer) => self.synchronise(answer, now_us),
+            Message::Info(info) => self.describe(info, now_us, &placement.site),
+            Message::ProfilePart(part) => self.store_profile(part),
+            Message::Report(report) => return self.observe(report, now_us, placement.estimator, drops),
+            Message::Health(health) => {
+                if let Some(monitor) = &mut self.monitor {
+                    monitor.health(health, boot, now_us);
+                }
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// The boot rule: a device counts its starts, so a lower number is of a datagram that is late.
+    const fn boot(&self, boot: u32) -> Boot {
+        if boot < self.identity.boot {
+            Boot::Stale
+        } else if boot == self.identity.boot {
+            Boot::Current
+        } else {
+            Boot::New
+        }
+    }
+
+    /// Forgets what the last start of the device said.
+    fn restart(&mut self, boot: u32) {
+        self.subscription.restart();
+        if let Some(monitor) = &mut self.monitor {
+            monitor.restart();
+        }
+        *self = Self {
+            identity: Identity { boot, ..self.identity },
+            name: std::mem::take(&mut self.name),
+            subscription: self.subscription.clone(),
+            monitor: self.monitor.take(),
+            ..Self::default()
+        };
+    }
+
+    fn synchronise(&mut self, answer: &Subscribed, now_us: u64) {
+        let t1_us = u64::from_le_bytes(answer.t1);
+        self.clock.add(Exchange { t1_us, t2_us: answer.t2_us, t3_us: answer.t3_us, t4_us: now_us });
+    }
+
+    fn describe(&mut self, info: &Info<'_>, now_us: u64, site: &Site) {
+        info.name.clone_into(&mut self.name);
+        self.described = Some(info.setup);
+        // Now the profile. But an info that is late, or early, is asked for again in its time only: as fast as answers
+        // come would be without end.
+        if self.knows_setup() {
+            self.subscription.ask_at(now_us);
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.info(info);
+        }
+        let Some(sensor) = info.sensor else { return };
+        let Ok(geometry) = sensor.geometry() else { return };
+        let open_range_mm = sensor.open_range_mm;
+        self.setup = Some(Setup { number: info.setup, geometry, view: None, open_range_mm });
+        self.place(site);
+    }
+
+    /// Finds the device's place in the site: by the name it gives itself, or by its identity.
+    fn place(&mut self, site: &Site) {
+        let Some(setup) = &mut self.setup else { return };
+        let place = site.place_of(&self.name, self.identity.module);
+        setup.view = place.and_then(|module| {
+            let placed = site.modules.get(module)?;
+            let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
+            Some(Arc::new(View { module, pose, height_m, geometry }))
+        });
+    }
+
+    fn store_profile(&mut self, part: &ProfilePart<'_>) {
+        let Some(setup) = &self.setup else { return };
+        if part.head.setup == setup.number {
+            self.profile.store(part, setup.geometry.beams(), setup.open_range_mm);
+        }
+    }
+
+    fn observe(
+        &mut self,
+        report: &Report<'_>,
+        now_us: u64,
+        estimator: Estimator,
+        drops: &mut Drops,
+    ) -> Option<Observation> {
+        let head = &report.head;
+        let arrival = self.sequences.record(head.sequence);
+        if let Arrival::Ahead(_) = arrival {
+            self.current = Some((head.setup, head.background_version));
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.report(report, arrival, now_us);
+        }
+        if arrival == Arrival::Repeated {
+            drops.repeated += 1;
+            return None;
+        }
+        self.last_report_us = now_us;
+        let (Some(setup), Some(start_s)) = (&self.setup, self.clock.host_s(head.stamp_us)) else {
+            drops.early += 1;
+            return None;
+        };
+        if setup.number != head.setup {
+            drops.early += 1;
+            return None;
+        }
+        let Some(view) = &setup.view else {
+            drops.unplaced += 1;
+            return None;
+        };
+        let period_s = f64::from(view.geometry.period_us()) * 1e-6;
+        if now_us as f64 * 1e-6 - start_s > LATE_S + period_s {
+            drops.late += 1;
+            return None;
+        }
+        let candidates: Vec<_> = report.candidates.iter().collect();
+        let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
+        let mut empty_mm = background_mm.to_vec();
+        visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
+        let detections = candidates
+            .into_iter()
+            .map(|candidate| Detection::new(candidate, view, start_s, estimator))
+            .collect();
+        self.reports += 1;
+        Some(Observation { view: Arc::clone(view), start_s, detections, empty_mm, background_mm })
+    }
+
+    /// Whether the newest info describes what the newest report was measured with; before any report, whether there was
+    /// an info at all.
+    fn knows_setup(&self) -> bool {
+        self.described.is_some_and(|described| self.current.is_none_or(|(setup, _)| setup == described))
+    }
+
+    /// What is to be asked for next.
+    fn need(&self) -> Need {
+        // A background means nothing while it is not known where the beams point.
+        if !self.knows_setup() {
+            return Need::Info;
+        }
+        let Some(version) = self.current.map(|(_, version)| version).filter(|&version| version != 0) else {
+            return Need::Nothing;
+        };
+        self.profile.missing(version).map_or(Need::Nothing, |parts| Need::Profile { version, parts })
+    }
+
+    /// Sends the device what is due at `now_us`.
+    pub fn poll(&mut self, now_us: u64, send: impl FnMut(&[u8])) {
+        let need = self.need();
+        self.subscription.poll(now_us, self.identity, need, send);
+    }
+
+    /// When [`poll`](Self::poll) has something to send next, µs.
+    #[must_use]
+    pub fn next_us(&self) -> u64 {
+        self.subscription.next_us(self.need())
+    }
+
+    /// Whether the host wants reports of this device, and so a place among its subscribers.
+    pub const fn want_reports(&mut self, wants: bool) {
+        self.subscription.want_reports(wants);
+    }
+
+    /// Whether the host wants reports of this device.
+    #[must_use]
+    pub const fn wants_reports(&self) -> bool {
+        self.subscription.wants_reports()
+    }
+
+    /// How the device is at `now_us`, under the name that the site gives it; none while its health is not monitored.
+    pub fn line(&mut self, name: &str, now_us: u64) -> Option<ModuleLine> {
+        let monitor = self.monitor.as_mut()?;
+        Some(monitor.line(name, self.identity.module, Some(&self.clock), now_us))
+    }
+
+    /// The name the device gives itself; empty until the first info.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Range of the wall behind each beam, mm; 0 where there is none. Empty before the background is whole.
+    #[must_use]
+    pub const fn walls_mm(&self) -> &Arc<[u16]> {
+        self.profile.walls_mm()
+    }
+
+    /// Where the beams point, after the first info with a sensor.
+    #[must_use]
+    pub fn geometry(&self) -> Option<&Geometry> {
+        self.setup.as_ref().map(|setup| &setup.geometry)
+    }
+
+    /// The device's number in the site, if it has a place there.
+    #[must_use]
+    pub fn place_in_site(&self) -> Option<usize> {
+        Some(self.setup.as_ref()?.view.as_ref()?.module)
+    }
+
+    /// When the newest report came, µs on the host's clock.
+    #[must_use]
+    pub const fn last_report_us(&self) -> u64 {
+        self.last_report_us
+    }
+
+    /// Reports used.
+    #[must_use]
+    pub const fn reports(&self) -> u64 {
+        self.reports
+    }
+}
+
+#[cfg(test)]
+mod tests;

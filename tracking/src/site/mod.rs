@@ -1,0 +1,271 @@
+//! A site: where the modules are, and what is around them. Its own file, or the `[site]` part of a scene.
+//!
+//! ```toml
+//! [[module]]          # yaw: where the front step points, counter-clockwise
+//! name = "left"
+//! x = -1.0
+//! y = 0.0
+//! yaw_deg = 0.0
+//! height_m = 0.6
+//!
+//! [[wall]]
+//! points = [[-1.0, -1.0], [-1.0, 1.0]]
+//! blocks = ["people", "beams"]      # default both; glass blocks people only
+//!
+//! [[zone]]
+//! name = "area"
+//! polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+//!
+//! [[entry]]
+//! name = "street"
+//! line = [[-1, -1], [1, -1]]
+//! zone = "area"
+//!
+//! [[mover]]           # the area a door leaf or a curtain sweeps
+//! polygon = [[0.4, 1.0], [1.2, 1.0], [0.4, 1.8]]
+//!
+//! [[door]]            # lets in as many people as it was told: `site::door`
+//! name = "front"
+//! zone = "area"
+//! line = [[-0.45, 1.0], [0.45, 1.0]]
+//! fail = "secure"
+//! ```
+//!
+//! Metres and degrees, counter-clockwise.
+
+mod check;
+pub mod door;
+mod limits;
+
+use self::door::Door;
+use crate::geometry::{Point, Pose};
+use kehai::address::host_name;
+use kehai::wire::ModuleId;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+
+/// Modules with their poses, walls, zones, entries and movers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Site {
+    /// The modules.
+    #[serde(default, rename = "module")]
+    pub modules: Vec<Module>,
+    /// What stops people, beams or both.
+    #[serde(default, rename = "wall")]
+    pub walls: Vec<Wall>,
+    /// Areas with a meaning.
+    #[serde(default, rename = "zone")]
+    pub zones: Vec<Zone>,
+    /// Lines across which people come and go.
+    #[serde(default, rename = "entry")]
+    pub entries: Vec<Entry>,
+    /// Areas in which things move that are not people.
+    #[serde(default, rename = "mover")]
+    pub movers: Vec<Mover>,
+    /// Doors that let in as many people as were entered.
+    #[serde(default, rename = "door", skip_serializing_if = "Vec::is_empty")]
+    pub doors: Vec<Door>,
+}
+
+/// A module and where it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Module {
+    /// Its name, MAC or instance name.
+    pub name: String,
+    /// Its place.
+    pub x: f64,
+    /// Its place.
+    pub y: f64,
+    /// Where its front step points.
+    #[serde(default)]
+    pub yaw_deg: f64,
+    /// Height of its plane above the floor.
+    #[serde(default = "default_height_m")]
+    pub height_m: f64,
+}
+
+/// Paper A's height of the plane: the waist.
+const fn default_height_m() -> f64 {
+    0.6
+}
+
+impl Module {
+    /// Its place and direction.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        Pose { at: Point::new(self.x, self.y), yaw_rad: self.yaw_deg.to_radians() }
+    }
+}
+
+/// What a wall stops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Blocks {
+    /// No person walks through.
+    People,
+    /// No beam passes.
+    Beams,
+}
+
+/// A wall: a line of straight pieces.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "WallText")]
+pub struct Wall {
+    /// Its corners, at least two.
+    pub points: Vec<[f64; 2]>,
+    /// What it stops.
+    pub blocks: Vec<Blocks>,
+    /// Beams do not end at it but go on as its image shows.
+    pub mirror: bool,
+}
+
+/// A wall as a file has it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WallText {
+    points: Vec<[f64; 2]>,
+    #[serde(default = "everything")]
+    blocks: Vec<Blocks>,
+    #[serde(default)]
+    mirror: bool,
+    /// Site files that earlier maps saved have it; a scene has its own, `wall_reflectance`.
+    #[serde(default, rename = "reflectance")]
+    _reflectance: IgnoredAny,
+}
+
+impl From<WallText> for Wall {
+    fn from(WallText { points, blocks, mirror, _reflectance }: WallText) -> Self {
+        Self { points, blocks, mirror }
+    }
+}
+
+impl Wall {
+    /// Its straight pieces.
+    pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> {
+        self.points.windows(2).map(|ends| (Point::from(ends[0]), Point::from(ends[1])))
+    }
+}
+
+fn everything() -> Vec<Blocks> {
+    vec![Blocks::People, Blocks::Beams]
+}
+
+/// An area with a meaning.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Zone {
+    /// Its name.
+    pub name: String,
+    /// Its corners, at least three.
+    pub polygon: Vec<[f64; 2]>,
+    /// People in it are counted.
+    #[serde(default)]
+    pub count: bool,
+    /// Unexplained tracks count, too.
+    #[serde(default)]
+    pub secure: bool,
+    /// Walls and entries surround it.
+    #[serde(default)]
+    pub enclosed: bool,
+}
+
+impl Zone {
+    /// Its polygon.
+    #[must_use]
+    pub fn corners(&self) -> Vec<Point> {
+        corners(&self.polygon)
+    }
+}
+
+fn corners(polygon: &[[f64; 2]]) -> Vec<Point> {
+    polygon.iter().map(|&corner| corner.into()).collect()
+}
+
+/// A line across which people come and go.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Its ends, in either direction.
+    pub line: [[f64; 2]; 2],
+    /// The zone it leads to; by default the only one that counts.
+    pub zone: Option<String>,
+}
+
+impl Entry {
+    /// Its ends.
+    #[must_use]
+    pub fn ends(&self) -> (Point, Point) {
+        (self.line[0].into(), self.line[1].into())
+    }
+}
+
+/// An area in which a door leaf, a curtain or a fan moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mover {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// Its corners, at least three.
+    pub polygon: Vec<[f64; 2]>,
+}
+
+impl Mover {
+    /// Its polygon.
+    #[must_use]
+    pub fn corners(&self) -> Vec<Point> {
+        corners(&self.polygon)
+    }
+}
+
+/// Why a site's text cannot be used: its name, the line and what is wrong.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct SiteError(String);
+
+impl Site {
+    /// Reads a site from text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// One line: it is not TOML, has unknown or missing keys, or contradicts itself.
+    pub fn parse(name: &str, text: &str) -> Result<Self, SiteError> {
+        let site: Self = toml::from_str(text).map_err(|error| {
+            let line =
+                error.span().map_or(0, |span| text.get(..span.start).unwrap_or("").lines().count().max(1));
+            SiteError(format!("{name}:{line}: {}", error.message().replace('\n', " ")))
+        })?;
+        site.check().map_err(|error| SiteError(format!("{name}: {error}")))?;
+        Ok(site)
+    }
+
+    /// The site's module that has the name `name` (empty: not reported) and this identity.
+    #[must_use]
+    pub fn place_of(&self, name: &str, id: ModuleId) -> Option<usize> {
+        let (hex, instance) = (id.to_string(), host_name(id.0));
+        self.modules.iter().position(|module| {
+            let known = module.name.as_str();
+            (known == name && !name.is_empty())
+                || (id != ModuleId::ANY && (known.eq_ignore_ascii_case(&hex) || known == instance.as_str()))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wall_that_an_earlier_map_saved_is_read_and_saved_without_its_reflectance() {
+        let text = "[[wall]]\npoints = [[0, 0], [1, 0]]\nreflectance = 0.53\nmirror = true\n";
+        let site = Site::parse("home.toml", text).unwrap();
+        assert_eq!((site.walls[0].blocks.len(), site.walls[0].mirror), (2, true));
+        assert!(!toml::to_string(&site).unwrap().contains("reflectance"));
+        let unknown =
+            Site::parse("home.toml", &text.replace("reflectance", "colour")).unwrap_err().to_string();
+        assert!(unknown.contains("unknown field `colour`"), "{unknown}");
+    }
+}

@@ -1,0 +1,326 @@
+//! The snapshot: tracks, zones and device health at one time, for every sink that shows, stores or publishes it.
+//!
+//! ```text
+//!   tracking loop ── every 0.1 s ──▶ Snapshot ──▶ file of lines · live map · database · MQTT · metrics
+//!                                     ├ line      tracks and zones at t        (`jsonl`)
+//!                                     ├ doors     what each door made of them
+//!                                     └ modules   rates, losses, clock, alarms
+//! ```
+//!
+//! A snapshot is made once and shared. A slow sink misses snapshots and delays no other.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use kehai::wire::EventKind;
+use serde::{Deserialize, Serialize};
+
+use crate::alarm::{Active, AlarmLine, Cause, Source};
+use crate::door::DoorLine;
+use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
+use crate::tracker::TrackState;
+
+/// ms since 1970, by this machine's clock.
+#[must_use]
+pub fn unix_ms() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(u64::MAX)
+}
+
+/// What is known at one time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Flat")]
+pub struct Snapshot {
+    /// Milliseconds since 1970 when it was made, by this machine's clock: for people and databases, never for
+    /// computing.
+    pub unix_ms: u64,
+    /// Tracks and zones.
+    #[serde(flatten)]
+    pub line: TracksLine,
+    /// The tracks of that line as doors and the database take them; not written.
+    #[serde(skip)]
+    pub tracks: Vec<TrackState>,
+    /// What is wrong with the tracker itself: its database, its recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alarms: Vec<AlarmLine>,
+    /// Every guarded door of the site.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doors: Vec<DoorLine>,
+    /// Every module of the site, and every one that was found beside them.
+    pub modules: Vec<ModuleLine>,
+    /// Datagrams of modules that were not used, since the start.
+    #[serde(default)]
+    pub dropped: Drops,
+    /// Datagrams from addresses that are no device of ours, since the start.
+    #[serde(default)]
+    pub strangers: u64,
+}
+
+/// A frame as it is written, its line's parts beside its own. To be read this way, since numbers within a flattened
+/// part cannot be read when some other crate has switched on `serde_json`'s `arbitrary_precision`.
+#[derive(Deserialize)]
+struct Flat {
+    unix_ms: u64,
+    t: f64,
+    tracks: Vec<TrackLine>,
+    #[serde(default)]
+    zones: BTreeMap<String, ZoneLine>,
+    #[serde(default)]
+    alarms: Vec<AlarmLine>,
+    #[serde(default)]
+    doors: Vec<DoorLine>,
+    modules: Vec<ModuleLine>,
+    #[serde(default)]
+    dropped: Drops,
+    #[serde(default)]
+    strangers: u64,
+}
+
+impl From<Flat> for Snapshot {
+    fn from(flat: Flat) -> Self {
+        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers } = flat;
+        let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
+        Self { alarms, doors, modules, dropped, strangers, ..written }
+    }
+}
+
+impl Snapshot {
+    /// A line that was written, with its tracks as the line has them.
+    #[must_use]
+    pub fn of(unix_ms: u64, line: TracksLine) -> Self {
+        let tracks = line.tracks.iter().map(TrackState::from).collect();
+        Self { unix_ms, line, tracks, ..Self::default() }
+    }
+}
+
+/// Datagrams that were not used, by cause.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct Drops {
+    /// Not a device's datagram, or not a version understood.
+    pub unreadable: u64,
+    /// Came before.
+    pub repeated: u64,
+    /// Older than [`LATE_S`](crate::observation::LATE_S).
+    pub late: u64,
+    /// The device's clock, setup or geometry is not known yet.
+    pub early: u64,
+    /// From a start of the device that is over.
+    pub stale_boot: u64,
+    /// The device has no place in the site.
+    pub unplaced: u64,
+}
+
+impl Snapshot {
+    /// Every alarm that is on: the tracker's own, those of the devices, those of the doors.
+    pub fn active_alarms(&self) -> impl Iterator<Item = Active> {
+        let fault = |source: Source, alarm: &AlarmLine| Active {
+            source,
+            cause: Cause::Fault(alarm.kind),
+            text: alarm.text.clone(),
+        };
+        let own = self.alarms.iter().map(move |alarm| fault(Source::Tracker, alarm));
+        let of_devices = self.modules.iter().flat_map(move |module| {
+            module.alarms.iter().map(move |alarm| fault(Source::Device(module.name.clone()), alarm))
+        });
+        let of_doors = self.doors.iter().filter_map(|door| {
+            let alarm = door.alarm?;
+            let source = Source::Door(door.name.clone());
+            Some(Active { source, cause: Cause::Door(alarm), text: alarm.to_string() })
+        });
+        own.chain(of_devices).chain(of_doors)
+    }
+}
+
+/// What a device is doing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeviceState {
+    /// Nothing is heard of it.
+    #[default]
+    Missing,
+    /// It is there, but has no place in the site.
+    Found,
+    /// It looks for its sensor.
+    Searching,
+    /// It learns its background.
+    Learning,
+    /// It reports.
+    Watching,
+    /// It stores something, and does not measure for about a second.
+    Storing,
+}
+
+impl DeviceState {
+    /// Its name, for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Missing => "missing",
+            Self::Found => "found",
+            Self::Searching => "searching",
+            Self::Learning => "learning",
+            Self::Watching => "watching",
+            Self::Storing => "storing",
+        }
+    }
+}
+
+impl fmt::Display for DeviceState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// How a module is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModuleLine {
+    /// As the site calls it, or else as it calls itself.
+    pub name: String,
+    /// Its identity, as hexadecimal bytes between colons; empty until it has answered.
+    pub id: String,
+    /// Where it answers; empty until it is found.
+    pub address: String,
+    /// What it is doing.
+    pub state: DeviceState,
+    /// Scans a second over the last ten seconds.
+    pub scans_hz: f64,
+    /// Share of its scans that were lost over the last minute, on whatever part of the way.
+    pub lost_share: f64,
+    /// Checksum errors on its sensor's line since it started.
+    pub checksum_errors: u64,
+    /// Share of its beams that could not be judged in the newest report.
+    pub unknown_share: f64,
+    /// Its clock minus this machine's, ms; absent until it was measured.
+    pub clock_offset_ms: Option<f64>,
+    /// How much that scatters, ms.
+    pub clock_jitter_ms: f64,
+    /// Age of its background, s; absent while it has none.
+    pub background_age_s: Option<f64>,
+    /// Since its last datagram, s; absent until there was one.
+    pub silent_s: Option<f64>,
+    /// What its newest scan saw empty, in the site's frame, m: the corners of an area that begins at the module.
+    /// Empty while it sees nothing. What lies outside is not seen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<[f64; 2]>,
+    /// What is wrong, worst first.
+    pub alarms: Vec<AlarmLine>,
+    /// What it has done within the last minute, oldest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<EventLine>,
+}
+
+/// What a device did.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeviceEvent {
+    /// It began to learn its background.
+    LearnStarted,
+    /// It has learned its background.
+    Learned,
+    /// It began to learn again, because something moved.
+    LearnRestarted,
+    /// It took a place as background.
+    Absorbed,
+    /// It forgot its background.
+    BackgroundForgotten,
+    /// Its background has changed by itself.
+    BackgroundDrifted,
+    /// Its settings were changed.
+    SettingsChanged,
+    /// It restarts.
+    Restarting,
+    /// An address was stored that no interface can have.
+    AddressUnusable,
+    /// No host came over a new address: the previous one is back.
+    AddressReturned,
+    /// Three starts did not last: this one is over DHCP.
+    AddressDefault,
+    /// The button erased settings and background.
+    FactoryReset,
+    /// An event of a newer device.
+    #[default]
+    #[serde(other)]
+    Unknown,
+}
+
+impl DeviceEvent {
+    /// Its name, for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LearnStarted => "learn-started",
+            Self::Learned => "learned",
+            Self::LearnRestarted => "learn-restarted",
+            Self::Absorbed => "absorbed",
+            Self::BackgroundForgotten => "background-forgotten",
+            Self::BackgroundDrifted => "background-drifted",
+            Self::SettingsChanged => "settings-changed",
+            Self::Restarting => "restarting",
+            Self::AddressUnusable => "address-unusable",
+            Self::AddressReturned => "address-returned",
+            Self::AddressDefault => "address-default",
+            Self::FactoryReset => "factory-reset",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+impl From<EventKind> for DeviceEvent {
+    fn from(kind: EventKind) -> Self {
+        match kind {
+            EventKind::LearnStarted => Self::LearnStarted,
+            EventKind::Learned => Self::Learned,
+            EventKind::LearnRestarted => Self::LearnRestarted,
+            EventKind::Absorbed => Self::Absorbed,
+            EventKind::BackgroundForgotten => Self::BackgroundForgotten,
+            EventKind::BackgroundDrifted => Self::BackgroundDrifted,
+            EventKind::SettingsChanged => Self::SettingsChanged,
+            EventKind::Restarting => Self::Restarting,
+            EventKind::AddressUnusable => Self::AddressUnusable,
+            EventKind::AddressReturned => Self::AddressReturned,
+            EventKind::AddressDefault => Self::AddressDefault,
+            EventKind::FactoryReset => Self::FactoryReset,
+            EventKind::Unknown => Self::Unknown,
+        }
+    }
+}
+
+/// Something that a module did: with its background, its settings or itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EventLine {
+    /// In which of its starts.
+    pub boot: u32,
+    /// Counts the events of that start, from 1.
+    pub number: u32,
+    /// What it did.
+    pub kind: DeviceEvent,
+    /// What it is, in words, and which host asked for it, if one did.
+    pub text: String,
+    /// Since then, s.
+    pub ago_s: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jsonl::{ZoneKnown, ZoneLine};
+
+    #[test]
+    fn a_frame_survives_being_written_and_read() {
+        let zone = ZoneLine { count: 1, p: vec![0.1, 0.9], seen_share: 1.0, state: ZoneKnown::Known };
+        let track =
+            r#"{"id":7,"x":1.5,"y":-0.25,"cov":[0.01,0.0,0.01],"state":"occluded","reason":"hidden"}"#;
+        let line = TracksLine {
+            t: 12.3,
+            tracks: vec![serde_json::from_str(track).unwrap()],
+            zones: [("hall".to_owned(), zone)].into(),
+        };
+        let frame = Snapshot::of(1_700_000_000_000, line);
+        let text = serde_json::to_string(&frame).unwrap();
+        assert_eq!(
+            serde_json::from_str::<Snapshot>(&text).map_err(|error| format!("{error}: {text}")),
+            Ok(frame)
+        );
+    }
+}

@@ -1,0 +1,222 @@
+//! Data association: which detection belongs to which track, and how a detection updates its track.
+//!
+//! ```text
+//!              candidates
+//!   tracks     c11  c12  c13 │ u  ∞      cost = −ln likelihood of the candidate, given the track
+//!              c21  c22  c23 │ ∞  u      u: the track stays without a detection (a missed detection)
+//! ```
+//!
+//! One-to-one assignment with the least total cost (the Hungarian method, crate `pathfinding`). Only pairs inside the
+//! gate take part: at most 0.8 m apart, or, for an occluded track, where its particles are.
+
+use std::cell::LazyCell;
+use std::ops::Deref;
+
+use nalgebra::{Matrix2, Vector2};
+use pathfinding::kuhn_munkres::kuhn_munkres_min;
+use pathfinding::matrix::Matrix;
+
+use super::look::Eye;
+use super::track::{SURE, Track};
+use super::{GATE_M, Kehai, TWINS_M};
+use crate::geometry::Point;
+use crate::observation::{Detection, Observation};
+
+/// Cost of a track without a candidate, −ln per m²: about four deviations of a well known place.
+const UNASSIGNED: f64 = 5.0;
+
+/// Added to that for a track in full view, and subtracted for an occluded track: e², about seven times less likely.
+const MISSED: f64 = 2.0;
+
+/// Between the middles of two legs, m.
+const STRIDE_M: core::ops::Range<f64> = 0.08..0.45;
+
+/// Deviation of the middle between two legs from their owner's, m.
+const LEGS_M: f64 = 0.06;
+
+/// Costs are compared to a thousandth.
+const SCALE: f64 = 1000.0;
+
+/// More than any cost.
+const NEVER: i64 = 1_000_000;
+
+/// For each row the column assigned to it, so that the sum of `cost`s is least. A row that is left without one
+/// costs its `unassigned`, and a pair is never made that costs more than `most`.
+pub fn assign(
+    unassigned: &[f64],
+    columns: usize,
+    most: f64,
+    cost: impl Fn(usize, usize) -> f64,
+) -> Vec<Option<usize>> {
+    let rows = unassigned.len();
+    if rows == 0 || columns == 0 {
+        return vec![None; rows];
+    }
+    let costs = Matrix::from_fn(rows, columns + rows, |(row, column)| {
+        if column < columns {
+            let cost = cost(row, column);
+            if cost < most { (cost * SCALE) as i64 } else { NEVER }
+        } else if column - columns == row {
+            (unassigned[row] * SCALE) as i64
+        } else {
+            NEVER
+        }
+    });
+    let (_, assigned) = kuhn_munkres_min(&costs);
+    assigned
+        .into_iter()
+        .enumerate()
+        .map(|(row, column)| (column < columns && costs[(row, column)] < NEVER).then_some(column))
+        .collect()
+}
+
+impl Kehai {
+    /// Whether a candidate belongs to an appearance that was there while the occluded `track` was still detected.
+    fn is_somebody_else(&self, track: &Track, seen: &Detection) -> bool {
+        let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
+        near.filter(|other| !other.confirmed && other.was_beside(track)).any(|other| {
+            let place = other.motion.place(seen.at_s);
+            (seen.centre - Vector2::new(place.x, place.y)).norm() < TWINS_M
+        })
+    }
+
+    /// Cost of a track without a candidate: little where it is occluded.
+    fn unassigned<'a>(track: &Track, at_s: f64, eye: &impl Deref<Target = Eye<'a>>) -> f64 {
+        if !track.is_seen() {
+            return UNASSIGNED;
+        }
+        let look = eye.at_body(track.motion.place(at_s));
+        UNASSIGNED + MISSED * (look.judged() - look.hidden)
+    }
+
+    /// Finds a candidate for each of the tracks `of` within reach; returns which of them got which,
+    /// and whether it was one of two legs.
+    pub(super) fn associate(
+        &mut self,
+        of: impl Fn(&Track) -> bool,
+        observation: &Observation,
+        pieces: &[Detection],
+        taken: &mut [bool],
+    ) -> Vec<(usize, usize, bool)> {
+        let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
+        let costs = |track: &Track| -> Vec<f64> {
+            let cost = |&index: &usize| {
+                let seen = &pieces[index];
+                let other = track.is_hidden() && self.is_somebody_else(track, seen);
+                if other { f64::INFINITY } else { cost(track, seen) }
+            };
+            free.iter().map(cost).collect()
+        };
+        // A track far from every candidate needs no row in the matrix.
+        let near = self.near.now.iter().copied();
+        let rows: Vec<(usize, Vec<f64>)> = near
+            .filter(|&index| self.tracks[index].near_in == self.scan && of(&self.tracks[index]))
+            .map(|index| (index, costs(&self.tracks[index])))
+            .filter(|(_, costs)| costs.iter().any(|cost| *cost < UNASSIGNED))
+            .collect();
+        let eye = LazyCell::new(|| Eye::of(observation));
+        let cost =
+            |(index, _): &(usize, _)| Self::unassigned(&self.tracks[*index], observation.start_s, &eye);
+        let unassigned: Vec<f64> = rows.iter().map(cost).collect();
+        let assigned = assign(&unassigned, free.len(), UNASSIGNED, |row, column| rows[row].1[column]);
+        let pair = |((track, _), column): (&(usize, _), Option<usize>)| Some((*track, free[column?]));
+        let mut hits: Vec<(usize, usize, bool)> =
+            rows.iter().zip(assigned).filter_map(pair).map(|(track, index)| (track, index, false)).collect();
+        for (_, index, _) in &hits {
+            taken[*index] = true;
+        }
+        for (track, index, is_pair) in &mut hits {
+            *is_pair = self.hit(*track, *index, observation, pieces, taken);
+        }
+        hits
+    }
+
+    /// Gives a track its candidate, and the other leg to a leg; returns whether there was one.
+    fn hit(
+        &mut self,
+        track: usize,
+        index: usize,
+        observation: &Observation,
+        pieces: &[Detection],
+        taken: &mut [bool],
+    ) -> bool {
+        let seen = &pieces[index];
+        let (mut centre, mut noise) = (seen.centre, seen.covariance);
+        let legs = if seen.candidate.narrow {
+            let expected = self.tracks[track].place(seen.at_s).0;
+            let own = self.tracks[track].id;
+            let others = self.seen_places(seen.at_s);
+            let is_own = |leg: &Detection| {
+                let far_m = |place: Point| (leg.centre - Vector2::new(place.x, place.y)).norm();
+                others.iter().all(|(id, place)| *id == own || far_m(*place) > far_m(expected))
+            };
+            let expected = Vector2::new(expected.x, expected.y);
+            other_leg(index, expected, pieces, |other| !taken[other] && is_own(&pieces[other]))
+                .filter(|(_, middle)| (middle - expected).norm() < (centre - expected).norm().max(0.2))
+        } else {
+            None
+        };
+        let track = &mut self.tracks[track];
+        if let Some((other, middle)) = legs {
+            taken[other] = true;
+            centre = middle;
+            noise = Matrix2::identity() * (LEGS_M * LEGS_M);
+            track.width_m = track.width_m.max((pieces[other].centre - seen.centre).norm() + seen.width_m);
+        }
+        track.hit(seen, centre, &noise, observation.view.module);
+        track.hit_in = self.scan;
+        if track.confirmed {
+            track.existence = (track.existence + 2.0).min(SURE);
+            track.reason = "seen";
+        }
+        legs.is_some()
+    }
+}
+
+/// The free narrow candidate that is a pair of legs with a narrow one, and the middle of both: nearest to where
+/// their owner is expected.
+pub fn other_leg(
+    index: usize,
+    expected: Vector2<f64>,
+    pieces: &[Detection],
+    is_free: impl Fn(usize) -> bool,
+) -> Option<(usize, Vector2<f64>)> {
+    let seen = pieces.get(index).filter(|seen| seen.candidate.narrow)?;
+    (0..pieces.len())
+        .filter(|&other| other != index && pieces[other].candidate.narrow && is_free(other))
+        .filter(|&other| STRIDE_M.contains(&(pieces[other].centre - seen.centre).norm()))
+        .map(|other| (other, (pieces[other].centre + seen.centre) * 0.5))
+        .min_by(|one, two| (one.1 - expected).norm().total_cmp(&(two.1 - expected).norm()))
+}
+
+/// −ln likelihood of a candidate, given a track.
+fn cost(track: &Track, seen: &Detection) -> f64 {
+    if let Some(cloud) = &track.cloud {
+        let density = cloud.density(seen.centre, &seen.covariance);
+        return if density > 1e-6 { -density.ln() } else { f64::INFINITY };
+    }
+    let place = track.motion.place(seen.at_s);
+    if (seen.centre - Vector2::new(place.x, place.y)).norm() > GATE_M {
+        return f64::INFINITY;
+    }
+    let (distance, log_determinant) = track.motion.distance(seen.at_s, seen.centre, &seen.covariance);
+    0.5 * distance + 0.5 * log_determinant + core::f64::consts::TAU.ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sum_counts_not_the_nearest() {
+        // The nearest of the first is the only one of the second.
+        let costs = [[1.0, 2.0], [1.5, 9.0]];
+        assert_eq!(assign(&[5.0; 2], 2, 5.0, |row, column| costs[row][column]), [Some(1), Some(0)]);
+    }
+
+    #[test]
+    fn too_far_is_nobody() {
+        assert_eq!(assign(&[5.0; 2], 1, 5.0, |row, _| if row == 0 { 6.0 } else { 4.0 }), [None, Some(0)]);
+        assert_eq!(assign(&[5.0], 0, 5.0, |_, _| 0.0), [None]);
+    }
+}

@@ -1,0 +1,242 @@
+//! One track: its state and covariance, its existence (log-odds), how long it has gone undetected, and the reason.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::faces::Faces;
+use super::hidden::Cloud;
+use super::parts::{Company, Tie};
+use super::stir::Stirring;
+use crate::geometry::Point;
+use crate::observation::Detection;
+use crate::tracker::kalman::Kinematics;
+use crate::tracker::{LifeCycle, Origin, TrackState};
+
+/// Upper bound of a track's existence, as log-odds: e⁶, one in four hundred.
+pub const SURE: f64 = 6.0;
+
+/// A track below this existence is deleted, as log-odds: one in twelve.
+pub const NOBODY: f64 = -2.5;
+
+/// A track without a detection for so long is occluded: three scans.
+pub const HIDDEN_S: f64 = 0.3;
+
+/// Part of the filter's covariance that is stated for a detected person. The filter takes a candidate's deviations as a
+/// bound, so that gates are wide; the errors of a walker in the furnished home say what they really are.
+const STATED: f64 = 0.45;
+
+/// How long two must have been seen side by side to be two, s: three scans.
+const BESIDE_S: f64 = 0.3;
+
+/// Candidates whose beams have held their ranges for so long are still, 0.1 s: a slow walker is across a beam in less.
+const STILL_DS: u16 = 8;
+
+/// A candidate that is thinner is no leg of a body, m: legs have 0.1 and more.
+pub const THIN_M: f64 = 0.1;
+
+/// A person who walks is never still for so long, s: longer than it takes to find an uncovered thing still.
+const WALKS_S: f64 = 1.0;
+
+/// Why a part of a person is not counted.
+const PART: &str = "a part of somebody: came in beside him and keeps its place";
+
+/// Why a track that was never detected coming in is not counted.
+const UNEXPLAINED: &str = "unexplained: never seen to come in";
+
+/// A person, or a candidate for one.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Never used again.
+    pub id: u32,
+    /// Motion as last seen.
+    pub motion: Kinematics,
+    /// The particles, while occluded.
+    pub cloud: Option<Cloud>,
+    /// It is certain that it is a person.
+    pub confirmed: bool,
+    /// Evidence for a birth, then that a person is there, as log-odds.
+    pub existence: f64,
+    /// First candidate.
+    pub first_s: f64,
+    /// Last candidate.
+    pub last_hit_s: f64,
+    /// Where it was first.
+    pub first_at: Point,
+    /// Widest candidate so far, m.
+    pub width_m: f64,
+    /// Modules that have detected it, a bit each.
+    pub seen_by: u128,
+    /// Number of the observation that last detected it.
+    pub hit_in: u64,
+    /// Number of the last observation of a module that reaches it.
+    pub near_in: u64,
+    /// Scans in which only one of it and another track at the same place was detected.
+    pub twin: u32,
+    /// When the first of those scans was.
+    pub twin_since_s: f64,
+    /// Up to when its existence has decayed while occluded, s.
+    pub faded_s: f64,
+    /// When a module last looked where it is assumed to be occluded, s.
+    pub covered_s: f64,
+    /// The track beside which it appeared.
+    pub beside: Option<u32>,
+    /// Where it rests, and since when.
+    pub rest: (Point, f64),
+    /// Was in an enclosed zone when last seen.
+    pub is_inside: bool,
+    /// Where it was when it was unknown how it came there; None once that is known.
+    pub unexplained: Option<Point>,
+    /// When it was last seen by something thin that stood still, s.
+    pub still_s: f64,
+    /// How often it has stirred.
+    pub stirring: Stirring,
+    /// The tracks that were there before it; None once it has gone far enough.
+    pub company: Option<Company>,
+    /// The track of which it is a part.
+    pub part_of: Option<Tie>,
+    /// Until it is old enough: what it looks like.
+    pub faces: Option<Faces>,
+    /// When it was first seen, or last came out of hiding.
+    pub emerged_s: f64,
+    /// Why it is in its state.
+    pub reason: &'static str,
+}
+
+impl Track {
+    /// Where it is taken to be at `at_s`, and how well that is known.
+    #[must_use]
+    pub fn place(&self, at_s: f64) -> (Point, Matrix2<f64>) {
+        match &self.cloud {
+            Some(cloud) => cloud.moments(),
+            None => (self.motion.place(at_s), self.motion.spread(at_s)),
+        }
+    }
+
+    /// Whether both were seen at one time: then they are not the same person.
+    #[must_use]
+    pub fn was_beside(&self, lost: &Self) -> bool {
+        self.first_s + BESIDE_S < lost.last_hit_s
+    }
+
+    /// Whether it is occluded: no module detects it.
+    #[must_use]
+    pub const fn is_hidden(&self) -> bool {
+        self.cloud.is_some()
+    }
+
+    /// Whether what it is seen by may walk: a track jumps between the legs of a chair, and they stand still.
+    #[must_use]
+    pub fn walks(&self) -> bool {
+        self.last_hit_s - self.still_s > WALKS_S
+    }
+
+    /// Whether it was thin and still when last seen.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.still_s >= self.last_hit_s
+    }
+
+    /// Notes that it is unknown how the track came to `place`: it has to move, or to stir.
+    pub fn doubt(&mut self, place: Point) {
+        if self.unexplained.is_none() {
+            self.unexplained = Some(place);
+            self.stirring = Stirring::default();
+        }
+    }
+
+    /// How it came to be: a part is a part, whether it was seen to come in or not.
+    fn origin(&self) -> Origin {
+        match (self.part_of, self.unexplained) {
+            (Some(tie), _) => Origin::PartOf(tie.owner.into()),
+            (None, Some(_)) => Origin::Unexplained,
+            (None, None) => Origin::Entered,
+        }
+    }
+
+    /// Whether it is a person, and detected.
+    #[must_use]
+    pub const fn is_seen(&self) -> bool {
+        self.confirmed && !self.is_hidden()
+    }
+
+    /// Takes a candidate.
+    pub fn hit(&mut self, seen: &Detection, centre: Vector2<f64>, noise: &Matrix2<f64>, module: usize) {
+        if let Some(cloud) = self.cloud.take() {
+            // Where it comes out of occlusion, its velocity is initiated again.
+            self.emerged_s = seen.at_s;
+            self.twin = 0;
+            let (_, spread) = cloud.moments();
+            let agility = self.motion.agility;
+            self.motion = Kinematics::new(
+                seen.at_s,
+                centre,
+                &(spread.map(|part| part.min(0.04)) + noise),
+                0.7,
+                agility,
+            );
+            self.motion.update(seen.at_s, centre, noise);
+        } else {
+            self.motion.update(seen.at_s, centre, noise);
+        }
+        self.last_hit_s = self.last_hit_s.max(seen.at_s);
+        self.stirring.take(seen, module);
+        if seen.candidate.static_ds >= STILL_DS && seen.width_m < THIN_M {
+            self.still_s = self.last_hit_s;
+        }
+        self.width_m = self.width_m.max(seen.width_m);
+        self.seen_by |= bit(module);
+    }
+
+    /// Comes out of hiding where an appearance was.
+    pub fn is_found(&mut self, as_found: &Self) {
+        self.cloud = None;
+        self.motion = as_found.motion.clone();
+        self.last_hit_s = as_found.last_hit_s;
+        self.hit_in = as_found.hit_in;
+        self.emerged_s = as_found.last_hit_s;
+        self.still_s = as_found.still_s;
+        self.seen_by |= as_found.seen_by;
+        self.twin = 0;
+        self.existence = SURE;
+        self.reason = "came out of hiding";
+    }
+
+    /// Whether this module has ever detected it.
+    #[must_use]
+    pub const fn known_to(&self, module: usize) -> bool {
+        self.seen_by & bit(module) != 0
+    }
+
+    /// As published.
+    #[must_use]
+    pub fn state(&self, at_s: f64) -> TrackState {
+        let (at, mut spread) = self.place(at_s);
+        if !self.is_hidden() {
+            spread *= STATED;
+        }
+        let velocity = if self.is_hidden() { Point::default() } else { self.motion.velocity() };
+        let origin = self.origin();
+        TrackState {
+            id: self.id.into(),
+            at,
+            velocity,
+            covariance_m2: [spread[(0, 0)], spread[(0, 1)], spread[(1, 1)]],
+            state: match (self.confirmed && origin == Origin::Entered, self.is_hidden()) {
+                (false, _) => LifeCycle::Tentative,
+                (true, false) => LifeCycle::Confirmed,
+                (true, true) => LifeCycle::Occluded,
+            },
+            existence: 1.0 / (1.0 + libm::exp(-self.existence)),
+            reason: match origin {
+                Origin::PartOf(_) => PART,
+                Origin::Unexplained => UNEXPLAINED,
+                Origin::Entered => self.reason,
+            },
+            origin,
+        }
+    }
+}
+
+/// A module's bit in a set of them. Those beyond share a bit.
+pub const fn bit(module: usize) -> u128 {
+    1 << (module % 128)
+}

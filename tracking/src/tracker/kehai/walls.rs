@@ -1,0 +1,233 @@
+//! Walls for the particles of occluded tracks: where a person cannot be, and what cannot be crossed unobserved.
+//!
+//! ```text
+//!   ━━━━━━━ wall        ▒ cells nearer than half a body: no body's centre is there
+//!   ▒▒▒▒▒▒▒
+//!     ·  ·  free cells
+//! ```
+//!
+//! Entries are walls for occluded tracks: a person who crosses one is detected there.
+
+use crate::cells::Cells;
+use crate::geometry::{Point, bounds, centroid, cross, distance_to_segment};
+use crate::site::{Blocks, Entry, Site, Wall, Zone};
+
+/// Half of a body's depth, m.
+const HALF_DEPTH_M: f64 = 0.12;
+
+/// A track lost nearer to an entry than this may come in without a detection, m: one or two in a queue.
+const QUEUE_M: f64 = 1.0;
+
+/// A track that moves away from a zone faster than this is leaving, m/s.
+const LEAVING_MPS: f64 = 0.1;
+
+/// A candidate less than so far behind a wall stands before it, m: an error of range, and of the wall's place.
+const BEFORE_WALL_M: f64 = 0.15;
+
+/// Side of a cell, m.
+const CELL_M: f64 = 0.05;
+
+/// Most cells on a side: 100 m.
+const CELLS: usize = 2000;
+
+/// Walls and entries of a site, with a map of the cells beside them.
+#[derive(Clone, Debug, Default)]
+pub struct Walls {
+    /// Walls first, then entries.
+    pieces: Pieces,
+    walls: usize,
+    /// What no beam passes.
+    opaque: Pieces,
+    /// The middle of the zone each entry leads to.
+    inner: Vec<Point>,
+    corner: Point,
+    columns: usize,
+    blocked: Vec<bool>,
+}
+
+/// Line segments; a query looks only at those that may be in the way.
+#[derive(Clone, Debug, Default)]
+struct Pieces {
+    all: Vec<(Point, Point)>,
+    cells: Cells,
+}
+
+impl Pieces {
+    fn of(all: Vec<(Point, Point)>) -> Self {
+        let mut cells = Cells::over(all.iter().flat_map(|&(from, to)| [from, to]));
+        for (number, &(from, to)) in (0..).zip(&all) {
+            cells.put(number, around(from, to));
+        }
+        Self { all, cells }
+    }
+
+    /// Whether one of the first `count` crosses the way.
+    fn cross(&self, from: Point, to: Point, count: usize) -> bool {
+        let (low, high) = around(from, to);
+        let crosses = |&(one, other): &(Point, Point)| {
+            let beside = one.x.max(other.x) < low.x || one.x.min(other.x) > high.x;
+            let off = one.y.max(other.y) < low.y || one.y.min(other.y) > high.y;
+            !beside && !off && cross((from, to), (one, other))
+        };
+        let pieces = self.all.get(..count).unwrap_or(&self.all);
+        self.cells.near((low, high)).filter_map(|number| pieces.get(number)).any(crosses)
+    }
+}
+
+/// The upright rectangle around two places.
+fn around(from: Point, to: Point) -> (Point, Point) {
+    (Point::new(from.x.min(to.x), from.y.min(to.y)), Point::new(from.x.max(to.x), from.y.max(to.y)))
+}
+
+impl Walls {
+    /// Of a site.
+    #[must_use]
+    pub fn of(site: &Site) -> Self {
+        let stops_people = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
+        let mut pieces: Vec<_> = site.walls.iter().filter(stops_people).flat_map(Wall::sides).collect();
+        let walls = pieces.len();
+        pieces.extend(site.entries.iter().map(Entry::ends));
+        let leads_to = |entry: &Entry| {
+            let named = |zone: &&Zone| entry.zone.as_ref().map_or(zone.count, |name| *name == zone.name);
+            site.zones.iter().find(named).map_or(Point::default(), |zone| centroid(&zone.corners()))
+        };
+        let inner = site.entries.iter().map(leads_to).collect();
+        let stops_beams = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
+        let opaque = site.walls.iter().filter(stops_beams).flat_map(Wall::sides).collect();
+        let (pieces, opaque) = (Pieces::of(pieces), Pieces::of(opaque));
+        let mut map = Self { pieces, walls, opaque, inner, ..Self::default() };
+        map.draw();
+        map
+    }
+
+    fn draw(&mut self) {
+        let Some((low, high)) = bounds(self.pieces.all.iter().flat_map(|&(from, to)| [from, to])) else {
+            return;
+        };
+        let margin = Point::new(1.0, 1.0) * (2.0 * CELL_M + HALF_DEPTH_M);
+        self.corner = low - margin;
+        let size = high + margin - self.corner;
+        let cells = |length_m: f64| ((length_m / CELL_M).ceil() as usize).clamp(1, CELLS);
+        let (columns, rows) = (cells(size.x), cells(size.y));
+        self.columns = columns;
+        self.blocked = vec![false; columns * rows];
+        for &(from, to) in &self.pieces.all {
+            let reach = |one: f64, other: f64, base: f64, count: usize| {
+                let low = ((one.min(other) - HALF_DEPTH_M - base) / CELL_M).floor().max(0.0) as usize;
+                let high = ((one.max(other) + HALF_DEPTH_M - base) / CELL_M).ceil().max(0.0) as usize;
+                low..high.min(count - 1) + 1
+            };
+            for row in reach(from.y, to.y, self.corner.y, rows) {
+                for column in reach(from.x, to.x, self.corner.x, columns) {
+                    let middle = self.corner + Point::new(column as f64 + 0.5, row as f64 + 0.5) * CELL_M;
+                    if distance_to_segment(middle, from, to) < HALF_DEPTH_M {
+                        self.blocked[row * columns + column] = true;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the middle of an occluded body cannot be at `place`.
+    #[must_use]
+    pub fn beside(&self, place: Point) -> bool {
+        let cell = (place - self.corner) * (1.0 / CELL_M);
+        if !(cell.x >= 0.0 && cell.y >= 0.0 && cell.x < self.columns as f64) {
+            return false;
+        }
+        self.blocked.get(cell.y as usize * self.columns + cell.x as usize).copied().unwrap_or(false)
+    }
+
+    /// Whether a wall or entry is between two places.
+    #[must_use]
+    pub fn between(&self, from: Point, to: Point) -> bool {
+        self.pieces.cross(from, to, self.pieces.all.len())
+    }
+
+    /// Whether a wall is between two places.
+    #[must_use]
+    pub fn wall_between(&self, from: Point, to: Point) -> bool {
+        self.pieces.cross(from, to, self.walls)
+    }
+
+    /// Distance to the nearest entry, m.
+    #[must_use]
+    pub fn entry_m(&self, place: Point) -> f64 {
+        let entries = self.entries().iter();
+        entries.map(|&(from, to)| distance_to_segment(place, from, to)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether there is an entry at all.
+    #[must_use]
+    pub fn has_entries(&self) -> bool {
+        !self.entries().is_empty()
+    }
+
+    fn entries(&self) -> &[(Point, Point)] {
+        self.pieces.all.get(self.walls..).unwrap_or_default()
+    }
+
+    /// Whether something that a module at `from` saw at `to` is behind a wall that no beam passes.
+    #[must_use]
+    pub fn is_reflection(&self, from: Point, to: Point) -> bool {
+        let way = to - from;
+        let before = to - way * (BEFORE_WALL_M / way.length().max(BEFORE_WALL_M));
+        self.opaque.cross(from, before, self.opaque.all.len())
+    }
+
+    /// Whether the way leads across an entry into its zone.
+    #[must_use]
+    pub fn enters(&self, from: Point, to: Point) -> bool {
+        self.entries().iter().zip(&self.inner).any(|(&entry, &inner)| {
+            let side = |place: Point| (entry.1 - entry.0).cross(place - entry.0);
+            cross((from, to), entry) && side(to) * side(inner) > 0.0
+        })
+    }
+
+    /// Whether a person at `place` may be about to come in through an entry: near it, outside, and not leaving.
+    #[must_use]
+    pub fn waits_outside(&self, place: Point, velocity: Point) -> bool {
+        self.entries().iter().zip(&self.inner).any(|(&(from, to), &inner)| {
+            let side = |place: Point| (to - from).cross(place - from);
+            let inwards = inner - place;
+            side(place) * side(inner) < 0.0
+                && distance_to_segment(place, from, to) < QUEUE_M
+                && velocity.dot(inwards) > -LEAVING_MPS * inwards.length()
+        })
+    }
+
+    /// Whether a small step is not possible unseen.
+    #[must_use]
+    pub fn stop(&self, from: Point, to: Point) -> bool {
+        let (was, is) = (self.beside(from), self.beside(to));
+        (is && !was) || (was && self.between(from, to))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corridor() -> Walls {
+        let site: Site =
+            toml::from_str("[[wall]]\npoints = [[0, 0], [4, 0]]\n[[wall]]\npoints = [[0, 1], [4, 1]]")
+                .unwrap();
+        Walls::of(&site)
+    }
+
+    #[test]
+    fn nobody_is_beside_or_behind_a_wall() {
+        let walls = corridor();
+        assert!(walls.beside(Point::new(2.0, 0.05)) && !walls.beside(Point::new(2.0, 0.5)));
+        assert!(walls.stop(Point::new(2.0, 0.16), Point::new(2.0, 0.09)));
+        assert!(!walls.stop(Point::new(2.0, 0.3), Point::new(2.0, 0.25)));
+        assert!(!walls.beside(Point::new(50.0, 0.0)) && !walls.beside(Point::new(-50.0, 0.0)));
+    }
+
+    #[test]
+    fn who_is_beside_a_wall_gets_away_on_his_side_only() {
+        let walls = corridor();
+        assert!(walls.stop(Point::new(2.0, 0.05), Point::new(2.0, -0.02)));
+        assert!(!walls.stop(Point::new(2.0, 0.05), Point::new(2.0, 0.08)));
+    }
+}

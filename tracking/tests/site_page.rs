@@ -1,0 +1,47 @@
+//! `docs/site.md` is the reference of the site file: its example is a site, and it names every key that a site can have.
+
+use kehai_tracking::site::Site;
+
+const PAGE: &str = include_str!("../../docs/site.md");
+
+/// A door with each of its keys; the example of the page has none.
+const DOOR: &str = r#"
+[[zone]]
+name = "hall"
+polygon = [[2, 0], [4, 0], [4, 2]]
+secure = true
+
+[[door]]
+name = "front"
+zone = "hall"
+line = [[2, 0], [4, 0]]
+fail = "secure"
+reader = [2.5, 0.1]
+"#;
+
+fn example() -> &'static str {
+    let (_, rest) = PAGE.split_once("```toml\n").expect("an example");
+    rest.split_once("```").expect("the end of the example").0
+}
+
+#[test]
+fn the_example_is_a_site() {
+    let site = Site::parse("docs/site.md", example()).unwrap();
+    assert_eq!((site.modules.len(), site.walls.len(), site.zones.len()), (1, 1, 1));
+    assert_eq!((site.entries.len(), site.movers.len()), (1, 1));
+}
+
+#[test]
+fn the_page_names_every_key() {
+    let site = Site::parse("docs/site.md", &format!("{}\n{DOOR}", example())).unwrap();
+    let toml::Value::Table(parts) = toml::Value::try_from(&site).unwrap() else {
+        panic!("a site is a table")
+    };
+    for (part, items) in &parts {
+        assert!(PAGE.contains(&format!("\n## {part}\n")), "docs/site.md has no section {part}");
+        let tables = items.as_array().into_iter().flatten().filter_map(toml::Value::as_table);
+        for key in tables.flat_map(toml::Table::keys) {
+            assert!(PAGE.contains(&format!("`{key}`")), "docs/site.md does not name {part}.{key}");
+        }
+    }
+}
