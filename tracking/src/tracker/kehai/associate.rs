@@ -99,27 +99,31 @@ impl Kehai {
         taken: &mut [bool],
     ) -> Vec<(usize, usize, bool)> {
         let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
-        let costs = |track: &Track| -> Vec<f64> {
-            let cost = |&index: &usize| {
-                let seen = &pieces[index];
-                let other = track.is_hidden() && self.is_somebody_else(track, seen);
-                if other { f64::INFINITY } else { cost(track, seen) }
-            };
-            free.iter().map(cost).collect()
+        let cost = |track: &Track, seen: &Detection| {
+            let other = track.is_hidden() && self.is_somebody_else(track, seen);
+            if other { f64::INFINITY } else { cost(track, seen) }
         };
-        // A track far from every candidate needs no row in the matrix.
-        let near = self.near.now.iter().copied();
-        let rows: Vec<(usize, Vec<f64>)> = near
-            .filter(|&index| self.tracks[index].near_in == self.scan && of(&self.tracks[index]))
-            .map(|index| (index, costs(&self.tracks[index])))
-            .filter(|(_, costs)| costs.iter().any(|cost| *cost < UNASSIGNED))
-            .collect();
+        // Row by row, one column a free candidate. A track far from every candidate needs no row.
+        let (mut rows, mut costs) = (Vec::new(), Vec::new());
+        for &index in &self.near.now {
+            let track = &self.tracks[index];
+            if track.near_in != self.scan || !of(track) {
+                continue;
+            }
+            let row = costs.len();
+            costs.extend(free.iter().map(|&index| cost(track, &pieces[index])));
+            if costs[row..].iter().any(|cost| *cost < UNASSIGNED) {
+                rows.push(index);
+            } else {
+                costs.truncate(row);
+            }
+        }
         let eye = LazyCell::new(|| Eye::of(observation));
-        let cost =
-            |(index, _): &(usize, _)| Self::unassigned(&self.tracks[*index], observation.start_s, &eye);
+        let cost = |&index: &usize| Self::unassigned(&self.tracks[index], observation.start_s, &eye);
         let unassigned: Vec<f64> = rows.iter().map(cost).collect();
-        let assigned = assign(&unassigned, free.len(), UNASSIGNED, |row, column| rows[row].1[column]);
-        let pair = |((track, _), column): (&(usize, _), Option<usize>)| Some((*track, free[column?]));
+        let columns = free.len();
+        let assigned = assign(&unassigned, columns, UNASSIGNED, |row, column| costs[row * columns + column]);
+        let pair = |(track, column): (&usize, Option<usize>)| Some((*track, free[column?]));
         let mut hits: Vec<(usize, usize, bool)> =
             rows.iter().zip(assigned).filter_map(pair).map(|(track, index)| (track, index, false)).collect();
         for (_, index, _) in &hits {

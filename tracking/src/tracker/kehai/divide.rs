@@ -26,17 +26,17 @@ const APART_M: f64 = 0.3;
 /// How far before the outline, m: what a prediction is off by.
 const BEFORE_M: f64 = 0.15;
 
-/// Cuts `seen` where it covers several of the predicted `places`; one piece when it does not.
+/// Cuts `seen` where it covers several of the predicted `places`; `None` when it does not.
 pub fn divide(
     seen: &Detection,
     view: &View,
     start_s: f64,
     places: &[Point],
     estimator: Estimator,
-) -> Vec<Detection> {
+) -> Option<Vec<Detection>> {
     let candidate = &seen.candidate;
     if seen.width_m < ONE_BODY_M && candidate.necks.is_empty() {
-        return vec![seen.clone()];
+        return None;
     }
     let geometry = &view.geometry;
     let mut covered: Vec<(u16, Point)> = places
@@ -54,7 +54,7 @@ pub fn divide(
     covered.dedup_by(|one, other| (one.1 - other.1).length() < APART_M);
     let steps: Vec<u16> = covered.into_iter().map(|(step, _)| step).collect();
     if steps.len() < 2 {
-        return vec![seen.clone()];
+        return None;
     }
     let mut pieces = Vec::new();
     let mut rest = candidate.clone();
@@ -69,7 +69,7 @@ pub fn divide(
         }
     }
     pieces.push(rest);
-    pieces.into_iter().map(|piece| Detection::new(piece, view, start_s, estimator)).collect()
+    Some(pieces.into_iter().map(|piece| Detection::new(piece, view, start_s, estimator)).collect())
 }
 
 /// Range of the outline at a step, mm, between the points that are known.

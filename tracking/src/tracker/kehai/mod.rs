@@ -270,14 +270,15 @@ impl Tracker for Kehai {
             stands_out.partition(|seen| self.is_reflection(at, seen));
         self.reflect(reflected.into_iter());
         let estimator = self.ideas.estimator();
-        let divided = |seen: &Detection| {
-            if self.ideas.has(Idea::Division) {
-                divide::divide(seen, &observation.view, observation.start_s, &places, estimator)
-            } else {
-                vec![seen.clone()]
+        let has_division = self.ideas.has(Idea::Division);
+        let mut pieces = Vec::with_capacity(real.len());
+        for seen in real {
+            let divide = || divide::divide(seen, &observation.view, observation.start_s, &places, estimator);
+            match has_division.then(divide).flatten() {
+                Some(parts) => pieces.extend(parts),
+                None => pieces.push(seen.clone()),
             }
-        };
-        let pieces: Vec<Detection> = real.into_iter().flat_map(divided).collect();
+        }
         let mut taken = vec![false; pieces.len()];
         for (track, index, _) in self.associate(Track::is_seen, observation, &pieces, &mut taken) {
             if self.tracks[track].company.is_some() {
