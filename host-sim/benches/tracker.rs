@@ -216,7 +216,8 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
         + drops.repeated
         + drops.late
         + drops.early
-        + drops.unplaced;
+        + drops.unplaced
+        + drops.ahead;
     if drops.late > 0 {
         println!("  ({} of them came too late to be used)", drops.late);
     }

@@ -185,6 +185,8 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         ("early", dropped.early),
         ("stale_boot", dropped.stale_boot),
         ("unplaced", dropped.unplaced),
+        ("ahead", dropped.ahead),
+        ("clock", dropped.clock),
         ("stranger", frame.strangers),
     ];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));

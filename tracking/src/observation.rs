@@ -19,6 +19,11 @@ use crate::geometry::{Point, Pose};
 /// Oldest report that is still used, s behind its arrival: that much is kept of reports and states.
 pub const LATE_S: f64 = 0.3;
 
+/// Most that a scan may seem to begin after its report has arrived, s: a sensor's clock is followed to 20 ms, or an alarm
+/// says so, and the module's to half of the delay of an exchange, 25 ms on a slow network; the scan itself takes 25 ms at
+/// least. What begins later has no time that is known.
+pub const AHEAD_S: f64 = 0.05;
+
 /// Where a module is and where its beams point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {

@@ -96,6 +96,7 @@ impl Snapshot {
 
 /// Datagrams that were not used, by cause.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Drops {
     /// Not a device's datagram, or not a version understood.
     pub unreadable: u64,
@@ -109,6 +110,10 @@ pub struct Drops {
     pub stale_boot: u64,
     /// The device has no place in the site.
     pub unplaced: u64,
+    /// From the future: begun later than [`AHEAD_S`](crate::observation::AHEAD_S) after it arrived.
+    pub ahead: u64,
+    /// An exchange of times that cannot be, or that contradicts the ones before.
+    pub clock: u64,
 }
 
 impl Snapshot {

@@ -6,6 +6,7 @@
 //! ```
 
 pub mod client;
+pub mod clock;
 pub mod discovery;
 pub mod poses;
 pub mod registry;

@@ -9,11 +9,12 @@
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::doors::DoorDesk;
+use crate::net::clock::HostClock;
 use crate::net::discovery::Search;
 use crate::net::poses::Poses;
 use crate::net::registry::Registry;
@@ -57,7 +58,7 @@ pub struct TrackingLoop {
     registry: Registry,
     follower: Follower,
     poses: Poses,
-    begun: Instant,
+    clock: HostClock,
     next_line_us: u64,
     /// Datagrams from addresses that are no device of ours.
     strangers: u64,
@@ -90,7 +91,7 @@ impl TrackingLoop {
             poses: Poses::new(registry.site()),
             registry,
             follower,
-            begun: Instant::now(),
+            clock: HostClock::start(),
             next_line_us: LINE_US,
             strangers: 0,
             parts,
@@ -114,7 +115,7 @@ impl TrackingLoop {
     /// µs since it began: the clock of all that follows.
     #[must_use]
     pub fn now_us(&self) -> u64 {
-        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
+        self.clock.now_us()
     }
 
     /// Sends what is due and uses what arrives, until the next snapshot is.
@@ -126,9 +127,8 @@ impl TrackingLoop {
         loop {
             let now_us = self.now_us();
             if now_us >= self.next_line_us {
-                let at_us = self.next_line_us;
-                // After a stall the snapshots missed are left out.
-                self.next_line_us = (now_us / LINE_US + 1) * LINE_US;
+                let at_us = line_us(now_us);
+                self.next_line_us = at_us + LINE_US;
                 return Ok(self.snapshot_at(at_us));
             }
             for finding in self.search.iter().flat_map(Search::findings) {
@@ -215,6 +215,12 @@ impl TrackingLoop {
     }
 }
 
+/// The time of the snapshot that is due at `now_us`: after a stall, or the machine's sleep, the newest. Those missed are
+/// left out: what was seen before is not what is known now.
+const fn line_us(now_us: u64) -> u64 {
+    now_us / LINE_US * LINE_US
+}
+
 /// What cannot be sent now is due again in a second.
 fn send(socket: &UdpSocket, datagram: &[u8], to: SocketAddr) {
     let _ = socket.send_to(datagram, to);
@@ -230,4 +236,15 @@ fn is_passing(error: &io::Error) -> bool {
             | io::ErrorKind::ConnectionRefused
             | io::ErrorKind::ConnectionReset
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn f1_the_snapshot_after_a_sleep_is_of_now() {
+        assert_eq!([line_us(100_000), line_us(199_999)], [100_000, 100_000]);
+        assert_eq!(line_us(700_012_345), 700_000_000, "not of the time at which it was due");
+    }
 }

@@ -27,8 +27,8 @@ use kehai::scan::Geometry;
 use kehai::visibility;
 use kehai::wire::{Identity, Info, Message, ModuleId, ProfilePart, Refusal, Report, Subscribed};
 
-use crate::clock::{Exchange, ModuleClock};
-use crate::observation::{Detection, LATE_S, Observation, View};
+use crate::clock::{Exchange, ModuleClock, Verdict};
+use crate::observation::{AHEAD_S, Detection, LATE_S, Observation, View};
 use crate::site::Site;
 use crate::snapshot::{Drops, ModuleLine};
 use datagram::Datagram;
@@ -120,7 +120,7 @@ impl Session {
         match &datagram.message {
             Message::Cookie { cookie, .. } => self.subscription.grant(*cookie),
             Message::Refused(refused) if refused.refusal == Refusal::BadCookie => self.subscription.revoke(),
-            Message::Subscribed(answer) => self.synchronise(answer, now_us),
+            Message::Subscribed(answer) => self.synchronise(answer, now_us, drops),
             Message::Info(info) => self.describe(info, now_us, &placement.site),
             Message::ProfilePart(part) => self.store_profile(part),
             Message::Report(report) => return self.observe(report, now_us, placement.estimator, drops),
@@ -160,9 +160,13 @@ impl Session {
         };
     }
 
-    fn synchronise(&mut self, answer: &Subscribed, now_us: u64) {
+    fn synchronise(&mut self, answer: &Subscribed, now_us: u64, drops: &mut Drops) {
         let t1_us = u64::from_le_bytes(answer.t1);
-        self.clock.add(Exchange { t1_us, t2_us: answer.t2_us, t3_us: answer.t3_us, t4_us: now_us });
+        let exchange = Exchange { t1_us, t2_us: answer.t2_us, t3_us: answer.t3_us, t4_us: now_us };
+        match self.clock.add(exchange) {
+            Verdict::Taken | Verdict::Jumped => {}
+            Verdict::Impossible | Verdict::Doubted => drops.clock += 1,
+        }
     }
 
     fn describe(&mut self, info: &Info<'_>, now_us: u64, site: &Site) {
@@ -234,10 +238,17 @@ impl Session {
             return None;
         };
         let period_s = f64::from(view.geometry.period_us()) * 1e-6;
-        if now_us as f64 * 1e-6 - start_s > LATE_S + period_s {
+        let now_s = now_us as f64 * 1e-6;
+        if now_s - start_s > LATE_S + period_s {
             drops.late += 1;
             return None;
         }
+        if start_s - now_s > AHEAD_S {
+            drops.ahead += 1;
+            return None;
+        }
+        // Nothing but arrivals moves the clock of what follows.
+        let start_s = start_s.min(now_s);
         let candidates: Vec<_> = report.candidates.iter().collect();
         let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
         let mut empty_mm = background_mm.to_vec();

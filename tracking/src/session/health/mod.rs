@@ -116,9 +116,9 @@ impl Monitor {
     /// A report came at `now_us`.
     pub fn report(&mut self, report: &Report<'_>, arrival: Arrival, now_us: u64) {
         self.statistics.report(&report.head, arrival);
-        let stamp_us = report.head.stamp_us;
-        if self.newest.is_none_or(|newest| stamp_us > newest.stamp_us) {
-            self.newest = Some(Newest { stamp_us, at_us: now_us });
+        // By its number, not by its stamp: one stamp from the future would be the newest for good.
+        if let Arrival::Ahead(_) = arrival {
+            self.newest = Some(Newest { stamp_us: report.head.stamp_us, at_us: now_us });
         }
         if let Some(doubt) = &mut self.doubt {
             doubt.take(report);

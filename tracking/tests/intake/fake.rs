@@ -1,0 +1,130 @@
+//! A module that says what it is told to: its datagrams, byte by byte, for tests of what a host believes.
+//!
+//! ```text
+//!   (0, 0) ─▶ ┌──────┐            │ wall, 4 m all around
+//!    module   │ area │            │
+//!             └──────┘            │
+//!             1 m   2 m           4 m
+//! ```
+#![allow(dead_code, reason = "each test uses its own part of it")]
+
+use kehai::background::{BeamProfile, BeamState};
+use kehai::scan::{Geometry, URG_04LX};
+use kehai::wire::{
+    Cookie, DATAGRAM_MAX, Identity, Info, List, Message, ModuleId, PROFILE_PART_BEAMS, PartHead, ProfilePart,
+    Report, ReportHead, SensorInfo, Subscribed,
+};
+
+/// One module that sees all of one zone.
+pub const SITE: &str = r#"
+    [[module]]
+    name = "left"
+    x = 0.0
+    y = 0.0
+    [[zone]]
+    name = "area"
+    polygon = [[1, -0.5], [2, -0.5], [2, 0.5], [1, 0.5]]
+"#;
+
+/// Identity of the first module; the others count on.
+pub const fn id(number: u8) -> ModuleId {
+    ModuleId([2, 0, 0, 0, 0, number])
+}
+
+/// A module and what it says of itself.
+#[derive(Clone, Debug)]
+pub struct Fake {
+    pub identity: Identity,
+    pub name: &'static str,
+    /// Of its newest report.
+    pub sequence: u32,
+    /// Its clock less the host's, µs.
+    pub offset_us: i64,
+}
+
+impl Fake {
+    pub const fn new(number: u8, boot: u32, name: &'static str) -> Self {
+        Self { identity: Identity { module: id(number), boot }, name, sequence: 0, offset_us: 0 }
+    }
+
+    /// Its clock at a time of the host's.
+    pub const fn clock_us(&self, host_us: u64) -> u64 {
+        host_us.saturating_add_signed(self.offset_us)
+    }
+
+    pub fn say(&self, message: &Message<'_>) -> Vec<u8> {
+        let mut datagram = [0; DATAGRAM_MAX];
+        let length = message.encode(self.identity, &mut datagram).unwrap();
+        datagram[..length].to_vec()
+    }
+
+    pub fn cookie(&self, request_id: u32, t1: [u8; 8]) -> Vec<u8> {
+        self.say(&Message::Cookie { request_id, t1, cookie: Cookie([7; 8]) })
+    }
+
+    /// The answer to a subscription of `t1_us` that arrives at `t4_us`.
+    pub fn subscribed(&self, request_id: u32, t1_us: u64, t4_us: u64) -> Vec<u8> {
+        let t2_us = self.clock_us(t1_us + (t4_us - t1_us) / 2);
+        self.exchanged(request_id, t1_us, t2_us, t2_us)
+    }
+
+    pub fn exchanged(&self, request_id: u32, t1_us: u64, t2_us: u64, t3_us: u64) -> Vec<u8> {
+        self.say(&Message::Subscribed(Subscribed {
+            request_id,
+            t1: t1_us.to_le_bytes(),
+            t2_us,
+            t3_us,
+            lease_ms: 5000,
+            subscribers: 1,
+            may_control: true,
+        }))
+    }
+
+    pub fn info(&self, request_id: u32) -> Vec<u8> {
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        self.say(&Message::Info(Info {
+            request_id,
+            version_min: 1,
+            version_max: 1,
+            firmware: "",
+            build: "",
+            board: "",
+            name: self.name,
+            uptime_us: 0,
+            setup: 1,
+            background_version: 1,
+            sensor: Some(SensorInfo::new(["URG-04LX", "H1", "1"], &geometry, 0, 2000)),
+        }))
+    }
+
+    /// Its background: walls at 4 m.
+    pub fn profile(&self) -> Vec<Vec<u8>> {
+        let beams = usize::from(Geometry::new(URG_04LX).unwrap().beams());
+        let wall = BeamProfile { far_mm: 4000, near_mm: 0, spread_mm: 5, state: BeamState::Wall };
+        let walls = vec![wall; beams];
+        let parts = beams.div_ceil(PROFILE_PART_BEAMS);
+        let part = |(part, beams): (usize, &[BeamProfile])| {
+            let head = PartHead {
+                object: 1,
+                part: part as u8,
+                parts: parts as u8,
+                first_step: URG_04LX.first_step + (part * PROFILE_PART_BEAMS) as u16,
+                setup: 1,
+            };
+            self.say(&Message::ProfilePart(ProfilePart { head, beams: List::new(beams) }))
+        };
+        walls.chunks(PROFILE_PART_BEAMS).enumerate().map(part).collect()
+    }
+
+    /// The next report, of an empty room, whose scan began at `host_us` of the host's clock.
+    pub fn report(&mut self, host_us: u64) -> Vec<u8> {
+        self.sequence = self.sequence.wrapping_add(1);
+        self.reported(self.sequence, self.clock_us(host_us))
+    }
+
+    pub fn reported(&self, sequence: u32, stamp_us: u64) -> Vec<u8> {
+        let head =
+            ReportHead { sequence, setup: 1, background_version: 1, stamp_us, ..ReportHead::default() };
+        self.say(&Message::Report(Report { head, candidates: List::default(), unseen: List::default() }))
+    }
+}
