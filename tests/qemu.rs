@@ -156,6 +156,25 @@ fn a_hung_task_is_ended_by_the_watchdog_and_the_module_comes_back() {
 }
 
 #[test]
+fn a_program_that_was_watched_runs_on() {
+    let Some(image) = image() else { return };
+    let mut board = start(image, Line::Open, None);
+    let before = answers(&board);
+    // Dropped while it stands, and while it runs.
+    drop(board.watch_storage().unwrap());
+    assert_eq!(answers(&board), before);
+    let mut watch = board.watch_storage().unwrap();
+    assert!(!watch.next(50 * STEP_US).unwrap(), "it has nothing to store");
+    drop(watch);
+    assert_eq!(answers(&board), before);
+    // A command to the monitor is answered whatever the program does.
+    board.freeze().unwrap();
+    board.take_datagrams(3).unwrap();
+    board.resume().unwrap();
+    assert_eq!(answers(&board), before);
+}
+
+#[test]
 fn after_the_link_was_down_the_module_gets_its_address_again() {
     let Some(image) = image() else { return };
     let mut board = start(image, Line::Open, None);

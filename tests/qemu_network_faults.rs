@@ -174,6 +174,7 @@ fn datagrams_for_which_there_was_no_room_are_counted() {
     for n in 0..100u8 {
         host.way.send(&[n; 4]);
     }
+    board.take_datagrams(100).unwrap();
     board.resume().unwrap();
     let after = host.health(|health| health.counters.get(Counter::DatagramsDropped) > 0);
     println!("{} of 100 dropped", after.counters.get(Counter::DatagramsDropped));

@@ -266,6 +266,15 @@ impl Qemu {
         Ok(())
     }
 
+    /// With the machine frozen, has QEMU look at its network `times` times: at each look it takes at least one
+    /// waiting datagram. So what has been sent to the module is there at once when the machine goes on.
+    ///
+    /// # Errors
+    /// QEMU refuses or is gone.
+    pub fn take_datagrams(&mut self, times: usize) -> Result<(), Error> {
+        (0..times).try_for_each(|_| self.execute("query-status", serde_json::json!({})))
+    }
+
     /// Ends [`freeze`](Self::freeze).
     ///
     /// # Errors
@@ -298,7 +307,8 @@ impl Qemu {
     /// # Errors
     /// QEMU refuses or is gone.
     pub fn watch_storage(&mut self) -> Result<Watch, Error> {
-        Watch::start(&self.folder.join("debugger"), &self.time, STORAGE_ADDRESS, STORAGE_LEN)
+        let storage = (STORAGE_ADDRESS, STORAGE_LEN);
+        Watch::start(&self.folder.join("debugger"), (&self.time, &self.lockstep), storage)
     }
 
     /// Most bytes of stack in use at once since the last reset: what lies behind the longest stretch that was
@@ -404,9 +414,23 @@ fn network_arguments(machine: &Machine<'_>, module_port: u16) -> Result<[String;
     Ok(["-netdev".into(), netdev, "-net".into(), nic])
 }
 
-/// A UDP port of this machine that is free at the moment.
+/// A UDP port of this machine that is free, and stays so until QEMU opens it: outside the range from which the system
+/// gives ports to all that ask for any, and not the one that another machine or program of tests has just chosen.
 fn free_port() -> io::Result<u16> {
-    Ok(UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port())
+    const FIRST: u32 = 16_384;
+    const COUNT: u32 = 16_384;
+    /// Machines of one program.
+    const EACH: u32 = 64;
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let begin = std::process::id().wrapping_mul(EACH);
+    for _ in 0..COUNT {
+        let port = FIRST + begin.wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed)) % COUNT;
+        let address = (Ipv4Addr::LOCALHOST, u16::try_from(port).unwrap_or(u16::MAX));
+        if UdpSocket::bind(address).is_ok() {
+            return Ok(address.1);
+        }
+    }
+    Err(io::ErrorKind::AddrInUse.into())
 }
 
 /// An empty folder for one machine. Its name is short: paths of sockets have little room.
