@@ -395,6 +395,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             let answer = if stored { Answer::Done } else { Answer::Refused(Refusal::NotStored) };
             if stored {
                 self.settings = settings;
+                self.withdraw_raw();
                 let max_mm = self.setup.geometry().map_or(u16::MAX, |geometry| geometry.range_max_mm());
                 self.pipeline.set(self.settings.pipeline(self.setup.model(), max_mm));
                 self.event(EventKind::SettingsChanged, key, now_us);

@@ -62,6 +62,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
                     self.refuse(key, refusal, out);
                 }
             }
+            Request::RawAgain { .. } if !self.may_control(from) => self.refuse(key, Refusal::NotAllowed, out),
             Request::RawAgain { object, parts } => {
                 if let Err(refusal) = self.raw_again(from, (object, parts), now_us, out) {
                     self.refuse(key, refusal, out);
@@ -161,12 +162,20 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.events.add(now_us, kind, self.pipeline.background().version(), by.from.ip().octets());
     }
 
-    /// Whether the host at this address may set, learn, absorb and restart.
+    /// Whether the host at this address may set, learn, absorb, restart and get raw scans: each, until some are listed.
     fn may_control(&self, from: SocketAddrV4) -> bool {
-        if self.settings.hosts.is_empty() {
-            self.subscribers.first() == Some(*from.ip())
-        } else {
-            self.settings.hosts.contains(from.ip())
+        self.settings.hosts.is_empty() || self.settings.hosts.contains(from.ip())
+    }
+
+    /// Ends the raw scans of hosts that may not have them any more.
+    pub(super) fn withdraw_raw(&mut self) {
+        let hosts = &self.settings.hosts;
+        if hosts.is_empty() {
+            return;
+        }
+        for subscriber in self.subscribers.iter_mut().filter(|subscriber| !hosts.contains(subscriber.at.ip()))
+        {
+            subscriber.raw_until_us = 0;
         }
     }
 

@@ -10,7 +10,7 @@
 //! | `cluster` | 1 to 99 | 1 | at once |
 //! | `skip` | 0 to 9 | 0 | at once |
 //! | `address` | `dhcp`, `10.0.0.7/24`, `10.0.0.7/24,10.0.0.1` with gateway | `dhcp` | with the next start, on [trial](super::trial) |
-//! | `hosts` | up to 8 addresses, `,` between | empty: the first subscriber | at once |
+//! | `hosts` | up to 8 addresses, `,` between | empty: any host | at once |
 //!
 //! A change is taken whole or not at all; keys that are not named keep their values.
 
@@ -105,7 +105,7 @@ pub struct Settings {
     pub skip: u8,
     /// Where the address comes from.
     pub addressing: Addressing,
-    /// Hosts that may control the module; none: the first subscriber.
+    /// Hosts that may control the module; none: any host.
     pub hosts: Vec<Ipv4Addr, HOSTS>,
 }
 

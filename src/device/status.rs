@@ -47,7 +47,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             alarms: self.alarms(now_us),
             learning: self.observed.learning != Learning::Idle,
             storing: self.storing,
-            had_subscriber: self.subscribers.first().is_some(),
+            had_subscriber: self.subscribers.had_one(),
             model,
             serial,
         }

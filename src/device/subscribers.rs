@@ -2,10 +2,13 @@
 //!
 //! ```text
 //!   place 0 │ host, renewed 0.3 s ago │ raw scans until … │ profile parts wanted, a bit each
-//!   place 1 │ host, renewed 4.9 s ago │
-//!   place 2 │ free                    │    a renewing subscriber is never put out;
-//!   place 3 │ …                       │    with no free place a new one is refused
+//!   place 1 │ host, renewed 4.9 s ago │    two of one address at most: a third gets the place of the one
+//!   place 2 │ free                    │    that has been silent for two seconds, or none
+//!   place 3 │ …                       │    a renewing subscriber is never put out
 //! ```
+//!
+//! A program that starts anew has another port, and its old place is still taken: so two, and so no wait for the end
+//! of the lease.
 
 use core::net::{Ipv4Addr, SocketAddrV4};
 
@@ -18,10 +21,16 @@ pub const PLACES: usize = 4;
 /// A subscriber is forgotten so long after its last subscribe, µs: five renewals lost in a row.
 pub const LEASE_US: u64 = 5_000_000;
 
+/// Places of one address: no host takes them all, and a program that starts anew finds one.
+const PLACES_OF_ADDRESS: usize = 2;
+
+/// A subscriber silent for so long, µs, gives its place to another one of its address: it renews each second.
+const SILENT_US: u64 = 2_000_000;
+
 /// A lane that accepts nothing for so long is opened anew, µs: longer than the delay from a lost ARP answer.
 const STUCK_US: u64 = 1_000_000;
 
-/// All places are taken.
+/// All places are taken, or those that the address may have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Full;
 
@@ -43,14 +52,14 @@ pub struct Subscriber {
 #[derive(Clone, Debug)]
 pub struct Subscribers {
     places: [Option<Subscriber>; PLACES],
-    first: Option<Ipv4Addr>,
+    had_one: bool,
 }
 
 impl Subscribers {
     /// No subscriber yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { places: [None; PLACES], first: None }
+        Self { places: [None; PLACES], had_one: false }
     }
 
     /// Number of subscribers.
@@ -65,10 +74,10 @@ impl Subscribers {
         self.len() == 0
     }
 
-    /// The host that subscribed first since the start.
+    /// Whether there has been one since the start.
     #[must_use]
-    pub const fn first(&self) -> Option<Ipv4Addr> {
-        self.first
+    pub const fn had_one(&self) -> bool {
+        self.had_one
     }
 
     /// Keeps the place of the host at `at`, or gives it one. A new place comes with an empty lane.
@@ -80,8 +89,7 @@ impl Subscribers {
             subscriber.renewed_us = now_us;
             return Ok(());
         }
-        let (place, slot) =
-            self.places.iter_mut().zip(0u8..).find(|(slot, _)| slot.is_none()).map(swap).ok_or(Full)?;
+        let (place, slot) = self.place_for(*at.ip(), now_us).ok_or(Full)?;
         *slot = Some(Subscriber {
             at,
             renewed_us: now_us,
@@ -89,9 +97,23 @@ impl Subscribers {
             profile_parts: 0,
             stuck_since_us: None,
         });
-        self.first = self.first.or(Some(*at.ip()));
+        self.had_one = true;
         out.reopen(Lane::Place(place));
         Ok(())
+    }
+
+    /// A place for one more subscriber at this address: a free one, or once it has as many as it may, that of a silent
+    /// one.
+    fn place_for(&mut self, address: Ipv4Addr, now_us: u64) -> Option<(u8, &mut Option<Subscriber>)> {
+        let of_address =
+            |slot: &Option<Subscriber>| slot.is_some_and(|subscriber| *subscriber.at.ip() == address);
+        let taken = self.places.iter().filter(|slot| of_address(slot)).count();
+        let mut places = (0u8..).zip(&mut self.places);
+        if taken < PLACES_OF_ADDRESS {
+            return places.find(|(_, slot)| slot.is_none());
+        }
+        let silent = |subscriber: Subscriber| now_us >= subscriber.renewed_us.saturating_add(SILENT_US);
+        places.find(|(_, slot)| of_address(slot) && slot.is_some_and(silent))
     }
 
     /// The subscriber at this address and port.
@@ -165,10 +187,6 @@ impl Default for Subscribers {
     }
 }
 
-fn swap<A, B>((a, b): (A, B)) -> (B, A) {
-    (b, a)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,7 +239,27 @@ mod tests {
         subscribers.expire(LEASE_US, &mut counters);
         assert_eq!((subscribers.len(), counters.get(Counter::SubscribersForgotten)), (3, 1));
         assert_eq!(subscribers.renew(host(5), LEASE_US, out), Ok(()));
-        assert_eq!(subscribers.first(), Some(*host(1).ip()));
+    }
+
+    #[test]
+    fn an_address_has_two_places_and_a_third_program_of_it_gets_that_of_a_silent_one() {
+        let (mut subscribers, out) = (Subscribers::new(), &mut Lanes::default());
+        let program = |port| SocketAddrV4::new(Ipv4Addr::new(10, 0, 0, 1), port);
+        assert_eq!(subscribers.renew(program(1), 0, out), Ok(()));
+        assert_eq!(subscribers.renew(program(2), 0, out), Ok(()));
+        assert_eq!(
+            subscribers.renew(program(3), 1_000_000, out),
+            Err(Full),
+            "two places are free, but not for it"
+        );
+        assert_eq!(subscribers.renew(program(2), 1_900_000, out), Ok(()));
+        assert_eq!(subscribers.renew(program(3), 2_000_000, out), Ok(()), "the first has been silent");
+        assert!(subscribers.of(program(1)).is_none());
+        assert_eq!((subscribers.len(), out.reopened), (2, 3), "with an empty lane");
+        assert_eq!(subscribers.renew(program(1), 2_000_000, out), Err(Full));
+        for last in 2..=3 {
+            assert_eq!(subscribers.renew(host(last), 2_000_000, out), Ok(()), "others have theirs");
+        }
     }
 
     #[test]

@@ -120,7 +120,12 @@ impl<'a> Request<'a> {
     /// Whether only hosts with the right to control the module may ask it.
     #[must_use]
     pub const fn controls(&self) -> bool {
-        matches!(self, Self::SetSettings { .. } | Self::Learn { .. } | Self::Absorb(_) | Self::Restart)
+        match self {
+            Self::SetSettings { .. } | Self::Learn { .. } | Self::Absorb(_) | Self::Restart => true,
+            // They show more of people than reports do.
+            Self::Raw { .. } | Self::RawAgain { .. } => true,
+            Self::Subscribe { .. } | Self::Info | Self::GetSettings | Self::Profile { .. } => false,
+        }
     }
 
     /// Whether it is understood in every version, and asks for no particular start of the module.

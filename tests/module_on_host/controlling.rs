@@ -75,21 +75,34 @@ fn a_repeated_request_gets_the_stored_answer_and_is_done_once() {
 }
 
 #[test]
-fn only_listed_hosts_control_and_by_default_the_first_subscriber() {
+fn any_host_controls_until_some_are_listed_and_then_only_those() {
     let world = World::urg();
     world.run(async || {
         let (first, second) = (world.host(1), world.host(2));
         assert!(first.subscribe().await.unwrap().may_control);
-        assert!(!second.subscribe().await.unwrap().may_control);
-        assert_eq!(second.order(Request::SetSettings { text: "skip=1" }).await, Err(Refusal::NotAllowed));
-        assert_eq!(second.order(Request::Learn { scans: 0 }).await, Err(Refusal::NotAllowed));
-        assert_eq!(second.order(Request::Restart).await, Err(Refusal::NotAllowed));
-        assert_eq!(second.order(Request::Raw { seconds: 1 }).await, Ok(()), "looking is free");
-        first.order(Request::SetSettings { text: "hosts=10.0.0.2" }).await.unwrap();
-        second.subscribe().await.unwrap();
-        assert_eq!(first.order(Request::Learn { scans: 0 }).await, Err(Refusal::NotAllowed));
-        second.stay(8.0).await;
+        assert!(second.subscribe().await.unwrap().may_control, "who came first does not matter");
+        first.learned().await;
+        first.stay(20.0).await;
         assert_eq!(second.order(Request::Learn { scans: 0 }).await, Ok(()));
+        assert_eq!(first.order(Request::Raw { seconds: 1000 }).await, Ok(()));
+        second.order(Request::SetSettings { text: "hosts=10.0.0.2" }).await.unwrap();
+        assert!(!first.subscribe().await.unwrap().may_control);
+        let begin = first.mark();
+        let orders = [
+            Request::SetSettings { text: "skip=1" },
+            Request::Learn { scans: 0 },
+            Request::Restart,
+            Request::Raw { seconds: 1 },
+        ];
+        for order in orders {
+            assert_eq!(first.order(order).await, Err(Refusal::NotAllowed), "{order:?}");
+        }
+        let again = first.order(Request::RawAgain { object: 1, parts: 0 });
+        assert_eq!(again.await, Err(Refusal::NotAllowed));
+        first.stay(1.0).await;
+        let raw = |_: u64, message: &Message<'_>| matches!(message, Message::RawPart(_)).then_some(());
+        assert_eq!(first.all(begin, raw).len(), 0, "the raw scans it had are withdrawn");
+        assert_eq!(second.order(Request::Raw { seconds: 1 }).await, Ok(()));
         assert!(second.settings().await.contains("hosts=10.0.0.2\n"));
     });
 }

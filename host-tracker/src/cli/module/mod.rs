@@ -19,8 +19,7 @@ use super::failure::Failure;
 /// List modules, ask them, set them up
 ///
 /// MODULE is a name, an instance name or an identity as `module list` shows them, or an address (HOST or HOST:PORT).
-/// Only a host that a module lists as controlling may change it; with none listed, its first subscriber, and so the
-/// machine the tracker runs on.
+/// Only a host that a module lists in its setting `hosts` may change it or get raw scans; with none listed, any host.
 ///
 /// Exit status: 0 done; 1 refused or failed; 2 wrong arguments; 3 no module found, or no answer.
 #[derive(Debug, Args)]
