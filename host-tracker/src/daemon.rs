@@ -16,6 +16,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 
+use crate::alarms::TrackerAlarms;
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::service::{Options, Service};
 use crate::site_file::SiteFile;
@@ -140,7 +141,8 @@ impl Daemon {
         let service = Service::start(options)?;
         let doors = service.doors();
         let publisher = mqtt.map(|(broker, topics)| {
-            let settings = mqtt::Settings { broker, topics, doors: Some(doors.clone()) };
+            let settings =
+                mqtt::Settings { broker, topics, doors: Some(doors.clone()), alarms: service.alarms() };
             Publisher::start(settings, service.queue(), Some(doors.listen()), say)
         });
         let file_of_store = database.map(|database| database.file);
@@ -178,6 +180,12 @@ impl Daemon {
             }
         }
         outputs
+    }
+
+    /// The tracker's own alarms: for the parts of the program that raise them.
+    #[must_use]
+    pub fn alarms(&self) -> TrackerAlarms {
+        self.service.alarms()
     }
 
     /// Where the live map is, if it is served.
@@ -235,6 +243,7 @@ fn serve(
         database,
         names,
         doors: Some(service.doors()),
+        alarms: service.alarms(),
     };
     Server::start(listen, desk).map_err(|error| DaemonError::Map { listen, error })
 }

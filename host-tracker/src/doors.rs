@@ -18,6 +18,8 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Mutex, MutexGuard};
 
+use crate::alarms::TrackerAlarms;
+use crate::supervise;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::{DoorState, Doors, Now, Output, Why};
 use kehai_tracking::door::inbox::Input;
@@ -149,14 +151,17 @@ impl Watchdog {
     ///
     /// # Errors
     /// There is no thread for it.
-    pub fn start(doors: DoorDesk) -> std::io::Result<Self> {
+    pub fn start(doors: DoorDesk, alarms: TrackerAlarms) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread = std::thread::Builder::new().name("doors".into()).spawn(move || {
-            while !stopped.load(Ordering::Relaxed) {
-                doors.pass_time();
-                std::thread::sleep(WATCH);
-            }
+            supervise::run("doors", &alarms, || {
+                while !stopped.load(Ordering::Relaxed) {
+                    doors.pass_time();
+                    std::thread::sleep(WATCH);
+                }
+                Ok(())
+            });
         })?;
         Ok(Self { stop, thread: Some(thread) })
     }

@@ -17,4 +17,5 @@ pub mod reports;
 pub mod service;
 pub mod site_file;
 pub mod store;
+pub mod supervise;
 pub mod web;

@@ -120,7 +120,7 @@ impl Service {
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let hash = |key: CardKey| -> Hash { Box::new(move |card| key.hash(card).into()) };
         let doors = DoorDesk::new(&site, options.card_key.map(hash));
-        let watchdog = Watchdog::start(doors.clone())?;
+        let watchdog = Watchdog::start(doors.clone(), alarms.clone())?;
         let calibration = Calibration::default();
         calibration.set_site(&site);
         let reports = Reports::default();

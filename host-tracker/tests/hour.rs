@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
+use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
@@ -133,6 +134,7 @@ impl Show {
             database: Some(database),
             names: Vec::new(),
             doors: None,
+            alarms: TrackerAlarms::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, store }

@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
+use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site_file::{self, SiteFile};
@@ -53,6 +54,7 @@ impl Map {
             database: None,
             names: Vec::new(),
             doors: None,
+            alarms: TrackerAlarms::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, reports, changes, folder }

@@ -14,6 +14,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_tracker::alarms::TrackerAlarms;
 use host_tracker::mqtt::{Publisher, Settings, Topics};
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
@@ -187,7 +188,12 @@ impl Drop for Frames {
 fn settings(port: u16) -> Settings {
     let home_assistant = Some("homeassistant".to_owned());
     let topics = Topics { title: "door".into(), prefix: "kehai".into(), home_assistant };
-    Settings { broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(), topics, doors: None }
+    Settings {
+        broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(),
+        topics,
+        doors: None,
+        alarms: TrackerAlarms::default(),
+    }
 }
 
 fn frame() -> Snapshot {

@@ -61,6 +61,10 @@ pub enum AlarmKind {
     RawScans,
     /// The recording cannot be written.
     Recording,
+    /// The lines of tracks cannot be written.
+    TracksOut,
+    /// A part of the tracker has ended by itself, and was started again.
+    Thread,
     /// A kind of a newer version.
     #[serde(other)]
     Unknown,
@@ -87,6 +91,8 @@ impl AlarmKind {
             Self::Database => "database",
             Self::RawScans => "raw-scans",
             Self::Recording => "recording",
+            Self::TracksOut => "tracks-out",
+            Self::Thread => "thread",
             Self::Unknown => "unknown",
         }
     }
@@ -96,9 +102,9 @@ impl AlarmKind {
     pub const fn severity(self) -> Severity {
         match self {
             Self::Silent | Self::Sensor | Self::Covered | Self::Blind => Severity::Failed,
-            Self::Background | Self::Database | Self::Recording => Severity::Failed,
+            Self::Background | Self::Database | Self::Recording | Self::TracksOut => Severity::Failed,
             Self::Line | Self::Slow | Self::ClockOff | Self::Dirty | Self::Moved => Severity::Degraded,
-            Self::RawScans => Severity::Degraded,
+            Self::RawScans | Self::Thread => Severity::Degraded,
             Self::Store | Self::Suspect | Self::Watchdog | Self::Unknown => Severity::Notice,
         }
     }

@@ -21,6 +21,7 @@ use kehai_tracking::tracker::Ideas;
 
 use super::address::address;
 use super::failure::Failure;
+use super::log::say;
 use super::output::print;
 
 /// Find where the modules are, by walking about
@@ -135,14 +136,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     if !(arguments.accept || (!arguments.json && asked(&arguments.site)?)) {
-        eprintln!("nothing was written; --accept writes it without asking");
+        say("nothing was written; --accept writes it without asking");
         return Ok(());
     }
     file.save_poses(&poses, Some(revision), |_| Ok(()))?;
     if let Some(db) = &arguments.db {
         pose::note(db, &poses, unix_ms(), Source::Calibration)?;
     }
-    eprintln!("{}: {} poses written", arguments.site.display(), poses.len());
+    say(format_args!("{}: {} poses written", arguments.site.display(), poses.len()));
     Ok(())
 }
 
@@ -245,7 +246,7 @@ impl Terminal {
             // What changes is worth a line, its seconds are not.
             let what: String = status.advice.chars().take_while(|letter| !letter.is_ascii_digit()).collect();
             if what != self.last {
-                eprintln!("{:.0} %: {}", status.progress * 100.0, status.advice);
+                say(format_args!("{:.0} %: {}", status.progress * 100.0, status.advice));
                 self.last = what;
             }
             return;

@@ -9,6 +9,7 @@ mod module;
 mod output;
 mod replay;
 mod run;
+mod tracks_out;
 
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
@@ -55,7 +56,7 @@ pub fn run() -> ExitCode {
         // The reader of the output, `head` for one, has had enough.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("kehai-tracker: {error}");
+            log::say(format_args!("kehai-tracker: {error}"));
             ExitCode::from(module::status(&error))
         }
     }

@@ -10,6 +10,7 @@ use host_tracker::record::replay::replay;
 use kehai_tracking::jsonl::write_line;
 
 use super::failure::Failure;
+use super::log::say;
 
 /// Follow a recording again, and compare with what was found then
 ///
@@ -57,16 +58,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(out) = &mut out {
         out.flush()?;
     }
-    eprintln!("{} datagrams, {} lines", outcome.datagrams, outcome.lines);
-    eprintln!("recorded sha256 {}", outcome.recorded);
-    eprintln!("replayed sha256 {}", outcome.replayed);
+    say(format_args!("{} datagrams, {} lines", outcome.datagrams, outcome.lines));
+    say(format_args!("recorded sha256 {}", outcome.recorded));
+    say(format_args!("replayed sha256 {}", outcome.replayed));
     if !outcome.cut_off.is_empty() {
-        eprintln!("the file ends early: {}", outcome.cut_off);
+        say(format_args!("the file ends early: {}", outcome.cut_off));
     }
     if outcome.different > 0 {
         return Err(format!("{}: {} lines differ", arguments.file.display(), outcome.different).into());
     }
-    eprintln!("identical");
+    say("identical");
     Ok(())
 }
 

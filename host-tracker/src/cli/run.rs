@@ -1,7 +1,7 @@
 //! `kehai-tracker run`: follows people with live modules.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,14 +13,14 @@ use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
 use host_tracker::mqtt::{Broker, Topics};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
-use kehai_tracking::alarm::{Alarms, Changes};
+use kehai_tracking::alarm::{AlarmKind, Alarms, Changes};
 use kehai_tracking::door::doors::Output;
-use kehai_tracking::jsonl::write_line;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use kehai_tracking::tracker::Ideas;
 
 use super::address::address;
 use super::failure::Failure;
+use super::tracks_out::TracksOut;
 
 /// Follow people with live modules
 ///
@@ -172,10 +172,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         say(&alarms.update(last.active_alarms()));
         if let Some(out) = &mut out {
-            match write_line(out, &last.line).and_then(|()| out.flush()) {
-                // The reader of the lines has had enough.
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => break,
-                other => other?,
+            match out.line(&last.line) {
+                // The reader of the lines has had enough, and there is no other.
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe && !silent => break,
+                _ => daemon.alarms().set(AlarmKind::TracksOut, out.trouble()),
             }
         }
     }
@@ -208,12 +208,13 @@ fn topics(arguments: &Arguments) -> Topics {
     }
 }
 
-fn open(file: &Path) -> Result<Box<dyn Write>, String> {
+fn open(file: &Path) -> Result<TracksOut<Box<dyn Write>>, String> {
     if file.as_os_str() == "-" {
-        return Ok(Box::new(io::stdout()));
+        return Ok(TracksOut::new(Box::new(io::stdout()), "standard output".to_owned()));
     }
-    let file_out = File::create(file).map_err(|error| format!("{}: {error}", file.display()))?;
-    Ok(Box::new(BufWriter::new(file_out)))
+    let name = file.display().to_string();
+    let out = File::create(file).map_err(|error| format!("{name}: {error}"))?;
+    Ok(TracksOut::new(Box::new(out), name))
 }
 
 /// Logs which alarms have begun and which are over.

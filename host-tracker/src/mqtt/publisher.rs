@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, TryRecvError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -21,7 +21,9 @@ use serde_json::json;
 use super::Broker;
 use super::messages::{Topics, door_input, door_topic};
 use super::outbox::{Outbox, Publication};
+use crate::alarms::TrackerAlarms;
 use crate::doors::DoorDesk;
+use crate::supervise;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
@@ -52,6 +54,8 @@ pub struct Settings {
     pub topics: Topics,
     /// The doors, if there are any: they receive the inputs for them.
     pub doors: Option<DoorDesk>,
+    /// Told when the thread ends by itself.
+    pub alarms: TrackerAlarms,
 }
 
 /// Publishes until it is dropped.
@@ -82,9 +86,11 @@ impl Publisher {
     ) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
-        let thread = std::thread::Builder::new()
-            .name("mqtt".into())
-            .spawn(move || run(&settings, &frames, told.as_ref(), &stopped, &say))?;
+        let thread = std::thread::Builder::new().name("mqtt".into()).spawn(move || {
+            supervise::run("mqtt", &settings.alarms, || {
+                run(&settings, &frames, told.as_ref(), &stopped, &say)
+            });
+        })?;
         Ok(Self { stop, thread: Some(thread) })
     }
 }
@@ -103,7 +109,7 @@ fn run(
     told: Option<&Receiver<Output>>,
     stop: &AtomicBool,
     say: &impl Fn(&str),
-) {
+) -> Result<(), String> {
     let begun = Instant::now();
     let mut outbox = Outbox::new(settings.topics.clone());
     let mut away = false;
@@ -113,7 +119,7 @@ fn run(
         let Ok(link) =
             std::thread::Builder::new().name("mqtt link".into()).spawn(move || link(connection, &tell))
         else {
-            return say("mqtt: no thread is to be had; nothing is published");
+            return Err("no thread is to be had for the link".to_owned());
         };
         let newest = Arc::default();
         let doors = settings.doors.as_ref();
@@ -127,7 +133,7 @@ fn run(
             while !link.is_finished() && patience.elapsed() < FAREWELL {
                 std::thread::sleep(Duration::from_millis(10));
             }
-            return;
+            return Ok(());
         };
         if was_connected || !away {
             say(&format!("mqtt: broker {}: {reason}; trying again", settings.broker));
@@ -138,10 +144,11 @@ fn run(
             match frames.recv_timeout(WAIT) {
                 // What happens meanwhile is old when the broker is back.
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
         }
     }
+    Ok(())
 }
 
 fn options(settings: &Settings) -> MqttOptions {
@@ -219,7 +226,12 @@ impl Session<'_> {
             if let Some(frame) = &fresh {
                 self.newest = Arc::clone(frame);
             }
-            for news in news.try_iter() {
+            loop {
+                let news = match news.try_recv() {
+                    Ok(news) => news,
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => return Some("the link has ended".to_owned()),
+                };
                 match news {
                     News::Connected => {
                         self.connected = true;

@@ -40,6 +40,10 @@ pub(super) enum Cause {
     Json(#[from] serde_json::Error),
     #[error("it does not begin with a site: is it a recording of kehai-tracker?")]
     Foreign,
+    #[error("it is damaged: its lengths contradict each other")]
+    Damaged,
+    #[error("its site: {0}")]
+    Site(String),
     #[error("{0}")]
     Tracker(#[from] kehai_tracking::tracker::UnknownTracker),
 }

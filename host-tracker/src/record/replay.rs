@@ -6,15 +6,21 @@
 
 use std::fs::File;
 use std::io::BufReader;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
 use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use sha2::{Digest, Sha256};
 
 use super::format::{Cause, DATAGRAMS, LINES, RecordError, SITE, Told};
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
+
+/// Longest record that is read, bytes: a chunk is a second, and a second of a hundred modules is some MB. A damaged length
+/// would else be allocated, whatever it says.
+const RECORD_MAX: usize = 16 << 20;
 
 /// What came of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -47,12 +53,22 @@ pub fn replay(
     let (mut recorded, mut replayed) = (Sha256::new(), Sha256::new());
     let mut follower: Option<Follower> = None;
     let mut begun_ns = 0;
-    for message in MessageReader::new(BufReader::new(input)) {
-        let message = match message {
-            Ok(message) => message,
-            Err(error) if follower.is_none() => return Err(failed(error.into())),
-            Err(error) => {
+    let options =
+        LinearReaderOptions::default().with_record_length_limit(RECORD_MAX).with_prevalidate_chunk_crcs(true);
+    let mut messages = MessageReader::new_with_options(BufReader::new(input), options);
+    loop {
+        // The reader counts with what it reads, and panics where that does not add up.
+        let message = match catch_unwind(AssertUnwindSafe(|| messages.next())) {
+            Ok(None) => break,
+            Ok(Some(Ok(message))) => message,
+            Ok(Some(Err(error))) if follower.is_none() => return Err(failed(error.into())),
+            Ok(Some(Err(error))) => {
                 outcome.cut_off = error.to_string();
+                break;
+            }
+            Err(_) if follower.is_none() => return Err(failed(Cause::Damaged)),
+            Err(_) => {
+                outcome.cut_off = Cause::Damaged.to_string();
                 break;
             }
         };
@@ -66,6 +82,7 @@ pub fn replay(
                     .tracker
                     .parse::<kehai_tracking::tracker::Ideas>()
                     .map_err(|error: kehai_tracking::tracker::UnknownTracker| failed(error.into()))?;
+                told.site.check().map_err(|error| failed(Cause::Site(error)))?;
                 let mut begun = Follower::new(&Arc::new(told.site), tracker);
                 if let Some((line, age_s)) = &told.restored {
                     begun.restore(line, *age_s);
@@ -76,6 +93,7 @@ pub fn replay(
             (SITE, Some(follower)) => {
                 let told: Told =
                     serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
+                told.site.check().map_err(|error| failed(Cause::Site(error)))?;
                 follower.change_site(&Arc::new(told.site));
             }
             (DATAGRAMS, Some(follower)) => {

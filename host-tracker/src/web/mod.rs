@@ -56,6 +56,7 @@ use axum::{Json, Router};
 use parking_lot::Mutex;
 use tokio::sync::{oneshot, watch};
 
+use crate::supervise;
 use answers::{BODY_MAX, refuse, text};
 use history::History;
 pub use shared::{Accepted, Desk};
@@ -86,11 +87,16 @@ impl Server {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::Builder::new().name("http".into()).spawn(move || {
-            runtime.block_on(async {
-                tokio::select! {
-                    () = serve(listener, desk) => {}
-                    _ = stopped => {}
-                }
+            let desk = Arc::new(desk);
+            let mut stopped = stopped;
+            supervise::run("http", &desk.alarms, || {
+                let listener = listener.try_clone().map_err(|error| error.to_string())?;
+                runtime.block_on(async {
+                    tokio::select! {
+                        why = serve(listener, Arc::clone(&desk)) => Err(why),
+                        _ = &mut stopped => Ok(()),
+                    }
+                })
             });
         })?;
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
@@ -113,7 +119,8 @@ impl Drop for Server {
     }
 }
 
-async fn serve(listener: std::net::TcpListener, desk: Desk) {
+/// Why it is no longer served.
+async fn serve(listener: std::net::TcpListener, desk: Arc<Desk>) -> String {
     let (packets_in, packets) = watch::channel(Packets::default());
     let shared = Arc::new(Shared {
         desk,
@@ -124,12 +131,13 @@ async fn serve(listener: std::net::TcpListener, desk: Desk) {
     let listener = match tokio::net::TcpListener::from_std(listener) {
         // Small messages are sent at once, not with the answer to the one before.
         Ok(listener) => listener.tap_io(|stream| drop(stream.set_nodelay(true))),
-        Err(error) => return tracing::error!("the live map cannot be served: {error}"),
+        Err(error) => return format!("the live map cannot be served: {error}"),
     };
     let feeding = feed::run(Arc::clone(&shared), packets_in);
     let (served, ()) = tokio::join!(async { axum::serve(listener, router(shared)).await }, feeding);
-    if let Err(error) = served {
-        tracing::error!("the live map is no longer served: {error}");
+    match served {
+        Ok(()) => "the live map is no longer served".to_owned(),
+        Err(error) => format!("the live map is no longer served: {error}"),
     }
 }
 

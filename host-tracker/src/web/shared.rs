@@ -10,6 +10,7 @@ use parking_lot::Mutex;
 use tokio::sync::watch;
 
 use super::history::History;
+use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::doors::DoorDesk;
 use crate::reports::Reports;
@@ -41,6 +42,8 @@ pub struct Desk {
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
     pub doors: Option<DoorDesk>,
+    /// Told when the server's thread ends by itself.
+    pub alarms: TrackerAlarms,
 }
 
 impl fmt::Debug for Desk {
@@ -62,7 +65,7 @@ pub struct Packets {
 
 /// What all requests share.
 pub(super) struct Shared {
-    pub(super) desk: Desk,
+    pub(super) desk: Arc<Desk>,
     pub(super) packets: watch::Receiver<Packets>,
     pub(super) history: Mutex<History>,
     pub(super) sockets: AtomicUsize,

@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::doors::{DoorDesk, Watchdog};
 use host_tracker::reports::Reports;
@@ -79,7 +80,7 @@ impl House {
         let time = Arc::clone(&passed);
         let clock = Box::new(move || time.lock().unwrap().as_secs_f64());
         let doors = DoorDesk::timed(clock, &file.current().site, None);
-        let watchdog = Some(Watchdog::start(doors.clone()).unwrap());
+        let watchdog = Some(Watchdog::start(doors.clone(), TrackerAlarms::default()).unwrap());
         let observed = doors.clone();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
         let (stop, dead) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
@@ -114,6 +115,7 @@ impl House {
             database: None,
             names: Vec::new(),
             doors: Some(doors.clone()),
+            alarms: TrackerAlarms::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));

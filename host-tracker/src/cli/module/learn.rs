@@ -5,6 +5,7 @@ use host_tracker::net::client::Reaction;
 use kehai::wire::{EventKind, Health, LearningProgress, Message, Request};
 use serde::Serialize;
 
+use super::super::log::say;
 use super::target::Target;
 use crate::cli::failure::Failure;
 use crate::cli::output::{print, print_json};
@@ -84,9 +85,9 @@ fn tell(step: &Step, json: bool) -> Result<(), Failure> {
         return print_json(step);
     }
     match step {
-        Step::Learning { scans, of, restarts: 0 } => eprintln!("{scans} of {of} scans"),
+        Step::Learning { scans, of, restarts: 0 } => say(format_args!("{scans} of {of} scans")),
         Step::Learning { scans, of, restarts } => {
-            eprintln!("{scans} of {of} scans; began anew {restarts} times, because something moved");
+            say(format_args!("{scans} of {of} scans; began anew {restarts} times, because something moved"));
         }
         Step::Learned { background_version, suspects: 0 } => {
             print(format_args!("learned: background version {background_version}"))?;
