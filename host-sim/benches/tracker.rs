@@ -27,7 +27,7 @@ use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
 use host_tracker::net::registry::Registry;
 use host_tracker::net::tracking::{Parts, TrackingLoop};
-use kehai::wire::Message;
+use kehai::wire::{HEADER_LEN, Incoming, Message, Request};
 use kehai_tracking::follower::Follower;
 use kehai_tracking::session::Session;
 
@@ -167,9 +167,46 @@ fn cost(world: &World) -> Result<Cost, Box<dyn Error>> {
     })
 }
 
+/// A host and its newest requests: the record's answers are to those of the host that was simulated.
+#[derive(Clone, Copy)]
+struct Host {
+    address: SocketAddr,
+    /// Request id and T1.
+    subscribe: [u8; 12],
+    /// Request id.
+    info: [u8; 4],
+}
+
+impl Host {
+    fn note(&mut self, request: &[u8]) {
+        let Ok(incoming) = Incoming::open(request) else { return };
+        let id = incoming.request_id.to_le_bytes();
+        match incoming.request(incoming.header.identity) {
+            Ok(Request::Subscribe { t1 }) => {
+                self.subscribe[..4].copy_from_slice(&id);
+                self.subscribe[4..].copy_from_slice(&t1);
+            }
+            Ok(Request::Info) => self.info = id,
+            _ => {}
+        }
+    }
+
+    /// The datagram, as an answer to this host.
+    fn answer(&self, bytes: &[u8]) -> Vec<u8> {
+        let own: &[u8] = match Message::decode(bytes) {
+            Ok((_, Message::Cookie { .. } | Message::Subscribed(_))) => &self.subscribe,
+            Ok((_, Message::Info(_))) => &self.info,
+            _ => &[],
+        };
+        let mut answer = bytes.to_vec();
+        answer[HEADER_LEN..HEADER_LEN + own.len()].copy_from_slice(own);
+        answer
+    }
+}
+
 /// Sends the datagrams of a record at their times of arrival, each module from its own socket.
 fn send(record: &Record, sockets: &[UdpSocket], begun: Instant) -> u64 {
-    let mut to: Vec<Option<SocketAddr>> = vec![None; sockets.len()];
+    let mut to: Vec<Option<Host>> = vec![None; sockets.len()];
     let mut reports = 0;
     let mut asked = [0; 2048];
     for arrival in &record.arrivals {
@@ -181,11 +218,12 @@ fn send(record: &Record, sockets: &[UdpSocket], begun: Instant) -> u64 {
             continue;
         };
         // Every request subscribes its sender; the record holds the answers.
-        while let Ok((_, from)) = socket.recv_from(&mut asked) {
-            *to = Some(from);
+        while let Ok((length, from)) = socket.recv_from(&mut asked) {
+            let host = to.get_or_insert(Host { address: from, subscribe: [0; 12], info: [0; 4] });
+            host.note(&asked[..length]);
         }
         let Some(host) = to else { continue };
-        if socket.send_to(&arrival.bytes, *host).is_ok() {
+        if socket.send_to(&host.answer(&arrival.bytes), host.address).is_ok() {
             reports += u64::from(matches!(Message::decode(&arrival.bytes), Ok((_, Message::Report(_)))));
         }
     }
@@ -217,7 +255,8 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
         + drops.late
         + drops.early
         + drops.unplaced
-        + drops.ahead;
+        + drops.ahead
+        + drops.jump;
     if drops.late > 0 {
         println!("  ({} of them came too late to be used)", drops.late);
     }

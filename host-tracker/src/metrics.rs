@@ -187,10 +187,20 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         ("unplaced", dropped.unplaced),
         ("ahead", dropped.ahead),
         ("clock", dropped.clock),
+        ("jump", dropped.jump),
+        ("unasked", dropped.unasked),
+        ("foreign", dropped.foreign),
+        ("same_name", dropped.same_name),
         ("stranger", frame.strangers),
     ];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
-    family(encoder, "kehai_datagrams_dropped", "Datagrams that were not used, by cause", samples)
+    family(encoder, "kehai_datagrams_dropped", "Datagrams that were not used, by cause", samples)?;
+    let refused = &frame.refused;
+    let causes =
+        [("outside", refused.outside), ("crowded", refused.crowded), ("forgotten", refused.forgotten)];
+    let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
+    let help = "Announced devices that were not asked, or are no longer known, by cause";
+    family(encoder, "kehai_devices_refused", help, samples)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 use host_tracker::doors::DoorDesk;
 use host_tracker::net::registry::Registry;
@@ -11,7 +10,8 @@ use host_tracker::net::tracking::{Parts, TrackingLoop};
 use host_tracker::reports::Reports;
 use kehai::scan::{Geometry, URG_04LX};
 use kehai::wire::{
-    Cookie, DATAGRAM_MAX, Identity, Info, List, Message, ModuleId, Report, ReportHead, SensorInfo, Subscribed,
+    Cookie, DATAGRAM_MAX, Identity, Incoming, Info, List, Message, ModuleId, Report, ReportHead, Request,
+    SensorInfo, Subscribed,
 };
 use kehai_tracking::door::{Phase, Trouble};
 use kehai_tracking::follower::Follower;
@@ -33,6 +33,8 @@ const SITE: &str = r#"
     fail = "secure"
 "#;
 
+const DEVICE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
+
 fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
     let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
     let registry = Registry::new(Arc::clone(&site), devices);
@@ -40,11 +42,13 @@ fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
     TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, follower, parts)
 }
 
-/// Everything that a device says, reports of one setup included.
-fn messages() -> Vec<Message<'static>> {
+/// What a device answers to a host's request, and then its reports.
+fn answers(request: &[u8]) -> Vec<Message<'static>> {
+    let incoming = Incoming::open(request).unwrap();
+    let (request_id, device) = (incoming.request_id, Identity { module: DEVICE, boot: 1 });
     let geometry = Geometry::new(URG_04LX).unwrap();
     let info = Info {
-        request_id: 1,
+        request_id,
         version_min: 1,
         version_max: 1,
         firmware: "",
@@ -56,46 +60,53 @@ fn messages() -> Vec<Message<'static>> {
         background_version: 0,
         sensor: Some(SensorInfo::new(["URG-04LX", "H1", "1"], &geometry, 0, 2000)),
     };
-    let subscribed = Subscribed {
-        request_id: 2,
-        t1: [0; 8],
-        t2_us: 0,
-        t3_us: 0,
+    let subscribed = |t1| Subscribed {
+        request_id,
+        t1,
+        t2_us: 1_000_000,
+        t3_us: 1_000_000,
         lease_ms: 5000,
         subscribers: 1,
         may_control: true,
     };
     let report = |sequence| {
-        let head = ReportHead { sequence, setup: 1, ..ReportHead::default() };
+        let head = ReportHead { sequence, setup: 1, stamp_us: 900_000, ..ReportHead::default() };
         Message::Report(Report { head, candidates: List::default(), unseen: List::default() })
     };
-    let cookie = Message::Cookie { request_id: 1, t1: [0; 8], cookie: Cookie([7; 8]) };
-    let first = [cookie, Message::Subscribed(subscribed), Message::Info(info)];
-    first.into_iter().chain((1..=20).map(report)).collect()
+    match incoming.request(device) {
+        Ok(Request::Subscribe { t1 }) if incoming.cookie == Cookie::NONE => {
+            vec![Message::Cookie { request_id, t1, cookie: Cookie([7; 8]) }]
+        }
+        Ok(Request::Subscribe { t1 }) => vec![Message::Subscribed(subscribed(t1))],
+        Ok(Request::Info) => [Message::Info(info)].into_iter().chain((1..=20).map(report)).collect(),
+        _ => Vec::new(),
+    }
 }
 
 #[test]
 fn a_datagram_is_decoded_once_whatever_listens() {
     let device = UdpSocket::bind("127.0.0.1:0").unwrap();
-    device.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    device.set_nonblocking(true).unwrap();
     let reports = Reports::default();
     let _listener = reports.listen();
     let mut tracking = tracking(&[device.local_addr().unwrap()], Parts { reports, ..Parts::default() });
-    tracking.snapshot().unwrap();
-    let (_, host) = device.recv_from(&mut [0; 2048]).unwrap();
-    let host = SocketAddr::from(([127, 0, 0, 1], host.port()));
-    let mut sent = 0;
-    for message in messages() {
-        let mut datagram = [0; DATAGRAM_MAX];
-        let identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 1]), boot: 1 };
-        let length = message.encode(identity, &mut datagram).unwrap();
-        device.send_to(&datagram[..length], host).unwrap();
-        sent += 1;
-    }
-    device.send_to(b"no message of a device", host).unwrap();
+    let host = SocketAddr::from(([127, 0, 0, 1], tracking.local_address().unwrap().port()));
+    let (mut sent, mut request) = (0, [0; DATAGRAM_MAX]);
     // The loopback loses nothing; the last one has arrived once it is counted as unreadable.
     while tracking.sessions().drops().unreadable == 0 {
         tracking.snapshot().unwrap();
+        while let Ok((length, _)) = device.recv_from(&mut request) {
+            for message in answers(&request[..length]) {
+                let mut datagram = [0; DATAGRAM_MAX];
+                let length = message.encode(Identity { module: DEVICE, boot: 1 }, &mut datagram).unwrap();
+                device.send_to(&datagram[..length], host).unwrap();
+                sent += 1;
+            }
+            if sent > 20 {
+                device.send_to(b"no message of a device", host).unwrap();
+                break;
+            }
+        }
     }
     let used: u64 = tracking.sessions().iter().map(|session| session.reports()).sum();
     assert_eq!((tracking.sessions().decoded(), used), (sent + 1, 20));

@@ -55,6 +55,8 @@ pub enum AlarmKind {
     Moved,
     /// The device sees nothing where people walk.
     Blind,
+    /// Two devices have the same place in the site.
+    SameName,
     /// The database cannot be written.
     Database,
     /// Raw scans in the database are not all there.
@@ -88,6 +90,7 @@ impl AlarmKind {
             Self::Watchdog => "watchdog",
             Self::Moved => "moved",
             Self::Blind => "blind",
+            Self::SameName => "same-name",
             Self::Database => "database",
             Self::RawScans => "raw-scans",
             Self::Recording => "recording",
@@ -101,7 +104,7 @@ impl AlarmKind {
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
-            Self::Silent | Self::Sensor | Self::Covered | Self::Blind => Severity::Failed,
+            Self::Silent | Self::Sensor | Self::Covered | Self::Blind | Self::SameName => Severity::Failed,
             Self::Background | Self::Database | Self::Recording | Self::TracksOut => Severity::Failed,
             Self::Line | Self::Slow | Self::ClockOff | Self::Dirty | Self::Moved => Severity::Degraded,
             Self::RawScans | Self::Thread => Severity::Degraded,
@@ -241,7 +244,7 @@ mod tests {
 
     #[test]
     fn every_kind_is_written_by_its_name() {
-        for name in ["silent", "clock-off", "raw-scans", "moved", "recording"] {
+        for name in ["silent", "clock-off", "raw-scans", "moved", "same-name", "recording"] {
             let kind: AlarmKind = serde_json::from_value(name.into()).unwrap();
             assert_eq!((kind.name(), serde_json::to_value(kind).unwrap()), (name, name.into()));
         }

@@ -55,6 +55,21 @@ pub struct Snapshot {
     /// Datagrams from addresses that are no device of ours, since the start.
     #[serde(default)]
     pub strangers: u64,
+    /// Announced devices that were not asked, or are no longer known, since the start.
+    #[serde(default)]
+    pub refused: Refused,
+}
+
+/// Announced devices that were not asked, or are no longer known, by cause.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Refused {
+    /// Addresses outside the networks of this host.
+    pub outside: u64,
+    /// There were too many: the oldest that had never answered was given up, or the new one.
+    pub crowded: u64,
+    /// Devices that answered, and were given up for newer ones.
+    pub forgotten: u64,
 }
 
 /// A frame as it is written, its line's parts beside its own. To be read this way, since numbers within a flattened
@@ -75,13 +90,15 @@ struct Flat {
     dropped: Drops,
     #[serde(default)]
     strangers: u64,
+    #[serde(default)]
+    refused: Refused,
 }
 
 impl From<Flat> for Snapshot {
     fn from(flat: Flat) -> Self {
-        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers } = flat;
+        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers, refused } = flat;
         let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
-        Self { alarms, doors, modules, dropped, strangers, ..written }
+        Self { alarms, doors, modules, dropped, strangers, refused, ..written }
     }
 }
 
@@ -114,6 +131,14 @@ pub struct Drops {
     pub ahead: u64,
     /// An exchange of times that cannot be, or that contradicts the ones before.
     pub clock: u64,
+    /// A report whose number is far from those of the row that goes on.
+    pub jump: u64,
+    /// An answer to nothing that was asked.
+    pub unasked: u64,
+    /// In the name of a device that answers at another address.
+    pub foreign: u64,
+    /// Of one of two devices that have the same place in the site.
+    pub same_name: u64,
 }
 
 impl Snapshot {

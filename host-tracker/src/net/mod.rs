@@ -8,6 +8,8 @@
 pub mod client;
 pub mod clock;
 pub mod discovery;
+pub mod networks;
 pub mod poses;
 pub mod registry;
+mod route;
 pub mod tracking;

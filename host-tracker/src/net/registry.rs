@@ -5,86 +5,47 @@
 //!   found ────────────▶ route ─▶ asks which device it is ─▶ placed in the site? ─▶ subscribes
 //!                         │
 //!                         ╰─ first answer ─▶ session, by identity ─▶ ModuleLine
+//!
+//!   datagram from a route's address ─▶ in the name of its device ──────────────▶ that start believed? ─▶ used
+//!                                      in another's ─▶ the device silent for 3 s,
+//!                                                      and a request answered? ─▶ the route is the other's
+//!                                                      else refused, counted
 //! ```
+//!
+//! What a route's device says of itself is not asked: a route is that device's which answers the requests sent there. An
+//! announcement only adds addresses to try once the device has been silent for three seconds.
 //!
 //! A device has four places for subscribers: one that belongs to another site keeps them. It does no I/O.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::hash::{BuildHasher, RandomState};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
 use kehai::wire::{Identity, ModuleId};
 
-use crate::net::discovery::{Finding, Found};
+use crate::net::discovery::Finding;
+use crate::net::networks::Networks;
+use crate::net::route::{Device, NEXT_US, Route};
 use kehai_tracking::observation::Observation;
 use kehai_tracking::session::Sessions;
 use kehai_tracking::session::datagram::Datagram;
 use kehai_tracking::session::health::Monitor;
-use kehai_tracking::session::subscription::{Need, Subscription};
+use kehai_tracking::session::outstanding::Kind;
+use kehai_tracking::session::subscription::Need;
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{DeviceState, ModuleLine};
+use kehai_tracking::snapshot::{DeviceState, ModuleLine, Refused};
 
-/// After so long without an answer an address is given up for the next one, µs.
-const NEXT_US: u64 = 3_000_000;
+/// Most devices that are looked for: half a thousand places of subscribers, and more than a site has. Given ones are not
+/// counted out.
+const PEERS: usize = 256;
 
 /// An observation older than this no longer shows what the device sees, s.
 const OLD_S: f64 = 1.0;
 
 /// Most corners of what a device sees, the device's own place left out: one for each 2° of a whole turn.
 const CORNERS: usize = 180;
-
-/// A way to a device.
-#[derive(Debug)]
-struct Route {
-    /// Where the device may be, and where it is now looked for.
-    addresses: Vec<SocketAddr>,
-    at: usize,
-    /// When something came from there, or the device was looked for elsewhere.
-    tried_us: u64,
-    device: Device,
-    given: bool,
-    /// Its instance name, and whether that is gone.
-    instance: String,
-    lost: bool,
-}
-
-/// The device at the end of a route.
-#[derive(Debug)]
-enum Device {
-    /// It has not answered yet.
-    Unknown(Subscription),
-    /// It has: its session sends the requests.
-    Known(ModuleId),
-}
-
-impl Route {
-    fn new(addresses: Vec<SocketAddr>, given: bool, now_us: u64) -> Self {
-        let device = Device::Unknown(Subscription::new(given));
-        let instance = String::new();
-        Self { addresses, at: 0, tried_us: now_us, device, given, instance, lost: false }
-    }
-
-    fn address(&self) -> Option<SocketAddr> {
-        self.addresses.get(self.at).copied()
-    }
-
-    const fn device(&self) -> Option<ModuleId> {
-        match self.device {
-            Device::Unknown(_) => None,
-            Device::Known(device) => Some(device),
-        }
-    }
-
-    fn leads_to(&self, device: ModuleId) -> bool {
-        self.device() == Some(device)
-    }
-
-    /// Whether this route is that of what was found.
-    fn is(&self, found: &Found) -> bool {
-        let there = self.address().is_some_and(|address| found.addresses.contains(&address));
-        self.leads_to(found.id) || there || (!self.instance.is_empty() && self.instance == found.instance)
-    }
-}
 
 /// A device that has answered.
 #[derive(Debug)]
@@ -98,6 +59,10 @@ struct Answered {
 pub struct Registry {
     site: Arc<Site>,
     routes: Vec<Route>,
+    /// Makes request ids that cannot be guessed.
+    random: RandomState,
+    routed: u64,
+    refused: Refused,
     answered: BTreeMap<ModuleId, Answered>,
     /// Devices of the site that have never answered, by name, and since when they are missing, µs.
     missing: BTreeMap<String, u64>,
@@ -107,8 +72,19 @@ impl Registry {
     /// Those at `given` addresses.
     #[must_use]
     pub fn new(site: Arc<Site>, given: &[SocketAddr]) -> Self {
-        let routes = given.iter().map(|&address| Route::new(vec![address], true, 0)).collect();
-        Self { site, routes, answered: BTreeMap::new(), missing: BTreeMap::new() }
+        let (routes, random) = (Vec::new(), RandomState::new());
+        let (answered, missing, refused) = (BTreeMap::new(), BTreeMap::new(), Refused::default());
+        let mut registry = Self { site, routes, random, routed: 0, refused, answered, missing };
+        for &address in given {
+            let route = registry.route(vec![address], true, 0);
+            registry.routes.push(route);
+        }
+        registry
+    }
+
+    fn route(&mut self, addresses: Vec<SocketAddr>, given: bool, now_us: u64) -> Route {
+        self.routed += 1;
+        Route::new(addresses, given, self.random.hash_one(self.routed), now_us)
     }
 
     /// Goes on with another site: devices that are placed there now are subscribed to.
@@ -130,24 +106,44 @@ impl Registry {
         &self.site
     }
 
-    /// A device was found on the network, or is gone from it.
-    pub fn find(&mut self, finding: Finding, now_us: u64) {
-        let found = match finding {
+    /// Announced devices that were not asked, since the start.
+    #[must_use]
+    pub const fn refused(&self) -> Refused {
+        self.refused
+    }
+
+    /// A device was found on one of these networks, or is gone from it.
+    pub fn find(&mut self, finding: Finding, networks: &Networks, now_us: u64) {
+        let mut found = match finding {
             Finding::Found(found) => found,
             Finding::Lost(instance) => {
                 let lost = self.routes.iter_mut().filter(|route| route.instance == instance);
                 return lost.for_each(|route| route.lost = true);
             }
         };
+        let announced = found.addresses.len();
+        found.addresses.retain(|address| networks.hold(*address));
+        self.refused.outside += (announced - found.addresses.len()) as u64;
+        if found.addresses.is_empty() {
+            return;
+        }
         if let Some(route) = self.routes.iter_mut().find(|route| route.is(&found)) {
-            (route.instance, route.lost) = (found.instance, false);
+            route.lost = false;
+            if route.instance.is_empty() || !route.is_answering(now_us) {
+                route.instance = found.instance;
+            }
             if !route.given {
-                let at = route.address().and_then(|now| found.addresses.iter().position(|new| *new == now));
-                (route.addresses, route.at) = (found.addresses, at.unwrap_or(0));
+                route.announce(found.addresses, now_us);
             }
             return;
         }
-        let mut route = Route::new(found.addresses, false, now_us);
+        if self.routes.len() >= PEERS {
+            self.refused.crowded += 1;
+            let is_idle = |route: &Route| !route.given && route.device().is_none();
+            let Some(oldest) = self.routes.iter().position(is_idle) else { return };
+            self.routes.remove(oldest);
+        }
+        let mut route = self.route(found.addresses, false, now_us);
         route.instance = found.instance;
         self.routes.push(route);
     }
@@ -157,9 +153,11 @@ impl Registry {
         let is_worth =
             |route: &Route| route.given || !route.lost || now_us.saturating_sub(route.tried_us) < NEXT_US;
         self.routes.retain(is_worth);
-        for route in &mut self.routes {
+        let Self { routes, random, routed, .. } = self;
+        for route in routes {
             if route.addresses.len() > 1 && now_us.saturating_sub(route.tried_us) >= NEXT_US {
                 (route.at, route.tried_us) = ((route.at + 1) % route.addresses.len(), now_us);
+                route.proven = false;
             }
             let Some(address) = route.address() else { continue };
             let send = |datagram: &[u8]| send(datagram, address);
@@ -167,11 +165,14 @@ impl Registry {
                 Device::Unknown(subscription) => {
                     subscription.poll(now_us, Identity::default(), Need::Nothing, send);
                 }
-                Device::Known(device) => {
-                    if let Some(session) = sessions.get_mut(*device) {
-                        session.poll(now_us, send);
+                Device::Known(device) => match sessions.get_mut(*device) {
+                    Some(session) => session.poll(now_us, send),
+                    // There was no room for it among the sessions.
+                    None => {
+                        *routed += 1;
+                        route.device = Device::unknown(route.given, random.hash_one(*routed));
                     }
-                }
+                },
             }
         }
     }
@@ -182,29 +183,86 @@ impl Registry {
         self.routes.iter().any(|route| route.address() == Some(address))
     }
 
-    /// A datagram has come from an address that is [known](Self::knows): from now on its device has a session.
-    pub fn meet(&mut self, from: SocketAddr, device: ModuleId, sessions: &mut Sessions, now_us: u64) {
-        let Some(index) = self.routes.iter().position(|route| route.address() == Some(from)) else { return };
-        let Device::Unknown(subscription) = &self.routes[index].device else { return };
-        sessions.meet(device, subscription, now_us);
+    /// Whether a datagram that has come from an address that is [known](Self::knows) is to be used. What is not is counted.
+    /// A device that answers there for the first time has a session from now on.
+    pub fn admit(
+        &mut self,
+        from: SocketAddr,
+        datagram: &Datagram<'_>,
+        sessions: &mut Sessions,
+        now_us: u64,
+    ) -> bool {
+        let (device, message) = (datagram.device(), &datagram.message);
+        let Some(index) = self.routes.iter().position(|route| route.address() == Some(from)) else {
+            return false;
+        };
+        let route = &mut self.routes[index];
+        if let Device::Known(other) = route.device
+            && other != device
+        {
+            let asked = sessions.get(other).filter(|session| session.kind(message, now_us) == Kind::Answer);
+            let Some(session) = asked.filter(|_| !route.is_answering(now_us)) else {
+                sessions.refuse_foreign();
+                return false;
+            };
+            // Another device is there now.
+            route.device = Device::Unknown(session.subscription().clone());
+        }
+        if let Device::Unknown(subscription) = &route.device {
+            if subscription.kind(message, now_us) != Kind::Answer {
+                sessions.refuse_unasked();
+                return false;
+            }
+            let subscription = subscription.clone();
+            if !self.meet(index, from, device, now_us) {
+                sessions.refuse_foreign();
+                return false;
+            }
+            sessions.meet(device, &subscription, now_us);
+        }
+        let kind = sessions.get(device).map_or(Kind::Unasked, |session| session.kind(message, now_us));
+        let Some(route) = self.routes.iter_mut().find(|route| route.address() == Some(from)) else {
+            return false;
+        };
+        if kind == Kind::Answer {
+            (route.tried_us, route.answered_us, route.proven) = (now_us, Some(now_us), true);
+        }
+        if !route.proven {
+            sessions.refuse_foreign();
+            return false;
+        }
+        sessions.admit(datagram, now_us)
+    }
+
+    /// Binds a route to the device that has answered there; false if that device is heard elsewhere.
+    fn meet(&mut self, index: usize, from: SocketAddr, device: ModuleId, now_us: u64) -> bool {
         let other = self.routes.iter().position(|route| route.leads_to(device));
-        self.routes[index].device = Device::Known(device);
-        let Some(other) = other else { return };
+        let Some(other) = other else {
+            self.routes[index].device = Device::Known(device);
+            return true;
+        };
         // Of two ways to the same device one is enough, and a given one is the better. A second given address is kept
         // for the time when the first no longer answers.
         let (kept, dropped) = match (self.routes[other].given, self.routes[index].given) {
             (true, true) => {
                 self.routes[other].addresses.push(from);
-                (other, index)
+                self.routes.remove(index);
+                return false;
             }
-            (true, false) => (other, index),
+            (true, false) => {
+                self.routes.remove(index);
+                return false;
+            }
+            (false, false) if self.routes[other].is_answering(now_us) => return false,
             (false, _) => (index, other),
         };
+        self.routes[kept].device = Device::Known(device);
         self.routes[kept].lost = false;
         self.routes.remove(dropped);
+        true
     }
 
-    /// A datagram of a device that has been [met](Self::meet) was used, with this observation if it was a report: sends
+    /// A datagram of a device that was [admitted](Self::admit) was used, with this observation if it was a report: sends
     /// what is to be answered.
     pub fn heard(
         &mut self,
@@ -219,7 +277,6 @@ impl Registry {
         let here = |route: &&mut Route| route.address() == Some(from) && route.leads_to(device);
         let Some(route) = self.routes.iter_mut().find(here) else { return };
         let Some(session) = sessions.get_mut(device) else { return };
-        route.tried_us = now_us;
         let answered = self.answered.entry(device).or_insert(Answered { address: from, newest: None });
         answered.address = from;
         answered.newest = observation.or(answered.newest.take());
@@ -229,12 +286,12 @@ impl Registry {
 
     /// How every device is at `now_us`: those of the site in its order, then the others.
     pub fn lines(&mut self, sessions: &mut Sessions, now_us: u64) -> Vec<ModuleLine> {
-        let Self { site, routes, answered, missing } = self;
+        let Self { site, routes, answered, missing, .. } = self;
         // A device that is neither in the site nor there any more is forgotten.
         answered.retain(|&device, _| {
-            let name = sessions.get(device).map_or("", |session| session.name());
-            let stays =
-                site.place_of(name, device).is_some() || routes.iter().any(|route| route.leads_to(device));
+            let Some(session) = sessions.get(device) else { return false };
+            let is_there = routes.iter().any(|route| route.leads_to(device));
+            let stays = is_there || site.place_of(session.name(), device).is_some();
             if !stays {
                 sessions.part(device);
             }
@@ -243,6 +300,7 @@ impl Registry {
         let mut placed: BTreeMap<usize, ModuleLine> = BTreeMap::new();
         let mut others = Vec::new();
         for (&device, answered) in answered {
+            let alarm = sessions.alarm(device, now_us);
             let Some(session) = sessions.get_mut(device) else { continue };
             let place = site.place_of(session.name(), device);
             let name = place.and_then(|place| site.modules.get(place)).map(|module| module.name.clone());
@@ -254,10 +312,24 @@ impl Registry {
             if line.state != DeviceState::Missing && !subscribed {
                 line.state = DeviceState::Found;
             }
-            match place {
-                Some(place) if !placed.contains_key(&place) => drop(placed.insert(place, line)),
-                _ => others.push(line),
+            if let Some(alarm) = alarm {
+                line.alarms.insert(0, alarm);
             }
+            let Some(place) = place else {
+                others.push(line);
+                continue;
+            };
+            // Of two with one place the one that is there stands for it; the other goes by its identity.
+            let is_better = |than: &ModuleLine| is_there(&line) && !is_there(than);
+            let second = match placed.entry(place) {
+                Entry::Vacant(vacant) => {
+                    vacant.insert(line);
+                    continue;
+                }
+                Entry::Occupied(mut first) if is_better(first.get()) => first.insert(line),
+                Entry::Occupied(_) => line,
+            };
+            others.push(ModuleLine { name: second.id.clone(), ..second });
         }
         missing.retain(|name, _| site.modules.iter().any(|module| module.name == *name));
         for (place, module) in site.modules.iter().enumerate() {
@@ -276,6 +348,10 @@ impl Registry {
         }
         placed.into_values().chain(others).collect()
     }
+}
+
+fn is_there(line: &ModuleLine) -> bool {
+    line.state != DeviceState::Missing
 }
 
 /// How a device is that has never answered since `since_us`.
@@ -306,3 +382,6 @@ fn show_view(line: &mut ModuleLine, newest: Option<&Observation>, now_us: u64) {
 fn cm(value_m: f64) -> f64 {
     (value_m * 100.0).round() / 100.0
 }
+
+#[cfg(test)]
+mod tests;

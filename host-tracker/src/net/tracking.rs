@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   DNS-SD ─▶ registry ─▶ subscribe, info, profile ─▶ socket
-//!   socket ─▶ decode, once ─▶ session ─▶ observation ─▶ tracker ─▶ tracks, zones ─▶ doors ─▶ Snapshot every 0.1 s
-//!                               └─▶ how each device is ─────────────────────────────────────────┘
+//!   socket ─▶ decode, once ─▶ admitted? ─▶ session ─▶ observation ─▶ tracker ─▶ tracks, zones ─▶ doors ─▶ Snapshot every 0.1 s
+//!                                            └─▶ how each device is ────────────────────────────────────────┘
 //! ```
 
 use std::io;
@@ -16,6 +16,7 @@ use crate::calibration::Calibration;
 use crate::doors::DoorDesk;
 use crate::net::clock::HostClock;
 use crate::net::discovery::Search;
+use crate::net::networks::Networks;
 use crate::net::poses::Poses;
 use crate::net::registry::Registry;
 use crate::record::Recorder;
@@ -25,10 +26,13 @@ use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::snapshot::{Refused, Snapshot, unix_ms};
 
 /// Between two snapshots, µs.
 pub const LINE_US: u64 = 100_000;
+
+/// The host's interfaces are asked for again after so long, µs: one may come up, or get an address.
+const NETWORKS_US: u64 = 1_000_000;
 
 /// Longest wait for a datagram: a tenth of that.
 const WAIT: Duration = Duration::from_millis(10);
@@ -60,6 +64,9 @@ pub struct TrackingLoop {
     poses: Poses,
     clock: HostClock,
     next_line_us: u64,
+    /// The host's networks, and until when they are taken as they were, µs.
+    networks: Networks,
+    networks_until_us: u64,
     /// Datagrams from addresses that are no device of ours.
     strangers: u64,
     parts: Parts,
@@ -93,6 +100,8 @@ impl TrackingLoop {
             follower,
             clock: HostClock::start(),
             next_line_us: LINE_US,
+            networks: Networks::default(),
+            networks_until_us: 0,
             strangers: 0,
             parts,
         }
@@ -132,7 +141,11 @@ impl TrackingLoop {
                 return Ok(self.snapshot_at(at_us));
             }
             for finding in self.search.iter().flat_map(Search::findings) {
-                self.registry.find(finding, now_us);
+                if now_us >= self.networks_until_us {
+                    self.networks = Networks::of_host();
+                    self.networks_until_us = now_us + NETWORKS_US;
+                }
+                self.registry.find(finding, &self.networks, now_us);
             }
             let socket = &self.socket;
             let sessions = self.follower.sessions_mut();
@@ -154,12 +167,15 @@ impl TrackingLoop {
             self.strangers += 1;
             return;
         }
+        let sessions = self.follower.sessions_mut();
+        let Some(datagram) = sessions.decode(bytes) else { return };
+        if !self.registry.admit(from, &datagram, sessions, now_us) {
+            return;
+        }
+        // Only what is used: who follows the recording again has not sent the requests, and cannot tell.
         if let Some(recorder) = &self.parts.recorder {
             recorder.datagram(now_us, bytes);
         }
-        let sessions = self.follower.sessions_mut();
-        let Some(datagram) = sessions.decode(bytes) else { return };
-        self.registry.meet(from, datagram.device(), sessions, now_us);
         let observation = self.follower.follow(&datagram, now_us);
         if let Some(observation) = &observation {
             self.poses.observe(observation);
@@ -205,7 +221,16 @@ impl TrackingLoop {
             modules,
             dropped: *follower.sessions().drops(),
             strangers: self.strangers,
+            refused: Refused { forgotten: follower.sessions().forgotten(), ..registry.refused() },
         }
+    }
+
+    /// Where devices send to.
+    ///
+    /// # Errors
+    /// The socket does not know.
+    pub fn local_address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
     }
 
     /// The sessions with all devices.

@@ -1,7 +1,7 @@
 //! Everything the host remembers of one device: start, clock, setup, background, sequences, subscription, health.
 //!
 //! ```text
-//!   datagram ─▶ boot: stale │ as before │ new: start again
+//!   datagram ─▶ boot: stale │ as before │ new: start again   (live: `gate` has admitted it before)
 //!                 ├ subscribed ─▶ clock
 //!                 ├ info ───────▶ setup, place in the site
 //!                 ├ profile ────▶ background
@@ -14,7 +14,9 @@
 //! its device's clock or geometry is unknown; everything dropped is counted by cause.
 
 pub mod datagram;
+pub mod gate;
 pub mod health;
+pub mod outstanding;
 mod profile;
 mod sequence;
 mod sessions;
@@ -32,7 +34,9 @@ use crate::observation::{AHEAD_S, Detection, LATE_S, Observation, View};
 use crate::site::Site;
 use crate::snapshot::{Drops, ModuleLine};
 use datagram::Datagram;
+use gate::{Gate, SILENT_US};
 use health::Monitor;
+use outstanding::{ANSWER_US, Kind, is_answer};
 use profile::Profile;
 use sequence::{Arrival, Sequences};
 pub use sessions::Sessions;
@@ -54,6 +58,9 @@ pub struct Session {
     /// The name the device gives itself. It outlives restarts; empty until the first info.
     name: String,
     clock: ModuleClock,
+    gate: Gate,
+    /// When this start of the device answered a request last, µs.
+    answered_us: Option<u64>,
     /// Number of the setup that the newest info describes, usable or not.
     described: Option<u16>,
     setup: Option<Setup>,
@@ -97,6 +104,45 @@ impl Session {
         self.monitor = Some(Box::new(Monitor::new(now_us)));
     }
 
+    /// What a message of the device is to this session, which knows what it has asked.
+    #[must_use]
+    pub fn kind(&self, message: &Message<'_>, now_us: u64) -> Kind {
+        self.subscription.kind(message, now_us)
+    }
+
+    /// The requests to the device.
+    #[must_use]
+    pub const fn subscription(&self) -> &Subscription {
+        &self.subscription
+    }
+
+    /// What answers a request of `other` is an answer here, too.
+    pub fn adopt(&mut self, other: &Subscription) {
+        self.subscription.adopt(other);
+    }
+
+    /// Whether a datagram of this device that arrived at `now_us` is to be used. Only a host that sent the requests itself
+    /// can tell; a recording holds what was admitted.
+    ///
+    /// # Errors
+    /// It is not, and why.
+    pub fn admit(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Result<(), gate::Refusal> {
+        let kind = self.subscription.take(&datagram.message, now_us);
+        self.gate.admit(datagram.header.identity.boot, kind, now_us)
+    }
+
+    /// Whether the device has answered within the last three seconds. What it sends unasked can be forged.
+    #[must_use]
+    pub fn is_answering(&self, now_us: u64) -> bool {
+        self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < SILENT_US)
+    }
+
+    /// When it answered last, µs.
+    #[must_use]
+    pub const fn answered_us(&self) -> Option<u64> {
+        self.answered_us
+    }
+
     /// Uses a datagram of this device that arrived at `now_us` on the host's clock.
     pub fn receive(
         &mut self,
@@ -106,13 +152,16 @@ impl Session {
         drops: &mut Drops,
     ) -> Option<Observation> {
         let boot = datagram.header.identity.boot;
-        match self.boot(boot) {
+        match self.boot(boot, now_us) {
             Boot::Stale => {
                 drops.stale_boot += 1;
                 return None;
             }
             Boot::Current => {}
-            Boot::New => self.restart(boot),
+            Boot::New => self.restart(boot, now_us),
+        }
+        if is_answer(&datagram.message) {
+            self.answered_us = Some(now_us);
         }
         if let Some(monitor) = &mut self.monitor {
             monitor.heard(now_us);
@@ -134,10 +183,11 @@ impl Session {
         None
     }
 
-    /// The boot rule: a device counts its starts, so a lower number is of a datagram that is late.
-    const fn boot(&self, boot: u32) -> Boot {
+    /// The boot rule: a device counts its starts, so a lower number is of a datagram that is late; unless the higher one has
+    /// answered nothing for so long that it is over, and the device has forgotten how often it has started.
+    fn boot(&self, boot: u32, now_us: u64) -> Boot {
         if boot < self.identity.boot {
-            Boot::Stale
+            if self.is_answering(now_us) { Boot::Stale } else { Boot::New }
         } else if boot == self.identity.boot {
             Boot::Current
         } else {
@@ -146,7 +196,7 @@ impl Session {
     }
 
     /// Forgets what the last start of the device said.
-    fn restart(&mut self, boot: u32) {
+    fn restart(&mut self, boot: u32, now_us: u64) {
         self.subscription.restart();
         if let Some(monitor) = &mut self.monitor {
             monitor.restart();
@@ -155,6 +205,8 @@ impl Session {
             identity: Identity { boot, ..self.identity },
             name: std::mem::take(&mut self.name),
             subscription: self.subscription.clone(),
+            gate: self.gate,
+            answered_us: Some(now_us),
             monitor: self.monitor.take(),
             ..Self::default()
         };
@@ -213,7 +265,14 @@ impl Session {
         drops: &mut Drops,
     ) -> Option<Observation> {
         let head = &report.head;
-        let arrival = self.sequences.record(head.sequence);
+        let has_answered =
+            self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) <= ANSWER_US);
+        let may_jump = has_answered && now_us.saturating_sub(self.last_report_us) >= SILENT_US;
+        let arrival = self.sequences.record(head.sequence, may_jump);
+        if arrival == Arrival::Far {
+            drops.jump += 1;
+            return None;
+        }
         if let Arrival::Ahead(_) = arrival {
             self.current = Some((head.setup, head.background_version));
         }

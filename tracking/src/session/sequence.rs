@@ -4,9 +4,15 @@
 //!   … 95 96 97 98 99 │ newest
 //!   …  1  1  0  1  1 │          97 may still come; 98 has come and is not used again
 //! ```
+//!
+//! A number far from the newest is another row. While the one in use goes on, no device begins another.
 
 /// Sequence numbers back from the newest that are remembered as used.
 const REMEMBERED: u32 = 64;
+
+/// Farther than this from the newest is another row: 25 s of the fastest sensor, so a row that was interrupted for less
+/// goes on.
+const FAR: u32 = 1000;
 
 /// How a sequence number relates to the ones before it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -17,6 +23,8 @@ pub enum Arrival {
     Late,
     /// One that was used before, or too old to tell.
     Repeated,
+    /// One of another row, which has not begun.
+    Far,
 }
 
 /// The sequence numbers used so far.
@@ -27,13 +35,20 @@ pub struct Sequences {
 }
 
 impl Sequences {
-    /// What this one is; from now on it is used.
-    pub fn record(&mut self, sequence: u32) -> Arrival {
+    /// What this one is; from now on it is used. `may_jump`: the row in use is silent, and the device has just answered.
+    pub fn record(&mut self, sequence: u32, may_jump: bool) -> Arrival {
         let Some(newest) = self.newest else {
             (self.newest, self.used) = (Some(sequence), 1);
             return Arrival::Ahead(1);
         };
         let ahead = sequence.wrapping_sub(newest);
+        if ahead.min(ahead.wrapping_neg()) > FAR {
+            if !may_jump {
+                return Arrival::Far;
+            }
+            (self.newest, self.used) = (Some(sequence), 1);
+            return Arrival::Ahead(if ahead < u32::MAX / 2 { ahead } else { 1 });
+        }
         if ahead == 0 {
             return Arrival::Repeated;
         }
@@ -58,7 +73,7 @@ mod tests {
     #[test]
     fn each_number_is_used_once_in_whatever_order() {
         let mut sequences = Sequences::default();
-        let arrivals = [7, 8, 8, 11, 9, 9, 7, 10].map(|sequence| sequences.record(sequence));
+        let arrivals = [7, 8, 8, 11, 9, 9, 7, 10].map(|sequence| sequences.record(sequence, false));
         let (late, repeated) = (Arrival::Late, Arrival::Repeated);
         let expected = [
             Arrival::Ahead(1),
@@ -76,9 +91,31 @@ mod tests {
     #[test]
     fn what_is_too_old_to_tell_counts_as_repeated() {
         let mut sequences = Sequences::default();
-        sequences.record(100);
-        sequences.record(100 + REMEMBERED);
-        assert_eq!(sequences.record(100), Arrival::Repeated);
-        assert_eq!(sequences.record(101), Arrival::Late);
+        sequences.record(100, false);
+        sequences.record(100 + REMEMBERED, false);
+        assert_eq!(sequences.record(100, false), Arrival::Repeated);
+        assert_eq!(sequences.record(101, false), Arrival::Late);
+    }
+
+    #[test]
+    fn f4_a_jump_of_the_numbers_silences_no_report() {
+        let mut sequences = Sequences::default();
+        sequences.record(100, false);
+        for far in [100 + FAR + 1, 100 + (1 << 30), 100_u32.wrapping_sub(FAR + 1), u32::MAX / 2 + 100] {
+            assert_eq!(sequences.record(far, false), Arrival::Far, "{far}");
+            assert_eq!(sequences.record(100, false), Arrival::Repeated);
+        }
+        assert_eq!(sequences.record(101, false), Arrival::Ahead(1));
+        assert_eq!(sequences.record(5000, true), Arrival::Ahead(4899), "its row has ended");
+        assert_eq!(sequences.record(7, true), Arrival::Ahead(1), "and so has this");
+    }
+
+    #[test]
+    fn numbers_go_on_over_their_end() {
+        let mut sequences = Sequences::default();
+        sequences.record(u32::MAX, false);
+        assert_eq!(sequences.record(1, false), Arrival::Ahead(2));
+        assert_eq!(sequences.record(0, false), Arrival::Late);
+        assert_eq!(sequences.record(u32::MAX, false), Arrival::Repeated);
     }
 }

@@ -1,20 +1,26 @@
 //! The sessions with all devices, and the only way in for what they send.
 //!
 //! ```text
-//!   bytes ─▶ decode, once ─▶ Datagram ─▶ accept ─▶ the device's session ─▶ Observation
+//!   bytes ─▶ decode, once ─▶ Datagram ─▶ admit ─▶ accept ─▶ the device's session ─▶ Observation
+//!                                        live only          two with one place: neither is used
 //! ```
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
-use kehai::wire::ModuleId;
+use kehai::wire::{Message, ModuleId};
 
 use super::datagram::Datagram;
+use super::gate::Refusal;
 use super::{Placement, Session, Subscription};
+use crate::alarm::{AlarmKind, AlarmLine};
 use crate::observation::Observation;
 use crate::site::Site;
 use crate::snapshot::Drops;
+
+/// Sessions beside those of a site's devices and their replacements: a network's other devices.
+const OTHERS: usize = 64;
 
 /// The sessions with all devices.
 #[derive(Debug)]
@@ -23,6 +29,10 @@ pub struct Sessions {
     sessions: BTreeMap<ModuleId, Session>,
     drops: Drops,
     decoded: u64,
+    /// Sessions that were given up for newer ones.
+    forgotten: u64,
+    /// Whether two sessions have the same place.
+    shared: bool,
 }
 
 impl Sessions {
@@ -30,7 +40,8 @@ impl Sessions {
     #[must_use]
     pub fn new(site: Arc<Site>, estimator: Estimator) -> Self {
         let placement = Placement { site, estimator };
-        Self { placement, sessions: BTreeMap::new(), drops: Drops::default(), decoded: 0 }
+        let (sessions, drops) = (BTreeMap::new(), Drops::default());
+        Self { placement, sessions, drops, decoded: 0, forgotten: 0, shared: false }
     }
 
     /// Goes on with another site: every device takes its place there.
@@ -39,6 +50,77 @@ impl Sessions {
             session.place(&site);
         }
         self.placement.site = site;
+        self.compare_places();
+    }
+
+    /// Notes whether any two have the same place: with each report it is looked at which, then.
+    fn compare_places(&mut self) {
+        let mut places: Vec<usize> = self.sessions.values().filter_map(Session::place_in_site).collect();
+        places.sort_unstable();
+        self.shared = places.windows(2).any(|pair| pair.first() == pair.last());
+    }
+
+    /// The other device that has the place of this one, while both answer. Neither is used then: which of them is where
+    /// the site says cannot be known.
+    #[must_use]
+    pub fn rival(&self, device: ModuleId, now_us: u64) -> Option<ModuleId> {
+        if !self.shared {
+            return None;
+        }
+        let place = self.get(device).filter(|session| session.is_answering(now_us))?.place_in_site()?;
+        let rivals = self.sessions.iter().filter(|(id, _)| **id != device);
+        let mut answering = rivals
+            .filter(|(_, session)| session.place_in_site() == Some(place) && session.is_answering(now_us));
+        answering.next().map(|(id, _)| *id)
+    }
+
+    /// The alarm about a device that has a [rival](Self::rival).
+    #[must_use]
+    pub fn alarm(&self, device: ModuleId, now_us: u64) -> Option<AlarmLine> {
+        let rival = self.rival(device, now_us)?;
+        let name = self.get(device)?.name();
+        let text = format!(
+            "{device} and {rival} both are \"{name}\", and neither is used: switch one off, or give it another name with \
+             kehai-tracker module set"
+        );
+        Some(AlarmLine::new(AlarmKind::SameName, text))
+    }
+
+    /// Whether a datagram of a device that arrived at `now_us` is to be used: see [`Session::admit`]. It is counted if not.
+    pub fn admit(&mut self, datagram: &Datagram<'_>, now_us: u64) -> bool {
+        let Some(session) = self.sessions.get_mut(&datagram.device()) else { return false };
+        match session.admit(datagram, now_us) {
+            Ok(()) => return true,
+            Err(Refusal::StaleBoot) => self.drops.stale_boot += 1,
+            Err(Refusal::Unasked) => self.drops.unasked += 1,
+        }
+        false
+    }
+
+    /// A datagram came in the name of a device that answers at another address.
+    pub const fn refuse_foreign(&mut self) {
+        self.drops.foreign += 1;
+    }
+
+    /// An answer came to nothing that was asked.
+    pub const fn refuse_unasked(&mut self) {
+        self.drops.unasked += 1;
+    }
+
+    /// Makes room for one session more: of those without a place the one that has answered least lately goes; of all, if every
+    /// one has a place.
+    fn make_room(&mut self) {
+        let most = 2 * self.placement.site.modules.len() + OTHERS;
+        while self.sessions.len() >= most {
+            let least = |(_, session): &(&ModuleId, &Session)| {
+                (session.place_in_site().is_some(), session.answered_us())
+            };
+            let Some(device) = self.sessions.iter().min_by_key(least).map(|(device, _)| *device) else {
+                return;
+            };
+            self.sessions.remove(&device);
+            self.forgotten += 1;
+        }
     }
 
     /// Decodes what has arrived; what cannot be read, or names no device, is counted.
@@ -58,14 +140,29 @@ impl Sessions {
     /// The same with a datagram that is decoded already.
     pub fn accept(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Observation> {
         let device = datagram.device();
+        if !self.sessions.contains_key(&device) {
+            self.make_room();
+        }
         let session =
             self.sessions.entry(device).or_insert_with(|| Session::new(device, Subscription::default()));
-        session.receive(datagram, now_us, &self.placement, &mut self.drops)
+        let observation = session.receive(datagram, now_us, &self.placement, &mut self.drops);
+        if let Message::Info(_) = datagram.message {
+            self.compare_places();
+        }
+        if observation.is_some() && self.rival(device, now_us).is_some() {
+            self.drops.same_name += 1;
+            return None;
+        }
+        observation
     }
 
     /// Monitors the health of a device from `now_us` on. Its session goes on, or begins with the requests of
     /// `subscription`.
     pub fn meet(&mut self, device: ModuleId, subscription: &Subscription, now_us: u64) {
+        match self.sessions.get_mut(&device) {
+            Some(session) => session.adopt(subscription),
+            None => self.make_room(),
+        }
         let new = || Session::new(device, subscription.clone());
         let session = self.sessions.entry(device).or_insert_with(new);
         if session.monitor.is_none() {
@@ -101,6 +198,12 @@ impl Sessions {
     #[must_use]
     pub const fn drops(&self) -> &Drops {
         &self.drops
+    }
+
+    /// Sessions that were given up for newer ones.
+    #[must_use]
+    pub const fn forgotten(&self) -> u64 {
+        self.forgotten
     }
 
     /// How often something was decoded.

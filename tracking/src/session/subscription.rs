@@ -8,11 +8,16 @@
 //!
 //! It does no I/O: the time and the session's need go in, datagrams to send come out.
 
-use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Request};
+use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Message, Request};
+
+use super::outstanding::{Kind, Outstanding};
 
 /// Between two renewals, and before anything is asked for again, µs: a fifth of the time after which a device forgets a
 /// subscriber.
 const AGAIN_US: u64 = 1_000_000;
+
+/// Longest between two requests to an address that has never answered, µs: a request a minute is no flood, wherever it goes.
+const SELDOM_US: u64 = 60_000_000;
 
 /// What a session lacks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -36,27 +41,67 @@ pub struct Subscription {
     /// Whether the host wants reports, and so a place among the subscribers, or only the device's info.
     wants_reports: bool,
     cookie: Cookie,
-    next_id: u32,
+    /// Makes ids that cannot be guessed.
+    seed: u64,
+    /// Requests sent.
+    sent: u64,
+    outstanding: Outstanding,
+    /// Before the next request while there has been no answer, of one that waits longer each time.
+    backs_off_us: Option<u64>,
     renew_us: u64,
     ask_us: u64,
 }
 
 impl Default for Subscription {
     fn default() -> Self {
-        Self::new(true)
+        Self::new(true, 0)
     }
 }
 
 impl Subscription {
-    /// One that has sent nothing yet.
+    /// One that has sent nothing yet. With a random `seed` its request ids cannot be guessed.
     #[must_use]
-    pub const fn new(wants_reports: bool) -> Self {
-        Self { wants_reports, cookie: Cookie::NONE, next_id: 1, renew_us: 0, ask_us: 0 }
+    pub fn new(wants_reports: bool, seed: u64) -> Self {
+        let (outstanding, backs_off_us) = (Outstanding::default(), None);
+        Self {
+            wants_reports,
+            cookie: Cookie::NONE,
+            seed,
+            sent: 0,
+            outstanding,
+            backs_off_us,
+            renew_us: 0,
+            ask_us: 0,
+        }
     }
 
-    /// Starts again with a device that has restarted. Request numbers go on: the device may remember the last ones.
+    /// The same to an address that was only announced: until it answers it is asked after a second, two, four, and so
+    /// on, at last once a minute.
+    #[must_use]
+    pub fn backing_off(mut self) -> Self {
+        self.backs_off_us = Some(AGAIN_US);
+        self
+    }
+
+    /// Starts again with a device that has restarted. Request ids go on: the device may remember the last ones.
     pub fn restart(&mut self) {
-        *self = Self { next_id: self.next_id, ..Self::new(self.wants_reports) };
+        *self = Self { sent: self.sent, ..Self::new(self.wants_reports, self.seed) };
+    }
+
+    /// What a message of the device is that came at `now_us`.
+    #[must_use]
+    pub fn kind(&self, message: &Message<'_>, now_us: u64) -> Kind {
+        self.outstanding.kind(message, now_us)
+    }
+
+    /// The same; the request is answered by it.
+    pub fn take(&mut self, message: &Message<'_>, now_us: u64) -> Kind {
+        self.outstanding.take(message, now_us)
+    }
+
+    /// What answers a request of `other` answers one of this, too: both ask the same device.
+    pub fn adopt(&mut self, other: &Self) {
+        self.outstanding.adopt(&other.outstanding);
     }
 
     /// Sets whether the host wants reports.
@@ -72,6 +117,7 @@ impl Subscription {
 
     /// The device gave a cookie; a new one is used at once.
     pub fn grant(&mut self, cookie: Cookie) {
+        self.backs_off_us = None;
         if cookie != self.cookie {
             (self.cookie, self.renew_us) = (cookie, 0);
         }
@@ -101,7 +147,7 @@ impl Subscription {
             Need::Profile { version, parts } => Request::Profile { version, parts },
         };
         self.ask_us = now_us + AGAIN_US;
-        self.ask(to, request, &mut send);
+        self.ask(now_us, to, request, &mut send);
     }
 
     /// When [`poll`](Self::poll) has something to send next, µs.
@@ -112,19 +158,30 @@ impl Subscription {
     }
 
     fn renew(&mut self, now_us: u64, to: Identity, send: &mut impl FnMut(&[u8])) {
-        self.renew_us = now_us + AGAIN_US;
+        self.renew_us = now_us + self.backs_off_us.unwrap_or(AGAIN_US);
+        self.backs_off_us = self.backs_off_us.map(|wait_us| (2 * wait_us).min(SELDOM_US));
         if self.cookie != Cookie::NONE && !self.wants_reports {
-            return self.ask(to, Request::Info, send);
+            return self.ask(now_us, to, Request::Info, send);
         }
-        self.ask(to, Request::Subscribe { t1: now_us.to_le_bytes() }, send);
+        self.ask(now_us, to, Request::Subscribe { t1: now_us.to_le_bytes() }, send);
     }
 
-    fn ask(&mut self, to: Identity, request: Request<'_>, send: &mut impl FnMut(&[u8])) {
+    fn ask(&mut self, now_us: u64, to: Identity, request: Request<'_>, send: &mut impl FnMut(&[u8])) {
         let mut datagram = [0; DATAGRAM_MAX];
-        let length = request.encode(to, self.next_id, self.cookie, &mut datagram).unwrap_or(0);
-        self.next_id = self.next_id.wrapping_add(1);
+        self.sent += 1;
+        let id = scattered(self.seed.wrapping_add(self.sent));
+        self.outstanding.note(id, request, now_us);
+        let length = request.encode(to, id, self.cookie, &mut datagram).unwrap_or(0);
         send(datagram.get(..length).unwrap_or(&[]));
     }
+}
+
+/// A number that tells nothing of the others of its row: the finaliser of SplitMix64 (Steele, Lea, Flood 2014).
+const fn scattered(number: u64) -> u32 {
+    let mixed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (mixed >> 32) as u32
 }
 
 #[cfg(test)]
@@ -141,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_need_is_asked_for_once_a_second_and_only_with_a_cookie() {
-        let mut subscription = Subscription::new(true);
+        let mut subscription = Subscription::new(true, 0);
         assert_eq!(sent(&mut subscription, 0, Need::Info), 1, "subscribe without a cookie");
         subscription.grant(Cookie([7; 8]));
         assert_eq!(sent(&mut subscription, 1000, Need::Info), 2, "subscribe with the cookie, info");
@@ -153,8 +210,25 @@ mod tests {
     }
 
     #[test]
+    fn f7_an_address_that_never_answers_is_asked_ever_more_seldom() {
+        let mut subscription = Subscription::new(false, 0).backing_off();
+        let mut asked_s = Vec::new();
+        for second in 0..300 {
+            if sent(&mut subscription, second * 1_000_000, Need::Nothing) > 0 {
+                asked_s.push(second);
+            }
+        }
+        assert_eq!(asked_s, [0, 1, 3, 7, 15, 31, 63, 123, 183, 243]);
+        subscription.grant(Cookie([7; 8]));
+        assert_eq!(
+            [300, 301].map(|second| sent(&mut subscription, second * 1_000_000, Need::Nothing)),
+            [1, 1]
+        );
+    }
+
+    #[test]
     fn a_host_that_wants_no_reports_asks_for_info_alone() {
-        let mut subscription = Subscription::new(false);
+        let mut subscription = Subscription::new(false, 0);
         assert_eq!(sent(&mut subscription, 0, Need::Info), 1, "subscribe without a cookie takes no place");
         subscription.grant(Cookie([7; 8]));
         assert_eq!(sent(&mut subscription, 1000, Need::Info), 1);

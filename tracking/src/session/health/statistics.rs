@@ -54,7 +54,7 @@ impl Statistics {
                 self.now.arrived += 1;
             }
             Arrival::Late => self.now.arrived += 1,
-            Arrival::Repeated => {}
+            Arrival::Repeated | Arrival::Far => {}
         }
     }
 
@@ -129,7 +129,7 @@ mod tests {
             if arrives(sequence) {
                 let lost_scans = lost_scans(sequence);
                 let head = ReportHead { sequence, lost_scans, ..ReportHead::default() };
-                statistics.report(&head, sequences.record(sequence));
+                statistics.report(&head, sequences.record(sequence, false));
             }
             statistics.poll(u64::from(sequence) * 50_000);
         }
@@ -166,8 +166,8 @@ mod tests {
         for sequence in 1..=200 {
             if sequence % 2 == 0 {
                 let head = ReportHead { sequence, ..ReportHead::default() };
-                statistics.report(&head, sequences.record(sequence));
-                statistics.report(&head, sequences.record(sequence));
+                statistics.report(&head, sequences.record(sequence, false));
+                statistics.report(&head, sequences.record(sequence, false));
             }
             statistics.poll(u64::from(sequence) * 50_000);
         }

@@ -1,0 +1,315 @@
+//! Whose datagram is believed: the device's that answers at the address, whatever others say in its name.
+
+#[path = "../../../../tracking/tests/intake/fake.rs"]
+mod fake;
+
+use super::*;
+use crate::net::discovery::Found;
+use fake::{Fake, SITE, id};
+use kehai::wire::{Incoming, Message, Refusal, Refused, Request};
+use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::follower::Follower;
+use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::tracker::Ideas;
+
+const SECOND_US: u64 = 1_000_000;
+
+fn at(host: u8) -> SocketAddr {
+    SocketAddr::from(([192, 168, 7, host], 4040))
+}
+
+/// A network of fake modules in a simulated time.
+struct Network {
+    registry: Registry,
+    follower: Follower,
+    modules: Vec<(SocketAddr, Fake)>,
+    now_us: u64,
+}
+
+impl Network {
+    fn new(given: &[SocketAddr], modules: Vec<(SocketAddr, Fake)>) -> Self {
+        let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
+        let registry = Registry::new(Arc::clone(&site), given);
+        let follower = Follower::new(&site, Ideas::default());
+        Self { registry, follower, modules, now_us: 10 * SECOND_US }
+    }
+
+    /// One datagram from an address; whether it was admitted.
+    fn hear(&mut self, from: SocketAddr, bytes: &[u8]) -> bool {
+        if !self.registry.knows(from) {
+            return false;
+        }
+        let sessions = self.follower.sessions_mut();
+        let datagram = sessions.decode(bytes).unwrap();
+        if !self.registry.admit(from, &datagram, sessions, self.now_us) {
+            return false;
+        }
+        let observation = self.follower.follow(&datagram, self.now_us);
+        let sessions = self.follower.sessions_mut();
+        let mut sent = Vec::new();
+        self.registry.heard(from, &datagram, observation, sessions, self.now_us, |bytes, to| {
+            sent.push((bytes.to_vec(), to));
+        });
+        self.deliver(sent);
+        true
+    }
+
+    fn deliver(&mut self, sent: Vec<(Vec<u8>, SocketAddr)>) {
+        for (request, to) in sent {
+            let Some((_, module)) = self.modules.iter().find(|(address, _)| *address == to) else { continue };
+            for answer in answers(module, &request, self.now_us) {
+                self.hear(to, &answer);
+            }
+        }
+    }
+
+    /// A tenth of a second: requests, their answers, a report from each module.
+    fn tenth(&mut self) {
+        self.now_us += SECOND_US / 10;
+        let mut sent = Vec::new();
+        let sessions = self.follower.sessions_mut();
+        self.registry.poll(sessions, self.now_us, |bytes, to| sent.push((bytes.to_vec(), to)));
+        self.deliver(sent);
+        for index in 0..self.modules.len() {
+            let (from, module) = &mut self.modules[index];
+            let (from, report) = (*from, module.report(self.now_us - SECOND_US / 10));
+            self.hear(from, &report);
+        }
+    }
+
+    fn seconds(&mut self, seconds: u32) {
+        (0..seconds * 10).for_each(|_| self.tenth());
+    }
+
+    fn zone(&mut self) -> ZoneKnown {
+        self.follower.line(self.now_us as f64 * 1e-6).zones["area"].state
+    }
+
+    fn lines(&mut self) -> Vec<ModuleLine> {
+        self.registry.lines(self.follower.sessions_mut(), self.now_us)
+    }
+
+    fn announces(&mut self, instance: &str, device: ModuleId, host: u8) {
+        let found =
+            Found { instance: instance.into(), id: device, addresses: vec![at(host)], ..Found::default() };
+        self.finds(Finding::Found(found));
+    }
+
+    fn finds(&mut self, finding: Finding) {
+        let own = Networks::of(&[([192, 168, 7, 9].into(), [255, 255, 255, 0].into())]);
+        self.registry.find(finding, &own, self.now_us);
+    }
+}
+
+/// What a module answers.
+fn answers(module: &Fake, request: &[u8], now_us: u64) -> Vec<Vec<u8>> {
+    let incoming = Incoming::open(request).unwrap();
+    let request_id = incoming.request_id;
+    let refuse = |refusal| {
+        let kind = incoming.header.kind;
+        vec![module.say(&Message::Refused(Refused { request_id, kind, refusal }))]
+    };
+    match incoming.request(module.identity) {
+        Err(refusal) => refuse(refusal),
+        Ok(Request::Subscribe { t1 }) if incoming.cookie == kehai::wire::Cookie::NONE => {
+            vec![module.cookie(request_id, t1)]
+        }
+        Ok(Request::Subscribe { t1 }) => {
+            vec![module.subscribed(request_id, u64::from_le_bytes(t1), now_us)]
+        }
+        Ok(Request::Info) => vec![module.info(request_id)],
+        Ok(Request::Profile { .. }) => module.profile(),
+        Ok(_) => refuse(Refusal::Unsupported),
+    }
+}
+
+#[test]
+fn f4_no_peer_speaks_for_another_module() {
+    let (left, other) = (Fake::new(1, 5, "left"), Fake::new(2, 1, "other"));
+    let mut network = Network::new(&[at(1), at(2)], vec![(at(1), left), (at(2), other)]);
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    let forged = network.modules[0].1.reported(u32::MAX / 2, 0);
+    assert!(!network.hear(at(2), &forged));
+    assert_eq!(network.follower.sessions().drops().foreign, 1);
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f4_an_announcement_moves_no_module_that_is_heard_and_back_it_comes() {
+    let left = Fake::new(1, 5, "left");
+    // It has all that the true one has, and a higher start.
+    let evil = Fake::new(1, 6, "left");
+    let mut network = Network::new(&[], vec![(at(1), left), (at(66), evil)]);
+    network.announces("kehai-left", id(1), 1);
+    network.seconds(3);
+    network.announces("kehai-evil", id(1), 66);
+    network.seconds(5);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    // Without a name that says whose it is, it is another way to the same device: that is heard elsewhere.
+    network.announces("kehai-worse", ModuleId::ANY, 66);
+    network.seconds(5);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+    // The true one is switched off: now nothing tells them apart. Once the fake is gone, it is found again.
+    let left = network.modules.remove(0);
+    network.seconds(8);
+    assert_eq!(network.lines()[0].address, at(66).to_string());
+    network.modules[0] = left;
+    network.finds(Finding::Lost("kehai-worse".into()));
+    network.seconds(20);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f4_a_fake_that_does_not_answer_gets_no_module() {
+    let mut network = Network::new(&[at(1)], Vec::new());
+    let mut left = Fake::new(1, 5, "left");
+    network.tenth();
+    for _ in 0..20 {
+        let report = left.report(network.now_us);
+        assert!(!network.hear(at(1), &report));
+        network.tenth();
+    }
+    assert_eq!(network.follower.sessions().iter().count(), 0);
+    assert!(network.follower.sessions().drops().unasked > 0);
+}
+
+#[test]
+fn f3_a_module_whose_flash_was_erased_is_heard_again_and_a_forged_start_silences_none() {
+    let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 57, "left"))]);
+    network.seconds(3);
+    let forged = Fake::new(1, u32::MAX, "left").report(network.now_us);
+    assert!(!network.hear(at(1), &forged));
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    // Its flash is erased: it counts its starts from 1.
+    network.modules[0].1 = Fake::new(1, 1, "left");
+    let mut known = Vec::new();
+    for _ in 0..8 {
+        network.seconds(1);
+        known.push(network.zone());
+    }
+    assert_eq!(known[1], ZoneKnown::Unknown, "while it is not clear which is true");
+    assert_eq!(known[7], ZoneKnown::Known);
+}
+
+#[test]
+fn f4_two_modules_of_one_name_are_an_alarm_and_neither_is_used() {
+    let (left, second) = (Fake::new(2, 5, "left"), Fake::new(1, 5, "left"));
+    let mut network = Network::new(&[at(1), at(2)], vec![(at(1), left)]);
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    network.modules.push((at(2), second));
+    network.seconds(4);
+    assert_eq!(network.zone(), ZoneKnown::Unknown);
+    assert!(network.follower.sessions().drops().same_name > 0);
+    let lines = network.lines();
+    assert_eq!(lines.iter().filter(|line| line.name == "left").count(), 1);
+    let alarms = lines.iter().flat_map(|line| &line.alarms);
+    assert_eq!(alarms.filter(|alarm| alarm.kind == AlarmKind::SameName).count(), 2);
+    // The first one is broken, and the second is there in its place.
+    network.modules.remove(0);
+    network.seconds(6);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    let lines = network.lines();
+    assert_eq!((lines[0].name.as_str(), lines[0].id.as_str()), ("left", id(1).to_string().as_str()));
+}
+
+#[test]
+fn f4_a_module_that_is_swapped_for_another_at_its_address_is_found() {
+    let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 57, "left"))]);
+    network.seconds(3);
+    network.modules[0].1 = Fake::new(9, 3, "left");
+    network.seconds(2);
+    assert_eq!(network.zone(), ZoneKnown::Unknown);
+    network.seconds(6);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f4_a_sequence_from_far_ahead_mutes_nothing() {
+    let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 5, "left"))]);
+    network.seconds(3);
+    let forged = {
+        let module = &network.modules[0].1;
+        module.reported(module.sequence + (1 << 30), module.clock_us(network.now_us))
+    };
+    network.hear(at(1), &forged);
+    assert_eq!(network.follower.sessions().drops().jump, 1);
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    // A row that ended, as after a network that was away for long, is followed by another.
+    network.now_us += 300 * SECOND_US;
+    network.modules[0].1.sequence += 3000;
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f6_an_answer_that_was_not_asked_for_moves_no_clock() {
+    let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 5, "left"))]);
+    network.seconds(3);
+    let before_ms = network.lines()[0].clock_offset_ms;
+    let now_us = network.now_us;
+    for request_id in 0..100 {
+        let forged =
+            network.modules[0].1.exchanged(request_id, now_us - 100, now_us + 900_000, now_us + 900_000);
+        assert!(!network.hear(at(1), &forged));
+    }
+    assert_eq!(network.lines()[0].clock_offset_ms, before_ms);
+    assert_eq!(network.follower.sessions().drops().unasked, 100);
+}
+
+#[test]
+fn f7_nothing_is_sent_to_an_address_outside_the_own_networks() {
+    let mut network = Network::new(&[], Vec::new());
+    let addresses =
+        ["203.0.113.7:53", "127.0.0.1:4040", "192.168.7.255:4040"].map(|text| text.parse().unwrap());
+    let found = Found { instance: "kehai-evil".into(), addresses: addresses.to_vec(), ..Found::default() };
+    network.finds(Finding::Found(found));
+    let mut sent = 0;
+    network.registry.poll(network.follower.sessions_mut(), network.now_us, |_, _| sent += 1);
+    assert_eq!((sent, network.registry.refused().outside), (0, 3));
+}
+
+#[test]
+fn f7_a_flood_of_announcements_is_bounded_and_displaces_no_module() {
+    let mut network = Network::new(&[], vec![(at(1), Fake::new(1, 5, "left"))]);
+    network.announces("kehai-left", id(1), 1);
+    network.seconds(2);
+    for number in 0..5000_u16 {
+        let port = 1000 + number;
+        let addresses = vec![SocketAddr::from(([192, 168, 7, 66], port))];
+        let found = Found { instance: format!("kehai-{number}"), addresses, ..Found::default() };
+        network.finds(Finding::Found(found));
+    }
+    assert_eq!(network.registry.routes.len(), PEERS);
+    let mut sent = 0;
+    for second in 0..60 {
+        let now_us = network.now_us + second * SECOND_US;
+        let to_evil = |_: &[u8], to: SocketAddr| sent += usize::from(to != at(1));
+        network.registry.poll(network.follower.sessions_mut(), now_us, to_evil);
+    }
+    assert!(sent <= 6 * PEERS, "{sent} in a minute");
+    network.seconds(2);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f5_no_more_sessions_are_kept_than_a_network_may_have() {
+    let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 5, "left"))]);
+    network.seconds(2);
+    for number in 0..10_000_u32 {
+        let [_, _, a, b] = number.to_be_bytes();
+        let identity = Identity { module: ModuleId([2, 0, 0, 1, a, b]), boot: 1 };
+        let stranger = Fake { identity, ..Fake::new(1, 1, "") };
+        let report = stranger.reported(1, 0);
+        network.follower.receive(&report, network.now_us);
+    }
+    let sessions = network.follower.sessions();
+    assert_eq!((sessions.iter().count(), sessions.forgotten()), (66, 10_001 - 66));
+    assert!(sessions.get(id(1)).is_some(), "what has a place stays");
+}

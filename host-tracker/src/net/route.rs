@@ -1,0 +1,103 @@
+//! A way to a device: where it may be, where it is looked for, and what has answered there.
+//!
+//! ```text
+//!   addresses  A · B · C       the current one is asked; silent for three seconds: the next
+//!              ▲ at            nothing from there is believed before it has answered
+//! ```
+
+use std::net::SocketAddr;
+
+use kehai::wire::ModuleId;
+
+use crate::net::discovery::Found;
+use kehai_tracking::session::subscription::Subscription;
+
+/// After so long without an answer an address is given up for the next one, µs.
+pub const NEXT_US: u64 = 3_000_000;
+
+/// Addresses tried for one device: a PC has an interface or two, and an announcement may name hundreds.
+const ADDRESSES: usize = 8;
+
+/// A way to a device.
+#[derive(Debug)]
+pub struct Route {
+    /// Where the device may be, and where it is now looked for.
+    pub addresses: Vec<SocketAddr>,
+    pub at: usize,
+    /// When an answer came from there, or the device was looked for elsewhere.
+    pub tried_us: u64,
+    /// When its device has last answered there.
+    pub answered_us: Option<u64>,
+    /// Whether it has answered a request at this address: before, nothing from there is believed.
+    pub proven: bool,
+    pub device: Device,
+    pub given: bool,
+    /// Its instance name, and whether that is gone.
+    pub instance: String,
+    pub lost: bool,
+}
+
+impl Device {
+    /// One that has not answered yet. What was only announced is asked ever more seldom.
+    pub fn unknown(given: bool, seed: u64) -> Self {
+        let subscription = Subscription::new(given, seed);
+        Self::Unknown(if given { subscription } else { subscription.backing_off() })
+    }
+}
+
+/// The device at the end of a route.
+#[derive(Debug)]
+pub enum Device {
+    /// It has not answered yet.
+    Unknown(Subscription),
+    /// It has: its session sends the requests.
+    Known(ModuleId),
+}
+
+impl Route {
+    pub fn new(mut addresses: Vec<SocketAddr>, given: bool, seed: u64, now_us: u64) -> Self {
+        addresses.truncate(ADDRESSES);
+        let device = Device::unknown(given, seed);
+        let instance = String::new();
+        let (at, tried_us, answered_us, proven, lost) = (0, now_us, None, false, false);
+        Self { addresses, at, tried_us, answered_us, proven, device, given, instance, lost }
+    }
+
+    pub fn is_answering(&self, now_us: u64) -> bool {
+        self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < NEXT_US)
+    }
+
+    /// Other addresses to try. While the device answers they wait behind its own.
+    pub fn announce(&mut self, mut addresses: Vec<SocketAddr>, now_us: u64) {
+        let Some(current) = self.address() else { return };
+        if self.is_answering(now_us) {
+            addresses.retain(|address| *address != current);
+            addresses.insert(0, current);
+        }
+        addresses.truncate(ADDRESSES);
+        let at = addresses.iter().position(|address| *address == current);
+        self.proven &= at.is_some();
+        (self.addresses, self.at) = (addresses, at.unwrap_or(0));
+    }
+
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.addresses.get(self.at).copied()
+    }
+
+    pub const fn device(&self) -> Option<ModuleId> {
+        match self.device {
+            Device::Unknown(_) => None,
+            Device::Known(device) => Some(device),
+        }
+    }
+
+    pub fn leads_to(&self, device: ModuleId) -> bool {
+        self.device() == Some(device)
+    }
+
+    /// Whether this route is that of what was found.
+    pub fn is(&self, found: &Found) -> bool {
+        let there = self.address().is_some_and(|address| found.addresses.contains(&address));
+        self.leads_to(found.id) || there || (!self.instance.is_empty() && self.instance == found.instance)
+    }
+}
