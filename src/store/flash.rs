@@ -20,6 +20,9 @@ use crate::link::{RECORD_MAX, Store, StoreError};
 /// Room for a record, its key, and the padding of the largest word.
 const BUFFER: usize = RECORD_MAX + 1 + 32;
 
+/// Places at which a record is stored until it is read as it was written.
+const TRIES: usize = 4;
+
 type Map<F> = MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>;
 
 /// Records in flash.
@@ -70,12 +73,22 @@ impl<F: NorFlash> Store for FlashStore<F> {
         if record.len() > RECORD_MAX {
             return Err(StoreError);
         }
-        let first = self.map.store_item(&mut self.buffer, &key, &record).await;
-        if !matches!(first, Err(sequential_storage::Error::Corrupted { .. })) {
-            return first.map_err(|_| StoreError);
+        for _ in 0..TRIES {
+            let stored = self.map.store_item(&mut self.buffer, &key, &record).await;
+            if matches!(stored, Err(sequential_storage::Error::Corrupted { .. })) {
+                break;
+            }
+            stored.map_err(|_| StoreError)?;
+            // What is written over a word that was not erased is spoiled, and the flash does not say so.
+            let found = self.map.fetch_item::<&[u8]>(&mut self.buffer, &key).await;
+            if matches!(found, Ok(Some(found)) if found == record) {
+                return Ok(());
+            }
         }
-        // Memory that was never a store, or is damaged beyond repair.
+        // Memory that was never a store, or is damaged beyond repair or in many words. All other records are lost: that is an error, though
+        // this one is stored.
         self.map.erase_all().await.map_err(|_| StoreError)?;
-        self.map.store_item(&mut self.buffer, &key, &record).await.map_err(|_| StoreError)
+        self.map.store_item(&mut self.buffer, &key, &record).await.map_err(|_| StoreError)?;
+        Err(StoreError)
     }
 }
