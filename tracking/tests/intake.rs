@@ -1,6 +1,8 @@
 //! What modules can make the tracker believe: clocks, stamps and starts that are wrong, by accident or by intent.
 #![allow(missing_docs, reason = "a test program")]
 
+#[path = "intake/driver.rs"]
+mod driver;
 #[path = "intake/fake.rs"]
 mod fake;
 
@@ -145,5 +147,13 @@ proptest! {
             let line = room.follower.line(room.now_us as f64 * 1e-6);
             prop_assert!(line.tracks.iter().all(|track| track.x.is_finite() && track.x.abs() < 100.0));
         }
+    }
+
+    /// See `intake/driver.rs`.
+    #[test]
+    fn f3_whatever_is_forged_what_is_not_seen_is_not_known_and_a_steady_module_is_heard(
+        input in prop::collection::vec(any::<u8>(), 0..2000)
+    ) {
+        driver::drive(&input);
     }
 }
