@@ -1,7 +1,7 @@
 //! The networks that this host is in: what is announced elsewhere is sent nothing.
 //!
 //! ```text
-//!   interface 192.168.7.9/24 ─▶ 192.168.7.1 … 192.168.7.254     203.0.113.7, 192.168.7.255, 127.0.0.1: refused
+//!   interface 192.168.7.9/24 ─▶ 192.168.7.1 … 192.168.7.254     203.0.113.7, 192.168.7.255: refused
 //! ```
 //!
 //! An announcement can name any address. Without this the tracker would send requests there for as long as
@@ -29,13 +29,13 @@ impl Networks {
         Self(interfaces.to_vec())
     }
 
-    /// Whether one host at this address may be reached without leaving them. Loopback is none of them: what is announced
-    /// there is announced to any host.
+    /// Whether one host at this address may be reached without leaving them. Loopback is one of them: a device may run
+    /// beside the tracker, and what is announced wrongly costs a local port one request a minute.
     #[must_use]
     pub fn hold(&self, address: SocketAddr) -> bool {
         let SocketAddr::V4(address) = address else { return false };
         let ip = *address.ip();
-        let is_host = !ip.is_loopback() && !ip.is_multicast() && !ip.is_broadcast() && !ip.is_unspecified();
+        let is_host = !ip.is_multicast() && !ip.is_broadcast() && !ip.is_unspecified();
         is_host && address.port() != 0 && self.0.iter().any(|(own, mask)| is_within(ip, *own, *mask))
     }
 }
@@ -69,7 +69,7 @@ mod tests {
             (Ipv4Addr::new(100, 64, 0, 1), Ipv4Addr::UNSPECIFIED),
         ]);
         let hold = |text: &str| networks.hold(text.parse().unwrap());
-        for own in ["192.168.7.1:4040", "192.168.7.254:53", "10.1.1.1:4040"] {
+        for own in ["127.0.0.1:4040", "192.168.7.1:4040", "192.168.7.254:53", "10.1.1.1:4040"] {
             assert!(hold(own), "{own}");
         }
         for other in [
@@ -78,7 +78,7 @@ mod tests {
             "192.168.7.0:4040",
             "192.168.7.255:4040",
             "192.168.7.1:0",
-            "127.0.0.1:4040",
+            "127.255.255.255:4040",
             "224.0.0.251:5353",
             "255.255.255.255:4040",
             "0.0.0.0:4040",
