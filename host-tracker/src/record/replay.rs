@@ -53,8 +53,8 @@ pub fn replay(
     let (mut recorded, mut replayed) = (Sha256::new(), Sha256::new());
     let mut follower: Option<Follower> = None;
     let mut begun_ns = 0;
-    let options =
-        LinearReaderOptions::default().with_record_length_limit(RECORD_MAX).with_prevalidate_chunk_crcs(true);
+    // A chunk's checksum is compared at its end, not before: of a file that was cut off, its last chunk counts, too.
+    let options = LinearReaderOptions::default().with_record_length_limit(RECORD_MAX);
     let mut messages = MessageReader::new_with_options(BufReader::new(input), options);
     loop {
         // The reader counts with what it reads, and panics where that does not add up.
