@@ -165,7 +165,10 @@ impl Daemon {
             }
             store.see(Arc::clone(&snapshot));
             let state = store.state();
-            self.service.alarms().set(AlarmKind::Database, &state.trouble);
+            self.service.alarms().set(
+                AlarmKind::Database,
+                if state.trouble.is_empty() { &state.doubt } else { &state.trouble },
+            );
             self.service.alarms().set(AlarmKind::RawScans, &state.raw);
         }
         Next::Snapshot(snapshot)

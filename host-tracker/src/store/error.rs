@@ -23,6 +23,12 @@ pub enum StoreError {
         /// Which.
         error: Newer,
     },
+    /// Another tracker writes it.
+    #[error("{}: another tracker keeps what happens there: end it, or choose another file", file.display())]
+    Taken {
+        /// The database.
+        file: PathBuf,
+    },
     /// A file beside the database: an export.
     #[error("{}: {error}", file.display())]
     File {
@@ -51,6 +57,12 @@ impl StoreError {
                 | Code::PermissionDenied
         )
     }
+}
+
+/// Whether SQLite says that the file itself is wrong.
+pub(super) fn is_damage(error: &rusqlite::Error) -> bool {
+    use rusqlite::ErrorCode as Code;
+    matches!(error.sqlite_error_code(), Some(Code::NotADatabase | Code::DatabaseCorrupt))
 }
 
 /// What SQLite says, and what to do about it.

@@ -12,11 +12,13 @@
 //! what came since the last transaction, half a second; a power cut may lose the last transactions before that,
 //! and never the file.
 
+mod aside;
 pub mod card;
 mod connection;
 mod error;
 pub mod export;
 pub mod keeper;
+mod lock;
 mod numbers;
 pub mod path;
 pub mod pose;
@@ -28,6 +30,7 @@ mod schema;
 pub mod timeline;
 mod writer;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -43,6 +46,7 @@ pub use retention::Keep;
 pub use schema::Newer;
 use writer::Writer;
 
+use crate::supervise;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -70,6 +74,8 @@ const QUEUE: usize = 64;
 pub struct StoreState {
     /// What is wrong, in words; empty if nothing is.
     pub trouble: String,
+    /// Why nothing is deleted, in words; empty if what is too old is.
+    pub doubt: String,
     /// Raw scans that a user asked to be kept, in words; empty if there are none.
     pub raw: String,
     /// Frames for which there was no room, and rows dropped because nothing could be written for too long.
@@ -97,14 +103,25 @@ impl Store {
     /// Opens `file`, or makes it, and keeps what happens for as long as `keep` says.
     ///
     /// # Errors
-    /// It is no database, or of a newer version. A disk that is full or cannot be written is no error: the
+    /// It is no database, of a newer version, or another tracker writes it. A damaged one is set aside, and a new one
+    /// begun. A disk that is full or cannot be written is no error: the
     /// state says so, and it is tried again.
     pub fn open(file: &Path, site: &Arc<Site>, keep: Keep) -> Result<Self, StoreError> {
         let now_ms = unix_ms();
-        let writer = match Writer::open(file, now_ms, None) {
-            Ok(writer) => Some(writer),
+        let mut keeper = Keeper::new(site, now_ms);
+        let taken = |lock::Taken| StoreError::Taken { file: file.to_path_buf() };
+        let mut lock = lock::take(file).map_err(taken)?;
+        let writer = match open(file, now_ms, None) {
+            Ok((writer, event)) => {
+                lock.iter_mut().for_each(lock::Lock::mark);
+                event.into_iter().for_each(|event| keeper.happened(event));
+                Some(writer)
+            }
             Err(error) if error.may_pass() => None,
-            Err(error) => return Err(error),
+            Err(error) => {
+                lock::remove_unused(file);
+                return Err(error);
+            }
         };
         let (queue, messages) = sync_channel(QUEUE);
         let state = Arc::new(Mutex::new(StoreState::default()));
@@ -112,7 +129,9 @@ impl Store {
             file: file.to_path_buf(),
             keep,
             writer,
-            keeper: Keeper::new(site, now_ms),
+            lock,
+            damage: None,
+            keeper,
             newest: None,
             run: None,
             failed: None,
@@ -120,7 +139,11 @@ impl Store {
         };
         let thread = std::thread::Builder::new()
             .name("store".into())
-            .spawn(move || work.run(&messages))
+            .spawn(move || {
+                while let Err(panic) = catch_unwind(AssertUnwindSafe(|| work.run(&messages))) {
+                    work.begin_again(&supervise::in_words(&*panic));
+                }
+            })
             .map_err(|error| StoreError::File { file: file.to_path_buf(), error })?;
         Ok(Self { queue: Some(queue), state, thread: Some(thread) })
     }
@@ -199,6 +222,28 @@ pub fn known_before(file: &Path, now_ms: u64) -> (Option<Snapshot>, Option<Event
     (is_fresh.then_some(frame), Some(event))
 }
 
+/// Opens the database, or makes it. A damaged one of a tracker is set aside before, which is an event of the new one.
+fn open(file: &Path, now_ms: u64, run: Option<i64>) -> Result<(Writer, Option<Event>), StoreError> {
+    let error = match Writer::open(file, now_ms, run) {
+        Ok(writer) => return Ok((writer, None)),
+        Err(error) => error,
+    };
+    let damaged = matches!(&error, StoreError::Sqlite { error, .. } if error::is_damage(error));
+    if !(damaged && aside::was_ours(file)) {
+        return Err(error);
+    }
+    let event = set_aside(file, now_ms, &error.to_string())?;
+    Ok((Writer::open(file, now_ms, None)?, Some(event)))
+}
+
+fn set_aside(file: &Path, now_ms: u64, why: &str) -> Result<Event, StoreError> {
+    let failed = |error| StoreError::File { file: file.to_path_buf(), error };
+    let aside = aside::set_aside(file, now_ms).map_err(failed)?;
+    let text = format!("{why}; it is set aside as {}, and a new one is begun", aside.display());
+    tracing::error!("database: {text}");
+    Ok(Event { at_ms: now_ms, kind: "set-aside".into(), subject: String::new(), track: None, text })
+}
+
 fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) -> T {
     act(&mut state.lock())
 }
@@ -207,6 +252,9 @@ struct Work {
     file: PathBuf,
     keep: Keep,
     writer: Option<Writer>,
+    lock: Option<lock::Lock>,
+    /// What was found to be wrong with the file itself while it was open.
+    damage: Option<String>,
     keeper: Keeper,
     newest: Option<Arc<Snapshot>>,
     /// The run's number, while the file is not open.
@@ -236,10 +284,7 @@ impl Work {
             batch_at = now + BATCH;
             if self.writer.is_none() && now >= open_at {
                 open_at = now + AGAIN;
-                match Writer::open(&self.file, unix_ms(), self.run) {
-                    Ok(writer) => self.writer = Some(writer),
-                    Err(error) => self.trouble(&error.to_string()),
-                }
+                self.open();
             }
             self.write();
             if now >= forget_at {
@@ -249,6 +294,39 @@ impl Work {
                 return;
             }
         }
+    }
+
+    fn open(&mut self) {
+        if self.lock.is_none() {
+            match lock::take(&self.file) {
+                Ok(lock) => self.lock = lock,
+                Err(lock::Taken) => {
+                    return self.trouble(&StoreError::Taken { file: self.file.clone() }.to_string());
+                }
+            }
+        }
+        let now_ms = unix_ms();
+        if let Some(why) = self.damage.take() {
+            match set_aside(&self.file, now_ms, &why) {
+                Ok(event) => self.keeper.happened(event),
+                Err(error) => self.trouble(&error.to_string()),
+            }
+        }
+        match open(&self.file, now_ms, self.run) {
+            Ok((writer, event)) => {
+                self.lock.iter_mut().for_each(lock::Lock::mark);
+                event.into_iter().for_each(|event| self.keeper.happened(event));
+                self.writer = Some(writer);
+            }
+            Err(error) => self.trouble(&error.to_string()),
+        }
+    }
+
+    /// After a fault of this program: what was not written is still there, and is tried again with a new connection.
+    fn begin_again(&mut self, why: &str) {
+        self.run = self.writer.take().map(|writer| writer.run()).or(self.run);
+        self.trouble(&format!("the thread that writes has failed and begins again: {why}"));
+        std::thread::sleep(BATCH);
     }
 
     fn take(&mut self, message: Message) {
@@ -284,9 +362,11 @@ impl Work {
                 });
             }
             Err(error) => {
-                let file = self.file.clone();
+                let (file, damaged) = (self.file.clone(), error::is_damage(&error));
                 self.run = Some(writer.run());
-                self.trouble(&StoreError::Sqlite { file, error }.to_string());
+                let text = StoreError::Sqlite { file, error }.to_string();
+                self.damage = damaged.then(|| text.clone());
+                self.trouble(&text);
                 // A file that was replaced or lost is opened again.
                 self.writer = None;
             }
@@ -296,10 +376,14 @@ impl Work {
     fn forget(&mut self) -> bool {
         let Some(writer) = &mut self.writer else { return false };
         let now_ms = unix_ms();
-        match writer.forget(now_ms, self.keep).and_then(|more| Ok((more, writer.raw(now_ms)?))) {
-            Ok((more, kept)) => {
+        let forgotten = writer
+            .forget(now_ms, self.keep)
+            .and_then(|more| Ok((more, writer.raw(now_ms)?, writer.doubt(now_ms, self.keep)?)));
+        match forgotten {
+            Ok((more, kept, doubt)) => {
                 let text = raw::in_words(&kept, now_ms);
-                locked(&self.state, |state| state.raw = text);
+                let doubt = doubt.map(|doubt| doubt.to_string()).unwrap_or_default();
+                locked(&self.state, |state| (state.raw, state.doubt) = (text, doubt));
                 more
             }
             Err(error) => {

@@ -11,7 +11,7 @@ use super::keeper::{PathRow, Row};
 use super::numbers::integer;
 use super::pose;
 use super::raw_rows::{self, RawKept};
-use super::retention::Keep;
+use super::retention::{DAY_MS, Doubt, Keep, may_delete};
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::snapshot::Snapshot;
 
@@ -20,9 +20,6 @@ const DELETE_AT_ONCE: u32 = 2000;
 
 /// Pages given back to the file system in one go.
 const PAGES_AT_ONCE: u32 = 256;
-
-/// A day, ms.
-const DAY_MS: u64 = 86_400_000;
 
 /// The connection that writes.
 #[derive(Debug)]
@@ -95,12 +92,31 @@ impl Writer {
         transaction.commit()
     }
 
-    /// Deletes some of what is older than it is to be kept; true if there may be more.
+    /// Whether the clock may be trusted with deleting; if not, why.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub(super) fn doubt(&self, now_ms: u64, keep: Keep) -> rusqlite::Result<Option<Doubt>> {
+        let mut asked = self
+            .connection
+            .prepare_cached("SELECT begun_ms, COALESCE(ended_ms, begun_ms) FROM run ORDER BY begun_ms")?;
+        let time = |ms: i64| u64::try_from(ms).unwrap_or_default();
+        let runs: Vec<(u64, u64)> = asked
+            .query_map([], |row| Ok((time(row.get(0)?), time(row.get(1)?))))?
+            .collect::<rusqlite::Result<_>>()?;
+        Ok(may_delete(runs.into_iter(), now_ms, keep).err())
+    }
+
+    /// Deletes some of what is older than it is to be kept; true if there may be more. Raw scans end when a user said,
+    /// whatever the clock.
     ///
     /// # Errors
     /// What SQLite says.
     pub fn forget(&mut self, now_ms: u64, keep: Keep) -> rusqlite::Result<bool> {
         let mut more = raw_rows::forget(&self.connection, now_ms)?;
+        if self.doubt(now_ms, keep)?.is_some() {
+            return Ok(more);
+        }
         for (table, column, key, days) in [
             ("path", "begun_ms", "run, track, part", keep.days),
             ("count", "at_ms", "zone, at_ms", keep.days),

@@ -1,0 +1,57 @@
+//! One tracker a database: a lock file beside it, `hall.db-lock`, which the system frees when its process ends.
+
+use std::ffi::OsString;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+const END: &str = "-lock";
+
+/// Held as long as the database is written.
+#[derive(Debug)]
+pub(super) struct Lock(File);
+
+/// Another tracker has it.
+pub(super) struct Taken;
+
+/// Takes the lock; none where no lock file can be made, as on a disk that is read-only or full.
+///
+/// # Errors
+/// [`Taken`].
+pub(super) fn take(database: &Path) -> Result<Option<Lock>, Taken> {
+    let options = OpenOptions::new().write(true).create(true).truncate(false).clone();
+    let Ok(file) = options.open(beside(database, END)) else { return Ok(None) };
+    match file.try_lock() {
+        Ok(()) => Ok(Some(Lock(file))),
+        Err(TryLockError::WouldBlock) => Err(Taken),
+        // A file system without locks.
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+impl Lock {
+    /// Notes that the database beside it is a tracker's.
+    pub(super) fn mark(&mut self) {
+        // Without it a later damage is only told from a foreign file by less.
+        let _ = self.0.write_all(b"kehai-tracker\n");
+    }
+}
+
+/// Whether a tracker has ever used this database.
+pub(super) fn was_used(database: &Path) -> bool {
+    fs::metadata(beside(database, END)).is_ok_and(|lock| lock.len() > 0)
+}
+
+/// Takes away the lock file of a database that was refused.
+pub(super) fn remove_unused(database: &Path) {
+    if !was_used(database) {
+        let _ = fs::remove_file(beside(database, END));
+    }
+}
+
+/// The file's name with this at its end.
+pub(super) fn beside(file: &Path, end: &str) -> PathBuf {
+    let mut name = OsString::from(file.as_os_str());
+    name.push(end);
+    name.into()
+}
