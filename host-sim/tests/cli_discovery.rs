@@ -82,6 +82,27 @@ fn a_module_is_found_with_what_its_sensor_says_of_itself_unless_it_is_told_to_be
 }
 
 #[test]
+fn f12_modules_of_a_demo_keep_their_names_and_do_not_take_one_after_the_other() {
+    if !multicast_passes() {
+        return test_support::fail_in_ci_else_skip("no multicast between programs of this machine");
+    }
+    let daemon = ServiceDaemon::new().expect("sockets");
+    let events = daemon.browse(&service_type()).expect("browsing");
+    let demo = Command::new(env!("CARGO_BIN_EXE_kehai-sim"))
+        .args(["demo", "--headless", "--seconds", "8"])
+        .output()
+        .unwrap();
+    assert!(demo.status.success());
+    // Another demo on this machine may cost a name a number; a name that fights itself gets eight a second.
+    let names: Vec<String> = events
+        .try_iter()
+        .filter_map(|event| if let ServiceEvent::ServiceFound(_, name) = event { Some(name) } else { None })
+        .collect();
+    assert!(!names.is_empty() && names.iter().all(|name| !name.contains("(10)")), "{names:?}");
+    let _ = daemon.shutdown();
+}
+
+#[test]
 fn the_help_says_how_to_switch_the_announcement_off() {
     let output = Command::new(env!("CARGO_BIN_EXE_kehai-sim")).args(["module", "--help"]).output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();

@@ -15,6 +15,11 @@ use mdns_sd::{Error, IfKind, ServiceDaemon, ServiceInfo};
 /// Between two looks at what the module has found out about its sensor, µs.
 const LOOK_US: u64 = 500_000;
 
+/// After the first announcement, before it may be changed, µs: its name is probed for up to 250 ms and three times 250 ms
+/// more (RFC 6762, section 8.1), twice that on a busy machine. A change within that time meets the daemon's own probe, which
+/// takes it for another machine's, chooses another name, meets the change again, and so on for ever.
+const PROBED_US: u64 = 2_000_000;
+
 /// Multicast DNS's group (RFC 6762, section 3).
 const GROUP: Ipv4Addr = Ipv4Addr::new(224, 0, 0, 251);
 
@@ -82,12 +87,18 @@ impl Announcement {
     /// # Cancellation
     /// The module goes on being announced as it was.
     pub async fn keep(&mut self, notices: &Notices, clock: &impl Clock) -> Error {
+        let mut from_us = clock.now_us();
         loop {
             let service = Service::new(self.module, self.firmware, &notices.status());
+            let is_first = self.told.is_none();
             if self.told.as_ref() != Some(&service)
+                && clock.now_us() >= from_us
                 && let Err(error) = self.publish(service)
             {
                 return error;
+            }
+            if is_first {
+                from_us = clock.now_us() + PROBED_US;
             }
             clock.wait_until(clock.now_us() + LOOK_US).await;
         }
