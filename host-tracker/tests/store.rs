@@ -491,9 +491,12 @@ fn hundred(folder: &Folder, at_ms: u64) {
     drop(written(folder, 365, frames));
 }
 
+/// Damages the bytes of a file.
+type Damage = fn(&mut Vec<u8>);
+
 #[test]
 fn f12_a_damaged_database_is_set_aside_and_a_new_one_begun() {
-    let damages: [(&str, fn(&mut Vec<u8>)); 3] = [
+    let damages: [(&str, Damage); 3] = [
         ("header", |bytes| bytes[..100].fill(0x5a)),
         ("page", |bytes| bytes[..4096].fill(0)),
         ("half", |bytes| bytes.truncate(bytes.len() / 2)),
