@@ -25,10 +25,10 @@ use host_sim::baselines::Choice;
 use host_sim::run::{Options, Record};
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
-use host_tracker::net::registry::Registry;
 use host_tracker::net::tracking::{Parts, TrackingLoop};
 use kehai::wire::{HEADER_LEN, Incoming, Message, Request};
 use kehai_tracking::follower::Follower;
+use kehai_tracking::registry::Registry;
 use kehai_tracking::session::Session;
 
 /// Most instructions a report, with eight people before two modules.

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use host_tracker::doors::DoorDesk;
-use host_tracker::net::registry::Registry;
 use host_tracker::net::tracking::{Parts, TrackingLoop};
 use host_tracker::reports::Reports;
 use kehai::scan::{Geometry, URG_04LX};
@@ -15,6 +14,7 @@ use kehai::wire::{
 };
 use kehai_tracking::door::{Phase, Trouble};
 use kehai_tracking::follower::Follower;
+use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::Ideas;
 

@@ -16,6 +16,7 @@ pub mod follower;
 pub mod geometry;
 pub mod jsonl;
 pub mod observation;
+pub mod registry;
 pub mod session;
 pub mod site;
 pub mod snapshot;

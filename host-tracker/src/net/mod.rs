@@ -10,6 +10,4 @@ pub mod clock;
 pub mod discovery;
 pub mod networks;
 pub mod poses;
-pub mod registry;
-mod route;
 pub mod tracking;

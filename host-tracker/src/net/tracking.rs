@@ -16,15 +16,15 @@ use crate::calibration::Calibration;
 use crate::doors::DoorDesk;
 use crate::net::clock::HostClock;
 use crate::net::discovery::Search;
-use crate::net::networks::Networks;
+use crate::net::networks;
 use crate::net::poses::Poses;
-use crate::net::registry::Registry;
 use crate::record::Recorder;
 use crate::reports::{ReportLine, Reports};
 use kehai::wire::Message;
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::registry::{Networks, Registry};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Refused, Snapshot, unix_ms};
 
@@ -142,7 +142,7 @@ impl TrackingLoop {
             }
             for finding in self.search.iter().flat_map(Search::findings) {
                 if now_us >= self.networks_until_us {
-                    self.networks = Networks::of_host();
+                    self.networks = networks::of_host();
                     self.networks_until_us = now_us + NETWORKS_US;
                 }
                 self.registry.find(finding, &self.networks, now_us);

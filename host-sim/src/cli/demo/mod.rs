@@ -23,10 +23,11 @@ use clap::Args;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_tracker::daemon::{Daemon, Database, Map, Next, Settings};
-use host_tracker::net::discovery::{Finding, Search};
+use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use kehai_emulator::pc::discovery;
+use kehai_tracking::registry::Finding;
 use kehai_tracking::tracker::Ideas;
 
 use summary::Summary;

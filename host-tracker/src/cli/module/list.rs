@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::net::discovery::{Found, Search};
+use host_tracker::net::discovery::Search;
 use kehai::wire::ModuleId;
+use kehai_tracking::registry::Found;
 use serde::Serialize;
 
 use super::info;

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_tracker::net::client::Client;
-use host_tracker::net::discovery::{self, Finding, Found, Search};
+use host_tracker::net::discovery::{self, Search};
 use kehai::wire::{Message, PORT, Request};
+use kehai_tracking::registry::{Finding, Found};
 
 use crate::cli::address::address;
 use crate::cli::failure::Failure;

@@ -1,16 +1,15 @@
 //! Whose datagram is believed: the device's that answers at the address, whatever others say in its name.
 
-#[path = "../../../../tracking/tests/intake/fake.rs"]
+#[path = "../../tests/intake/fake.rs"]
 mod fake;
 
 use super::*;
-use crate::net::discovery::Found;
+use crate::alarm::AlarmKind;
+use crate::follower::Follower;
+use crate::jsonl::ZoneKnown;
+use crate::tracker::Ideas;
 use fake::{Fake, SITE, id};
 use kehai::wire::{Incoming, Message, Refusal, Refused, Request};
-use kehai_tracking::alarm::AlarmKind;
-use kehai_tracking::follower::Follower;
-use kehai_tracking::jsonl::ZoneKnown;
-use kehai_tracking::tracker::Ideas;
 
 const SECOND_US: u64 = 1_000_000;
 
@@ -96,7 +95,7 @@ impl Network {
     }
 
     fn finds(&mut self, finding: Finding) {
-        let own = Networks::of(&[([192, 168, 7, 9].into(), [255, 255, 255, 0].into())]);
+        let own = Networks::of([([192, 168, 7, 9].into(), [255, 255, 255, 0].into())]);
         self.registry.find(finding, &own, self.now_us);
     }
 }

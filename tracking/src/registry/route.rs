@@ -9,8 +9,8 @@ use std::net::SocketAddr;
 
 use kehai::wire::ModuleId;
 
-use crate::net::discovery::Found;
-use kehai_tracking::session::subscription::Subscription;
+use super::found::Found;
+use crate::session::subscription::Subscription;
 
 /// After so long without an answer an address is given up for the next one, µs.
 pub const NEXT_US: u64 = 3_000_000;

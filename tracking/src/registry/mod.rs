@@ -17,6 +17,10 @@
 //!
 //! A device has four places for subscribers: one that belongs to another site keeps them. It does no I/O.
 
+mod found;
+mod networks;
+mod route;
+
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::hash::{BuildHasher, RandomState};
@@ -25,17 +29,17 @@ use std::sync::Arc;
 
 use kehai::wire::{Identity, ModuleId};
 
-use crate::net::discovery::Finding;
-use crate::net::networks::Networks;
-use crate::net::route::{Device, NEXT_US, Route};
-use kehai_tracking::observation::Observation;
-use kehai_tracking::session::Sessions;
-use kehai_tracking::session::datagram::Datagram;
-use kehai_tracking::session::health::Monitor;
-use kehai_tracking::session::outstanding::Kind;
-use kehai_tracking::session::subscription::Need;
-use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{DeviceState, ModuleLine, Refused};
+use crate::observation::Observation;
+use crate::session::Sessions;
+use crate::session::datagram::Datagram;
+use crate::session::health::Monitor;
+use crate::session::outstanding::Kind;
+use crate::session::subscription::Need;
+use crate::site::Site;
+use crate::snapshot::{DeviceState, ModuleLine, Refused};
+pub use found::{Finding, Found};
+pub use networks::Networks;
+use route::{Device, NEXT_US, Route};
 
 /// Most devices that are looked for: half a thousand places of subscribers, and more than a site has. Given ones are not
 /// counted out.
