@@ -14,16 +14,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use parking_lot::{Mutex, MutexGuard};
 
 use crate::alarms::TrackerAlarms;
+use crate::net::clock::HostClock;
 use crate::supervise;
-use kehai_tracking::door::Card;
-use kehai_tracking::door::doors::{DoorState, Doors, Now, Output, Why};
+use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Why};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::machine::DoorLine;
+use kehai_tracking::door::{Card, LockOrder};
 use kehai_tracking::follower::Estimate;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{ModuleLine, unix_ms};
@@ -59,29 +60,37 @@ impl DoorDesk {
     /// with the process.
     #[must_use]
     pub fn new(site: &Site, hash: Option<Hash>) -> Self {
-        let begun = Instant::now();
-        Self::timed(Box::new(move || begun.elapsed().as_secs_f64()), site, hash)
+        let clock = HostClock::start();
+        Self::timed(Box::new(move || clock.now_us() as f64 * 1e-6), site, hash)
     }
 
     /// The same by another clock, as that of a test.
     #[must_use]
     pub fn timed(clock: Clock, site: &Site, hash: Option<Hash>) -> Self {
         let hash = hash.unwrap_or_else(by_process);
-        let shared = Shared { doors: Doors::new(site), clock, hash, listeners: Vec::new() };
+        let shared = Shared { doors: Doors::new(site, first_id()), clock, hash, listeners: Vec::new() };
         Self(Arc::new(Mutex::new(shared)))
+    }
+
+    /// Whether the site may be changed now.
+    ///
+    /// # Errors
+    /// Which door is in use.
+    pub fn may_change_site(&self) -> Result<(), InUse> {
+        self.lock().doors.may_change_site()
     }
 
     /// Goes on with another site.
     pub fn change_site(&self, site: &Site) {
-        self.lock().doors.change_site(site);
+        self.lock().step(|doors, _, now, outputs| doors.change_site(site, now, outputs));
     }
 
     /// Shows the doors what is known, and says how they are after that: both belong to the same snapshot.
     #[must_use]
     pub fn observe(&self, estimate: &Estimate, modules: &[ModuleLine]) -> Vec<DoorLine> {
-        let silent_s = |name: &str| modules.iter().find(|module| module.name == name)?.silent_s;
+        let unused_s = |name: &str| modules.iter().find(|module| module.name == name)?.unused_s;
         let mut shared = self.lock();
-        shared.step(|doors, _, now, outputs| doors.observe(estimate, silent_s, now, outputs));
+        shared.step(|doors, _, now, outputs| doors.observe(estimate, unused_s, now, outputs));
         shared.doors.lines().collect()
     }
 
@@ -90,12 +99,19 @@ impl DoorDesk {
         self.lock().step(|doors, _, now, outputs| doors.pass_time(now, outputs));
     }
 
-    /// Hands a message to a door.
+    /// Hands a message to a door; what its lock is to be, if the message has made it say so.
     ///
     /// # Errors
     /// Why it changed nothing.
-    pub fn tell(&self, door: &str, input: Input, bytes: &[u8]) -> Result<(), Why> {
-        self.lock().step(|doors, hash, now, outputs| doors.tell(door, input, bytes, hash, now, outputs))
+    pub fn tell(&self, door: &str, input: Input, bytes: &[u8]) -> Result<Option<LockOrder>, Why> {
+        self.lock().step(|doors, hash, now, outputs| {
+            doors.tell(door, input, bytes, hash, now, outputs)?;
+            let order = |output: &Output| match output {
+                Output::Lock { door: name, order } if name == door => Some(*order),
+                _ => None,
+            };
+            Ok(outputs.iter().rev().find_map(order))
+        })
     }
 
     /// Hands a message to a door; why it changed nothing is an output.
@@ -172,6 +188,11 @@ impl Drop for Watchdog {
         self.stop.store(true, Ordering::Relaxed);
         let _ = self.thread.take().map(JoinHandle::join);
     }
+}
+
+/// Number of the first output of this process: seconds since 1970, and room for a million outputs each of them.
+fn first_id() -> u64 {
+    (unix_ms() / 1000) << 20
 }
 
 /// Hashes by a key that is lost with the process.

@@ -101,6 +101,73 @@ fn nothing_wrong_over_http_is_taken() {
 }
 
 #[test]
+fn f10_whatever_a_request_to_leave_says_the_door_opens() {
+    let house = House::new();
+    let idle = house.waits_for("idle");
+    assert_eq!(idle["lock"], "locked");
+    let late = unix_ms() - 6000;
+    for body in [
+        json!({ "id": u64::MAX, "at_ms": unix_ms() }).to_string(),
+        json!({ "id": 1, "at_ms": late }).to_string(),
+        "pressed".to_owned(),
+        String::new(),
+    ] {
+        assert_eq!(house.ask("POST /api/door/front/exit", &[], &body), (200, json!({})), "{body}");
+        assert_eq!(house.door()["lock"], "exit", "{body}");
+        house.waits_until("it is locked again", |door| door["lock"] == "locked");
+    }
+}
+
+#[test]
+fn f9_a_lock_that_says_it_is_ready_is_answered_with_a_lease_under_its_own_number() {
+    let house = House::new();
+    house.waits_for("idle");
+    let ready = |nonce: u64| {
+        house.ask("POST /api/door/front/lock/ready", &[], &json!({ "nonce": nonce }).to_string())
+    };
+    let (status, locked) = ready(41);
+    assert_eq!((status, &locked["lock"], &locked["nonce"]), (200, &json!("locked"), &json!(41)), "{locked}");
+    assert_eq!(house.tell("exit", json!({})).0, 200);
+    let (_, order) = ready(42);
+    assert_eq!(
+        (&order["lock"], &order["for_ms"], &order["nonce"]),
+        (&json!("exit"), &json!(1500), &json!(42)),
+        "{order}"
+    );
+    assert_eq!(ready(43).1["id"], order["id"], "the same order, asked for again");
+}
+
+#[test]
+fn f8_a_site_is_not_changed_while_its_door_is_in_use() {
+    let house = House::new();
+    house.waits_for("idle");
+    let site = house.ask("GET /api/site", &[], "").1["site"].clone();
+    let json = [("Content-Type", "application/json")];
+    let change = |fail: &str| {
+        let mut site = site.clone();
+        site["door"][0]["fail"] = json!(fail);
+        house.ask("PUT /api/site", &json, &json!({ "site": site }).to_string())
+    };
+    house.people(&[[0.0, 0.4]]);
+    house.tell("contact", json!({ "contact": "shut" }));
+    house.tell("card", json!({ "card": "7" }));
+    house.waits_for("asked");
+    let (status, answer) = change("safe");
+    assert_eq!(status, 409, "{answer}");
+    assert!(answer["error"].as_str().unwrap().starts_with("door \"front\" is asked: "), "{answer}");
+    house.tell("number", json!({ "number": 1 }));
+    house.waits_for("unlocked");
+    assert_eq!(change("safe").0, 409);
+    house.tell("card", json!({ "card": "7" }));
+    house.waits_for("alarmed");
+    assert_eq!(change("safe").0, 409, "an alarm is looked after first");
+    house.tell("reset", json!({}));
+    house.waits_for("idle");
+    assert_eq!(change("safe").0, 200);
+    assert_eq!(house.door()["lock"], "locked");
+}
+
+#[test]
 fn without_frames_the_door_fails_and_says_so() {
     let house = House::new();
     house.waits_for("idle");

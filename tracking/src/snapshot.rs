@@ -229,6 +229,9 @@ pub struct ModuleLine {
     pub background_age_s: Option<f64>,
     /// Since its last datagram, s; absent until there was one.
     pub silent_s: Option<f64>,
+    /// Since a report of it was used last, s; absent until one was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unused_s: Option<f64>,
     /// What its newest scan saw empty, in the site's frame, m: the corners of an area that begins at the module.
     /// Empty while it sees nothing. What lies outside is not seen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

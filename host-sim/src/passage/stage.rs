@@ -124,7 +124,7 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
     let site = Arc::new(scene.site.clone());
     let mut follower = Follower::new(&site, choice);
     let guarded = site.doors.first().ok_or("the site has no door")?;
-    let mut machine = Machine::new(guarded, &site).ok_or("the door has no zone")?;
+    let mut machine = Machine::new(guarded, &site, 1).ok_or("the door has no zone")?;
     let mut entrant = Entrant::new(plan, seed);
     let mut report = Report::default();
     let mut wants_open = false;
@@ -172,7 +172,7 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
             for action in machine.step(event, now_s) {
                 entrant.hear(&action, now_s, &mut report);
                 match action {
-                    Action::Lock { lock, .. } => wants_open = lock != Lock::Locked,
+                    Action::Lock(order) => wants_open = order.lock != Lock::Locked,
                     Action::Passage(passage) => report.passages.push(*passage),
                     _ => {}
                 }

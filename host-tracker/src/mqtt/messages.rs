@@ -144,11 +144,10 @@ fn doors(frame: &Snapshot) -> Vec<(&str, String)> {
     slugs(frame.doors.iter().map(|door| door.name.as_str()))
 }
 
-/// The topic in front of a door's outputs.
-#[must_use]
-pub fn door_topic(frame: &Snapshot, topics: &Topics, name: &str) -> Option<String> {
-    let slug = doors(frame).into_iter().find(|(known, _)| *known == name)?.1;
-    Some(format!("{}/door/{slug}", topics.site()))
+/// Each door with the topic in front of its outputs.
+pub fn door_topics(frame: &Snapshot, topics: &Topics) -> Vec<(String, String)> {
+    let topic = |(name, slug): (&str, String)| (name.to_owned(), format!("{}/door/{slug}", topics.site()));
+    doors(frame).into_iter().map(topic).collect()
 }
 
 /// The door and the input a topic is for, if it is for one.

@@ -13,10 +13,11 @@
 //!   kehai/SITE/door/DOOR                   {"phase":"unlocked","lock":"unlocked","alarm":null,…}
 //!   homeassistant/device/kehai_SITE…/config
 //!
-//!   kehai/SITE/door/DOOR/lock              {"id":8,"at_ms":…,"lock":"unlocked"}    again every second until it is taken
+//!   kehai/SITE/door/DOOR/lock              {"id":8,"at_ms":…,"lock":"unlocked","for_ms":1500}    a lease, renewed
+//!                                          {"id":9,"at_ms":…,"lock":"locked"}      again every second until it is taken
 //!   kehai/SITE/door/DOOR/alarm             {"id":3,"at_ms":…,"alarm":"followed"}   or null: over
 //!   kehai/SITE/door/DOOR/refused           {"at_ms":…,"why":"repeated: …"}         what came in changed nothing
-//!   kehai/SITE/door/DOOR/card │ number │ contact │ exit │ reset │ lock/taken │ alarm/taken     ◀─ as `door::inbox` says
+//!   kehai/SITE/door/DOOR/card │ number │ contact │ exit │ reset │ lock/ready │ lock/taken │ alarm/taken     ◀─ as `door::inbox` says
 //! ```
 //!
 //! Everything but a door's orders and inputs is retained: an old "unlocked" must never reach a lock that comes back.

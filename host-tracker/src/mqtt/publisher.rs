@@ -9,6 +9,7 @@
 //!
 //! Nothing of one connection lives on in the next: what was meant for a broker that went away is stale.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, TryRecvError};
@@ -19,7 +20,7 @@ use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS};
 use serde_json::json;
 
 use super::Broker;
-use super::messages::{Topics, door_input, door_topic};
+use super::messages::{Topics, door_input, door_topics};
 use super::outbox::{Outbox, Publication};
 use crate::alarms::TrackerAlarms;
 use crate::doors::DoorDesk;
@@ -123,7 +124,9 @@ fn run(
         };
         let newest = Arc::default();
         let doors = settings.doors.as_ref();
-        let mut session = Session { client, outbox: &mut outbox, connected: false, newest, doors };
+        let door_topics = BTreeMap::new();
+        let mut session =
+            Session { client, outbox: &mut outbox, connected: false, newest, door_topics, doors };
         let end = session.run(frames, told, &news, stop, begun);
         let was_connected = session.connected;
         drop(session);
@@ -195,6 +198,8 @@ struct Session<'a> {
     connected: bool,
     /// The newest frame.
     newest: Arc<Snapshot>,
+    /// Where the orders of each door go, also of one that has just gone from the site.
+    door_topics: BTreeMap<String, String>,
     doors: Option<&'a DoorDesk>,
 }
 
@@ -225,6 +230,7 @@ impl Session<'_> {
             let fresh = frames.try_iter().last().or(fresh);
             if let Some(frame) = &fresh {
                 self.newest = Arc::clone(frame);
+                self.door_topics.extend(door_topics(frame, self.outbox.topics()));
             }
             loop {
                 let news = match news.try_recv() {
@@ -273,12 +279,16 @@ impl Session<'_> {
         }
     }
 
-    /// What a door orders: never retained.
+    /// What a door orders: never retained, and kept by no broker.
     fn order(&self, order: &Output) -> Result<(), String> {
         let at_ms = unix_ms();
         let (door, kind, payload) = match order {
-            Output::Lock { door, id, lock } => {
-                (door, "lock", json!({ "id": id, "at_ms": at_ms, "lock": lock }))
+            Output::Lock { door, order } => {
+                let mut payload = json!(order);
+                if let Some(fields) = payload.as_object_mut() {
+                    fields.insert("at_ms".to_owned(), json!(at_ms));
+                }
+                (door, "lock", payload)
             }
             Output::Alarm { door, id, alarm } => {
                 (door, "alarm", json!({ "id": id, "at_ms": at_ms, "alarm": alarm }))
@@ -286,9 +296,10 @@ impl Session<'_> {
             Output::NotTaken { door, why } => (door, "refused", json!({ "at_ms": at_ms, "why": why })),
             Output::Passage(_) => return Ok(()),
         };
-        let Some(topic) = door_topic(&self.newest, self.outbox.topics(), door) else { return Ok(()) };
+        let Some(topic) = self.door_topics.get(door) else { return Ok(()) };
+        // Said again while it holds: a broker that kept it for a lock that is away would deliver an old one.
         self.client
-            .try_publish(format!("{topic}/{kind}"), QoS::AtLeastOnce, false, payload.to_string())
+            .try_publish(format!("{topic}/{kind}"), QoS::AtMostOnce, false, payload.to_string())
             .map_err(|error| error.to_string())
     }
 

@@ -65,6 +65,9 @@ pub async fn change(State(shared): State<Arc<Shared>>, wish: Result<Json<Wish>, 
             let Some(poses) = calibration.poses() else {
                 return refuse(StatusCode::CONFLICT, "there are no poses to accept: walk and finish first");
             };
+            if let Some(refusal) = shared.refuse_change() {
+                return refusal;
+            }
             return match shared.desk.site.save_poses(&poses, None, &*shared.desk.changed) {
                 Ok(revision) => {
                     calibration.stop();

@@ -3,9 +3,9 @@
 //! ```text
 //!   GET  /api/door             every door
 //!   GET  /api/door/NAME        one; its unix_ms is this machine's time, for the stamps of messages
-//!   POST /api/door/NAME/INPUT  card │ number │ contact │ exit │ reset │ lock/taken │ alarm/taken
+//!   POST /api/door/NAME/INPUT  card │ number │ contact │ exit │ reset │ lock/ready │ lock/taken │ alarm/taken
 //!        ◀─ {"id": 17, "at_ms": …, "number": 3}      as `door::inbox` says
-//!        ─▶ {} or 400 (malformed), 404 (no such door or input), 409 (late, repeated, out of order, not now)
+//!        ─▶ {}, after lock/ready the lock's order, or 400 (malformed), 404 (no such door or input), 409 (late, repeated, out of order, not now)
 //!   GET  /door/NAME            the screen for the entrant
 //! ```
 //!
@@ -57,11 +57,16 @@ pub async fn tell(
         let names = Input::NAMED.map(|(_, name)| name).join(", ");
         return refuse(StatusCode::NOT_FOUND, &format!("a door takes {names}"));
     };
-    let Ok(body) = body else {
-        return refuse(StatusCode::BAD_REQUEST, "the message was cut off or is too long");
+    let body = match body {
+        Ok(body) => body,
+        // The way out needs none.
+        Err(_) if input == Input::Exit => Bytes::new(),
+        Err(_) => return refuse(StatusCode::BAD_REQUEST, "the message was cut off or is too long"),
     };
     match doors.tell(&name, input, &body) {
-        Ok(()) => Json(json!({})).into_response(),
+        // A lock that says it is ready is answered with its order.
+        Ok(Some(order)) if input == Input::LockReady => Json(order).into_response(),
+        Ok(_) => Json(json!({})).into_response(),
         Err(why) => {
             let status = match why {
                 Why::NoDoor(_) => StatusCode::NOT_FOUND,

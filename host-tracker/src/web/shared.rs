@@ -6,9 +6,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use axum::extract::ws::Utf8Bytes;
+use axum::http::StatusCode;
+use axum::response::Response;
 use parking_lot::Mutex;
 use tokio::sync::watch;
 
+use super::answers::refuse;
 use super::history::History;
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
@@ -61,6 +64,14 @@ pub struct Packets {
     pub fields: Utf8Bytes,
     /// Counts the texts of fields.
     pub fields_number: u64,
+}
+
+impl Shared {
+    /// The answer to a change of the site, while a door is in use.
+    pub(super) fn refuse_change(&self) -> Option<Response> {
+        let in_use = self.desk.doors.as_ref()?.may_change_site().err()?;
+        Some(refuse(StatusCode::CONFLICT, &in_use.to_string()))
+    }
 }
 
 /// What all requests share.

@@ -55,6 +55,9 @@ pub async fn change(
         Err((status, why)) => return refuse(status, &why),
     };
     let desk = &shared.desk;
+    if let Some(refusal) = shared.refuse_change() {
+        return refusal;
+    }
     match desk.site.save(change.site, change.revision, &*desk.changed) {
         Ok(revision) => Json(json!({ "revision": revision })).into_response(),
         Err(error) => save_refused(&error),

@@ -38,6 +38,7 @@ fail = \"secure\"
 ask_s = 600
 pass_s = 120
 close_s = 120
+exit_s = 1
 ";
 
 /// Between two frames, if the machine is in time.

@@ -12,12 +12,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::MODULE_LOST_S;
-use super::event::{Action, Event, Seen};
+use super::event::{Action, Event, LockOrder, Seen};
 use super::inbox::{Inbox, Input, NotTaken};
 use super::machine::{DoorLine, Machine};
 use super::names::Names;
 use super::passage::Passage;
-use super::terms::{Alarm, Card, Lock, Refusal, Trouble};
+use super::terms::{Alarm, Card, Refusal, Trouble};
+use super::transition::Phase;
 use crate::follower::Estimate;
 use crate::geometry::{Point, distance_to_segment};
 use crate::site::{Module, Site, door};
@@ -68,10 +69,8 @@ pub enum Output {
     Lock {
         /// The door.
         door: String,
-        /// Number of the output.
-        id: u64,
-        /// What it is to be.
-        lock: Lock,
+        /// What, and for how long.
+        order: LockOrder,
     },
     /// What the alarm is to be.
     Alarm {
@@ -107,6 +106,18 @@ pub enum Why {
     Refused(Refusal),
 }
 
+/// Why the site is not changed now: a door is in use.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "door \"{door}\" is {phase}: a site is changed while its doors are idle; try again, or reset the alarm"
+)]
+pub struct InUse {
+    /// The door.
+    pub door: String,
+    /// Where it is.
+    pub phase: Phase,
+}
+
 /// One door.
 #[derive(Debug)]
 struct Unit {
@@ -122,51 +133,81 @@ struct Unit {
 }
 
 /// All doors of a site.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Doors {
     units: Vec<Unit>,
+    /// Number of the first output of a door.
+    first_id: u64,
 }
 
 impl Doors {
-    /// The doors of a site.
+    /// The doors of a site. Outputs are numbered from `first_id`: another one for each start of a process, so that no
+    /// acknowledgement of an earlier one counts.
     #[must_use]
-    pub fn new(site: &Site) -> Self {
-        let mut doors = Self::default();
-        doors.change_site(site);
+    pub fn new(site: &Site, first_id: u64) -> Self {
+        let mut doors = Self { units: Vec::new(), first_id };
+        doors.change_site(site, Now { steady_s: 0.0, unix_ms: 0 }, &mut Vec::new());
         doors
     }
 
-    /// Goes on with another site; a door that is as it was goes on.
-    pub fn change_site(&mut self, site: &Site) {
-        let mut before = std::mem::take(&mut self.units);
-        for door in &site.doors {
-            let watched_by = watching(door, site);
-            let known = before.iter().position(|unit| unit.door == *door && unit.watched_by == watched_by);
-            let unit = known.map(|index| before.swap_remove(index)).or_else(|| {
-                Some(Unit {
-                    machine: Machine::new(door, site)?,
-                    door: door.clone(),
-                    inbox: Inbox::default(),
-                    names: Names::default(),
-                    people: Vec::new(),
-                    passages: Vec::new(),
-                    watched_by,
-                })
-            });
-            self.units.extend(unit);
+    /// Whether the site may be changed now. Any change initiates every track again, and a door counts by its tracks.
+    ///
+    /// # Errors
+    /// Which door is in use.
+    pub fn may_change_site(&self) -> Result<(), InUse> {
+        match self.units.iter().find(|unit| !unit.machine.may_change()) {
+            Some(unit) => Err(InUse { door: unit.door.name.clone(), phase: unit.machine.phase() }),
+            None => Ok(()),
         }
     }
 
-    /// Shows every door what the tracker knows. `silent_s` is for how long a device has been silent, s; none: it is not
-    /// there.
+    /// Goes on with another site: doors go on under their names, with their alarms; one that is gone locks.
+    pub fn change_site(&mut self, site: &Site, now: Now, outputs: &mut Vec<Output>) {
+        let mut before = std::mem::take(&mut self.units);
+        for door in &site.doors {
+            let watched_by = watching(door, site);
+            let known = before.iter().position(|unit| unit.door.name == door.name);
+            if let Some(mut unit) = known.map(|index| before.swap_remove(index)) {
+                let mut actions = Vec::new();
+                if unit.machine.change_site(door, site, &mut actions) {
+                    unit.door = door.clone();
+                    unit.watched_by = watched_by;
+                    unit.people.clear();
+                    // Nothing that was asked for can be refused here.
+                    let _ = unit.put_out(actions, now, outputs);
+                    self.units.push(unit);
+                } else {
+                    before.push(unit);
+                }
+                continue;
+            }
+            let Some(machine) = Machine::new(door, site, self.first_id) else { continue };
+            self.units.push(Unit {
+                machine,
+                door: door.clone(),
+                inbox: Inbox::default(),
+                names: Names::default(),
+                people: Vec::new(),
+                passages: Vec::new(),
+                watched_by,
+            });
+        }
+        for mut unit in before {
+            let actions = unit.machine.retire();
+            let _ = unit.put_out(actions, now, outputs);
+        }
+    }
+
+    /// Shows every door what the tracker knows. `unused_s` is for how long no report of a device was used, s; none: it is
+    /// not there.
     pub fn observe(
         &mut self,
         estimate: &Estimate,
-        silent_s: impl Fn(&str) -> Option<f64>,
+        unused_s: impl Fn(&str) -> Option<f64>,
         now: Now,
         outputs: &mut Vec<Output>,
     ) {
-        let is_lost = |name: &String| silent_s(name).is_none_or(|silent_s| silent_s > MODULE_LOST_S);
+        let is_lost = |name: &String| unused_s(name).is_none_or(|unused_s| unused_s > MODULE_LOST_S);
         for unit in &mut self.units {
             unit.people = estimate.tracks.iter().map(|track| (track.id, track.at)).collect();
             let trouble = unit.watched_by.iter().any(is_lost).then_some(Trouble::ModuleLost);
@@ -222,12 +263,17 @@ impl Unit {
     }
 
     fn step(&mut self, event: Event, now: Now, outputs: &mut Vec<Output>) -> Result<(), Why> {
+        let actions = self.machine.step(event, now.steady_s);
+        self.put_out(actions, now, outputs)
+    }
+
+    fn put_out(&mut self, actions: Vec<Action>, now: Now, outputs: &mut Vec<Output>) -> Result<(), Why> {
         let mut refused = Ok(());
-        for action in self.machine.step(event, now.steady_s) {
+        for action in actions {
             let door = self.door.name.clone();
             match action {
                 Action::Refused(why) => refused = Err(Why::Refused(why)),
-                Action::Lock { id, lock } => outputs.push(Output::Lock { door, id, lock }),
+                Action::Lock(order) => outputs.push(Output::Lock { door, order }),
                 Action::Alarm { id, alarm } => outputs.push(Output::Alarm { door, id, alarm }),
                 Action::Named { card, likelihoods } => {
                     // The machine's own are likelihoods; anything else would change nothing.
@@ -266,7 +312,7 @@ fn watching(door: &door::Door, site: &Site) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::door::transition::Phase;
+    use crate::door::terms::Lock;
 
     const SITE: &str = r#"
         [[module]]
@@ -299,7 +345,7 @@ mod tests {
 
     #[test]
     fn the_line_of_an_observation_is_that_after_it() {
-        let mut doors = Doors::new(&toml::from_str(SITE).unwrap());
+        let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
         let mut outputs = Vec::new();
         for tenth in 0..=20 {
             assert_eq!(phase(&doors), Phase::Failed, "{tenth}");
@@ -315,8 +361,36 @@ mod tests {
     }
 
     #[test]
+    fn f8_a_zone_edited_under_a_door_is_the_doors_zone_at_once() {
+        let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
+        let mut outputs = Vec::new();
+        for tenth in 0..=20 {
+            doors.observe(&well(), |_| Some(0.0), now(f64::from(tenth) * 0.1), &mut outputs);
+        }
+        assert_eq!(doors.may_change_site(), Ok(()));
+        let wider: Site = toml::from_str(&SITE.replace("[-1, 1]]", "[-1, 1], [-3, 1], [-3, -1]]")).unwrap();
+        doors.change_site(&wider, now(2.1), &mut outputs);
+        let unit = &doors.units[0];
+        assert_eq!(
+            format!("{:?}", unit.machine).matches("x: -3.0").count(),
+            2,
+            "the gate has the new polygon"
+        );
+        let card = br#"{"id": 1, "at_ms": 1700000002100, "card": "1"}"#;
+        doors.tell("front", Input::Card, card, |_| Card(1), now(2.2), &mut outputs).unwrap();
+        let in_use = doors.may_change_site().unwrap_err().to_string();
+        assert!(in_use.starts_with("door \"front\" is asked: "), "{in_use}");
+        outputs.clear();
+        doors.change_site(&Site::default(), now(2.3), &mut outputs);
+        assert!(doors.lines().next().is_none());
+        let locked =
+            |output: &Output| matches!(output, Output::Lock { order, .. } if order.lock == Lock::Locked);
+        assert!(outputs.iter().any(locked), "a door that goes says so: {outputs:?}");
+    }
+
+    #[test]
     fn time_alone_makes_a_door_fail() {
-        let mut doors = Doors::new(&toml::from_str(SITE).unwrap());
+        let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
         let mut outputs = Vec::new();
         for tenth in 0..=20 {
             doors.observe(&well(), |_| Some(0.0), now(f64::from(tenth) * 0.1), &mut outputs);

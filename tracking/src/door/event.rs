@@ -4,8 +4,10 @@
 //!   card · number · contact · exit · seen · acknowledged · reset · time ─▶ machine ─▶ lock · alarm · refused · passage · named
 //! ```
 
+use serde::Serialize;
+
 use super::passage::Passage;
-use super::terms::{Alarm, Card, Contact, Lock, Refusal, Trouble};
+use super::terms::{Alarm, Card, Contact, Lock, Nonce, Refusal, Trouble};
 use crate::geometry::Point;
 use crate::jsonl::ZoneLine;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
@@ -104,6 +106,8 @@ pub enum Event {
     Exit,
     /// What the tracker knows.
     Seen(Seen),
+    /// The lock is there, and waits for an order with this number.
+    LockReady(Nonce),
     /// The lock has taken output number `id`.
     LockTaken(u64),
     /// The alarm has taken output number `id`.
@@ -114,16 +118,26 @@ pub enum Event {
     Time,
 }
 
+/// What the lock is to be, and for how long.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+pub struct LockOrder {
+    /// Number of the output.
+    pub id: u64,
+    /// What it is to be.
+    pub lock: Lock,
+    /// It locks by itself after so long, ms, if it is told nothing more. None: until the next order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub for_ms: Option<u32>,
+    /// The lock's newest number, if it has said one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nonce: Option<Nonce>,
+}
+
 /// What a door does.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Action {
-    /// The lock is to be so; said again every second until `id` is acknowledged.
-    Lock {
-        /// Number of the output.
-        id: u64,
-        /// What it is to be.
-        lock: Lock,
-    },
+    /// The lock is to be so.
+    Lock(LockOrder),
     /// The alarm is to be so; said again every second until `id` is acknowledged.
     Alarm {
         /// Number of the output.

@@ -1,26 +1,37 @@
 //! Messages from outside to events: what is malformed, late, repeated or out of order changes nothing, and says why.
 //!
 //! ```text
-//!   {"id": 17, "at_ms": 1700000000000, "card": "04A22B…"}     id: counts the device's messages, from 1
-//!      │          └ when it was sent, ms since 1970; at most 5 s ago
-//!      └ higher than the last one's; 1 again, and sent later, after the device has restarted
+//!   {"id": 17, "boot": 9041, "at_ms": 1700000000000, "card": "04A22B…"}     id: counts the device's messages, from 1
+//!      │         │              └ when it was sent, ms since 1970; at most 5 s ago or ahead
+//!      │         └ optional: any number that the device makes at its start; each counts for itself
+//!      └ higher than the last one's; 1 again, and sent later, after a device without `boot` has restarted
 //! ```
 //!
-//! | input | payload beside `id` and `at_ms` |
+//! | input | payload |
 //! |---|---|
-//! | `card` | `"card": "…"`: only a keyed hash of it is kept |
-//! | `number` | `"number": 3` |
-//! | `contact` | `"contact": "open"` or `"shut"` |
-//! | `exit`, `reset` | nothing |
-//! | `lock/taken`, `alarm/taken` | `"taken": 12`, the number of the output |
+//! | `card` | `id`, `at_ms`, `"card": "…"`: only a keyed hash of it is kept |
+//! | `number` | `id`, `at_ms`, `"number": 3` |
+//! | `contact` | `id`, `at_ms`, `"contact": "open"` or `"shut"` |
+//! | `reset` | `id`, `at_ms` |
+//! | `exit` | anything, or nothing: the way out depends on no clock and on no counter |
+//! | `lock/ready` | `"nonce": 41`, a number of the lock's own, another each time |
+//! | `lock/taken`, `alarm/taken` | `"taken": 12`, the number of the output, which comes once |
+//!
+//! A number that is far ahead stops a device for ten seconds at most: what is older than that is late by its stamp.
 
 use serde::Deserialize;
 
 use super::event::Event;
-use super::terms::{Card, Contact};
+use super::terms::{Card, Contact, Nonce};
 
 /// Older than this, or newer than the clock by more, a message is not taken, ms.
 pub const LATE_MS: u64 = 5000;
+
+/// The number of a message is remembered for so long, ms: later, its stamp alone tells that it is old.
+const REMEMBERED_MS: u64 = 2 * LATE_MS;
+
+/// Starts of devices that are told apart, for each input.
+const BOOTS_MAX: usize = 8;
 
 /// Longest message, bytes.
 pub const LONGEST: usize = 1024;
@@ -41,6 +52,8 @@ pub enum Input {
     Exit,
     /// The alarm was looked after.
     Reset,
+    /// The lock is there, and waits for an order.
+    LockReady,
     /// The lock has taken an output.
     LockTaken,
     /// The alarm has taken an output.
@@ -49,12 +62,13 @@ pub enum Input {
 
 impl Input {
     /// All of them by their names in topics and paths.
-    pub const NAMED: [(Self, &'static str); 7] = [
+    pub const NAMED: [(Self, &'static str); 8] = [
         (Self::Card, "card"),
         (Self::Number, "number"),
         (Self::Contact, "contact"),
         (Self::Exit, "exit"),
         (Self::Reset, "reset"),
+        (Self::LockReady, "lock/ready"),
         (Self::LockTaken, "lock/taken"),
         (Self::AlarmTaken, "alarm/taken"),
     ];
@@ -94,25 +108,37 @@ pub enum NotTaken {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Message {
-    id: u64,
-    at_ms: u64,
+    id: Option<u64>,
+    boot: Option<u64>,
+    at_ms: Option<u64>,
     card: Option<String>,
     number: Option<u32>,
     contact: Option<Contact>,
+    nonce: Option<Nonce>,
     taken: Option<u64>,
 }
 
-/// Number and time of the newest message of each input of one door.
+/// The newest message of one start of a device.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    boot: Option<u64>,
+    id: u64,
+    at_ms: u64,
+    /// When it came, ms since 1970.
+    came_ms: u64,
+}
+
+/// The newest messages of each input of one door.
 #[derive(Clone, Debug, Default)]
 pub struct Inbox {
-    last: [Option<(u64, u64)>; Input::NAMED.len()],
+    newest: [Vec<Newest>; Input::NAMED.len()],
 }
 
 impl Inbox {
     /// The event of a message that arrived at `now_ms`, since 1970; `hash` makes of a card what may be kept of it.
     ///
     /// # Errors
-    /// Why it is not taken; nothing has changed then.
+    /// Why it is not taken; nothing has changed then. A request to leave always is.
     pub fn take(
         &mut self,
         input: Input,
@@ -120,54 +146,74 @@ impl Inbox {
         now_ms: u64,
         hash: impl FnOnce(&str) -> Card,
     ) -> Result<Event, NotTaken> {
-        let malformed = |what: &str| NotTaken::Malformed(what.to_owned());
+        if input == Input::Exit {
+            return Ok(Event::Exit);
+        }
         if bytes.len() > LONGEST {
             return Err(malformed("longer than 1024 bytes"));
         }
         let message: Message =
             serde_json::from_slice(bytes).map_err(|error| NotTaken::Malformed(error.to_string()))?;
-        let Message { id, at_ms, card, number, contact, taken } = message;
-        if id == 0 {
-            return Err(malformed("id counts from 1"));
-        }
-        let event = match (input, card, number, contact, taken) {
-            (Input::Card, Some(card), None, None, None) => {
+        let Message { id, boot, at_ms, card, number, contact, nonce, taken } = message;
+        let event = match (input, card, number, contact, nonce, taken) {
+            (Input::LockReady, None, None, None, Some(nonce), None) => return Ok(Event::LockReady(nonce)),
+            (Input::LockTaken, None, None, None, None, Some(taken)) => return Ok(Event::LockTaken(taken)),
+            (Input::AlarmTaken, None, None, None, None, Some(taken)) => return Ok(Event::AlarmTaken(taken)),
+            (Input::Card, Some(card), None, None, None, None) => {
                 if card.trim().is_empty() || card.len() > CARD_MAX {
                     return Err(malformed("card must have 1 to 128 characters"));
                 }
                 Event::Card(hash(card.trim()))
             }
-            (Input::Number, None, Some(number), None, None) => Event::Number(number),
-            (Input::Contact, None, None, Some(contact), None) => Event::Contact(contact),
-            (Input::LockTaken, None, None, None, Some(taken)) => Event::LockTaken(taken),
-            (Input::AlarmTaken, None, None, None, Some(taken)) => Event::AlarmTaken(taken),
-            (Input::Exit, None, None, None, None) => Event::Exit,
-            (Input::Reset, None, None, None, None) => Event::Reset,
-            _ => {
-                return Err(malformed(
-                    "beside id and at_ms it must say what its topic is about, and nothing else",
-                ));
-            }
+            (Input::Number, None, Some(number), None, None, None) => Event::Number(number),
+            (Input::Contact, None, None, Some(contact), None, None) => Event::Contact(contact),
+            (Input::Reset, None, None, None, None, None) => Event::Reset,
+            _ => return Err(malformed("it must say what its topic is about, and nothing else")),
         };
+        let id = id.ok_or_else(|| malformed("missing field `id`"))?;
+        let at_ms = at_ms.ok_or_else(|| malformed("missing field `at_ms`"))?;
+        if id == 0 {
+            return Err(malformed("id counts from 1"));
+        }
         if at_ms > now_ms.saturating_add(LATE_MS) {
             return Err(NotTaken::Ahead(at_ms - now_ms));
         }
         if now_ms.saturating_sub(at_ms) > LATE_MS {
             return Err(NotTaken::Late(now_ms - at_ms));
         }
-        let Some(known) = self.last.get_mut(input as usize) else { return Err(malformed("no such input")) };
-        if let Some((last, last_ms)) = *known {
-            let begins_anew = id == 1 && at_ms > last_ms;
-            if id == last && !begins_anew {
-                return Err(NotTaken::Repeated(id));
-            }
-            if (id < last && !begins_anew) || at_ms < last_ms {
-                return Err(NotTaken::OutOfOrder { id, last });
-            }
-        }
-        *known = Some((id, at_ms));
+        let Some(newest) = self.newest.get_mut(input as usize) else {
+            return Err(malformed("no such input"));
+        };
+        note(newest, Newest { boot, id, at_ms, came_ms: now_ms })?;
         Ok(event)
     }
+}
+
+/// Notes a message, if it is newer than those of its device's start.
+fn note(newest: &mut Vec<Newest>, message: Newest) -> Result<(), NotTaken> {
+    let Newest { boot, id, at_ms, came_ms } = message;
+    newest.retain(|known| came_ms.abs_diff(known.came_ms) <= REMEMBERED_MS);
+    let place = newest.iter().position(|known| known.boot == boot);
+    if let Some(known) = place.and_then(|place| newest.get(place)) {
+        let begins_anew = boot.is_none() && id == 1 && at_ms > known.at_ms;
+        if id == known.id && !begins_anew {
+            return Err(NotTaken::Repeated(id));
+        }
+        if (id < known.id && !begins_anew) || at_ms < known.at_ms {
+            return Err(NotTaken::OutOfOrder { id, last: known.id });
+        }
+    }
+    if let Some(place) = place {
+        newest.remove(place);
+    } else if newest.len() >= BOOTS_MAX {
+        newest.remove(0);
+    }
+    newest.push(message);
+    Ok(())
+}
+
+fn malformed(what: &str) -> NotTaken {
+    NotTaken::Malformed(what.to_owned())
 }
 
 #[cfg(test)]
@@ -222,13 +268,48 @@ mod tests {
             said(Input::Contact, &format!("{{{stamp}, \"contact\": \"ajar\"}}"))
                 .contains("unknown variant `ajar`")
         );
-        assert!(said(Input::Exit, &" ".repeat(2000)).contains("longer than"));
-        assert!(inbox.last.iter().all(Option::is_none));
+        assert!(said(Input::Reset, &" ".repeat(2000)).contains("longer than"));
+        assert!(inbox.newest.iter().all(Vec::is_empty));
+    }
+
+    #[test]
+    fn f10_the_way_out_depends_on_no_clock_and_no_counter() {
+        let mut inbox = Inbox::default();
+        let stamps = [
+            "{\"id\": 18446744073709551615, \"at_ms\": 1700000000000}",
+            "{\"id\": 2, \"at_ms\": 1}",
+            "{\"id\": 1, \"at_ms\": 9999999999999}",
+            "pressed",
+            "",
+        ];
+        for bytes in stamps {
+            assert_eq!(
+                inbox.take(Input::Exit, bytes.as_bytes(), NOW_MS, |_| Card(0)),
+                Ok(Event::Exit),
+                "{bytes}"
+            );
+        }
+    }
+
+    #[test]
+    fn f10_a_number_far_ahead_stops_no_device_that_says_its_start_and_no_other_for_long() {
+        let mut inbox = Inbox::default();
+        let mut take = |boot: &str, id: u64, now_ms: u64| {
+            let text = format!("{{{boot}\"id\": {id}, \"at_ms\": {now_ms}, \"contact\": \"open\"}}");
+            inbox.take(Input::Contact, text.as_bytes(), now_ms, |_| Card(0))
+        };
+        let open = Ok(Event::Contact(Contact::Open));
+        assert_eq!(take("", u64::MAX, NOW_MS), open);
+        assert_eq!(take("", 17, NOW_MS + 500), Err(NotTaken::OutOfOrder { id: 17, last: u64::MAX }));
+        assert_eq!(take("\"boot\": 9041, ", 17, NOW_MS + 500), open, "another count");
+        assert_eq!(take("\"boot\": 9041, ", 17, NOW_MS + 600), Err(NotTaken::Repeated(17)));
+        assert_eq!(take("\"boot\": 9042, ", 1, NOW_MS + 700), open, "the device has started anew");
+        assert_eq!(take("", 18, NOW_MS + REMEMBERED_MS + 501), open, "what was far ahead is forgotten");
     }
 
     proptest! {
         #[test]
-        fn whatever_bytes_come_nothing_panics(bytes in proptest::collection::vec(any::<u8>(), 0..200), input in 0..7_usize) {
+        fn whatever_bytes_come_nothing_panics(bytes in proptest::collection::vec(any::<u8>(), 0..200), input in 0..8_usize) {
             let _ = Inbox::default().take(Input::NAMED[input].0, &bytes, NOW_MS, |_| Card(0));
         }
     }

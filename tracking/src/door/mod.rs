@@ -14,7 +14,7 @@
 //! | `transition` | every way from one phase to another |
 //! | `progress` | a passage under way: which tracks have gone through, which are too many |
 //! | `gate` | the line, and which tracks have crossed it |
-//! | `cards`, `output` | cards that are inside; outputs that are repeated |
+//! | `cards`, `output` | cards that are inside; outputs that are repeated, and leases that are renewed |
 //! | `passage` | a passage as it is kept |
 //! | `inbox` | messages from outside: malformed, late, repeated or out of order ones change nothing |
 //! | `names` | which track a card belongs to, so probably |
@@ -38,15 +38,15 @@ mod progress;
 pub mod terms;
 pub mod transition;
 
-/// A module that has sent nothing for so long is lost, s: ten scans.
+/// A module is lost when none of its reports was used for so long, s: ten scans.
 pub const MODULE_LOST_S: f64 = 1.0;
 
 #[cfg(test)]
 mod tests;
 
-pub use event::{Action, Body, Event, Presence, Seen};
+pub use event::{Action, Body, Event, LockOrder, Presence, Seen};
 pub use inbox::{Inbox, Input, NotTaken};
 pub use machine::{DoorLine, Machine};
 pub use passage::{Outcome, Passage};
-pub use terms::{Alarm, Card, Contact, Lock, Refusal, Trouble};
+pub use terms::{Alarm, Card, Contact, Lock, Nonce, Refusal, Trouble};
 pub use transition::{Cause, Phase, TRANSITIONS};

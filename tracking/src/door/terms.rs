@@ -33,6 +33,11 @@ impl TryFrom<String> for Card {
     }
 }
 
+/// A number that a lock makes for each time it says that it is ready, of any sort that does not come again soon.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Nonce(pub u64);
+
 /// Whether the leaf is shut.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -84,10 +89,12 @@ pub enum Trouble {
     Starting,
     /// The tracker says nothing any more.
     NoFrames,
-    /// A module says nothing any more.
+    /// No report of a module that watches the door is used any more.
     ModuleLost,
     /// Hardly anything of the zone is seen.
     Unseen,
+    /// The site was changed during a passage.
+    SiteChanged,
 }
 
 /// Why something that came in changes nothing.

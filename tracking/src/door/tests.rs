@@ -26,7 +26,7 @@ struct Stage {
 impl Stage {
     fn with(site: &str) -> Self {
         let site = Site::parse("test", site).unwrap();
-        let door = Machine::new(&site.doors[0], &site).unwrap();
+        let door = Machine::new(&site.doors[0], &site, 1).unwrap();
         let (bodies, actions, transitions) = (Vec::new(), Vec::new(), Vec::new());
         Self { door, now_s: 0.0, bodies, trouble: None, actions, transitions }
     }
@@ -145,6 +145,11 @@ impl Stage {
             Some(Action::Passage(passage)) => passage,
             _ => panic!("no passage has ended: {:?}", self.actions),
         }
+    }
+
+    fn lock_orders(&self) -> Vec<LockOrder> {
+        let order = |action: &Action| if let Action::Lock(order) = action { Some(*order) } else { None };
+        self.actions.iter().filter_map(order).collect()
     }
 
     fn refusals(&self) -> Vec<Refusal> {
@@ -394,19 +399,73 @@ fn a_door_that_fails_safe_unlocks_and_one_that_fails_secure_does_not_and_both_sa
 }
 
 #[test]
-fn lock_and_alarm_are_said_again_until_they_are_taken() {
+fn locked_is_said_again_until_it_is_taken() {
+    let mut stage = Stage::closing(1);
+    stage.wait(4.0);
+    let three = stage.lock_orders();
+    assert!(three.len() >= 3 && three.iter().all(|same| *same == three[0]), "{three:?}");
+    assert_eq!((three[0].lock, three[0].for_ms), (Lock::Locked, None));
+    stage.tell(Event::LockTaken(three[0].id));
+    stage.wait(2.0);
+    assert_eq!(stage.lock_orders(), []);
+}
+
+#[test]
+fn f9_unlocked_is_a_lease_that_is_renewed_each_half_second_taken_or_not() {
     let mut stage = Stage::unlocked(1);
-    stage.wait(3.0);
-    let said = |stage: &Stage| {
-        let of =
-            |action: &Action| if let Action::Lock { id, lock } = action { Some((*id, *lock)) } else { None };
-        stage.actions.iter().filter_map(of).collect::<Vec<_>>()
+    stage.wait(2.0);
+    let orders = stage.lock_orders();
+    let wanted = LockOrder { id: orders[0].id, lock: Lock::Unlocked, for_ms: Some(1500), nonce: None };
+    assert!(orders.len() >= 3 && orders.iter().all(|order| *order == wanted), "{orders:?}");
+    stage.tell(Event::LockTaken(wanted.id));
+    stage.wait(2.0);
+    assert!(stage.lock_orders().len() >= 3, "{:?}", stage.lock_orders());
+    stage.tell(Event::LockReady(Nonce(41)));
+    assert_eq!(stage.lock_orders(), [LockOrder { nonce: Some(Nonce(41)), ..wanted }], "at once");
+    stage.tell(Event::Card(ALICE));
+    assert_eq!((stage.door.phase(), stage.lock_orders()[0].lock), (Phase::Alarmed, Lock::Locked));
+}
+
+#[test]
+fn f8_a_changed_site_forgets_no_alarm_opens_no_lock_and_ends_a_passage() {
+    let site = Site::parse("test", &SITE.replace("\"secure\"", "\"safe\"")).unwrap();
+    let change = |stage: &mut Stage| {
+        let mut actions = Vec::new();
+        assert!(stage.door.change_site(&site.doors[0], &site, &mut actions));
+        stage.actions = actions;
     };
-    let three = said(&stage);
-    assert!(three.len() == 3 && three.iter().all(|same| *same == three[0]), "{three:?}");
-    stage.tell(Event::LockTaken(three[0].0));
-    stage.wait(3.0);
-    assert_eq!(said(&stage), []);
+    let mut stage = alarmed();
+    change(&mut stage);
+    assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Alarmed, Some(Alarm::PassedBack)));
+    for mut stage in
+        [Stage::idle(), Stage::asked(1), Stage::unlocked(1), Stage::closing(1), Stage::held_open()]
+    {
+        let (was, was_id) = (stage.door.phase(), stage.door.line().lock_id);
+        assert_eq!(stage.door.may_change(), was == Phase::Idle, "{was}");
+        change(&mut stage);
+        assert_eq!(stage.door.lock(), Lock::Locked, "{was}");
+        assert!(stage.door.line().lock_id >= was_id, "{was}: ids go on");
+        for _ in 0..30 {
+            stage.wait(0.1);
+            assert_eq!(stage.door.lock(), Lock::Locked, "{was}");
+        }
+        assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Idle, None), "{was}");
+    }
+}
+
+#[test]
+fn f8_no_match_counts_before_the_tracks_of_a_changed_site_are_there() {
+    let mut stage = Stage::idle();
+    stage.put(1, 0.0, 0.0);
+    stage.wait(1.0);
+    let site = Site::parse("test", SITE).unwrap();
+    assert!(stage.door.change_site(&site.doors[0], &site, &mut Vec::new()));
+    stage.tell(Event::Card(ALICE));
+    stage.tell(Event::Number(1));
+    stage.wait(SETTLED_S);
+    assert_eq!((stage.door.phase(), stage.door.lock()), (Phase::Checking, Lock::Locked));
+    stage.wait(0.8);
+    assert_eq!(stage.door.lock(), Lock::Unlocked);
 }
 
 #[test]

@@ -71,6 +71,8 @@ pub struct Session {
     last_report_us: u64,
     /// Reports used.
     reports: u64,
+    /// When the newest of them came, µs.
+    used_us: u64,
     subscription: Subscription,
     monitor: Option<Box<Monitor>>,
 }
@@ -317,6 +319,7 @@ impl Session {
             .map(|candidate| Detection::new(candidate, view, start_s, estimator))
             .collect();
         self.reports += 1;
+        self.used_us = now_us;
         Some(Observation { view: Arc::clone(view), start_s, detections, empty_mm, background_mm })
     }
 
@@ -364,7 +367,9 @@ impl Session {
     /// How the device is at `now_us`, under the name that the site gives it; none while its health is not monitored.
     pub fn line(&mut self, name: &str, now_us: u64) -> Option<ModuleLine> {
         let monitor = self.monitor.as_mut()?;
-        Some(monitor.line(name, self.identity.module, Some(&self.clock), now_us))
+        let unused_us = (self.reports > 0).then(|| now_us.saturating_sub(self.used_us));
+        let line = monitor.line(name, self.identity.module, Some(&self.clock), now_us);
+        Some(ModuleLine { unused_s: unused_us.map(|unused_us| unused_us as f64 * 1e-6), ..line })
     }
 
     /// The name the device gives itself; empty until the first info.

@@ -11,7 +11,10 @@
 //! It unlocks only from `checking`, when P(count = number entered) has been at least [`SURE`] and the share of the zone
 //! that was seen at least [`SEEN`], for [`STEADY_S`] on end.
 
+mod leaf;
 mod line;
+mod orders;
+mod trust;
 mod watch;
 
 pub use line::DoorLine;
@@ -19,13 +22,15 @@ pub use line::DoorLine;
 use crate::door::cards::Cards;
 use crate::door::event::{Action, Event, Seen};
 use crate::door::gate::Gate;
-use crate::door::output::Output;
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
-use crate::door::terms::{Alarm, Card, Contact, Lock, Refusal, Trouble};
+use crate::door::terms::{Alarm, Card, Lock, Refusal, Trouble};
 use crate::door::transition::{Cause, Phase};
 use crate::site::Site;
 use crate::site::door::{Door, Fail};
+use leaf::Leaf;
+use orders::Orders;
+use trust::{Certainty, Trust};
 
 /// Least probability that the number entered is the count.
 pub const SURE: f64 = 0.95;
@@ -41,11 +46,6 @@ pub const NO_FRAMES_S: f64 = 1.0;
 
 /// Trouble must be over for so long, s.
 pub const SETTLED_S: f64 = 2.0;
-
-/// A doubtful track, perhaps no person, that is in the zone for so long, s, makes the count unsure; if it is gone for
-/// so long, s, it was no person.
-const DOUBT_S: f64 = 0.6;
-const DOUBT_GAP_S: f64 = 0.35;
 
 /// The leaf must be shut for so long before a passage is over, s: what the tracker knows is up to 0.3 s old.
 const SHUT_S: f64 = 0.5;
@@ -73,31 +73,24 @@ pub struct Machine {
     progress: Option<Progress>,
     passages: u64,
     cards: Cards,
-    lock: Output<Lock>,
-    alarm: Output<Option<Alarm>>,
+    orders: Orders,
     standing: Option<Alarm>,
-    trouble: Option<Trouble>,
-    well_since_s: Option<f64>,
-    blind_since_s: Option<f64>,
-    match_since_s: Option<f64>,
-    doubted_s: f64,
-    doubt_since_s: Option<f64>,
+    trust: Trust,
+    count: Certainty,
     seen: Option<(f64, Seen)>,
-    contact: Option<Contact>,
-    contact_since_s: f64,
-    open_since_s: Option<f64>,
+    leaf: Leaf,
     exit_until_s: f64,
     prompt: String,
     taken: Vec<(Phase, Cause, Phase)>,
 }
 
 impl Machine {
-    /// A door of a site, locked or not as it fails, until the tracker has been well for 2 s. None without its zone.
+    /// A door of a site, locked or not as it fails, until the tracker has been well for 2 s. Its orders are numbered
+    /// from `first_id`. None without its zone.
     #[must_use]
-    pub fn new(door: &Door, site: &Site) -> Option<Self> {
-        let zone = site.zones.iter().find(|zone| zone.name == door.zone)?;
+    pub fn new(door: &Door, site: &Site, first_id: u64) -> Option<Self> {
         let mut machine = Self {
-            gate: Gate::new(door.ends(), zone.corners()),
+            gate: gate(door, site)?,
             door: door.clone(),
             phase: Phase::Failed,
             since_s: 0.0,
@@ -105,25 +98,53 @@ impl Machine {
             progress: None,
             passages: 0,
             cards: Cards::default(),
-            lock: Output::new(Lock::Locked),
-            alarm: Output::new(Some(Alarm::Trouble)),
+            orders: Orders::new(first_id),
             standing: None,
-            trouble: Some(Trouble::Starting),
-            well_since_s: None,
-            blind_since_s: None,
-            match_since_s: None,
-            doubted_s: f64::NEG_INFINITY,
-            doubt_since_s: None,
+            trust: Trust::starting(door.fail),
+            count: Certainty::new(),
             seen: None,
-            contact: None,
-            contact_since_s: 0.0,
-            open_since_s: None,
+            leaf: Leaf::default(),
             exit_until_s: f64::NEG_INFINITY,
             prompt: "The door is starting: please wait".to_owned(),
             taken: Vec::new(),
         };
-        machine.lock.set(machine.wanted());
+        machine.orders.lock.set(machine.wanted());
         Some(machine)
+    }
+
+    /// Goes on in a changed site, in which every track is initiated again: no match counts before the tracker has been
+    /// well for 2 s. Alarms stand, cards stay inside, and the lock does not open by it: a passage under way ends in
+    /// trouble, locked whatever the site says. False without its zone: nothing has changed then.
+    pub fn change_site(&mut self, door: &Door, site: &Site, actions: &mut Vec<Action>) -> bool {
+        let Some(gate) = gate(door, site) else { return false };
+        self.gate = gate;
+        self.door = door.clone();
+        self.count.not_before_s = self.now_s + SETTLED_S;
+        self.seen = self.seen.take().map(|(at_s, _)| (at_s, Seen::default()));
+        if !matches!(self.phase, Phase::Idle | Phase::Alarmed | Phase::Failed) {
+            self.fail(Trouble::SiteChanged, actions);
+            self.trust.fail = Fail::Secure;
+        }
+        self.say(actions);
+        true
+    }
+
+    /// Locks for good: the site has this door no more. An alarm that stands is not over by that.
+    #[must_use]
+    pub fn retire(&mut self) -> Vec<Action> {
+        let mut actions = Vec::new();
+        self.end(Outcome::Trouble, "the door was taken out of the site", &mut actions);
+        self.orders.lock.set(Lock::Locked);
+        self.orders.lock.ask();
+        self.orders.alarm.set(self.standing);
+        self.orders.say(self.now_s, &mut actions);
+        actions
+    }
+
+    /// Whether the site may be changed: no passage is under way, and no alarm stands.
+    #[must_use]
+    pub const fn may_change(&self) -> bool {
+        matches!(self.phase, Phase::Idle | Phase::Failed)
     }
 
     /// Takes an event at `now_s`, s on any steady clock; a time before the last one counts as that.
@@ -136,27 +157,32 @@ impl Machine {
         match event {
             Event::Card(card) => self.card(card, &mut actions),
             Event::Number(number) => self.number(number, &mut actions),
-            Event::Contact(contact) => self.contact(contact),
+            Event::Contact(contact) => self.leaf.report(contact, self.now_s),
             Event::Exit => self.exit_until_s = self.now_s + self.door.exit_s,
             Event::Seen(seen) => self.see(seen, &mut actions),
-            Event::LockTaken(id) => refuse(self.lock.take(id), Refusal::OldAcknowledgement, &mut actions),
-            Event::AlarmTaken(id) => refuse(self.alarm.take(id), Refusal::OldAcknowledgement, &mut actions),
+            Event::LockReady(nonce) => self.orders.lock_is_ready(nonce),
+            Event::LockTaken(id) => {
+                refuse(self.orders.lock.acknowledge(id), Refusal::OldAcknowledgement, &mut actions);
+            }
+            Event::AlarmTaken(id) => {
+                refuse(self.orders.alarm.acknowledge(id), Refusal::OldAcknowledgement, &mut actions);
+            }
             Event::Reset => self.reset(&mut actions),
             Event::Time => {}
         }
-        self.lock.set(self.wanted());
-        self.alarm.set(match self.phase {
+        self.say(&mut actions);
+        actions
+    }
+
+    fn say(&mut self, actions: &mut Vec<Action>) {
+        let lock = self.wanted();
+        self.orders.lock.set(lock);
+        self.orders.alarm.set(match self.phase {
             Phase::Failed => Some(Alarm::Trouble),
             Phase::HeldOpen => Some(Alarm::HeldOpen),
             _ => self.standing,
         });
-        if let Some((id, lock)) = self.lock.due(self.now_s) {
-            actions.push(Action::Lock { id, lock });
-        }
-        if let Some((id, alarm)) = self.alarm.due(self.now_s) {
-            actions.push(Action::Alarm { id, alarm });
-        }
-        actions
+        self.orders.say(self.now_s, actions);
     }
 
     /// Where it is.
@@ -168,7 +194,7 @@ impl Machine {
     /// What the lock is to be.
     #[must_use]
     pub const fn lock(&self) -> Lock {
-        self.lock.value()
+        self.orders.lock.value()
     }
 
     /// Its name.
@@ -191,7 +217,7 @@ impl Machine {
     fn wanted(&self) -> Lock {
         match self.phase {
             Phase::Unlocked => Lock::Unlocked,
-            Phase::Failed if self.door.fail == Fail::Safe => Lock::Unlocked,
+            Phase::Failed if self.trust.fail == Fail::Safe => Lock::Unlocked,
             _ if self.now_s < self.exit_until_s => Lock::Exit,
             _ => Lock::Locked,
         }
@@ -205,7 +231,7 @@ impl Machine {
         self.taken.push((self.phase, cause, to));
         self.phase = to;
         self.since_s = self.now_s;
-        self.match_since_s = None;
+        self.count.match_since_s = None;
         self.prompt = prompt.to_owned();
     }
 
@@ -218,7 +244,7 @@ impl Machine {
             return;
         }
         if silent {
-            self.well_since_s = None;
+            self.trust.well_since_s = None;
         }
         match self.phase {
             Phase::Asked if passed_s >= self.door.ask_s => {
@@ -234,7 +260,7 @@ impl Machine {
             }
             _ => {}
         }
-        let is_long_open = match (self.phase, self.open_since_s) {
+        let is_long_open = match (self.phase, self.leaf.open_since_s) {
             (Phase::Closing, _) => self.now_s - self.since_s >= self.door.close_s,
             (Phase::Idle | Phase::Asked | Phase::Checking, Some(since_s)) => {
                 // A person who leaves has the time for it.
@@ -296,21 +322,13 @@ impl Machine {
         actions.push(Action::Refused(refusal));
     }
 
-    fn contact(&mut self, contact: Contact) {
-        if self.contact != Some(contact) {
-            self.contact_since_s = self.now_s;
-            self.open_since_s = (contact == Contact::Open).then_some(self.now_s);
-        }
-        self.contact = Some(contact);
-    }
-
     fn reset(&mut self, actions: &mut Vec<Action>) {
         if self.standing.is_none() {
             actions.push(Action::Refused(Refusal::NoAlarm));
             return;
         }
         self.standing = None;
-        self.open_since_s = self.open_since_s.map(|_| self.now_s);
+        self.leaf.begin_anew(self.now_s);
         if self.phase == Phase::Alarmed {
             self.go(Cause::Reset, Phase::Idle, READY);
         }
@@ -318,18 +336,15 @@ impl Machine {
 
     fn see(&mut self, seen: Seen, actions: &mut Vec<Action>) {
         let blind = seen.seen_share < BLIND;
-        let blind_s = self.now_s - *self.blind_since_s.get_or_insert(self.now_s);
-        if !blind {
-            self.blind_since_s = None;
-        }
+        let blind_s = self.trust.blind_s(blind, self.now_s);
         let trouble = seen.trouble.or((blind && blind_s >= BLIND_S).then_some(Trouble::Unseen));
         let crossings = self.gate.see(&seen.bodies, self.now_s);
         self.doubt(&seen.bodies);
         self.seen = Some((self.now_s, seen));
         match trouble {
             Some(trouble) if self.phase == Phase::Failed => {
-                self.trouble = Some(trouble);
-                self.well_since_s = None;
+                self.trust.trouble = Some(trouble);
+                self.trust.well_since_s = None;
             }
             Some(trouble) => self.fail(trouble, actions),
             None if self.phase == Phase::Failed => self.recover(blind),
@@ -339,15 +354,15 @@ impl Machine {
 
     fn recover(&mut self, blind: bool) {
         if blind {
-            self.well_since_s = None;
+            self.trust.well_since_s = None;
             return;
         }
-        let well_since_s = *self.well_since_s.get_or_insert(self.now_s);
+        let well_since_s = *self.trust.well_since_s.get_or_insert(self.now_s);
         if self.now_s - well_since_s < SETTLED_S {
             return;
         }
-        self.trouble = None;
-        self.open_since_s = self.open_since_s.map(|_| self.now_s);
+        self.trust.trouble = None;
+        self.leaf.begin_anew(self.now_s);
         match self.standing {
             Some(_) => self.go(Cause::StillAlarmed, Phase::Alarmed, CALL),
             None => self.go(Cause::Recovered, Phase::Idle, READY),
@@ -355,8 +370,9 @@ impl Machine {
     }
 
     fn fail(&mut self, trouble: Trouble, actions: &mut Vec<Action>) {
-        self.trouble = Some(trouble);
-        self.well_since_s = None;
+        self.trust.fail = self.door.fail;
+        self.trust.trouble = Some(trouble);
+        self.trust.well_since_s = None;
         self.end(Outcome::Trouble, "what happens at the door was not known any more", actions);
         self.go(Cause::Trouble, Phase::Failed, "The door is out of order: please call somebody");
     }
@@ -394,6 +410,12 @@ impl Machine {
         reason.clone_into(&mut passage.reason);
         actions.push(Action::Passage(Box::new(passage)));
     }
+}
+
+/// The line and the zone of a door; none without its zone.
+fn gate(door: &Door, site: &Site) -> Option<Gate> {
+    let zone = site.zones.iter().find(|zone| zone.name == door.zone)?;
+    Some(Gate::new(door.ends(), zone.corners()))
 }
 
 const READY: &str = "Please show your card";

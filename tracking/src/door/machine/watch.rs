@@ -1,6 +1,6 @@
 //! What a door concludes from the tracks: whether the number matches, which tracks go through, which are too many.
 
-use super::{DOUBT_GAP_S, DOUBT_S, Machine, NOBODY, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
+use super::{Machine, NOBODY, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
 use crate::door::event::{Action, Body};
 use crate::door::gate::{Crossing, is_apart};
 use crate::door::passage::Outcome;
@@ -37,11 +37,11 @@ impl Machine {
             _ => false,
         };
         // A track that changes sides of a shut leaf is the tracker's mistake, not an entry.
-        let is_open = self.contact == Some(Contact::Open);
+        let is_open = self.leaf.contact == Some(Contact::Open);
         if nobody_let_in && is_open && crossings.iter().any(|way| matches!(way, Crossing::Inward(_))) {
             self.alarmed(Alarm::WentIn, None, actions);
         }
-        let is_shut = self.contact == Some(Contact::Shut) && self.now_s - self.contact_since_s >= SHUT_S;
+        let is_shut = self.leaf.is_shut(SHUT_S, self.now_s);
         if is_shut && matches!(self.phase, Phase::Closing | Phase::HeldOpen) {
             self.shut(actions);
         }
@@ -62,30 +62,21 @@ impl Machine {
     /// Notes since when a doubtful track is in the zone: perhaps a person who touches another, or crouches.
     pub(super) fn doubt(&mut self, bodies: &[Body]) {
         let shade = |body: &Body| body.is_doubtful() && self.gate.in_zone(body.at) && is_apart(body, bodies);
-        if bodies.iter().any(shade) {
-            self.doubted_s = self.now_s;
-            self.doubt_since_s.get_or_insert(self.now_s);
-        } else if self.now_s - self.doubted_s > DOUBT_GAP_S {
-            self.doubt_since_s = None;
-        }
-    }
-
-    pub(super) fn is_in_doubt(&self) -> bool {
-        self.doubt_since_s.is_some_and(|since_s| self.now_s - since_s >= DOUBT_S)
+        self.count.doubt(bodies.iter().any(shade), self.now_s);
     }
 
     pub(super) fn check(&mut self) {
-        let in_doubt = self.is_in_doubt();
+        let in_doubt = self.count.is_in_doubt(self.now_s);
         let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
         let entered = progress.passage.entered;
         let probability = seen.count_p.get(entered as usize).copied().unwrap_or(0.0);
         progress.passage.count_p.clone_from(&seen.count_p);
         progress.passage.seen_share = seen.seen_share;
         if in_doubt || !(probability >= SURE && seen.seen_share >= SEEN) {
-            self.match_since_s = None;
+            self.count.match_since_s = None;
             return;
         }
-        let since_s = *self.match_since_s.get_or_insert(self.now_s);
+        let since_s = *self.count.match_since_s.get_or_insert(self.now_s);
         if self.now_s - since_s >= STEADY_S {
             progress.unlock(entered, &seen.bodies, &self.gate);
             self.go(Cause::Match, Phase::Unlocked, "Please go in");
