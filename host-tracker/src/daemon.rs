@@ -23,7 +23,7 @@ use crate::site_file::SiteFile;
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
 use crate::store::{Keep, Store, StoreError, StoreState, known_before};
-use crate::web::{Desk, Server};
+use crate::web::{Desk, Listen, Server};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::geometry::Pose;
@@ -70,7 +70,9 @@ pub struct Database {
 pub struct Map {
     /// The address.
     pub listen: SocketAddr,
-    /// Names under which browsers may open it, beside addresses and local names.
+    /// Where messages to doors are taken, if not there.
+    pub doors: Option<SocketAddr>,
+    /// Names under which browsers may open it, beside this machine's addresses and own name.
     pub names: Vec<String>,
 }
 
@@ -84,10 +86,10 @@ pub enum DaemonError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The live map.
-    #[error("the live map cannot be at {listen}: {error}")]
+    #[error("the live map cannot be at {places}: {error}")]
     Map {
-        /// Where it was to be.
-        listen: SocketAddr,
+        /// Where it was to be, and the doors.
+        places: String,
         /// What the system says.
         error: io::Error,
     },
@@ -197,6 +199,12 @@ impl Daemon {
         self.map.as_ref().map(Server::address)
     }
 
+    /// Where messages to doors are taken, if anywhere.
+    #[must_use]
+    pub fn door_address(&self) -> Option<SocketAddr> {
+        self.map.as_ref().map(Server::door_address)
+    }
+
     /// Ends it, and says how the database was last.
     ///
     /// # Errors
@@ -227,7 +235,7 @@ fn serve(
     database: Option<PathBuf>,
     service: &Service,
 ) -> Result<Server, DaemonError> {
-    let Map { listen, names } = map;
+    let Map { listen, doors, names } = map;
     let sites = service.sites();
     let noting = database.clone();
     let accepted = Box::new(move |poses: &[(String, Pose)]| {
@@ -247,6 +255,9 @@ fn serve(
         names,
         doors: Some(service.doors()),
         alarms: service.alarms(),
+        connections: service.connections(),
     };
-    Server::start(listen, desk).map_err(|error| DaemonError::Map { listen, error })
+    let places = doors.map_or(listen.to_string(), |doors| format!("{listen}, or the doors at {doors}"));
+    let at = Listen { doors, ..Listen::from(listen) };
+    Server::start(at, desk).map_err(|error| DaemonError::Map { places, error })
 }

@@ -7,6 +7,7 @@
 
 pub mod alarms;
 pub mod calibration;
+pub mod connections;
 pub mod daemon;
 pub mod doors;
 pub mod metrics;

@@ -200,7 +200,19 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         [("outside", refused.outside), ("crowded", refused.crowded), ("forgotten", refused.forgotten)];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "Announced devices that were not asked, or are no longer known, by cause";
-    family(encoder, "kehai_devices_refused", help, samples)
+    family(encoder, "kehai_devices_refused", help, samples)?;
+    let http = &frame.http;
+    let causes = [
+        ("full", http.full),
+        ("address", http.address),
+        ("header", http.header),
+        ("body", http.body),
+        ("unread", http.unread),
+        ("foreign", http.foreign),
+    ];
+    let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
+    let help = "HTTP connections and requests that were refused or ended, by cause";
+    family(encoder, "kehai_http_refused", help, samples)
 }
 
 #[cfg(test)]
@@ -303,6 +315,7 @@ mod tests {
             "kehai_module_silent_seconds",
             "kehai_module_alarm",
             "kehai_datagrams_dropped_total",
+            "kehai_http_refused_total",
         ] {
             assert!(known.contains(&name), "{name} in\n{text}");
         }

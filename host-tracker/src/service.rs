@@ -22,6 +22,7 @@ use tokio::sync::watch;
 
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
+use crate::connections::Connections;
 use crate::doors::{DoorDesk, Hash, Watchdog};
 use crate::net::discovery::Search;
 use crate::net::tracking::{Parts, TrackingLoop};
@@ -64,6 +65,7 @@ pub struct Service {
     sites: Sites,
     shared: Arc<Shared>,
     alarms: TrackerAlarms,
+    connections: Connections,
     doors: DoorDesk,
     calibration: Calibration,
     reports: Reports,
@@ -113,6 +115,7 @@ impl Service {
         let socket = TrackingLoop::bind()?;
         let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
         let alarms = TrackerAlarms::default();
+        let connections = Connections::default();
         let begin = |file: &PathBuf| {
             let (begun_ns, restored) = (unix_ms() * 1_000_000, options.restore.clone());
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
@@ -127,6 +130,7 @@ impl Service {
         let parts = Parts {
             recorder,
             alarms: alarms.clone(),
+            connections: connections.clone(),
             doors: Some(doors.clone()),
             calibration: calibration.clone(),
             reports: reports.clone(),
@@ -143,7 +147,18 @@ impl Service {
         })?;
         let sites = Sites { site: watch::Sender::new(site), changes };
         let thread = Some(thread);
-        Ok(Self { frames, sites, shared, alarms, doors, calibration, reports, thread, _watchdog: watchdog })
+        Ok(Self {
+            frames,
+            sites,
+            shared,
+            alarms,
+            connections,
+            doors,
+            calibration,
+            reports,
+            thread,
+            _watchdog: watchdog,
+        })
     }
 
     /// The newest frame, from now on. Closed once the tracker has ended. Before the first line it is empty.
@@ -164,6 +179,12 @@ impl Service {
     #[must_use]
     pub fn alarms(&self) -> TrackerAlarms {
         self.alarms.clone()
+    }
+
+    /// Where HTTP connections that are refused are counted.
+    #[must_use]
+    pub fn connections(&self) -> Connections {
+        self.connections.clone()
     }
 
     /// The doors of the site in use.

@@ -20,6 +20,7 @@ use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
+use host_tracker::connections::Connections;
 use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
@@ -135,6 +136,7 @@ impl Show {
             names: Vec::new(),
             doors: None,
             alarms: TrackerAlarms::default(),
+            connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, store }

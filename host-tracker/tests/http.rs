@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
+use host_tracker::connections::Connections;
 use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site_file::{self, SiteFile};
 use host_tracker::web::{Desk, Server};
@@ -55,6 +56,7 @@ impl Map {
             names: Vec::new(),
             doors: None,
             alarms: TrackerAlarms::default(),
+            connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         Self { server, frames, reports, changes, folder }

@@ -58,6 +58,27 @@ pub struct Snapshot {
     /// Announced devices that were not asked, or are no longer known, since the start.
     #[serde(default)]
     pub refused: Refused,
+    /// HTTP connections and requests that were refused or ended, since the start.
+    #[serde(default)]
+    pub http: HttpRefused,
+}
+
+/// HTTP connections and requests that were refused or ended, by cause.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct HttpRefused {
+    /// All places for connections were taken.
+    pub full: u64,
+    /// An address had its share of the places.
+    pub address: u64,
+    /// No whole header of a request came in time; a connection that was kept open for nothing is one of these.
+    pub header: u64,
+    /// The body of a request did not come in time.
+    pub body: u64,
+    /// A client did not take what it was sent, or did not answer.
+    pub unread: u64,
+    /// The host or the page that asked is not allowed.
+    pub foreign: u64,
 }
 
 /// Announced devices that were not asked, or are no longer known, by cause.
@@ -92,13 +113,16 @@ struct Flat {
     strangers: u64,
     #[serde(default)]
     refused: Refused,
+    #[serde(default)]
+    http: HttpRefused,
 }
 
 impl From<Flat> for Snapshot {
     fn from(flat: Flat) -> Self {
-        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers, refused } = flat;
+        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers, refused, http } =
+            flat;
         let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
-        Self { alarms, doors, modules, dropped, strangers, refused, ..written }
+        Self { alarms, doors, modules, dropped, strangers, refused, http, ..written }
     }
 }
 

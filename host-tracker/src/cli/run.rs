@@ -50,7 +50,13 @@ pub struct Arguments {
     #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8420", value_parser = listen)]
     http: Option<SocketAddr>,
 
-    /// A name under which browsers may open the map, beside addresses and local names
+    /// Take messages to doors at this address alone, by connections of their own: a flood of the map does not reach
+    /// them, and who sees the map need not reach them [default: at the map's address]
+    #[arg(long, value_name = "[IP:]PORT", requires = "http", value_parser = listen)]
+    door_http: Option<SocketAddr>,
+
+    /// A further name or address under which browsers may open the map: localhost, this machine's own name, and the
+    /// address that a connection reaches are allowed without
     #[arg(long, value_name = "NAME", requires = "http")]
     http_name: Vec<String>,
 
@@ -148,13 +154,20 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracker: arguments.tracker,
         record: arguments.record,
         database: arguments.db.map(|file| Database { file, keep, restore: true }),
-        map: arguments.http.map(|listen| Map { listen, names: arguments.http_name }),
+        map: arguments.http.map(|listen| Map {
+            listen,
+            doors: arguments.door_http,
+            names: arguments.http_name,
+        }),
         mqtt: arguments.mqtt.map(|broker| (broker, topics)),
         card_key,
     };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))?;
     if let Some(address) = daemon.map_address() {
         tracing::info!("live map at http://{address}/");
+    }
+    if let (Some(address), Some(_)) = (daemon.door_address(), arguments.door_http) {
+        tracing::info!("messages to doors at http://{address}/api/door");
     }
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut alarms = Alarms::default();

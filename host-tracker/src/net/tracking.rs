@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
+use crate::connections::Connections;
 use crate::doors::DoorDesk;
 use crate::net::clock::HostClock;
 use crate::net::discovery::Search;
@@ -47,6 +48,8 @@ pub struct Parts {
     pub recorder: Option<Recorder>,
     /// The tracker's own alarms.
     pub alarms: TrackerAlarms,
+    /// HTTP connections that were refused.
+    pub connections: Connections,
     /// The doors of the site.
     pub doors: Option<DoorDesk>,
     /// The calibration under way.
@@ -222,6 +225,7 @@ impl TrackingLoop {
             dropped: *follower.sessions().drops(),
             strangers: self.strangers,
             refused: Refused { forgotten: follower.sessions().forgotten(), ..registry.refused() },
+            http: parts.connections.refused(),
         }
     }
 

@@ -1,18 +1,30 @@
 //! Which requests are allowed, and from which page: other sites' pages, open in the same browser, are refused.
 //!
 //! ```text
-//!   browser ── Host: what was typed ──▶ an address, or a local name?      no: a public name that was made to
-//!          └── Origin: the page ─────▶ the same host? (writes, sockets)      point here (DNS rebinding)
+//!   browser ── Host: what was typed ──▶ this machine's own name or address?   no: a name that was made to
+//!          └── Origin: the page ─────▶ the same host? (writes, sockets)          point here (DNS rebinding)
 //! ```
+//!
+//! A page of `evil.lan` is as foreign as one of `evil.example`: whoever answers names in this network can make either
+//! point here. So only what names this very machine passes:
+//!
+//! | `Host` | |
+//! |---|---|
+//! | the address that the connection reached, or any of loopback | an address cannot be made to point elsewhere |
+//! | `localhost` | browsers ask nobody for it |
+//! | the host's own name, alone, whole, and with `.local`, `.lan`, `.home.arpa` | what routers and mDNS make of it |
+//! | names of `--http-name` | others that its owner gave it |
 //!
 //! A program without `Origin` is no browser, and is allowed: any program that reaches the port may write. So the server
 //! listens on the loopback address unless it is told otherwise.
 
-use std::net::{IpAddr, Ipv6Addr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 /// What a request says of its origin.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Asks<'a> {
+    /// The address that its connection reached.
+    pub own: IpAddr,
     /// `Host`: the host that the browser believes it asks.
     pub host: Option<&'a str>,
     /// `Origin`: the page that asks.
@@ -31,12 +43,11 @@ pub enum Refusal {
     /// No `Host`.
     #[error("the request does not say which host it is for")]
     NoHost,
-    /// A public name.
+    /// Another machine's name, or an address that is not here.
     #[error(
-        "\"{0}\" is not this machine's address or local name: open the map by its address, or allow the name \
-         with --http-name {0}"
+        "\"{0}\" is no name of this machine: open the map at {1}, or start the tracker with --http-name {0}"
     )]
-    ForeignName(String),
+    ForeignName(String, IpAddr),
     /// Another page's script.
     #[error("refused: the page {origin} may not do this at {host}; only the map's own page may")]
     ForeignPage {
@@ -47,18 +58,50 @@ pub enum Refusal {
     },
 }
 
-/// Ends of names that no public server can have.
-const LOCAL_ENDS: [&str; 5] = [".local", ".localhost", ".lan", ".internal", ".home.arpa"];
+/// Ends that routers and mDNS put behind the name of a machine.
+const ENDS: [&str; 3] = [".local", ".lan", ".home.arpa"];
 
-/// Whether a request may pass; `names` are allowed beside addresses and local names.
+/// The names of this machine.
+#[derive(Clone, Debug, Default)]
+pub struct Names(Vec<String>);
+
+impl Names {
+    /// As the system calls it, and these.
+    #[must_use]
+    pub fn of_this_machine(others: &[String]) -> Self {
+        let system = rustix::system::uname();
+        Self::new(system.nodename().to_str().unwrap_or_default(), others)
+    }
+
+    /// Of a machine that the system calls this.
+    fn new(own: &str, others: &[String]) -> Self {
+        let mut names = vec!["localhost".to_owned()];
+        let short = own.split('.').next().unwrap_or(own);
+        if !short.is_empty() {
+            names.extend([own.to_owned(), short.to_owned()]);
+            names.extend(ENDS.map(|end| format!("{short}{end}")));
+        }
+        names.extend_from_slice(others);
+        Self(names)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        // DNS knows a name by a dot behind it, too.
+        let name = name.strip_suffix('.').unwrap_or(name);
+        self.0.iter().any(|known| known.eq_ignore_ascii_case(name))
+    }
+}
+
+/// Whether a request may pass.
 ///
 /// # Errors
 /// Why it may not.
-pub fn check(asks: &Asks<'_>, names: &[String]) -> Result<(), Refusal> {
+pub fn check(asks: &Asks<'_>, names: &Names) -> Result<(), Refusal> {
     let host = asks.host.ok_or(Refusal::NoHost)?;
     let name = without_port(host);
-    if !is_local(name) && !names.iter().any(|allowed| allowed.eq_ignore_ascii_case(name)) {
-        return Err(Refusal::ForeignName(name.to_owned()));
+    let is_here = |address: IpAddr| address == asks.own || address.is_loopback();
+    if !address(name).is_some_and(is_here) && !names.has(name) {
+        return Err(Refusal::ForeignName(name.to_owned(), asks.own));
     }
     if !(asks.writes || asks.opens_socket) {
         return Ok(());
@@ -83,50 +126,76 @@ fn without_port(host: &str) -> &str {
     }
 }
 
-/// An address, a name without dots, or one that no public server can have.
-fn is_local(name: &str) -> bool {
-    let is_v6 = name
-        .strip_prefix('[')
-        .and_then(|name| name.strip_suffix(']'))
-        .is_some_and(|inner| inner.parse::<Ipv6Addr>().is_ok());
-    let lower = name.to_ascii_lowercase();
-    let plain = !lower.is_empty()
-        && lower.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'.');
-    is_v6
-        || name.parse::<IpAddr>().is_ok()
-        || plain && (!lower.contains('.') || LOCAL_ENDS.iter().any(|end| lower.ends_with(end)))
+/// The address that is written as a host, IPv6 between brackets.
+fn address(name: &str) -> Option<IpAddr> {
+    match name.strip_prefix('[').and_then(|name| name.strip_suffix(']')) {
+        Some(inner) => inner.parse::<Ipv6Addr>().ok().map(|address| IpAddr::from(address).to_canonical()),
+        None => name.parse::<Ipv4Addr>().ok().map(IpAddr::from),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read(host: &str) -> Result<(), Refusal> {
-        check(&Asks { host: Some(host), ..Asks::default() }, &["map.example.org".to_owned()])
+    const LOCAL: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+
+    fn asks(host: Option<&str>) -> Asks<'_> {
+        Asks { own: LOCAL, host, origin: None, fetch_site: None, writes: false, opens_socket: false }
+    }
+
+    fn names() -> Names {
+        Names::new("hall.example.net", &["map.example.org".to_owned(), "192.168.1.9".to_owned()])
     }
 
     fn write(host: &str, origin: &str) -> Result<(), Refusal> {
-        let asks = Asks { host: Some(host), origin: Some(origin), writes: true, ..Asks::default() };
-        check(&asks, &[])
+        check(&Asks { origin: Some(origin), writes: true, ..asks(Some(host)) }, &names())
     }
 
     #[test]
-    fn only_addresses_and_local_names_are_asked_for() {
+    fn f11_only_this_machine_is_asked_for() {
+        let own = IpAddr::from([192, 168, 1, 4]);
         for host in [
             "127.0.0.1:8080",
             "localhost:8080",
+            "LOCALHOST.",
             "[::1]:8080",
+            "[::ffff:192.168.1.4]",
             "192.168.1.4",
             "hall",
-            "hall.local",
+            "Hall.local:80",
+            "hall.lan",
+            "hall.home.arpa",
+            "hall.example.net",
             "map.example.org",
+            "192.168.1.9",
         ] {
-            assert_eq!(read(host), Ok(()), "{host}");
+            assert_eq!(check(&Asks { own, ..asks(Some(host)) }, &names()), Ok(()), "{host}");
         }
-        for host in ["evil.example:8080", "127.0.0.1.evil.example", "", ":80", "[::1].evil.example", "a/b"] {
-            assert!(read(host).is_err(), "{host}");
+        for host in [
+            "evil.local",
+            "evil.lan",
+            "evil",
+            "evil.localhost",
+            "hall.evil.lan",
+            "evil.example:8080",
+            "127.0.0.1.evil.example",
+            "192.168.1.5",
+            "[fe80::1]",
+            "",
+            ".",
+            ":80",
+            "[::1].evil.example",
+            "a/b",
+        ] {
+            for writes in [false, true] {
+                let refused = check(&Asks { own, writes, ..asks(Some(host)) }, &names());
+                let text = refused.unwrap_err().to_string();
+                assert!(text.contains("--http-name") && text.contains("192.168.1.4"), "{host}: {text}");
+            }
         }
-        assert_eq!(check(&Asks::default(), &[]), Err(Refusal::NoHost));
+        assert_eq!(check(&asks(None), &names()), Err(Refusal::NoHost));
+        assert!(check(&asks(Some("")), &Names::new("", &[])).is_err(), "a machine without a name");
     }
 
     #[test]
@@ -138,21 +207,15 @@ mod tests {
             let why = write("127.0.0.1:8080", origin).unwrap_err().to_string();
             assert!(why.contains(origin), "{why}");
         }
-        let socket = Asks {
-            host: Some("localhost"),
-            origin: Some("http://evil.example"),
-            opens_socket: true,
-            ..Asks::default()
-        };
-        assert!(check(&socket, &[]).is_err());
-        let fetch =
-            Asks { host: Some("localhost"), fetch_site: Some("cross-site"), writes: true, ..Asks::default() };
-        assert!(check(&fetch, &[]).is_err());
+        let local = asks(Some("localhost"));
+        let socket = Asks { origin: Some("http://evil.example"), opens_socket: true, ..local };
+        assert!(check(&socket, &names()).is_err());
+        let fetch = Asks { fetch_site: Some("cross-site"), writes: true, ..local };
+        assert!(check(&fetch, &names()).is_err());
     }
 
     #[test]
     fn a_program_is_no_browser() {
-        let asks = Asks { host: Some("localhost:1"), writes: true, ..Asks::default() };
-        assert_eq!(check(&asks, &[]), Ok(()));
+        assert_eq!(check(&Asks { writes: true, ..asks(Some("localhost:1")) }, &names()), Ok(()));
     }
 }

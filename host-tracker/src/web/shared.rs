@@ -3,7 +3,6 @@
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicUsize;
 
 use axum::extract::ws::Utf8Bytes;
 use axum::http::StatusCode;
@@ -12,9 +11,13 @@ use parking_lot::Mutex;
 use tokio::sync::watch;
 
 use super::answers::refuse;
+use super::guard::Names;
 use super::history::History;
+use super::limits::Limits;
+use super::places::Places;
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
+use crate::connections::Connections;
 use crate::doors::DoorDesk;
 use crate::reports::Reports;
 use crate::site_file::SiteFile;
@@ -41,12 +44,14 @@ pub struct Desk {
     pub accepted: Accepted,
     /// Where what happens is kept, if it is.
     pub database: Option<PathBuf>,
-    /// Names under which a browser may ask for this machine, beside its addresses and local names.
+    /// Names under which a browser may ask for this machine, beside its addresses and its own name.
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
     pub doors: Option<DoorDesk>,
     /// Told when the server's thread ends by itself.
     pub alarms: TrackerAlarms,
+    /// What is refused is counted here.
+    pub connections: Connections,
 }
 
 impl fmt::Debug for Desk {
@@ -77,7 +82,9 @@ impl Shared {
 /// What all requests share.
 pub(super) struct Shared {
     pub(super) desk: Arc<Desk>,
+    pub(super) names: Names,
+    pub(super) limits: Limits,
     pub(super) packets: watch::Receiver<Packets>,
     pub(super) history: Mutex<History>,
-    pub(super) sockets: AtomicUsize,
+    pub(super) browsers: Places,
 }

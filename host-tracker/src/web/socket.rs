@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   ─▶ {"frame": …}   {"fields": …}   {"site": 4}   {"error": "…"}
+//!   ─▶ ping, each 20 s      ◀─ pong: a client that reads nothing does not answer, and is gone
 //!   ◀─ {"frames": false}    a hidden page asks for nothing
 //!   ◀─ {"frames": false, "reports": true}    ─▶ {"report": {"t": 12.34, "module": "left", "sequence": 7, "tracks": […]}}
 //! ```
@@ -9,9 +10,9 @@
 //! The map asks for no reports: ten frames a second are what eyes can follow.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Duration;
 
+use axum::Extension;
+use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
@@ -19,19 +20,16 @@ use axum::http::StatusCode;
 use axum::response::Response;
 use serde::Deserialize;
 use serde_json::json;
+use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use super::answers::refuse;
+use super::listener::{Ends, is_unread};
 use super::shared::Shared;
+use crate::connections::Cause;
 use crate::reports::{Listener, ReportLine};
-
-/// Browsers at once: each costs a task and its buffers.
-const SOCKETS_MAX: usize = 64;
 
 /// Longest message from a browser.
 const MESSAGE_MAX: usize = 4096;
-
-/// A client that reads nothing for so long is gone.
-const PATIENCE: Duration = Duration::from_secs(20);
 
 /// What a browser may ask for.
 #[derive(Deserialize)]
@@ -47,34 +45,37 @@ struct Wish {
 /// Opens it.
 pub async fn open(
     State(shared): State<Arc<Shared>>,
+    Extension(ends): Extension<Ends>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
     };
-    if shared.sockets.fetch_add(1, Ordering::Relaxed) >= SOCKETS_MAX {
-        shared.sockets.fetch_sub(1, Ordering::Relaxed);
-        return refuse(StatusCode::SERVICE_UNAVAILABLE, "too many browsers look at the map: close one");
-    }
-    let place = Place(shared);
+    let place = match shared.browsers.take(ends.peer) {
+        Ok(place) => place,
+        Err(why) => {
+            shared.desk.connections.count(why.into());
+            return refuse(StatusCode::SERVICE_UNAVAILABLE, &why.to_string());
+        }
+    };
     upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(async move |mut socket| {
-        // An error is the browser's leaving.
-        let _ = talk(&mut socket, &place.0).await;
+        let gone = talk(&mut socket, &shared).await;
+        // Its places are free before it is counted.
+        drop((socket, place, ends));
+        if matches!(gone, Err(Gone::Silent)) {
+            shared.desk.connections.count(Cause::Unread);
+        }
     })
 }
 
-/// A place among the browsers, given back however the connection ends.
-struct Place(Arc<Shared>);
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        self.0.sockets.fetch_sub(1, Ordering::Relaxed);
-    }
-}
-
 /// The browser is gone.
-struct Gone;
+enum Gone {
+    /// It has left.
+    Left,
+    /// It does not take what it is sent, or answers no ping.
+    Silent,
+}
 
 async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
     let mut packets = shared.packets.clone();
@@ -83,10 +84,15 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
     site.mark_changed();
     let (mut wanted, mut fields_number) = (true, 0);
     let mut reports = None;
+    let every = shared.limits.ping;
+    let mut pings = interval_at(Instant::now() + every, every);
+    // After a sleep of the host a client gets a whole interval again.
+    pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut answered = true;
     loop {
         tokio::select! {
             changed = packets.changed(), if wanted => {
-                changed.map_err(|_| Gone)?;
+                changed.map_err(|_| Gone::Left)?;
                 let newest = packets.borrow_and_update().clone();
                 if newest.fields_number != fields_number {
                     fields_number = newest.fields_number;
@@ -98,11 +104,19 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
                 send(socket, json!({ "report": *report }).to_string().into()).await?;
             }
             changed = site.changed() => {
-                changed.map_err(|_| Gone)?;
+                changed.map_err(|_| Gone::Left)?;
                 let revision = *site.borrow_and_update();
                 send(socket, json!({ "site": revision }).to_string().into()).await?;
             }
-            message = socket.recv() => match message {
+            _ = pings.tick() => {
+                if !std::mem::take(&mut answered) {
+                    return Err(Gone::Silent);
+                }
+                sent(socket.send(Message::Ping(Bytes::new())).await)?;
+            }
+            message = socket.recv() => {
+                answered = true;
+                match message {
                 Some(Ok(Message::Text(text))) => match serde_json::from_str::<Wish>(&text) {
                     Ok(wish) => {
                         wanted = wish.frames;
@@ -112,8 +126,9 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
                 },
                 Some(Ok(Message::Binary(_))) => complain(socket, "binary messages mean nothing here").await?,
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return Err(Gone),
-            },
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return Err(Gone::Left),
+                }
+            }
         }
     }
 }
@@ -138,8 +153,9 @@ async fn send(socket: &mut WebSocket, text: Utf8Bytes) -> Result<(), Gone> {
     if text.is_empty() {
         return Ok(());
     }
-    match tokio::time::timeout(PATIENCE, socket.send(Message::Text(text))).await {
-        Ok(Ok(())) => Ok(()),
-        _ => Err(Gone),
-    }
+    sent(socket.send(Message::Text(text)).await)
+}
+
+fn sent(result: Result<(), axum::Error>) -> Result<(), Gone> {
+    result.map_err(|error| if is_unread(&error) { Gone::Silent } else { Gone::Left })
 }

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
+use host_tracker::connections::Connections;
 use host_tracker::doors::{DoorDesk, Watchdog};
 use host_tracker::reports::Reports;
 use host_tracker::site_file::SiteFile;
@@ -117,6 +118,7 @@ impl House {
             names: Vec::new(),
             doors: Some(doors.clone()),
             alarms: TrackerAlarms::default(),
+            connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));

@@ -106,7 +106,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let database = arguments.db.clone().unwrap_or_else(|| temporary.0.join("demo.db"));
     let building = Building::announced(&scene, arguments.seed.unwrap_or(scene.seed))?;
     let found = look(&building);
-    let map = (!arguments.headless).then(|| Map { listen: listen(arguments.http), names: Vec::new() });
+    let map =
+        (!arguments.headless).then(|| Map { listen: listen(arguments.http), doors: None, names: Vec::new() });
     let settings = Settings {
         site: SiteFile::load(&path)?,
         modules: building.modules().iter().map(|(_, address)| *address).collect(),
