@@ -20,5 +20,6 @@ pub mod registry;
 pub mod session;
 pub mod site;
 pub mod snapshot;
+pub mod text;
 pub mod tracker;
 pub mod zones;

@@ -6,15 +6,17 @@
 
 use std::io::{self, Write, stderr};
 
+use kehai_tracking::text::printable;
 use tracing_subscriber::filter::LevelFilter;
 
-/// Standard error, whether or not it has a reader. A line that cannot be written is lost; the daemon goes on.
+/// Standard error, whether or not it has a reader. A line that cannot be written is lost; the daemon goes on. A text that
+/// came over the network stays within its line.
 struct Forgetful;
 
 impl Write for Forgetful {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         // The logger reports a failure with `eprintln!`, which would panic for the same reason.
-        let _ = stderr().write_all(bytes);
+        say(one_line(bytes));
         Ok(bytes.len())
     }
 
@@ -22,6 +24,12 @@ impl Write for Forgetful {
         let _ = stderr().flush();
         Ok(())
     }
+}
+
+/// An event of the log, which comes whole, without the line's end.
+fn one_line(event: &[u8]) -> String {
+    let text = String::from_utf8_lossy(event);
+    printable(text.strip_suffix('\n').unwrap_or(&text))
 }
 
 /// Logs from now on what is at least as grave as `level`.
@@ -32,4 +40,18 @@ pub(super) fn start(level: LevelFilter) {
 /// A line that is no log: a command's result in words, or why it failed. Without a reader it is lost.
 pub(super) fn say(line: impl std::fmt::Display) {
     let _ = writeln!(stderr(), "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn f12_an_event_is_one_line_whatever_it_says() {
+        assert_eq!(one_line(b" WARN hall: over\n"), " WARN hall: over");
+        assert_eq!(
+            one_line(b"why\n WARN door: forged\x1b[2J\xff\n"),
+            "why\u{fffd} WARN door: forged\u{fffd}[2J\u{fffd}"
+        );
+    }
 }

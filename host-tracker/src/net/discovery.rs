@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use kehai::device::discovery::SERVICE;
 use kehai::wire::ModuleId;
 use kehai_tracking::registry::{Finding, Found};
+use kehai_tracking::text::printable;
 use mdns_sd::{IfKind, Receiver, ResolvedService, ServiceDaemon, ServiceEvent};
 
 /// The network cannot be searched.
@@ -107,7 +108,7 @@ fn found(service: &ResolvedService) -> Option<Found> {
         .map(|address| SocketAddrV4::new(address, service.port).into())
         .collect();
     addresses.sort_unstable();
-    let text = |key: &str| service.txt_properties.get_property_val_str(key).unwrap_or_default().to_owned();
+    let text = |key: &str| printable(service.txt_properties.get_property_val_str(key).unwrap_or_default());
     let (instance, id) = (instance(&service.fullname), id(&text("id")).unwrap_or(ModuleId::ANY));
     let (firmware, model, serial) = (text("firmware"), text("model"), text("serial"));
     (!addresses.is_empty()).then_some(Found { instance, id, addresses, firmware, model, serial })
@@ -115,7 +116,7 @@ fn found(service: &ResolvedService) -> Option<Found> {
 
 /// `kehai-123401._kehai._udp.local.` → `kehai-123401`.
 fn instance(full_name: &str) -> String {
-    full_name.split('.').next().unwrap_or(full_name).to_owned()
+    printable(full_name.split('.').next().unwrap_or(full_name))
 }
 
 /// A module's identity from twelve hexadecimal digits, with or without colons between the bytes.
@@ -148,5 +149,6 @@ mod tests {
     fn the_instance_is_the_first_label() {
         assert_eq!(instance("kehai-123401._kehai._udp.local."), "kehai-123401");
         assert_eq!(instance(""), "");
+        assert_eq!(instance("hall\u{1b}[2J._kehai._udp.local."), "hall\u{fffd}[2J");
     }
 }

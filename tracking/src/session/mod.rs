@@ -33,6 +33,7 @@ use crate::clock::{Exchange, ModuleClock, Verdict};
 use crate::observation::{AHEAD_S, Detection, LATE_S, Observation, View};
 use crate::site::Site;
 use crate::snapshot::{Drops, ModuleLine};
+use crate::text::printable;
 use datagram::Datagram;
 use gate::{Gate, SILENT_US};
 use health::Monitor;
@@ -224,7 +225,7 @@ impl Session {
     }
 
     fn describe(&mut self, info: &Info<'_>, now_us: u64, site: &Site) {
-        info.name.clone_into(&mut self.name);
+        self.name = printable(info.name);
         self.described = Some(info.setup);
         // Now the profile. But an info that is late, or early, is asked for again in its time only: as fast as answers
         // come would be without end.

@@ -76,3 +76,11 @@ fn a_restart_forgets_everything_but_the_name_and_a_stale_datagram_changes_nothin
     session.receive(&Datagram::decode(&bytes[..length]).unwrap(), 1000, &placement(), &mut drops);
     assert_eq!((drops.stale_boot, session.need()), (1, Need::Info));
 }
+
+#[test]
+fn f12_a_name_that_moves_a_terminal_is_told_without_that() {
+    let mut session = Session::new(DEVICE, Subscription::default());
+    let Message::Info(honest) = info(1) else { unreachable!() };
+    sent(&mut session, 1, &[COOKIE, Message::Info(Info { name: "hall\u{1b}[2J\n", ..honest })]);
+    assert_eq!(session.name(), "hall\u{fffd}[2J\u{fffd}");
+}

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use kehai::wire::{Message, Request};
+use kehai_tracking::text::printable;
 
 use super::target::Target;
 use crate::cli::failure::Failure;
@@ -31,7 +32,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Message::Settings { text, .. } => Some((*text).to_owned()),
         _ => None,
     })?;
-    let mut settings: Vec<(&str, &str)> = text.lines().filter_map(|line| line.split_once('=')).collect();
+    let lines: Vec<String> = text.lines().map(printable).collect();
+    let mut settings: Vec<(&str, &str)> = lines.iter().filter_map(|line| line.split_once('=')).collect();
     if let Some(key) = &arguments.key {
         settings.retain(|(known, _)| known == key);
         if settings.is_empty() {

@@ -3,6 +3,7 @@
 use clap::Args;
 use host_tracker::net::client::{Client, ClientError};
 use kehai::wire::{Info, Message, Request};
+use kehai_tracking::text::printable;
 use serde::Serialize;
 
 use super::target::Target;
@@ -63,19 +64,19 @@ pub fn ask(client: &mut Client) -> Result<InfoLine, ClientError> {
 
 fn line(info: &Info<'_>, id: String, address: &str, start: u32) -> InfoLine {
     InfoLine {
-        name: info.name.to_owned(),
+        name: printable(info.name),
         id,
         address: address.to_owned(),
         start,
         uptime_s: info.uptime_us / 1_000_000,
-        firmware: info.firmware.to_owned(),
-        build: info.build.to_owned(),
-        board: info.board.to_owned(),
+        firmware: printable(info.firmware),
+        build: printable(info.build),
+        board: printable(info.board),
         background_version: info.background_version,
         sensor: info.sensor.map(|sensor| SensorLine {
-            model: sensor.model.to_owned(),
-            serial: sensor.serial.to_owned(),
-            firmware: sensor.firmware.to_owned(),
+            model: printable(sensor.model),
+            serial: printable(sensor.serial),
+            firmware: printable(sensor.firmware),
             first_step: sensor.first_step,
             last_step: sensor.last_step,
             cluster: sensor.cluster,

@@ -8,6 +8,7 @@ use host_tracker::net::client::Client;
 use host_tracker::net::discovery::{self, Search};
 use kehai::wire::{Message, PORT, Request};
 use kehai_tracking::registry::{Finding, Found};
+use kehai_tracking::text::printable;
 
 use crate::cli::address::address;
 use crate::cli::failure::Failure;
@@ -96,7 +97,7 @@ fn find(module: &str) -> Result<SocketAddr, Failure> {
 
 pub(super) fn name(message: &Message<'_>) -> Option<String> {
     match message {
-        Message::Info(info) => Some(info.name.to_owned()),
+        Message::Info(info) => Some(printable(info.name)),
         _ => None,
     }
 }
