@@ -1,0 +1,211 @@
+//! What floods of the map's listener cost the tracker: memory, descriptors and threads, which may not grow from wave to
+//! wave.
+//!
+//! ```text
+//!   flood ─▶ 100 connections at once ─▶ 64 places ─▶ figures while they are held ─▶ all closed ─▶ figures ─▶ next wave
+//!                                                    └ the first waves: the plateau; no later wave is above it
+//! ```
+//!
+//! Some seconds; `KEHAI_FLOOD_SECONDS=600` for as long as that. The figures are printed: `-- --nocapture`.
+#![cfg(target_os = "linux")]
+
+mod hall;
+
+use std::fmt;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use hall::Tracker;
+
+const SITE: &str = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
+
+/// More than there are places for this machine, so that some of each wave are turned away.
+const CONNECTIONS: usize = 100;
+
+/// Places that they have.
+const PLACES: usize = 64;
+
+/// Waves until memory is as high as it goes: what is freed is kept for the next, and where it lies varies a little.
+const PLATEAU: usize = 4;
+
+/// Waves of a flood in a short run.
+const WAVES: usize = 12;
+
+/// Growth of memory that is none, kB: a tenth of what one wave of unfinished bodies brings along, shared by all later
+/// waves. What each wave left behind of even one connection's buffers would be more.
+const NOISE_KB: u64 = 6400;
+
+/// A hundred times what a loaded machine needs.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A flood: what each of its connections sends.
+struct Flood {
+    name: &'static str,
+    sent: Vec<u8>,
+}
+
+fn floods() -> Vec<Flood> {
+    let head = "Host: localhost\r\n";
+    let header = format!("GET / HTTP/1.1\r\n{head}X-a: {}", "x".repeat(60_000));
+    let site = "PUT /api/site HTTP/1.1\r\nContent-Type: application/json\r\nContent-Length: 1000000";
+    let body = format!("{site}\r\n{head}\r\n{}", " ".repeat(999_999));
+    let upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                   Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    let browser = format!("GET /ws HTTP/1.1\r\n{head}{upgrade}\r\n\r\n");
+    let unread = format!("GET /main.js HTTP/1.1\r\n{head}\r\n").repeat(600);
+    let whole = format!("GET /api/state HTTP/1.1\r\n{head}Connection: close\r\n\r\n");
+    [
+        ("idle connections", String::new()),
+        ("unfinished headers", header),
+        ("unfinished bodies", body),
+        ("browsers that read nothing", browser),
+        ("answers that are not read", unread),
+        ("whole requests", whole),
+    ]
+    .map(|(name, sent)| Flood { name, sent: sent.into_bytes() })
+    .into()
+}
+
+/// What the tracker uses.
+#[derive(Clone, Copy, Default, Debug)]
+struct Figures {
+    rss_kb: u64,
+    descriptors: usize,
+    threads: u64,
+}
+
+impl Figures {
+    fn of(process: u32) -> Self {
+        let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+        let number = |key: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(key)).unwrap();
+            line.split_whitespace().next().unwrap().parse().unwrap()
+        };
+        let descriptors = std::fs::read_dir(format!("/proc/{process}/fd")).unwrap().count();
+        Self { rss_kb: number("VmRSS:"), descriptors, threads: number("Threads:") }
+    }
+
+    fn worst(self, other: Self) -> Self {
+        Self {
+            rss_kb: self.rss_kb.max(other.rss_kb),
+            descriptors: self.descriptors.max(other.descriptors),
+            threads: self.threads.max(other.threads),
+        }
+    }
+}
+
+impl fmt::Display for Figures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { rss_kb, descriptors, threads } = self;
+        write!(f, "{:6.1} MB {descriptors:4} descriptors {threads:2} threads", *rss_kb as f64 / 1e3)
+    }
+}
+
+/// The worst figures of one wave, after which all is closed again.
+fn wave(flood: &Flood, map: SocketAddr, process: u32, calm: Figures) -> Figures {
+    let mut worst = Figures::default();
+    let mut held = Vec::new();
+    for number in 0..CONNECTIONS {
+        let stream = TcpStream::connect(map).unwrap();
+        stream.set_nonblocking(true).unwrap();
+        held.push((stream, 0));
+        // Each connection gets what the system takes of it at once, and the rest in turns.
+        for (stream, done) in &mut held {
+            while let Ok(taken @ 1..) = stream.write(&flood.sent[*done..]) {
+                *done += taken;
+            }
+        }
+        if number % 10 == 0 {
+            worst = worst.worst(Figures::of(process));
+        }
+    }
+    // Until the server has taken what it takes: nothing moves any more.
+    let mut still = 0;
+    while still < 5 {
+        let before = worst;
+        let mut moved = false;
+        for (stream, done) in &mut held {
+            while let Ok(taken @ 1..) = stream.write(&flood.sent[*done..]) {
+                *done += taken;
+                moved = true;
+            }
+        }
+        worst = worst.worst(Figures::of(process));
+        still = if moved || worst.rss_kb > before.rss_kb { 0 } else { still + 1 };
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    drop(held);
+    let begun = Instant::now();
+    while Figures::of(process).descriptors > calm.descriptors {
+        assert!(begun.elapsed() < PATIENCE, "{}: never closed: {}", flood.name, Figures::of(process));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    worst
+}
+
+/// One request without a connection that is kept.
+fn state(map: SocketAddr) -> String {
+    let mut stream = TcpStream::connect(map).unwrap();
+    stream.write_all(b"GET /api/state HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer
+}
+
+#[test]
+fn f11_no_flood_grows_beyond_its_first_waves() {
+    let seconds = std::env::var("KEHAI_FLOOD_SECONDS").ok().map(|text| text.parse::<f64>().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("home.toml");
+    std::fs::write(&site, SITE).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(["run", "--no-mdns", "--module", "127.0.0.1:9", "--http", "0", "--site"]).arg(&site);
+    let tracker = Tracker::start(command);
+    let map: SocketAddr = tracker.says("live map at http://").trim_end_matches('/').parse().unwrap();
+    let process = tracker.process.id();
+    assert!(state(map).starts_with("HTTP/1.1 200 "));
+    let calm = Figures::of(process);
+    println!("{:28} {calm}", "before");
+    let floods = floods();
+    for flood in &floods {
+        let begun = Instant::now();
+        let share = seconds.map(|seconds| Duration::from_secs_f64(seconds / floods.len() as f64));
+        let goes_on = |waves: usize| waves < WAVES || share.is_some_and(|share| begun.elapsed() < share);
+        let mut plateau = Figures::default();
+        let mut waves = 0;
+        let mut last = Figures::default();
+        while goes_on(waves) {
+            last = wave(flood, map, process, calm);
+            waves += 1;
+            if waves <= PLATEAU {
+                plateau = plateau.worst(last);
+                continue;
+            }
+            let (flood, most) = (flood.name, plateau.rss_kb + NOISE_KB);
+            assert!(last.rss_kb <= most, "{flood}, wave {waves}: {last}; the first: {plateau}");
+            // The one more is the connection that is being turned away.
+            assert!(last.descriptors <= calm.descriptors + PLACES + 1, "{flood}, wave {waves}: {last}");
+            assert!(last.threads <= plateau.threads, "{flood}, wave {waves}: {last}; {plateau}");
+        }
+        println!("{:28} {plateau}; wave {waves}: {last}; after: {}", flood.name, Figures::of(process));
+    }
+    let answer = state(map);
+    assert!(answer.starts_with("HTTP/1.1 200 "), "{answer}");
+    // 100 connections a wave, of which 64 at most have a place.
+    let refused: u64 = answer
+        .split_once("\"http\":")
+        .unwrap()
+        .1
+        .split_once("\"address\":")
+        .unwrap()
+        .1
+        .split(|letter: char| !letter.is_ascii_digit())
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    println!("turned away: {refused}");
+    assert!(refused > 0);
+}
