@@ -3,6 +3,7 @@
 
 mod hall;
 
+use std::io::{Read, Write};
 use std::net::{TcpStream, UdpSocket};
 use std::path::Path;
 use std::process::Command;
@@ -75,6 +76,39 @@ fn the_map_is_for_this_machine_alone_unless_an_address_is_given() {
     assert!(output.status.code() == Some(2) && said.contains("PORT for this machine alone"), "{said}");
     let help = Command::new(env!("CARGO_BIN_EXE_kehai-tracker")).args(["run", "--help"]).output().unwrap();
     assert!(String::from_utf8(help.stdout).unwrap().contains("[default: 127.0.0.1:8420]"));
+}
+
+/// The first line of the answer to a request for this host.
+fn asked(address: &str, host: &str, path: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer.lines().next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn f11_doors_have_a_listener_of_their_own_and_names_are_this_machines() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("home.toml");
+    std::fs::write(&site, SITE).unwrap();
+    let mut command = command(&site);
+    command.args(["--http", "0", "--door-http", "0", "--http-name", "map.lan"]);
+    let tracker = Tracker::start(command);
+    let map = tracker.says("live map at http://").trim_end_matches('/').to_owned();
+    let doors = tracker.says("messages to doors at http://").trim_end_matches("/api/door").to_owned();
+    assert_ne!(map, doors);
+    for (address, host, path, expected) in [
+        (&map, "evil.lan", "/api/state", "403 Forbidden"),
+        (&map, "MAP.lan:80", "/api/state", "200 OK"),
+        (&map, "localhost", "/api/state", "200 OK"),
+        (&doors, "evil.lan", "/api/door", "403 Forbidden"),
+        (&doors, "map.lan", "/api/door", "200 OK"),
+        (&doors, "map.lan", "/api/state", "404 Not Found"),
+    ] {
+        let answer = asked(address, host, path);
+        assert_eq!(answer, format!("HTTP/1.1 {expected}"), "{host}{path}");
+    }
 }
 
 #[test]
