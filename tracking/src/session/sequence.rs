@@ -5,7 +5,8 @@
 //!   …  1  1  0  1  1 │          97 may still come; 98 has come and is not used again
 //! ```
 //!
-//! A number far from the newest is another row. While the one in use goes on, no device begins another.
+//! A number far from the newest is another row. While the one in use goes on, no device begins another. Once it is silent
+//! the next report of a device that answers begins one, whatever its number: a number that was forged may have ended it.
 
 /// Sequence numbers back from the newest that are remembered as used.
 const REMEMBERED: u32 = 64;
@@ -42,12 +43,14 @@ impl Sequences {
             return Arrival::Ahead(1);
         };
         let ahead = sequence.wrapping_sub(newest);
-        if ahead.min(ahead.wrapping_neg()) > FAR {
-            if !may_jump {
-                return Arrival::Far;
-            }
+        let is_far = ahead.min(ahead.wrapping_neg()) > FAR;
+        let is_behind = ahead == 0 || ahead >= u32::MAX / 2;
+        if may_jump && (is_far || is_behind) {
             (self.newest, self.used) = (Some(sequence), 1);
-            return Arrival::Ahead(if ahead < u32::MAX / 2 { ahead } else { 1 });
+            return Arrival::Ahead(if is_behind { 1 } else { ahead });
+        }
+        if is_far {
+            return Arrival::Far;
         }
         if ahead == 0 {
             return Arrival::Repeated;
@@ -108,6 +111,16 @@ mod tests {
         assert_eq!(sequences.record(101, false), Arrival::Ahead(1));
         assert_eq!(sequences.record(5000, true), Arrival::Ahead(4899), "its row has ended");
         assert_eq!(sequences.record(7, true), Arrival::Ahead(1), "and so has this");
+    }
+
+    #[test]
+    fn f4_a_row_that_was_led_ahead_and_is_silent_begins_anew() {
+        let mut sequences = Sequences::default();
+        sequences.record(100, false);
+        assert_eq!(sequences.record(100 + FAR, false), Arrival::Ahead(FAR), "forged, and not far");
+        assert_eq!(sequences.record(101, false), Arrival::Repeated, "the true one");
+        assert_eq!(sequences.record(102, true), Arrival::Ahead(1), "nothing else comes any more");
+        assert_eq!(sequences.record(103, false), Arrival::Ahead(1));
     }
 
     #[test]
