@@ -34,7 +34,7 @@ use crate::session::Sessions;
 use crate::session::datagram::Datagram;
 use crate::session::health::Monitor;
 use crate::session::outstanding::Kind;
-use crate::session::subscription::Need;
+use crate::session::subscription::{Need, Subscription};
 use crate::site::Site;
 use crate::snapshot::{DeviceState, ModuleLine, Refused};
 pub use found::{Finding, Found};
@@ -197,10 +197,10 @@ impl Registry {
         now_us: u64,
     ) -> bool {
         let (device, message) = (datagram.device(), &datagram.message);
-        let Some(index) = self.routes.iter().position(|route| route.address() == Some(from)) else {
+        let Some(mut index) = self.routes.iter().position(|route| route.address() == Some(from)) else {
             return false;
         };
-        let route = &mut self.routes[index];
+        let route = &self.routes[index];
         if let Device::Known(other) = route.device
             && other != device
         {
@@ -209,10 +209,13 @@ impl Registry {
                 sessions.refuse_foreign();
                 return false;
             };
-            // Another device is there now.
-            route.device = Device::Unknown(session.subscription().clone());
+            let Some(left) = self.leave(index, from, session.subscription(), now_us) else {
+                sessions.refuse_foreign();
+                return false;
+            };
+            index = left;
         }
-        if let Device::Unknown(subscription) = &route.device {
+        if let Device::Unknown(subscription) = &self.routes[index].device {
             if subscription.kind(message, now_us) != Kind::Answer {
                 sessions.refuse_unasked();
                 return false;
@@ -229,6 +232,12 @@ impl Registry {
             return false;
         };
         if kind == Kind::Answer {
+            let before = self.answered.get(&device).map(|answered| answered.address);
+            if before.is_some_and(|before| before != from)
+                && let Some(session) = sessions.get_mut(device)
+            {
+                session.is_elsewhere(now_us);
+            }
             (route.tried_us, route.answered_us, route.proven) = (now_us, Some(now_us), true);
         }
         if !route.proven {
@@ -236,6 +245,32 @@ impl Registry {
             return false;
         }
         sessions.admit(datagram, now_us)
+    }
+
+    /// Another device is at this address now. The route's own is looked for at its other addresses, if it has any, and
+    /// this address is another route's: its number; none if there is one already.
+    fn leave(
+        &mut self,
+        index: usize,
+        from: SocketAddr,
+        subscription: &Subscription,
+        now_us: u64,
+    ) -> Option<usize> {
+        let is_full = self.routes.len() >= PEERS;
+        let route = &mut self.routes[index];
+        let device = Device::Unknown(subscription.clone());
+        if route.addresses.len() < 2 || is_full {
+            route.device = device;
+            return Some(index);
+        }
+        route.addresses.remove(route.at);
+        (route.at, route.tried_us, route.proven) = (route.at % route.addresses.len(), now_us, false);
+        let given = route.given;
+        if self.knows(from) {
+            return None;
+        }
+        self.routes.push(Route { device, ..Route::new(vec![from], given, 0, now_us) });
+        Some(self.routes.len() - 1)
     }
 
     /// Binds a route to the device that has answered there; false if that device is heard elsewhere.
@@ -257,7 +292,7 @@ impl Registry {
                 self.routes.remove(index);
                 return false;
             }
-            (false, false) if self.routes[other].is_answering(now_us) => return false,
+            (false, _) if self.routes[other].is_answering(now_us) => return false,
             (false, _) => (index, other),
         };
         self.routes[kept].device = Device::Known(device);

@@ -95,9 +95,11 @@ impl Route {
         self.device() == Some(device)
     }
 
-    /// Whether this route is that of what was found.
+    /// Whether this route is that of what was found. A name does not say so once another device has answered here.
     pub fn is(&self, found: &Found) -> bool {
         let there = self.address().is_some_and(|address| found.addresses.contains(&address));
-        self.leads_to(found.id) || there || (!self.instance.is_empty() && self.instance == found.instance)
+        let may_be = self.device().is_none() || found.id == ModuleId::ANY;
+        let named = !self.instance.is_empty() && self.instance == found.instance;
+        self.leads_to(found.id) || there || (may_be && named)
     }
 }

@@ -9,7 +9,6 @@ use crate::follower::Follower;
 use crate::jsonl::ZoneKnown;
 use crate::tracker::Ideas;
 use fake::{Fake, SITE, id};
-use kehai::wire::{Incoming, Message, Refusal, Refused, Request};
 
 const SECOND_US: u64 = 1_000_000;
 
@@ -56,7 +55,7 @@ impl Network {
     fn deliver(&mut self, sent: Vec<(Vec<u8>, SocketAddr)>) {
         for (request, to) in sent {
             let Some((_, module)) = self.modules.iter().find(|(address, _)| *address == to) else { continue };
-            for answer in answers(module, &request, self.now_us) {
+            for answer in module.answers(&request, module.clock_us(self.now_us)) {
                 self.hear(to, &answer);
             }
         }
@@ -97,28 +96,6 @@ impl Network {
     fn finds(&mut self, finding: Finding) {
         let own = Networks::of([([192, 168, 7, 9].into(), [255, 255, 255, 0].into())]);
         self.registry.find(finding, &own, self.now_us);
-    }
-}
-
-/// What a module answers.
-fn answers(module: &Fake, request: &[u8], now_us: u64) -> Vec<Vec<u8>> {
-    let incoming = Incoming::open(request).unwrap();
-    let request_id = incoming.request_id;
-    let refuse = |refusal| {
-        let kind = incoming.header.kind;
-        vec![module.say(&Message::Refused(Refused { request_id, kind, refusal }))]
-    };
-    match incoming.request(module.identity) {
-        Err(refusal) => refuse(refusal),
-        Ok(Request::Subscribe { t1 }) if incoming.cookie == kehai::wire::Cookie::NONE => {
-            vec![module.cookie(request_id, t1)]
-        }
-        Ok(Request::Subscribe { t1 }) => {
-            vec![module.subscribed(request_id, u64::from_le_bytes(t1), now_us)]
-        }
-        Ok(Request::Info) => vec![module.info(request_id)],
-        Ok(Request::Profile { .. }) => module.profile(),
-        Ok(_) => refuse(Refusal::Unsupported),
     }
 }
 
@@ -226,6 +203,44 @@ fn f4_a_module_that_is_swapped_for_another_at_its_address_is_found() {
     assert_eq!(network.zone(), ZoneKnown::Unknown);
     network.seconds(6);
     assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f4_a_given_peer_that_says_it_is_an_announced_module_gets_nothing_while_that_answers() {
+    let (left, peer) = (Fake::new(1, 5, "left"), Fake::new(2, 1, "other"));
+    let mut network = Network::new(&[at(2)], vec![(at(1), left), (at(2), peer)]);
+    network.announces("kehai-left", id(1), 1);
+    network.seconds(3);
+    network.modules[1].1 = Fake::new(1, 6, "left");
+    network.seconds(10);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f4_a_module_is_found_again_after_a_peer_has_answered_as_it() {
+    for given in [true, false] {
+        let (left, peer) = (Fake::new(1, 5, "left"), Fake::new(2, 1, "other"));
+        let addresses = [at(2), at(1)];
+        let addresses = if given { &addresses[..] } else { &addresses[..1] };
+        let mut network = Network::new(addresses, vec![(at(1), left), (at(2), peer)]);
+        network.announces("kehai-left", id(1), 1);
+        network.seconds(3);
+        // The module is away, and the peer is it, under another name.
+        let left = network.modules.remove(0);
+        network.modules[0].1 = Fake::new(1, 5, "fake");
+        network.seconds(3);
+        network.announces("kehai-left", id(1), 1);
+        network.seconds(10);
+        // All is as it was before; the module says that it is there, as every module does.
+        network.modules[0].1 = Fake::new(2, 1, "other");
+        network.modules.push(left);
+        network.seconds(5);
+        network.announces("kehai-left", id(1), 1);
+        network.seconds(10);
+        assert_eq!(network.lines()[0].address, at(1).to_string(), "given: {given}");
+        assert_eq!(network.zone(), ZoneKnown::Known, "given: {given}");
+    }
 }
 
 #[test]

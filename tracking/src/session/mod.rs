@@ -140,6 +140,12 @@ impl Session {
         self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < SILENT_US)
     }
 
+    /// It answers at another address than before: what it was said to be is asked for again.
+    pub const fn is_elsewhere(&mut self, now_us: u64) {
+        self.described = None;
+        self.subscription.ask_at(now_us);
+    }
+
     /// When it answered last, µs.
     #[must_use]
     pub const fn answered_us(&self) -> Option<u64> {
