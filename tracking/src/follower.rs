@@ -1,15 +1,31 @@
 //! Sessions, tracker and zones together: datagrams in, what is known at a time out.
+//!
+//! ```text
+//!   observations  │││││││││      nothing for 2 s      │││││││││││
+//!   zones         ── known ──────╮ unknown            │1.5 s ╭─ known
+//!   tracks        ── followed ───── after 30 s: forgotten, and initiated again
+//! ```
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
+use crate::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use crate::observation::Observation;
 use crate::session::Sessions;
 use crate::session::datagram::Datagram;
 use crate::site::Site;
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::Zones;
+
+/// No device has seen anything for so long, s: as long as zones stay known.
+const GAP_S: f64 = 2.0;
+
+/// Before this is over, not all people who stand there may have been found, s: the birth of a track takes 14 candidates of
+/// a body that is cut off, at 10 Hz.
+const FOUND_S: f64 = 1.5;
+
+/// After a gap of so long, as after the host's sleep, people have gone anywhere, s: as after a restart.
+const FORGOTTEN_S: f64 = 30.0;
 
 /// What is known at one time: what doors and the database decide by, and what lines are written from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +47,7 @@ impl From<&Estimate> for TracksLine {
 
 /// Follows people from what modules send.
 pub struct Follower {
+    site: Arc<Site>,
     sessions: Sessions,
     tracker: Box<dyn Tracker>,
     zones: Zones,
@@ -38,6 +55,9 @@ pub struct Follower {
     /// Added to the tracker's numbers: those of the trackers before it.
     numbers: TrackId,
     newest: TrackId,
+    /// Time of the newest observation, and of the first one since the last gap, s.
+    seen_s: f64,
+    begun_s: f64,
 }
 
 impl Follower {
@@ -45,17 +65,21 @@ impl Follower {
     #[must_use]
     pub fn new(site: &Arc<Site>, model: impl Model + 'static) -> Self {
         Self {
+            site: Arc::clone(site),
             sessions: Sessions::new(Arc::clone(site), model.estimator()),
             tracker: model.build(site),
             zones: Zones::new(site),
             model: Box::new(model),
             numbers: 0,
             newest: 0,
+            seen_s: f64::NEG_INFINITY,
+            begun_s: f64::NEG_INFINITY,
         }
     }
 
     /// Goes on with another site. Clocks and backgrounds stay; all tracks are initiated again, under new numbers.
     pub fn change_site(&mut self, site: &Arc<Site>) {
+        self.site = Arc::clone(site);
         self.sessions.change_site(Arc::clone(site));
         self.tracker = self.model.build(site);
         self.zones = Zones::new(site);
@@ -86,8 +110,22 @@ impl Follower {
 
     /// Takes an observation.
     pub fn see(&mut self, observation: &Observation) {
+        self.resume(observation.start_s);
         self.tracker.see(observation);
         self.zones.see(observation);
+    }
+
+    /// A gap between observations ends here, or there is none.
+    fn resume(&mut self, start_s: f64) {
+        let gap_s = start_s - self.seen_s;
+        if gap_s > GAP_S {
+            self.begun_s = start_s;
+        }
+        if gap_s > FORGOTTEN_S && self.seen_s.is_finite() {
+            self.tracker = self.model.build(&self.site);
+            self.numbers = self.newest;
+        }
+        self.seen_s = self.seen_s.max(start_s);
     }
 
     /// All tracks at `at_s`, s on the host's clock.
@@ -98,7 +136,12 @@ impl Follower {
     /// What is known at `at_s`, from what had arrived by then.
     pub fn estimate(&mut self, at_s: f64) -> Estimate {
         let tracks = self.tracker.tracks(at_s);
-        let zones = self.zones.lines(&tracks, at_s);
+        let mut zones = self.zones.lines(&tracks, at_s);
+        if at_s - self.begun_s < FOUND_S {
+            for zone in zones.values_mut() {
+                (zone.state, zone.seen_share) = (ZoneKnown::Unknown, 0.0);
+            }
+        }
         let tracks = self.numbered(tracks);
         self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
         Estimate { t_s: at_s, tracks, zones }
