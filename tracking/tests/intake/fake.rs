@@ -9,10 +9,11 @@
 #![allow(dead_code, reason = "each test uses its own part of it")]
 
 use kehai::background::{BeamProfile, BeamState};
-use kehai::scan::{Geometry, URG_04LX};
+use kehai::candidate::Candidate;
+use kehai::scan::{Geometry, GeometryParts, URG_04LX};
 use kehai::wire::{
-    Cookie, DATAGRAM_MAX, Identity, Info, List, Message, ModuleId, PROFILE_PART_BEAMS, PartHead, ProfilePart,
-    Report, ReportHead, SensorInfo, Subscribed,
+    Cookie, DATAGRAM_MAX, Identity, Incoming, Info, List, Message, ModuleId, PROFILE_PART_BEAMS, PartHead,
+    ProfilePart, Refusal, Refused, Report, ReportHead, Request, SensorInfo, Subscribed,
 };
 
 /// One module that sees all of one zone.
@@ -40,11 +41,18 @@ pub struct Fake {
     pub sequence: u32,
     /// Its clock less the host's, µs.
     pub offset_us: i64,
+    /// Its beams.
+    pub parts: GeometryParts,
 }
 
 impl Fake {
     pub const fn new(number: u8, boot: u32, name: &'static str) -> Self {
-        Self { identity: Identity { module: id(number), boot }, name, sequence: 0, offset_us: 0 }
+        let identity = Identity { module: id(number), boot };
+        Self { identity, name, sequence: 0, offset_us: 0, parts: URG_04LX }
+    }
+
+    pub fn geometry(&self) -> Geometry {
+        Geometry::new(self.parts).unwrap()
     }
 
     /// Its clock at a time of the host's.
@@ -81,7 +89,7 @@ impl Fake {
     }
 
     pub fn info(&self, request_id: u32) -> Vec<u8> {
-        let geometry = Geometry::new(URG_04LX).unwrap();
+        let geometry = self.geometry();
         self.say(&Message::Info(Info {
             request_id,
             version_min: 1,
@@ -99,7 +107,7 @@ impl Fake {
 
     /// Its background: walls at 4 m.
     pub fn profile(&self) -> Vec<Vec<u8>> {
-        let beams = usize::from(Geometry::new(URG_04LX).unwrap().beams());
+        let beams = usize::from(self.geometry().beams());
         let wall = BeamProfile { far_mm: 4000, near_mm: 0, spread_mm: 5, state: BeamState::Wall };
         let walls = vec![wall; beams];
         let parts = beams.div_ceil(PROFILE_PART_BEAMS);
@@ -108,7 +116,7 @@ impl Fake {
                 object: 1,
                 part: part as u8,
                 parts: parts as u8,
-                first_step: URG_04LX.first_step + (part * PROFILE_PART_BEAMS) as u16,
+                first_step: self.parts.first_step + (part * PROFILE_PART_BEAMS) as u16 * self.parts.cluster,
                 setup: 1,
             };
             self.say(&Message::ProfilePart(ProfilePart { head, beams: List::new(beams) }))
@@ -123,8 +131,31 @@ impl Fake {
     }
 
     pub fn reported(&self, sequence: u32, stamp_us: u64) -> Vec<u8> {
+        self.reported_with(sequence, stamp_us, &[])
+    }
+
+    pub fn reported_with(&self, sequence: u32, stamp_us: u64, seen: &[Candidate]) -> Vec<u8> {
         let head =
             ReportHead { sequence, setup: 1, background_version: 1, stamp_us, ..ReportHead::default() };
-        self.say(&Message::Report(Report { head, candidates: List::default(), unseen: List::default() }))
+        self.say(&Message::Report(Report { head, candidates: List::new(seen), unseen: List::default() }))
+    }
+
+    /// What it answers to a request that came at `t2_us` of its clock.
+    pub fn answers(&self, request: &[u8], t2_us: u64) -> Vec<Vec<u8>> {
+        let Ok(incoming) = Incoming::open(request) else { return Vec::new() };
+        let (request_id, kind) = (incoming.request_id, incoming.header.kind);
+        let refuse = |refusal| vec![self.say(&Message::Refused(Refused { request_id, kind, refusal }))];
+        match incoming.request(self.identity) {
+            Err(refusal) => refuse(refusal),
+            Ok(Request::Subscribe { t1 }) if incoming.cookie == Cookie::NONE => {
+                vec![self.cookie(request_id, t1)]
+            }
+            Ok(Request::Subscribe { t1 }) => {
+                vec![self.exchanged(request_id, u64::from_le_bytes(t1), t2_us, t2_us)]
+            }
+            Ok(Request::Info) => vec![self.info(request_id)],
+            Ok(Request::Profile { .. }) => self.profile(),
+            Ok(_) => refuse(Refusal::Unsupported),
+        }
     }
 }
