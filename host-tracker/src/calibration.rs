@@ -28,8 +28,8 @@ impl Calibration {
     }
 
     /// Adds an observation; without a calibration under way it costs a lock.
-    pub fn see(&self, observation: &Observation) {
-        self.0.lock().see(observation);
+    pub fn observe(&self, observation: &Observation) {
+        self.0.lock().observe(observation);
     }
 
     /// Looks at backgrounds, and where to walk next.

@@ -165,7 +165,7 @@ impl Daemon {
             if self.site.has_changed().unwrap_or(false) {
                 store.set_site(&self.site.borrow_and_update(), Source::Map);
             }
-            store.see(Arc::clone(&snapshot));
+            store.record(Arc::clone(&snapshot));
             let state = store.state();
             self.service.alarms().set(
                 AlarmKind::Database,

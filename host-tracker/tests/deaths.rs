@@ -165,7 +165,7 @@ fn deaths(number: u64) -> Shown {
     let site = Arc::new(site_file::load(&hall.site).unwrap());
     let store = Store::open(&hall.database, &site, Keep::default()).unwrap();
     let now_ms = unix_ms();
-    store.see(Arc::new(Snapshot { unix_ms: now_ms, ..Snapshot::default() }));
+    store.record(Arc::new(Snapshot { unix_ms: now_ms, ..Snapshot::default() }));
     drop(store);
     let reader = Reader::open(&hall.database).unwrap();
     assert_eq!(reader.snapshot().unwrap().unwrap().unix_ms, now_ms);

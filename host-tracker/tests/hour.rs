@@ -180,7 +180,7 @@ impl Player<'_> {
         frame.line.tracks.iter_mut().for_each(|track| track.id += 1000 * round);
         let frame = Arc::new(frame);
         self.show.frames.send_replace(Arc::clone(&frame));
-        self.show.store.see(frame);
+        self.show.store.record(frame);
         self.next += 1;
     }
 

@@ -96,7 +96,7 @@ fn writer() {
     let store = Store::open(Path::new(&file), &site(), keep(30)).unwrap();
     loop {
         let now_ms = unix_ms();
-        store.see(frame(now_ms, (1..=50).map(|id| walker(id, now_ms)).collect()));
+        store.record(frame(now_ms, (1..=50).map(|id| walker(id, now_ms)).collect()));
         let state = store.state();
         println!("\noffered {now_ms} {} {}", state.written, state.trouble);
         std::thread::sleep(Duration::from_millis(100));
@@ -184,7 +184,7 @@ fn a_full_disk_is_said_and_what_was_written_stays() {
 fn a_place_that_cannot_be_written_is_no_reason_to_stop() {
     let store = Store::open(Path::new("/proc/kehai/kehai.db"), &site(), keep(30)).unwrap();
     while store.state().trouble.is_empty() {
-        store.see(frame(unix_ms(), vec![walker(1, 0)]));
+        store.record(frame(unix_ms(), vec![walker(1, 0)]));
         std::thread::sleep(Duration::from_millis(10));
     }
     assert!(store.state().trouble.contains("/proc/kehai/kehai.db"), "{:?}", store.state());

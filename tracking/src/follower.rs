@@ -104,15 +104,15 @@ impl Follower {
     /// The same with a datagram that is decoded already, by [`Sessions::decode`].
     pub fn follow(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Observation> {
         let observation = self.sessions.accept(datagram, now_us)?;
-        self.see(&observation);
+        self.observe(&observation);
         Some(observation)
     }
 
     /// Takes an observation.
-    pub fn see(&mut self, observation: &Observation) {
+    pub fn observe(&mut self, observation: &Observation) {
         self.resume(observation.start_s);
-        self.tracker.see(observation);
-        self.zones.see(observation);
+        self.tracker.observe(observation);
+        self.zones.observe(observation);
     }
 
     /// A gap between observations ends here, or there is none.

@@ -109,7 +109,7 @@ impl Zones {
     }
 
     /// Notes what a module saw.
-    pub fn see(&mut self, observation: &Observation) {
+    pub fn observe(&mut self, observation: &Observation) {
         let Self { zones, reaches, guarded, .. } = self;
         let reach = match reaches.entry(observation.view.module) {
             std::collections::btree_map::Entry::Occupied(known) => {

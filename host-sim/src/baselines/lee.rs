@@ -150,7 +150,7 @@ fn cut(candidate: &Candidate, view: &View, step_mm: u16) -> Vec<Candidate> {
 }
 
 impl Tracker for Lee {
-    fn see(&mut self, observation: &Observation) {
+    fn observe(&mut self, observation: &Observation) {
         let settings = self.settings;
         let noise = Matrix2::identity() * (CENTRE_M * CENTRE_M);
         let like_a_body =

@@ -102,7 +102,7 @@ pub struct Ids {
 }
 
 impl Ids {
-    pub(super) fn see(&mut self, id: u64) -> usize {
+    pub(super) fn index_of(&mut self, id: u64) -> usize {
         let next = self.index.len();
         let index = *self.index.entry(id).or_insert(next);
         if index == next {

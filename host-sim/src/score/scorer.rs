@@ -49,8 +49,8 @@ impl Scorer {
         self.counts.frame(frame);
         let (truth, tracks) = region::judged(frame, &self.settings);
         let judged = Judged {
-            people: truth.iter().map(|person| self.people.see(person.id)).collect(),
-            tracks: tracks.iter().map(|track| self.tracks.see(track.id)).collect(),
+            people: truth.iter().map(|person| self.people.index_of(person.id)).collect(),
+            tracks: tracks.iter().map(|track| self.tracks.index_of(track.id)).collect(),
             distances_m: truth
                 .iter()
                 .flat_map(|person| tracks.iter().map(|track| (person.at - track.at).length()))

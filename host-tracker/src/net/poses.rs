@@ -26,7 +26,7 @@ impl Poses {
 
     /// Uses what a device saw.
     pub fn observe(&mut self, observation: &Observation) {
-        self.0.see(observation);
+        self.0.observe(observation);
     }
 
     /// Adds what is wrong to `lines`, which begin with the site's devices in its order. Of a device that is silent, or

@@ -182,7 +182,7 @@ impl TrackingLoop {
         let observation = self.follower.follow(&datagram, now_us);
         if let Some(observation) = &observation {
             self.poses.observe(observation);
-            self.parts.calibration.see(observation);
+            self.parts.calibration.observe(observation);
             if let Message::Report(report) = &datagram.message
                 && self.parts.reports.are_wanted()
             {

@@ -159,7 +159,7 @@ impl Keeper {
     }
 
     /// Takes a frame.
-    pub fn see(&mut self, frame: &Snapshot) {
+    pub fn record(&mut self, frame: &Snapshot) {
         let at_ms = frame.unix_ms;
         for track in &frame.tracks {
             if track.state != LifeCycle::Tentative {
@@ -369,9 +369,9 @@ mod tests {
     fn whoever_walks_through_a_zone_enters_it_and_leaves_it() {
         let mut keeper = Keeper::new(&site(), 0);
         for tenth in 0..60 {
-            keeper.see(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));
+            keeper.record(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));
         }
-        keeper.see(&frame(8000, vec![]));
+        keeper.record(&frame(8000, vec![]));
         let (rows, paths) = keeper.rows();
         let events: Vec<&str> = rows
             .iter()
@@ -389,12 +389,12 @@ mod tests {
     #[test]
     fn what_was_not_written_is_handed_out_again_and_nothing_twice() {
         let mut keeper = Keeper::new(&site(), 0);
-        keeper.see(&frame(1000, vec![track(1, 1.0)]));
+        keeper.record(&frame(1000, vec![track(1, 1.0)]));
         let before = (keeper.rows().0.to_vec(), keeper.rows().1.clone());
         assert_eq!((keeper.rows().0.to_vec(), keeper.rows().1.clone()), before);
         keeper.written();
         assert!(keeper.rows().0.is_empty() && keeper.rows().1.is_empty());
-        keeper.see(&frame(1100, vec![track(1, 1.0)]));
+        keeper.record(&frame(1100, vec![track(1, 1.0)]));
         assert_eq!(keeper.rows().1.len(), 1, "the open part, longer than before");
     }
 
@@ -402,7 +402,7 @@ mod tests {
     fn a_long_stay_is_parts_that_meet() {
         let mut keeper = Keeper::new(&site(), 0);
         for second in 0..700 {
-            keeper.see(&frame(1000 * second, vec![track(1, 1.0)]));
+            keeper.record(&frame(1000 * second, vec![track(1, 1.0)]));
         }
         let spans: Vec<_> = keeper.rows().1.values().map(|row| (row.begun_ms, row.ended_ms)).collect();
         assert_eq!(spans, [(0, 300_000), (300_000, 600_000), (600_000, 699_000)]);
@@ -418,7 +418,7 @@ mod tests {
             let alarm = AlarmLine::new(AlarmKind::Silent, "no datagram for 3 s");
             let alarms = if (3..6).contains(&second) { vec![alarm] } else { vec![] };
             frame.modules.push(ModuleLine { name: "left".into(), alarms, ..ModuleLine::default() });
-            keeper.see(&frame);
+            keeper.record(&frame);
         }
         let (rows, _) = keeper.rows();
         let counts = rows.iter().filter(|row| matches!(row, Row::Count { .. })).count();
@@ -441,7 +441,7 @@ mod tests {
         ];
         for (unix_ms, events) in frames {
             let module = ModuleLine { name: "left".into(), events, ..ModuleLine::default() };
-            keeper.see(&Snapshot { modules: vec![module], ..frame(unix_ms, vec![]) });
+            keeper.record(&Snapshot { modules: vec![module], ..frame(unix_ms, vec![]) });
         }
         let kept: Vec<(u64, &str, &str)> = keeper
             .rows()
@@ -493,7 +493,7 @@ mod tests {
                 text: String::new(),
             });
         }
-        keeper.see(&frame(1, vec![]));
+        keeper.record(&frame(1, vec![]));
         assert_eq!((keeper.rows().0.len(), keeper.dropped()), (ROWS_MAX, 10));
     }
 }

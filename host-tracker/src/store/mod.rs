@@ -149,7 +149,7 @@ impl Store {
     }
 
     /// Hands a frame over. It never waits.
-    pub fn see(&self, frame: Arc<Snapshot>) {
+    pub fn record(&self, frame: Arc<Snapshot>) {
         self.send(Message::Snapshot(frame));
     }
 
@@ -332,7 +332,7 @@ impl Work {
     fn take(&mut self, message: Message) {
         match message {
             Message::Snapshot(frame) => {
-                self.keeper.see(&frame);
+                self.keeper.record(&frame);
                 self.newest = Some(frame);
             }
             Message::Event(event) => self.keeper.happened(event),

@@ -22,7 +22,7 @@ const STRIDE_M: f64 = 0.45;
 
 impl Walk {
     /// Takes what a module saw in one scan.
-    pub fn see(&mut self, observation: &Observation) {
+    pub fn observe(&mut self, observation: &Observation) {
         let module = observation.view.module;
         self.take(module, observation.start_s, look(observation, module));
     }

@@ -128,9 +128,9 @@ impl Session {
     }
 
     /// Adds an observation to the walk, if a calibration is under way.
-    pub fn see(&mut self, observation: &Observation) {
+    pub fn observe(&mut self, observation: &Observation) {
         if let Some(active) = self.active.as_mut().filter(|active| active.result.is_none()) {
-            active.walk.see(observation);
+            active.walk.observe(observation);
         }
     }
 

@@ -80,7 +80,7 @@ impl Walls {
     }
 
     /// Takes a scan.
-    pub fn see(&mut self, observation: &Observation) {
+    pub fn observe(&mut self, observation: &Observation) {
         self.stands = stands(observation);
         let beams = observation.empty_mm.iter().zip(observation.background_mm.iter());
         self.clear = beams.map(|(empty_mm, background_mm)| empty_mm >= background_mm).collect();
@@ -301,7 +301,7 @@ mod tests {
         own.know(walls_now);
         let mut said = None;
         for _ in 0..judgements {
-            own.see(observation);
+            own.observe(observation);
             said = own.judge(&view());
         }
         said
@@ -325,7 +325,7 @@ mod tests {
         watch.know_walls(0, &walls(0));
         let mut found = Vec::new();
         for second in 1..5 {
-            watch.see(&scan(turned(28)));
+            watch.observe(&scan(turned(28)));
             found = watch.findings(f64::from(second));
         }
         let [(0, Finding::Moved { turn_rad, .. })] = found[..] else { panic!("{found:?}") };
@@ -378,7 +378,7 @@ mod tests {
         let observation =
             Observation { empty_mm: now.to_vec(), background_mm: Arc::clone(&now), ..scan(|_| None) };
         for _ in 0..SETTLED {
-            own.see(&observation);
+            own.observe(&observation);
             assert_eq!(own.judge(&view()), None);
         }
         assert_eq!(own.learned_mm, now);

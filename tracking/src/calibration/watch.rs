@@ -153,22 +153,22 @@ impl PoseWatch {
     }
 
     /// Takes an observation. What lies wholly where a moving fixture moves is left out.
-    pub fn see(&mut self, observation: &Observation) {
+    pub fn observe(&mut self, observation: &Observation) {
         let module = observation.view.module;
         let moves = |seen: &Detection| {
             self.movers.iter().any(|mover| seen.outline.iter().all(|place| inside(*place, mover)))
         };
         if observation.detections.iter().any(moves) {
             let detections = observation.detections.iter().filter(|seen| !moves(seen)).cloned().collect();
-            self.walk.see(&Observation { detections, ..observation.clone() });
+            self.walk.observe(&Observation { detections, ..observation.clone() });
         } else {
-            self.walk.see(observation);
+            self.walk.observe(observation);
         }
         let expected = self.expected(module, observation);
         let Some(known) = self.known.get_mut(module) else { return };
         known.view = Some(Arc::clone(&observation.view));
         known.hidden_share = hidden_share(observation);
-        known.walls.see(observation);
+        known.walls.observe(observation);
         known.met.extend(expected);
         while known.met.front().is_some_and(|(at_s, ..)| *at_s < observation.start_s - WINDOW_S) {
             known.met.pop_front();

@@ -63,7 +63,7 @@ fn after(seconds: u32, modules: usize, seen: impl Fn(Point) -> Option<Point>) ->
         for view in &views {
             let place = walker(at_s + 0.05);
             let place = if view.module == 1 { seen(place) } else { Some(place) };
-            watch.see(&observation(view, at_s, place));
+            watch.observe(&observation(view, at_s, place));
         }
         found = watch.findings(at_s);
     }
@@ -112,8 +112,8 @@ fn what_was_seen_in_passing_proves_no_more_when_nobody_walks() {
         let walks = scan < 75;
         let one = walks.then(|| walker(at_s + 0.05));
         let other = one.map(|place| from_elsewhere(place, 0.2, Point::new(0.5, 0.0)));
-        watch.see(&observation(&views[0], at_s, one));
-        watch.see(&observation(&views[1], at_s, other));
+        watch.observe(&observation(&views[0], at_s, one));
+        watch.observe(&observation(&views[1], at_s, other));
         assert_eq!(watch.findings(at_s), [], "{at_s} s");
     }
 }
@@ -130,10 +130,10 @@ fn a_covered_module_is_named() {
     let mut found = Vec::new();
     for scan in 0..120 {
         let at_s = f64::from(scan) * 0.1;
-        watch.see(&observation(&view(0), at_s, Some(walker(at_s + 0.05))));
+        watch.observe(&observation(&view(0), at_s, Some(walker(at_s + 0.05))));
         let mut covered = observation(&view(1), at_s, None);
         covered.empty_mm.fill(100);
-        watch.see(&covered);
+        watch.observe(&covered);
         found = watch.findings(at_s);
     }
     assert_eq!(found, [(1, Finding::Covered)]);

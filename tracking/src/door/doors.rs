@@ -238,7 +238,7 @@ impl Doors {
     ) -> Result<(), Why> {
         let unit = self.units.iter_mut().find(|unit| unit.door.name == door);
         let unit = unit.ok_or_else(|| Why::NoDoor(door.to_owned()))?;
-        let event = unit.inbox.take(input, bytes, now.unix_ms, hash)?;
+        let event = unit.inbox.read(input, bytes, now.unix_ms, hash)?;
         unit.step(event, now, outputs)
     }
 
@@ -259,7 +259,7 @@ impl Unit {
     fn turn(&mut self, event: Event, now: Now, outputs: &mut Vec<Output>) {
         // Time and tracks are never refused.
         let _ = self.step(event, now, outputs);
-        self.names.see(&self.people, now.steady_s);
+        self.names.follow(&self.people, now.steady_s);
     }
 
     fn step(&mut self, event: Event, now: Now, outputs: &mut Vec<Output>) -> Result<(), Why> {

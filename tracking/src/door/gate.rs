@@ -137,7 +137,7 @@ impl Gate {
     }
 
     /// Notes where all tracks are; returns what they did at the line since the last time.
-    pub fn see(&mut self, bodies: &[Body], now_s: f64) -> Vec<Crossing> {
+    pub fn observe(&mut self, bodies: &[Body], now_s: f64) -> Vec<Crossing> {
         let mut crossings = Vec::new();
         let mut now = BTreeMap::new();
         for body in bodies {
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn somebody_crosses_once_each_way_and_noise_never() {
         let mut gate = gate();
-        let mut crossed = |y: f64| gate.see(&[at(1, 0.0, y)], 0.0);
+        let mut crossed = |y: f64| gate.observe(&[at(1, 0.0, y)], 0.0);
         assert_eq!(crossed(0.5), []);
         assert_eq!(crossed(1.05), [], "not far enough yet");
         assert_eq!(crossed(1.12), [Crossing::Inward(1)]);
@@ -245,7 +245,7 @@ mod tests {
             for step in 0..8 {
                 let y = 0.5 + 0.1 * f64::from(step);
                 let shade = Body { presence: Presence::Doubtful, is_seen: false, ..at(2, x, y) };
-                all.extend(gate.see(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
+                all.extend(gate.observe(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
             }
             all
         };
@@ -257,16 +257,16 @@ mod tests {
     fn a_part_crosses_with_its_owner_and_alone_once_it_has_parted() {
         let mut gate = gate();
         let part = |y: f64| Body { presence: Presence::PartOf(1), is_seen: false, ..at(2, 0.0, y) };
-        gate.see(&[at(1, 0.0, 0.5), part(0.2)], 0.0);
-        assert_eq!(gate.see(&[at(1, 0.0, 1.3), part(1.2)], 0.5), [Crossing::Inward(1)]);
-        assert_eq!(gate.see(&[at(1, 0.0, 2.5), at(2, 0.0, 1.3)], 1.0), [Crossing::Inward(2)]);
+        gate.observe(&[at(1, 0.0, 0.5), part(0.2)], 0.0);
+        assert_eq!(gate.observe(&[at(1, 0.0, 1.3), part(1.2)], 0.5), [Crossing::Inward(1)]);
+        assert_eq!(gate.observe(&[at(1, 0.0, 2.5), at(2, 0.0, 1.3)], 1.0), [Crossing::Inward(2)]);
     }
 
     #[test]
     fn who_is_lost_or_found_in_the_doorway_is_told() {
         let mut gate = gate();
-        gate.see(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
-        assert_eq!(gate.see(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
-        assert_eq!(gate.see(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
+        gate.observe(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
+        assert_eq!(gate.observe(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
+        assert_eq!(gate.observe(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
     }
 }

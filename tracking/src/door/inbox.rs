@@ -139,7 +139,7 @@ impl Inbox {
     ///
     /// # Errors
     /// Why it is not taken; nothing has changed then. A request to leave always is.
-    pub fn take(
+    pub fn read(
         &mut self,
         input: Input,
         bytes: &[u8],
@@ -225,7 +225,7 @@ mod tests {
 
     fn number(inbox: &mut Inbox, id: u64, at_ms: u64) -> Result<Event, NotTaken> {
         let text = format!("{{\"id\": {id}, \"at_ms\": {at_ms}, \"number\": 2}}");
-        inbox.take(Input::Number, text.as_bytes(), NOW_MS, |_| Card(0))
+        inbox.read(Input::Number, text.as_bytes(), NOW_MS, |_| Card(0))
     }
 
     #[test]
@@ -255,7 +255,7 @@ mod tests {
     fn malformed_messages_say_what_is_wrong() {
         let mut inbox = Inbox::default();
         let mut said = |input, text: &str| {
-            inbox.take(input, text.as_bytes(), NOW_MS, |_| Card(0)).unwrap_err().to_string()
+            inbox.read(input, text.as_bytes(), NOW_MS, |_| Card(0)).unwrap_err().to_string()
         };
         let stamp = format!("\"id\": 1, \"at_ms\": {NOW_MS}");
         assert!(said(Input::Number, "three").starts_with("malformed: expected"));
@@ -284,7 +284,7 @@ mod tests {
         ];
         for bytes in stamps {
             assert_eq!(
-                inbox.take(Input::Exit, bytes.as_bytes(), NOW_MS, |_| Card(0)),
+                inbox.read(Input::Exit, bytes.as_bytes(), NOW_MS, |_| Card(0)),
                 Ok(Event::Exit),
                 "{bytes}"
             );
@@ -296,7 +296,7 @@ mod tests {
         let mut inbox = Inbox::default();
         let mut take = |boot: &str, id: u64, now_ms: u64| {
             let text = format!("{{{boot}\"id\": {id}, \"at_ms\": {now_ms}, \"contact\": \"open\"}}");
-            inbox.take(Input::Contact, text.as_bytes(), now_ms, |_| Card(0))
+            inbox.read(Input::Contact, text.as_bytes(), now_ms, |_| Card(0))
         };
         let open = Ok(Event::Contact(Contact::Open));
         assert_eq!(take("", u64::MAX, NOW_MS), open);
@@ -310,7 +310,7 @@ mod tests {
     proptest! {
         #[test]
         fn whatever_bytes_come_nothing_panics(bytes in proptest::collection::vec(any::<u8>(), 0..200), input in 0..8_usize) {
-            let _ = Inbox::default().take(Input::NAMED[input].0, &bytes, NOW_MS, |_| Card(0));
+            let _ = Inbox::default().read(Input::NAMED[input].0, &bytes, NOW_MS, |_| Card(0));
         }
     }
 }

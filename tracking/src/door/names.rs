@@ -76,7 +76,7 @@ impl Names {
     }
 
     /// Notes where all people are at `now_s`; a time before the last one counts as that.
-    pub fn see(&mut self, people: &[(u64, Point)], now_s: f64) {
+    pub fn follow(&mut self, people: &[(u64, Point)], now_s: f64) {
         let passed_s = (now_s - self.at_s).max(0.0);
         self.at_s += passed_s;
         let left = libm::exp2(-passed_s / HALF_S);
@@ -131,7 +131,7 @@ mod tests {
     fn apart(names: &mut Names, apart_m: f64, from_s: f64, seconds: f64) {
         for frame in 1..=(seconds * 10.0) as u32 {
             let people = [(1, Point::default()), (2, Point::new(apart_m, 0.0))];
-            names.see(&people, from_s + f64::from(frame) * 0.1);
+            names.follow(&people, from_s + f64::from(frame) * 0.1);
         }
     }
 
@@ -173,8 +173,8 @@ mod tests {
     fn a_track_that_is_gone_takes_its_name_with_it() {
         let mut names = Names::default();
         names.shown(ALICE, &[(1, 0.9)]).unwrap();
-        names.see(&[(2, Point::default())], 0.1);
-        names.see(&[(1, Point::default()), (2, Point::new(3.0, 0.0))], 0.2);
+        names.follow(&[(2, Point::default())], 0.1);
+        names.follow(&[(1, Point::default()), (2, Point::new(3.0, 0.0))], 0.2);
         assert_eq!(names.told(), []);
     }
 
@@ -187,8 +187,8 @@ mod tests {
         }
         assert_eq!(names.told(), [Name { track: 1, label: "a11c".into(), likelihood: 0.5 }]);
         // Time that goes back brings nothing back.
-        names.see(&[(1, Point::default())], 60.0);
-        names.see(&[(1, Point::default())], 0.0);
+        names.follow(&[(1, Point::default())], 60.0);
+        names.follow(&[(1, Point::default())], 0.0);
         assert!((known(&names, "a11c", 1) - 0.25).abs() < 1e-9);
     }
 }

@@ -87,7 +87,7 @@ pub struct TrackState {
 /// Turns observations into people.
 pub trait Tracker {
     /// Takes what a module saw. Observations come in order of arrival, not of time.
-    fn see(&mut self, observation: &Observation);
+    fn observe(&mut self, observation: &Observation);
 
     /// All tracks at `at_s`, s on the host's clock, predicted from the observations so far.
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState>;

@@ -210,7 +210,7 @@ impl Particle {
 }
 
 impl Tracker for Particle {
-    fn see(&mut self, observation: &Observation) {
+    fn observe(&mut self, observation: &Observation) {
         self.forget(observation.start_s);
         let points = self.points(observation);
         let (owned, rest) = self.divide(points);
@@ -319,17 +319,17 @@ mod tests {
     #[test]
     fn somebody_is_born_from_a_circle_and_gone_after_a_few_frames_unseen() {
         let mut tracker = tracker(Site::default());
-        tracker.see(&observation(0.0, Some(2.0)));
+        tracker.observe(&observation(0.0, Some(2.0)));
         assert_eq!(tracker.tracks(0.1)[0].state, LifeCycle::Tentative);
         for scan in 1..10 {
-            tracker.see(&observation(f64::from(scan) * 0.1, Some(2.0)));
+            tracker.observe(&observation(f64::from(scan) * 0.1, Some(2.0)));
         }
         let [track] = tracker.tracks(1.0)[..] else { panic!("not one") };
         assert_eq!((track.id, track.state), (1, LifeCycle::Confirmed));
         assert!((track.at - Point::new(2.0, 0.0)).length() < 0.07, "{:?}", track.at);
-        tracker.see(&observation(1.2, None));
+        tracker.observe(&observation(1.2, None));
         assert_eq!(tracker.tracks(1.3)[0].state, LifeCycle::Occluded);
-        tracker.see(&observation(1.6, None));
+        tracker.observe(&observation(1.6, None));
         assert!(tracker.tracks(1.6).is_empty());
     }
 
@@ -338,9 +338,9 @@ mod tests {
         let polygon = vec![[1.5, -0.5], [2.5, -0.5], [2.5, 0.5], [1.5, 0.5]];
         let mover = Mover { name: String::new(), polygon };
         let mut tracker = tracker(Site { movers: vec![mover], ..Site::default() });
-        tracker.see(&observation(0.0, Some(2.0)));
+        tracker.observe(&observation(0.0, Some(2.0)));
         assert!(tracker.tracks(0.1).is_empty());
-        tracker.see(&observation(0.1, Some(3.0)));
+        tracker.observe(&observation(0.1, Some(3.0)));
         assert_eq!(tracker.tracks(0.2).len(), 1);
     }
 }

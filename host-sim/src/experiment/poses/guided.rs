@@ -79,7 +79,7 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
         let now_s = tick as f64 * TICK_US as f64 * 1e-6;
         for arrival in run.until(tick * TICK_US)? {
             if let Some(observation) = sessions.receive(&arrival.bytes, arrival.at_us) {
-                walk.see(&observation);
+                walk.observe(&observation);
             }
         }
         tick += 1;

@@ -43,7 +43,7 @@ impl Guard {
     fn take(&mut self, arrivals: &[Arrival], now_s: f64) -> Vec<(usize, Finding)> {
         for arrival in arrivals {
             if let Some(observation) = self.sessions.receive(&arrival.bytes, arrival.at_us) {
-                self.watch.see(&observation);
+                self.watch.observe(&observation);
             }
         }
         for module in self.sessions.iter() {

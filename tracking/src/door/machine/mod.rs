@@ -159,7 +159,7 @@ impl Machine {
             Event::Number(number) => self.number(number, &mut actions),
             Event::Contact(contact) => self.leaf.report(contact, self.now_s),
             Event::Exit => self.exit_until_s = self.now_s + self.door.exit_s,
-            Event::Seen(seen) => self.see(seen, &mut actions),
+            Event::Seen(seen) => self.observe(seen, &mut actions),
             Event::LockReady(nonce) => self.orders.lock_is_ready(nonce),
             Event::LockTaken(id) => {
                 refuse(self.orders.lock.acknowledge(id), Refusal::OldAcknowledgement, &mut actions);
@@ -334,11 +334,11 @@ impl Machine {
         }
     }
 
-    fn see(&mut self, seen: Seen, actions: &mut Vec<Action>) {
+    fn observe(&mut self, seen: Seen, actions: &mut Vec<Action>) {
         let blind = seen.seen_share < BLIND;
         let blind_s = self.trust.blind_s(blind, self.now_s);
         let trouble = seen.trouble.or((blind && blind_s >= BLIND_S).then_some(Trouble::Unseen));
-        let crossings = self.gate.see(&seen.bodies, self.now_s);
+        let crossings = self.gate.observe(&seen.bodies, self.now_s);
         self.doubt(&seen.bodies);
         self.seen = Some((self.now_s, seen));
         match trouble {

@@ -257,7 +257,7 @@ impl Kehai {
 }
 
 impl Tracker for Kehai {
-    fn see(&mut self, observation: &Observation) {
+    fn observe(&mut self, observation: &Observation) {
         let with_movers = self.before_movers(observation);
         let observation = with_movers.as_ref().unwrap_or(observation);
         self.note(observation);

@@ -55,7 +55,7 @@ impl Bench {
                 empty_mm: Vec::new(),
                 background_mm: background_mm.into(),
             };
-            self.tracker.see(&observation);
+            self.tracker.observe(&observation);
             self.now_s += SCAN_S;
         }
         let mut tracks = self.tracker.tracks(self.now_s);
