@@ -10,7 +10,7 @@
 //! ```
 #![no_main]
 
-#[path = "../../tests/support/rough_flash.rs"]
+#[path = "../../tests/store/rough_flash.rs"]
 mod rough_flash;
 
 use embassy_futures::block_on;

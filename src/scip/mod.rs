@@ -27,7 +27,7 @@
 //! | [`parameters`], [`info`], [`status`] | what the sensor says, typed |
 //! | [`encoding`], [`checksum`], [`text`] | characters |
 //!
-//! Source: SCIP 2.0 (C-42-03320B); recorded replies of three models (`tests/scip_spec.rs`).
+//! Source: SCIP 2.0 (C-42-03320B); recorded replies of three models (`tests/scip/spec.rs`).
 
 pub mod checksum;
 pub mod command;

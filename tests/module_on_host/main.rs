@@ -1,9 +1,7 @@
 //! The module's tasks as a whole, on simulated time: what hosts see of them.
 
-#[path = "../on_host/mod.rs"]
-mod on_host;
-
 mod controlling;
+mod on_host;
 mod storing;
 mod subscribing;
 mod ways_back;

@@ -1,13 +1,10 @@
 //! The store in flash that fails badly: garbage instead of half a word, pages erased in parts, words that cannot be read,
 //! a second cut while the first is repaired; pages of the real chip (8 KiB) and of the other boards (4 KiB).
 
-#[path = "support/rough_flash.rs"]
-mod rough_flash;
-
+use crate::rough_flash::Rough;
 use embassy_futures::block_on;
 use kehai::device::Settings;
 use kehai::store::{Start, save_baud, save_settings, start};
-use rough_flash::Rough;
 
 /// Writes of a record into a page with room.
 const WRITES: u32 = 3;

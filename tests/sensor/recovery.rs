@@ -2,9 +2,7 @@
 //!
 //! Rows are those of the table of reported problems with SCIP clients in the field.
 
-mod driver_and_sensor;
-
-use driver_and_sensor::{DriverAndSensor, SECOND_US, config, fault};
+use crate::driver_and_sensor::{DriverAndSensor, SECOND_US, config, fault};
 use kehai::link::Clock;
 use kehai::sensor::{SensorSettings, SensorState};
 use kehai_emulator::link::LinkOptions;
@@ -147,7 +145,7 @@ fn a_foreign_reply_costs_the_scan_it_splits_and_no_other() {
 }
 
 // Row 11: several replies in one read, or one byte in each. Every cut through every reply is tested on the
-// reader itself, in tests/scip_reader.rs.
+// reader itself, in tests/scip/reader.rs.
 #[test]
 fn the_size_of_the_pieces_makes_no_difference() {
     for model in [URG_04LX_UG01, UST_10LX] {
@@ -246,7 +244,7 @@ fn half_scans_cost_themselves() {
     assert!(pair.counters().scans_missing.abs_diff(damaged) <= 1, "{pair:?}");
 }
 
-// Row 23: checksums are verified everywhere: tests/scip_reader.rs flips every bit of a scan. Here every
+// Row 23: checksums are verified everywhere: tests/scip/reader.rs flips every bit of a scan. Here every
 // accepted scan is compared with the truth (by the pair) while bits flip, bytes vanish and appear.
 #[test]
 fn with_one_byte_in_20000_damaged_accepted_and_lost_scans_are_those_sent() {

@@ -8,7 +8,6 @@
 //!                                 │ DHCP  42 … 46 transaction  58 address given  70 hardware address
 //!                                 │       282 options: type, length, value
 //! ```
-#![allow(dead_code, reason = "every test file uses a part of this")]
 
 /// Hardware address of this host.
 const HOST_MAC: [u8; 6] = [0x02, 0, 0, 0, 0, 0xfe];

@@ -1,14 +1,10 @@
 //! The real firmware image, run in QEMU. Guest time is read from its log.
 
-#[path = "support/board.rs"]
-mod board;
-#[path = "support/segment.rs"]
-mod segment;
-
 use std::net::UdpSocket;
 use std::path::Path;
 
-use board::{MAC, host_of, image, start, wait_for};
+use crate::support::board::{MAC, host_of, image, start, wait_for};
+use crate::support::segment;
 use kehai::address;
 use kehai::wire::{Counter, Message, ModuleId, Request};
 use kehai_emulator::qemu::{GuestTime, Line, Machine, Network, PATIENCE_US, Port, Qemu, STEP_US, Switch};

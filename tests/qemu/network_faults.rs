@@ -1,18 +1,11 @@
 //! What goes wrong on the network and in the box, with the real firmware image in QEMU: afterwards there
 //! are reports again, without a hand.
 
-#[path = "support/board.rs"]
-mod board;
-#[path = "support/observer.rs"]
-mod observer;
-#[path = "support/segment.rs"]
-mod segment;
-#[path = "support/station.rs"]
-mod station;
-
 use std::net::UdpSocket;
 
-use board::{MAC, host_of, image, start, wait_for};
+use crate::support::board::{MAC, host_of, image, start, wait_for};
+use crate::support::observer::{Observer, SECOND_US, sensor};
+use crate::support::station::Segment;
 use kehai::wire::{Alarms, Cookie, Counter, Identity, MAGIC, Message, Request};
 use kehai_emulator::pc::host::{Condition, Host, Way};
 use kehai_emulator::qemu::{Forwarded, GuestTime, Line, Machine, Network, PATIENCE_US, Qemu, Switch};
@@ -20,8 +13,6 @@ use kehai_emulator::serve::UdpSensor;
 use kehai_emulator::source::StillRoom;
 use kehai_emulator::urg::Config;
 use kehai_emulator::urg::model::{URG_04LX_UG01, UST_10LX};
-use observer::{Observer, SECOND_US, sensor};
-use station::Segment;
 
 /// Ten scans a second of a room in which nothing moves.
 fn still_room() -> UdpSensor {

@@ -1,7 +1,7 @@
 //! The bytes of one datagram of every kind, which must never change: `tests/data/wire/*.hex`.
 //!
 //! A difference means that modules and hosts in the field no longer understand each other. New kinds
-//! get new files; `KEHAI_WRITE_GOLDEN=1 cargo test --test wire_golden` writes those that are missing.
+//! get new files; `KEHAI_WRITE_GOLDEN=1 cargo test --test wire golden::` writes those that are missing.
 
 use std::fmt::Write;
 use std::path::PathBuf;

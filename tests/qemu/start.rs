@@ -6,12 +6,9 @@
 //!
 //! Time is the guest's own, from its log and its reports.
 
-#[path = "support/board.rs"]
-mod board;
-
 use std::path::{Path, PathBuf};
 
-use board::{host_of, image, start, wait_for};
+use crate::support::board::{host_of, image, start, wait_for};
 use kehai::store::flash::FlashStore;
 use kehai::store::save_baud;
 use kehai::wire::{Message, Request};

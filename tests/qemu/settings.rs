@@ -2,17 +2,13 @@
 //!
 //! `KEHAI_HOSTILE_VALUES=200` tries all hostile values of each setting; without it, ten of each.
 
-#[path = "support/board.rs"]
-mod board;
-#[path = "support/hostile.rs"]
-mod hostile;
-
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use board::{host_of, image, start, wait_for};
-use hostile::Sort;
+use crate::support::board::{host_of, image, start, wait_for};
+use crate::support::hostile;
+use crate::support::hostile::Sort;
 use kehai::device::{Addressing, Settings};
 use kehai::link::Store;
 use kehai::store::flash::FlashStore;

@@ -20,8 +20,8 @@ use kehai_emulator::qemu::{GuestTime, Network, PATIENCE_US, Port, STEP_US, Switc
 use mdns_sd::{IfKind, Receiver, ServiceDaemon, ServiceEvent};
 use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 
-use crate::dns::{self, Found};
-use crate::segment;
+use super::dns::{self, Found};
+use super::segment;
 use kehai::wire::{Cookie, Counters, Identity, Message, ModuleId, Request};
 
 /// Between two subscriptions.

@@ -2,9 +2,7 @@
 //!
 //! Rows are those of the table of reported problems with SCIP clients in the field.
 
-mod driver_and_sensor;
-
-use driver_and_sensor::{DriverAndSensor, config, fault, remembering};
+use crate::driver_and_sensor::{DriverAndSensor, config, fault, remembering};
 use kehai::scan::GeometryError;
 use kehai::scip::Width;
 use kehai::sensor::{LineSettings, SensorSettings, SensorState};

@@ -1,14 +1,10 @@
 //! What goes wrong with the sensor and its line, with the real firmware image in QEMU: afterwards there are
 //! reports again, without a hand, and no report that was not measured.
 
-#[path = "support/board.rs"]
-mod board;
-#[path = "support/observer.rs"]
-mod observer;
-
 use std::sync::Arc;
 
-use board::{host_of, image, start};
+use crate::support::board::{host_of, image, start};
+use crate::support::observer::{Measured, Noted, Observer, SECOND_US, from_now_on, sensor, sent_ms};
 use kehai::background::Fingerprint;
 use kehai::device::Settings;
 use kehai::pipeline::Pipeline;
@@ -20,7 +16,6 @@ use kehai_emulator::serve::UdpSensor;
 use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan, StillRoom};
 use kehai_emulator::urg::model::{Interface, Model, URG_04LX};
 use kehai_emulator::urg::{Config, LinkState, Start, State};
-use observer::{Measured, Noted, Observer, SECOND_US, from_now_on, sensor, sent_ms};
 
 /// A sensor that is there at once, where its line does not matter.
 const URG: Model = Model { interface: Interface::Usb, ..URG_04LX };

@@ -1,20 +1,13 @@
 //! Several modules on one network segment, each the real image in QEMU: all are found by DNS-SD, and all
 //! report.
 
-#[path = "support/board.rs"]
-mod board;
-#[path = "support/dns.rs"]
-mod dns;
-#[path = "support/lan.rs"]
-mod lan;
-#[path = "support/segment.rs"]
-mod segment;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use board::{image, wait_for};
-use dns::Found;
+use crate::support::board::{image, wait_for};
+use crate::support::dns::Found;
+use crate::support::lan::{Datagram, Kind, Lan, Subscriber};
+use crate::support::{dns, segment};
 use kehai::device::Settings;
 use kehai::store::flash::FlashStore;
 use kehai::store::save_settings;
@@ -25,7 +18,6 @@ use kehai_emulator::serve::UdpSensor;
 use kehai_emulator::source::StillRoom;
 use kehai_emulator::urg::model::URG_04LX_UG01;
 use kehai_emulator::urg::{Config, Urg};
-use lan::{Datagram, Kind, Lan, Subscriber};
 
 const SERVICE: &str = "_kehai._udp.local";
 const IGMP: u8 = 2;

@@ -2,9 +2,7 @@
 //!
 //! Rows are those of the table of reported problems with SCIP clients in the field.
 
-mod driver_and_sensor;
-
-use driver_and_sensor::{DriverAndSensor, SECOND_US, config, fault};
+use crate::driver_and_sensor::{DriverAndSensor, SECOND_US, config, fault};
 use kehai::sensor::SensorSettings;
 use kehai_emulator::link::LinkOptions;
 use kehai_emulator::source::StillRoom;

@@ -12,9 +12,6 @@
 //! begins with the first scan they ask for, so both are given all of it. Matched by sensor stamp; left out are
 //! what differs between any two modules: sequence, boot, stamps on the module's clock and counters.
 
-#[path = "support/board.rs"]
-mod board;
-
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
-use board::{host_of, image, start};
+use crate::support::board::{host_of, image, start};
 use kehai::background::{Background, BeamProfile};
 use kehai::scan::MAX_BEAMS;
 use kehai::store::flash::FlashStore;

@@ -1,5 +1,4 @@
 //! A module on simulated time: emulated sensor, driver, tasks, network and flash, and hosts that talk to it.
-#![allow(dead_code, reason = "every test file uses a part of this")]
 
 use std::cell::{Cell, RefCell};
 use std::net::{Ipv4Addr, SocketAddrV4};

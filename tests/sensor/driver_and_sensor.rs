@@ -1,5 +1,4 @@
 //! A driver, an emulated sensor and the link between them, on virtual time.
-#![allow(dead_code, reason = "every test file uses a part of this")]
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -221,11 +220,6 @@ impl<const BEAMS: usize> DriverAndSensor<BEAMS> {
 
     pub fn sensor_baud(&self) -> u32 {
         self.link.with_sensor(|sensor, _| sensor.baud())
-    }
-
-    /// Scans accepted from `from_s` on.
-    pub fn scans_from(&self, from_s: f64) -> usize {
-        self.scans.iter().filter(|scan| scan.at_us as f64 >= from_s * 1e6).count()
     }
 
     pub fn truth(&self) -> Vec<ScanTruth> {

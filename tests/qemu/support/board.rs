@@ -1,5 +1,4 @@
 //! The image, and a board in QEMU that runs it.
-#![allow(dead_code, reason = "every test file uses a part of this")]
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

@@ -4,7 +4,6 @@
 //!   UdpSensor ══▶ board ══ user network, or a Switch ══▶ Host
 //!     └ faults                                            └ reports, health
 //! ```
-#![allow(dead_code, reason = "every test file uses a part of this")]
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

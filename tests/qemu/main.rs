@@ -1,0 +1,14 @@
+//! The real firmware image, run in QEMU. Nothing else of the core's tests starts a machine.
+//!
+//! ```text
+//!   UdpSensor ══ serial line ══▶ image in QEMU ══ network ══▶ host
+//! ```
+
+mod image;
+mod network_faults;
+mod recording;
+mod segment;
+mod sensor_faults;
+mod settings;
+mod start;
+mod support;
