@@ -1,0 +1,129 @@
+//! Which request goes where, and what all of them go through.
+//!
+//! ```text
+//!   request ─▶ guard: may it ask? ─▶ body in time? ─▶ route ─▶ answer ─▶ headers that make browsers careful
+//! ```
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::http::{HeaderValue, Method, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Extension, Json, Router};
+use kehai_tracking::door::inbox;
+
+use super::answers::{BODY_MAX, refuse, text};
+use super::listener::Ends;
+use super::shared::Shared;
+use super::{calibration, door, guard, page, past, site, socket};
+use crate::connections::Cause;
+
+/// What the page may load and which server it may ask: this one alone.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
+                      connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
+                      frame-ancestors 'none'";
+
+/// The map; messages to doors, too, unless they are taken at another address.
+pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
+    let map = Router::new()
+        .route("/ws", get(socket::open))
+        .route("/api/site", get(site::show).put(site::change))
+        .route("/api/state", get(state))
+        .route("/api/history", get(history))
+        .route("/api/overview", get(past::glance))
+        .route("/api/past", get(past::paths))
+        .route("/api/calibration", get(calibration::show).post(calibration::change))
+        .route("/metrics", get(metrics));
+    let Some(at) = doors_at else { return map.merge(doors()) };
+    let elsewhere = move || async move {
+        let why = format!("this door takes messages at --door-http alone: http://{at}/");
+        refuse(StatusCode::MISDIRECTED_REQUEST, &why)
+    };
+    map.route("/api/door", get(door::all))
+        .route("/api/door/{name}", get(door::one))
+        .route("/api/door/{name}/{*input}", post(elsewhere))
+        .route("/door/{name}", get(elsewhere))
+}
+
+/// What devices at a door, and the screen beside it, ask for.
+pub fn doors() -> Router<Arc<Shared>> {
+    let tell = post(door::tell).layer(DefaultBodyLimit::max(inbox::LONGEST));
+    Router::new()
+        .route("/api/door", get(door::all))
+        .route("/api/door/{name}", get(door::one))
+        .route("/api/door/{name}/{*input}", tell)
+        .route("/door/{name}", get(door::screen))
+}
+
+/// With what every request goes through.
+pub fn finished(router: Router<Arc<Shared>>, shared: &Arc<Shared>) -> Router {
+    router
+        .fallback(page::asset)
+        .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method"))
+        .layer(DefaultBodyLimit::max(BODY_MAX))
+        .layer(middleware::from_fn_with_state(Arc::clone(shared), guarded))
+        .with_state(Arc::clone(shared))
+}
+
+/// Lets requests pass that may ask, and tells browsers to be as careful.
+async fn guarded(
+    State(shared): State<Arc<Shared>>,
+    Extension(ends): Extension<Ends>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let counts = &shared.desk.connections;
+    let asks = guard::Asks {
+        own: ends.own,
+        host: text(request.headers(), header::HOST),
+        origin: text(request.headers(), header::ORIGIN),
+        fetch_site: text(request.headers(), header::HeaderName::from_static("sec-fetch-site")),
+        writes: !matches!(*request.method(), Method::GET | Method::HEAD),
+        opens_socket: request.uri().path() == "/ws",
+    };
+    let mut response = match guard::check(&asks, &shared.names) {
+        Ok(()) if asks.writes => match tokio::time::timeout(shared.limits.body, next.run(request)).await {
+            Ok(response) => response,
+            Err(_) => {
+                counts.count(Cause::Body);
+                let mut response = refuse(StatusCode::REQUEST_TIMEOUT, "the request did not come in time");
+                response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+                response
+            }
+        },
+        // A body that nothing asked for is not read: hyper closes the connection after the answer.
+        Ok(()) => next.run(request).await,
+        Err(why) => {
+            counts.count(Cause::Foreign);
+            refuse(StatusCode::FORBIDDEN, &why.to_string())
+        }
+    };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-cache"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+async fn state(State(shared): State<Arc<Shared>>) -> Response {
+    let frame = Arc::clone(&shared.desk.frames.borrow());
+    Json(&*frame).into_response()
+}
+
+async fn history(State(shared): State<Arc<Shared>>) -> Response {
+    let text = shared.history.lock().to_json();
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
+    let frame = Arc::clone(&shared.desk.frames.borrow());
+    ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame)).into_response()
+}
