@@ -12,7 +12,7 @@
 mod hall;
 
 use std::fmt;
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -44,6 +44,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 struct Flood {
     name: &'static str,
     sent: Vec<u8>,
+    /// Whether the server takes all of it.
+    is_taken: bool,
 }
 
 fn floods() -> Vec<Flood> {
@@ -57,14 +59,14 @@ fn floods() -> Vec<Flood> {
     let unread = format!("GET /main.js HTTP/1.1\r\n{head}\r\n").repeat(600);
     let whole = format!("GET /api/state HTTP/1.1\r\n{head}Connection: close\r\n\r\n");
     [
-        ("idle connections", String::new()),
-        ("unfinished headers", header),
-        ("unfinished bodies", body),
-        ("browsers that read nothing", browser),
-        ("answers that are not read", unread),
-        ("whole requests", whole),
+        ("idle connections", String::new(), true),
+        ("unfinished headers", header, true),
+        ("unfinished bodies", body, true),
+        ("browsers that read nothing", browser, true),
+        ("answers that are not read", unread, false),
+        ("whole requests", whole, true),
     ]
-    .map(|(name, sent)| Flood { name, sent: sent.into_bytes() })
+    .map(|(name, sent, is_taken)| Flood { name, sent: sent.into_bytes(), is_taken })
     .into()
 }
 
@@ -103,40 +105,68 @@ impl fmt::Display for Figures {
     }
 }
 
+/// A connection of a flood.
+struct Client {
+    stream: TcpStream,
+    /// Bytes that are sent.
+    done: usize,
+    /// Whether the server has closed it.
+    is_over: bool,
+}
+
+impl Client {
+    fn new(map: SocketAddr) -> Self {
+        let stream = TcpStream::connect(map).unwrap();
+        stream.set_nonblocking(true).unwrap();
+        Self { stream, done: 0, is_over: false }
+    }
+
+    /// Sends what the system takes at once. Whether all is sent that ever will be.
+    fn send(&mut self, bytes: &[u8]) -> bool {
+        while !self.is_over && self.done < bytes.len() {
+            match self.stream.write(&bytes[self.done..]) {
+                Ok(taken) => self.done += taken,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return false,
+                Err(_) => self.is_over = true,
+            }
+        }
+        true
+    }
+}
+
+/// Bytes that have come for connections of this port and that no program has taken yet.
+fn waiting(port: u16) -> u64 {
+    let port = format!(":{port:04X}");
+    let table = std::fs::read_to_string("/proc/net/tcp").unwrap();
+    let of_line = |line: &str| {
+        let fields: Vec<&str> = line.split_whitespace().collect();
+        let (_, received) = fields[4].split_once(':').unwrap();
+        fields[1].ends_with(&port).then(|| u64::from_str_radix(received, 16).unwrap())
+    };
+    // A listening socket counts connections there that wait to be accepted.
+    table.lines().skip(1).filter_map(of_line).sum()
+}
+
 /// The worst figures of one wave, after which all is closed again.
 fn wave(flood: &Flood, map: SocketAddr, process: u32, calm: Figures) -> Figures {
     let mut worst = Figures::default();
-    let mut held = Vec::new();
-    for number in 0..CONNECTIONS {
-        let stream = TcpStream::connect(map).unwrap();
-        stream.set_nonblocking(true).unwrap();
-        held.push((stream, 0));
-        // Each connection gets what the system takes of it at once, and the rest in turns.
-        for (stream, done) in &mut held {
-            while let Ok(taken @ 1..) = stream.write(&flood.sent[*done..]) {
-                *done += taken;
-            }
-        }
-        if number % 10 == 0 {
-            worst = worst.worst(Figures::of(process));
-        }
-    }
-    // Until the server has taken what it takes: nothing moves any more.
-    let mut still = 0;
+    let mut clients: Vec<Client> = (0..CONNECTIONS).map(|_| Client::new(map)).collect();
+    let begun = Instant::now();
+    let (mut before, mut still) = (u64::MAX, 0);
+    // Until the server has taken all; or, of what it does not take, no more for a while.
     while still < 5 {
-        let before = worst;
-        let mut moved = false;
-        for (stream, done) in &mut held {
-            while let Ok(taken @ 1..) = stream.write(&flood.sent[*done..]) {
-                *done += taken;
-                moved = true;
-            }
+        let mut is_sent = true;
+        for client in &mut clients {
+            is_sent &= client.send(&flood.sent);
         }
         worst = worst.worst(Figures::of(process));
-        still = if moved || worst.rss_kb > before.rss_kb { 0 } else { still + 1 };
-        std::thread::sleep(Duration::from_millis(5));
+        let left = waiting(map.port());
+        let is_still = if flood.is_taken { is_sent && left == 0 } else { left == before };
+        (before, still) = (left, if is_still { still + 1 } else { 0 });
+        assert!(begun.elapsed() < PATIENCE, "{}: {left} bytes are never taken", flood.name);
+        std::thread::sleep(Duration::from_millis(2));
     }
-    drop(held);
+    drop(clients);
     let begun = Instant::now();
     while Figures::of(process).descriptors > calm.descriptors {
         assert!(begun.elapsed() < PATIENCE, "{}: never closed: {}", flood.name, Figures::of(process));
