@@ -49,7 +49,7 @@ impl Building {
     /// # Errors
     /// No port or thread is available.
     pub fn start(scene: &Scene, seed: u64) -> io::Result<Self> {
-        Self::switched_on(scene, seed, &nobody(), false)
+        Self::switched_on(scene, seed, &unwatched(), false)
     }
 
     /// As [`start`](Self::start), with modules that announce themselves.
@@ -57,7 +57,7 @@ impl Building {
     /// # Errors
     /// As there.
     pub fn announced(scene: &Scene, seed: u64) -> io::Result<Self> {
-        Self::switched_on(scene, seed, &nobody(), true)
+        Self::switched_on(scene, seed, &unwatched(), true)
     }
 
     /// As [`start`](Self::start); `watch` is called with the states of the sensors.
@@ -137,7 +137,7 @@ impl Drop for Building {
     }
 }
 
-fn nobody() -> Watch {
+fn unwatched() -> Watch {
     Arc::new(|_: usize, _: &Status| {})
 }
 

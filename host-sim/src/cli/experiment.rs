@@ -11,7 +11,7 @@ use host_sim::baselines::Choice;
 use host_sim::experiment::jobs::Runs;
 use host_sim::experiment::plan::Table;
 use host_sim::experiment::summary::{Layout, markdown};
-use host_sim::experiment::{line, pages, results};
+use host_sim::experiment::{cases, line, pages, results, table};
 use host_sim::run::Conditions;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -61,6 +61,20 @@ enum Command {
     /// To be run with cargo, in a working tree in which everything but docs/ is committed: so what is built is what
     /// the tables name. Results are kept under target/experiments until the next commit; a run that was cut goes on.
     Pages(Docs),
+    /// Play recordings of another world, with its truth, through trackers: a table of its conditions
+    Cases {
+        /// The folder that holds a folder for each case
+        folder: PathBuf,
+        /// Only cases whose names begin so [default: all]
+        #[arg(long, value_name = "PREFIX")]
+        only: Vec<String>,
+        /// The trackers [default: kehai]
+        #[arg(long, value_name = "NAME")]
+        tracker: Vec<Choice>,
+        /// Write cases.csv and cases.md to this folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
     /// Run some seeds of every table of docs/ again, and fail if any run comes out otherwise than on its page
     Check {
         #[command(flatten)]
@@ -100,9 +114,35 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     match (&arguments.command, arguments.table) {
         (Some(Command::Pages(docs)), _) => docs.print(),
         (Some(Command::Check { docs, every }), _) => docs.check(*every),
+        (Some(Command::Cases { folder, only, tracker, out }), _) => {
+            cases(folder, only, tracker, out.as_deref())
+        }
         (None, Some(table)) => table.each().into_iter().try_for_each(|table| one(arguments, table)),
         (None, None) => Err("which table?".into()),
     }
+}
+
+/// Plays the cases in a folder, prints their table, and writes its files.
+fn cases(
+    folder: &Path,
+    only: &[String],
+    trackers: &[Choice],
+    out: Option<&Path>,
+) -> Result<(), Box<dyn Error>> {
+    let own = [Choice::default()];
+    let trackers = if trackers.is_empty() { &own } else { trackers };
+    let bar = bar("cases")?;
+    let rows = cases::run(&cases::find(folder, only)?, trackers, &bar)?;
+    bar.finish_and_clear();
+    let lines = table::lines(&rows);
+    let text = markdown(&lines, Layout::AsRun);
+    print!("{text}");
+    let Some(folder) = out else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let path = folder.join("cases.csv");
+    let file = File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    line::write(&lines, file)?;
+    Ok(std::fs::write(folder.join("cases.md"), &text)?)
 }
 
 /// Runs one table, prints it, and writes its files.
@@ -202,9 +242,9 @@ impl Docs {
     }
 }
 
-fn bar(table: Table) -> Result<ProgressBar, Box<dyn Error>> {
+fn bar(name: impl ToString) -> Result<ProgressBar, Box<dyn Error>> {
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} runs, {eta} left")?);
-    bar.set_prefix(table.to_string());
+    bar.set_prefix(name.to_string());
     Ok(bar)
 }

@@ -7,6 +7,7 @@
 //!       └▶ poses: calibration ─────────┘
 //! ```
 
+pub mod cases;
 pub mod figure;
 pub mod findings;
 pub mod jobs;

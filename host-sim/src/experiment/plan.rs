@@ -77,7 +77,7 @@ pub enum Table {
     Leaving,
     /// Two come in touching, one leaves; the zone is secure
     Touching,
-    /// Somebody stands still for an hour
+    /// A person stands still for an hour
     Standing,
     /// A chair is put down at twenty places
     Chairs,

@@ -94,10 +94,16 @@ pub fn run_trials(name: &str, trials: &[Trial], runs: &Runs) -> Result<Vec<Poole
     Ok(all)
 }
 
-/// One run through one tracker.
+/// One run of the door area through one tracker.
 #[must_use]
 pub fn judge(record: &Record, choice: Choice) -> Outcome {
     let settings = Settings { region: Some(judged()), area: Some(counted()), ..Settings::default() };
+    judge_in(record, choice, settings)
+}
+
+/// One run through one tracker, judged as `settings` say. Without a door nothing is said of its count.
+#[must_use]
+pub fn judge_in(record: &Record, choice: Choice, settings: Settings) -> Outcome {
     let mut scorer = Scorer::new(settings);
     record.follow(choice, |follower, moment| {
         let truth: Vec<Target> = moment.people.iter().map(Target::from).collect();
@@ -106,10 +112,11 @@ pub fn judge(record: &Record, choice: Choice) -> Outcome {
     });
     let (tally, counts) = scorer.finish();
     let Some(events) = &record.events else {
-        return Outcome { success: false, steady: false, emptied: false, tally };
+        return Outcome { has_door: false, success: false, steady: false, emptied: false, tally };
     };
     let present = counts.most_true(&(events.door_opens_s - 3.0..events.door_opens_s)).unwrap_or(0);
     Outcome {
+        has_door: true,
         success: counts.success(events.door_opens_s, present),
         steady: counts.steady(&(events.all_in_s..events.door_opens_s)),
         emptied: counts.delay_s(events.empty_s, 0).is_some_and(|delay_s| delay_s <= EMPTY_S),

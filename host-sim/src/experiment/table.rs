@@ -26,6 +26,8 @@ pub struct Cell {
 /// Result of one run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Outcome {
+    /// Whether a door opened: without one nothing is said of the count.
+    pub has_door: bool,
     /// Whether the people were counted right.
     pub success: bool,
     /// Whether they were counted right nearly all the time.
@@ -51,7 +53,9 @@ pub struct Row {
     pub seeds: (u64, u64),
     /// How many runs.
     pub runs: u64,
-    /// In how many of them the people were counted right.
+    /// In how many of them a door opened.
+    pub doors: u64,
+    /// In how many of those the people were counted right.
     pub successes: u64,
     /// Wilson's interval of that share at 95 %: lower end.
     pub success_low: f64,
@@ -94,8 +98,8 @@ impl Row {
         let figures = tally.figures();
         let number = |wanted: fn(&Outcome) -> bool| runs.iter().filter(|(_, run)| wanted(run)).count() as u64;
         let seeds = runs.first().zip(runs.last()).map(|(first, last)| (first.0, last.0));
-        let successes = number(|run| run.success);
-        let Interval { low, high } = wilson(successes, runs.len() as u64);
+        let (doors, successes) = (number(|run| run.has_door), number(|run| run.success));
+        let Interval { low, high } = wilson(successes, doors);
         Self {
             scene: cell.scene,
             sensors: cell.sensors,
@@ -103,6 +107,7 @@ impl Row {
             tracker: cell.tracker,
             seeds: seeds.unwrap_or_default(),
             runs: runs.len() as u64,
+            doors,
             successes,
             success_low: low,
             success_high: high,
@@ -124,7 +129,7 @@ impl Row {
     /// Share of the runs in which the people were counted right.
     #[must_use]
     pub fn success(&self) -> f64 {
-        self.successes as f64 / self.runs.max(1) as f64
+        self.successes as f64 / self.doors.max(1) as f64
     }
 
     /// Every figure.
@@ -136,10 +141,17 @@ impl Row {
             seeds: self.seeds,
             runs: self.runs,
         };
+        let share = |name: &str, runs: u64| {
+            if self.doors == 0 {
+                heading.line(name, None, "–".into())
+            } else {
+                heading.share(name, runs, self.doors)
+            }
+        };
         let mut lines = vec![
-            heading.share(COUNTED_RIGHT, self.successes, self.runs),
-            heading.share("steady, % of runs", self.steady, self.runs),
-            heading.share("empty in 3 s, % of runs", self.emptied, self.runs),
+            share(COUNTED_RIGHT, self.successes),
+            share("steady, % of runs", self.steady),
+            share("empty in 3 s, % of runs", self.emptied),
         ];
         let switches = (self.runs > 0).then(|| self.id_switches as f64 / self.runs as f64);
         for (name, value, times, digits) in [
@@ -215,7 +227,13 @@ pub(super) mod tests {
 
     /// A row with these successes of 200.
     pub fn row(scene: &str, people: u32, tracker: &str, successes: u64) -> Row {
-        let run = |success| Outcome { success, steady: false, emptied: true, tally: Tally::default() };
+        let run = |success| Outcome {
+            has_door: true,
+            success,
+            steady: false,
+            emptied: true,
+            tally: Tally::default(),
+        };
         let runs: Vec<(u64, Outcome)> = (0..200).map(|seed| (seed, run(seed < successes))).collect();
         let cell = Cell { scene: scene.into(), sensors: 2, people, tracker: tracker.into() };
         Row::new(cell, &runs)

@@ -20,7 +20,7 @@ use crate::jsonl::CandidatesLine;
 
 impl From<&Moment> for TruthLine {
     fn from(moment: &Moment) -> Self {
-        let person = |person: &super::Somebody| PersonLine {
+        let person = |person: &super::SeenPerson| PersonLine {
             id: u64::from(person.id),
             x: person.x,
             y: person.y,

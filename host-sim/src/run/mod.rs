@@ -91,12 +91,12 @@ pub struct Moment {
     /// Time in seconds of the host's clock.
     pub t: f64,
     /// All people in the world.
-    pub people: Vec<Somebody>,
+    pub people: Vec<SeenPerson>,
 }
 
 /// One person of a [`Moment`], in the site's frame.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub struct Somebody {
+pub struct SeenPerson {
     /// Number in the scene, from 1.
     pub id: u32,
     /// Middle of the torso, in metres.
@@ -215,7 +215,7 @@ impl Run {
                 }
             });
         }
-        let with_beams = |person: crate::world::TruePerson| Somebody {
+        let with_beams = |person: crate::world::TruePerson| SeenPerson {
             id: person.id as u32,
             x: person.x,
             y: person.y,

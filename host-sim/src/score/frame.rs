@@ -12,7 +12,7 @@ use kehai_tracking::geometry::Point;
 use kehai_tracking::jsonl::{PersonLine, TrackLine};
 use kehai_tracking::tracker::{LifeCycle, TrackState};
 
-use crate::run::Somebody;
+use crate::run::SeenPerson;
 
 /// From this number of beams on a person counts as visible.
 pub const VISIBLE_BEAMS: u32 = 10;
@@ -58,8 +58,8 @@ impl From<&PersonLine> for Target {
     }
 }
 
-impl From<&Somebody> for Target {
-    fn from(person: &Somebody) -> Self {
+impl From<&SeenPerson> for Target {
+    fn from(person: &SeenPerson) -> Self {
         Self { id: u64::from(person.id), at: Point::new(person.x, person.y), beams: Some(person.beams) }
     }
 }

@@ -8,7 +8,7 @@ use kehai_tracking::tracker::LifeCycle;
 
 use super::frame::Judged;
 use super::*;
-use crate::run::Somebody;
+use crate::run::SeenPerson;
 
 /// People and tracks of one frame: number, x, y.
 type Places = Vec<(u64, f64, f64)>;
@@ -220,7 +220,8 @@ proptest! {
 
 #[test]
 fn truth_of_a_scene_is_the_truth_of_a_file() {
-    let moment = crate::run::Moment { t: 1.5, people: vec![Somebody { id: 3, x: 1.0, y: -2.0, beams: 14 }] };
+    let moment =
+        crate::run::Moment { t: 1.5, people: vec![SeenPerson { id: 3, x: 1.0, y: -2.0, beams: 14 }] };
     let text = serde_json::to_string(&moment).unwrap();
     let line: kehai_tracking::jsonl::TruthLine = serde_json::from_str(&text).unwrap();
     assert_eq!(line.t, moment.t);
