@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn three_short_starts_lead_to_dhcp_whatever_is_stored() {
+    fn f2_three_short_starts_lead_to_dhcp_whatever_is_stored() {
         let short_starts = ShortStarts::new(3);
         let beginning = AddressingInUse::begin(StoredAddressing { short_starts, ..on_trial(TRIAL_STARTS) });
         assert_eq!(beginning.in_use, AddressingInUse::DEFAULT);

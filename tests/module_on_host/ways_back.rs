@@ -38,7 +38,7 @@ async fn has_said(host: &Host, kind: EventKind) -> bool {
 }
 
 #[test]
-fn an_address_that_bricks_is_refused_and_nothing_is_stored() {
+fn f2_an_address_that_bricks_is_refused_and_nothing_is_stored() {
     let world = World::urg();
     world.run(async || {
         let host = world.host(1);
@@ -78,7 +78,7 @@ fn a_host_that_is_answered_over_the_new_address_keeps_it() {
 }
 
 #[test]
-fn the_old_address_comes_back_when_no_host_is_answered_within_five_minutes() {
+fn f2_the_old_address_comes_back_when_no_host_is_answered_within_five_minutes() {
     let world = World::urg();
     world.run(async || {
         set_new(&world).await;
@@ -95,7 +95,7 @@ fn the_old_address_comes_back_when_no_host_is_answered_within_five_minutes() {
 }
 
 #[test]
-fn a_trial_goes_on_after_a_loss_of_power_and_ends_with_the_fourth_start() {
+fn f2_a_trial_goes_on_after_a_loss_of_power_and_ends_with_the_fourth_start() {
     let world = World::urg();
     world.run(async || set_new(&world).await);
     // Each run is a power-up with the same flash; the first start over the new address has been counted.
@@ -144,7 +144,7 @@ fn new_addressing_is_never_stored_without_its_trial_wherever_the_power_is_cut() 
 }
 
 #[test]
-fn after_three_starts_that_did_not_last_this_one_is_over_dhcp() {
+fn f2_after_three_starts_that_did_not_last_this_one_is_over_dhcp() {
     let world = World::urg();
     world.run(async || {
         set_new(&world).await;

@@ -52,7 +52,7 @@ impl Drop for Unchecked {
 }
 
 #[test]
-fn a_stored_address_that_bricked_older_images_leads_to_dhcp_and_is_said() {
+fn f2_a_stored_address_that_bricked_older_images_leads_to_dhcp_and_is_said() {
     let Some(image) = image() else { return };
     for address in ["224.0.0.1/24", "255.255.255.255/30", "239.1.2.3/4,239.1.2.4"] {
         let flash = Unchecked::new(&format!("name=hall\naddress={address}\nskip=1\n"));
