@@ -20,6 +20,9 @@ use std::collections::VecDeque;
 /// Exchanges kept, a second apart: two minutes tell 200 ppm from nothing to a millisecond.
 const EXCHANGES: usize = 120;
 
+/// Exchanges so much older than the newest are not kept, µs: drift has made too much of them to tell a jump from.
+const KEPT_US: u64 = EXCHANGES as u64 * 1_000_000;
+
 /// Uncertainty that remains of an exchange of the least delay, s: the wake-up of a task.
 const FLOOR_S: f64 = 0.000_2;
 
@@ -121,6 +124,7 @@ impl ModuleClock {
         if !exchange.is_possible() {
             return Verdict::Impossible;
         }
+        self.exchanges.retain(|kept| exchange.t4_us.abs_diff(kept.t4_us) <= KEPT_US);
         let doubted = self.doubted.take();
         if self.exchanges.iter().all(|kept| kept.agrees(&exchange)) {
             self.keep(exchange);
@@ -299,6 +303,20 @@ mod tests {
         assert_eq!(clock.add(at(62)), Verdict::Jumped);
         let error_s = clock.host_s(662_000_000).unwrap() - 62.0;
         assert!(error_s.abs() < 0.001, "{error_s} s: nothing of the old line is left");
+    }
+
+    #[test]
+    fn f1_a_clock_that_jumped_while_the_host_slept_is_no_drift() {
+        let mut clock = clock(60, 400_000.0, 0.0, 1000);
+        let offset_us = 400_000 - 300_000;
+        let asleep = 600;
+        for second in 61 + asleep..63 + asleep {
+            let t1_us = second * 1_000_000;
+            let t2_us = t1_us + 300 + offset_us;
+            clock.add(Exchange { t1_us, t2_us, t3_us: t2_us + 50, t4_us: t1_us + 650 });
+        }
+        let error_s = clock.host_s(670_000_000 + offset_us).unwrap() - 670.0;
+        assert!(error_s.abs() < 0.001, "{error_s} s");
     }
 
     #[test]

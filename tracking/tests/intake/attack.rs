@@ -10,8 +10,9 @@ use kehai::wire::{
 use kehai_tracking::registry::{Finding, Found};
 
 use super::fake::{Fake, id};
-use super::times::SECOND_US;
-use super::world::{PEER, PEERS_NAME, Sender, World, address};
+use super::scene::BEAMS;
+use super::times::{SECOND_US, WAY_US};
+use super::world::{NAMESAKE, PEER, PEERS_NAME, Sender, World, address};
 
 impl World {
     /// A module, as a forger knows it, and the address that its datagram seems to come from.
@@ -89,7 +90,8 @@ impl World {
     /// An answer that nothing has asked for, or that was given before.
     pub fn forge_answer(&mut self, [a, b, c]: [u8; 3]) {
         let (from, fake) = self.forger(a);
-        let known = self.spent.get(usize::from(b & 7)).copied();
+        let is_answered = |(_, _, at_us): &&(u32, [u8; 8], u64)| self.now_us - at_us > 4 * WAY_US;
+        let known = self.spent.get(usize::from(b & 7)).filter(is_answered).map(|(id, t1, _)| (*id, *t1));
         let (request_id, t1) = match b >> 3 & 3 {
             0 => (self.random() as u32, [0; 8]),
             1 => (self.random() as u32, self.now_us.to_le_bytes()),
@@ -153,7 +155,7 @@ impl World {
         let Some((number, bytes)) = self.overheard.get(usize::from(b & 15)).cloned() else { return };
         self.judge.forged_us = self.now_us;
         let from = if a & 0xc0 == 0 { usize::from(a & 3) } else { number };
-        self.send(from, Sender::Forged, bytes, u64::from(c) * 10_000);
+        self.send(from, Sender::Forged, bytes, 4 * WAY_US + u64::from(c) * 10_000);
     }
 
     /// An announcement: of a device at an address, or that it is gone.
@@ -175,20 +177,21 @@ impl World {
         self.find(Finding::Found(Found { instance, id, addresses, ..Found::default() }));
     }
 
-    /// The peer answers as a module, or as itself again.
+    /// The peer answers as a module, as another of the same name, or as itself again.
     pub fn pose(&mut self, [a, b, _]: [u8; 3]) {
         self.judge.forged_us = self.now_us;
         let (_, fake) = self.forger(a << 3 & 0x38 | a >> 1 & 4);
         self.peer = match b % 4 {
             0 => Fake { name: "other", ..fake },
             1 => fake,
+            2 => Fake { parts: BEAMS, ..Fake::new(NAMESAKE, 1, "left") },
             _ => Fake::new(9, 1, PEERS_NAME),
         };
     }
 
     /// The network loses, doubles or delays.
     pub fn mishap(&mut self, [a, b, c]: [u8; 3]) {
-        self.judge.disturbed_us = self.now_us;
+        self.judge.disturbed_us = self.judge.disturbed_us.max(self.now_us);
         let honest = &mut self.honest[usize::from(a & 1)];
         let count = u32::from(b % 32);
         match a >> 1 & 3 {
@@ -207,7 +210,7 @@ impl World {
 
     /// A module starts anew, forgets how often it has started, or is another one from now on.
     pub fn restart(&mut self, [a, b, c]: [u8; 3]) {
-        self.judge.disturbed_us = self.now_us;
+        self.judge.disturbed_us = self.judge.disturbed_us.max(self.now_us);
         let now_us = self.now_us as i64;
         let fake = &mut self.honest[usize::from(a & 1)].fake;
         let Identity { module, boot } = fake.identity;
@@ -223,14 +226,16 @@ impl World {
 
     /// A module's clock jumps.
     pub fn jump(&mut self, [a, b, c]: [u8; 3]) {
-        self.judge.disturbed_us = self.now_us;
+        self.judge.disturbed_us = self.judge.disturbed_us.max(self.now_us);
         let by_us = match b & 3 {
             0 => i64::from(c) * 1000,
             1 => i64::from(c) * 100_000,
             2 => i64::from(c) * -30_000,
             _ => i64::from(c) * 60_000_000,
         };
-        self.honest[usize::from(a & 1)].fake.offset_us += by_us;
+        let fake = &mut self.honest[usize::from(a & 1)].fake;
+        // No clock goes below 0.
+        fake.offset_us = (fake.offset_us + by_us).max(-(self.now_us as i64));
     }
 
     /// Nobody forges any more, and nothing goes wrong.

@@ -10,14 +10,16 @@
 
 use kehai::wire::Identity;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::observation::AHEAD_S;
 
-use super::times::{SECOND_US, WAY_US};
+use super::times::SECOND_US;
 
 /// People who have been seen for so long are counted.
 pub const SETTLED_US: u64 = 5 * SECOND_US;
 
-/// A module's times are known again: two exchanges, a second apart, the first within a second.
-const CLOCK_US: u64 = 3 * SECOND_US;
+/// A module is believed again, and its times are known: 3 s of silence and two answers for a start that went back, two
+/// exchanges for its times, a second each.
+const STEADY_US: u64 = 6 * SECOND_US;
 
 /// Everything has healed, the longest way one after the other: 3 s until an address is given up, 3 s more at another
 /// and 5 s until the next announcement (the world's own); 5 s for a start that went back (3 s of silence, two answers); 3 s for times;
@@ -69,16 +71,25 @@ impl Judge {
         Self { forged_us: 0, fooled_us: None, disturbed_us: now_us, used_us: None, true_us: [0; 2] }
     }
 
+    fn is_steady(&self, now_us: u64) -> bool {
+        now_us.saturating_sub(self.disturbed_us) > STEADY_US
+    }
+
+    /// A forged answer in the name of a module was admitted: that can be only while the module itself is silent.
+    pub fn answered_falsely(&mut self, now_us: u64) {
+        assert!(!self.is_steady(now_us), "a forged answer was admitted");
+        self.disturbed_us = self.disturbed_us.max(now_us);
+    }
+
     pub fn used(&mut self, used: &Used, report: Report, now_us: u64) {
         self.used_us = Some(now_us);
-        let is_steady = now_us.saturating_sub(self.disturbed_us) > CLOCK_US;
+        let is_steady = self.is_steady(now_us);
         match report {
             Report::True { scan_us } => {
                 self.true_us[used.place] = now_us;
-                // Half of the delay of an exchange, both ways, twice for the line through them; drift for a second.
-                let bound_s = 2.0 * WAY_US as f64 * 1e-6 + 0.001;
+                // A report that began later than this after it arrived is not used: a module's time is as good.
                 let error_s = used.start_s - scan_us as f64 * 1e-6;
-                assert!(!is_steady || error_s.abs() <= bound_s, "a true report is {error_s} s off");
+                assert!(!is_steady || error_s.abs() <= AHEAD_S, "a true report is {error_s} s off");
             }
             Report::Forged => {
                 self.fooled_us = Some(now_us);

@@ -18,10 +18,11 @@ use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::jsonl::ZoneLine;
 use kehai_tracking::registry::{Finding, Found, Networks, Registry};
 use kehai_tracking::session::datagram::Datagram;
+use kehai_tracking::session::outstanding::is_answer;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::Ideas;
 
-use super::fake::Fake;
+use super::fake::{Fake, id};
 use super::judge::{Judge, Report, Used};
 use super::scene::{BEAMS, People, ROOM};
 use super::times::{SCAN_US, SECOND_US, WAY_US};
@@ -34,6 +35,9 @@ pub const ADDRESSES: [[u8; 4]; 4] =
     [[192, 168, 7, 1], [192, 168, 7, 2], [192, 168, 7, 66], [192, 168, 7, 77]];
 pub const PEER: usize = 2;
 pub const PEERS_NAME: &str = "peer";
+
+/// Number of a module that has the left one's name: while both answer, neither is used.
+pub const NAMESAKE: u8 = 8;
 
 static SITE: LazyLock<Arc<Site>> = LazyLock::new(|| Arc::new(toml::from_str(ROOM).unwrap()));
 
@@ -103,7 +107,7 @@ pub struct World {
     pub now_us: u64,
     pub judge: Judge,
     /// Ids and T1 of requests that were answered, for who copies them.
-    pub spent: VecDeque<(u32, [u8; 8])>,
+    pub spent: VecDeque<(u32, [u8; 8], u64)>,
     /// True datagrams, for who sends them again.
     pub overheard: VecDeque<(usize, Vec<u8>)>,
     flying: BinaryHeap<Reverse<Flying>>,
@@ -227,7 +231,7 @@ impl World {
             }
             // An id whose answer gets lost is not spent, and only a host that has seen the request knows it.
             if honest.lost == 0 && honest.late.0 == 0 {
-                self.spent.push_back((incoming.request_id, t1));
+                self.spent.push_back((incoming.request_id, t1, self.now_us));
             }
         }
         let t2_us = honest.fake.clock_us(t2_us);
@@ -250,6 +254,11 @@ impl World {
         let Some(datagram) = sessions.decode(&flying.bytes) else { return };
         if !self.registry.admit(flying.from, &datagram, sessions, self.now_us) {
             return;
+        }
+        let device = datagram.device();
+        let is_modules = self.honest.iter().any(|honest| honest.fake.identity.module == device);
+        if flying.sender == Sender::Forged && is_modules && is_answer(&datagram.message) {
+            self.judge.answered_falsely(self.now_us);
         }
         let observation = self.follower.follow(&datagram, self.now_us);
         if let Some(observation) = &observation {
@@ -316,6 +325,10 @@ impl World {
             let fake = &honest.fake;
             let report = fake.reported_with(fake.sequence, fake.clock_us(scan_us), &seen);
             self.sends(number, Some(scan_us), report, 0);
+        }
+        if self.peer.identity.module == id(NAMESAKE) {
+            let report = self.peer.report(scan_us);
+            self.send(PEER, Sender::Forged, report, WAY_US);
         }
         self.arrive(self.now_us + SCAN_US);
         let zone = self.zone();
