@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Takes out each repair of the tracker's intake, one after the other, and asks whether the sequences of
-# tracking/tests/intake find it: tests/mutations.sh [SEQUENCES]. A patch that no longer applies fails it, too.
+# tracking/tests/intake or the scenes of tracking/tests/people.rs find it: tests/mutations.sh [SEQUENCES]. A patch that no longer applies fails it, too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export KEHAI_SEQUENCES=${1:-2000}
@@ -9,7 +9,10 @@ export KEHAI_SEQUENCES=${1:-2000}
 log=$(mktemp)
 trap 'git checkout -q -- tracking/src; rm -f "$log"' EXIT
 
-run() { cargo test -q --locked -p kehai-tracking --test intake whatever_is_forged -- --nocapture >"$log" 2>&1; }
+run() {
+    cargo test -q --locked -p kehai-tracking --test intake whatever_is_forged -- --nocapture >"$log" 2>&1 \
+        && cargo test -q --locked -p kehai-tracking --test people >>"$log" 2>&1
+}
 
 run || { cat "$log"; echo "tests/mutations.sh: the sequences fail without a mutation" >&2; exit 1; }
 missed=0

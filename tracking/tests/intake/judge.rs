@@ -75,9 +75,10 @@ impl Judge {
         now_us.saturating_sub(self.disturbed_us) > STEADY_US
     }
 
-    /// A forged answer in the name of a module was admitted: that can be only while the module itself is silent.
-    pub fn answered_falsely(&mut self, now_us: u64) {
-        assert!(!self.is_steady(now_us), "a forged answer was admitted");
+    /// A forged answer in the name of a module was admitted, or a datagram of another start: that can be only while the
+    /// module itself is silent.
+    pub fn believed_falsely(&mut self, now_us: u64) {
+        assert!(!self.is_steady(now_us), "a forged answer, or another start, was admitted");
         self.disturbed_us = self.disturbed_us.max(now_us);
     }
 

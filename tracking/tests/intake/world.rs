@@ -255,10 +255,12 @@ impl World {
         if !self.registry.admit(flying.from, &datagram, sessions, self.now_us) {
             return;
         }
-        let device = datagram.device();
-        let is_modules = self.honest.iter().any(|honest| honest.fake.identity.module == device);
-        if flying.sender == Sender::Forged && is_modules && is_answer(&datagram.message) {
-            self.judge.answered_falsely(self.now_us);
+        let identity = datagram.header.identity;
+        let own = self.honest.iter().map(|honest| honest.fake.identity);
+        let own = own.into_iter().find(|own| own.module == identity.module);
+        let is_false = |own| own != identity || is_answer(&datagram.message);
+        if flying.sender == Sender::Forged && own.is_some_and(is_false) {
+            self.judge.believed_falsely(self.now_us);
         }
         let observation = self.follower.follow(&datagram, self.now_us);
         if let Some(observation) = &observation {
