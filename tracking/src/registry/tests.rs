@@ -244,6 +244,32 @@ fn f4_a_module_is_found_again_after_a_peer_has_answered_as_it() {
 }
 
 #[test]
+fn f4_a_given_module_is_found_at_its_address_again_after_a_given_peer_has_answered_as_it() {
+    let (left, peer) = (Fake::new(1, 5, "left"), Fake::new(2, 1, "other"));
+    let mut network = Network::new(&[at(2), at(1)], vec![(at(1), left), (at(2), peer)]);
+    network.seconds(3);
+    network.modules[1].1 = Fake::new(1, 5, "left");
+    network.seconds(10);
+    // The host sleeps, and then the peer is itself again.
+    network.modules[1].1 = Fake::new(2, 1, "other");
+    network.now_us += 600 * SECOND_US;
+    network.seconds(15);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
+fn f4_what_another_said_of_a_module_is_asked_for_again_at_its_address() {
+    let mut network = Network::new(&[at(2), at(1)], vec![(at(2), Fake::new(1, 5, "fake"))]);
+    network.seconds(3);
+    network.modules[0].1 = Fake::new(2, 1, "other");
+    network.modules.push((at(1), Fake::new(1, 5, "left")));
+    network.seconds(15);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+    assert_eq!(network.zone(), ZoneKnown::Known);
+}
+
+#[test]
 fn f4_a_sequence_from_far_ahead_mutes_nothing() {
     let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 5, "left"))]);
     network.seconds(3);
