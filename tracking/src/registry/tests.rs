@@ -270,6 +270,25 @@ fn f4_what_another_said_of_a_module_is_asked_for_again_at_its_address() {
 }
 
 #[test]
+fn f4_the_clock_of_another_that_answered_as_it_is_not_the_modules() {
+    let fake = Fake { offset_us: 120_000, ..Fake::new(1, 5, "fake") };
+    let mut network = Network::new(&[at(2), at(1)], vec![(at(2), fake)]);
+    network.seconds(3);
+    network.modules[0].1 = Fake::new(2, 1, "other");
+    network.modules.push((at(1), Fake::new(1, 5, "left")));
+    let mut is_found = false;
+    for _ in 0..150 {
+        network.tenth();
+        let line = network.lines().swap_remove(0);
+        if line.address == at(1).to_string() {
+            is_found |= line.clock_offset_ms.is_some();
+            assert!(line.clock_offset_ms.is_none_or(|offset_ms| offset_ms.abs() < 10.0), "{line:?}");
+        }
+    }
+    assert!(is_found);
+}
+
+#[test]
 fn f4_a_sequence_from_far_ahead_mutes_nothing() {
     let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 5, "left"))]);
     network.seconds(3);

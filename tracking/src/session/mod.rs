@@ -140,9 +140,11 @@ impl Session {
         self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < SILENT_US)
     }
 
-    /// It answers at another address than before: what it was said to be is asked for again.
-    pub const fn is_elsewhere(&mut self, now_us: u64) {
+    /// It answers at another address than before, and may be another device: what it was said to be is asked for again,
+    /// and there are no times until it has answered once more.
+    pub fn is_elsewhere(&mut self, now_us: u64) {
         self.described = None;
+        self.clock = ModuleClock::default();
         self.subscription.ask_at(now_us);
     }
 
