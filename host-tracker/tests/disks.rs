@@ -23,7 +23,7 @@ use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::tracker::LifeCycle;
 use serde_json::Value;
-use tungstenite::WebSocket;
+use tungstenite::{Message, WebSocket};
 
 /// Frames within which an alarm comes or goes, and a person is followed: fifty times what it takes.
 const ALARM: u32 = 6000;
@@ -45,8 +45,9 @@ impl Listener {
 
     fn frame(&mut self) -> Snapshot {
         loop {
-            let message = self.0.read().unwrap();
-            let mut value: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();
+            // The server asks from time to time whether it is still there: that is answered by the next read.
+            let Message::Text(text) = self.0.read().unwrap() else { continue };
+            let mut value: Value = serde_json::from_str(&text).unwrap();
             if !value["frame"].is_null() {
                 return serde_json::from_value(value["frame"].take()).unwrap();
             }

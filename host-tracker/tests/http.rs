@@ -110,8 +110,8 @@ impl Map {
 /// The next message with this key.
 fn next(socket: &mut WebSocket<TcpStream>, key: &str) -> Value {
     loop {
-        let message = socket.read().unwrap();
-        let value: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();
+        let Message::Text(text) = socket.read().unwrap() else { continue };
+        let value: Value = serde_json::from_str(&text).unwrap();
         if !value[key].is_null() {
             return value[key].clone();
         }
@@ -188,8 +188,8 @@ fn tracks_come_after_each_report_to_whoever_asked_for_that_and_to_nobody_else() 
     }
     // All that the page gets until the frame that came later.
     loop {
-        let message = page.read().unwrap();
-        let value: Value = serde_json::from_str(message.to_text().unwrap()).unwrap();
+        let Message::Text(text) = page.read().unwrap() else { continue };
+        let value: Value = serde_json::from_str(&text).unwrap();
         assert!(value["report"].is_null());
         if !value["frame"].is_null() {
             break;
