@@ -3,7 +3,7 @@
 //! ```text
 //!   always         known only what a used report covered within 2 s      a used report is true, or looks true in all
 //!                  a true one has its own time
-//!   5 s after the last disturbance, no forged report used      known ─▶ nobody missed
+//!   8 s after the last disturbance, no forged report used      known ─▶ nobody missed
 //!   FADED after both                                           known ─▶ counted right
 //!   RECOVERED after the last of all                            both modules heard, known, nobody missed
 //! ```
@@ -14,8 +14,9 @@ use kehai_tracking::observation::AHEAD_S;
 
 use super::times::SECOND_US;
 
-/// People who have been seen for so long are counted.
-pub const SETTLED_US: u64 = 5 * SECOND_US;
+/// People who have been in the room for so long are counted: while one module is not used, the walking one is hidden behind the
+/// standing one for up to 2 s of each 6 s, and begins anew after it; a birth takes 1.5 s.
+pub const SETTLED_US: u64 = 8 * SECOND_US;
 
 /// A module is believed again, and its times are known: 3 s of silence and two answers for a start that went back, two
 /// exchanges for its times, a second each.
