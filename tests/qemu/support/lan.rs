@@ -322,11 +322,13 @@ fn received(frame: &[u8]) -> Option<Datagram> {
     Some(Datagram { protocol, from, to, to_port, payload: payload.to_vec() })
 }
 
-/// A bridge with taps, in a network namespace that ends with it. The thread that made it lives in there from
-/// then on, and so does everything it starts.
+/// A bridge with taps, in a network namespace that ends with it. The thread that made it lives in there until
+/// then, and so does everything it starts.
 pub struct Bridge {
     taps: Vec<String>,
     namespace: Child,
+    /// The thread's own namespace: without a bridge nothing works in the other.
+    own: File,
 }
 
 impl Bridge {
@@ -339,10 +341,12 @@ impl Bridge {
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()?;
-        let mut bridge = Self { taps: Vec::new(), namespace };
+        let own = File::open("/proc/thread-self/ns/net")?;
+        let mut bridge = Self { taps: Vec::new(), namespace, own };
         let mut ready = [0];
         io::Read::read_exact(bridge.namespace.stdout.as_mut().unwrap(), &mut ready)?;
         let link = File::open(format!("/proc/{}/ns/net", bridge.namespace.id()))?;
+        // From here on its end leads back.
         move_into_link_name_space(link.as_fd(), Some(LinkNameSpaceType::Network))?;
         let address = format!("{}/24", Ipv4Addr::from(segment::HOST));
         ip("link set lo up")?;
@@ -362,6 +366,7 @@ impl Bridge {
 
 impl Drop for Bridge {
     fn drop(&mut self) {
+        let _ = move_into_link_name_space(self.own.as_fd(), Some(LinkNameSpaceType::Network));
         drop(self.namespace.stdin.take());
         let _ = self.namespace.wait();
     }
