@@ -23,7 +23,7 @@ use crate::site_file::SiteFile;
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
 use crate::store::{Keep, Store, StoreError, StoreState, known_before};
-use crate::web::{Desk, Listen, Server};
+use crate::web::{Listen, Server, ServerContext};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::geometry::Pose;
@@ -244,7 +244,7 @@ fn serve(
             tracing::error!("accepted poses are not in the database: {error}");
         }
     });
-    let desk = Desk {
+    let context = ServerContext {
         frames: service.frames(),
         reports: service.reports(),
         site,
@@ -259,5 +259,5 @@ fn serve(
     };
     let places = doors.map_or(listen.to_string(), |doors| format!("{listen}, or the doors at {doors}"));
     let at = Listen { doors, ..Listen::from(listen) };
-    Server::start(at, desk).map_err(|error| DaemonError::Map { places, error })
+    Server::start(at, context).map_err(|error| DaemonError::Map { places, error })
 }

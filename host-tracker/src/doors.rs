@@ -40,7 +40,7 @@ pub type Clock = Box<dyn Fn() -> f64 + Send>;
 
 /// The doors of the site in use. Clones are the same doors.
 #[derive(Clone)]
-pub struct DoorDesk(Arc<Mutex<Shared>>);
+pub struct DoorHandle(Arc<Mutex<Shared>>);
 
 struct Shared {
     doors: Doors,
@@ -49,13 +49,13 @@ struct Shared {
     listeners: Vec<Sender<Output>>,
 }
 
-impl std::fmt::Debug for DoorDesk {
+impl std::fmt::Debug for DoorHandle {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("DoorDesk").finish_non_exhaustive()
+        f.debug_struct("DoorHandle").finish_non_exhaustive()
     }
 }
 
-impl DoorDesk {
+impl DoorHandle {
     /// The doors of a site. `hash` makes of a card what may be kept of it; without one it is a hash by a key that is lost
     /// with the process.
     #[must_use]
@@ -167,7 +167,7 @@ impl Watchdog {
     ///
     /// # Errors
     /// There is no thread for it.
-    pub fn start(doors: DoorDesk, alarms: TrackerAlarms) -> std::io::Result<Self> {
+    pub fn start(doors: DoorHandle, alarms: TrackerAlarms) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let thread = std::thread::Builder::new().name("doors".into()).spawn(move || {

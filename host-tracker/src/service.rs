@@ -23,7 +23,7 @@ use tokio::sync::watch;
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
-use crate::doors::{DoorDesk, Hash, Watchdog};
+use crate::doors::{DoorHandle, Hash, Watchdog};
 use crate::net::discovery::Search;
 use crate::net::tracking::{Parts, TrackingLoop};
 use crate::record::Recorder;
@@ -66,7 +66,7 @@ pub struct Service {
     shared: Arc<Shared>,
     alarms: TrackerAlarms,
     connections: Connections,
-    doors: DoorDesk,
+    doors: DoorHandle,
     calibration: Calibration,
     reports: Reports,
     thread: Option<JoinHandle<io::Result<()>>>,
@@ -122,7 +122,7 @@ impl Service {
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let hash = |key: CardKey| -> Hash { Box::new(move |card| key.hash(card).into()) };
-        let doors = DoorDesk::new(&site, options.card_key.map(hash));
+        let doors = DoorHandle::new(&site, options.card_key.map(hash));
         let watchdog = Watchdog::start(doors.clone(), alarms.clone())?;
         let calibration = Calibration::default();
         calibration.set_site(&site);
@@ -189,7 +189,7 @@ impl Service {
 
     /// The doors of the site in use.
     #[must_use]
-    pub fn doors(&self) -> DoorDesk {
+    pub fn doors(&self) -> DoorHandle {
         self.doors.clone()
     }
 

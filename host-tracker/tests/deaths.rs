@@ -83,7 +83,7 @@ impl Metronome {
 
 /// What one hall's deaths have shown.
 #[derive(Debug, Default)]
-struct Shown {
+struct DeathReport {
     deaths: u32,
     /// Deaths of a tracker that followed people.
     with_people: u32,
@@ -99,12 +99,12 @@ struct Shown {
 
 #[test]
 fn fifty_deaths_of_the_whole_tracker_lose_a_second_at_most_and_never_the_file() {
-    let halls: Vec<Shown> = std::thread::scope(|scope| {
+    let halls: Vec<DeathReport> = std::thread::scope(|scope| {
         let halls: Vec<_> = (0..HALLS).map(|hall| scope.spawn(move || deaths(hall))).collect();
         halls.into_iter().map(|hall| hall.join().unwrap()).collect()
     });
-    let sum = |of: fn(&Shown) -> u32| halls.iter().map(of).sum::<u32>();
-    let worst_s = |of: fn(&Shown) -> f64| halls.iter().map(of).fold(0.0, f64::max);
+    let sum = |of: fn(&DeathReport) -> u32| halls.iter().map(of).sum::<u32>();
+    let worst_s = |of: fn(&DeathReport) -> f64| halls.iter().map(of).fold(0.0, f64::max);
     let (lost_s, own_s) = (worst_s(|hall| hall.worst_lost_s), worst_s(|hall| hall.worst_own_s));
     println!(
         "{} deaths, {} while people were followed, {} before the first line: at most {lost_s:.1} s lost, {own_s:.1} s \
@@ -118,12 +118,12 @@ fn fifty_deaths_of_the_whole_tracker_lose_a_second_at_most_and_never_the_file() 
     assert!(halls.iter().all(|hall| hall.events > 0 && hall.counts > 0 && hall.paths > 0), "{halls:?}");
 }
 
-fn deaths(number: u64) -> Shown {
+fn deaths(number: u64) -> DeathReport {
     let hall = Hall::new(number);
     let mut random = Pcg32::new(number, 0);
     let mut ms =
         |from: u32, to: u32| Duration::from_millis(u64::from(from + random.next_u32() % (to - from)));
-    let mut shown = Shown::default();
+    let mut shown = DeathReport::default();
     for death in 0..DEATHS {
         let begun_ms = unix_ms();
         let metronome = Metronome::start(hall.folder.path());

@@ -25,7 +25,7 @@ use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::{Keep, Store};
-use host_tracker::web::{Desk, Server};
+use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::{Value, json};
@@ -125,7 +125,7 @@ impl Show {
         std::fs::write(&file, toml::to_string(site).unwrap()).unwrap();
         let (frames, newest) = watch::channel(Arc::default());
         let store = Store::open(&database, &Arc::new(site.clone()), Keep::default()).unwrap();
-        let desk = Desk {
+        let context = ServerContext {
             frames: newest,
             reports: Reports::default(),
             site: SiteFile::load(&file).unwrap(),
@@ -138,7 +138,7 @@ impl Show {
             alarms: TrackerAlarms::default(),
             connections: Connections::default(),
         };
-        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
+        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         Self { server, frames, store }
     }
 }

@@ -11,7 +11,7 @@ use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site_file::{self, SiteFile};
-use host_tracker::web::{Desk, Server};
+use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use proptest::prelude::*;
@@ -42,7 +42,7 @@ impl Map {
         let changes = Arc::new(Mutex::new(Vec::new()));
         let reports = Reports::default();
         let told = Arc::clone(&changes);
-        let desk = Desk {
+        let context = ServerContext {
             frames: newest,
             reports: reports.clone(),
             site: SiteFile::load(&path).unwrap(),
@@ -58,7 +58,7 @@ impl Map {
             alarms: TrackerAlarms::default(),
             connections: Connections::default(),
         };
-        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
+        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         Self { server, frames, reports, changes, folder }
     }
 

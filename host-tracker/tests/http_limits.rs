@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
-use host_tracker::doors::DoorDesk;
+use host_tracker::doors::DoorHandle;
 use host_tracker::reports::Reports;
 use host_tracker::site_file::SiteFile;
-use host_tracker::web::{Desk, Limits, Listen, Server, Shares};
+use host_tracker::web::{Limits, Listen, Server, ServerContext, Shares};
 use kehai_tracking::snapshot::{HttpRefused, ModuleLine, Snapshot, unix_ms};
 use serde_json::json;
 use tokio::sync::watch;
@@ -47,25 +47,25 @@ const SHARES: Shares = Shares { all: 12, of_address: 2, of_loopback: 8 };
 
 const PATIENT: Limits = Limits { connections: SHARES, header: NEVER, body: NEVER, write: NEVER, ping: NEVER };
 
-struct House {
+struct LimitedServer {
     server: Server,
     refused: Connections,
     frames: watch::Sender<Arc<Snapshot>>,
     _folder: tempfile::TempDir,
 }
 
-impl House {
+impl LimitedServer {
     fn new(limits: Limits) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("house.toml");
+        let path = folder.path().join("server.toml");
         std::fs::write(&path, SITE).unwrap();
         let site = SiteFile::load(&path).unwrap();
         let (frames, newest) = watch::channel(Arc::default());
         let refused = Connections::default();
-        let desk = Desk {
+        let context = ServerContext {
             frames: newest,
             reports: Reports::default(),
-            doors: Some(DoorDesk::new(&site.current().site, None)),
+            doors: Some(DoorHandle::new(&site.current().site, None)),
             site,
             changed: Box::new(|_| Ok(())),
             calibration: Calibration::default(),
@@ -76,7 +76,7 @@ impl House {
             connections: refused.clone(),
         };
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
-        let server = Server::start(Listen { map: any, doors: Some(any), limits }, desk).unwrap();
+        let server = Server::start(Listen { map: any, doors: Some(any), limits }, context).unwrap();
         Self { server, refused, frames, _folder: folder }
     }
 
@@ -140,19 +140,19 @@ impl House {
 
 #[test]
 fn f11_a_flood_of_the_map_does_not_reach_the_doors_and_ends_with_the_flood() {
-    let house = House::new(PATIENT);
-    let flood = house.flood();
-    assert!(!house.map_answers(), "all places of this machine are taken");
-    assert_eq!(house.door(house.server.door_address(), "exit", 1), (200, "{}".to_owned()));
-    let screen = http_client::ask(house.server.door_address(), "GET /door/front", &[], b"");
+    let server = LimitedServer::new(PATIENT);
+    let flood = server.flood();
+    assert!(!server.map_answers(), "all places of this machine are taken");
+    assert_eq!(server.door(server.server.door_address(), "exit", 1), (200, "{}".to_owned()));
+    let screen = http_client::ask(server.server.door_address(), "GET /door/front", &[], b"");
     assert_eq!(screen.0, 200);
     drop(flood);
-    house.until("back", |_| house.map_answers());
+    server.until("back", |_| server.map_answers());
 }
 
 #[test]
 fn f11_what_is_never_asked_to_the_end_is_ended() {
-    let house = House::new(Limits { header: SHORT, body: SHORT, ..PATIENT });
+    let server = LimitedServer::new(Limits { header: SHORT, body: SHORT, ..PATIENT });
     // Held to the end: it is the server that ends them.
     let kinds = [
         "",
@@ -160,7 +160,7 @@ fn f11_what_is_never_asked_to_the_end_is_ended() {
         "POST /api/calibration HTTP/1.1\r\nHost: localhost\r\nContent-Type: \
                   application/json\r\nContent-Length: 9\r\n\r\n{",
     ];
-    let mut held: Vec<TcpStream> = kinds.iter().map(|request| house.begin(request)).collect();
+    let mut held: Vec<TcpStream> = kinds.iter().map(|request| server.begin(request)).collect();
     let answers = held.iter_mut().map(|stream| {
         let mut answer = String::new();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -170,54 +170,54 @@ fn f11_what_is_never_asked_to_the_end_is_ended() {
     let answers: Vec<String> = answers.collect();
     assert!(answers[0].is_empty() && answers[1].is_empty(), "{answers:?}");
     assert!(answers[2].starts_with("HTTP/1.1 408 ") && answers[2].contains("in time"), "{answers:?}");
-    house.until("counted", |refused| (refused.header, refused.body) == (2, 1));
-    assert!(house.map_answers());
+    server.until("counted", |refused| (refused.header, refused.body) == (2, 1));
+    assert!(server.map_answers());
 }
 
 #[test]
 fn f11_browsers_that_read_nothing_give_their_places_back() {
-    let house = House::new(Limits { ping: SHORT, ..PATIENT });
+    let server = LimitedServer::new(Limits { ping: SHORT, ..PATIENT });
     let share = SHARES.of_loopback / 2;
-    let held: Vec<_> = (0..share).map(|_| house.browser().unwrap()).collect();
-    house.until("gone", |refused| refused.unread == share as u64);
-    let again: Vec<_> = (0..share).map(|_| house.browser().unwrap()).collect();
+    let held: Vec<_> = (0..share).map(|_| server.browser().unwrap()).collect();
+    server.until("gone", |refused| refused.unread == share as u64);
+    let again: Vec<_> = (0..share).map(|_| server.browser().unwrap()).collect();
     drop((held, again));
-    let house = House::new(PATIENT);
-    let _held: Vec<_> = (0..share).map(|_| house.browser().unwrap()).collect();
-    assert_eq!(house.browser().err(), Some(503));
-    assert_eq!(house.refused.refused().address, 1);
-    assert!(house.map_answers(), "browsers have the half of the places");
+    let server = LimitedServer::new(PATIENT);
+    let _held: Vec<_> = (0..share).map(|_| server.browser().unwrap()).collect();
+    assert_eq!(server.browser().err(), Some(503));
+    assert_eq!(server.refused.refused().address, 1);
+    assert!(server.map_answers(), "browsers have the half of the places");
 }
 
 #[test]
 fn f11_an_answer_that_nobody_takes_is_ended() {
-    let house = House::new(Limits { write: SHORT, ..PATIENT });
+    let server = LimitedServer::new(Limits { write: SHORT, ..PATIENT });
     // Longer than all that the system keeps for a client.
     let module = ModuleLine { name: "x".repeat(64 << 20), ..ModuleLine::default() };
-    house.frames.send_replace(Arc::new(Snapshot { modules: vec![module], ..Snapshot::default() }));
-    let _held = house.begin("GET /api/state HTTP/1.1\r\nHost: localhost\r\n\r\n");
-    house.until("ended", |refused| refused.unread == 1);
+    server.frames.send_replace(Arc::new(Snapshot { modules: vec![module], ..Snapshot::default() }));
+    let _held = server.begin("GET /api/state HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    server.until("ended", |refused| refused.unread == 1);
 }
 
 #[test]
 fn f11_messages_to_doors_go_to_their_own_listener_alone() {
-    let house = House::new(PATIENT);
-    let (status, why) = house.door(house.server.address(), "exit", 1);
+    let server = LimitedServer::new(PATIENT);
+    let (status, why) = server.door(server.server.address(), "exit", 1);
     assert_eq!(status, 421, "{why}");
-    assert!(why.contains(&house.server.door_address().to_string()), "{why}");
+    assert!(why.contains(&server.server.door_address().to_string()), "{why}");
     for (address, line, expected) in [
-        (house.server.address(), "GET /api/door/front", 200),
-        (house.server.address(), "GET /door/front", 421),
-        (house.server.door_address(), "GET /api/site", 404),
-        (house.server.door_address(), "GET /metrics", 404),
-        (house.server.door_address(), "GET /ws", 404),
+        (server.server.address(), "GET /api/door/front", 200),
+        (server.server.address(), "GET /door/front", 421),
+        (server.server.door_address(), "GET /api/site", 404),
+        (server.server.door_address(), "GET /metrics", 404),
+        (server.server.door_address(), "GET /ws", 404),
     ] {
         assert_eq!(http_client::ask(address, line, &[], b"").0, expected, "{line}");
     }
     let evil = [("Host", "evil.local"), ("Origin", "http://evil.local")];
     for line in ["GET /api/door", "POST /api/door/front/exit"] {
-        let (status, why) = http_client::ask(house.server.door_address(), line, &evil, b"{}");
+        let (status, why) = http_client::ask(server.server.door_address(), line, &evil, b"{}");
         assert!(status == 403 && why.contains("--http-name evil.local"), "{line}: {status} {why}");
     }
-    assert_eq!(house.refused.refused().foreign, 2);
+    assert_eq!(server.refused.refused().foreign, 2);
 }

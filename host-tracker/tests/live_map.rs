@@ -155,15 +155,15 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     page.wait("its form is open", "document.querySelector('#part-name')?.value === 'zone 1'");
     page.fits_a_phone("edit");
     page.value("document.querySelector('#part-name').select()");
-    page.write("desk");
+    page.write("context");
     page.key("Tab", 9);
-    page.wait("it has its name", "document.querySelector('#part-name').value === 'desk'");
+    page.wait("it has its name", "document.querySelector('#part-name').value === 'context'");
     page.click("#save");
     page.wait("it is saved", "!document.body.classList.contains('editing')");
-    page.wait("the panel counts it", "document.querySelector('#zones').innerText.includes('desk')");
+    page.wait("the panel counts it", "document.querySelector('#zones').innerText.includes('context')");
     let saved = site_file::load(file).unwrap();
     let names: Vec<&str> = saved.zones.iter().map(|zone| zone.name.as_str()).collect();
-    assert_eq!(names.last(), Some(&"desk"), "{names:?}");
+    assert_eq!(names.last(), Some(&"context"), "{names:?}");
     assert_eq!(names.len(), 6);
     page.wait("people are found anew", &format!("{CONFIRMED} >= 1"));
 }

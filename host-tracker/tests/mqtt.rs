@@ -201,7 +201,7 @@ fn frame() -> Snapshot {
     Snapshot { unix_ms: 1, modules: vec![module], ..Snapshot::default() }
 }
 
-mod house;
+mod door_fixture;
 mod http_client;
 
 #[test]
@@ -209,20 +209,20 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
     let Some(program) = mosquitto() else { return };
     let broker = Broker::start(&program);
     let mut listener = Listener::new(broker.port);
-    let house = house::House::new();
-    let doors = &house.doors;
+    let server = door_fixture::DoorServer::new();
+    let doors = &server.doors;
     let settings = Settings { doors: Some(doors.clone()), ..settings(broker.port) };
-    let (told, frames) = (Some(doors.listen()), house.frames());
+    let (told, frames) = (Some(doors.listen()), server.frames());
     let publisher = Publisher::start(settings, frames, told, |_| {}).unwrap();
     const DOOR: &str = "kehai/door/door/front";
     listener.hears(DOOR, |payload| payload.contains("\"phase\":\"idle\""));
     listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"locked\""));
-    house.people(&[[0.0, 0.4]]);
+    server.people(&[[0.0, 0.4]]);
     let tell = |input: &str, payload: String| {
         listener.client.publish(format!("{DOOR}/{input}"), QoS::AtLeastOnce, false, payload).unwrap();
     };
     tell("card", "card".into());
-    let card = house.message(serde_json::json!({ "card": "04:A2" }));
+    let card = server.message(serde_json::json!({ "card": "04:A2" }));
     tell("card", card.clone());
     tell("card", card);
     listener.hears(&format!("{DOOR}/refused"), |payload| payload.contains("repeated: "));
@@ -241,12 +241,12 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
     for why in ["out of order: ", "late: "] {
         listener.hears(&format!("{DOOR}/refused"), |payload| payload.contains(why));
     }
-    assert_eq!(house.door()["contact"], "shut", "what is refused changes nothing");
-    let number = house.message(serde_json::json!({ "number": 1 }));
+    assert_eq!(server.door()["contact"], "shut", "what is refused changes nothing");
+    let number = server.message(serde_json::json!({ "number": 1 }));
     listener.client.publish(format!("{DOOR}/number"), QoS::AtLeastOnce, false, number).unwrap();
     listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"unlocked\""));
     // A client that comes later hears no order that was given before.
-    drop(house);
+    drop(server);
     drop(publisher);
     let mut late = Listener::new(broker.port);
     late.hears(STATUS, |payload| payload == "offline");
@@ -258,10 +258,10 @@ fn nothing_wrong_that_is_published_is_taken() {
     let Some(program) = mosquitto() else { return };
     let broker = Broker::start(&program);
     let mut listener = Listener::new(broker.port);
-    let house = house::House::new();
-    let doors = &house.doors;
+    let server = door_fixture::DoorServer::new();
+    let doors = &server.doors;
     let settings = Settings { doors: Some(doors.clone()), ..settings(broker.port) };
-    let publisher = Publisher::start(settings, house.frames(), Some(doors.listen()), |_| {}).unwrap();
+    let publisher = Publisher::start(settings, server.frames(), Some(doors.listen()), |_| {}).unwrap();
     const DOOR: &str = "kehai/door/door/front";
     // The publisher has subscribed by the time it publishes.
     listener.hears(DOOR, |payload| payload.contains("\"phase\":\"idle\""));
@@ -269,7 +269,7 @@ fn nothing_wrong_that_is_published_is_taken() {
     let publish = |input: &str, body: &str| {
         client.publish(format!("{DOOR}/{input}"), QoS::AtLeastOnce, false, body).unwrap();
     };
-    house::wrong::changes_nothing(&house, publish, |input, body| {
+    door_fixture::wrong::changes_nothing(&server, publish, |input, body| {
         publish(input, body);
         let refused = listener.next(&format!("{DOOR}/refused"));
         let refused: serde_json::Value = serde_json::from_str(&refused).unwrap();

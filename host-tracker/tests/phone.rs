@@ -2,10 +2,10 @@
 //! page one pixel too wide.
 
 mod chromium;
-mod house;
+mod door_fixture;
 mod http_client;
 
-use house::House;
+use door_fixture::DoorServer;
 
 /// Everything a site may have, under names that no line has room for, with and without places to break them.
 const MORE: &str = "
@@ -66,10 +66,10 @@ fn a_page_one_pixel_too_wide_is_found() {
 #[test]
 fn long_names_fit_a_phone() {
     let Some(mut page) = chromium::start() else { return };
-    let house = House::of(&format!("{}{MORE}", house::SITE));
-    house.people(&[[0.0, 0.4]]);
+    let server = DoorServer::of(&format!("{}{MORE}", door_fixture::SITE));
+    server.people(&[[0.0, 0.4]]);
     page.size(1280, 800, 1);
-    let address = house.server.address();
+    let address = server.server.address();
     page.open(&format!("http://{address}/"));
     page.wait("a person is on the map", "document.querySelectorAll('#map .person.confirmed').length === 1");
     page.fits_a_phone("map with long names");

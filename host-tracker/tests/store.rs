@@ -11,11 +11,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use host_tracker::store::card::CardKey;
-use host_tracker::store::keeper::Event;
 use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::pose::{self, Source};
-use host_tracker::store::raw::{self, RawKeeper};
+use host_tracker::store::raw::{self, RawScanWriter};
 use host_tracker::store::reader::{Reader, Walked};
+use host_tracker::store::row::Event;
 use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
@@ -374,11 +374,11 @@ fn cards_and_raw_scans_have_an_end_of_their_own() {
     store.passed(passage(days_ago(8), Some(key.hash("old").into())));
     store.passed(passage(days_ago(6), Some(key.hash("04A2").into())));
     drop(store);
-    let mut raw = RawKeeper::begin(&folder.file(), "hall", now_ms - 10_000, now_ms - 5000).unwrap();
+    let mut raw = RawScanWriter::begin(&folder.file(), "hall", now_ms - 10_000, now_ms - 5000).unwrap();
     raw.scan(now_ms - 9000, "{\"expired\": 7}".into()).unwrap();
     raw.flush().unwrap();
     drop(raw);
-    let mut raw = RawKeeper::begin(&folder.file(), "left", now_ms, now_ms + 3_600_000).unwrap();
+    let mut raw = RawScanWriter::begin(&folder.file(), "left", now_ms, now_ms + 3_600_000).unwrap();
     raw.scan(now_ms, "{}".into()).unwrap();
     raw.flush().unwrap();
     drop(raw);
@@ -420,7 +420,7 @@ fn raw_scans_that_have_expired_are_deleted_by_whatever_opens_the_database() {
     let folder = Folder::new("expiry");
     let now_ms = unix_ms();
     let request = |module: &str, until_ms: u64| {
-        let mut raw = RawKeeper::begin(&folder.file(), module, now_ms - 10_000, until_ms).unwrap();
+        let mut raw = RawScanWriter::begin(&folder.file(), module, now_ms - 10_000, until_ms).unwrap();
         // Two that arrive in the same millisecond are two.
         for _ in 0..2 {
             raw.scan(now_ms - 9000, "{\"scan\": 1}".into()).unwrap();

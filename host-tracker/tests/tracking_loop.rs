@@ -4,7 +4,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use host_tracker::doors::DoorDesk;
+use host_tracker::doors::DoorHandle;
 use host_tracker::net::tracking::{Parts, TrackingLoop};
 use host_tracker::reports::Reports;
 use kehai::scan::{Geometry, URG_04LX};
@@ -144,7 +144,7 @@ fn sources(folder: &Path, look: &mut impl FnMut(&Path, &str)) {
 #[test]
 fn the_very_first_snapshot_shows_doors_that_have_seen_it() {
     let site: Site = toml::from_str(SITE).unwrap();
-    let doors = DoorDesk::new(&site, None);
+    let doors = DoorHandle::new(&site, None);
     let mut tracking = tracking(&[], Parts { doors: Some(doors), ..Parts::default() });
     let snapshot = tracking.snapshot().unwrap();
     let [door] = snapshot.doors.as_slice() else { panic!("{:?}", snapshot.doors) };

@@ -155,7 +155,7 @@ impl Settings {
         let mut rest = Some(text.as_bytes());
         while let Some(text) = rest {
             let (first, behind) = cut(text, b'\n');
-            changed.take(first).map_err(|fault| BadSetting { line, fault })?;
+            changed.apply(first).map_err(|fault| BadSetting { line, fault })?;
             rest = behind;
             if rest.is_some_and(|rest| !rest.is_empty()) {
                 line = line.saturating_add(1);
@@ -178,7 +178,7 @@ impl Settings {
         while let Some(text) = rest {
             let (first, behind) = cut(text, b'\n');
             let mut changed = settings.clone();
-            match changed.take(first) {
+            match changed.apply(first) {
                 Ok(()) => settings = changed,
                 Err(_) => address_unusable |= matches!(cut(first, b'='), (b"address", _)),
             }
@@ -191,7 +191,7 @@ impl Settings {
     }
 
     /// Applies one line; an empty line changes nothing.
-    fn take(&mut self, line: &[u8]) -> Result<(), SettingFault> {
+    fn apply(&mut self, line: &[u8]) -> Result<(), SettingFault> {
         if line.is_empty() {
             return Ok(());
         }

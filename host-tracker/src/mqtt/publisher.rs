@@ -23,7 +23,7 @@ use super::Broker;
 use super::messages::{Topics, door_input, door_topics};
 use super::outbox::{Outbox, Publication};
 use crate::alarms::TrackerAlarms;
-use crate::doors::DoorDesk;
+use crate::doors::DoorHandle;
 use crate::supervise;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -54,7 +54,7 @@ pub struct Settings {
     /// Where everything goes there.
     pub topics: Topics,
     /// The doors, if there are any: they receive the inputs for them.
-    pub doors: Option<DoorDesk>,
+    pub doors: Option<DoorHandle>,
     /// Told when the thread ends by itself.
     pub alarms: TrackerAlarms,
 }
@@ -200,7 +200,7 @@ struct Session<'a> {
     newest: Arc<Snapshot>,
     /// Where the orders of each door go, also of one that has just gone from the site.
     door_topics: BTreeMap<String, String>,
-    doors: Option<&'a DoorDesk>,
+    doors: Option<&'a DoorHandle>,
 }
 
 impl Session<'_> {
@@ -249,7 +249,7 @@ impl Session<'_> {
                         }
                     }
                     News::Retained(topic) => self.outbox.retained(&topic),
-                    News::Message(topic, payload) => self.take(&topic, &payload),
+                    News::Message(topic, payload) => self.receive(&topic, &payload),
                     News::Ended(reason) => return Some(reason),
                 }
             }
@@ -272,7 +272,7 @@ impl Session<'_> {
     }
 
     /// Passes a message to a door; the door publishes what becomes of it.
-    fn take(&self, topic: &str, payload: &[u8]) {
+    fn receive(&self, topic: &str, payload: &[u8]) {
         let input = door_input(&self.newest, self.outbox.topics(), topic);
         if let Some((doors, (name, input))) = self.doors.zip(input) {
             doors.post(&name, input, payload);

@@ -14,7 +14,7 @@ use std::time::Duration;
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
-use crate::doors::DoorDesk;
+use crate::doors::DoorHandle;
 use crate::net::clock::HostClock;
 use crate::net::discovery::Search;
 use crate::net::networks;
@@ -51,7 +51,7 @@ pub struct Parts {
     /// HTTP connections that were refused.
     pub connections: Connections,
     /// The doors of the site.
-    pub doors: Option<DoorDesk>,
+    pub doors: Option<DoorHandle>,
     /// The calibration under way.
     pub calibration: Calibration,
     /// Listeners for every single report.

@@ -18,7 +18,7 @@ pub(super) struct Taken;
 ///
 /// # Errors
 /// [`Taken`].
-pub(super) fn take(database: &Path) -> Result<Option<Lock>, Taken> {
+pub(super) fn acquire(database: &Path) -> Result<Option<Lock>, Taken> {
     let options = OpenOptions::new().write(true).create(true).truncate(false).clone();
     let Ok(file) = options.open(beside(database, END)) else { return Ok(None) };
     match file.try_lock() {

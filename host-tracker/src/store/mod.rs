@@ -1,7 +1,7 @@
 //! What happened, in a file: paths, counts, events, health. SQLite.
 //!
 //! ```text
-//!   frames ─▶ (queue of 64) ─▶ keeper ─▶ every half second, one transaction ─▶ FILE, FILE-wal
+//!   frames ─▶ (queue of 64) ─▶ recorder ─▶ every half second, one transaction ─▶ FILE, FILE-wal
 //!                                 ▲                 └ fails: an alarm in words, kept, tried again
 //!                                 └ rows until they are written, an hour's at most
 //!
@@ -17,7 +17,6 @@ pub mod card;
 mod connection;
 mod error;
 pub mod export;
-pub mod keeper;
 mod lock;
 mod numbers;
 pub mod path;
@@ -25,7 +24,9 @@ pub mod pose;
 pub mod raw;
 mod raw_rows;
 pub mod reader;
+pub mod recorder;
 mod retention;
+pub mod row;
 mod schema;
 pub mod timeline;
 mod writer;
@@ -38,11 +39,12 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 pub use error::StoreError;
-use keeper::{Event, Keeper};
 use parking_lot::Mutex;
 use pose::Source;
 use reader::Reader;
+use recorder::ChangeRecorder;
 pub use retention::Keep;
+use row::Event;
 pub use schema::Newer;
 use writer::Writer;
 
@@ -108,13 +110,13 @@ impl Store {
     /// state says so, and it is tried again.
     pub fn open(file: &Path, site: &Arc<Site>, keep: Keep) -> Result<Self, StoreError> {
         let now_ms = unix_ms();
-        let mut keeper = Keeper::new(site, now_ms);
+        let mut recorder = ChangeRecorder::new(site, now_ms);
         let taken = |lock::Taken| StoreError::Taken { file: file.to_path_buf() };
-        let mut lock = lock::take(file).map_err(taken)?;
+        let mut lock = lock::acquire(file).map_err(taken)?;
         let writer = match open(file, now_ms, None) {
             Ok((writer, event)) => {
                 lock.iter_mut().for_each(lock::Lock::mark);
-                event.into_iter().for_each(|event| keeper.happened(event));
+                event.into_iter().for_each(|event| recorder.happened(event));
                 Some(writer)
             }
             Err(error) if error.may_pass() => None,
@@ -131,7 +133,7 @@ impl Store {
             writer,
             lock,
             damage: None,
-            keeper,
+            recorder,
             newest: None,
             run: None,
             failed: None,
@@ -255,7 +257,7 @@ struct Work {
     lock: Option<lock::Lock>,
     /// What was found to be wrong with the file itself while it was open.
     damage: Option<String>,
-    keeper: Keeper,
+    recorder: ChangeRecorder,
     newest: Option<Arc<Snapshot>>,
     /// The run's number, while the file is not open.
     run: Option<i64>,
@@ -271,7 +273,7 @@ impl Work {
         loop {
             let ended = match messages.recv_timeout(batch_at.saturating_duration_since(Instant::now())) {
                 Ok(message) => {
-                    self.take(message);
+                    self.handle(message);
                     false
                 }
                 Err(RecvTimeoutError::Timeout) => false,
@@ -298,7 +300,7 @@ impl Work {
 
     fn open(&mut self) {
         if self.lock.is_none() {
-            match lock::take(&self.file) {
+            match lock::acquire(&self.file) {
                 Ok(lock) => self.lock = lock,
                 Err(lock::Taken) => {
                     return self.trouble(&StoreError::Taken { file: self.file.clone() }.to_string());
@@ -308,14 +310,14 @@ impl Work {
         let now_ms = unix_ms();
         if let Some(why) = self.damage.take() {
             match set_aside(&self.file, now_ms, &why) {
-                Ok(event) => self.keeper.happened(event),
+                Ok(event) => self.recorder.happened(event),
                 Err(error) => self.trouble(&error.to_string()),
             }
         }
         match open(&self.file, now_ms, self.run) {
             Ok((writer, event)) => {
                 self.lock.iter_mut().for_each(lock::Lock::mark);
-                event.into_iter().for_each(|event| self.keeper.happened(event));
+                event.into_iter().for_each(|event| self.recorder.happened(event));
                 self.writer = Some(writer);
             }
             Err(error) => self.trouble(&error.to_string()),
@@ -329,29 +331,29 @@ impl Work {
         std::thread::sleep(BATCH);
     }
 
-    fn take(&mut self, message: Message) {
+    fn handle(&mut self, message: Message) {
         match message {
             Message::Snapshot(frame) => {
-                self.keeper.record(&frame);
+                self.recorder.record(&frame);
                 self.newest = Some(frame);
             }
-            Message::Event(event) => self.keeper.happened(event),
-            Message::Passage(passed) => self.keeper.passed(*passed),
-            Message::Site(site, now_ms, source) => self.keeper.set_site(&site, now_ms, source),
+            Message::Event(event) => self.recorder.happened(event),
+            Message::Passage(passed) => self.recorder.passed(*passed),
+            Message::Site(site, now_ms, source) => self.recorder.set_site(&site, now_ms, source),
         }
     }
 
     fn write(&mut self) {
         let Some(writer) = &mut self.writer else { return };
-        let (rows, paths) = self.keeper.rows();
+        let (rows, paths) = self.recorder.rows();
         if rows.is_empty() && paths.is_empty() && self.newest.is_none() {
             return;
         }
         match writer.write(rows, paths, self.newest.as_deref()) {
             Ok(()) => {
-                self.keeper.written();
+                self.recorder.written();
                 self.newest = None;
-                let dropped = self.keeper.dropped();
+                let dropped = self.recorder.dropped();
                 let steady = self.failed.is_none_or(|failed| failed.elapsed() >= STEADY);
                 locked(&self.state, |state| {
                     if steady {

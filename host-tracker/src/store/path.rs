@@ -117,7 +117,9 @@ pub fn decode(bytes: &[u8]) -> Vec<Place> {
     let mut rest = bytes.iter();
     let mut places = Vec::new();
     let mut before = Place { at_ms: 0, x_mm: 0, y_mm: 0, hidden: false };
-    while let (Some(flagged_ms), Some(x), Some(y)) = (take(&mut rest), take(&mut rest), take(&mut rest)) {
+    while let (Some(flagged_ms), Some(x), Some(y)) =
+        (read_number(&mut rest), read_number(&mut rest), read_number(&mut rest))
+    {
         let moved = |from: i32, by: u64| i32::try_from(i64::from(from).saturating_add(unzigzag(by))).ok();
         let (Some(x_mm), Some(y_mm)) = (moved(before.x_mm, x), moved(before.y_mm, y)) else { break };
         let at_ms = before.at_ms.saturating_add(flagged_ms >> 1);
@@ -144,7 +146,7 @@ fn put(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
-fn take<'a>(bytes: &mut impl Iterator<Item = &'a u8>) -> Option<u64> {
+fn read_number<'a>(bytes: &mut impl Iterator<Item = &'a u8>) -> Option<u64> {
     let mut value = 0;
     for shift in (0..64).step_by(7) {
         let byte = *bytes.next()?;

@@ -20,7 +20,7 @@ pub use super::raw_rows::{RawKept, in_words};
 
 /// A request that is being fulfilled.
 #[derive(Debug)]
-pub struct RawKeeper {
+pub struct RawScanWriter {
     file: std::path::PathBuf,
     connection: Connection,
     request: i64,
@@ -28,7 +28,7 @@ pub struct RawKeeper {
     last_ms: u64,
 }
 
-impl RawKeeper {
+impl RawScanWriter {
     /// Begins to keep `module`'s scans in `database`, made if missing, from `now_ms` until `until_ms`; what has
     /// expired is deleted.
     ///

@@ -10,10 +10,11 @@ use rusqlite::{Connection, OpenFlags, Row, params};
 use serde::Serialize;
 
 use super::error::StoreError;
-use super::keeper::{Event, PART_MS};
 use super::numbers::integer;
 use super::path::{Place, decode};
 use super::raw_rows::{self, RawKept};
+use super::recorder::PART_MS;
+use super::row::Event;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::snapshot::Snapshot;

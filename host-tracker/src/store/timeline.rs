@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::keeper::Event;
 use super::reader::{Count, Reader};
+use super::row::Event;
 
 /// Most bins of an overview: more than a wide screen has room for.
 pub const BINS_MAX: usize = 1000;

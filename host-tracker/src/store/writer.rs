@@ -7,11 +7,11 @@ use rusqlite::{Connection, Transaction, params};
 
 use super::connection;
 use super::error::StoreError;
-use super::keeper::{PathRow, Row};
 use super::numbers::integer;
 use super::pose;
 use super::raw_rows::{self, RawKept};
 use super::retention::{DAY_MS, Doubt, Keep, may_delete};
+use super::row::{PathRow, Row};
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::snapshot::Snapshot;
 

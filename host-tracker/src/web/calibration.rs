@@ -40,7 +40,7 @@ pub struct Wish {
 
 /// How far it is.
 pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
-    Json(shared.desk.calibration.status()).into_response()
+    Json(shared.context.calibration.status()).into_response()
 }
 
 /// Does what is wished.
@@ -49,7 +49,7 @@ pub async fn change(State(shared): State<Arc<Shared>>, wish: Result<Json<Wish>, 
         Ok(Json(wish)) => wish,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
     };
-    let calibration = shared.desk.calibration.clone();
+    let calibration = shared.context.calibration.clone();
     match wish.r#do {
         Do::Begin => calibration.begin(),
         Do::GoOn => calibration.go_on(),
@@ -68,10 +68,10 @@ pub async fn change(State(shared): State<Arc<Shared>>, wish: Result<Json<Wish>, 
             if let Some(refusal) = shared.refuse_change() {
                 return refusal;
             }
-            return match shared.desk.site.save_poses(&poses, None, &*shared.desk.changed) {
+            return match shared.context.site.save_poses(&poses, None, &*shared.context.changed) {
                 Ok(revision) => {
                     calibration.stop();
-                    (shared.desk.accepted)(&poses);
+                    (shared.context.accepted)(&poses);
                     Json(json!({ "revision": revision })).into_response()
                 }
                 Err(error) => save_refused(&error),

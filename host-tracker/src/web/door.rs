@@ -31,7 +31,7 @@ const NO_DOORS: &str = "the site has no doors";
 
 /// Every door.
 pub async fn all(State(shared): State<Arc<Shared>>) -> Response {
-    match &shared.desk.doors {
+    match &shared.context.doors {
         Some(doors) => Json(doors.states()).into_response(),
         None => Json(json!([])).into_response(),
     }
@@ -39,7 +39,7 @@ pub async fn all(State(shared): State<Arc<Shared>>) -> Response {
 
 /// One door.
 pub async fn one(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
-    let states = shared.desk.doors.as_ref().map(crate::doors::DoorDesk::states).unwrap_or_default();
+    let states = shared.context.doors.as_ref().map(crate::doors::DoorHandle::states).unwrap_or_default();
     match states.iter().find(|state| state.line.name == name) {
         Some(state) => Json(state).into_response(),
         None => refuse(StatusCode::NOT_FOUND, &Why::NoDoor(name).to_string()),
@@ -52,7 +52,7 @@ pub async fn tell(
     Path((name, input)): Path<(String, String)>,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
-    let Some(doors) = &shared.desk.doors else { return refuse(StatusCode::NOT_FOUND, NO_DOORS) };
+    let Some(doors) = &shared.context.doors else { return refuse(StatusCode::NOT_FOUND, NO_DOORS) };
     let Some(input) = Input::named(&input) else {
         let names = Input::NAMED.map(|(_, name)| name).join(", ");
         return refuse(StatusCode::NOT_FOUND, &format!("a door takes {names}"));

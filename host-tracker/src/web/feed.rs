@@ -27,7 +27,7 @@ struct Envelope<'a> {
 
 /// Makes the texts until the tracker has ended.
 pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>) {
-    let mut frames = shared.desk.frames.clone();
+    let mut frames = shared.context.frames.clone();
     let mut number = 0_u64;
     loop {
         let frame = Arc::clone(&frames.borrow_and_update());

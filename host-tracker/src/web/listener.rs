@@ -69,7 +69,7 @@ fn connected(
     // A connection that has no address any more is closed already.
     let Ok(own) = stream.local_addr() else { return };
     let peer = from.ip().to_canonical();
-    let place = match places.take(peer) {
+    let place = match places.reserve(peer) {
         Ok(place) => place,
         Err(why) => {
             counts.count(why.into());

@@ -63,7 +63,7 @@ use history::History;
 pub use limits::Limits;
 use places::Places;
 pub use places::Shares;
-pub use shared::{Accepted, Desk};
+pub use shared::{Accepted, ServerContext};
 use shared::{Packets, Shared};
 
 /// Where the server listens, and within which bounds.
@@ -95,13 +95,13 @@ impl Server {
     ///
     /// # Errors
     /// An address cannot be had, or no thread.
-    pub fn start(listen: impl Into<Listen>, desk: Desk) -> io::Result<Self> {
+    pub fn start(listen: impl Into<Listen>, context: ServerContext) -> io::Result<Self> {
         let Listen { map, doors, limits } = listen.into();
-        let desk = Arc::new(desk);
+        let context = Arc::new(context);
         let doors =
-            doors.map(|at| Thread::start("door-http", at, limits, &desk, Serves::Doors)).transpose()?;
+            doors.map(|at| Thread::start("door-http", at, limits, &context, Serves::Doors)).transpose()?;
         let beside = doors.as_ref().map(|doors| doors.address);
-        let map = Thread::start("http", map, limits, &desk, Serves::Map { doors_at: beside })?;
+        let map = Thread::start("http", map, limits, &context, Serves::Map { doors_at: beside })?;
         Ok(Self { map, doors })
     }
 
@@ -140,7 +140,7 @@ impl Thread {
         name: &'static str,
         listen: SocketAddr,
         limits: Limits,
-        desk: &Arc<Desk>,
+        context: &Arc<ServerContext>,
         serves: Serves,
     ) -> io::Result<Self> {
         let listener = std::net::TcpListener::bind(listen)?;
@@ -148,13 +148,13 @@ impl Thread {
         let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, mut stopped) = oneshot::channel();
-        let desk = Arc::clone(desk);
+        let context = Arc::clone(context);
         let thread = std::thread::Builder::new().name(name.into()).spawn(move || {
-            supervise::run(name, &desk.alarms, || {
+            supervise::run(name, &context.alarms, || {
                 let listener = listener.try_clone().map_err(|error| error.to_string())?;
                 runtime.block_on(async {
                     tokio::select! {
-                        why = serve(listener, limits, &desk, serves) => Err(why),
+                        why = serve(listener, limits, &context, serves) => Err(why),
                         _ = &mut stopped => Ok(()),
                     }
                 })
@@ -175,11 +175,16 @@ impl Drop for Thread {
 }
 
 /// Why it is no longer served.
-async fn serve(listener: std::net::TcpListener, limits: Limits, desk: &Arc<Desk>, serves: Serves) -> String {
+async fn serve(
+    listener: std::net::TcpListener,
+    limits: Limits,
+    context: &Arc<ServerContext>,
+    serves: Serves,
+) -> String {
     let (packets_in, packets) = watch::channel(Packets::default());
     let shared = Arc::new(Shared {
-        desk: Arc::clone(desk),
-        names: guard::Names::of_this_machine(&desk.names),
+        context: Arc::clone(context),
+        names: guard::Names::of_this_machine(&context.names),
         limits,
         packets,
         history: Mutex::new(History::default()),
@@ -194,7 +199,7 @@ async fn serve(listener: std::net::TcpListener, limits: Limits, desk: &Arc<Desk>
         Serves::Doors => router::doors(),
     };
     let serving =
-        listener::serve(listener, limits, desk.connections.clone(), router::finished(router, &shared));
+        listener::serve(listener, limits, context.connections.clone(), router::finished(router, &shared));
     match serves {
         Serves::Doors => serving.await,
         Serves::Map { .. } => tokio::join!(serving, feed::run(shared, packets_in)).0,

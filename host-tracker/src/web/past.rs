@@ -76,7 +76,7 @@ impl Asked {
 
 /// A long time at a glance.
 pub async fn glance(State(shared): State<Arc<Shared>>, RawQuery(query): RawQuery) -> Response {
-    let site = shared.desk.site.current().site;
+    let site = shared.context.site.current().site;
     answer(&shared, query, OVERVIEW_MS, move |reader, asked| {
         let of = (asked.from_ms, asked.to_ms);
         let found = overview(reader, of, asked.bins as usize, |zone| counts(&site, zone))?;
@@ -127,7 +127,7 @@ async fn answer(
         Ok(asked) => asked,
         Err(why) => return refuse(StatusCode::BAD_REQUEST, &why),
     };
-    let Some(file) = shared.desk.database.clone() else {
+    let Some(file) = shared.context.database.clone() else {
         return Json(json!({ "kept": false })).into_response();
     };
     let reading = tokio::task::spawn_blocking(move || with(&file, |reader| read(reader, asked)));

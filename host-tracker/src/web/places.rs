@@ -76,7 +76,7 @@ impl Places {
     ///
     /// # Errors
     /// [`Taken`].
-    pub fn take(&self, from: IpAddr) -> Result<Place, Taken> {
+    pub fn reserve(&self, from: IpAddr) -> Result<Place, Taken> {
         let whose = whose(from);
         let share = if whose.is_loopback() { self.shares.of_loopback } else { self.shares.of_address };
         let mut taken = self.taken.lock();
@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn f11_no_address_takes_all_places_and_each_comes_back() {
         let places = Places::new(Shares { all: 5, of_address: 2, of_loopback: 3 });
-        let take = |text: &str| places.take(text.parse().unwrap());
+        let take = |text: &str| places.reserve(text.parse().unwrap());
         let first = take("192.168.1.7").unwrap();
         let mut held = vec![take("::ffff:192.168.1.7").unwrap()];
         assert_eq!(take("192.168.1.7").unwrap_err(), Taken::Address(2));

@@ -75,7 +75,7 @@ async fn guarded(
     request: Request,
     next: Next,
 ) -> Response {
-    let counts = &shared.desk.connections;
+    let counts = &shared.context.connections;
     let asks = guard::Asks {
         own: ends.own,
         host: text(request.headers(), header::HOST),
@@ -114,7 +114,7 @@ async fn guarded(
 }
 
 async fn state(State(shared): State<Arc<Shared>>) -> Response {
-    let frame = Arc::clone(&shared.desk.frames.borrow());
+    let frame = Arc::clone(&shared.context.frames.borrow());
     Json(&*frame).into_response()
 }
 
@@ -124,6 +124,6 @@ async fn history(State(shared): State<Arc<Shared>>) -> Response {
 }
 
 async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
-    let frame = Arc::clone(&shared.desk.frames.borrow());
+    let frame = Arc::clone(&shared.context.frames.borrow());
     ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame)).into_response()
 }

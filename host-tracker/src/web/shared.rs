@@ -18,7 +18,7 @@ use super::places::Places;
 use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
-use crate::doors::DoorDesk;
+use crate::doors::DoorHandle;
 use crate::reports::Reports;
 use crate::site_file::SiteFile;
 use kehai_tracking::geometry::Pose;
@@ -29,7 +29,7 @@ use kehai_tracking::snapshot::Snapshot;
 pub type Accepted = Box<dyn Fn(&[(String, Pose)]) + Send + Sync>;
 
 /// What the map needs of the tracker.
-pub struct Desk {
+pub struct ServerContext {
     /// The newest frame.
     pub frames: watch::Receiver<Arc<Snapshot>>,
     /// What is known after each report.
@@ -47,16 +47,19 @@ pub struct Desk {
     /// Names under which a browser may ask for this machine, beside its addresses and its own name.
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
-    pub doors: Option<DoorDesk>,
+    pub doors: Option<DoorHandle>,
     /// Told when the server's thread ends by itself.
     pub alarms: TrackerAlarms,
     /// What is refused is counted here.
     pub connections: Connections,
 }
 
-impl fmt::Debug for Desk {
+impl fmt::Debug for ServerContext {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Desk").field("site", &self.site).field("names", &self.names).finish_non_exhaustive()
+        f.debug_struct("ServerContext")
+            .field("site", &self.site)
+            .field("names", &self.names)
+            .finish_non_exhaustive()
     }
 }
 
@@ -74,14 +77,14 @@ pub struct Packets {
 impl Shared {
     /// The answer to a change of the site, while a door is in use.
     pub(super) fn refuse_change(&self) -> Option<Response> {
-        let in_use = self.desk.doors.as_ref()?.may_change_site().err()?;
+        let in_use = self.context.doors.as_ref()?.may_change_site().err()?;
         Some(refuse(StatusCode::CONFLICT, &in_use.to_string()))
     }
 }
 
 /// What all requests share.
 pub(super) struct Shared {
-    pub(super) desk: Arc<Desk>,
+    pub(super) context: Arc<ServerContext>,
     pub(super) names: Names,
     pub(super) limits: Limits,
     pub(super) packets: watch::Receiver<Packets>,

@@ -35,7 +35,7 @@ struct Change {
 
 /// The site in use.
 pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
-    let kept = shared.desk.site.current();
+    let kept = shared.context.site.current();
     Json(json!({ "revision": kept.revision, "file": &*kept.name, "site": &*kept.site, "toml": &*kept.text }))
         .into_response()
 }
@@ -54,11 +54,11 @@ pub async fn change(
         Ok(change) => change,
         Err((status, why)) => return refuse(status, &why),
     };
-    let desk = &shared.desk;
+    let context = &shared.context;
     if let Some(refusal) = shared.refuse_change() {
         return refusal;
     }
-    match desk.site.save(change.site, change.revision, &*desk.changed) {
+    match context.site.save(change.site, change.revision, &*context.changed) {
         Ok(revision) => Json(json!({ "revision": revision })).into_response(),
         Err(error) => save_refused(&error),
     }

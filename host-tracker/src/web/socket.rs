@@ -52,10 +52,10 @@ pub async fn open(
         Ok(upgrade) => upgrade,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
     };
-    let place = match shared.browsers.take(ends.peer) {
+    let place = match shared.browsers.reserve(ends.peer) {
         Ok(place) => place,
         Err(why) => {
-            shared.desk.connections.count(why.into());
+            shared.context.connections.count(why.into());
             return refuse(StatusCode::SERVICE_UNAVAILABLE, &why.to_string());
         }
     };
@@ -64,7 +64,7 @@ pub async fn open(
         // Its places are free before it is counted.
         drop((socket, place, ends));
         if matches!(gone, Err(Gone::Silent)) {
-            shared.desk.connections.count(Cause::Unread);
+            shared.context.connections.count(Cause::Unread);
         }
     })
 }
@@ -79,7 +79,7 @@ enum Gone {
 
 async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
     let mut packets = shared.packets.clone();
-    let mut site = shared.desk.site.revisions();
+    let mut site = shared.context.site.revisions();
     packets.mark_changed();
     site.mark_changed();
     let (mut wanted, mut fields_number) = (true, 0);
@@ -120,7 +120,7 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
                 Some(Ok(Message::Text(text))) => match serde_json::from_str::<Wish>(&text) {
                     Ok(wish) => {
                         wanted = wish.frames;
-                        reports = wish.reports.then(|| reports.unwrap_or_else(|| shared.desk.reports.listen()));
+                        reports = wish.reports.then(|| reports.unwrap_or_else(|| shared.context.reports.listen()));
                     }
                     Err(error) => complain(socket, &error.to_string()).await?,
                 },

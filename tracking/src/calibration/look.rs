@@ -24,7 +24,7 @@ impl Walk {
     /// Takes what a module saw in one scan.
     pub fn observe(&mut self, observation: &Observation) {
         let module = observation.view.module;
-        self.take(module, observation.start_s, look(observation, module));
+        self.extend(module, observation.start_s, look(observation, module));
     }
 }
 

@@ -77,7 +77,7 @@ impl Walk {
     }
 
     /// Takes what a module saw in one scan that began at `start_s`.
-    pub(super) fn take(&mut self, module: usize, start_s: f64, scan: Scan) {
+    pub(super) fn extend(&mut self, module: usize, start_s: f64, scan: Scan) {
         let Some(scans) = self.scans.get_mut(module) else { return };
         let slot = (start_s / SLOT_S).floor() as i64;
         if matches!(scan, Scan::Several) {

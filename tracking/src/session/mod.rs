@@ -130,7 +130,7 @@ impl Session {
     /// # Errors
     /// It is not, and why.
     pub fn admit(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Result<(), gate::Refusal> {
-        let kind = self.subscription.take(&datagram.message, now_us);
+        let kind = self.subscription.consume(&datagram.message, now_us);
         self.gate.admit(datagram.header.identity.boot, kind, now_us)
     }
 

@@ -67,7 +67,7 @@ impl Outstanding {
     }
 
     /// The same; the request is answered by it.
-    pub fn take(&mut self, message: &Message<'_>, now_us: u64) -> Kind {
+    pub fn consume(&mut self, message: &Message<'_>, now_us: u64) -> Kind {
         let kind = self.kind(message, now_us);
         if let Some(answered) = answer_to(message) {
             self.0.retain(|asked| !asked.fits(answered, now_us));
@@ -128,11 +128,11 @@ mod tests {
         outstanding.note(8, Request::Info, 500);
         let cookie = Message::Cookie { request_id: 8, t1: 500_u64.to_le_bytes(), cookie: Cookie([1; 8]) };
         for forged in [subscribed(6, 500), subscribed(7, 0), subscribed(8, 500), cookie] {
-            assert_eq!(outstanding.take(&forged, 600), Kind::Unasked, "{forged:?}");
+            assert_eq!(outstanding.consume(&forged, 600), Kind::Unasked, "{forged:?}");
         }
         assert_eq!(outstanding.kind(&subscribed(7, 500), 500 + ANSWER_US + 1), Kind::Unasked, "too late");
-        assert_eq!(outstanding.take(&subscribed(7, 500), 600), Kind::Answer);
-        assert_eq!(outstanding.take(&subscribed(7, 500), 600), Kind::Unasked, "it was answered before");
+        assert_eq!(outstanding.consume(&subscribed(7, 500), 600), Kind::Answer);
+        assert_eq!(outstanding.consume(&subscribed(7, 500), 600), Kind::Unasked, "it was answered before");
     }
 
     #[test]

@@ -95,8 +95,8 @@ impl Subscription {
     }
 
     /// The same; the request is answered by it.
-    pub fn take(&mut self, message: &Message<'_>, now_us: u64) -> Kind {
-        self.outstanding.take(message, now_us)
+    pub fn consume(&mut self, message: &Message<'_>, now_us: u64) -> Kind {
+        self.outstanding.consume(message, now_us)
     }
 
     /// What answers a request of `other` answers one of this, too: both ask the same device.

@@ -40,7 +40,7 @@ impl Guard {
     }
 
     /// What is wrong once these have arrived.
-    fn take(&mut self, arrivals: &[Arrival], now_s: f64) -> Vec<(usize, Finding)> {
+    fn observe(&mut self, arrivals: &[Arrival], now_s: f64) -> Vec<(usize, Finding)> {
         for arrival in arrivals {
             if let Some(observation) = self.sessions.receive(&arrival.bytes, arrival.at_us) {
                 self.watch.observe(&observation);
@@ -67,7 +67,7 @@ pub fn quiet(name: &str, file: &str, people: Option<usize>, seed: u64) -> Result
     let mut guard = Guard::new(&scene.site);
     let mut said = Vec::new();
     for tick in 0..(run.world().duration_s() * 1e6) as u64 / TICK_US {
-        let found = guard.take(&run.until(tick * TICK_US)?, tick as f64 * TICK_US as f64 * 1e-6);
+        let found = guard.observe(&run.until(tick * TICK_US)?, tick as f64 * TICK_US as f64 * 1e-6);
         said.extend(found.first().copied().filter(|_| said.is_empty()));
     }
     let wrong = said.first().map(|(module, finding)| format!("{module}: {finding:?}"));
@@ -100,7 +100,7 @@ pub fn mishap(room: &str, what: &str, mishap: Mishap, seed: u64) -> Result<Watch
     for tick in 0..((from_s + WAITS_S) * 1e6) as u64 / TICK_US {
         let now_s = tick as f64 * TICK_US as f64 * 1e-6;
         let arrivals: Result<Vec<Arrival>, Fault> = run.until(tick * TICK_US);
-        for (module, finding) in guard.take(&arrivals?, now_s) {
+        for (module, finding) in guard.observe(&arrivals?, now_s) {
             if module == mishap.module && now_s >= from_s {
                 result.named_s = result.named_s.or(Some(now_s - from_s));
             } else if result.wrong.is_none() {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_tracker::net::client::Reaction;
-use host_tracker::store::raw::RawKeeper;
+use host_tracker::store::raw::RawScanWriter;
 use kehai::wire::{Message, RawPart, Request};
 use kehai_tracking::snapshot::unix_ms;
 use serde::Serialize;
@@ -123,8 +123,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let module = client.ask(Request::Info, |_, message| name(message))?;
     let begun_ms = unix_ms();
     let until_ms = begun_ms + arguments.keep_hours * 3_600_000;
-    let keeper = |file: &PathBuf| RawKeeper::begin(file, &module, begun_ms, until_ms);
-    let mut keeper = arguments.db.as_ref().map(keeper).transpose()?;
+    let writer = |file: &PathBuf| RawScanWriter::begin(file, &module, begun_ms, until_ms);
+    let mut writer = arguments.db.as_ref().map(writer).transpose()?;
     client.subscribe()?;
     let seconds = arguments.seconds;
     client
@@ -140,14 +140,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         scans += 1;
         let line = serde_json::to_string(&scan).map_err(io::Error::other);
-        let done = line.and_then(|line| match &mut keeper {
-            Some(keeper) => keeper.scan(unix_ms(), line).map_err(io::Error::other),
+        let done = line.and_then(|line| match &mut writer {
+            Some(writer) => writer.scan(unix_ms(), line).map_err(io::Error::other),
             None => writeln!(out, "{line}"),
         });
         done.err().map(Reaction::Done)
     })?;
-    if let Some(keeper) = &mut keeper {
-        keeper.flush()?;
+    if let Some(writer) = &mut writer {
+        writer.flush()?;
     }
     drop(out);
     match stopped {

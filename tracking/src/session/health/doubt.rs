@@ -58,7 +58,7 @@ impl Doubt {
     }
 
     /// Adds a report; a report older than the newest changes nothing.
-    pub fn take(&mut self, report: &Report<'_>) {
+    pub fn update(&mut self, report: &Report<'_>) {
         let stamp_us = report.head.stamp_us;
         if self.stamp_us.is_some_and(|last_us| stamp_us <= last_us) {
             return;
@@ -163,7 +163,7 @@ pub(super) mod tests {
 
     fn feed(doubt: &mut Doubt, from_s: u32, to_s: u32, candidates: &[Candidate], spans: &[UnseenSpan]) {
         for tenth in 10 * from_s..10 * to_s {
-            doubt.take(&report(f64::from(tenth) * 0.1, candidates, spans));
+            doubt.update(&report(f64::from(tenth) * 0.1, candidates, spans));
         }
     }
 
@@ -216,7 +216,7 @@ pub(super) mod tests {
         let mut doubt = Doubt::new(geometry());
         let mut none = report(1.0, &[], &[]);
         none.head.background_version = 0;
-        doubt.take(&none);
+        doubt.update(&none);
         assert_eq!(doubt.unseen_share(), 1.0);
         assert_eq!(doubt.lost_rad().0, 0.0);
     }

@@ -121,7 +121,7 @@ impl Monitor {
             self.newest = Some(Newest { stamp_us: report.head.stamp_us, at_us: now_us });
         }
         if let Some(doubt) = &mut self.doubt {
-            doubt.take(report);
+            doubt.update(report);
         }
     }
 

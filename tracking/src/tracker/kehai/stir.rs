@@ -40,7 +40,7 @@ struct Before {
 
 impl Stirring {
     /// Takes a candidate.
-    pub fn take(&mut self, seen: &Detection, module: usize) {
+    pub fn update(&mut self, seen: &Detection, module: usize) {
         let static_ds = seen.candidate.static_ds;
         let is_leg = seen.candidate.narrow && seen.is_whole();
         if static_ds >= THING_DS || is_leg {

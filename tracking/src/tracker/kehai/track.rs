@@ -178,7 +178,7 @@ impl Track {
             self.motion.update(seen.at_s, centre, noise);
         }
         self.last_hit_s = self.last_hit_s.max(seen.at_s);
-        self.stirring.take(seen, module);
+        self.stirring.update(seen, module);
         if seen.candidate.static_ds >= STILL_DS && seen.width_m < THIN_M {
             self.still_s = self.last_hit_s;
         }

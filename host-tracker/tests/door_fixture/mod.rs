@@ -15,10 +15,10 @@ use std::time::{Duration, Instant};
 use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
-use host_tracker::doors::{DoorDesk, Watchdog};
+use host_tracker::doors::{DoorHandle, Watchdog};
 use host_tracker::reports::Reports;
 use host_tracker::site_file::SiteFile;
-use host_tracker::web::{Desk, Server};
+use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::follower::Estimate;
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -51,8 +51,8 @@ const LATE: Duration = Duration::from_millis(500);
 /// A hundred times what a loaded machine needs.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-pub struct House {
-    pub doors: DoorDesk,
+pub struct DoorServer {
+    pub doors: DoorHandle,
     watchdog: Option<Watchdog>,
     pub server: Server,
     /// The people's positions, m.
@@ -66,7 +66,7 @@ pub struct House {
     _folder: tempfile::TempDir,
 }
 
-impl House {
+impl DoorServer {
     pub fn new() -> Self {
         Self::of(SITE)
     }
@@ -74,14 +74,14 @@ impl House {
     /// A site with more in it than [`SITE`].
     pub fn of(site: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("house.toml");
+        let path = folder.path().join("server.toml");
         std::fs::write(&path, site).unwrap();
         let file = SiteFile::load(&path).unwrap();
         let (newest_in, newest) = watch::channel(Arc::default());
         let passed = Arc::new(Mutex::new(Duration::ZERO));
         let time = Arc::clone(&passed);
         let clock = Box::new(move || time.lock().unwrap().as_secs_f64());
-        let doors = DoorDesk::timed(clock, &file.current().site, None);
+        let doors = DoorHandle::timed(clock, &file.current().site, None);
         let watchdog = Some(Watchdog::start(doors.clone(), TrackerAlarms::default()).unwrap());
         let observed = doors.clone();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
@@ -107,7 +107,7 @@ impl House {
                 std::thread::sleep(STEP);
             }
         });
-        let desk = Desk {
+        let context = ServerContext {
             frames: newest,
             reports: Reports::default(),
             site: file,
@@ -120,7 +120,7 @@ impl House {
             alarms: TrackerAlarms::default(),
             connections: Connections::default(),
         };
-        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), desk).unwrap();
+        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));
         Self { doors, watchdog, server, people, ids, more, stop, dead, feeding, _folder: folder }
     }
@@ -198,7 +198,7 @@ impl House {
     }
 }
 
-impl Drop for House {
+impl Drop for DoorServer {
     fn drop(&mut self) {
         self.watchdog = None;
         self.stop.store(true, Ordering::Relaxed);

@@ -12,7 +12,7 @@
 use kehai_tracking::snapshot::unix_ms;
 use serde_json::{Value, json};
 
-use super::House;
+use super::DoorServer;
 
 /// The number of each input's message that is taken.
 const TAKEN: u64 = 5;
@@ -22,7 +22,7 @@ const OLD: &str = "what is acknowledged is not what is said now";
 
 /// `tell` hands in a message that is taken; `refuses` one that is not, and gives the words that came back.
 pub fn changes_nothing(
-    house: &House,
+    server: &DoorServer,
     mut tell: impl FnMut(&str, &str),
     mut refuses: impl FnMut(&str, &str) -> String,
 ) {
@@ -33,12 +33,12 @@ pub fn changes_nothing(
         body.to_string()
     };
     let mut refused = |input: &str, message: &str, why: &str| {
-        let before = house.still();
+        let before = server.still();
         let words = refuses(input, message);
         assert!(words.starts_with(why), "{input}: {message}: {words}, not {why}");
-        let then = house.door()["unix_ms"].clone();
-        house.waits_until("the next look", |door| door["unix_ms"] != then);
-        assert_eq!(house.still(), before, "{input}: {message}: {words}");
+        let then = server.door()["unix_ms"].clone();
+        server.waits_until("the next look", |door| door["unix_ms"] != then);
+        assert_eq!(server.still(), before, "{input}: {message}: {words}");
     };
     // Before anything is taken, and again afterwards: what is refused does not count.
     let mut first = |input: &str, body: Value| {
@@ -58,9 +58,9 @@ pub fn changes_nothing(
         refused(input, &stamped(&body, TAKEN, now_ms - 60_000), "late: ");
         refused(input, &stamped(&body, TAKEN, now_ms + 60_000), "its time is ");
     };
-    house.waits_for("idle");
-    house.people(&[[0.0, 0.4]]);
-    let locked = house.door()["lock_id"].as_u64().unwrap();
+    server.waits_for("idle");
+    server.people(&[[0.0, 0.4]]);
+    let locked = server.door()["lock_id"].as_u64().unwrap();
     let (shut, open) = (json!({ "contact": "shut" }), json!({ "contact": "open" }));
     let (card, other) = (json!({ "card": "04:A2" }), json!({ "card": "04:A3" }));
     let (two, one) = (json!({ "number": 2 }), json!({ "number": 1 }));
@@ -69,14 +69,14 @@ pub fn changes_nothing(
     first("lock/taken", taken(locked));
     first("card", card.clone());
     tell("contact", &stamped(&shut, TAKEN, unix_ms()));
-    house.waits_until("the leaf is shut", |door| door["contact"] == "shut");
+    server.waits_until("the leaf is shut", |door| door["contact"] == "shut");
     tell("lock/taken", &stamped(&taken(locked), TAKEN, unix_ms()));
-    house.waits_until("the lock is locked", |door| door["lock_taken"] == true);
+    server.waits_until("the lock is locked", |door| door["lock_taken"] == true);
     tell("card", &stamped(&card, TAKEN, unix_ms()));
-    house.waits_for("asked");
+    server.waits_for("asked");
     first("number", one.clone());
     tell("number", &stamped(&two, TAKEN, unix_ms()));
-    house.waits_until("two is not one", |door| door["phase"] == "asked" && door["tries_left"] == 2);
+    server.waits_until("two is not one", |door| door["phase"] == "asked" && door["tries_left"] == 2);
     let mut again = |input: &str, body: &Value| {
         let now_ms = unix_ms();
         refused(input, &stamped(body, TAKEN, now_ms), "repeated: ");
@@ -86,10 +86,10 @@ pub fn changes_nothing(
     again("contact", &open);
     again("card", &other);
     tell("number", &stamped(&one, TAKEN + 2, unix_ms()));
-    let unlocked = house.waits_for("unlocked")["lock_id"].as_u64().unwrap();
+    let unlocked = server.waits_for("unlocked")["lock_id"].as_u64().unwrap();
     assert_ne!(unlocked, locked);
     refused("lock/taken", &taken(locked).to_string(), OLD);
-    assert_eq!(house.door()["lock_taken"], false, "the lock has not said that it is unlocked");
+    assert_eq!(server.door()["lock_taken"], false, "the lock has not said that it is unlocked");
     tell("lock/taken", &stamped(&taken(unlocked), TAKEN + 2, unix_ms()));
-    house.waits_until("the lock is unlocked", |door| door["lock_taken"] == true);
+    server.waits_until("the lock is unlocked", |door| door["lock_taken"] == true);
 }

@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::card::CardHash;
 use super::path::{Path, Place, encode};
 use super::pose::{PoseRow, Source};
+use super::row::{Event, PathRow, Row};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::geometry::{Point, distance_to_segment, inside};
@@ -39,70 +40,6 @@ const COUNT_MS: u64 = 1000;
 /// are dropped, and counted.
 const ROWS_MAX: usize = 50_000;
 
-/// Something to be kept, beside paths.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Row {
-    /// How many people are in a zone from now on.
-    Count {
-        /// Its name.
-        zone: String,
-        /// ms since 1970.
-        at_ms: u64,
-        /// People.
-        count: u32,
-        /// How far that can be trusted.
-        state: ZoneKnown,
-    },
-    /// Something happened.
-    Event(Event),
-    /// A group went through a door, or did not.
-    Passage(Box<Passed>),
-    /// How a module was.
-    Health {
-        /// ms since 1970.
-        at_ms: u64,
-        /// The module.
-        module: Box<ModuleLine>,
-    },
-    /// Where a module is from now on.
-    Pose(PoseRow),
-    /// The card of a passage, kept for a time of its own.
-    Card {
-        /// When the passage began, ms since 1970.
-        at_ms: u64,
-        /// The door's name.
-        place: String,
-        /// What may be kept of the card.
-        hash: CardHash,
-    },
-}
-
-/// A part of a person's path; it replaces what was written of that part before.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PathRow {
-    /// Its first time, ms since 1970.
-    pub begun_ms: u64,
-    /// Its last.
-    pub ended_ms: u64,
-    /// As [`encode`] makes them.
-    pub points: Vec<u8>,
-}
-
-/// Something that happened.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Event {
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// `started`, `restored`, `discarded`, `enter`, `leave`, `alarm`, `cleared`, `state`, `passage`, `door-alarm`.
-    pub kind: String,
-    /// Zone or module.
-    pub subject: String,
-    /// The track, if the event is about one.
-    pub track: Option<u64>,
-    /// In words.
-    pub text: String,
-}
-
 #[derive(Debug)]
 struct Walk {
     part: u32,
@@ -123,7 +60,7 @@ struct Known {
 
 /// Keeps what frames say.
 #[derive(Debug, Default)]
-pub struct Keeper {
+pub struct ChangeRecorder {
     zones: Vec<(String, Vec<Point>)>,
     walks: BTreeMap<u64, Walk>,
     /// And when that was kept, ms since 1970.
@@ -136,13 +73,13 @@ pub struct Keeper {
     dropped: u64,
 }
 
-impl Keeper {
+impl ChangeRecorder {
     /// One for this site, as its file says at `now_ms`.
     #[must_use]
     pub fn new(site: &Site, now_ms: u64) -> Self {
-        let mut keeper = Self::default();
-        keeper.set_site(site, now_ms, Source::File);
-        keeper
+        let mut recorder = Self::default();
+        recorder.set_site(site, now_ms, Source::File);
+        recorder
     }
 
     /// Sets the site, which has changed at `now_ms`, and the source of the change.
@@ -346,154 +283,4 @@ impl Walk {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use kehai_tracking::alarm::AlarmLine;
-    use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneLine};
-    use kehai_tracking::snapshot::{DeviceEvent, EventLine};
-
-    fn site() -> Site {
-        toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]").unwrap()
-    }
-
-    fn track(id: u64, x: f64) -> TrackLine {
-        let text = format!("{{\"id\":{id},\"x\":{x},\"y\":1.0,\"state\":\"confirmed\"}}");
-        serde_json::from_str(&text).unwrap()
-    }
-
-    fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Snapshot {
-        Snapshot::of(unix_ms, TracksLine { tracks, ..TracksLine::default() })
-    }
-
-    #[test]
-    fn whoever_walks_through_a_zone_enters_it_and_leaves_it() {
-        let mut keeper = Keeper::new(&site(), 0);
-        for tenth in 0..60 {
-            keeper.record(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));
-        }
-        keeper.record(&frame(8000, vec![]));
-        let (rows, paths) = keeper.rows();
-        let events: Vec<&str> = rows
-            .iter()
-            .filter_map(|row| match row {
-                Row::Event(event) if event.track == Some(7) && event.subject == "hall" => Some(&*event.kind),
-                _ => None,
-            })
-            .collect();
-        assert_eq!(events, ["enter", "leave"]);
-        let path = &paths[&(7, 0)];
-        assert_eq!((path.begun_ms, path.ended_ms), (1000, 6900));
-        assert_eq!(super::super::path::decode(&path.points).len(), 2);
-    }
-
-    #[test]
-    fn what_was_not_written_is_handed_out_again_and_nothing_twice() {
-        let mut keeper = Keeper::new(&site(), 0);
-        keeper.record(&frame(1000, vec![track(1, 1.0)]));
-        let before = (keeper.rows().0.to_vec(), keeper.rows().1.clone());
-        assert_eq!((keeper.rows().0.to_vec(), keeper.rows().1.clone()), before);
-        keeper.written();
-        assert!(keeper.rows().0.is_empty() && keeper.rows().1.is_empty());
-        keeper.record(&frame(1100, vec![track(1, 1.0)]));
-        assert_eq!(keeper.rows().1.len(), 1, "the open part, longer than before");
-    }
-
-    #[test]
-    fn a_long_stay_is_parts_that_meet() {
-        let mut keeper = Keeper::new(&site(), 0);
-        for second in 0..700 {
-            keeper.record(&frame(1000 * second, vec![track(1, 1.0)]));
-        }
-        let spans: Vec<_> = keeper.rows().1.values().map(|row| (row.begun_ms, row.ended_ms)).collect();
-        assert_eq!(spans, [(0, 300_000), (300_000, 600_000), (600_000, 699_000)]);
-    }
-
-    #[test]
-    fn counts_and_alarms_are_kept_when_they_change() {
-        let mut keeper = Keeper::new(&site(), 0);
-        for second in 0..10_u64 {
-            let mut frame = frame(1000 * second, vec![]);
-            let (count, state) = (u32::from(second > 4), ZoneKnown::Known);
-            frame.line.zones.insert("hall".into(), ZoneLine { count, p: vec![], seen_share: 1.0, state });
-            let alarm = AlarmLine::new(AlarmKind::Silent, "no datagram for 3 s");
-            let alarms = if (3..6).contains(&second) { vec![alarm] } else { vec![] };
-            frame.modules.push(ModuleLine { name: "left".into(), alarms, ..ModuleLine::default() });
-            keeper.record(&frame);
-        }
-        let (rows, _) = keeper.rows();
-        let counts = rows.iter().filter(|row| matches!(row, Row::Count { .. })).count();
-        let kinds: Vec<&str> = rows
-            .iter()
-            .filter_map(|row| if let Row::Event(event) = row { Some(&*event.kind) } else { None })
-            .collect();
-        assert_eq!((counts, kinds), (2, vec!["state", "alarm", "cleared"]));
-    }
-
-    #[test]
-    fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
-        let mut keeper = Keeper::new(&site(), 0);
-        let event =
-            |boot, number, kind, ago_s| EventLine { boot, number, ago_s, kind, ..EventLine::default() };
-        let frames = [
-            (1000, vec![event(1, 1, DeviceEvent::Learned, 0.5)]),
-            (1100, vec![event(1, 1, DeviceEvent::Learned, 0.6), event(1, 2, DeviceEvent::Absorbed, 0.0)]),
-            (9000, vec![event(2, 1, DeviceEvent::LearnStarted, 0.0)]),
-        ];
-        for (unix_ms, events) in frames {
-            let module = ModuleLine { name: "left".into(), events, ..ModuleLine::default() };
-            keeper.record(&Snapshot { modules: vec![module], ..frame(unix_ms, vec![]) });
-        }
-        let kept: Vec<(u64, &str, &str)> = keeper
-            .rows()
-            .0
-            .iter()
-            .filter_map(|row| if let Row::Event(event) = row { Some(event) } else { None })
-            .map(|event| (event.at_ms, &*event.kind, &*event.subject))
-            .collect();
-        assert_eq!(
-            kept,
-            [
-                (1000, "state", "left"),
-                (500, "learned", "left"),
-                (1100, "absorbed", "left"),
-                (9000, "learn-started", "left")
-            ]
-        );
-    }
-
-    #[test]
-    fn a_module_s_place_is_kept_when_it_changes_and_by_whom() {
-        let mut site = site();
-        site.modules = vec![toml::from_str("name = \"left\"\nx = 1.0\ny = 2.0").unwrap()];
-        let mut keeper = Keeper::new(&site, 1000);
-        keeper.set_site(&site, 2000, Source::Map);
-        site.modules[0].yaw_deg = 45.0;
-        keeper.set_site(&site, 3000, Source::Map);
-        let poses: Vec<(u64, f64, Source)> = keeper
-            .rows()
-            .0
-            .iter()
-            .filter_map(|row| match row {
-                Row::Pose(pose) => Some((pose.at_ms, pose.yaw_deg, pose.source)),
-                _ => None,
-            })
-            .collect();
-        assert_eq!(poses, [(1000, 0.0, Source::File), (3000, 45.0, Source::Map)]);
-    }
-
-    #[test]
-    fn a_database_that_cannot_be_written_for_long_costs_rows_and_says_how_many() {
-        let mut keeper = Keeper::new(&site(), 0);
-        for number in 0..ROWS_MAX as u64 + 10 {
-            keeper.happened(Event {
-                at_ms: number,
-                kind: "state".into(),
-                subject: String::new(),
-                track: None,
-                text: String::new(),
-            });
-        }
-        keeper.record(&frame(1, vec![]));
-        assert_eq!((keeper.rows().0.len(), keeper.dropped()), (ROWS_MAX, 10));
-    }
-}
+mod tests;

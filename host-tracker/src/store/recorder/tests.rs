@@ -1,0 +1,150 @@
+//! Which rows frames become, and that none is lost or kept twice.
+
+use super::*;
+use kehai_tracking::alarm::AlarmLine;
+use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneLine};
+use kehai_tracking::snapshot::{DeviceEvent, EventLine};
+
+fn site() -> Site {
+    toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]").unwrap()
+}
+
+fn track(id: u64, x: f64) -> TrackLine {
+    let text = format!("{{\"id\":{id},\"x\":{x},\"y\":1.0,\"state\":\"confirmed\"}}");
+    serde_json::from_str(&text).unwrap()
+}
+
+fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Snapshot {
+    Snapshot::of(unix_ms, TracksLine { tracks, ..TracksLine::default() })
+}
+
+#[test]
+fn whoever_walks_through_a_zone_enters_it_and_leaves_it() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    for tenth in 0..60 {
+        recorder.record(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));
+    }
+    recorder.record(&frame(8000, vec![]));
+    let (rows, paths) = recorder.rows();
+    let events: Vec<&str> = rows
+        .iter()
+        .filter_map(|row| match row {
+            Row::Event(event) if event.track == Some(7) && event.subject == "hall" => Some(&*event.kind),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(events, ["enter", "leave"]);
+    let path = &paths[&(7, 0)];
+    assert_eq!((path.begun_ms, path.ended_ms), (1000, 6900));
+    assert_eq!(super::super::path::decode(&path.points).len(), 2);
+}
+
+#[test]
+fn what_was_not_written_is_handed_out_again_and_nothing_twice() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&frame(1000, vec![track(1, 1.0)]));
+    let before = (recorder.rows().0.to_vec(), recorder.rows().1.clone());
+    assert_eq!((recorder.rows().0.to_vec(), recorder.rows().1.clone()), before);
+    recorder.written();
+    assert!(recorder.rows().0.is_empty() && recorder.rows().1.is_empty());
+    recorder.record(&frame(1100, vec![track(1, 1.0)]));
+    assert_eq!(recorder.rows().1.len(), 1, "the open part, longer than before");
+}
+
+#[test]
+fn a_long_stay_is_parts_that_meet() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    for second in 0..700 {
+        recorder.record(&frame(1000 * second, vec![track(1, 1.0)]));
+    }
+    let spans: Vec<_> = recorder.rows().1.values().map(|row| (row.begun_ms, row.ended_ms)).collect();
+    assert_eq!(spans, [(0, 300_000), (300_000, 600_000), (600_000, 699_000)]);
+}
+
+#[test]
+fn counts_and_alarms_are_kept_when_they_change() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    for second in 0..10_u64 {
+        let mut frame = frame(1000 * second, vec![]);
+        let (count, state) = (u32::from(second > 4), ZoneKnown::Known);
+        frame.line.zones.insert("hall".into(), ZoneLine { count, p: vec![], seen_share: 1.0, state });
+        let alarm = AlarmLine::new(AlarmKind::Silent, "no datagram for 3 s");
+        let alarms = if (3..6).contains(&second) { vec![alarm] } else { vec![] };
+        frame.modules.push(ModuleLine { name: "left".into(), alarms, ..ModuleLine::default() });
+        recorder.record(&frame);
+    }
+    let (rows, _) = recorder.rows();
+    let counts = rows.iter().filter(|row| matches!(row, Row::Count { .. })).count();
+    let kinds: Vec<&str> = rows
+        .iter()
+        .filter_map(|row| if let Row::Event(event) = row { Some(&*event.kind) } else { None })
+        .collect();
+    assert_eq!((counts, kinds), (2, vec!["state", "alarm", "cleared"]));
+}
+
+#[test]
+fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    let event = |boot, number, kind, ago_s| EventLine { boot, number, ago_s, kind, ..EventLine::default() };
+    let frames = [
+        (1000, vec![event(1, 1, DeviceEvent::Learned, 0.5)]),
+        (1100, vec![event(1, 1, DeviceEvent::Learned, 0.6), event(1, 2, DeviceEvent::Absorbed, 0.0)]),
+        (9000, vec![event(2, 1, DeviceEvent::LearnStarted, 0.0)]),
+    ];
+    for (unix_ms, events) in frames {
+        let module = ModuleLine { name: "left".into(), events, ..ModuleLine::default() };
+        recorder.record(&Snapshot { modules: vec![module], ..frame(unix_ms, vec![]) });
+    }
+    let kept: Vec<(u64, &str, &str)> = recorder
+        .rows()
+        .0
+        .iter()
+        .filter_map(|row| if let Row::Event(event) = row { Some(event) } else { None })
+        .map(|event| (event.at_ms, &*event.kind, &*event.subject))
+        .collect();
+    assert_eq!(
+        kept,
+        [
+            (1000, "state", "left"),
+            (500, "learned", "left"),
+            (1100, "absorbed", "left"),
+            (9000, "learn-started", "left")
+        ]
+    );
+}
+
+#[test]
+fn a_module_s_place_is_kept_when_it_changes_and_by_whom() {
+    let mut site = site();
+    site.modules = vec![toml::from_str("name = \"left\"\nx = 1.0\ny = 2.0").unwrap()];
+    let mut recorder = ChangeRecorder::new(&site, 1000);
+    recorder.set_site(&site, 2000, Source::Map);
+    site.modules[0].yaw_deg = 45.0;
+    recorder.set_site(&site, 3000, Source::Map);
+    let poses: Vec<(u64, f64, Source)> = recorder
+        .rows()
+        .0
+        .iter()
+        .filter_map(|row| match row {
+            Row::Pose(pose) => Some((pose.at_ms, pose.yaw_deg, pose.source)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(poses, [(1000, 0.0, Source::File), (3000, 45.0, Source::Map)]);
+}
+
+#[test]
+fn a_database_that_cannot_be_written_for_long_costs_rows_and_says_how_many() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    for number in 0..ROWS_MAX as u64 + 10 {
+        recorder.happened(Event {
+            at_ms: number,
+            kind: "state".into(),
+            subject: String::new(),
+            track: None,
+            text: String::new(),
+        });
+    }
+    recorder.record(&frame(1, vec![]));
+    assert_eq!((recorder.rows().0.len(), recorder.dropped()), (ROWS_MAX, 10));
+}

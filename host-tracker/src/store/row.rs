@@ -1,0 +1,75 @@
+//! Rows of the database, as they are made of frames and written.
+//!
+//! ```text
+//!   change recorder ─▶ Row │ PathRow ─▶ writer ─▶ a table each
+//! ```
+
+use super::card::CardHash;
+use super::pose::PoseRow;
+use kehai_tracking::door::doors::Passed;
+use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::snapshot::ModuleLine;
+
+/// Something to be kept, beside paths.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Row {
+    /// How many people are in a zone from now on.
+    Count {
+        /// Its name.
+        zone: String,
+        /// ms since 1970.
+        at_ms: u64,
+        /// People.
+        count: u32,
+        /// How far that can be trusted.
+        state: ZoneKnown,
+    },
+    /// Something happened.
+    Event(Event),
+    /// A group went through a door, or did not.
+    Passage(Box<Passed>),
+    /// How a module was.
+    Health {
+        /// ms since 1970.
+        at_ms: u64,
+        /// The module.
+        module: Box<ModuleLine>,
+    },
+    /// Where a module is from now on.
+    Pose(PoseRow),
+    /// The card of a passage, kept for a time of its own.
+    Card {
+        /// When the passage began, ms since 1970.
+        at_ms: u64,
+        /// The door's name.
+        place: String,
+        /// What may be kept of the card.
+        hash: CardHash,
+    },
+}
+
+/// A part of a person's path; it replaces what was written of that part before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathRow {
+    /// Its first time, ms since 1970.
+    pub begun_ms: u64,
+    /// Its last.
+    pub ended_ms: u64,
+    /// As [`encode`](super::path::encode) makes them.
+    pub points: Vec<u8>,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Event {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// `started`, `restored`, `discarded`, `enter`, `leave`, `alarm`, `cleared`, `state`, `passage`, `door-alarm`.
+    pub kind: String,
+    /// Zone or module.
+    pub subject: String,
+    /// The track, if the event is about one.
+    pub track: Option<u64>,
+    /// In words.
+    pub text: String,
+}
