@@ -9,12 +9,14 @@
 
 pub mod alarm;
 pub mod calibration;
+pub mod card;
 mod cells;
 pub mod clock;
 pub mod door;
 pub mod follower;
 pub mod geometry;
 pub mod jsonl;
+pub mod names;
 pub mod observation;
 pub mod registry;
 pub mod session;

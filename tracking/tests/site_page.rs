@@ -24,6 +24,19 @@ fn example() -> &'static str {
     rest.split_once("```").expect("the end of the example").0
 }
 
+/// Both kinds of readers.
+const READERS: &str = r#"
+[[reader]]
+name = "near"
+x = 0.0
+y = 0.0
+reach_m = 1.0
+
+[[reader]]
+name = "camera"
+homography = [1, 0, 0, 0, 1, 0, 0, 0, 1]
+"#;
+
 #[test]
 fn the_example_is_a_site() {
     let site = Site::parse("docs/site.md", example()).unwrap();
@@ -33,7 +46,7 @@ fn the_example_is_a_site() {
 
 #[test]
 fn the_page_names_every_key() {
-    let site = Site::parse("docs/site.md", &format!("{}\n{DOOR}", example())).unwrap();
+    let site = Site::parse("docs/site.md", &format!("{}\n{DOOR}{READERS}", example())).unwrap();
     let toml::Value::Table(parts) = toml::Value::try_from(&site).unwrap() else {
         panic!("a site is a table")
     };

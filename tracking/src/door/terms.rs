@@ -1,4 +1,4 @@
-//! The words of a door: cards, the leaf, the lock, alarms, troubles, refusals. Closed lists, by their names in JSON and topics.
+//! The words of a door: the leaf, the lock, alarms, troubles, refusals. Closed lists, by their names in JSON and topics.
 //!
 //! ```text
 //!   Alarm::PassedBack ◀─▶ "passed-back"
@@ -6,32 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A card, as a hash that only this site can make: the number on it is never kept.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
-#[serde(into = "String", try_from = "String")]
-pub struct Card(pub u128);
-
-impl Card {
-    /// Its first four digits: enough to tell the cards of a room apart, too few to find one by.
-    #[must_use]
-    pub fn label(self) -> String {
-        String::from(self).chars().take(4).collect()
-    }
-}
-
-impl From<Card> for String {
-    fn from(card: Card) -> Self {
-        format!("{:032x}", card.0)
-    }
-}
-
-impl TryFrom<String> for Card {
-    type Error = std::num::ParseIntError;
-
-    fn try_from(text: String) -> Result<Self, Self::Error> {
-        u128::from_str_radix(&text, 16).map(Self)
-    }
-}
+pub use crate::card::Card;
 
 /// A number that a lock makes for each time it says that it is ready, of any sort that does not come again soon.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! What a site must be to be used: names that differ, numbers, parts that fit together.
 
 use super::door::Door;
-use super::{Site, Zone, limits};
+use super::{Site, Zone, limits, reader};
 
 impl Site {
     /// What is wrong with the site, as one sentence that names the part and what to do.
@@ -41,6 +41,7 @@ impl Site {
             return Err(format!("mover \"{}\": polygon needs at least three corners", mover.name));
         }
         check_doors(self)?;
+        reader::check(&self.readers)?;
         limits::check(self)
     }
 }

@@ -3,9 +3,10 @@
 //! A zone is divided into cells of 0.2 m, 24 bytes each; a place is at most ten kilometres from the origin.
 
 use crate::site::Site;
+use crate::site::reader::Reads;
 
 /// Farthest place from the origin along each axis, m.
-const FARTHEST_M: f64 = 10_000.0;
+pub(crate) const FARTHEST_M: f64 = 10_000.0;
 
 /// Area of all zones' bounding boxes together, m²: 5 million cells, 120 MB.
 const ZONES_M2: f64 = 200_000.0;
@@ -46,6 +47,11 @@ pub fn check(site: &Site) -> Result<(), String> {
     }
     for mover in &site.movers {
         places(&format!("mover \"{}\"", mover.name), &mover.polygon)?;
+    }
+    for reader in &site.readers {
+        if let Reads::Near { at, .. } = reader.reads {
+            places(&format!("reader \"{}\"", reader.name), &[[at.x, at.y]])?;
+        }
     }
     Ok(())
 }

@@ -29,6 +29,12 @@
 //! zone = "area"
 //! line = [[-0.45, 1.0], [0.45, 1.0]]
 //! fail = "secure"
+//!
+//! [[reader]]          # of cards or tags: `site::reader`
+//! name = "hall"
+//! x = 1.0
+//! y = 0.2
+//! reach_m = 0.8
 //! ```
 //!
 //! Metres and degrees, counter-clockwise.
@@ -36,15 +42,18 @@
 mod check;
 pub mod door;
 mod limits;
+pub mod reader;
 
 use self::door::Door;
+pub(crate) use self::limits::FARTHEST_M;
+use self::reader::Reader;
 use crate::geometry::{Point, Pose};
 use kehai::address::host_name;
 use kehai::wire::ModuleId;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-/// Modules with their poses, walls, zones, entries and movers.
+/// Modules with their poses, walls, zones, entries, movers, doors and readers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Site {
@@ -66,6 +75,9 @@ pub struct Site {
     /// Doors that let in as many people as were entered.
     #[serde(default, rename = "door", skip_serializing_if = "Vec::is_empty")]
     pub doors: Vec<Door>,
+    /// Readers of cards and tags.
+    #[serde(default, rename = "reader", skip_serializing_if = "Vec::is_empty")]
+    pub readers: Vec<Reader>,
 }
 
 /// A module and where it is.

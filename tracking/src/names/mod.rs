@@ -1,0 +1,36 @@
+//! Which track is whom, so probably: identity beside position, never moving it.
+//!
+//! ```text
+//!   card, tag ─▶ message ─▶ Sign: whose, when, where ─▶ ╭───────╮ ─▶ each ID: its tracks, the likeliest first
+//!   tracks, every 0.1 s ──────────────────────────────▶ │ names │ ─▶ where is this ID?
+//!                                                       ╰───────╯
+//!   a sign at z      each track's likelihood × (ε + N(z; x, P + R)); the rest: none of the tracks
+//!   time             what is known fades; a track that is gone takes its likelihood with it
+//!   tracks touch     by distance and covariances they may have been swapped: their likelihoods become alike
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `sign` | a sign, and why one is not taken |
+//! | `message` | a sign as a message from outside |
+//! | `table` | the likelihoods themselves |
+//! | `person` | a track as names know it: agreement with a reading, swaps with others |
+//! | `line` | what is said of them in a snapshot and to a question |
+//!
+//! Signs say where an ID is, never where a track is: tracks are the same bit by bit with and without them.
+//!
+//! Source: Ota et al. 2006 (docs/bibliography.md, paper B): positions and IDs have likelihoods apart from each other; an
+//! ID that is read leaves positions alone (eq. 3 for its likelihood, eq. 4 for its decay). Its eq. 1, the mean place of an
+//! ID over all particles, becomes: the likeliest track of an ID, and the probability of that.
+
+pub mod line;
+pub mod message;
+mod person;
+pub mod sign;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use line::{Likelihood, NameLine, Whereabouts};
+pub use sign::{NotTaken, Read, Sign, SignCounts};
+pub use table::Names;
