@@ -143,8 +143,13 @@ impl Daemon {
         let service = Service::start(options)?;
         let doors = service.doors();
         let publisher = mqtt.map(|(broker, topics)| {
-            let settings =
-                mqtt::Settings { broker, topics, doors: Some(doors.clone()), alarms: service.alarms() };
+            let settings = mqtt::Settings {
+                broker,
+                topics,
+                doors: Some(doors.clone()),
+                signs: Some(service.signs()),
+                alarms: service.alarms(),
+            };
             Publisher::start(settings, service.queue(), Some(doors.listen()), say)
         });
         let file_of_store = database.map(|database| database.file);
@@ -218,12 +223,12 @@ impl Daemon {
     }
 }
 
-/// The key of a site's cards, in a file beside the site's own. Without a door none is made.
+/// The key of a site's cards, in a file beside the site's own. Without a door or a reader none is made.
 ///
 /// # Errors
 /// Why there is none.
 pub fn card_key(site_file: &Path, site: &Site) -> Result<Option<CardKey>, crate::store::card::CardKeyError> {
-    if site.doors.is_empty() {
+    if site.doors.is_empty() && site.readers.is_empty() {
         return Ok(None);
     }
     CardKey::load(&CardKey::beside(site_file)).map(Some)
@@ -254,6 +259,7 @@ fn serve(
         database,
         names,
         doors: Some(service.doors()),
+        signs: Some(service.signs()),
         alarms: service.alarms(),
         connections: service.connections(),
     };

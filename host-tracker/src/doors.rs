@@ -20,6 +20,7 @@ use parking_lot::{Mutex, MutexGuard};
 
 use crate::alarms::TrackerAlarms;
 use crate::net::clock::HostClock;
+use crate::store::card::plain;
 use crate::supervise;
 use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Why};
 use kehai_tracking::door::inbox::Input;
@@ -196,10 +197,11 @@ fn first_id() -> u64 {
 }
 
 /// Hashes by a key that is lost with the process.
-fn by_process() -> Hash {
+pub(crate) fn by_process() -> Hash {
     let keys = [RandomState::new(), RandomState::new()];
     Box::new(move |card| {
-        let [high, low] = [0, 1].map(|half: usize| keys.get(half).map_or(0, |key| key.hash_one(card)));
+        let card = plain(card);
+        let [high, low] = [0, 1].map(|half: usize| keys.get(half).map_or(0, |key| key.hash_one(&card)));
         Card(u128::from(high) << 64 | u128::from(low))
     })
 }

@@ -16,6 +16,7 @@ pub mod net;
 pub mod record;
 pub mod reports;
 pub mod service;
+pub mod signs;
 pub mod site_file;
 pub mod store;
 pub mod supervise;

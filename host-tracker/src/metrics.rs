@@ -212,7 +212,19 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     ];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "HTTP connections and requests that were refused or ended, by cause";
-    family(encoder, "kehai_http_refused", help, samples)
+    family(encoder, "kehai_http_refused", help, samples)?;
+    let signs = &frame.signs;
+    let outcomes = [
+        ("taken", signs.taken),
+        ("malformed", signs.malformed),
+        ("no_reader", signs.no_reader),
+        ("no_place", signs.no_place),
+        ("late", signs.late),
+        ("untracked", signs.untracked),
+        ("full", signs.full),
+    ];
+    let samples = outcomes.map(|(outcome, count)| ([("outcome", outcome)], ConstCounter::new(count)));
+    family(encoder, "kehai_signs", "Cards and tags that were read, by what became of them", samples)
 }
 
 #[cfg(test)]

@@ -28,6 +28,7 @@ use crate::net::discovery::Search;
 use crate::net::tracking::{Parts, TrackingLoop};
 use crate::record::Recorder;
 use crate::reports::Reports;
+use crate::signs::SignHandle;
 use crate::store::card::CardKey;
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
@@ -69,6 +70,7 @@ pub struct Service {
     doors: DoorHandle,
     calibration: Calibration,
     reports: Reports,
+    signs: SignHandle,
     thread: Option<JoinHandle<io::Result<()>>>,
     _watchdog: Watchdog,
 }
@@ -122,7 +124,8 @@ impl Service {
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let hash = |key: CardKey| -> Hash { Box::new(move |card| key.hash(card).into()) };
-        let doors = DoorHandle::new(&site, options.card_key.map(hash));
+        let doors = DoorHandle::new(&site, options.card_key.clone().map(hash));
+        let signs = SignHandle::new(&site, options.card_key.map(hash));
         let watchdog = Watchdog::start(doors.clone(), alarms.clone())?;
         let calibration = Calibration::default();
         calibration.set_site(&site);
@@ -134,6 +137,7 @@ impl Service {
             doors: Some(doors.clone()),
             calibration: calibration.clone(),
             reports: reports.clone(),
+            signs: Some(signs.clone()),
         };
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
@@ -156,6 +160,7 @@ impl Service {
             doors,
             calibration,
             reports,
+            signs,
             thread,
             _watchdog: watchdog,
         })
@@ -203,6 +208,12 @@ impl Service {
     #[must_use]
     pub fn reports(&self) -> Reports {
         self.reports.clone()
+    }
+
+    /// Who is where: for signs and questions.
+    #[must_use]
+    pub fn signs(&self) -> SignHandle {
+        self.signs.clone()
     }
 
     /// Frames that a queue had no room for.

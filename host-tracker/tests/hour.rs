@@ -135,6 +135,7 @@ impl Show {
             database: Some(database),
             names: Vec::new(),
             doors: None,
+            signs: None,
             alarms: TrackerAlarms::default(),
             connections: Connections::default(),
         };

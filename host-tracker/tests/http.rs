@@ -55,6 +55,7 @@ impl Map {
             database: None,
             names: Vec::new(),
             doors: None,
+            signs: None,
             alarms: TrackerAlarms::default(),
             connections: Connections::default(),
         };

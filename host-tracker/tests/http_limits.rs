@@ -66,6 +66,7 @@ impl LimitedServer {
             frames: newest,
             reports: Reports::default(),
             doors: Some(DoorHandle::new(&site.current().site, None)),
+            signs: None,
             site,
             changed: Box::new(|_| Ok(())),
             calibration: Calibration::default(),

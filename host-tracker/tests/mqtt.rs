@@ -192,6 +192,7 @@ fn settings(port: u16) -> Settings {
         broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(),
         topics,
         doors: None,
+        signs: None,
         alarms: TrackerAlarms::default(),
     }
 }
@@ -211,7 +212,8 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
     let mut listener = Listener::new(broker.port);
     let server = door_fixture::DoorServer::new();
     let doors = &server.doors;
-    let settings = Settings { doors: Some(doors.clone()), ..settings(broker.port) };
+    let settings =
+        Settings { doors: Some(doors.clone()), signs: Some(server.signs.clone()), ..settings(broker.port) };
     let (told, frames) = (Some(doors.listen()), server.frames());
     let publisher = Publisher::start(settings, frames, told, |_| {}).unwrap();
     const DOOR: &str = "kehai/door/door/front";
@@ -260,7 +262,8 @@ fn nothing_wrong_that_is_published_is_taken() {
     let mut listener = Listener::new(broker.port);
     let server = door_fixture::DoorServer::new();
     let doors = &server.doors;
-    let settings = Settings { doors: Some(doors.clone()), ..settings(broker.port) };
+    let settings =
+        Settings { doors: Some(doors.clone()), signs: Some(server.signs.clone()), ..settings(broker.port) };
     let publisher = Publisher::start(settings, server.frames(), Some(doors.listen()), |_| {}).unwrap();
     const DOOR: &str = "kehai/door/door/front";
     // The publisher has subscribed by the time it publishes.
@@ -275,6 +278,48 @@ fn nothing_wrong_that_is_published_is_taken() {
         let refused: serde_json::Value = serde_json::from_str(&refused).unwrap();
         refused["why"].as_str().unwrap().to_owned()
     });
+    drop(publisher);
+}
+
+#[test]
+fn a_sign_names_its_track_and_what_is_wrong_is_answered() {
+    let Some(program) = mosquitto() else { return };
+    let broker = Broker::start(&program);
+    let mut listener = Listener::new(broker.port);
+    let server = door_fixture::DoorServer::new();
+    server.people(&[[0.0, 0.4]]);
+    let settings_of = |server: &door_fixture::DoorServer| Settings {
+        signs: Some(server.signs.clone()),
+        ..settings(broker.port)
+    };
+    let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_| {}).unwrap();
+    listener.hears(STATUS, |payload| payload == "online");
+    const SIGN: &str = "kehai/door/sign";
+    let client = listener.client.clone();
+    let publish = |retained: bool, body: &str| {
+        client.publish(SIGN, QoS::AtLeastOnce, retained, body).unwrap();
+    };
+    publish(false, "{\"id\":\"04:A2\",\"x\":1e9,\"y\":0}");
+    listener.hears(&format!("{SIGN}/refused"), |payload| payload.contains("no place: 1000000000"));
+    publish(false, "{\"id\":\"04:A2\",\"x\":0.1,\"y\":0.4}");
+    let begin = Instant::now();
+    let label = loop {
+        if let Some(there) = server.signs.where_is("04:A2").unwrap() {
+            break there.name.label;
+        }
+        assert!(begin.elapsed() < PATIENCE, "the sign is not taken: {:#?}", listener.known);
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    let name = format!("kehai/door/name/{label}");
+    listener.hears(&name, |payload| payload.contains("\"track\":1") && payload.contains("[\"area\"]"));
+    assert!(listener.all.iter().all(|(topic, payload)| topic == SIGN || !payload.contains("04:A2")));
+    // What a broker kept is of no time that is known.
+    drop(publisher);
+    listener.hears(STATUS, |payload| payload == "offline");
+    publish(true, "{\"id\":\"old\",\"x\":0.1,\"y\":0.4}");
+    let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_| {}).unwrap();
+    listener.hears(SIGN, str::is_empty);
+    assert_eq!(server.signs.where_is("old").unwrap(), None);
     drop(publisher);
 }
 

@@ -4,6 +4,7 @@
 //!   tracking loop ── every 0.1 s ──▶ Snapshot ──▶ file of lines · live map · database · MQTT · metrics
 //!                                     ├ line      tracks and zones at t        (`jsonl`)
 //!                                     ├ doors     what each door made of them
+//!                                     ├ names     which IDs they may be
 //!                                     └ modules   rates, losses, clock, alarms
 //! ```
 //!
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use crate::alarm::{Active, AlarmLine, Cause, Source};
 use crate::door::DoorLine;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
+use crate::names::{NameLine, SignCounts};
 use crate::tracker::TrackState;
 
 /// ms since 1970, by this machine's clock.
@@ -47,6 +49,12 @@ pub struct Snapshot {
     /// Every guarded door of the site.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doors: Vec<DoorLine>,
+    /// Every ID that was read within the last hour, and which tracks it may be.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<NameLine>,
+    /// Signs since the start, by what became of them.
+    #[serde(default)]
+    pub signs: SignCounts,
     /// Every module of the site, and every one that was found beside them.
     pub modules: Vec<ModuleLine>,
     /// Datagrams of modules that were not used, since the start.
@@ -106,6 +114,10 @@ struct Flat {
     alarms: Vec<AlarmLine>,
     #[serde(default)]
     doors: Vec<DoorLine>,
+    #[serde(default)]
+    names: Vec<NameLine>,
+    #[serde(default)]
+    signs: SignCounts,
     modules: Vec<ModuleLine>,
     #[serde(default)]
     dropped: Drops,
@@ -119,10 +131,10 @@ struct Flat {
 
 impl From<Flat> for Snapshot {
     fn from(flat: Flat) -> Self {
-        let Flat { unix_ms, t, tracks, zones, alarms, doors, modules, dropped, strangers, refused, http } =
-            flat;
+        let Flat { unix_ms, t, tracks, zones, alarms, doors, names, signs, .. } = flat;
+        let Flat { modules, dropped, strangers, refused, http, .. } = flat;
         let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
-        Self { alarms, doors, modules, dropped, strangers, refused, http, ..written }
+        Self { alarms, doors, names, signs, modules, dropped, strangers, refused, http, ..written }
     }
 }
 

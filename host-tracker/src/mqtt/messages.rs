@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use kehai_tracking::door::{DoorLine, Input};
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::names::NameLine;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 /// Where everything goes.
@@ -43,6 +44,12 @@ impl Topics {
     #[must_use]
     pub fn site(&self) -> String {
         format!("{}/{}", self.prefix, slug(&self.title))
+    }
+
+    /// Where readers of cards and tags publish what they have read.
+    #[must_use]
+    pub fn sign(&self) -> String {
+        format!("{}/sign", self.site())
     }
 
     /// The site among Home Assistant's devices. Slugs have no `_`: one site's devices are never another's.
@@ -136,7 +143,29 @@ pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
         let payload = serde_json::to_string(&line).unwrap_or_default();
         states.insert(format!("{}/door/{slug}", topics.site()), State::at_once(payload));
     }
+    states.extend(named(frame, topics));
     states
+}
+
+/// Each ID that is known, by the first digits of its hash. A change of the track or of its
+/// zones is told at once, the rest waits.
+fn named(frame: &Snapshot, topics: &Topics) -> Vec<(String, State)> {
+    let state = |(name, (_, slug)): (&NameLine, (&str, String))| {
+        let likeliest = name.tracks.first();
+        let track = likeliest
+            .and_then(|likeliest| frame.line.tracks.iter().find(|track| track.id == likeliest.track));
+        let payload = json!({
+            "track": likeliest.map(|likeliest| likeliest.track),
+            "probability": likeliest.map(|likeliest| likeliest.probability),
+            "x": track.map(|track| track.x),
+            "y": track.map(|track| track.y),
+            "zones": name.zones,
+            "heard_s": name.heard_s,
+        });
+        let urgent = format!("{:?} {:?}", likeliest.map(|likeliest| likeliest.track), name.zones);
+        (format!("{}/name/{slug}", topics.site()), State { payload: payload.to_string(), urgent })
+    };
+    frame.names.iter().zip(slugs(frame.names.iter().map(|name| name.label.as_str()))).map(state).collect()
 }
 
 /// The doors of a frame with their slugs, in its order.

@@ -11,6 +11,7 @@
 //!   kehai/SITE/module/MODULE               {"state":"watching","alarm":null,"alarms":[],"scans_hz":10.0,…}
 //!   kehai/SITE/module/MODULE/availability
 //!   kehai/SITE/door/DOOR                   {"phase":"unlocked","lock":"unlocked","alarm":null,…}
+//!   kehai/SITE/name/LABEL                  {"track":4,"probability":0.93,"x":1.2,…}     LABEL: four digits of an ID's hash
 //!   homeassistant/device/kehai_SITE…/config
 //!
 //!   kehai/SITE/door/DOOR/lock              {"id":8,"at_ms":…,"lock":"unlocked","for_ms":1500}    a lease, renewed
@@ -18,9 +19,11 @@
 //!   kehai/SITE/door/DOOR/alarm             {"id":3,"at_ms":…,"alarm":"followed"}   or null: over
 //!   kehai/SITE/door/DOOR/refused           {"at_ms":…,"why":"repeated: …"}         what came in changed nothing
 //!   kehai/SITE/door/DOOR/card │ number │ contact │ exit │ reset │ lock/ready │ lock/taken │ alarm/taken     ◀─ as `door::inbox` says
+//!   kehai/SITE/sign                        {"id":"04A22B…","reader":"hall"}        ◀─ as `names::message` says
+//!   kehai/SITE/sign/refused                {"at_ms":…,"why":"late: …"}             what came in changed nothing
 //! ```
 //!
-//! Everything but a door's orders and inputs is retained: an old "unlocked" must never reach a lock that comes back.
+//! Everything but a door's orders, inputs and signs is retained: an old "unlocked" must never reach a lock that comes back.
 //! A retained input is not taken. *Unknown* is never *empty*: a zone that no module sees has neither count nor
 //! occupancy, and is not available.
 //!

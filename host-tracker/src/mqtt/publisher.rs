@@ -24,6 +24,7 @@ use super::messages::{Topics, door_input, door_topics};
 use super::outbox::{Outbox, Publication};
 use crate::alarms::TrackerAlarms;
 use crate::doors::DoorHandle;
+use crate::signs::SignHandle;
 use crate::supervise;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -55,6 +56,8 @@ pub struct Settings {
     pub topics: Topics,
     /// The doors, if there are any: they receive the inputs for them.
     pub doors: Option<DoorHandle>,
+    /// Who is where: it receives the signs.
+    pub signs: Option<SignHandle>,
     /// Told when the thread ends by itself.
     pub alarms: TrackerAlarms,
 }
@@ -125,8 +128,9 @@ fn run(
         let newest = Arc::default();
         let doors = settings.doors.as_ref();
         let door_topics = BTreeMap::new();
+        let signs = settings.signs.as_ref();
         let mut session =
-            Session { client, outbox: &mut outbox, connected: false, newest, door_topics, doors };
+            Session { client, outbox: &mut outbox, connected: false, newest, door_topics, doors, signs };
         let end = session.run(frames, told, &news, stop, begun);
         let was_connected = session.connected;
         drop(session);
@@ -201,6 +205,7 @@ struct Session<'a> {
     /// Where the orders of each door go, also of one that has just gone from the site.
     door_topics: BTreeMap<String, String>,
     doors: Option<&'a DoorHandle>,
+    signs: Option<&'a SignHandle>,
 }
 
 impl Session<'_> {
@@ -271,8 +276,18 @@ impl Session<'_> {
         }
     }
 
-    /// Passes a message to a door; the door publishes what becomes of it.
+    /// Passes a message to a door, which publishes what becomes of it, or takes a sign.
     fn receive(&self, topic: &str, payload: &[u8]) {
+        let sign_topic = self.outbox.topics().sign();
+        if let Some(signs) = self.signs.filter(|_| topic == sign_topic) {
+            if let Err(why) = signs.tell(payload) {
+                let refused = json!({ "at_ms": unix_ms(), "why": why.to_string() }).to_string();
+                // Without room for it the count in the metrics says so.
+                let _ =
+                    self.client.try_publish(format!("{sign_topic}/refused"), QoS::AtMostOnce, false, refused);
+            }
+            return;
+        }
         let input = door_input(&self.newest, self.outbox.topics(), topic);
         if let Some((doors, (name, input))) = self.doors.zip(input) {
             doors.post(&name, input, payload);

@@ -21,6 +21,7 @@ use crate::net::networks;
 use crate::net::poses::Poses;
 use crate::record::Recorder;
 use crate::reports::{ReportLine, Reports};
+use crate::signs::SignHandle;
 use kehai::wire::Message;
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::follower::Follower;
@@ -56,6 +57,8 @@ pub struct Parts {
     pub calibration: Calibration,
     /// Listeners for every single report.
     pub reports: Reports,
+    /// Who is where.
+    pub signs: Option<SignHandle>,
 }
 
 /// Follows live devices.
@@ -118,6 +121,9 @@ impl TrackingLoop {
         }
         if let Some(doors) = &self.parts.doors {
             doors.change_site(site);
+        }
+        if let Some(signs) = &self.parts.signs {
+            signs.change_site(site);
         }
         self.poses = Poses::new(site);
         self.follower.change_site(site);
@@ -215,12 +221,15 @@ impl TrackingLoop {
         let mut modules = registry.lines(follower.sessions_mut(), now_us);
         poses.raise(follower.sessions(), &mut modules, now_us);
         let doors = parts.doors.as_ref().map(|doors| doors.observe(&estimate, &modules));
+        let (names, signs) = parts.signs.as_ref().map(|signs| signs.observe(&estimate)).unwrap_or_default();
         Snapshot {
             unix_ms: unix_ms(),
             line,
             tracks: estimate.tracks,
             alarms: parts.alarms.lines(),
             doors: doors.unwrap_or_default(),
+            names,
+            signs,
             modules,
             dropped: *follower.sessions().drops(),
             strangers: self.strangers,

@@ -98,8 +98,7 @@ impl CardKey {
     /// makes no difference.
     #[must_use]
     pub fn hash(&self, card: &str) -> CardHash {
-        let plain: String =
-            card.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_uppercase).collect();
+        let plain = plain(card);
         let mut hash = [0; HASH_LEN];
         // A key of any length will do.
         if let Ok(mut mac) = Hmac::<Sha256>::new_from_slice(&self.0) {
@@ -147,6 +146,11 @@ impl fmt::Debug for CardKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("CardKey(…)")
     }
+}
+
+/// The letters and digits of a card, in capitals: what is the same however its reader writes it.
+pub(crate) fn plain(card: &str) -> String {
+    card.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_uppercase).collect()
 }
 
 fn random() -> Result<[u8; KEY_LEN], CardKeyError> {

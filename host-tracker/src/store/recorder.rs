@@ -3,6 +3,7 @@
 //! ```text
 //!   Snapshot ─▶ tracks   ─▶ path parts, simplified, five minutes each; the open part again at every batch
 //!         ├▶ zones    ─▶ counts, when they change          ─▶ enter, leave
+//!         ├▶ names    ─▶ which ID each track has, when that changes
 //!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
 //!   Site  ─▶ poses    ─▶ where modules are, when that changes
 //!         └▶ itself   ─▶ snapshot, the newest only
@@ -17,9 +18,11 @@ use super::path::{Path, Place, encode};
 use super::pose::{PoseRow, Source};
 use super::row::{Event, PathRow, Row};
 use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::card::Card;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::geometry::{Point, distance_to_segment, inside};
 use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::names::{Likelihood, NameLine};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 use kehai_tracking::tracker::{LifeCycle, TrackState};
@@ -67,6 +70,8 @@ pub struct ChangeRecorder {
     counts: BTreeMap<String, (u32, ZoneKnown, u64)>,
     modules: BTreeMap<String, Known>,
     poses: BTreeMap<String, [f64; 3]>,
+    /// The track that each ID was last kept with.
+    names: BTreeMap<Card, u64>,
     rows: Vec<Row>,
     /// By track and part, from 0.
     paths: BTreeMap<(u64, u32), PathRow>,
@@ -126,6 +131,7 @@ impl ChangeRecorder {
         for module in &frame.modules {
             self.module(module, at_ms);
         }
+        self.names(&frame.names, at_ms);
         let over = self.rows.len().saturating_sub(ROWS_MAX);
         self.rows.drain(..over);
         self.dropped += over as u64;
@@ -176,6 +182,18 @@ impl ChangeRecorder {
     #[must_use]
     pub const fn dropped(&self) -> u64 {
         self.dropped
+    }
+
+    /// Keeps each ID that has another track than before, once that is more likely than not.
+    fn names(&mut self, names: &[NameLine], at_ms: u64) {
+        self.names.retain(|card, _| names.iter().any(|name| name.card == Some(*card)));
+        for name in names {
+            let Some((card, likeliest)) = name.card.zip(name.tracks.first()) else { continue };
+            let Likelihood { track, probability } = *likeliest;
+            if probability > 0.5 && self.names.insert(card, track) != Some(track) {
+                self.rows.push(Row::Name { at_ms, track, hash: CardHash::from(card), probability });
+            }
+        }
     }
 
     fn walk(&mut self, track: &TrackState, at_ms: u64) {

@@ -46,6 +46,17 @@ pub enum Row {
         /// What may be kept of the card.
         hash: CardHash,
     },
+    /// From now on an ID is probably this track's, kept for as long as cards are.
+    Name {
+        /// ms since 1970.
+        at_ms: u64,
+        /// The track.
+        track: u64,
+        /// What may be kept of the ID.
+        hash: CardHash,
+        /// How probable that is.
+        probability: f64,
+    },
 }
 
 /// A part of a person's path; it replaces what was written of that part before.

@@ -5,6 +5,7 @@
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
 //!   passage: one group through a door, its record as JSON, without its card       begun_ms ◀─ index
 //!   pose (module, at_ms): where modules were said to be, and the source   snapshot: one row, what was known last
+//!   name (at_ms, run, track, hash): from then on that track is probably this ID
 //!   card (at_ms, place, hash): of a passage the door and when it began   raw_request ─ 1:n ─ raw: each with an end of its own
 //! ```
 //!
@@ -14,7 +15,7 @@
 use rusqlite::Connection;
 
 /// Written into the file; a newer one is refused rather than damaged.
-const VERSION: i64 = 3;
+const VERSION: i64 = 4;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -132,6 +133,19 @@ UPDATE passage SET record = json_set(record, '$.passage.card', NULL)
     WHERE record ->> '$.passage.card' IS NOT NULL;
 ";
 
+/// What version 4 has more: which track an ID was, kept for as long as cards are.
+const TABLES_4: &str = "
+CREATE TABLE name (
+    name INTEGER PRIMARY KEY,
+    at_ms INTEGER NOT NULL,
+    run INTEGER NOT NULL,
+    track INTEGER NOT NULL,
+    hash BLOB NOT NULL,
+    probability REAL NOT NULL
+);
+CREATE INDEX name_at ON name (at_ms);
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
@@ -157,7 +171,7 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
         return Ok(Err(Newer(version)));
     }
     transaction.execute_batch(PASSAGES)?;
-    for (older, tables) in [(1, TABLES), (2, TABLES_2), (3, TABLES_3)] {
+    for (older, tables) in [(1, TABLES), (2, TABLES_2), (3, TABLES_3), (4, TABLES_4)] {
         if version < older {
             transaction.execute_batch(tables)?;
         }
@@ -189,6 +203,7 @@ mod tests {
         assert_eq!(run.unwrap(), (7, None));
         connection.execute("INSERT INTO card (at_ms, place, hash) VALUES (1, 'door', x'00')", []).unwrap();
         prepare(&mut connection).unwrap().unwrap();
+        assert_eq!(connection.query_row("SELECT COUNT(*) FROM name", [], |row| row.get::<_, i64>(0)), Ok(0));
     }
 
     #[test]

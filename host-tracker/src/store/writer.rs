@@ -77,7 +77,7 @@ impl Writer {
                 ])?;
         }
         for row in rows {
-            write_row(&transaction, row)?;
+            write_row(&transaction, row, run)?;
         }
         if let Some(frame) = newest {
             let text = serde_json::to_string(frame).unwrap_or_default();
@@ -125,6 +125,7 @@ impl Writer {
             ("health", "at_ms", "module, at_ms", keep.days),
             ("run", "ended_ms", "run", keep.days),
             ("card", "at_ms", "card", keep.card_days),
+            ("name", "at_ms", "name", keep.card_days),
         ] {
             let before_ms = integer(now_ms.saturating_sub(u64::from(days) * DAY_MS));
             let statement = format!(
@@ -153,7 +154,7 @@ impl Writer {
     }
 }
 
-fn write_row(transaction: &Transaction<'_>, row: &Row) -> rusqlite::Result<()> {
+fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Result<()> {
     match row {
         Row::Count { zone, at_ms, count, state } => {
             named(transaction, "zone", zone)?;
@@ -200,6 +201,13 @@ fn write_row(transaction: &Transaction<'_>, row: &Row) -> rusqlite::Result<()> {
             transaction
                 .prepare_cached("INSERT INTO card (at_ms, place, hash) VALUES (?1, ?2, ?3)")?
                 .execute(params![integer(*at_ms), place, hash.bytes()])?;
+        }
+        Row::Name { at_ms, track, hash, probability } => {
+            transaction
+                .prepare_cached(
+                    "INSERT INTO name (at_ms, run, track, hash, probability) VALUES (?1, ?2, ?3, ?4, ?5)",
+                )?
+                .execute(params![integer(*at_ms), run, integer(*track), hash.bytes(), probability])?;
         }
         Row::Health { at_ms, module } => {
             named(transaction, "module", &module.name)?;

@@ -10,6 +10,7 @@
 //!   poses by walking ◀──────────────────▶ /api/calibration
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
 //!   doors ◀─ messages, as `door` says ───▶ /api/door/NAME/INPUT, /door/NAME
+//!   names ◀─ cards, tags ────────────────▶ /api/sign, /api/where
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
 //!
 //!   --http ──────▶ listener, places, thread: the map, and doors if they have no listener of their own
@@ -28,6 +29,7 @@
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
+//! | `sign` | cards and tags that were read, and where an ID is |
 //! | `calibration` | poses found by walking |
 //! | `page/` | the page itself |
 //!
@@ -47,6 +49,7 @@ mod past;
 mod places;
 mod router;
 mod shared;
+mod sign;
 mod site;
 mod socket;
 

@@ -15,7 +15,7 @@ macro_rules! files {
 const FILES: &[(&str, &[u8])] = files! {
     "index.html" "style.css" "map.css" "overlay.css" "panel.css" "timeline.css" "edit.css" "calibrate.css"
     "main.js" "names.js" "net.js" "view.js" "draw.js" "panel.js" "details.js" "timeline.js" "past.js" "shapes.js"
-    "edit.js" "edit-form.js" "edit-pointer.js" "edit-shapes.js" "calibrate.js"
+    "where.js" "edit.js" "edit-form.js" "edit-pointer.js" "edit-shapes.js" "calibrate.js"
     "door.html" "door.css" "door.js" "icon.svg"
 };
 

@@ -14,11 +14,12 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use axum::{Extension, Json, Router};
 use kehai_tracking::door::inbox;
+use kehai_tracking::names::message;
 
 use super::answers::{BODY_MAX, refuse, text};
 use super::listener::Ends;
 use super::shared::Shared;
-use super::{calibration, door, guard, page, past, site, socket};
+use super::{calibration, door, guard, page, past, sign, site, socket};
 use crate::connections::Cause;
 
 /// What the page may load and which server it may ask: this one alone.
@@ -35,9 +36,11 @@ pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
         .route("/api/history", get(history))
         .route("/api/overview", get(past::glance))
         .route("/api/past", get(past::paths))
+        .route("/api/where", get(sign::ask))
         .route("/api/calibration", get(calibration::show).post(calibration::change))
         .route("/metrics", get(metrics));
     let Some(at) = doors_at else { return map.merge(doors()) };
+    let map = map.merge(signs());
     let elsewhere = move || async move {
         let why = format!("this door takes messages at --door-http alone: http://{at}/");
         refuse(StatusCode::MISDIRECTED_REQUEST, &why)
@@ -48,6 +51,12 @@ pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
         .route("/door/{name}", get(elsewhere))
 }
 
+/// Where readers of cards and tags tell what they have read: at each listener.
+fn signs() -> Router<Arc<Shared>> {
+    let tell = post(sign::tell).layer(DefaultBodyLimit::max(message::LONGEST));
+    Router::new().route("/api/sign", tell)
+}
+
 /// What devices at a door, and the screen beside it, ask for.
 pub fn doors() -> Router<Arc<Shared>> {
     let tell = post(door::tell).layer(DefaultBodyLimit::max(inbox::LONGEST));
@@ -56,6 +65,7 @@ pub fn doors() -> Router<Arc<Shared>> {
         .route("/api/door/{name}", get(door::one))
         .route("/api/door/{name}/{*input}", tell)
         .route("/door/{name}", get(door::screen))
+        .merge(signs())
 }
 
 /// With what every request goes through.

@@ -20,6 +20,7 @@ use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
 use crate::reports::Reports;
+use crate::signs::SignHandle;
 use crate::site_file::SiteFile;
 use kehai_tracking::geometry::Pose;
 use kehai_tracking::site::Site;
@@ -48,6 +49,8 @@ pub struct ServerContext {
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
     pub doors: Option<DoorHandle>,
+    /// Who is where, if that is followed.
+    pub signs: Option<SignHandle>,
     /// Told when the server's thread ends by itself.
     pub alarms: TrackerAlarms,
     /// What is refused is counted here.

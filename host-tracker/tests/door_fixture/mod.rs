@@ -17,6 +17,7 @@ use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::{DoorHandle, Watchdog};
 use host_tracker::reports::Reports;
+use host_tracker::signs::SignHandle;
 use host_tracker::site_file::SiteFile;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::follower::Estimate;
@@ -53,6 +54,7 @@ pub const PATIENCE: Duration = Duration::from_secs(60);
 
 pub struct DoorServer {
     pub doors: DoorHandle,
+    pub signs: SignHandle,
     watchdog: Option<Watchdog>,
     pub server: Server,
     /// The people's positions, m.
@@ -83,7 +85,8 @@ impl DoorServer {
         let clock = Box::new(move || time.lock().unwrap().as_secs_f64());
         let doors = DoorHandle::timed(clock, &file.current().site, None);
         let watchdog = Some(Watchdog::start(doors.clone(), TrackerAlarms::default()).unwrap());
-        let observed = doors.clone();
+        let signs = SignHandle::new(&file.current().site, None);
+        let (observed, named) = (doors.clone(), signs.clone());
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
         let (stop, dead) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
         let is_dead = Arc::clone(&dead);
@@ -95,6 +98,8 @@ impl DoorServer {
             while !stopped.load(Ordering::Relaxed) {
                 let mut frame = frame(&places.lock().unwrap());
                 if !is_dead.load(Ordering::SeqCst) {
+                    frame.line.t = passed.lock().unwrap().as_secs_f64();
+                    (frame.names, frame.signs) = named.observe(&estimate(&frame));
                     frame.doors = observed.observe(&estimate(&frame), &frame.modules);
                 }
                 let frame = Arc::new(frame);
@@ -117,12 +122,13 @@ impl DoorServer {
             database: None,
             names: Vec::new(),
             doors: Some(doors.clone()),
+            signs: Some(signs.clone()),
             alarms: TrackerAlarms::default(),
             connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));
-        Self { doors, watchdog, server, people, ids, more, stop, dead, feeding, _folder: folder }
+        Self { doors, signs, watchdog, server, people, ids, more, stop, dead, feeding, _folder: folder }
     }
 
     /// Every frame from now on.

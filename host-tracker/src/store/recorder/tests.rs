@@ -83,6 +83,36 @@ fn counts_and_alarms_are_kept_when_they_change() {
 }
 
 #[test]
+fn the_track_of_an_id_is_kept_when_it_changes_and_is_likely() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    let name = |track, probability| NameLine {
+        card: Some(Card(7)),
+        label: "0000".into(),
+        heard_s: 0.0,
+        tracks: vec![Likelihood { track, probability }],
+        zones: Vec::new(),
+    };
+    for (at_ms, names) in [
+        (1000, vec![name(4, 0.4)]),
+        (1100, vec![name(4, 0.9)]),
+        (1200, vec![name(4, 0.8)]),
+        (1300, vec![name(5, 0.45)]),
+        (1400, vec![name(5, 0.7)]),
+        (1500, vec![]),
+        (1600, vec![name(5, 0.9)]),
+    ] {
+        recorder.record(&Snapshot { names, ..frame(at_ms, vec![]) });
+    }
+    let kept = |row: &Row| match row {
+        Row::Name { at_ms, track, hash, .. } => Some((*at_ms, *track, *hash)),
+        _ => None,
+    };
+    let hash = CardHash::from(Card(7));
+    let kept: Vec<_> = recorder.rows().0.iter().filter_map(kept).collect();
+    assert_eq!(kept, [(1100, 4, hash), (1400, 5, hash), (1600, 5, hash)]);
+}
+
+#[test]
 fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     let event = |boot, number, kind, ago_s| EventLine { boot, number, ago_s, kind, ..EventLine::default() };

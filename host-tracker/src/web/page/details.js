@@ -98,7 +98,7 @@ function aboutPerson(track, card) {
   if (!track) return { alarms: [], rows: [["state", "gone"]] };
   const rows = [["state", TRACK_WORDS[track.state] ?? track.state]];
   if (track.reason) rows.push(["because", track.reason]);
-  if (card) rows.push(["has shown", card]);
+  if (card) rows.push(["probably has", card]);
   if (track.existence !== undefined) rows.push(["existence", percent(track.existence)]);
   rows.push(["walks", `${Math.hypot(track.vx, track.vy).toFixed(1)} m/s`]);
   if (track.cov) {

@@ -169,7 +169,7 @@ export class Drawing {
     }
   }
 
-  /** Draws tracks, their trails and covariances; `names`: the card that each track may have shown, in words. */
+  /** Draws tracks, their trails and covariances; `names`: the ID that each track may have, in words. */
   tracks(tracks, past, chosen, names) {
     const there = new Set();
     for (const track of tracks) {

@@ -103,7 +103,7 @@ function show(quick = false) {
   if (line === null && back) return;
   const modules = state.frame?.modules ?? [];
   const trail = back ? time.before(time.at, TRAIL_MS) : state.recent;
-  const names = back ? new Map() : cards(state.frame);
+  const names = back ? new Map() : panel.where.names(state.frame);
   drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names);
   drawing.states(back ? [] : modules, line?.zones ?? {});
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
@@ -121,19 +121,8 @@ function show(quick = false) {
     events,
     doors: state.doors,
     names,
+    frame: state.frame,
   });
-}
-
-/** The card that each track most likely showed, in words. */
-function cards(frame) {
-  const names = (frame?.doors ?? []).flatMap((door) => door.names ?? []).sort((a, b) =>
-    b.likelihood - a.likelihood
-  );
-  const words = new Map();
-  for (const { track, label, likelihood } of names) {
-    if (!words.has(track)) words.set(track, `card ${label} ${Math.round(likelihood * 100)} %`);
-  }
-  return words;
 }
 
 /** Loads the passages of all doors again when a door has changed. */

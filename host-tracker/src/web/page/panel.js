@@ -4,6 +4,7 @@ import { Details, percent } from "./details.js";
 import { MODULE_WORDS, TRACK, ZONE, ZONE_WORDS } from "./names.js";
 import { words } from "./past.js";
 import { health, html, people } from "./shapes.js";
+import { Where } from "./where.js";
 
 const PASSAGES = 6;
 
@@ -37,6 +38,7 @@ export class Panel {
     this.zones = html("div", { className: "cards", id: "zones" });
     this.alarms = html("div", { className: "cards", id: "alarms", role: "alert" });
     this.zoneTitle = html("h2", {}, "Zones");
+    this.where = new Where((chosen) => on.choose(chosen));
     this.details = new Details(() => on.choose(null));
     this.modules = html("ul", { className: "module-list", id: "modules" });
     this.events = html("ul", { className: "events", id: "events" });
@@ -48,6 +50,7 @@ export class Panel {
       { className: "cards", style: "gap:16px" },
       html("div", { className: "total" }, this.number, this.words),
       this.alarms,
+      this.where.root,
       this.details.root,
       this.eventSection,
       this.doorSection,
@@ -58,7 +61,8 @@ export class Panel {
   }
 
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
-  show({ site, line, alarmed, modules, chosen, known, past, events, doors, names }) {
+  show({ site, line, alarmed, modules, chosen, known, past, events, doors, names, frame }) {
+    this.where.show(site, frame);
     const here = line ? people(line, site) : null, total = here?.length ?? null;
     put(this.number, known && total !== null ? String(total) : "–");
     const occluded = here?.filter((track) => track.state === TRACK.OCCLUDED).length ?? 0;
