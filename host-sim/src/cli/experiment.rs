@@ -11,8 +11,9 @@ use host_sim::baselines::Choice;
 use host_sim::experiment::jobs::Runs;
 use host_sim::experiment::plan::Table;
 use host_sim::experiment::summary::{Layout, markdown};
-use host_sim::experiment::{cases, line, pages, results, table};
+use host_sim::experiment::{cases, findings, line, pages, results, table, worlds};
 use host_sim::run::Conditions;
+use host_sim::world::variation::Letter;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Run a table of experiments: scenes × people × seeds × trackers, on all cores
@@ -75,6 +76,30 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    /// Run the door area in worlds that disagree, and say which figures differ between them
+    ///
+    /// Other bodies, other crowds, black clothes, a site file a little wrong. A figure differs when its interval at 95 %
+    /// lies apart from that of the world in which the tracker was developed.
+    Worlds {
+        /// Only these worlds, beside the own one [default: all]
+        #[arg(long, value_name = "NAME")]
+        only: Vec<String>,
+        /// How people come and wait: D, H, P, T
+        #[arg(long, value_name = "LETTER", default_values = ["D", "H"])]
+        condition: Vec<Letter>,
+        /// How many people
+        #[arg(long, value_name = "N", default_values = ["3", "5", "7"])]
+        people: Vec<usize>,
+        /// First and last seed
+        #[arg(long, value_name = "FIRST-LAST", default_value = "0-39", value_parser = seeds)]
+        seeds: RangeInclusive<u64>,
+        /// The trackers [default: kehai]
+        #[arg(long, value_name = "NAME")]
+        tracker: Vec<Choice>,
+        /// Write worlds.csv, worlds-runs.csv and worlds.md to this folder
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
     /// Run some seeds of every table of docs/ again, and fail if any run comes out otherwise than on its page
     Check {
         #[command(flatten)]
@@ -117,6 +142,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         (Some(Command::Cases { folder, only, tracker, out }), _) => {
             cases(folder, only, tracker, out.as_deref())
         }
+        (Some(Command::Worlds { only, condition, people, seeds, tracker, out }), _) => {
+            let trackers = if tracker.is_empty() { vec![Choice::default()] } else { tracker.clone() };
+            let plan = worlds::Plan {
+                only: only.clone(),
+                conditions: condition.clone(),
+                people: people.clone(),
+                seeds: seeds.clone(),
+                trackers,
+            };
+            worlds(&plan, out.as_deref())
+        }
         (None, Some(table)) => table.each().into_iter().try_for_each(|table| one(arguments, table)),
         (None, None) => Err("which table?".into()),
     }
@@ -143,6 +179,31 @@ fn cases(
     let file = File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     line::write(&lines, file)?;
     Ok(std::fs::write(folder.join("cases.md"), &text)?)
+}
+
+/// Runs the worlds, prints their table and what differs, and writes the files.
+fn worlds(plan: &worlds::Plan, out: Option<&Path>) -> Result<(), Box<dyn Error>> {
+    let runs = Runs { bar: bar("worlds")?, ..Runs::default() };
+    let pooled = worlds::run(plan, &runs)?;
+    runs.bar.finish_and_clear();
+    let lines = findings::lines(&pooled);
+    let text = markdown(&lines, Layout::AsRun);
+    print!("{text}");
+    println!();
+    let differences = worlds::differences(&lines);
+    for difference in &differences {
+        println!("{difference}");
+    }
+    println!("{} figures differ from the own world's by more than their intervals", differences.len());
+    let Some(folder) = out else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let create = |name: &str| {
+        let path = folder.join(name);
+        File::create(&path).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    line::write(&lines, create("worlds.csv")?)?;
+    findings::write_runs(&pooled, create("worlds-runs.csv")?)?;
+    Ok(std::fs::write(folder.join("worlds.md"), &text)?)
 }
 
 /// Runs one table, prints it, and writes its files.

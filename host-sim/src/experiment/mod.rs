@@ -4,7 +4,8 @@
 //! plan ─┬▶ Case: the door area ────────┐
 //!       ├▶ Trial: one scene, one rule ─┤─▶ jobs: seed by seed, on all cores ─▶ results ─┬─▶ docs/tables/*.csv (`line`)
 //!       ├▶ passages: the guarded door ─┤                                                └─▶ docs/*.md (`summary`, `pages`)
-//!       └▶ poses: calibration ─────────┘
+//!       ├▶ poses: calibration ─────────┤
+//!       └▶ worlds, cases: other worlds ┘
 //! ```
 
 pub mod cases;
@@ -25,6 +26,7 @@ pub mod runner;
 pub mod summary;
 pub mod table;
 pub mod trial;
+pub mod worlds;
 
 pub use self::results::Results;
 pub use self::table::{Cell, Outcome, Row};

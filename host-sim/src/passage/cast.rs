@@ -175,6 +175,7 @@ impl Cast {
             body: actor.body,
             motion: Motion::Live(Arc::clone(&actor.track)),
             crouches_s: None,
+            gestures: None,
         };
         let people = actors.iter().enumerate().map(person).collect();
         let parts = loaded.iter().flat_map(|loaded| &loaded.parts);

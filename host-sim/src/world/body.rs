@@ -16,6 +16,7 @@
 
 use super::geometry::{Outline, Point};
 use super::random::Stream;
+use super::shape::{self, Family, Gesture, Shape};
 use heapless::Vec;
 use std::f64::consts::PI;
 
@@ -80,6 +81,8 @@ pub struct Body {
     pub clothing_bias_mm: f64,
     /// Height of the shoulders: a plane above them does not cut the body.
     pub top_m: f64,
+    /// What the plane cuts of a torso.
+    pub shape: Shape,
 }
 
 impl Body {
@@ -94,6 +97,29 @@ impl Body {
             reflectance: stream.between(0.55, 0.85),
             clothing_bias_mm: stream.between(-10.0, 10.0),
             top_m: SHOULDERS_M,
+            shape: Shape::Plain,
+        }
+    }
+
+    /// The same person of another family of shapes; `stream` is one of its own.
+    #[must_use]
+    pub fn of(self, family: Family, stream: &mut Stream) -> Self {
+        let Some((half_width_m, half_depth_m, shape)) = shape::draw(family, stream) else { return self };
+        Self { half_width_m, half_depth_m, shape, ..self }
+    }
+
+    /// The same person in black: 3 to 10 % of the light comes back.
+    #[must_use]
+    pub fn in_black(self, stream: &mut Stream) -> Self {
+        Self { reflectance: stream.between(0.03, 0.10), ..self }
+    }
+
+    /// The same person at a gesture, if the shape has arms.
+    #[must_use]
+    pub fn at(self, gesture: Gesture) -> Self {
+        match self.shape {
+            Shape::Arms { radius_m, .. } => Self { shape: Shape::Arms { radius_m, gesture }, ..self },
+            Shape::Plain | Shape::Coat { .. } => self,
         }
     }
 
@@ -106,9 +132,14 @@ impl Body {
     /// Radius of a circle around [`Stance::at`] that holds every outline.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
-        self.half_width_m.max(self.half_depth_m).max(2.0 * self.thigh_radius_m + THIGH_GAP_M)
+        let plain_m = self.half_width_m.max(self.half_depth_m).max(2.0 * self.thigh_radius_m + THIGH_GAP_M)
             + ARM_RADIUS_M
-            + ARM_SWING_M
+            + ARM_SWING_M;
+        match self.shape {
+            Shape::Plain => plain_m,
+            Shape::Arms { .. } => plain_m.max(self.half_depth_m + shape::ARMS_REACH_M + self.half_width_m),
+            Shape::Coat { .. } => plain_m.max(self.half_width_m.hypot(self.half_depth_m)),
+        }
     }
 
     /// The outlines of the body in a stance.
@@ -127,8 +158,23 @@ impl Body {
             return outlines;
         }
         let half_axes_m = (self.half_depth_m, self.half_width_m);
-        outlines.extend([Outline::Ellipse { centre: stance.at, axis: ahead, half_axes_m }]);
-        if self.section == Section::Torso {
+        let torso = match self.shape {
+            Shape::Coat { exponent } => {
+                Outline::Superellipse { centre: stance.at, axis: ahead, half_axes_m, exponent }
+            }
+            Shape::Plain | Shape::Arms { .. } => {
+                Outline::Ellipse { centre: stance.at, axis: ahead, half_axes_m }
+            }
+        };
+        outlines.extend([torso]);
+        if self.section != Section::Torso {
+            return outlines;
+        }
+        if let Shape::Arms { radius_m, gesture } = self.shape {
+            let sizes = (self.half_width_m, self.half_depth_m);
+            outlines.extend(shape::arms(gesture, radius_m, sizes, (stance.at, ahead, swing)));
+        }
+        if self.shape == Shape::Plain {
             let beside = ahead.left() * (self.half_width_m - ARM_INSET_M);
             let forward = ahead * (swing * ARM_SWING_M);
             outlines.extend([

@@ -94,14 +94,15 @@ fn repulsion(offset: Point, touch_m: f64) -> Point {
 }
 
 /// The point of an obstacle that is nearest to `at`; ellipses are taken as round.
-fn nearest(obstacle: &Outline, at: Point) -> Point {
+pub(super) fn nearest(obstacle: &Outline, at: Point) -> Point {
     match *obstacle {
         Outline::Segment(from, to) => {
             let side = to - from;
             let share = ((at - from).dot(side) / side.dot(side).max(1e-12)).clamp(0.0, 1.0);
             from + side * share
         }
-        Outline::Ellipse { centre, half_axes_m: (along, across), .. } => {
+        Outline::Ellipse { centre, half_axes_m: (along, across), .. }
+        | Outline::Superellipse { centre, half_axes_m: (along, across), .. } => {
             let offset = at - centre;
             centre + offset * (along.max(across) / offset.length().max(1e-9)).min(1.0)
         }

@@ -159,7 +159,7 @@ mod tests {
     fn sliding_leaves_slide_and_swinging_leaves_turn_about_their_hinge() {
         let ends = |door: Door| match door.outline(15.0) {
             Outline::Segment(from, to) => (from, to),
-            Outline::Ellipse { .. } => unreachable!("a leaf is straight"),
+            Outline::Ellipse { .. } | Outline::Superellipse { .. } => unreachable!("a leaf is straight"),
         };
         let (from, to) = ends(door([0.9, 0.0], 0.0));
         assert_eq!((from, to), (Point::new(0.9, 1.0), Point::new(1.8, 1.0)));

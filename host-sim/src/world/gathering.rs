@@ -14,14 +14,16 @@
 //! area, crowd densely before the door and mill about, come in pairs, or are seen at the thighs. The
 //! whole gathering is computed beforehand in steps of 10 ms and looked up afterwards.
 
+use super::avoidance;
 use super::body::{Body, Section};
 use super::crowd::{self, STEP_S, Walker};
 use super::geometry::{Outline, Point};
 use super::motion::Track;
 use super::random::{Purpose, Stream};
+use super::shape::Family;
 use super::visit::{DOOR_Y_M, HEADWAY_S, Habit, Phase, ROOM_SHARE, SAMPLE, START_Y_M, Visit};
 use serde::Deserialize;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// How people come and wait.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
@@ -33,6 +35,28 @@ pub enum Condition {
     Dense,
     /// P: in pairs, waiting as in D.
     Pairs,
+}
+
+/// How people avoid each other.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Avoidance {
+    /// Forces between people: `crowd`.
+    #[default]
+    SocialForce,
+    /// Velocities chosen so that none collide: `avoidance`.
+    VelocityObstacles,
+}
+
+/// What people do while they wait.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Waiting {
+    /// As their condition says.
+    #[default]
+    AsTheyStand,
+    /// They turn on the spot and mill about at 0.1–0.3 m/s.
+    Milling,
 }
 
 /// A gathering as a scene asks for it.
@@ -52,6 +76,21 @@ pub struct GatheringSpec {
     /// When the first one starts; before that, the area is empty and can be learned.
     #[serde(default = "ten_seconds")]
     pub from_s: f64,
+    /// The family of their shapes.
+    #[serde(default)]
+    pub bodies: Family,
+    /// Share of them who wear black.
+    #[serde(default)]
+    pub black_share: f64,
+    /// How they avoid each other.
+    #[serde(default)]
+    pub avoidance: Avoidance,
+    /// What they do while they wait.
+    #[serde(default)]
+    pub waiting: Waiting,
+    /// Two to four come at one time.
+    #[serde(default)]
+    pub in_clumps: bool,
 }
 
 const fn ordinary_walks() -> [f64; 2] {
@@ -99,6 +138,8 @@ impl Condition {
 
 /// Half the width of the doorway.
 const DOOR_HALF_M: f64 = 0.45;
+/// Distance of the people of a clump, m.
+const CLUMP_M: f64 = 0.6;
 /// All must have been in for so long before the door opens.
 const PATIENCE_S: f64 = 10.0;
 /// No gathering lasts longer.
@@ -106,6 +147,8 @@ const LONGEST_S: f64 = 180.0;
 
 struct Guest {
     body: Body,
+    /// Speed of an ordinary walk, and while waiting, m/s.
+    speeds_m_s: (f64, f64),
     walker: Walker,
     visit: Visit,
     /// When they were first there, in steps of the simulation.
@@ -118,7 +161,7 @@ impl Gathering {
     /// Computes a gathering; `obstacles` is what people cannot walk through, the closed door apart.
     #[must_use]
     pub fn simulate(spec: &GatheringSpec, seed: u64, obstacles: &[Outline]) -> Self {
-        let habit = spec.condition.habit();
+        let habit = spec.habit();
         let mut stream = Stream::new(seed, Purpose::Crowd, [spec.people as u64, 0]);
         let mut guests = arrivals(spec, seed, &mut stream);
         let door = Outline::Segment(Point::new(-DOOR_HALF_M, DOOR_Y_M), Point::new(DOOR_HALF_M, DOOR_Y_M));
@@ -139,7 +182,13 @@ impl Gathering {
                 send_next(&mut guests);
                 next_leaves_s = time_s + HEADWAY_S * stream.between(0.7, 1.2);
             }
-            walk(&mut guests, habit.fidget_m, tick, if time_s < door_opens_s { &closed } else { obstacles });
+            walk(
+                &mut guests,
+                spec.avoidance,
+                habit.fidget_m,
+                tick,
+                if time_s < door_opens_s { &closed } else { obstacles },
+            );
             let inside = |guest: &Guest| guest.visit.phase != Phase::Gone && guest.walker.at.y < DOOR_Y_M;
             if empty_s.is_infinite() && time_s > door_opens_s && !guests.iter().any(inside) {
                 empty_s = time_s;
@@ -147,36 +196,95 @@ impl Gathering {
             tick += 1;
             time_s = tick as f64 * STEP_S;
         }
-        let track = |guest: Guest| {
+        let track = |(index, guest): (usize, Guest)| {
+            let rest_rad = |time_s: f64| match spec.waiting {
+                Waiting::AsTheyStand => guest.rest_rad,
+                Waiting::Milling => turned_rad(seed, index as u64, time_s),
+            };
             let first_s = guest.first_tick as f64 * STEP_S;
             let step_s = STEP_S * SAMPLE as f64;
-            (guest.body, Track::resting(first_s, step_s, &guest.positions, FRAC_PI_2, guest.rest_rad))
+            (guest.body, Track::resting(first_s, step_s, &guest.positions, FRAC_PI_2, &rest_rad))
         };
-        let people = guests.into_iter().map(track).collect();
+        let people = guests.into_iter().enumerate().map(track).collect();
         Self { people, all_in_s, door_opens_s, empty_s, end_s: time_s }
     }
 }
 
+/// Time for which a person who turns on the spot looks one way, s.
+const LOOKS_S: f64 = 2.5;
+
+/// Where a person who turns on the spot looks at `time_s`: any way, another every few seconds.
+fn turned_rad(seed: u64, person: u64, time_s: f64) -> f64 {
+    let mut stream =
+        Stream::new(seed, Purpose::Gesture, [1_000 + person, (time_s.max(0.0) / LOOKS_S) as u64]);
+    stream.between(-PI, PI)
+}
+
+impl GatheringSpec {
+    fn habit(&self) -> Habit {
+        let habit = self.condition.habit();
+        match self.waiting {
+            Waiting::AsTheyStand => habit,
+            Waiting::Milling => Habit { stay_s: Some((1.0, 3.0)), ..habit },
+        }
+    }
+
+    /// The body of person `index` under `seed`: a plain one, changed by what this gathering asks for.
+    fn body(&self, plain: Body, seed: u64, index: u64) -> Body {
+        let mut own = Stream::new(seed, Purpose::Shape, [index, 0]);
+        let body = plain.of(self.bodies, &mut own);
+        let mut clothes = Stream::new(seed, Purpose::Shape, [index, 1]);
+        if clothes.chance(self.black_share) { body.in_black(&mut clothes) } else { body }
+    }
+}
+
+/// The place of each person in a clump of two to four who come at one time.
+fn clumps(people: usize, seed: u64) -> Vec<usize> {
+    let mut stream = Stream::new(seed, Purpose::Crowd, [people as u64, 1]);
+    let mut left = people;
+    let mut sizes = Vec::new();
+    while left > 0 {
+        let size = (2 + (stream.uniform() * 3.0) as usize).min(left);
+        sizes.extend(0..size);
+        left -= size;
+    }
+    sizes
+}
+
 fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> {
     let mut start_s = spec.from_s;
+    let places = clumps(spec.people.min(MOST_PEOPLE), seed);
     (0..spec.people.min(MOST_PEOPLE))
         .map(|index| {
             let mut person = Stream::new(seed, Purpose::Person, [index as u64, 0]);
-            let body = Body::random(spec.section, &mut person);
+            let body = spec.body(Body::random(spec.section, &mut person), seed, index as u64);
             let paired = spec.condition == Condition::Pairs;
             let lane_m = match (paired, index % 2) {
                 (false, _) => stream.between(-0.35, 0.35),
                 (true, 0) => -0.33,
                 (true, _) => 0.33,
             };
-            if index > 0 && !(paired && index % 2 == 1) {
+            let in_clump = places.get(index).copied().filter(|_| spec.in_clumps);
+            let comes_along = (paired && index % 2 == 1) || in_clump.is_some_and(|place| place > 0);
+            if index > 0 && !comes_along {
                 start_s += HEADWAY_S * stream.between(0.8, 1.5);
             }
-            let at = Point::new(lane_m, START_Y_M);
+            let at = match in_clump {
+                Some(place) => {
+                    let aside_m = if place % 2 == 0 { -CLUMP_M } else { CLUMP_M };
+                    Point::new(0.5 * aside_m, START_Y_M - CLUMP_M * (place / 2) as f64)
+                }
+                None => Point::new(lane_m, START_Y_M),
+            };
             let speed_m_s = person.between(spec.speed_m_s[0], spec.speed_m_s[1]);
             let radius_m = body.half_width_m * ROOM_SHARE;
+            let milling_m_s = match spec.waiting {
+                Waiting::AsTheyStand => speed_m_s,
+                Waiting::Milling => 0.1 + 0.2 * index as f64 / MOST_PEOPLE as f64,
+            };
             Guest {
                 body,
+                speeds_m_s: (speed_m_s, milling_m_s),
                 walker: Walker { at, velocity: Point::new(0.0, speed_m_s), radius_m, speed_m_s, goal: at },
                 visit: Visit::new(at, start_s, &mut person),
                 first_tick: 0,
@@ -209,7 +317,7 @@ fn send_next(guests: &mut [Guest]) {
 }
 
 /// One step of every guest in the world.
-fn walk(guests: &mut [Guest], fidget_m: f64, tick: u64, obstacles: &[Outline]) {
+fn walk(guests: &mut [Guest], avoidance: Avoidance, fidget_m: f64, tick: u64, obstacles: &[Outline]) {
     let time_s = tick as f64 * STEP_S;
     let present = |guest: &&mut Guest| guest.visit.is_present();
     let mut walkers = Vec::with_capacity(guests.len());
@@ -220,10 +328,15 @@ fn walk(guests: &mut [Guest], fidget_m: f64, tick: u64, obstacles: &[Outline]) {
         if (tick - guest.first_tick).is_multiple_of(SAMPLE) {
             guest.positions.push(guest.walker.at);
         }
+        let (walking_m_s, waiting_m_s) = guest.speeds_m_s;
+        guest.walker.speed_m_s = if guest.visit.phase == Phase::Waiting { waiting_m_s } else { walking_m_s };
         guest.walker.goal = guest.visit.goal(guest.walker.at, time_s, fidget_m, 0.0);
         walkers.push(guest.walker);
     }
-    crowd::step(&mut walkers, obstacles);
+    match avoidance {
+        Avoidance::SocialForce => crowd::step(&mut walkers, obstacles),
+        Avoidance::VelocityObstacles => avoidance::step(&mut walkers, obstacles),
+    }
     for (guest, walker) in guests.iter_mut().filter(present).zip(walkers) {
         guest.walker = walker;
     }
@@ -240,6 +353,11 @@ mod tests {
             section: Section::Torso,
             speed_m_s: ordinary_walks(),
             from_s: 10.0,
+            bodies: Family::Plain,
+            black_share: 0.0,
+            avoidance: Avoidance::SocialForce,
+            waiting: Waiting::AsTheyStand,
+            in_clumps: false,
         };
         let wall = |x: f64| Outline::Segment(Point::new(x, -1.6), Point::new(x, 1.0));
         let front = |x: f64| Outline::Segment(Point::new(x, 1.0), Point::new(x * 0.45, 1.0));

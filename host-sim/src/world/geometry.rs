@@ -8,6 +8,7 @@
 //!        └──────────────── x       (metres, counter-clockwise, as the site)
 //! ```
 
+use super::superellipse;
 pub use kehai_tracking::geometry::{Point, Pose, wrapped};
 
 /// A half line along which light travels.
@@ -42,6 +43,17 @@ pub enum Outline {
         /// Half axes, along `axis` and across it.
         half_axes_m: (f64, f64),
     },
+    /// A filled superellipse: a coat.
+    Superellipse {
+        /// Its middle.
+        centre: Point,
+        /// Unit vector along the axis that `half_axes_m.0` belongs to.
+        axis: Point,
+        /// Half axes, along `axis` and across it.
+        half_axes_m: (f64, f64),
+        /// 2 for an ellipse, more for a box with round corners.
+        exponent: f64,
+    },
 }
 
 impl Outline {
@@ -57,6 +69,11 @@ impl Outline {
         match *self {
             Self::Segment(from, to) => meet_segment(beam, from, to),
             Self::Ellipse { centre, axis, half_axes_m } => meet_ellipse(beam, centre, axis, half_axes_m),
+            Self::Superellipse { centre, axis, half_axes_m, exponent } => {
+                let met =
+                    superellipse::meet((beam.origin, beam.direction), centre, axis, half_axes_m, exponent);
+                met.map(|(range_m, incidence)| Meeting { range_m, incidence })
+            }
         }
     }
 
@@ -66,6 +83,7 @@ impl Outline {
         match *self {
             Self::Segment(from, to) => ((from + to) * 0.5, (to - from).length() * 0.5),
             Self::Ellipse { centre, half_axes_m: (along, across), .. } => (centre, along.max(across)),
+            Self::Superellipse { centre, half_axes_m: (along, across), .. } => (centre, along.hypot(across)),
         }
     }
 }
@@ -136,6 +154,31 @@ mod tests {
             assert_eq!(body.meet(&beam(0.0, 0.0, 6.0)), None);
             assert_eq!(body.meet(&beam(0.0, 0.0, 180.0)), None);
         }
+    }
+
+    #[test]
+    fn a_superellipse_with_an_exponent_of_two_is_the_ellipse() {
+        let (centre, axis, half_axes_m) = (Point::new(3.0, 0.1), Point::towards(0.6), (0.15, 0.25));
+        let ellipse = Outline::Ellipse { centre, axis, half_axes_m };
+        let coat = Outline::Superellipse { centre, axis, half_axes_m, exponent: 2.0 };
+        let mut met = 0;
+        for step in -80..=80 {
+            let beam = Beam { origin: Point::default(), direction: Point::towards(f64::from(step) * 0.002) };
+            match (coat.meet(&beam), ellipse.meet(&beam)) {
+                (Some(one), Some(other)) => {
+                    met += 1;
+                    assert!((one.range_m - other.range_m).abs() < 1e-4, "{step}: {one:?} {other:?}");
+                    assert!((one.incidence - other.incidence).abs() < 0.02, "{step}: {one:?} {other:?}");
+                }
+                (None, None) => {}
+                // A grazing beam.
+                (one, other) => {
+                    let incidence = one.or(other).map_or(0.0, |meeting| meeting.incidence);
+                    assert!(incidence < 0.05, "{step}: {one:?} {other:?}");
+                }
+            }
+        }
+        assert!(met > 50, "{met}");
     }
 
     #[test]

@@ -11,12 +11,14 @@
 //! bytes on every machine, and any scan or truth can be asked for in any order.
 
 pub mod arrangement;
+mod avoidance;
 pub mod body;
 mod built_in;
 pub mod crowd;
 pub mod door;
 pub mod gathering;
 pub mod geometry;
+pub mod installed;
 pub mod mishap;
 pub mod motion;
 pub mod moving;
@@ -27,7 +29,9 @@ pub mod random;
 pub mod raycast;
 pub mod scene;
 pub mod sensor;
+pub mod shape;
 pub mod standing;
+mod superellipse;
 pub mod trajectory;
 pub mod variation;
 pub(crate) mod visit;
@@ -50,6 +54,7 @@ use raycast::{Caster, Person, Thing};
 use scene::{Furniture, PersonSpec, Scene};
 use sensor::WorldSensor;
 use serde::{Deserialize, Serialize};
+use shape::{Family, Gestures};
 use site::{Blocks, Wall};
 use trajectory::Recorded;
 use walker::{Habit, Route, WayPoint};
@@ -142,11 +147,15 @@ impl World {
                 door.opens_s = Some(door_opens_s);
                 door.closes_s = Some(gathering.end_s);
             }
+            let gestures = |index: usize| {
+                (spec.bodies == Family::Arms).then_some(Gestures { seed, person: index as u64 })
+            };
             people.extend(gathering.people.into_iter().enumerate().map(|(index, (body, track))| Person {
                 name: format!("guest {}", index + 1),
                 body,
                 motion: Motion::Track(track),
                 crouches_s: None,
+                gestures: gestures(index),
             }));
         }
         people.extend(scene.recorded.iter().flat_map(recorded).enumerate().map(
@@ -154,7 +163,7 @@ impl World {
                 let mut stream = Stream::new(seed, Purpose::Person, [index as u64, 1]);
                 let body = Body::random(section, &mut stream);
                 let name = format!("recorded {}", index + 1);
-                Person { name, body, motion: Motion::Track(track), crouches_s: None }
+                Person { name, body, motion: Motion::Track(track), crouches_s: None, gestures: None }
             },
         ));
         people.extend(more.people);
@@ -252,7 +261,7 @@ fn scripted(scene: &Scene, wanderers: &[Wanderer], seed: u64) -> Vec<Person> {
     };
     let person = |(index, ((spec, wanderer), motion)): (usize, ((&PersonSpec, &Wanderer), Motion))| {
         let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
-        Person { name, body: wanderer.body, motion, crouches_s: spec.crouches_s }
+        Person { name, body: wanderer.body, motion, crouches_s: spec.crouches_s, gestures: None }
     };
     scene.people.iter().zip(wanderers).zip(motions).enumerate().map(person).collect()
 }

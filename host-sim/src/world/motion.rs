@@ -73,9 +73,15 @@ impl Track {
         Self::build(first_s, step_s, positions, heading_rad, None)
     }
 
-    /// As [`new`](Self::new), but the person turns to `rest_rad` when standing.
+    /// As [`new`](Self::new), but the person turns to `rest_rad` of the time, s, when standing.
     #[must_use]
-    pub fn resting(first_s: f64, step_s: f64, positions: &[Point], heading_rad: f64, rest_rad: f64) -> Self {
+    pub fn resting(
+        first_s: f64,
+        step_s: f64,
+        positions: &[Point],
+        heading_rad: f64,
+        rest_rad: &dyn Fn(f64) -> f64,
+    ) -> Self {
         Self::build(first_s, step_s, positions, heading_rad, Some(rest_rad))
     }
 
@@ -84,7 +90,7 @@ impl Track {
         step_s: f64,
         positions: &[Point],
         heading_rad: f64,
-        rest_rad: Option<f64>,
+        rest_rad: Option<&dyn Fn(f64) -> f64>,
     ) -> Self {
         let mut samples = Vec::with_capacity(positions.len());
         let mut heading_rad = heading_rad;
@@ -101,6 +107,7 @@ impl Track {
                 let first_walking = index == 0;
                 heading_rad += if first_walking { turn } else { turn * (step_s / TURNING_TIME_S).min(1.0) };
             } else if let Some(rest_rad) = rest_rad {
+                let rest_rad = rest_rad(first_s + step_s * index as f64);
                 heading_rad += wrapped(rest_rad - heading_rad) * (step_s / RESTING_TIME_S).min(1.0);
             }
             if index > 0 {

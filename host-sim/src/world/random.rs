@@ -31,6 +31,12 @@ pub enum Purpose {
     DropOut = 6,
     /// Where people of a crowd go, and when.
     Crowd = 7,
+    /// The shape of a person's body, where it is not plain; its clothes, where some are black.
+    Shape = 10,
+    /// What a person does with the arms.
+    Gesture = 11,
+    /// How a site was installed.
+    Installed = 12,
     /// Where one sensor's light falsifies another's readings.
     CrossTalk = 9,
     /// What the network does to one module's datagrams, and how its clock runs.

@@ -13,6 +13,7 @@ use super::geometry::{Beam, Meeting, Outline, Point, Pose};
 use super::motion::Motion;
 use super::moving::Moving;
 use super::noise::Seen;
+use super::shape::Gestures;
 use heapless::Vec as SmallVec;
 use kehai_emulator::source::{Revolution, SensorGeometry};
 
@@ -42,6 +43,8 @@ pub struct Person {
     pub motion: Motion,
     /// The time during which the person crouches.
     pub crouches_s: Option<[f64; 2]>,
+    /// What the arms do, if the body's shape has arms of its own.
+    pub gestures: Option<Gestures>,
 }
 
 impl Person {
@@ -50,7 +53,7 @@ impl Person {
     pub fn body_at(&self, time_s: f64) -> Body {
         match self.crouches_s {
             Some([from_s, until_s]) if (from_s..until_s).contains(&time_s) => self.body.crouching(),
-            _ => self.body,
+            _ => self.gestures.map_or(self.body, |gestures| self.body.at(gestures.at(time_s))),
         }
     }
 }
@@ -362,7 +365,7 @@ mod tests {
     fn person(positions: &[Point]) -> Person {
         let body = Body::random(Section::TorsoOnly, &mut Stream::new(1, Purpose::Person, [0, 0]));
         let motion = Motion::Track(Track::new(-10.0, 1.0, positions, 0.0));
-        Person { name: String::from("one"), body, motion, crouches_s: None }
+        Person { name: String::from("one"), body, motion, crouches_s: None, gestures: None }
     }
 
     fn caster(yaw_deg: f64) -> Caster {

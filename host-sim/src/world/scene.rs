@@ -31,6 +31,11 @@
 //! [gathering]                     # people enter, wait before a door, and leave
 //! condition = "dense"             # spread, dense, pairs
 //! people = 5
+//! bodies = "arms"                 # plain, arms, coats
+//! black_share = 0.1               # of them wear black
+//! avoidance = "velocity-obstacles" # or social-force
+//! waiting = "milling"             # or as-they-stand
+//! in_clumps = true                # two to four come at one time
 //!
 //! [[recorded]]                    # people on recorded trajectories
 //! file = "corridor.txt"           # beside this file
@@ -363,6 +368,11 @@ impl Scene {
             && !((1..=MOST_PEOPLE).contains(&gathering.people) && (0.0..=3600.0).contains(&gathering.from_s))
         {
             return Err(format!("gathering: people must be 1 to {MOST_PEOPLE}, from_s 0 to 3600"));
+        }
+        if let Some(gathering) = &self.gathering
+            && !(0.0..=1.0).contains(&gathering.black_share)
+        {
+            return Err(String::from("gathering: black_share must be 0 to 1"));
         }
         for (index, person) in self.people.iter().enumerate() {
             person.check().map_err(|what| format!("person {} \"{}\": {what}", index + 1, person.name))?;
