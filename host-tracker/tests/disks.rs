@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Where the system refuses to mount, that test is left out with a message; the limit on the size of files, and a
-//! folder in which no user may write, root included, are there everywhere.
+//! folder in which no user may write, root included, are there everywhere. Recordings and lines of tracks lose what comes
+//! while there is no room, say how much, and go on.
 #![cfg(target_os = "linux")]
 
 mod hall;
@@ -18,8 +19,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use hall::{Hall, Tracker};
+use host_tracker::record::replay::replay;
 use host_tracker::store::reader::Reader;
 use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::tracker::LifeCycle;
 use serde_json::Value;
@@ -154,6 +157,65 @@ fn a_folder_that_may_not_be_written_is_an_alarm_and_what_was_kept_in_memory_is_w
     ends(tracker);
     kept(&better.join("hall.db"), &frame);
     kept(&better.join("hall.db"), &after);
+}
+
+/// A limit on the size of each file, 50 kB: a recording of the hall passes it within seconds, and the lines of tracks
+/// soon after. The soft limit only, so that it can be lifted.
+const SMALL: &str = "ulimit -S -f 100; exec \"$0\" \"$@\"";
+
+/// Lines of a file, of which the last may be cut off.
+fn lines(file: &Path) -> Vec<Option<TracksLine>> {
+    let text = std::fs::read_to_string(file).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).ok()).collect()
+}
+
+#[test]
+fn f12_a_recording_and_the_lines_on_a_full_disk_are_alarms_and_go_on_when_there_is_room() {
+    let hall = Hall::new(5);
+    let (recording, tracks) = (hall.folder.path().join("hall.mcap"), hall.folder.path().join("hall.jsonl"));
+    let mut command = Command::new("sh");
+    command.args(["-c", SMALL]).arg(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(["run", "--no-mdns", "--http", "127.0.0.1:0", "--site"]).arg(&hall.site);
+    command.arg("--record").arg(&recording).arg("--tracks-out").arg(&tracks);
+    for (_, address) in hall.building.modules() {
+        command.args(["--module", &address.to_string()]);
+    }
+    let tracker = Tracker::start(command);
+    let mut listener = Listener::new(&tracker);
+    let full = |alarms: &[AlarmKind]| {
+        alarms.contains(&AlarmKind::Recording) && alarms.contains(&AlarmKind::TracksOut)
+    };
+    let has = |frame: &Snapshot| frame.alarms.iter().map(|alarm| alarm.kind).collect::<Vec<_>>();
+    let frame = (0..ALARM).map(|_| listener.frame()).find(|frame| full(&has(frame))).expect("no alarms");
+    let texts: Vec<&str> = frame.alarms.iter().map(|alarm| alarm.text.as_str()).collect();
+    println!("full: {texts:#?}");
+    assert!(texts.iter().all(|text| text.contains("lost so far")), "{texts:#?}");
+    assert!(texts[0].contains("hall.mcap") && texts[1].contains("hall.jsonl"), "{texts:#?}");
+    let lost_from_s = frame.line.t;
+    // Some seconds without room, in which people are followed.
+    while listener.frame().line.t < lost_from_s + 3.0 {}
+    let lifted = Command::new("prlimit")
+        .args(["--fsize=unlimited:unlimited", "--pid", &tracker.process.id().to_string()])
+        .status();
+    assert!(lifted.unwrap().success());
+    let after = (0..ALARM).map(|_| listener.frame()).find(|frame| frame.alarms.is_empty()).expect("no end");
+    while listener.frame().line.t < after.line.t + 3.0 {}
+    for kind in ["recording", "tracks-out"] {
+        let told = tracker.said().iter().filter(|line| line.contains(&format!("{kind}: /"))).count();
+        assert_eq!(told, 1, "{kind} is told once: {:#?}", tracker.said());
+        tracker.says(&format!("the tracker: {kind}: over"));
+    }
+    ends(tracker);
+
+    let outcome = replay(&recording, |_, _| Ok(())).unwrap();
+    println!("{outcome:?}");
+    assert_eq!(outcome.cut_off, "");
+    assert!(outcome.lost > 30, "three seconds of three modules");
+    let lines = lines(&tracks);
+    assert!(lines.iter().all(Option::is_some), "whole lines");
+    let times_s: Vec<f64> = lines.into_iter().flatten().map(|line| line.t).collect();
+    assert!(times_s.iter().all(|&t| t < lost_from_s || t > lost_from_s + 2.5), "what was lost is not there");
+    assert!(times_s.first().unwrap() < &lost_from_s && times_s.last().unwrap() > &(after.line.t + 2.0));
 }
 
 /// Ended with Ctrl-C's signal, it writes the last of it.

@@ -64,6 +64,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !outcome.cut_off.is_empty() {
         say(format_args!("the file ends early: {}", outcome.cut_off));
     }
+    if outcome.lost > 0 {
+        say(format_args!(
+            "{} messages are missing, as the disk was full or too slow: what follows them may differ",
+            outcome.lost
+        ));
+    }
     if outcome.different > 0 {
         return Err(format!("{}: {} lines differ", arguments.file.display(), outcome.different).into());
     }

@@ -149,7 +149,7 @@ impl TrackingLoop {
                 self.next_line_us = at_us + LINE_US;
                 return Ok(self.snapshot_at(at_us));
             }
-            for finding in self.search.iter().flat_map(Search::findings) {
+            for finding in self.search.iter_mut().flat_map(Search::findings) {
                 if now_us >= self.networks_until_us {
                     self.networks = networks::of_host();
                     self.networks_until_us = now_us + NETWORKS_US;
@@ -178,7 +178,11 @@ impl TrackingLoop {
         }
         let sessions = self.follower.sessions_mut();
         let Some(datagram) = sessions.decode(bytes) else { return };
-        if !self.registry.admit(from, &datagram, sessions, now_us) {
+        let admission = self.registry.admit(from, &datagram, sessions, now_us);
+        if let Some(recorder) = self.parts.recorder.as_ref().filter(|_| admission.is_elsewhere) {
+            recorder.elsewhere(now_us, datagram.device());
+        }
+        if !admission.is_used {
             return;
         }
         // Only what is used: who follows the recording again has not sent the requests, and cannot tell.

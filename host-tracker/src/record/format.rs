@@ -2,13 +2,30 @@
 
 use std::path::PathBuf;
 
+use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site::Site;
 use serde::{Deserialize, Serialize};
 
 pub(super) const SITE: &str = "/site";
 pub(super) const DATAGRAMS: &str = "/datagrams";
+pub(super) const ELSEWHERE: &str = "/elsewhere";
 pub(super) const LINES: &str = "/lines";
+pub(super) const LOST: &str = "/lost";
+
+/// What is recorded, with its time on the tracker's clock, µs.
+pub(super) enum Message {
+    Told(u64, Box<Told>),
+    Datagram(u64, Box<[u8]>),
+    Elsewhere(u64, ModuleId),
+    Line(u64, Box<TracksLine>),
+}
+
+/// Messages that should be here and are not.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Lost {
+    pub messages: u64,
+}
 
 /// The configuration of the tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

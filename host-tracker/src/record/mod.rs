@@ -3,12 +3,15 @@
 //! ```text
 //!   /site       JSON      what the tracker was told: its name and the site; again when the site changed
 //!   /datagrams  bytes     every datagram, as it arrived            ┐ log time: arrival, exact to the µs
-//!   /lines      JSON      every line of tracks, as it was given    ┘ of the tracker's own clock
+//!   /elsewhere  6 bytes   a device answers at another address      │ of the tracker's own clock
+//!   /lines      JSON      every line of tracks, as it was given    ┘
 //!   /people     JSON      the same for Foxglove: foxglove.SceneUpdate
+//!   /lost       JSON      how many messages are missing here: the disk was full, or too slow
 //! ```
 //!
 //! The first message is a site, and its time is the beginning of the tracker's clock. Messages are in the order in
-//! which the tracker took and gave them. A file that was cut off is good up to its last chunk, a second.
+//! which the tracker took and gave them. A file that was cut off is good up to its last chunk, a second. A disk that is
+//! full is tried again each second.
 //!
 //! Format: <https://mcap.dev/spec>; scene: <https://docs.foxglove.dev/docs/sdk/schemas/scene-update>.
 
@@ -17,15 +20,17 @@ mod people;
 pub mod replay;
 mod writer;
 
-use std::path::Path;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use format::Cause;
+use format::{Cause, Message};
 pub use format::{RecordError, Told};
+use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::Ideas;
@@ -38,18 +43,12 @@ const QUEUE: usize = 8192;
 /// Between two chunks.
 const CHUNK: Duration = Duration::from_secs(1);
 
-enum Message {
-    Told(u64, Box<Told>),
-    Datagram(u64, Box<[u8]>),
-    Line(u64, Box<TracksLine>),
-}
-
 /// A recording under way. It is closed when dropped.
 #[derive(Debug)]
 pub struct Recorder {
     tracker: Ideas,
     queue: Option<SyncSender<Message>>,
-    lost: AtomicU64,
+    lost: Arc<AtomicU64>,
     trouble: Arc<Mutex<String>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -68,26 +67,20 @@ impl Recorder {
         restored: Option<(TracksLine, f64)>,
     ) -> Result<Self, RecordError> {
         let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
-        let mut writer = Writer::create(file, begun_unix_ns).map_err(failed)?;
-        writer
-            .told(0, &Told { tracker: tracker.to_string(), site: site.clone(), restored })
-            .map_err(failed)?;
+        let out = File::create(file).map_err(|error| failed(error.into()))?;
+        let lost = Arc::new(AtomicU64::new(0));
+        let mut writer = Writer::new(out, begun_unix_ns, Arc::clone(&lost)).map_err(failed)?;
+        let told = Told { tracker: tracker.to_string(), site: site.clone(), restored };
+        writer.write(Message::Told(0, Box::new(told))).map_err(failed)?;
         let (queue, messages) = sync_channel(QUEUE);
         let trouble = Arc::new(Mutex::new(String::new()));
-        let (file, said) = (file.to_path_buf(), Arc::clone(&trouble));
+        let state =
+            State { file: file.to_path_buf(), lost: Arc::clone(&lost), trouble: Arc::clone(&trouble) };
         let thread = std::thread::Builder::new()
             .name("recorder".into())
-            .spawn({
-                let file = file.clone();
-                move || {
-                    if let Err(error) = write(&mut writer, &messages) {
-                        let text = RecordError { file, error }.to_string();
-                        *said.lock() = text;
-                    }
-                }
-            })
-            .map_err(|error| RecordError { file, error: error.into() })?;
-        Ok(Self { tracker, queue: Some(queue), lost: AtomicU64::new(0), trouble, thread: Some(thread) })
+            .spawn(move || write(&mut writer, &messages, &state))
+            .map_err(|error| failed(error.into()))?;
+        Ok(Self { tracker, queue: Some(queue), lost, trouble, thread: Some(thread) })
     }
 
     /// The site has changed, at `now_us` of the tracker's clock.
@@ -99,6 +92,11 @@ impl Recorder {
     /// A datagram has arrived, and is about to be taken.
     pub fn datagram(&self, now_us: u64, datagram: &[u8]) {
         self.send(Message::Datagram(now_us, datagram.into()));
+    }
+
+    /// A device answers at another address than before, and its times were forgotten for that.
+    pub fn elsewhere(&self, now_us: u64, device: ModuleId) {
+        self.send(Message::Elsewhere(now_us, device));
     }
 
     /// A line of tracks was given.
@@ -113,7 +111,7 @@ impl Recorder {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Why it has ended early, in words; empty if it has not.
+    /// Why messages are being lost, in words, and how many were; empty while none are.
     #[must_use]
     pub fn trouble(&self) -> String {
         self.trouble.lock().clone()
@@ -137,20 +135,48 @@ impl Drop for Recorder {
     }
 }
 
-/// Until the recorder is dropped, or the file cannot be written.
-fn write(writer: &mut Writer, messages: &Receiver<Message>) -> Result<(), Cause> {
-    let mut chunk_at = Instant::now() + CHUNK;
+/// How the recording is, to be seen by others.
+struct State {
+    file: PathBuf,
+    lost: Arc<AtomicU64>,
+    trouble: Arc<Mutex<String>>,
+}
+
+impl State {
+    /// What became of a chunk, when so many messages were lost before it.
+    fn note(&self, done: Result<(), Cause>, lost_before: u64) {
+        let (file, lost) = (self.file.display(), self.lost.load(Ordering::Relaxed));
+        *self.trouble.lock() = match done {
+            Err(error) => format!("{file}: {error}: {lost} messages are lost so far; it goes on when it can"),
+            Ok(()) if lost > lost_before => {
+                format!("{file}: the disk was full or is too slow: {lost} messages are lost so far")
+            }
+            Ok(()) => String::new(),
+        };
+    }
+}
+
+/// Until the recorder is dropped.
+fn write(writer: &mut Writer<File>, messages: &Receiver<Message>, state: &State) {
+    let (mut chunk_at, mut lost, mut failed) = (Instant::now() + CHUNK, 0, None);
     loop {
-        match messages.recv_timeout(chunk_at.saturating_duration_since(Instant::now())) {
-            Ok(Message::Told(now_us, told)) => writer.told(now_us, &told)?,
-            Ok(Message::Datagram(now_us, datagram)) => writer.datagram(now_us, &datagram)?,
-            Ok(Message::Line(at_us, line)) => writer.line(at_us, &line)?,
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return writer.finish(),
+        let taken = match messages.recv_timeout(chunk_at.saturating_duration_since(Instant::now())) {
+            Ok(message) => writer.write(message),
+            Err(RecvTimeoutError::Timeout) => Ok(()),
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        if let Err(error) = taken {
+            state.lost.fetch_add(1, Ordering::Relaxed);
+            failed = Some(error);
         }
         if Instant::now() >= chunk_at {
             chunk_at = Instant::now() + CHUNK;
-            writer.flush()?;
+            let before = std::mem::replace(&mut lost, state.lost.load(Ordering::Relaxed));
+            let done = writer.chunk();
+            state.note(failed.take().map_or(done, Err), before);
         }
+    }
+    if let Err(error) = writer.finish() {
+        tracing::error!("{}: the recording ends early: {error}", state.file.display());
     }
 }

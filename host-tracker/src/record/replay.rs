@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   /site ─▶ a follower      /datagrams ─▶ receive at the recorded µs      /lines ─▶ line at that time: equal?
+//!                            /elsewhere ─▶ that device's times are forgotten
 //! ```
 
 use std::fs::File;
@@ -14,7 +15,8 @@ use mcap::io::MessageReader;
 use mcap::sans_io::LinearReaderOptions;
 use sha2::{Digest, Sha256};
 
-use super::format::{Cause, DATAGRAMS, LINES, RecordError, SITE, Told};
+use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Lost, RecordError, SITE, Told};
+use kehai::wire::ModuleId;
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 
@@ -31,6 +33,8 @@ pub struct Outcome {
     pub lines: u64,
     /// Lines that differ from the recorded ones.
     pub different: u64,
+    /// Messages that are missing, as the disk was full or too slow: lines after them may differ for that alone.
+    pub lost: u64,
     /// SHA-256 over the recorded lines.
     pub recorded: String,
     /// The same over those of now.
@@ -99,6 +103,16 @@ pub fn replay(
             (DATAGRAMS, Some(follower)) => {
                 follower.receive(&message.data, now_us);
                 outcome.datagrams += 1;
+            }
+            (ELSEWHERE, Some(follower)) => {
+                if let Ok(device) = <[u8; 6]>::try_from(&*message.data) {
+                    follower.sessions_mut().is_elsewhere(ModuleId(device), now_us);
+                }
+            }
+            (LOST, Some(_)) => {
+                let note: Lost =
+                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
+                outcome.lost = outcome.lost.saturating_add(note.messages);
             }
             (LINES, Some(follower)) => {
                 let line = follower.line(now_us as f64 * 1e-6);

@@ -51,6 +51,16 @@ const OLD_S: f64 = 1.0;
 /// Most corners of what a device sees, the device's own place left out: one for each 2° of a whole turn.
 const CORNERS: usize = 180;
 
+/// What becomes of a datagram from an address that is known.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Admission {
+    /// It is to be used.
+    pub is_used: bool,
+    /// Its device answers at another address than before, and its times were forgotten for that. So they must be by all
+    /// who follow what was used.
+    pub is_elsewhere: bool,
+}
+
 /// A device that has answered.
 #[derive(Debug)]
 struct Answered {
@@ -195,10 +205,11 @@ impl Registry {
         datagram: &Datagram<'_>,
         sessions: &mut Sessions,
         now_us: u64,
-    ) -> bool {
+    ) -> Admission {
+        let refused = Admission::default();
         let (device, message) = (datagram.device(), &datagram.message);
         let Some(mut index) = self.routes.iter().position(|route| route.address() == Some(from)) else {
-            return false;
+            return refused;
         };
         let route = &self.routes[index];
         if let Device::Known(other) = route.device
@@ -207,44 +218,44 @@ impl Registry {
             let asked = sessions.get(other).filter(|session| session.kind(message, now_us) == Kind::Answer);
             let Some(session) = asked.filter(|_| !route.is_answering(now_us)) else {
                 sessions.refuse_foreign();
-                return false;
+                return refused;
             };
             let Some(left) = self.leave(index, from, session.subscription(), now_us) else {
                 sessions.refuse_foreign();
-                return false;
+                return refused;
             };
             index = left;
         }
         if let Device::Unknown(subscription) = &self.routes[index].device {
             if subscription.kind(message, now_us) != Kind::Answer {
                 sessions.refuse_unasked();
-                return false;
+                return refused;
             }
             let subscription = subscription.clone();
             if !self.meet(index, from, device, now_us) {
                 sessions.refuse_foreign();
-                return false;
+                return refused;
             }
             sessions.meet(device, &subscription, now_us);
         }
         let kind = sessions.get(device).map_or(Kind::Unasked, |session| session.kind(message, now_us));
         let Some(route) = self.routes.iter_mut().find(|route| route.address() == Some(from)) else {
-            return false;
+            return refused;
         };
+        let mut is_elsewhere = false;
         if kind == Kind::Answer {
             let before = self.answered.get(&device).map(|answered| answered.address);
-            if before.is_some_and(|before| before != from)
-                && let Some(session) = sessions.get_mut(device)
-            {
-                session.is_elsewhere(now_us);
+            is_elsewhere = before.is_some_and(|before| before != from);
+            if is_elsewhere {
+                sessions.is_elsewhere(device, now_us);
             }
             (route.tried_us, route.answered_us, route.proven) = (now_us, Some(now_us), true);
         }
         if !route.proven {
             sessions.refuse_foreign();
-            return false;
+            return refused;
         }
-        sessions.admit(datagram, now_us)
+        Admission { is_used: sessions.admit(datagram, now_us), is_elsewhere }
     }
 
     /// Another device is at this address now. The route's own is looked for at its other addresses, if it has any, and

@@ -20,6 +20,8 @@ fn at(host: u8) -> SocketAddr {
 struct Network {
     registry: Registry,
     follower: Follower,
+    /// Follows what a recording holds.
+    again: Follower,
     modules: Vec<(SocketAddr, Fake)>,
     now_us: u64,
 }
@@ -29,7 +31,8 @@ impl Network {
         let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
         let registry = Registry::new(Arc::clone(&site), given);
         let follower = Follower::new(&site, Ideas::default());
-        Self { registry, follower, modules, now_us: 10 * SECOND_US }
+        let again = Follower::new(&site, Ideas::default());
+        Self { registry, follower, again, modules, now_us: 10 * SECOND_US }
     }
 
     /// One datagram from an address; whether it was admitted.
@@ -39,10 +42,18 @@ impl Network {
         }
         let sessions = self.follower.sessions_mut();
         let datagram = sessions.decode(bytes).unwrap();
-        if !self.registry.admit(from, &datagram, sessions, self.now_us) {
+        let admission = self.registry.admit(from, &datagram, sessions, self.now_us);
+        if admission.is_elsewhere {
+            self.again.sessions_mut().is_elsewhere(datagram.device(), self.now_us);
+        }
+        if !admission.is_used {
             return false;
         }
         let observation = self.follower.follow(&datagram, self.now_us);
+        let again = self.again.follow(&datagram, self.now_us);
+        let start_s = |observation: &Observation| observation.start_s;
+        let (live_s, again_s) = (observation.as_ref().map(start_s), again.as_ref().map(start_s));
+        assert_eq!(live_s, again_s, "who follows the recording uses it otherwise");
         let sessions = self.follower.sessions_mut();
         let mut sent = Vec::new();
         self.registry.heard(from, &datagram, observation, sessions, self.now_us, |bytes, to| {
@@ -80,7 +91,10 @@ impl Network {
     }
 
     fn zone(&mut self) -> ZoneKnown {
-        self.follower.line(self.now_us as f64 * 1e-6).zones["area"].state
+        let at_s = self.now_us as f64 * 1e-6;
+        let line = self.follower.line(at_s);
+        assert_eq!(self.again.line(at_s), line);
+        line.zones["area"].state
     }
 
     fn lines(&mut self) -> Vec<ModuleLine> {
@@ -286,6 +300,22 @@ fn f4_the_clock_of_another_that_answered_as_it_is_not_the_modules() {
         }
     }
     assert!(is_found);
+}
+
+#[test]
+fn a_module_that_starts_anew_each_second_and_a_half_is_followed_each_time() {
+    let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 1, "left"))]);
+    network.seconds(3);
+    for boot in 2..29 {
+        network.modules[0].1 = Fake::new(1, boot, "left");
+        let before = network.follower.sessions().get(id(1)).unwrap().reports();
+        (0..15).for_each(|_| network.tenth());
+        let session = network.follower.sessions().get(id(1)).unwrap();
+        assert!(before > 0 && session.reports() > 0, "start {boot}");
+    }
+    assert_eq!(network.follower.sessions().iter().count(), 1);
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
 }
 
 #[test]

@@ -97,6 +97,14 @@ impl Sessions {
         false
     }
 
+    /// A device answers at another address than before: see [`Session::is_elsewhere`]. Who follows the same datagrams again
+    /// has to be told, as they do not say where they came from.
+    pub fn is_elsewhere(&mut self, device: ModuleId, now_us: u64) {
+        if let Some(session) = self.get_mut(device) {
+            session.is_elsewhere(now_us);
+        }
+    }
+
     /// A datagram came in the name of a device that answers at another address.
     pub const fn refuse_foreign(&mut self) {
         self.drops.foreign += 1;

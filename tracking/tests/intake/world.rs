@@ -100,6 +100,8 @@ impl Ord for Flying {
 pub struct World {
     pub registry: Registry,
     pub follower: Follower,
+    /// Follows what a recording holds, and must know the same. In one sequence of sixteen: it doubles the time.
+    again: Option<Follower>,
     pub honest: [Honest; 2],
     /// A peer without a place, which answers as whom it likes.
     pub peer: Fake,
@@ -130,6 +132,7 @@ impl World {
         let mut world = Self {
             registry: Registry::new(Arc::clone(&SITE), &[address(0), address(PEER)]),
             follower: Follower::new(&SITE, Ideas::default()),
+            again: (seed >> 4 == 0).then(|| Follower::new(&SITE, Ideas::default())),
             honest: [module(1, "left", -2.0, 0.0), right],
             peer: Fake::new(9, 1, PEERS_NAME),
             people,
@@ -252,7 +255,16 @@ impl World {
         }
         let sessions = self.follower.sessions_mut();
         let Some(datagram) = sessions.decode(&flying.bytes) else { return };
-        if !self.registry.admit(flying.from, &datagram, sessions, self.now_us) {
+        let admission = self.registry.admit(flying.from, &datagram, sessions, self.now_us);
+        if let Some(again) = &mut self.again {
+            if admission.is_elsewhere {
+                again.sessions_mut().is_elsewhere(datagram.device(), self.now_us);
+            }
+            if admission.is_used {
+                again.receive(&flying.bytes, self.now_us);
+            }
+        }
+        if !admission.is_used {
             return;
         }
         let identity = datagram.header.identity;
@@ -340,7 +352,12 @@ impl World {
     }
 
     pub fn zone(&mut self) -> ZoneLine {
-        self.follower.estimate(self.now_us as f64 * 1e-6).zones.remove("area").unwrap()
+        let at_s = self.now_us as f64 * 1e-6;
+        let mut known = self.follower.estimate(at_s);
+        if let Some(again) = &mut self.again {
+            assert_eq!(again.estimate(at_s), known, "who follows the recording knows something else");
+        }
+        known.zones.remove("area").unwrap()
     }
 
     pub fn seconds(&mut self, seconds: u64) {
