@@ -53,7 +53,8 @@ fn headless_it_sums_up_and_leaves_only_what_was_asked_for() {
 #[test]
 fn it_shows_a_map_says_how_modules_were_found_and_ends_with_ctrl_c() {
     let folder = folder("map");
-    let mut running = Running(demo(&folder, &["--http", "127.0.0.1:0"]).spawn().unwrap());
+    let asked = ["--http", "127.0.0.1:0", "--http-name", "map.example.org"];
+    let mut running = Running(demo(&folder, &asked).spawn().unwrap());
     let mut lines = BufReader::new(running.0.stdout.take().unwrap()).lines().map_while(Result::ok);
     let address = lines
         .by_ref()
@@ -61,6 +62,9 @@ fn it_shows_a_map_says_how_modules_were_found_and_ends_with_ctrl_c() {
         .expect("it says where its map is");
     let page = ureq::get(format!("http://{address}/")).call().unwrap();
     assert_eq!(page.status(), 200);
+    let page = ureq::get(format!("http://{address}/")).header("Host", "map.example.org").call().unwrap();
+    assert_eq!(page.status(), 200, "by the name that its owner gave it");
+    assert!(ureq::get(format!("http://{address}/")).header("Host", "evil.lan").call().is_err());
     let found = lines.by_ref().find(|line| line.contains("DNS-SD") || line.contains("no multicast"));
     println!("{}", found.expect("it says how modules were found"));
     let interrupt = format!("kill -INT {}", running.0.id());

@@ -277,6 +277,22 @@ fn other_pages_may_neither_write_nor_listen() {
 }
 
 #[test]
+fn f11_a_request_for_two_hosts_is_refused() {
+    let map = Map::new();
+    let hosts = ["Host: localhost", "Host: evil.lan"];
+    for [first, second] in [hosts, [hosts[1], hosts[0]], [hosts[0]; 2]] {
+        for line in ["GET /", "GET /api/site", "POST /api/door/front/exit"] {
+            let request = format!("{line} HTTP/1.1\r\n{first}\r\n{second}\r\nConnection: close\r\n\r\n");
+            let mut stream = TcpStream::connect(map.server.address()).unwrap();
+            stream.write_all(request.as_bytes()).unwrap();
+            let mut answer = String::new();
+            stream.read_to_string(&mut answer).unwrap();
+            assert!(answer.starts_with("HTTP/1.1 400 ") && answer.contains("more than once"), "{answer}");
+        }
+    }
+}
+
+#[test]
 fn a_site_is_saved_and_handed_on() {
     let map = Map::new();
     let mut socket = map.socket(None).unwrap();

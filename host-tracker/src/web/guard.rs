@@ -15,18 +15,31 @@
 //! | the host's own name, alone, whole, and with `.local`, `.lan`, `.home.arpa` | what routers and mDNS make of it |
 //! | names of `--http-name` | others that its owner gave it |
 //!
+//! A request with two `Host` is refused as malformed (RFC 9112, 3.2): one of them may be what passes, the other what was asked.
+//!
 //! A program without `Origin` is no browser, and is allowed: any program that reaches the port may write. So the server
 //! listens on the loopback address unless it is told otherwise.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+
+/// The host that the browser believes it asks: `Host`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Host<'a> {
+    /// It is not said.
+    None,
+    /// This one.
+    One(&'a str),
+    /// Several: which of them a proxy on the way, or the browser, has meant cannot be known.
+    Several,
+}
 
 /// What a request says of its origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Asks<'a> {
     /// The address that its connection reached.
     pub own: IpAddr,
-    /// `Host`: the host that the browser believes it asks.
-    pub host: Option<&'a str>,
+    /// The host that it is for.
+    pub host: Host<'a>,
     /// `Origin`: the page that asks.
     pub origin: Option<&'a str>,
     /// `Sec-Fetch-Site`: the browser's own opinion.
@@ -43,6 +56,9 @@ pub enum Refusal {
     /// No `Host`.
     #[error("the request does not say which host it is for")]
     NoHost,
+    /// More than one `Host`.
+    #[error("the request says more than once which host it is for")]
+    SeveralHosts,
     /// Another machine's name, or an address that is not here.
     #[error(
         "\"{0}\" is no name of this machine: open the map at {1}, or start the tracker with --http-name {0}"
@@ -97,7 +113,11 @@ impl Names {
 /// # Errors
 /// Why it may not.
 pub fn check(asks: &Asks<'_>, names: &Names) -> Result<(), Refusal> {
-    let host = asks.host.ok_or(Refusal::NoHost)?;
+    let host = match asks.host {
+        Host::One(host) => host,
+        Host::None => return Err(Refusal::NoHost),
+        Host::Several => return Err(Refusal::SeveralHosts),
+    };
     let name = without_port(host);
     let is_here = |address: IpAddr| address == asks.own || address.is_loopback();
     if !address(name).is_some_and(is_here) && !names.has(name) {
@@ -141,6 +161,7 @@ mod tests {
     const LOCAL: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
     fn asks(host: Option<&str>) -> Asks<'_> {
+        let host = host.map_or(Host::None, Host::One);
         Asks { own: LOCAL, host, origin: None, fetch_site: None, writes: false, opens_socket: false }
     }
 
@@ -195,6 +216,8 @@ mod tests {
             }
         }
         assert_eq!(check(&asks(None), &names()), Err(Refusal::NoHost));
+        let several = Asks { host: Host::Several, ..asks(None) };
+        assert_eq!(check(&several, &names()), Err(Refusal::SeveralHosts));
         assert!(check(&asks(Some("")), &Names::new("", &[])).is_err(), "a machine without a name");
     }
 

@@ -88,7 +88,10 @@ async fn guarded(
     let counts = &shared.context.connections;
     let asks = guard::Asks {
         own: ends.own,
-        host: text(request.headers(), header::HOST),
+        host: match request.headers().get_all(header::HOST).iter().count() {
+            0 | 1 => text(request.headers(), header::HOST).map_or(guard::Host::None, guard::Host::One),
+            _ => guard::Host::Several,
+        },
         origin: text(request.headers(), header::ORIGIN),
         fetch_site: text(request.headers(), header::HeaderName::from_static("sec-fetch-site")),
         writes: !matches!(*request.method(), Method::GET | Method::HEAD),
@@ -108,7 +111,13 @@ async fn guarded(
         Ok(()) => next.run(request).await,
         Err(why) => {
             counts.count(Cause::Foreign);
-            refuse(StatusCode::FORBIDDEN, &why.to_string())
+            let status = match why {
+                guard::Refusal::SeveralHosts => StatusCode::BAD_REQUEST,
+                guard::Refusal::NoHost
+                | guard::Refusal::ForeignName(..)
+                | guard::Refusal::ForeignPage { .. } => StatusCode::FORBIDDEN,
+            };
+            refuse(status, &why.to_string())
         }
     };
     let headers = response.headers_mut();

@@ -70,6 +70,10 @@ pub struct Arguments {
     #[arg(long, value_name = "IP:PORT")]
     http: Option<SocketAddr>,
 
+    /// A further name or address under which browsers may open the map, as of kehai-tracker run
+    #[arg(long, value_name = "NAME", conflicts_with = "headless")]
+    http_name: Vec<String>,
+
     /// A scene of one's own, or one that comes with the program
     #[arg(long, value_name = "FILE.toml", default_value = "building")]
     scene: String,
@@ -106,8 +110,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let database = arguments.db.clone().unwrap_or_else(|| temporary.0.join("demo.db"));
     let building = Building::announced(&scene, arguments.seed.unwrap_or(scene.seed))?;
     let found = look(&building);
-    let map =
-        (!arguments.headless).then(|| Map { listen: listen(arguments.http), doors: None, names: Vec::new() });
+    let names = arguments.http_name.clone();
+    let map = (!arguments.headless).then(|| Map { listen: listen(arguments.http), doors: None, names });
     let settings = Settings {
         site: SiteFile::load(&path)?,
         modules: building.modules().iter().map(|(_, address)| *address).collect(),
