@@ -24,10 +24,16 @@ use mdns_sd::{IfKind, Receiver, ResolvedService, ServiceDaemon, ServiceEvent};
 )]
 pub struct SearchError(String);
 
+/// Instances announced before the search begins anew: four times as many as are looked for. What was announced is kept in
+/// memory for as long as the announcement says, 3 kB each.
+const ANNOUNCED: u32 = 1024;
+
 /// Looks for modules until dropped.
 pub struct Search {
     daemon: ServiceDaemon,
     events: Receiver<ServiceEvent>,
+    /// Instances since it began.
+    announced: u32,
 }
 
 impl fmt::Debug for Search {
@@ -47,12 +53,23 @@ impl Search {
         // Modules have no IPv6 addresses.
         daemon.disable_interface(IfKind::IPv6).map_err(error)?;
         let events = daemon.browse(&format!("{}.local.", SERVICE.join("."))).map_err(error)?;
-        Ok(Self { daemon, events })
+        Ok(Self { daemon, events, announced: 0 })
     }
 
     /// What has been found since the last time; does not wait.
-    pub fn findings(&self) -> impl Iterator<Item = Finding> + '_ {
-        self.events.try_iter().filter_map(finding)
+    pub fn findings(&mut self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        for event in self.events.try_iter() {
+            self.announced += u32::from(matches!(event, ServiceEvent::ServiceFound(..)));
+            findings.extend(finding(event));
+        }
+        // If there are no sockets for a new one, the old one goes on.
+        if self.announced > ANNOUNCED
+            && let Ok(anew) = Self::start()
+        {
+            *self = anew;
+        }
+        findings
     }
 
     /// The next finding before `end`.
