@@ -42,6 +42,7 @@ mod proof {
         sensor(at);
         perception(at);
         wire(at);
+        floor(at);
         module(at);
         loop {}
     }
@@ -224,6 +225,17 @@ mod proof {
         keep(at, clock);
     }
 
+    fn floor(at: usize) {
+        use kehai::floor::Floor;
+        let mut floor: Floor = opaque(at);
+        let bytes: [u8; 64] = opaque(at);
+        keep(at, floor.read(bytes.get(..opaque(at)).unwrap_or(&bytes)));
+        keep(at, floor.pressed().bytes(floor.panels()).len());
+        floor.faulty().for_each(|faulty| keep(at, faulty));
+        keep(at, floor);
+        keep(at, Floor::new(opaque(at), opaque(at)));
+    }
+
     fn wire(at: usize) {
         use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Incoming, Message, ModuleId};
         let mut out: [u8; DATAGRAM_MAX] = opaque(at);
@@ -248,6 +260,10 @@ mod proof {
                 }
                 Message::ProfilePart(part) => part.beams.iter().for_each(|beam| keep(at, beam)),
                 Message::RawPart(part) => part.ranges_mm.iter().for_each(|range_mm| keep(at, range_mm)),
+                Message::Pressed(pressed) => {
+                    pressed.down.iter().for_each(|bits| keep(at, bits));
+                    pressed.faulty.iter().for_each(|faulty| keep(at, faulty));
+                }
                 _ => {}
             }
         }

@@ -38,6 +38,7 @@ pub mod candidate;
 pub mod centre;
 pub mod cluster;
 pub mod device;
+pub mod floor;
 pub mod link;
 pub mod math;
 mod outline;

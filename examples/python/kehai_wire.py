@@ -292,6 +292,31 @@ def raw_part(reader):
     return result
 
 
+def pressed(reader):
+    keys = (
+        "sequence",
+        "setup",
+        "background_version",
+        "stamp_us",
+        "sensor_ms",
+        "uncertainty_us",
+        "lost_scans",
+    )
+    result = dict(zip(keys, reader.fixed("IHHQQII"), strict=True))
+    columns, rows = reader.fixed("BB")
+    down, faulty = reader.list(reader.u8), reader.list(lambda: reader.fixed("H")[0])
+    panels = columns * rows
+    known = all(code & 0x7FFF < panels for code in faulty) and len(faulty) <= 32
+    if not 1 <= panels <= 1024 or len(down) != (panels + 7) // 8 or not known:
+        raise Malformed("panels that the floor does not have")
+    result["columns"], result["rows"] = columns, rows
+    result["down"] = [panel for panel in range(panels) if down[panel // 8] >> panel % 8 & 1]
+    result["faulty"] = [
+        {"panel": code & 0x7FFF, "fault": "dead" if code >> 15 else "stuck"} for code in faulty
+    ]
+    return result
+
+
 MESSAGES = {
     0x80: refused,
     0x81: cookie,
@@ -304,6 +329,7 @@ MESSAGES = {
     0x91: health,
     0x92: profile_part,
     0x93: raw_part,
+    0x94: pressed,
 }
 
 

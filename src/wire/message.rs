@@ -14,6 +14,7 @@
 //!  91  health        see `health`
 //!  92  profile part  see `part`
 //!  93  raw part      see `part`
+//!  94  pressed       see `pressed`
 //! ```
 //!
 //! The integers of answers are fixed. *t2* is when the module received the request and *t3* when it sent
@@ -25,6 +26,7 @@ use super::header::{FROM_MODULE, HEADER_LEN, Header, Identity, Unreadable, VERSI
 use super::health::Health;
 use super::info::Info;
 use super::part::{ProfilePart, RawPart};
+use super::pressed::Pressed;
 use super::refusal::Refused;
 use super::report::Report;
 use super::request::{COMMON_LEN, Cookie, SETTINGS_TEXT_MAX};
@@ -86,6 +88,8 @@ pub enum Message<'a> {
     ProfilePart(ProfilePart<'a>),
     /// A part of a raw scan.
     RawPart(RawPart<'a>),
+    /// Which panels of a pressure floor are down.
+    Pressed(Pressed<'a>),
 }
 
 /// A place among the subscribers is taken, or kept.
@@ -128,6 +132,7 @@ impl<'a> Message<'a> {
             Self::Health(_) => 0x91,
             Self::ProfilePart(_) => 0x92,
             Self::RawPart(_) => 0x93,
+            Self::Pressed(_) => 0x94,
         }
     }
 
@@ -161,6 +166,7 @@ impl<'a> Message<'a> {
             0x91 => Self::Health(Health::read(reader)?),
             0x92 => Self::ProfilePart(ProfilePart::read(reader)?),
             0x93 => Self::RawPart(RawPart::read(reader)?),
+            0x94 => Self::Pressed(Pressed::read(reader)?),
             kind => return Err(Unreadable::Kind(kind)),
         })
     }
@@ -190,6 +196,7 @@ impl<'a> Message<'a> {
             Self::Health(health) => health.write(&mut writer)?,
             Self::ProfilePart(part) => part.write(&mut writer)?,
             Self::RawPart(part) => part.write(&mut writer)?,
+            Self::Pressed(pressed) => pressed.write(&mut writer)?,
         }
         Ok(HEADER_LEN + writer.finish())
     }

@@ -30,6 +30,7 @@
 //! | `request` | what hosts send: [`Request`], and [`Incoming`] as a module reads it |
 //! | `message` | what modules send: [`Message`] |
 //! | `report` | candidates and unseen spans of a scan |
+//! | `pressed` | panels of a pressure floor that are down |
 //! | `health`, `counters` | how the module is, and what it has dropped |
 //! | `info` | its identity, sensor and geometry |
 //! | `part` | background profiles and raw scans |
@@ -55,6 +56,7 @@ mod health;
 mod info;
 mod message;
 mod part;
+mod pressed;
 mod refusal;
 mod report;
 mod request;
@@ -73,6 +75,7 @@ pub use message::{Message, SETTINGS_MAX, Subscribed};
 pub use part::{
     PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, ProfilePart, RAW_PART_BEAMS, RAW_PART_MAX, RawPart,
 };
+pub use pressed::{FaultyPanel, PRESSED_MAX, Pressed};
 pub use refusal::{Refusal, Refused, SettingFault};
 pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead};
 pub use request::{Cookie, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};

@@ -56,7 +56,8 @@ pub const NECK_UNIT_MM: u16 = CONTOUR_UNIT_MM;
 /// Range step beyond an end where nothing returned.
 const NOTHING_BEYOND: i8 = i8::MAX;
 
-const HEAD_LEN: usize = 4 + 2 + 2 + 8 + 8 + 4 + 4;
+/// Bytes of a report's head.
+pub(super) const HEAD_LEN: usize = 4 + 2 + 2 + 8 + 8 + 4 + 4;
 
 /// Most bytes of a report's message. With the header, and so with room for authentication, it fits a
 /// datagram:

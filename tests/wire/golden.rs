@@ -8,13 +8,15 @@ use std::path::PathBuf;
 
 use kehai::background::{Absorb, BeamProfile, BeamState, Suspect};
 use kehai::candidate::{Candidate, End, EndKind, Neck};
+use kehai::floor::Fault;
 use kehai::scan::{Geometry, ScanTime, URG_04LX};
 use kehai::sensor::SensorState;
 use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
-    Alarms, COUNTERS, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, Health, HealthHead,
-    Identity, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, ProfilePart, RawPart,
-    Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault, Subscribed,
+    Alarms, COUNTERS, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health,
+    HealthHead, Identity, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed,
+    ProfilePart, RawPart, Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault,
+    Subscribed,
 };
 
 const MODULE: Identity = Identity { module: ModuleId([0x52, 0x54, 0x00, 0x12, 0x34, 0x01]), boot: 7 };
@@ -207,6 +209,24 @@ fn a_report_has_its_bytes() {
     check_message("report", Message::Report(full));
     let empty = Report { head, candidates: List::default(), unseen: List::default() };
     check_message("report-empty", Message::Report(empty));
+}
+
+#[test]
+fn a_floor_has_its_bytes() {
+    let head = ReportHead {
+        sequence: 1234,
+        setup: 1,
+        stamp_us: 123_456_789,
+        uncertainty_us: 1500,
+        lost_scans: 4,
+        ..ReportHead::default()
+    };
+    // 5 × 3 panels: a sole over (1, 0), (2, 0) and (2, 1).
+    let down = [0b1000_0110, 0];
+    let faulty =
+        [FaultyPanel { panel: 14, fault: Fault::Stuck }, FaultyPanel { panel: 5, fault: Fault::Dead }];
+    let pressed = Pressed { head, columns: 5, rows: 3, down: List::new(&down), faulty: List::new(&faulty) };
+    check_message("pressed", Message::Pressed(pressed));
 }
 
 #[test]

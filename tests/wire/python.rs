@@ -10,7 +10,7 @@ use kehai::candidate::Candidate;
 use kehai::unseen::UnseenSpan;
 use kehai::wire::{
     Alarms, Cookie, Counter, DATAGRAM_MAX, Event, Health, Identity, Incoming, Info, LearningProgress,
-    Message, ModuleId, PartHead, Refusal, Report, Request, SensorInfo,
+    Message, ModuleId, PartHead, Pressed, Refusal, Report, Request, SensorInfo,
 };
 use serde_json::{Map, Value, json};
 
@@ -205,6 +205,7 @@ fn object(datagram: &[u8]) -> Value {
             );
             ("raw_part", object)
         }
+        Message::Pressed(it) => ("pressed", pressed(&it)),
     };
     let mut object =
         json!({"message": name, "module": header.identity.module.to_string(), "boot": header.identity.boot});
@@ -219,6 +220,19 @@ fn report(report: &Report<'_>) -> Value {
     json!({"sequence": head.sequence, "setup": head.setup, "background_version": head.background_version,
         "stamp_us": head.stamp_us, "sensor_ms": head.sensor_ms, "uncertainty_us": head.uncertainty_us,
         "lost_scans": head.lost_scans, "candidates": candidates, "unseen": unseen})
+}
+
+fn pressed(pressed: &Pressed<'_>) -> Value {
+    let head = &pressed.head;
+    let bits: Vec<u8> = pressed.down.iter().collect();
+    let panels = usize::from(pressed.columns) * usize::from(pressed.rows);
+    let down: Vec<usize> = (0..panels).filter(|panel| bits[panel / 8] >> (panel % 8) & 1 != 0).collect();
+    let faulty: Vec<Value> =
+        pressed.faulty.iter().map(|one| json!({"panel": one.panel, "fault": snake(one.fault)})).collect();
+    json!({"sequence": head.sequence, "setup": head.setup, "background_version": head.background_version,
+        "stamp_us": head.stamp_us, "sensor_ms": head.sensor_ms, "uncertainty_us": head.uncertainty_us,
+        "lost_scans": head.lost_scans, "columns": pressed.columns, "rows": pressed.rows, "down": down,
+        "faulty": faulty})
 }
 
 fn candidate(one: &Candidate) -> Value {

@@ -2,12 +2,13 @@
 
 use kehai::background::{Absorb, BeamProfile, BeamState, Suspect};
 use kehai::candidate::{CONTOUR_POINTS_WIDE, Candidate, End, EndKind, NECKS, Neck};
+use kehai::floor::Fault;
 use kehai::scan::{Geometry, GeometryParts, ScanTime};
 use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
-    Alarms, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, Health, HealthHead, Identity, Info,
-    LearningProgress, List, Message, ModuleId, PartHead, ProfilePart, RawPart, Refusal, Refused, Report,
-    ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Subscribed,
+    Alarms, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health, HealthHead,
+    Identity, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed, ProfilePart, RawPart,
+    Refusal, Refused, Report, ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Subscribed,
 };
 
 pub const MODULE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 9]), boot: 7 };
@@ -157,6 +158,7 @@ pub fn samples() -> Vec<Vec<u8>> {
     let health = Health { head: HEALTH_HEAD, counters, suspects, events };
     let head = PartHead { object: 1, part: 1, parts: 2, first_step: 9, setup: 1 };
     let beams = List::new(&[PROFILE]);
+    let faulty = List::new(&[FaultyPanel { panel: 8, fault: Fault::Dead }]);
     let raw = RawPart { head, time: ScanTime::default(), ranges_mm: List::new(&[1, 2, 3]) };
     [
         Message::Refused(Refused { request_id: 1, kind: 2, refusal: Refusal::VERSION }),
@@ -170,6 +172,7 @@ pub fn samples() -> Vec<Vec<u8>> {
         Message::Health(health),
         Message::ProfilePart(ProfilePart { head, beams }),
         Message::RawPart(raw),
+        Message::Pressed(Pressed { head: HEAD, columns: 3, rows: 3, down: List::new(&[1, 1]), faulty }),
     ]
     .map(datagram)
     .to_vec()

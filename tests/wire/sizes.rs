@@ -3,13 +3,14 @@
 use crate::samples::*;
 use kehai::background::{BeamProfile, SUSPECTS};
 use kehai::candidate::{CANDIDATES, Candidate};
+use kehai::floor::{FAULTY, Fault, PANELS};
 use kehai::scan::ScanTime;
 use kehai::unseen::UNSEEN_SPANS;
 use kehai::wire::{
-    AUTHENTICATION_LEN, Cookie, DATAGRAM_MAX, EVENTS, HEADER_LEN, HEALTH_MAX, Health, INFO_MAX, Info, List,
-    Message, PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, ProfilePart, RAW_PART_BEAMS, RAW_PART_MAX,
-    REPORT_MAX, REQUEST_MAX, RawPart, Refusal, Refused, Report, Request, SETTINGS_MAX, SETTINGS_TEXT_MAX,
-    TooLong,
+    AUTHENTICATION_LEN, Cookie, DATAGRAM_MAX, EVENTS, FaultyPanel, HEADER_LEN, HEALTH_MAX, Health, INFO_MAX,
+    Info, List, Message, PRESSED_MAX, PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, Pressed, ProfilePart,
+    RAW_PART_BEAMS, RAW_PART_MAX, REPORT_MAX, REQUEST_MAX, RawPart, Refusal, Refused, Report, Request,
+    SETTINGS_MAX, SETTINGS_TEXT_MAX, TooLong,
 };
 
 #[test]
@@ -34,6 +35,10 @@ fn the_largest_of_every_message_fits_a_datagram_and_has_the_stated_size() {
     let ranges_mm = List::new(&[1; RAW_PART_BEAMS]);
     let part = RawPart { head: PartHead::default(), time: ScanTime::default(), ranges_mm };
     assert_eq!(datagram(Message::RawPart(part)).len(), HEADER_LEN + RAW_PART_MAX);
+    let (down, faulty) = ([255; PANELS / 8], [FaultyPanel { panel: 0, fault: Fault::Dead }; FAULTY]);
+    let pressed =
+        Pressed { head: HEAD, columns: 32, rows: 32, down: List::new(&down), faulty: List::new(&faulty) };
+    assert_eq!(datagram(Message::Pressed(pressed)).len(), HEADER_LEN + PRESSED_MAX);
     let text = "x".repeat(SETTINGS_TEXT_MAX);
     let settings = Message::Settings { request_id: 1, text: &text };
     assert_eq!(datagram(settings).len(), HEADER_LEN + SETTINGS_MAX);

@@ -244,6 +244,10 @@ const fn answers(message: &Message<'_>) -> Option<u32> {
         Message::Subscribed(subscribed) => Some(subscribed.request_id),
         Message::Info(info) => Some(info.request_id),
         Message::Refused(refused) => Some(refused.request_id),
-        Message::Report(_) | Message::Health(_) | Message::ProfilePart(_) | Message::RawPart(_) => None,
+        Message::Report(_)
+        | Message::Health(_)
+        | Message::ProfilePart(_)
+        | Message::RawPart(_)
+        | Message::Pressed(_) => None,
     }
 }

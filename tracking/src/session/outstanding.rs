@@ -100,7 +100,11 @@ const fn answer_to(message: &Message<'_>) -> Option<(u32, u8, Option<[u8; 8]>)> 
         Message::Done { request_id }
         | Message::Settings { request_id, .. }
         | Message::Absorbed { request_id, .. } => Some((*request_id, 0, None)),
-        Message::Report(_) | Message::Health(_) | Message::ProfilePart(_) | Message::RawPart(_) => None,
+        Message::Report(_)
+        | Message::Health(_)
+        | Message::ProfilePart(_)
+        | Message::RawPart(_)
+        | Message::Pressed(_) => None,
     }
 }
 
