@@ -12,10 +12,9 @@ function inWords({ tracks, zones, at, heard_s, read_s }) {
       read_s == null ? "" : `; its last place was read ${ago(read_s)}`
     }`;
   }
-  const place = zones?.length ? `in ${zones.join(" and ")}` : at ? `at ${at[0]}, ${at[1]} m` : "";
-  return `${percent(tracks[0].probability)} person ${tracks[0].track}${
-    place && `, ${place}`
-  }; read ${ago(heard_s)}`;
+  const place = zones?.length ? `, in ${zones.join(" and ")}` : at ? `, at ${at[0]}, ${at[1]} m` : "";
+  const read = ago(heard_s);
+  return `${percent(tracks[0].probability)} person ${tracks[0].track}${place}; read ${read}`;
 }
 
 export class Where {
