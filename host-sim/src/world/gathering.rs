@@ -272,7 +272,7 @@ fn arrivals(spec: &GatheringSpec, seed: u64, stream: &mut Stream) -> Vec<Guest> 
             let at = match in_clump {
                 Some(place) => {
                     let aside_m = if place % 2 == 0 { -CLUMP_M } else { CLUMP_M };
-                    Point::new(0.5 * aside_m, START_Y_M - CLUMP_M * (place / 2) as f64)
+                    Point::new(0.5 * aside_m, START_Y_M + CLUMP_M * (place / 2) as f64)
                 }
                 None => Point::new(lane_m, START_Y_M),
             };
@@ -385,6 +385,32 @@ mod tests {
                         "{condition:?} {people} {stance:?}"
                     );
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn clumps_and_other_manners_come_in_and_leave_too() {
+        let wall = |x: f64| Outline::Segment(Point::new(x, -1.6), Point::new(x, 1.0));
+        let front = |x: f64| Outline::Segment(Point::new(x, 1.0), Point::new(x * 0.45, 1.0));
+        for avoidance in [Avoidance::SocialForce, Avoidance::VelocityObstacles] {
+            for (condition, seed) in [(Condition::Spread, 1), (Condition::Dense, 2)] {
+                let spec = GatheringSpec {
+                    condition,
+                    people: 7,
+                    section: Section::Torso,
+                    speed_m_s: ordinary_walks(),
+                    from_s: 10.0,
+                    bodies: Family::Arms,
+                    black_share: 0.1,
+                    avoidance,
+                    waiting: Waiting::Milling,
+                    in_clumps: true,
+                };
+                let gathering =
+                    Gathering::simulate(&spec, seed, &[wall(-1.0), wall(1.0), front(-1.0), front(1.0)]);
+                assert!(gathering.end_s < 140.0, "{spec:?}: still there at {} s", gathering.end_s);
+                assert!(gathering.all_in_s.is_finite(), "{spec:?}");
             }
         }
     }
