@@ -63,11 +63,26 @@ impl SensorModel {
     pub const UST_10LX: Self =
         Self { prefix: "UST-10LX", open_range: OpenRange::Known(4000), ..Self::UTM_30LX };
 
+    /// A depth camera as a fan of ranges: the program `kehai-depth` says where it cannot see.
+    pub const DEPTH: Self = Self {
+        prefix: "KEHAI-DEPTH",
+        open_range: OpenRange::TwoFifthsUpTo(4000),
+        blind_code: Some(19),
+        ..Self::UTM_30LX
+    };
+
     /// Any other: no farther than the best that is known of small sensors.
     const OTHER: Self = Self { prefix: "", open_range: OpenRange::TwoFifthsUpTo(4000), ..Self::UTM_30LX };
 
-    const ALL: [Self; 6] =
-        [Self::URG_04LX, Self::UBG_04LX, Self::UHG_08LX, Self::UTM_30LX, Self::UST_10LX, Self::OTHER];
+    const ALL: [Self; 7] = [
+        Self::URG_04LX,
+        Self::UBG_04LX,
+        Self::UHG_08LX,
+        Self::UTM_30LX,
+        Self::UST_10LX,
+        Self::DEPTH,
+        Self::OTHER,
+    ];
 
     /// The row of a sensor by its `MODL` text; every text has one.
     #[must_use]
@@ -102,6 +117,7 @@ mod tests {
             ("UTM-30LX-EW", SensorModel::UTM_30LX),
             ("UST-10LX", SensorModel::UST_10LX),
             ("UST-20LX", SensorModel::OTHER),
+            ("KEHAI-DEPTH", SensorModel::DEPTH),
             ("URG", SensorModel::OTHER),
             ("", SensorModel::OTHER),
         ] {

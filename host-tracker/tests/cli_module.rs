@@ -83,7 +83,14 @@ impl Bench {
             let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
             let address: SocketAddr = port.local_addr().unwrap();
             let flash = Flash::new(PAGES);
-            let pc = Pc { sensor: &place, port: &port, flash: &flash, name: Some(&own), announced: true };
+            let pc = Pc {
+                sensor: &place,
+                port: &port,
+                flash: &flash,
+                name: Some(&own),
+                unique: None,
+                announced: true,
+            };
             while !stopped.load(Ordering::Relaxed) {
                 let started = |_| {
                     let _ = tell.send(address);

@@ -5,8 +5,8 @@
 //!      |                  |
 //!      |     +------------+
 //!      v     v            v
-//!   kehai-emulator   kehai-tracking        neither knows the other
-//!           \          /
+//!   kehai-emulator   kehai-tracking        neither knows the other; kehai-depth, a device
+//!           \          /                  made of frames, is beside them, on kehai-emulator
 //!             v      v
 //!              kehai                       its tests alone use kehai-emulator
 //! ```
@@ -27,10 +27,11 @@ struct Layer {
 }
 
 /// Every crate, lowest first. A crate that is not here has no place yet, which is a fault.
-const LAYERS: [Layer; 7] = [
+const LAYERS: [Layer; 8] = [
     Layer { name: "test-support", normal: &[], tests: &[] },
     Layer { name: "kehai", normal: &[], tests: &["kehai-emulator", "test-support"] },
     Layer { name: "kehai-emulator", normal: &["kehai"], tests: &[] },
+    Layer { name: "kehai-depth", normal: &["kehai", "kehai-emulator"], tests: &["test-support"] },
     Layer { name: "kehai-tracking", normal: &["kehai"], tests: &[] },
     Layer {
         name: "host-tracker",
@@ -39,7 +40,7 @@ const LAYERS: [Layer; 7] = [
     },
     Layer {
         name: "host-sim",
-        normal: &["kehai", "kehai-emulator", "kehai-tracking", "host-tracker"],
+        normal: &["kehai", "kehai-emulator", "kehai-depth", "kehai-tracking", "host-tracker"],
         tests: &["test-support"],
     },
     Layer { name: "structure", normal: &[], tests: &[] },

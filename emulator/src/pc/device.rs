@@ -38,6 +38,8 @@ pub struct Pc<'a> {
     pub flash: &'a Flash,
     /// Its name; it distinguishes several modules on this PC.
     pub name: Option<&'a str>,
+    /// What distinguishes it beside its name, the same at every start; its sensor's place if None.
+    pub unique: Option<&'a str>,
     /// Whether it is announced by DNS-SD.
     pub announced: bool,
 }
@@ -123,8 +125,9 @@ impl Pc<'_> {
     fn id(&self) -> ModuleId {
         let host = std::fs::read_to_string("/etc/machine-id").unwrap_or_default();
         let name = self.name.unwrap_or_default();
-        let unique = format!("{host}{name}{:?}", self.sensor);
-        ModuleId(mac_from_unique_id(unique.as_bytes()))
+        let place = || format!("{:?}", self.sensor);
+        let unique = self.unique.map_or_else(place, str::to_owned);
+        ModuleId(mac_from_unique_id(format!("{host}{name}{unique}").as_bytes()))
     }
 }
 

@@ -79,6 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         port: &port,
         flash: &flash,
         name: arguments.name.as_deref(),
+        unique: None,
         announced: !arguments.no_mdns,
     };
     while !stop.load(Ordering::Relaxed) {
