@@ -279,14 +279,16 @@ mod tests {
     }
 
     #[test]
-    fn a_single_request_takes_no_frame() {
-        let mut source = source(vec![Some(render(&SMALL, &[], 0))]);
+    fn a_single_request_takes_no_frame_and_a_bad_one_is_not_seen() {
+        let mut source = source(vec![Some(render(&SMALL, &[], 0)), None]);
         let at = Revolution { start_us: 1_000_000, period_us: 200_000, earliest_us: 0 };
         assert!(source.latest(at).unwrap().ranges_mm.iter().all(|&range_mm| range_mm == NOT_SEEN));
         let scan = source.scan(at).unwrap();
         assert!(scan.ranges_mm.iter().all(|&range_mm| range_mm > 3900));
         // Step 27 of 287 of a turn of 200 ms.
         assert_eq!(1_000_000 - scan.start_us, 18_815);
+        // A frame that cannot be read is not seen in any bearing, whatever stood there before.
+        assert!(source.scan(at).unwrap().ranges_mm.iter().all(|&range_mm| range_mm == NOT_SEEN));
         assert!(source.scan(at).is_none());
     }
 }

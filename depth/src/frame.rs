@@ -37,22 +37,11 @@ pub enum Blind {
 
 impl Frame {
     /// An image of these values, row by row; None if there are not `width · height` of them, or none at all.
-    ///
-    /// A saturated value (65 535) becomes [`MISSING`] unless all are: see [`Frame::blind`].
     #[must_use]
-    pub fn new(width: usize, height: usize, mut depth_mm: Vec<u16>, stamp_us: u64) -> Option<Self> {
+    pub fn new(width: usize, height: usize, depth_mm: Vec<u16>, stamp_us: u64) -> Option<Self> {
         let pixels = width.checked_mul(height)?;
-        if pixels == 0 || depth_mm.len() != pixels {
-            return None;
-        }
-        if depth_mm.iter().any(|&value_mm| value_mm != SATURATED) {
-            for value_mm in &mut depth_mm {
-                if *value_mm == SATURATED {
-                    *value_mm = MISSING;
-                }
-            }
-        }
-        Some(Self { width, height, depth_mm, stamp_us })
+        let fits = pixels > 0 && depth_mm.len() == pixels;
+        fits.then_some(Self { width, height, depth_mm, stamp_us })
     }
 
     /// An image in which nothing was seen: what stands for one that could not be read.
@@ -73,7 +62,7 @@ impl Frame {
         self.height
     }
 
-    /// All values in mm, row by row.
+    /// All values in mm, row by row; [`is_measured`] says which are depths.
     #[must_use]
     pub fn depth_mm(&self) -> &[u16] {
         &self.depth_mm
