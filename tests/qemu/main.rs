@@ -6,6 +6,7 @@
 
 mod image;
 mod network_faults;
+mod power_cuts;
 mod recording;
 mod segment;
 mod sensor_faults;

@@ -6,13 +6,13 @@ use std::net::UdpSocket;
 use crate::support::board::{MAC, host_of, image, start, wait_for};
 use crate::support::observer::{Observer, SECOND_US, sensor};
 use crate::support::station::Segment;
-use kehai::wire::{Alarms, Cookie, Counter, Identity, MAGIC, Message, Request};
+use kehai::wire::{Alarms, Cookie, Counter, Identity, MAGIC, Request};
 use kehai_emulator::pc::host::{Condition, Host, Way};
-use kehai_emulator::qemu::{Forwarded, GuestTime, Line, Machine, Network, PATIENCE_US, Qemu, Switch};
+use kehai_emulator::qemu::{Forwarded, GuestTime, Line, Machine, Network, Qemu, Switch};
 use kehai_emulator::serve::UdpSensor;
 use kehai_emulator::source::StillRoom;
 use kehai_emulator::urg::Config;
-use kehai_emulator::urg::model::{URG_04LX_UG01, UST_10LX};
+use kehai_emulator::urg::model::URG_04LX_UG01;
 
 /// Ten scans a second of a room in which nothing moves.
 fn still_room() -> UdpSensor {
@@ -240,72 +240,4 @@ fn a_subscriber_that_answers_no_arp_delays_nobodys_reports_and_nobodys_answers()
     let health = host.health(|_| true);
     assert_eq!(health.counters.get(Counter::ReportsDropped), 0);
     assert!(health.counters.get(Counter::AnswersDropped) > 0, "{:?}", health.counters);
-}
-
-/// The module's name, as it is set; empty without one.
-fn name(host: &mut Host<impl Way>) -> String {
-    host.look(|host, message| match message {
-        Message::Settings { text, .. } => {
-            // Settings without a name have no such line.
-            Some(text.lines().find_map(|line| line.strip_prefix("name=")).unwrap_or_default().into())
-        }
-        _ => {
-            host.ask(Request::GetSettings);
-            None
-        }
-    })
-}
-
-#[test]
-fn wherever_the_power_is_cut_in_a_write_the_settings_are_the_old_or_the_new_ones() {
-    let Some(image) = image() else { return };
-    let flash = std::env::temp_dir().join(format!("kehai-flash-settings-{}", std::process::id()));
-    // A sensor that answers within a millisecond: the stream is stopped before anything is stored.
-    let sensor = sensor(Config::new(UST_10LX), StillRoom::new(UST_10LX.geometry));
-    let power_up = || {
-        let mut board = start(image, Line::AnySpeed(&sensor), Some(&flash));
-        wait_for(&mut board, "boot ");
-        let mut host = host_of(&board);
-        let name = name(&mut host);
-        (board, host, name)
-    };
-    let wait_us = 5 * SECOND_US;
-    // How many writes there are, to begin with.
-    let (mut board, mut host, mut old) = power_up();
-    // A background that is stored just then would keep the settings waiting.
-    host.settle();
-    let mut watch = board.watch_storage().unwrap();
-    host.ask(Request::SetSettings { text: "name=first" });
-    let mut writes = 0;
-    while watch.next(if writes == 0 { PATIENCE_US } else { 300_000 }).unwrap() {
-        writes += 1;
-    }
-    drop((watch, board));
-    println!("{writes} writes to store the settings");
-    assert!(writes >= 100, "{writes}");
-
-    // All over the write, and after each of its last ones, where the new settings come to count.
-    let cuts: Vec<usize> = (0..32).map(|cut| 1 + cut * writes / 32).chain(writes - 7..=writes).collect();
-    let (mut stayed, mut changed) = (0, 0);
-    let mut new = "first".to_string();
-    for (cut, &last) in cuts.iter().enumerate() {
-        let (mut board, mut host, found) = power_up();
-        assert!(found == new || cut > 0 && found == old, "{found} is neither {old} nor {new}");
-        stayed += usize::from(found != new);
-        changed += usize::from(cut > 0 && found == new);
-        (old, new) = (found, format!("name-{cut}"));
-        let mut watch = board.watch_storage().unwrap();
-        host.ask(Request::SetSettings { text: &format!("name={new}") });
-        for write in 0..last {
-            if !watch.next(if write == 0 { PATIENCE_US } else { wait_us }).unwrap() {
-                break;
-            }
-        }
-        drop(board);
-    }
-    let (_board, _host, found) = power_up();
-    assert_eq!(found, new, "the last write was done");
-    println!("cut {} times: old settings {stayed} times, new ones {} times", cuts.len(), changed + 1);
-    assert!(stayed > 0);
-    std::fs::remove_file(&flash).unwrap();
 }

@@ -34,12 +34,13 @@ mod image {
 
     use embassy_executor::{Spawner, task};
     use embassy_net::StackResources;
+    use embedded_storage_async::nor_flash::NorFlash;
     use static_cell::StaticCell;
 
     use lan9118::Lan9118;
     use led::Led;
     use module::{Board, FIRST_BAUD, SOCKETS, Watched};
-    use storage::{STORAGE_LEN, Storage};
+    use storage::{Control, STORAGE_LEN};
     use uart::Uart;
     use watchdog::Watchdog;
 
@@ -80,7 +81,7 @@ mod image {
             watchdog_reset,
             stack,
             uart: Uart::new(FIRST_BAUD),
-            storage: Storage::new(psram()),
+            storage: psram(),
             storage_range: 0..STORAGE_LEN as u32,
             feed: || watchdog.feed(),
             led: |on| led.set(on),
@@ -94,12 +95,18 @@ mod image {
         runner.run().await
     }
 
-    /// The part of the PSRAM that stands for flash. To be called once.
-    fn psram() -> &'static mut [u8] {
+    /// Where the PSRAM begins.
+    const PSRAM: usize = 0x2100_0000;
+
+    /// The part of the PSRAM that stands for flash, and what says how it fails behind it. To be called once.
+    fn psram() -> impl NorFlash {
         // SAFETY: memory of the board, outside of what the linker hands out, and borrowed only here.
-        unsafe {
-            core::slice::from_raw_parts_mut(core::ptr::with_exposed_provenance_mut(0x2100_0000), STORAGE_LEN)
-        }
+        let memory = unsafe {
+            core::slice::from_raw_parts_mut(core::ptr::with_exposed_provenance_mut(PSRAM), STORAGE_LEN)
+        };
+        // SAFETY: as above; any bits are a control, and a test that changes them changes atomics.
+        let control = unsafe { &*core::ptr::with_exposed_provenance::<Control>(PSRAM + STORAGE_LEN) };
+        storage::storage(memory, control)
     }
 }
 
