@@ -4,7 +4,7 @@ use std::net::UdpSocket;
 use std::path::Path;
 
 use crate::support::board::{MAC, host_of, image, start, wait_for};
-use crate::support::segment;
+use crate::support::{dns, hostile, segment};
 use kehai::address;
 use kehai::wire::{Counter, Message, ModuleId, Request};
 use kehai_emulator::qemu::{GuestTime, Line, Machine, Network, PATIENCE_US, Port, Qemu, STEP_US, Switch};
@@ -109,6 +109,51 @@ fn datagrams_of_any_length_and_content_do_no_harm() {
         foreign = host.health(|_| true).counters.get(Counter::DatagramsForeign);
     }
     assert_eq!(answers(&board), boot);
+}
+
+#[test]
+fn frames_with_any_bytes_changed_do_no_harm() {
+    const FRAMES: u32 = 3000;
+    let Some(image) = image() else { return };
+    let time = GuestTime::new();
+    let switch = Switch::new(&time).unwrap();
+    let segment = switch.port();
+    let mut board = on_switch(image, &switch, &time);
+    // The offer, and the lease.
+    let [_, lease] = [(); 2].map(|()| {
+        let answer = frame(&segment, segment::dhcp_answer);
+        segment.send(&answer);
+        answer
+    });
+    wait_for(&mut board, "address 10.1.2.77");
+    let question = dns::question(7, "_kehai._udp.local");
+    let asked = segment::datagram(dns::PORT, (dns::GROUP_MAC, dns::GROUP, dns::PORT), &question);
+    let fragment = [&asked[..20], &[0x20, 0x01][..], &asked[22..]].concat();
+    let igmp =
+        [&dns::GROUP_MAC[..], &[2, 0, 0, 0, 0, 0xfe, 8, 0, 0x46, 0, 0, 32, 0, 0, 0, 0, 1, 2, 0, 0]].concat();
+    let igmp =
+        [&igmp[..], &segment::HOST, &dns::GROUP, &[0x94, 4, 0, 0, 0x11, 100, 0, 0], &dns::GROUP].concat();
+    let kinds = [lease, segment::who_has(segment::GIVEN, segment::HOST), asked, fragment, igmp];
+    let mut random = hostile::Random(1);
+    for number in 0..FRAMES {
+        let mut frame = kinds[number as usize % kinds.len()].clone();
+        for _ in 0..1 + random.below(4) {
+            // The hardware address stays: it is for the board.
+            let at = 6 + random.below(frame.len() - 6);
+            frame[at] = random.next() as u8;
+        }
+        if random.below(8) == 0 {
+            frame.truncate(14 + random.below(frame.len() - 14));
+        }
+        segment.send(&frame);
+        if number.is_multiple_of(4) {
+            time.step();
+        }
+    }
+    segment.send(&segment::who_has(segment::GIVEN, [10, 1, 2, 9]));
+    frame(&segment, |frame| segment::has(frame, MAC, segment::GIVEN).then_some(()));
+    let starts = board.messages().unwrap().iter().filter(|message| message.text.starts_with("boot ")).count();
+    assert_eq!(starts, 1, "{:#?}", board.messages());
 }
 
 #[test]

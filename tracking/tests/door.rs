@@ -1,5 +1,5 @@
 //! A door with its devices, transports, clocks and lock: never unlocked without a count, never shut against a request to
-//! leave. The fuzz target `door` drives the same world.
+//! leave. The fuzz target `door` drives the same world. `KEHAI_SEQUENCES=1000000` drives so many; else there are 400.
 #![allow(missing_docs, reason = "a test program")]
 
 #[path = "door/driver.rs"]
@@ -22,8 +22,13 @@ fn step() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
+/// Sequences that are driven.
+fn sequences() -> u32 {
+    std::env::var("KEHAI_SEQUENCES").map_or(400, |text| text.parse().expect("KEHAI_SEQUENCES: a number"))
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(sequences()) })]
 
     #[test]
     fn f8_f9_f10_never_unlocked_without_a_count_never_shut_against_a_request_to_leave(
