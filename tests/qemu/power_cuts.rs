@@ -233,7 +233,7 @@ fn wherever_the_power_is_cut_the_image_starts_with_the_old_or_the_new_settings()
         spoil(&mut random);
         if cut % 4 < 2 && cut / 4 % 2 == 0 {
             // While it starts, it counts that, and repairs what it finds.
-            bench.cells.arm(1 + number % 3, false, random.next() as u32 % 256);
+            bench.cells.arm(1 + number % 2, false, random.next() as u32 % 256);
             let board = start(image, Line::AnySpeed(&bench.sensor), Some(&bench.cells.path));
             let cells = &bench.cells;
             board.time().until(PATIENCE_US, || cells.cut_word()).expect("a start stores its number");
