@@ -8,9 +8,11 @@
 //! |---|---|
 //! | `kehai` | this project's, the default |
 //! | `kehai-without-…` | the same with one idea left out, to measure what it is worth (an ablation) |
+//! | `rendering` | experimental: one formula of how likely a scan is, given the bodies believed in |
 
 pub mod kalman;
 pub mod kehai;
+pub mod rendering;
 
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -38,7 +38,7 @@ mod tests;
 mod track;
 mod twins;
 mod unseen;
-mod walls;
+pub(super) mod walls;
 
 use super::{TrackState, Tracker};
 use crate::cells::Areas;

@@ -1,0 +1,107 @@
+//! Two bodies do not share a place: how far a sample enters the others.
+//!
+//! ```text
+//!     ╭───╮╭───╮            support radii s₁, s₂ along the line of centres; overlap o = s₁ + s₂ − distance
+//!     │ s₁┼┼s₂ │            likelihood 1 − r + r · mean over the other's samples of exp(−o² / 2σ²)
+//!     ╰───╯╰───╯
+//! ```
+
+use super::body::{Body, SAMPLES};
+use crate::geometry::Point;
+
+/// Deviation of the overlap that two bodies may have, m: clothes.
+const SOFT_M: f64 = 0.05;
+
+/// Half axes of the part of a body that no other enters, m.
+const CORE_M: (f64, f64) = (0.235, 0.13);
+
+/// Samples by which a body keeps others out.
+const KEEPERS: usize = 6;
+
+/// Bodies farther from a cloud than its spread and this cannot enter it, m.
+const NEAR_M: f64 = 1.1;
+
+/// Another body, as it keeps a sample out.
+#[derive(Clone, Debug)]
+pub struct Keeper {
+    existence: f64,
+    /// Places and headings.
+    samples: Vec<(Point, Point)>,
+}
+
+impl Keeper {
+    /// By some samples of a body.
+    pub fn of(body: &Body) -> Self {
+        let some = body.samples.iter().step_by((SAMPLES / KEEPERS).max(1));
+        Self {
+            existence: body.existence(),
+            samples: some.map(|sample| (sample.at, sample.heading)).collect(),
+        }
+    }
+}
+
+/// The other bodies that one may enter.
+pub fn keepers(bodies: &[Body], index: usize) -> Vec<Keeper> {
+    let Some(own) = bodies.get(index) else { return Vec::new() };
+    let (at, [xx, _, yy], _) = own.moments();
+    let reach_m = NEAR_M + 2.0 * (xx + yy).sqrt();
+    let others = bodies.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, body)| body);
+    others.filter(|body| (body.moments().0 - at).length() < reach_m).map(Keeper::of).collect()
+}
+
+/// Log likelihood of not overlapping the other bodies.
+pub fn apart(at: Point, heading: Point, keepers: &[Keeper]) -> f64 {
+    let other = |keeper: &Keeper| {
+        let allowed = |&(other, other_heading): &(Point, Point)| {
+            let offset = other - at;
+            let square_m2 = offset.dot(offset);
+            if square_m2 > 4.0 * CORE_M.0 * CORE_M.0 {
+                return 1.0;
+            }
+            let distance_m = square_m2.sqrt();
+            let towards = offset * (1.0 / distance_m.max(1e-6));
+            let overlap_m = support(heading, towards) + support(other_heading, towards) - distance_m;
+            if overlap_m <= 0.0 { 1.0 } else { libm::exp(-0.5 * (overlap_m / SOFT_M) * (overlap_m / SOFT_M)) }
+        };
+        let mean = keeper.samples.iter().map(allowed).sum::<f64>() / keeper.samples.len().max(1) as f64;
+        if mean >= 1.0 { 0.0 } else { libm::log(1.0 - keeper.existence + keeper.existence * mean) }
+    };
+    keepers.iter().map(other).sum()
+}
+
+/// Support radius of a body in a direction, m.
+fn support(heading: Point, towards: Point) -> f64 {
+    let (across, along) = (towards.dot(heading.left()) * CORE_M.0, towards.dot(heading) * CORE_M.1);
+    (across * across + along * along).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keeper(existence: f64) -> [Keeper; 1] {
+        [Keeper { existence, samples: vec![(Point::new(1.0, 0.0), Point::new(0.0, 1.0))] }]
+    }
+
+    #[test]
+    fn two_bodies_do_not_share_a_place() {
+        let heading = Point::new(0.0, 1.0);
+        assert!(apart(Point::new(1.02, 0.0), heading, &keeper(1.0)) < -5.0);
+        assert_eq!(apart(Point::new(1.6, 0.0), heading, &keeper(1.0)), 0.0);
+    }
+
+    #[test]
+    fn a_body_that_hardly_exists_hardly_keeps_others_out() {
+        let heading = Point::new(0.0, 1.0);
+        let weak = apart(Point::new(1.02, 0.0), heading, &keeper(0.1));
+        assert!((weak - libm::log(0.9)).abs() < 0.01, "{weak}");
+    }
+
+    #[test]
+    fn bodies_stand_nearer_to_each_other_back_to_back_than_side_by_side() {
+        let beside = apart(Point::new(0.7, 0.0), Point::new(0.0, 1.0), &keeper(1.0));
+        let behind = [Keeper { existence: 1.0, samples: vec![(Point::new(1.0, 0.0), Point::new(1.0, 0.0))] }];
+        let behind = apart(Point::new(0.7, 0.0), Point::new(1.0, 0.0), &behind);
+        assert!(beside < -4.0 && behind == 0.0, "{beside} {behind}");
+    }
+}

@@ -1,0 +1,126 @@
+//! Births: foreground that no body explains begins a tentative one.
+//!
+//! ```text
+//!   beams   · · ▓ ▓ ▓ ▓ ▓ · ·      a run of hits of which clutter explains more than all bodies,
+//!                ╰─┬─╯             as long as half a torso is deep
+//!                  ◌ cloud behind the contour
+//! ```
+
+use super::body::{Body, SAMPLES, Sample};
+use super::ground::Passage;
+use super::ray::{CLUTTER, Mixture, Surface};
+use super::scan::{Measured, Scan};
+use super::window::{render, window};
+use super::{BODIES, Rendering};
+use crate::geometry::Point;
+
+/// Share of clutter in a beam's likelihood from which on no body explains it.
+const UNEXPLAINED: f64 = 0.5;
+
+/// Fewest beams, and least arc, of a run that begins a body, m.
+const BEAMS: usize = 3;
+const ARC_M: f64 = 0.09;
+
+/// No other tentative body is nearer, m.
+const APART_M: f64 = 0.3;
+
+/// Two beams of one run differ by less, m: half a body's depth and an arm.
+const STEP_M: f64 = 0.2;
+
+/// A body's middle is so far behind its contour, m.
+const BEHIND_M: (f64, f64) = (0.08, 0.22);
+
+/// Deviation of a new body's velocity, m/s: a slow walk.
+const SPEED_MPS: f64 = 0.6;
+
+/// Existence of a new body outside enclosed zones, and inside, where nobody begins: log odds of 0.1 and 0.003.
+const OUTSIDE: f64 = -2.197;
+const INSIDE: f64 = -5.806;
+
+impl Rendering {
+    /// Begins bodies where hits are not explained.
+    pub(super) fn begin(&mut self, scan: &Scan, start_s: f64) {
+        let windows: Vec<_> = self.bodies.iter().map(|body| window(body, scan)).collect();
+        let fields: Vec<_> = self
+            .bodies
+            .iter()
+            .zip(&windows)
+            .filter_map(|(body, window)| Some(render(body, scan, (*window)?, self.tables)))
+            .collect();
+        let mut surfaces: Vec<Surface> = Vec::new();
+        let mut run: Vec<Point> = Vec::new();
+        let mut runs: Vec<Vec<Point>> = Vec::new();
+        let mut last_m = 0.0;
+        for beam in 0..scan.beams() {
+            let measured = scan.measured(beam);
+            let unexplained = match measured {
+                Measured::Hit(range_m) => {
+                    surfaces.clear();
+                    surfaces.extend(fields.iter().filter_map(|field| field.at(beam)).copied());
+                    let mixture = Mixture::new(measured, &mut surfaces);
+                    let clutter = mixture.is_some_and(|mixture| CLUTTER / mixture.without > UNEXPLAINED);
+                    clutter.then_some(range_m)
+                }
+                _ => None,
+            };
+            match unexplained {
+                Some(range_m) => {
+                    if !run.is_empty() && (range_m - last_m).abs() > STEP_M {
+                        runs.push(std::mem::take(&mut run));
+                    }
+                    run.push(scan.origin() + scan.towards(beam) * range_m);
+                    last_m = range_m;
+                }
+                None if !run.is_empty() => runs.push(std::mem::take(&mut run)),
+                None => {}
+            }
+        }
+        runs.push(run);
+        for run in runs {
+            let (Some(first), Some(last)) = (run.first(), run.last()) else { continue };
+            if run.len() >= BEAMS && (*last - *first).length() >= ARC_M {
+                self.begin_at(run[run.len() / 2], scan.origin(), start_s);
+            }
+        }
+    }
+
+    /// Begins a body behind a place of a contour, unless a tentative one is near.
+    fn begin_at(&mut self, contour: Point, origin: Point, start_s: f64) {
+        let way = contour - origin;
+        let way = way * (1.0 / way.length().max(1e-6));
+        let middle = contour + way * (0.5 * (BEHIND_M.0 + BEHIND_M.1));
+        let near = |body: &Body| !body.confirmed && (body.moments().0 - middle).length() < APART_M;
+        if self.bodies.len() >= BODIES || self.bodies.iter().any(near) {
+            return;
+        }
+        let random = &mut self.random;
+        let sample = |_| {
+            let (across, along) = random.pair();
+            let (x, y) = random.pair();
+            let behind_m = BEHIND_M.0 + (BEHIND_M.1 - BEHIND_M.0) * random.uniform();
+            let heading = random.uniform() * core::f64::consts::TAU;
+            Sample {
+                at: contour + way * (behind_m + 0.02 * along) + way.left() * (0.08 * across),
+                velocity: Point::new(x, y) * SPEED_MPS,
+                heading: Point::towards(heading),
+                size: 1.0,
+            }
+        };
+        let samples: Vec<Sample> = (0..SAMPLES).map(sample).collect();
+        let prior = if self.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
+        let id = self.next_id;
+        self.next_id += 1;
+        self.bodies.push(Body {
+            id,
+            confirmed: false,
+            log_odds: prior,
+            prior,
+            weights: vec![1.0 / samples.len() as f64; samples.len()],
+            samples,
+            at_s: start_s,
+            begun_s: start_s,
+            supported_s: start_s,
+            passage: Passage::InView,
+        });
+    }
+}

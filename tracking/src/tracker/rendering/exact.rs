@@ -1,0 +1,151 @@
+//! The formulas of [`super::ray`] and [`super::window`] against brute force: two bodies and thirty beams.
+//!
+//! The sum over all surfaces is written down anew here, without tables, prefix sums or mean fields.
+
+use std::sync::Arc;
+
+use ::kehai::scan::{Geometry, URG_04LX};
+
+use super::SPEAKS;
+use super::body::{Body, SAMPLES, Sample};
+use super::ground::Passage;
+use super::random::Random;
+use super::ray::{ALONG_M, Ellipse, Mixture, Surface, Tables};
+use super::scan::{Measured, Scan};
+use super::window::{render, window};
+use crate::geometry::{Point, Pose};
+use crate::observation::View;
+
+/// Thirty beams around the front.
+const BEAMS: std::ops::Range<usize> = 327..357;
+
+/// Density of a range in p(z), 1/m: noise of a surface, as documented.
+fn noise(off_m: f64) -> f64 {
+    let normal =
+        |sd: f64| libm::exp(-0.5 * (off_m / sd) * (off_m / sd)) / (sd * libm::sqrt(core::f64::consts::TAU));
+    0.85 * normal(0.028) + 0.15 * normal(0.080)
+}
+
+/// p(z) of a beam with these surfaces, opacity and range.
+fn density(measured: Measured, mut surfaces: Vec<(f64, f64)>) -> f64 {
+    surfaces.sort_by(|one, other| one.1.total_cmp(&other.1));
+    let (mut sum, mut through) = (0.10, 1.0);
+    for (opacity, range_m) in surfaces {
+        match measured {
+            Measured::Hit(hit_m) => sum += through * opacity * noise(hit_m - range_m),
+            Measured::Free(free_m) if range_m > free_m => continue,
+            _ => {}
+        }
+        through *= 1.0 - opacity;
+    }
+    if matches!(measured, Measured::Free(_)) { sum + 10.0 * through } else { sum }
+}
+
+fn scan() -> Scan {
+    let geometry = Geometry::new(URG_04LX).unwrap();
+    let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+    Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry }))
+}
+
+fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
+    let sample = |_| {
+        let (x, y) = random.pair();
+        let at = middle + Point::new(x, y) * sd_m;
+        Sample { at, velocity: Point::default(), heading: Point::new(0.0, 1.0), size: 1.0 }
+    };
+    Body {
+        id: 1,
+        confirmed: true,
+        log_odds: 20.0,
+        samples: (0..SAMPLES).map(sample).collect(),
+        weights: vec![1.0 / SAMPLES as f64; SAMPLES],
+        at_s: 0.0,
+        begun_s: 0.0,
+        supported_s: 0.0,
+        prior: 0.0,
+        passage: Passage::InView,
+    }
+}
+
+/// What thirty beams see of one body, half of them of nothing.
+fn results(scan: &Scan, seen: &Sample) -> Vec<Measured> {
+    let ellipse = seen.ellipse(Point::default(), 0.0);
+    let result = |beam| match ellipse.meet(scan.towards(beam), Tables::get()) {
+        (opacity, range_m) if opacity > 0.5 => Measured::Hit(range_m + 0.01),
+        _ => Measured::Free(3.5),
+    };
+    BEAMS.map(result).collect()
+}
+
+#[test]
+fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
+    let (scan, tables) = (scan(), Tables::get());
+    let heading = Point::new(0.0, 1.0);
+    for at in [Point::new(1.2, 0.05), Point::new(1.9, -0.1), Point::new(2.6, 0.2)] {
+        let (own, other) = (Ellipse::new(at, heading, 1.0), Ellipse::new(Point::new(2.0, 0.1), heading, 1.1));
+        let (mut fast, mut slow) = (0.0, 0.0);
+        for beam in BEAMS {
+            let towards = scan.towards(beam);
+            let (own, other) = (own.meet(towards, tables), other.meet(towards, tables));
+            for measured in
+                [Measured::Hit(2.0 - ALONG_M), Measured::Hit(1.3), Measured::Free(2.2), Measured::Free(3.9)]
+            {
+                let surface = Surface { opacity: other.0, range_m: other.1, variance_m2: 0.0 };
+                let mixture = Mixture::new(measured, &mut [surface]).unwrap();
+                fast += libm::log(mixture.ratio(own.0, own.1, tables));
+                slow += libm::log(density(measured, vec![own, other]) / density(measured, vec![other]));
+            }
+        }
+        assert!((fast - slow).abs() < 0.02 * slow.abs().max(1.0), "{at:?}: {fast} {slow}");
+    }
+}
+
+#[test]
+fn the_likelihood_of_all_ranges_is_what_does_not_pass() {
+    let surfaces = [(0.6, 1.2), (0.9, 2.0)];
+    let step_m = 0.001;
+    let mass: f64 = (0..4000)
+        .map(|step| Measured::Hit(f64::from(step) * step_m))
+        .map(|measured| {
+            let mut surfaces =
+                surfaces.map(|(opacity, range_m)| Surface { opacity, range_m, variance_m2: 0.0 });
+            (Mixture::new(measured, &mut surfaces).unwrap().without - 0.10) * step_m
+        })
+        .sum();
+    assert!((mass - (1.0 - 0.4 * 0.1)).abs() < 0.001, "{mass}");
+}
+
+#[test]
+fn the_mean_field_of_a_seen_body_is_the_mean_over_its_cloud() {
+    let (scan, tables, mut random) = (scan(), Tables::get(), Random::new(3));
+    let other = cloud(Point::new(2.0, 0.1), 0.015, &mut random);
+    let measured = results(&scan, &other.samples[0]);
+    let window = window(&other, &scan).unwrap();
+    let field = render(&other, &scan, window, tables);
+    for at in [Point::new(1.3, 0.0), Point::new(2.5, 0.1), Point::new(2.0, -0.5)] {
+        let own = Ellipse::new(at, Point::new(0.0, 1.0), 1.0);
+        let mut fast = 0.0;
+        for (beam, &measured) in BEAMS.zip(&measured) {
+            let mut surfaces: Vec<Surface> = field.at(beam).copied().into_iter().collect();
+            let (opacity, range_m) = own.meet(scan.towards(beam), tables);
+            fast += libm::log(Mixture::new(measured, &mut surfaces).unwrap().ratio(opacity, range_m, tables));
+        }
+        // Exactly: the likelihood of all beams together, on the average over the other's places.
+        let (mut with, mut without) = (0.0, 0.0);
+        for sample in &other.samples {
+            let other = sample.ellipse(Point::default(), 0.0);
+            let (mut both, mut alone) = (0.0, 0.0);
+            for (beam, &measured) in BEAMS.zip(&measured) {
+                let towards = scan.towards(beam);
+                let other = other.meet(towards, tables);
+                both += libm::log(density(measured, vec![own.meet(towards, tables), other]));
+                alone += libm::log(density(measured, vec![other]));
+            }
+            with += libm::exp(both);
+            without += libm::exp(alone);
+        }
+        let slow = libm::log(with / without);
+        // Less apart than what counts as evidence, or a tenth of it where much is said.
+        assert!((fast - slow).abs() < SPEAKS.max(0.1 * slow.abs()), "{at:?}: {fast} {slow}");
+    }
+}

@@ -1,0 +1,131 @@
+//! Where a body may go: not through walls, and unseen not to where no module sees.
+//!
+//! ```text
+//!   ┃ wall of the site       · ─╳▶   nobody passes
+//!   ░ behind the background  · ─╳▶   an unseen body does not: it would have been seen to leave, or a closed door holds it
+//!   ┄ entry                  · ─▶    a seen body crosses it to where a module sees
+//! ```
+
+use super::scan::Scan;
+use crate::geometry::Point;
+use crate::tracker::kehai::walls::Walls;
+
+/// A body whose middle is nearer to an entry than this, m, would be in the leaf if a door were closed there: half of a
+/// body's depth.
+const NEAR_M: f64 = 0.15;
+
+/// It is on its way through if it crosses the entry within this time, s, faster than this, m/s: half a slow walk.
+pub const AHEAD_S: f64 = 1.0;
+const LEAVING_MPS: f64 = 0.3;
+
+/// Which entries a body may cross.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Passage {
+    /// None: it would be seen there.
+    None,
+    /// Those beyond which a module sees it.
+    InView,
+    /// Any: it was seen on its way through one.
+    Through,
+}
+
+/// The walls of the site, and what its modules see when nothing stands before them.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    pub walls: &'a Walls,
+    pub scans: &'a [Option<Scan>],
+    /// The scan that is being taken, which is not among `scans` meanwhile.
+    pub newest: &'a Scan,
+}
+
+impl Ground<'_> {
+    /// Whether a small step is not possible for a body.
+    pub fn stops(&self, from: Point, to: Point, passage: Passage) -> bool {
+        if self.walls.wall_between(from, to) || (self.touches_wall(to) && !self.touches_wall(from)) {
+            return true;
+        }
+        match passage {
+            Passage::Through => false,
+            Passage::InView => self.walls.between(from, to) && !self.covers(to),
+            Passage::None => {
+                self.walls.stop(from, to) || self.walls.between(from, to) || self.leaves(from, to)
+            }
+        }
+    }
+
+    /// Which entries a body crosses that a scan has just spoken for.
+    pub fn passage(&self, at: Point, velocity: Point) -> Passage {
+        let leads_out = velocity.length() > LEAVING_MPS
+            && self.walls.entry_m(at) < NEAR_M
+            && self.walls.between(at, at + velocity * AHEAD_S);
+        if leads_out { Passage::Through } else { Passage::InView }
+    }
+
+    /// Whether the middle of a body cannot be there, because half of it would be in a wall.
+    fn touches_wall(&self, place: Point) -> bool {
+        self.walls.beside(place) && self.walls.entry_m(place) > NEAR_M
+    }
+
+    fn leaves(&self, from: Point, to: Point) -> bool {
+        !self.covers(to) && self.covers(from)
+    }
+
+    /// Whether a module sees a place when nothing stands before it.
+    fn covers(&self, place: Point) -> bool {
+        self.newest.covers(place) || self.scans.iter().flatten().any(|scan| scan.covers(place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ::kehai::scan::{Geometry, URG_04LX};
+
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::observation::View;
+    use crate::site::Site;
+
+    const SITE: &str = "[[zone]]\nname = 'a'\npolygon = [[0, -1], [2, -1], [2, 1], [0, 1]]\n\
+        [[entry]]\nname = 'e'\nline = [[2, -1], [2, 1]]\nzone = 'a'\n\
+        [[wall]]\npoints = [[0, 1], [2, 1]]";
+
+    /// Whether a step along x or y is stopped; a background at `reach_mm` all around.
+    fn stops(reach_mm: u16, from: Point, to: Point, passage: Passage) -> bool {
+        let site: Site = toml::from_str(SITE).unwrap();
+        let view = View {
+            module: 0,
+            pose: Pose { at: Point::default(), yaw_rad: 0.0 },
+            height_m: 1.0,
+            geometry: Geometry::new(URG_04LX).unwrap(),
+        };
+        let mut scan = Scan::of(&Arc::new(view));
+        scan.reach(reach_mm);
+        let walls = Walls::of(&site);
+        Ground { walls: &walls, scans: &[], newest: &scan }.stops(from, to, passage)
+    }
+
+    #[test]
+    fn a_body_in_view_crosses_an_entry_to_where_a_module_sees() {
+        let (from, to) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
+        assert!(!stops(4000, from, to, Passage::InView));
+        assert!(stops(4000, from, to, Passage::None));
+    }
+
+    #[test]
+    fn a_closed_door_holds_everybody_but_who_is_in_it() {
+        let (from, to) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
+        assert!(stops(1900, from, to, Passage::InView));
+        assert!(stops(1900, from, to, Passage::None));
+        assert!(!stops(1900, from, to, Passage::Through));
+    }
+
+    #[test]
+    fn nobody_passes_a_wall() {
+        let (from, to) = (Point::new(1.0, 0.95), Point::new(1.0, 1.05));
+        for passage in [Passage::None, Passage::InView, Passage::Through] {
+            assert!(stops(4000, from, to, passage));
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! A tracker that renders what it believes: the likelihood of a scan, given bodies, decides everything.
+//!
+//! ```text
+//!   bodies ─▶ predict ─▶ rays of the scan ─┬▶ body by body: weigh, resample    twice: coarse, then fine
+//!      ▲                                   ├▶ existence: does any place fit?
+//!      └──── births ◀── what no body explains
+//! ```
+//!
+//! A body is a cloud of samples and the odds that it is there ([`body`]); one formula says how likely a ray is, given
+//! all bodies ([`ray`]). While a body is updated, the others enter as averages over their clouds (mean field), one
+//! after another (Gauss–Seidel): what one has explained, the next need not explain.
+
+mod apart;
+mod birth;
+mod body;
+mod ground;
+mod life;
+mod look;
+mod names;
+mod random;
+mod ray;
+mod scan;
+mod window;
+
+use std::sync::Arc;
+
+use crate::cells::Areas;
+use crate::geometry::Point;
+use crate::observation::{Detection, Observation};
+use crate::site::{Mover, Site, Zone};
+use crate::tracker::kehai::walls::Walls;
+use crate::tracker::{LifeCycle, Origin, TrackState, Tracker};
+use body::{Body, SURE};
+use ground::Ground;
+use look::Look;
+use names::{Before, rename};
+use random::Random;
+use ray::Tables;
+use scan::Scan;
+use window::{Field, Window, render, window};
+
+/// A scan speaks for a body from this log likelihood ratio on, and against it below its negative.
+const SPEAKS: f64 = 0.7;
+
+/// Bounds of what one scan says about existence.
+const EVIDENCE: (f64, f64) = (-0.3, 2.5);
+
+/// Most bodies.
+const BODIES: usize = 1024;
+
+/// See the module.
+pub struct Rendering {
+    walls: Walls,
+    enclosed: Areas,
+    movers: Areas,
+    /// Newest rays of each module.
+    scans: Vec<Option<Scan>>,
+    bodies: Vec<Body>,
+    fields: Vec<Field>,
+    next_id: u64,
+    now_s: f64,
+    random: Random,
+    tables: Tables,
+}
+
+impl Rendering {
+    /// A tracker without tracks.
+    #[must_use]
+    pub fn new(site: &Site) -> Self {
+        let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
+        let movers = site.movers.iter().map(Mover::corners).collect();
+        Self {
+            walls: Walls::of(site),
+            enclosed: Areas::of(enclosed),
+            movers: Areas::of(movers),
+            scans: vec![None; site.modules.len()],
+            bodies: Vec::new(),
+            fields: Vec::new(),
+            next_id: 1,
+            now_s: 0.0,
+            random: Random::new(1),
+            tables: Tables::get(),
+        }
+    }
+
+    /// Updates all bodies by one scan, and begins new ones.
+    fn update(&mut self, scan: &Scan, start_s: f64) {
+        self.now_s = self.now_s.max(start_s);
+        let ground = Ground { walls: &self.walls, scans: &self.scans, newest: scan };
+        for body in &mut self.bodies {
+            body.predict(start_s, ground, &mut self.random);
+        }
+        let mut before: Vec<Before> = self.bodies.iter().map(Before::of).collect();
+        let windows: Vec<Option<Window>> = self.bodies.iter().map(|body| window(body, scan)).collect();
+        let field = |(body, window): (&Body, &Option<Window>)| {
+            window.map_or_else(Field::default, |window| render(body, scan, window, self.tables))
+        };
+        self.fields = self.bodies.iter().zip(&windows).map(field).collect();
+        let order = self.order();
+        let mut evidence = vec![0.0; self.bodies.len()];
+        for look in [Look::Coarse, Look::Fine] {
+            for &index in &order {
+                if let Some(window) = windows[index] {
+                    evidence[index] = self.look(index, scan, window, look);
+                    self.fields[index] = render(&self.bodies[index], scan, window, self.tables);
+                }
+            }
+        }
+        let ground = Ground { walls: &self.walls, scans: &self.scans, newest: scan };
+        for (body, evidence) in self.bodies.iter_mut().zip(&evidence) {
+            body.log_odds += evidence.clamp(EVIDENCE.0, EVIDENCE.1);
+            body.log_odds = body.log_odds.clamp(-SURE, SURE);
+            if *evidence >= SPEAKS {
+                body.supported_s = start_s;
+                let (at, _, velocity) = body.moments();
+                body.passage = ground.passage(at, velocity);
+            } else if *evidence < -SPEAKS {
+                body.surprise(ground, &mut self.random);
+            }
+        }
+        rename(&mut self.bodies, &mut before);
+        self.forget(start_s);
+        self.begin(scan, start_s);
+        self.confirm(start_s);
+    }
+
+    /// Compact and confirmed bodies first: what they explain, the others need not.
+    fn order(&self) -> Vec<usize> {
+        let spread = |body: &Body| {
+            let (_, [xx, _, yy], _) = body.moments();
+            xx + yy + if body.confirmed { 0.0 } else { 100.0 }
+        };
+        let mut order: Vec<(f64, usize)> =
+            self.bodies.iter().enumerate().map(|(index, body)| (spread(body), index)).collect();
+        order.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
+        order.into_iter().map(|(_, index)| index).collect()
+    }
+
+    fn state(&self, body: &Body, at_s: f64) -> TrackState {
+        let (mean, covariance_m2, velocity) = body.moments();
+        let seen = !body.is_unseen(at_s);
+        let ahead_s = if seen { (at_s - body.at_s).clamp(0.0, 0.3) } else { 0.0 };
+        TrackState {
+            id: body.id,
+            at: mean + velocity * ahead_s,
+            velocity: if seen { velocity } else { Point::default() },
+            covariance_m2,
+            state: match (body.confirmed, seen) {
+                (false, _) => LifeCycle::Tentative,
+                (true, true) => LifeCycle::Confirmed,
+                (true, false) => LifeCycle::Occluded,
+            },
+            existence: body.existence(),
+            reason: if seen { "seen" } else { "not in view" },
+            origin: Origin::Entered,
+        }
+    }
+}
+
+impl Tracker for Rendering {
+    fn observe(&mut self, observation: &Observation) {
+        let view = &observation.view;
+        let Some(slot) = self.scans.get_mut(view.module) else { return };
+        let mut scan = slot.take().filter(|scan| scan.is_of(view)).unwrap_or_else(|| Scan::of(view));
+        let movers = &self.movers;
+        scan.measure(observation, |seen: &Detection| movers.one_holds(&seen.outline));
+        self.update(&scan, observation.start_s);
+        if let Some(slot) = self.scans.get_mut(view.module) {
+            *slot = Some(scan);
+        }
+    }
+
+    fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
+        self.peek(at_s)
+    }
+
+    fn peek(&self, at_s: f64) -> Vec<TrackState> {
+        self.bodies.iter().map(|body| self.state(body, at_s)).collect()
+    }
+}
+
+/// The tracker as a model.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct RenderingModel;
+
+impl std::fmt::Display for RenderingModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("rendering")
+    }
+}
+
+impl crate::tracker::Model for RenderingModel {
+    fn estimator(&self) -> kehai::centre::Estimator {
+        kehai::centre::Estimator::default()
+    }
+
+    fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
+        Box::new(Rendering::new(site))
+    }
+}
+
+#[cfg(test)]
+mod exact;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,155 @@
+//! A scan as rays: what each beam of an observation measured.
+//!
+//! ```text
+//!   candidate's contour ─▶ Hit(range)      │ between two contour points the range is interpolated
+//!   background, empty   ─▶ Free(range)     │ nothing nearer than this; beyond it the beam says nothing
+//!   unseen span         ─▶ Unknown         │ the beam says nothing at all
+//! ```
+
+use std::sync::Arc;
+
+use kehai::candidate::Candidate;
+
+use crate::geometry::Point;
+use crate::observation::{Detection, Observation, View};
+
+/// Result of one beam, m.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Measured {
+    /// It says nothing.
+    Unknown,
+    /// Nothing stood before this range.
+    Free(f64),
+    /// Something before the background, at this range.
+    Hit(f64),
+}
+
+/// The rays of one module's newest scan.
+#[derive(Clone, Debug)]
+pub struct Scan {
+    view: Arc<View>,
+    /// Unit vector of each beam, in the site.
+    towards: Vec<Point>,
+    measured: Vec<Measured>,
+    background_mm: Arc<[u16]>,
+    first_rad: f64,
+    beam_rad: f64,
+    forward: Point,
+}
+
+impl Scan {
+    /// With the directions of a view and nothing measured.
+    pub fn of(view: &Arc<View>) -> Self {
+        let geometry = &view.geometry;
+        let beams = geometry.beams();
+        let bearing = |beam| view.pose.yaw_rad + f64::from(geometry.bearing_rad(beam));
+        Self {
+            view: Arc::clone(view),
+            towards: (0..beams).map(|beam| Point::towards(bearing(beam))).collect(),
+            measured: vec![Measured::Unknown; usize::from(beams)],
+            background_mm: Arc::default(),
+            first_rad: f64::from(geometry.bearing_rad(0)),
+            beam_rad: f64::from(geometry.beam_rad()),
+            forward: view.forward(),
+        }
+    }
+
+    /// Whether it has the directions of this view.
+    pub fn is_of(&self, view: &View) -> bool {
+        *self.view == *view
+    }
+
+    /// Takes the rays of an observation. Detections for which `is_background` is true count as background.
+    pub fn measure(&mut self, observation: &Observation, is_background: impl Fn(&Detection) -> bool) {
+        for (measured, &empty_mm) in self.measured.iter_mut().zip(&observation.empty_mm) {
+            *measured =
+                if empty_mm == 0 { Measured::Unknown } else { Measured::Free(f64::from(empty_mm) * 0.001) };
+        }
+        self.background_mm = Arc::clone(&observation.background_mm);
+        let geometry = &self.view.geometry;
+        for seen in &observation.detections {
+            let (first, last) =
+                (geometry.beam(seen.candidate.first_step), geometry.beam(seen.candidate.last_step));
+            let background = is_background(seen);
+            for beam in first..=last {
+                let Some(measured) = self.measured.get_mut(usize::from(beam)) else { break };
+                let range_m = range_m(&seen.candidate, geometry.step(beam));
+                *measured = if background { Measured::Free(range_m) } else { Measured::Hit(range_m) };
+            }
+        }
+    }
+
+    /// Takes these results, beam by beam, before a background at 4 m.
+    #[cfg(test)]
+    pub fn set(&mut self, measured: Vec<Measured>) {
+        self.background_mm = measured.iter().map(|_| 4000).collect();
+        self.measured = measured;
+    }
+
+    /// Takes a background at one range all around.
+    #[cfg(test)]
+    pub fn reach(&mut self, reach_mm: u16) {
+        self.background_mm = self.measured.iter().map(|_| reach_mm).collect();
+    }
+
+    /// The module's place.
+    pub fn origin(&self) -> Point {
+        self.view.pose.at
+    }
+
+    /// Whether the module sees a place when nothing stands before it.
+    pub fn covers(&self, place: Point) -> bool {
+        let (beam, distance_m) = self.beam_at(place);
+        let beam = beam.round();
+        let reach_mm = if beam >= 0.0 { self.background_mm.get(beam as usize).copied() } else { None };
+        reach_mm.is_some_and(|reach_mm| distance_m < f64::from(reach_mm) * 0.001)
+    }
+
+    /// Number of beams.
+    pub fn beams(&self) -> usize {
+        self.measured.len()
+    }
+
+    /// Angle between two beams.
+    pub const fn beam_rad(&self) -> f64 {
+        self.beam_rad
+    }
+
+    /// Direction of a beam in the site.
+    pub fn towards(&self, beam: usize) -> Point {
+        self.towards.get(beam).copied().unwrap_or_default()
+    }
+
+    /// Result of a beam.
+    pub fn measured(&self, beam: usize) -> Measured {
+        self.measured.get(beam).copied().unwrap_or(Measured::Unknown)
+    }
+
+    /// The beam that points at a place, as a number that may lie outside the view, and the place's distance, m.
+    pub fn beam_at(&self, place: Point) -> (f64, f64) {
+        let offset = place - self.origin();
+        let local = Point::new(offset.dot(self.forward), offset.dot(self.forward.left()));
+        ((local.angle_rad() - self.first_rad) / self.beam_rad, local.length())
+    }
+
+    /// When a beam passes after step 0, s.
+    pub fn delay_s(&self, beam: f64) -> f64 {
+        let last = self.beams().saturating_sub(1) as f64;
+        self.view.delay_s(beam.clamp(0.0, last) as u16)
+    }
+}
+
+/// Range of a candidate's outline at a step, m: interpolated between the points that were sent.
+fn range_m(candidate: &Candidate, step: u16) -> f64 {
+    let points = candidate.contour.len();
+    let span = f64::from(candidate.last_step - candidate.first_step).max(1.0);
+    let place = f64::from(step.saturating_sub(candidate.first_step)) / span * (points + 1) as f64;
+    let known = |point: usize| match point {
+        0 => candidate.first_mm,
+        point if point > points => candidate.last_mm,
+        point => candidate.contour_mm(point - 1).unwrap_or(candidate.mid_mm),
+    };
+    let before = place.floor();
+    let (near, far) = (f64::from(known(before as usize)), f64::from(known(before as usize + 1)));
+    (near + (far - near) * (place - before)) * 0.001
+}

@@ -1,0 +1,195 @@
+//! Bodies before one module, ray by ray: what is followed, what is believed while it is not seen, and what is not.
+
+use ::kehai::scan::{Geometry, URG_04LX};
+
+use super::look::best_quarter;
+use super::ray::Ellipse;
+use super::scan::Measured;
+use super::*;
+use crate::geometry::Pose;
+use crate::observation::View;
+
+/// Time between two scans, s.
+const SCAN_S: f64 = 0.1;
+
+/// Range of the wall behind everything, m.
+const WALL_M: f64 = 4.0;
+
+struct Bench {
+    tracker: Rendering,
+    scan: Scan,
+    now_s: f64,
+}
+
+impl Bench {
+    /// A module at the origin that looks along x, in a site without walls.
+    fn new() -> Self {
+        let site: Site = toml::from_str("[[module]]\nname = 'm'\nx = 0\ny = 0\nyaw_deg = 0").unwrap();
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry });
+        Self { tracker: Rendering::new(&site), scan: Scan::of(&view), now_s: 0.0 }
+    }
+
+    /// One scan of bodies whose middles are at `bodies` and that look along y.
+    fn shows(&mut self, bodies: &[(f64, f64)]) {
+        let tables = Tables::get();
+        let ellipses: Vec<Ellipse> =
+            bodies.iter().map(|&(x, y)| Ellipse::new(Point::new(x, y), Point::new(0.0, 1.0), 1.0)).collect();
+        let measured = (0..self.scan.beams()).map(|beam| {
+            let met = ellipses.iter().map(|ellipse| ellipse.meet(self.scan.towards(beam), tables));
+            let nearest = met.filter(|(opacity, range_m)| *opacity > 0.5 && *range_m > 0.0);
+            let nearest = nearest.map(|(_, range_m)| range_m).fold(WALL_M, f64::min);
+            if nearest < WALL_M { Measured::Hit(nearest) } else { Measured::Free(WALL_M) }
+        });
+        let measured = measured.collect();
+        self.scan.set(measured);
+        self.tracker.update(&self.scan, self.now_s);
+        self.now_s += SCAN_S;
+    }
+
+    /// The tracks that are not tentative.
+    fn tracks(&self) -> Vec<TrackState> {
+        let mut tracks = self.tracker.peek(self.now_s - SCAN_S);
+        tracks.retain(|track| track.state != LifeCycle::Tentative);
+        tracks
+    }
+}
+
+#[test]
+fn a_body_that_walks_is_one_track_near_its_middle() {
+    let mut bench = Bench::new();
+    let mut ids = std::collections::BTreeSet::new();
+    for scan in 0..40 {
+        let y = -1.0 + 0.05 * f64::from(scan);
+        bench.shows(&[(2.0, y)]);
+        if scan >= 10 {
+            let tracks = bench.tracks();
+            assert_eq!(tracks.len(), 1, "scan {scan}: {tracks:?}");
+            ids.insert(tracks[0].id);
+            let off = tracks[0].at - Point::new(2.0, y);
+            assert!(off.length() < 0.12, "scan {scan}: {off:?}");
+        }
+    }
+    assert_eq!(ids.len(), 1);
+}
+
+#[test]
+fn a_body_behind_another_stays_believed_in_and_comes_out_as_itself() {
+    let mut bench = Bench::new();
+    for scan in 0..20 {
+        bench.shows(&[(3.0, 0.0), (1.5, -1.2 + 0.06 * f64::from(scan))]);
+    }
+    assert_eq!(bench.tracks().len(), 2);
+    let behind = bench.tracks().into_iter().find(|track| track.at.x > 2.5).unwrap().id;
+    for _ in 0..30 {
+        bench.shows(&[(3.0, 0.0), (1.5, 0.0)]);
+    }
+    let hidden = bench.tracks().into_iter().find(|track| track.id == behind).unwrap();
+    assert!(hidden.existence > 0.9, "{hidden:?}");
+    for scan in 0..20 {
+        bench.shows(&[(3.0, 0.0), (1.5, 0.06 * f64::from(scan))]);
+    }
+    let tracks = bench.tracks();
+    assert!(tracks.len() == 2 && tracks.iter().any(|track| track.id == behind), "{tracks:?}");
+}
+
+#[test]
+fn a_body_whose_place_is_seen_empty_is_gone() {
+    let mut bench = Bench::new();
+    for _ in 0..20 {
+        bench.shows(&[(2.0, 0.0)]);
+    }
+    assert_eq!(bench.tracks().len(), 1);
+    for _ in 0..40 {
+        bench.shows(&[]);
+    }
+    assert!(bench.tracks().is_empty(), "{:?}", bench.tracks());
+}
+
+#[test]
+fn a_scan_that_saw_nothing_changes_no_existence() {
+    let mut bench = Bench::new();
+    for _ in 0..20 {
+        bench.shows(&[(2.0, 0.0)]);
+    }
+    let before = bench.tracks()[0].existence;
+    let beams = bench.scan.beams();
+    bench.scan.set(vec![Measured::Unknown; beams]);
+    // At the same time: nothing has passed that could have changed it.
+    bench.tracker.update(&bench.scan, bench.now_s - SCAN_S);
+    assert_eq!(bench.tracks()[0].existence.to_bits(), before.to_bits());
+}
+
+#[test]
+fn the_same_scans_give_the_same_tracks() {
+    let run = || {
+        let mut bench = Bench::new();
+        for scan in 0..30 {
+            bench.shows(&[(2.0, -0.5 + 0.03 * f64::from(scan)), (2.5, 0.4)]);
+        }
+        format!("{:?}", bench.tracker.peek(bench.now_s))
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn existence_asks_for_the_best_quarter() {
+    let mut ratios = vec![-50.0; 75];
+    ratios.extend([0.0; 25]);
+    assert!(best_quarter(ratios).abs() < 1e-9, "a quarter of the places is not contradicted");
+    assert!(best_quarter(vec![-3.0; 100]) < -2.9);
+}
+
+#[test]
+fn candidates_in_another_order_give_the_same_tracks() {
+    let observation = |turned: bool| {
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry });
+        let beams = usize::from(view.geometry.beams());
+        let candidate = |first_step, last_step, mm| ::kehai::candidate::Candidate {
+            first_step,
+            last_step,
+            first_mm: mm,
+            mid_mm: mm,
+            last_mm: mm,
+            near_mm: mm,
+            ..Default::default()
+        };
+        let candidates = [candidate(300, 360, 1500), candidate(420, 470, 2100)];
+        let estimator = kehai::centre::Estimator::default();
+        let seen =
+            |candidate: ::kehai::candidate::Candidate| Detection::new(candidate, &view, 0.0, estimator);
+        let mut detections: Vec<Detection> = candidates.into_iter().map(seen).collect();
+        if turned {
+            detections.reverse();
+        }
+        let (empty_mm, background_mm) = (vec![4000; beams], vec![4000; beams].into());
+        Observation { view: Arc::clone(&view), start_s: 0.0, detections, empty_mm, background_mm }
+    };
+    let run = |turned| {
+        let mut tracker = Bench::new().tracker;
+        for scan in 0..20 {
+            let observation = Observation { start_s: SCAN_S * f64::from(scan), ..observation(turned) };
+            tracker.observe(&observation);
+        }
+        format!("{:?}", tracker.peek(2.0))
+    };
+    assert!(run(false).contains("Confirmed"), "{}", run(false));
+    assert_eq!(run(false), run(true));
+}
+
+#[test]
+fn bodies_are_never_more_than_the_bound() {
+    let mut bench = Bench::new();
+    for scan in 0..30 {
+        let shift = 0.1 * f64::from(scan % 5);
+        let bodies: Vec<(f64, f64)> =
+            (0..12).map(|body| (1.5, -3.0 + shift + 0.5 * f64::from(body))).collect();
+        bench.shows(&bodies);
+    }
+    assert!(bench.tracker.bodies.len() <= BODIES);
+    let sum = |body: &Body| body.weights.iter().sum::<f64>();
+    assert!(bench.tracker.bodies.iter().all(|body| (sum(body) - 1.0).abs() < 1e-9));
+}
