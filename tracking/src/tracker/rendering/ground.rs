@@ -18,6 +18,10 @@ const NEAR_M: f64 = 0.15;
 pub const AHEAD_S: f64 = 1.0;
 const LEAVING_MPS: f64 = 0.3;
 
+/// A step that is shorter crosses no wall and no entry unless one of its ends is beside it, m: what [`Walls::beside`] surely
+/// holds on both sides.
+const SHORT_M: f64 = 0.16;
+
 /// Which entries a body may cross.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Passage {
@@ -41,6 +45,11 @@ pub struct Ground<'a> {
 impl Ground<'_> {
     /// Whether a small step is not possible for a body.
     pub fn stops(&self, from: Point, to: Point, passage: Passage) -> bool {
+        // Most steps are short and far from walls and entries.
+        let (was_beside, is_beside) = (self.walls.beside(from), self.walls.beside(to));
+        if !was_beside && !is_beside && (to - from).length() < SHORT_M {
+            return passage == Passage::None && self.leaves(from, to);
+        }
         if self.walls.wall_between(from, to) || (self.touches_wall(to) && !self.touches_wall(from)) {
             return true;
         }

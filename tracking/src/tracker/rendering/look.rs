@@ -42,7 +42,9 @@ impl Rendering {
                 let mut product = 1.0;
                 for (beam, mixture) in covered(window, middle, reach).zip_mixtures(&mixtures) {
                     let (opacity, range_m) = ellipse.meet(scan.towards(beam), tables);
-                    product *= mixture.ratio(opacity, range_m, tables);
+                    if opacity > 0.0 {
+                        product *= mixture.ratio(opacity, range_m, tables);
+                    }
                 }
                 window.weight * libm::log(product.max(1e-300)) + apart(sample.at, sample.heading, &keepers)
             })

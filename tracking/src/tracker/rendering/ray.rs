@@ -139,6 +139,7 @@ pub struct Mixture {
     before: [(f64, f64); DEEP + 1],
     /// Likelihood of the beam without the body.
     pub without: f64,
+    inverse: f64,
 }
 
 impl Mixture {
@@ -175,7 +176,8 @@ impl Mixture {
             *entry = (sum, transmittance);
         }
         let behind = transmittance * background;
-        Some(Self { measured, ranges_m, before, without: sum + behind + CLUTTER })
+        let without = sum + behind + CLUTTER;
+        Some(Self { measured, ranges_m, before, without, inverse: 1.0 / without })
     }
 
     /// Likelihood with a body of this opacity at this range, over that without it.
@@ -188,7 +190,7 @@ impl Mixture {
         let index = self.ranges_m.iter().take_while(|&&other_m| other_m < range_m).count();
         let (sum, transmittance) = self.before[index];
         let rest = self.without - sum - CLUTTER;
-        (sum + transmittance * opacity * density + passes * rest + CLUTTER) / self.without
+        (sum + transmittance * opacity * density + passes * rest + CLUTTER) * self.inverse
     }
 }
 
