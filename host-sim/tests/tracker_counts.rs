@@ -52,7 +52,7 @@ fn count_near_the_end(scene: &str, seed: u64) -> u32 {
     let record = Record::of(&scene, seed, &Options::default()).unwrap();
     let end_s = record.duration_s - 10.0;
     let lines = record.tracks_lines(Choice::default());
-    lines.iter().rfind(|line| line.t <= end_s).unwrap().zones["area"].count
+    lines.iter().rfind(|line| line.t <= end_s).unwrap().zones["area"].count().unwrap()
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn without_modules_nothing_is_known_of_a_zone() {
     let options = Options { outages: vec![outage(0), outage(1)], ..Options::default() };
     let record = record(&options);
     let lines = record.tracks_lines(Choice::default());
-    let at = |time_s: f64| lines.iter().find(|line| line.t >= time_s).unwrap().zones["area"].state;
+    let at = |time_s: f64| lines.iter().find(|line| line.t >= time_s).unwrap().zones["area"].state();
     assert_eq!(at(17.5), ZoneKnown::Known);
     assert_eq!(at(22.0), ZoneKnown::Unknown, "silence is never an empty zone");
     assert_eq!(at(30.0), ZoneKnown::Known, "both have started anew");
@@ -126,7 +126,7 @@ fn what_a_dead_module_saw_is_not_seen_rather_than_empty_and_it_breaks_nothing_wh
     assert!(events.all_in_s < from_s && events.door_opens_s > 26.0, "{events:?}");
     let share = |lines: &[TracksLine]| {
         let during = lines.iter().filter(|line| (from_s + 2.5..until_s).contains(&line.t));
-        let shares: Vec<f64> = during.map(|line| line.zones["area"].seen_share).collect();
+        let shares: Vec<f64> = during.map(|line| line.zones["area"].seen_share()).collect();
         shares.iter().sum::<f64>() / shares.len() as f64
     };
     let seen = share(&whole.tracks_lines(Choice::default()));

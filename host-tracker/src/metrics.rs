@@ -64,19 +64,19 @@ fn family<'a, const LABELS: usize, M: EncodeMetric>(
 
 fn zones(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let zones = &frame.line.zones;
-    let known = zones.iter().filter(|(_, zone)| zone.state != ZoneKnown::Unknown);
+    let known = zones.iter().filter_map(|(name, zone)| Some((name, zone.count()?)));
     family(
         encoder,
         "kehai_zone_people",
-        "People in the zone; absent while nothing is known of it",
-        known.map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(zone.count))),
+        "People in the zone; absent while that is not known",
+        known.map(|(name, count)| ([("zone", name.as_str())], ConstGauge::new(count))),
     )?;
     family(
         encoder,
         "kehai_zone_known",
         "1: all of the zone is known, 0.5: a part of it, 0: nothing",
         zones.iter().map(|(name, zone)| {
-            let known = match zone.state {
+            let known = match zone.state() {
                 ZoneKnown::Known => 1.0,
                 ZoneKnown::Partly => 0.5,
                 ZoneKnown::Unknown => 0.0,
@@ -88,7 +88,7 @@ fn zones(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         encoder,
         "kehai_zone_seen_ratio",
         "Share of the zone that some module sees",
-        zones.iter().map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(zone.seen_share))),
+        zones.iter().map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(zone.seen_share()))),
     )
 }
 
@@ -231,11 +231,11 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
 mod tests {
     use super::*;
     use kehai_tracking::alarm::{AlarmKind, AlarmLine};
-    use kehai_tracking::jsonl::ZoneLine;
+    use kehai_tracking::occupancy::{Found, ZoneLine};
 
     fn frame() -> Arc<Snapshot> {
         let mut frame = Snapshot { strangers: 3, ..Snapshot::default() };
-        let zone = |count, state| ZoneLine { count, p: vec![1.0], seen_share: 0.5, state };
+        let zone = |count, state| ZoneLine::new(Found { count, p: vec![1.0] }, 0.5, state);
         frame.line.zones.insert("hall".into(), zone(2, ZoneKnown::Partly));
         frame.line.zones.insert("a \"b\"\\\n".into(), zone(1, ZoneKnown::Unknown));
         let alarm = AlarmLine::new(AlarmKind::Silent, "…");

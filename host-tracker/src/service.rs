@@ -83,7 +83,7 @@ pub struct Sites {
 }
 
 impl Sites {
-    /// Goes on with another site: devices elsewhere, other walls, zones or entries. All tracks are initiated again.
+    /// Goes on with another site: devices elsewhere, other walls, zones or entries. Tracks stay.
     ///
     /// # Errors
     /// What is wrong with the site, as [`Site::check`] says; nothing has changed then.

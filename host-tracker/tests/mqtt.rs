@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 use host_tracker::alarms::TrackerAlarms;
 use host_tracker::mqtt::{Publisher, Settings, Topics};
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::occupancy::Found;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
 
@@ -173,7 +174,7 @@ impl Frames {
     }
 
     fn zone(&self, count: u32, state: ZoneKnown) {
-        let zone = ZoneLine { count, p: vec![1.0], seen_share: 1.0, state };
+        let zone = ZoneLine::new(Found { count, p: vec![1.0] }, 1.0, state);
         self.frame.lock().unwrap().line.zones.insert("hall".into(), zone);
     }
 }

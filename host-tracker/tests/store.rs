@@ -20,6 +20,7 @@ use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
+use kehai_tracking::occupancy::Found;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use kehai_tracking::tracker::{LifeCycle, Origin};
@@ -76,7 +77,7 @@ fn track(id: u64, x: f64, y: f64) -> TrackLine {
 
 fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Snapshot> {
     let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
-    let hall = ZoneLine { count, p: vec![], seen_share: 1.0, state: ZoneKnown::Known };
+    let hall = ZoneLine::new(Found { count, p: vec![] }, 1.0, ZoneKnown::Known);
     let zones = [("hall".to_string(), hall)].into();
     Arc::new(Snapshot::of(unix_ms, TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }))
 }

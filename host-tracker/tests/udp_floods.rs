@@ -27,7 +27,6 @@ use fake::{Fake, id};
 use flood::{Exits, Figures, ask};
 use hall::Tracker;
 use kehai::wire::{Identity, ModuleId};
-use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::snapshot::Snapshot;
 
 /// How long a flood lasts in a short run.
@@ -224,7 +223,7 @@ fn knows(map: SocketAddr, what: &str) {
     loop {
         let found = snapshot(map);
         let zone = found.line.zones.get("area");
-        if zone.is_some_and(|zone| zone.state == ZoneKnown::Known && zone.count == 0) {
+        if zone.is_some_and(|zone| zone.count() == Some(0)) {
             return;
         }
         assert!(begun.elapsed() < PATIENCE, "{what}: {zone:?}, {:?}", found.dropped);

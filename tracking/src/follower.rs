@@ -9,11 +9,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
+use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::observation::Observation;
 use crate::session::Sessions;
 use crate::session::datagram::Datagram;
 use crate::site::Site;
+use crate::site::change::SiteChange;
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::Zones;
 
@@ -77,13 +78,19 @@ impl Follower {
         }
     }
 
-    /// Goes on with another site. Clocks and backgrounds stay; all tracks are initiated again, under new numbers.
+    /// Goes on with another site. Clocks, backgrounds, tracks and what is known of zones stay. Where a module that was moved
+    /// looked or looks nothing is known until its people can have been found. A tracker that cannot go on is built anew,
+    /// under new numbers, and nothing is known of any zone for as long.
     pub fn change_site(&mut self, site: &Arc<Site>) {
-        self.site = Arc::clone(site);
+        let before = std::mem::replace(&mut self.site, Arc::clone(site));
+        let change = SiteChange { before: &before, now: site };
         self.sessions.change_site(Arc::clone(site));
-        self.tracker = self.model.build(site);
-        self.zones = Zones::new(site);
-        self.numbers = self.newest;
+        self.zones.change_site(&change, self.seen_s + FOUND_S);
+        if !self.tracker.change_site(&change) {
+            self.tracker = self.model.build(site);
+            self.numbers = self.newest;
+            self.begun_s = self.seen_s;
+        }
     }
 
     /// Takes the people of a line that was given `age_s` before the start, by a process that has ended. They are hidden
@@ -138,9 +145,7 @@ impl Follower {
         let tracks = self.tracker.tracks(at_s);
         let mut zones = self.zones.lines(&tracks, at_s);
         if at_s - self.begun_s < FOUND_S {
-            for zone in zones.values_mut() {
-                (zone.state, zone.seen_share) = (ZoneKnown::Unknown, 0.0);
-            }
+            zones.values_mut().for_each(|zone| *zone = ZoneLine::unknown());
         }
         let tracks = self.numbered(tracks);
         self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);

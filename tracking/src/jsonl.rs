@@ -18,6 +18,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
+pub use crate::occupancy::{ZoneKnown, ZoneLine};
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
 
 /// A line of `tracks.jsonl`: what the tracker says at one time, from the datagrams that had arrived by then.
@@ -65,31 +66,6 @@ pub struct TrackLine {
 
 fn has_entered(origin: &Origin) -> bool {
     *origin == Origin::Entered
-}
-
-/// What is known of a zone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ZoneLine {
-    /// Most probable number of people.
-    pub count: u32,
-    /// Probability of no person, of one, of two, …
-    pub p: Vec<f64>,
-    /// Share of the zone that some module sees.
-    pub seen_share: f64,
-    /// How much the count can be trusted.
-    pub state: ZoneKnown,
-}
-
-/// How much of a zone is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ZoneKnown {
-    /// All of it is observed, or no person can have come in without a detection.
-    Known,
-    /// Some of it is not seen.
-    Partly,
-    /// None of it is seen.
-    Unknown,
 }
 
 /// A line of `truth.jsonl`: where people are at one time.
@@ -332,6 +308,7 @@ impl std::error::Error for LineError {}
 mod tests {
     use super::*;
     use crate::geometry::Point;
+    use crate::occupancy::Found;
 
     fn said<T: Line>(text: &str) -> String {
         let mut lines = Lines::<_, T>::new(text.as_bytes(), "a.jsonl");
@@ -352,7 +329,7 @@ mod tests {
             reason: "hidden by 3",
             origin: Origin::Entered,
         };
-        let zone = ZoneLine { count: 1, p: vec![0.1, 0.9], seen_share: 0.7, state: ZoneKnown::Partly };
+        let zone = ZoneLine::new(Found { count: 1, p: vec![0.1, 0.9] }, 0.7, ZoneKnown::Partly);
         let line = TracksLine {
             t: 12.3,
             tracks: vec![TrackLine::from(&state)],

@@ -18,6 +18,7 @@ pub mod geometry;
 pub mod jsonl;
 pub mod names;
 pub mod observation;
+pub mod occupancy;
 pub mod registry;
 pub mod session;
 pub mod site;

@@ -6,6 +6,7 @@
 
 use crate::baselines::Choice;
 use kehai_tracking::geometry::{Point, inside};
+use kehai_tracking::occupancy::ZoneLine;
 use kehai_tracking::tracker::LifeCycle;
 
 use crate::run::Record;
@@ -32,7 +33,7 @@ pub struct Line {
     pub tracks: Vec<Estimate>,
     /// People in the zone that counts.
     pub inside: usize,
-    /// People counted there.
+    /// People found there.
     pub counted: usize,
 }
 
@@ -68,7 +69,8 @@ impl Log {
             let mut tracks: Vec<Estimate> = known.tracks.iter().map(Estimate::from).collect();
             scorer.frame(&Frame { t_s: moment.t, truth: &people, tracks: &tracks });
             tracks.retain(|track| track.state != LifeCycle::Tentative);
-            let counted = zone.and_then(|zone| known.zones.get(&zone.name)).map_or(0, |zone| zone.count);
+            let counted =
+                zone.and_then(|zone| known.zones.get(&zone.name)).and_then(ZoneLine::count).unwrap_or(0);
             let inside = people.iter().filter(|person| inside(person.at, &polygon)).count();
             Line { t_s: moment.t, people, tracks, inside, counted: counted as usize }
         });

@@ -129,7 +129,7 @@ pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
         slugs(frame.line.zones.keys().map(String::as_str)).iter().zip(frame.line.zones.values())
     {
         let topic = format!("{}/zone/{slug}", topics.site());
-        states.insert(format!("{topic}/availability"), availability(zone.state != ZoneKnown::Unknown));
+        states.insert(format!("{topic}/availability"), availability(zone.state() != ZoneKnown::Unknown));
         states.insert(topic, State::at_once(zone_payload(zone)));
     }
     for (slug, module) in modules(frame) {
@@ -190,8 +190,8 @@ pub fn door_input(frame: &Snapshot, topics: &Topics, topic: &str) -> Option<(Str
 
 /// What is not known is null, never 0.
 fn zone_payload(zone: &ZoneLine) -> String {
-    let count = (zone.state != ZoneKnown::Unknown).then_some(zone.count);
-    json!({ "state": zone.state, "occupied": count.map(|count| count > 0), "count": count }).to_string()
+    let count = zone.count();
+    json!({ "state": zone.state(), "occupied": count.map(|count| count > 0), "count": count }).to_string()
 }
 
 fn module_state(module: &ModuleLine) -> State {
@@ -330,6 +330,7 @@ fn merge(into: &mut Value, more: Value) {
 pub(super) mod tests {
     use super::*;
     use kehai_tracking::alarm::{AlarmKind, AlarmLine};
+    use kehai_tracking::occupancy::Found;
 
     pub fn topics() -> Topics {
         Topics {
@@ -340,7 +341,7 @@ pub(super) mod tests {
     }
 
     pub fn zone(count: u32, state: ZoneKnown) -> ZoneLine {
-        ZoneLine { count, p: vec![1.0], seen_share: 1.0, state }
+        ZoneLine::new(Found { count, p: vec![1.0] }, 1.0, state)
     }
 
     /// Two zones and two modules, one of which belongs to another site.
@@ -371,7 +372,7 @@ pub(super) mod tests {
         assert_eq!(json_of(&states, hall), json!({ "state": "known", "occupied": true, "count": 2 }));
         assert_eq!(states[&format!("{hall}/availability")].payload, "online");
         let part = json_of(&states, "kehai/front-door/zone/part");
-        assert_eq!(part, json!({ "state": "partly", "occupied": false, "count": 0 }));
+        assert_eq!(part, json!({ "state": "partly", "occupied": null, "count": null }));
         let unknown = "kehai/front-door/zone/u7384u95a2";
         assert_eq!(json_of(&states, unknown), json!({ "state": "unknown", "occupied": null, "count": null }));
         assert_eq!(states[&format!("{unknown}/availability")].payload, "offline");

@@ -134,7 +134,7 @@ fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table;
             columns: vec![
                 ("zone", Column::Text(counts.iter().map(|row| row.zone.clone()).collect())),
                 ("time", Column::Time(counts.iter().map(|row| row.at_ms).collect())),
-                ("count", Column::Number(counts.iter().map(|row| row.count.into()).collect())),
+                ("count", Column::MaybeNumber(counts.iter().map(|row| row.count.map(i64::from)).collect())),
                 ("state", Column::Text(counts.iter().map(|row| row.state.clone()).collect())),
             ],
         },

@@ -57,8 +57,8 @@ pub struct Count {
     pub zone: String,
     /// ms since 1970.
     pub at_ms: u64,
-    /// People.
-    pub count: u32,
+    /// People; none where that is not known.
+    pub count: Option<u32>,
     /// `known`, `partly`, `unknown`.
     pub state: String,
 }

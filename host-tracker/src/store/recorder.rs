@@ -67,7 +67,7 @@ pub struct ChangeRecorder {
     zones: Vec<(String, Vec<Point>)>,
     walks: BTreeMap<u64, Walk>,
     /// And when that was kept, ms since 1970.
-    counts: BTreeMap<String, (u32, ZoneKnown, u64)>,
+    counts: BTreeMap<String, (Option<u32>, ZoneKnown, u64)>,
     modules: BTreeMap<String, Known>,
     poses: BTreeMap<String, [f64; 3]>,
     /// The track that each ID was last kept with.
@@ -119,7 +119,7 @@ impl ChangeRecorder {
             }
         }
         for (name, zone) in &frame.line.zones {
-            let (count, state) = (zone.count, zone.state);
+            let (count, state) = (zone.count(), zone.state());
             let due = self.counts.get(name).is_none_or(|&(before, known, kept_ms)| {
                 (before, known) != (count, state) && at_ms.saturating_sub(kept_ms) >= COUNT_MS
             });

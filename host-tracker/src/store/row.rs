@@ -19,8 +19,8 @@ pub enum Row {
         zone: String,
         /// ms since 1970.
         at_ms: u64,
-        /// People.
-        count: u32,
+        /// People; none where that is not known.
+        count: Option<u32>,
         /// How far that can be trusted.
         state: ZoneKnown,
     },

@@ -15,7 +15,7 @@
 use rusqlite::Connection;
 
 /// Written into the file; a newer one is refused rather than damaged.
-const VERSION: i64 = 4;
+const VERSION: i64 = 5;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -146,6 +146,22 @@ CREATE TABLE name (
 CREATE INDEX name_at ON name (at_ms);
 ";
 
+/// What version 5 changes: a count that is not known is NULL, never 0.
+const TABLES_5: &str = "
+CREATE TABLE count_5 (
+    zone INTEGER NOT NULL REFERENCES zone,
+    at_ms INTEGER NOT NULL,
+    count INTEGER,
+    state TEXT NOT NULL,
+    PRIMARY KEY (zone, at_ms)
+) WITHOUT ROWID;
+INSERT INTO count_5 SELECT zone, at_ms,
+    iif(state = 'known' OR state = 'partly' AND count > 0, count, NULL), state FROM count;
+DROP TABLE count;
+ALTER TABLE count_5 RENAME TO count;
+CREATE INDEX count_at ON count (at_ms);
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
@@ -171,7 +187,7 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
         return Ok(Err(Newer(version)));
     }
     transaction.execute_batch(PASSAGES)?;
-    for (older, tables) in [(1, TABLES), (2, TABLES_2), (3, TABLES_3), (4, TABLES_4)] {
+    for (older, tables) in [(1, TABLES), (2, TABLES_2), (3, TABLES_3), (4, TABLES_4), (5, TABLES_5)] {
         if version < older {
             transaction.execute_batch(tables)?;
         }
@@ -237,6 +253,25 @@ mod tests {
             Ok((row.get::<_, i64>(0)?, row.get::<_, String>(1)?, row.get::<_, String>(2)?))
         });
         assert_eq!(card.unwrap(), (5, "front".to_owned(), "00000000000000000000000000A11CE0".to_owned()));
+    }
+
+    #[test]
+    fn a_count_of_before_that_was_not_known_is_none() {
+        let mut connection = Connection::open_in_memory().unwrap();
+        for tables in [PASSAGES, TABLES, TABLES_2, TABLES_3, TABLES_4] {
+            connection.execute_batch(tables).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 4).unwrap();
+        connection.execute("INSERT INTO zone (zone, name) VALUES (1, 'hall')", []).unwrap();
+        for (at_ms, count, state) in [(1, 0, "known"), (2, 0, "partly"), (3, 2, "partly"), (4, 0, "unknown")]
+        {
+            let row = rusqlite::params![at_ms, count, state];
+            connection.execute("INSERT INTO count VALUES (1, ?1, ?2, ?3)", row).unwrap();
+        }
+        prepare(&mut connection).unwrap().unwrap();
+        let mut counts = connection.prepare("SELECT count FROM count ORDER BY at_ms").unwrap();
+        let counts = counts.query_map([], |row| row.get::<_, Option<i64>>(0)).unwrap();
+        assert_eq!(counts.map(Result::unwrap).collect::<Vec<_>>(), [Some(0), None, Some(2), None]);
     }
 
     #[test]

@@ -72,9 +72,13 @@ fn binned(
 ) -> Vec<Option<u32>> {
     let whole_ms = to_ms.saturating_sub(from_ms).max(1);
     let edge_ms = |bin: usize| from_ms + (whole_ms as f64 * bin as f64 / bins as f64) as u64;
-    let mut zones: BTreeMap<&str, u32> = BTreeMap::new();
+    let mut zones: BTreeMap<&str, Option<u32>> = BTreeMap::new();
     let mut rows = rows.iter().peekable();
-    let known = |zones: &BTreeMap<&str, u32>| (!zones.is_empty()).then(|| zones.values().sum());
+    // Of none it is only known that they are not there if that is known of every zone.
+    let known = |zones: &BTreeMap<&str, Option<u32>>| {
+        let found = zones.values().flatten().copied().reduce(|one, other| one + other)?;
+        (found > 0 || zones.values().all(Option::is_some)).then_some(found)
+    };
     (0..bins)
         .map(|bin| {
             let (begin_ms, end_ms) = (edge_ms(bin), edge_ms(bin + 1));
@@ -86,11 +90,7 @@ fn binned(
                     most = most.max(known(&zones));
                 }
                 let Some(row) = next else { break };
-                if row.state == "unknown" {
-                    zones.remove(row.zone.as_str());
-                } else {
-                    zones.insert(&row.zone, row.count);
-                }
+                zones.insert(&row.zone, row.count);
             }
             let alive = lives.iter().any(|&(begun_ms, ended_ms)| begun_ms < end_ms && ended_ms >= begin_ms);
             most.filter(|_| alive)
@@ -103,6 +103,7 @@ mod tests {
     use super::*;
 
     fn count(zone: &str, at_ms: u64, count: u32, state: &str) -> Count {
+        let count = (state == "known").then_some(count);
         Count { zone: zone.into(), at_ms, count, state: state.into() }
     }
 
@@ -117,6 +118,13 @@ mod tests {
         ];
         let bins = binned(&rows, &[(0, 1000)], (100, 500), 4);
         assert_eq!(bins, [Some(3), Some(1), Some(5), Some(2)]);
+    }
+
+    #[test]
+    fn none_in_one_zone_is_not_none_while_another_is_not_known() {
+        let rows =
+            [count("hall", 0, 0, "known"), count("study", 0, 0, "unknown"), count("study", 60, 0, "known")];
+        assert_eq!(binned(&rows, &[(0, 200)], (10, 110), 2), [None, Some(0)]);
     }
 
     #[test]

@@ -23,7 +23,7 @@ struct Past<'a> {
 
 #[derive(Serialize)]
 struct PastZone {
-    count: u32,
+    count: Option<u32>,
     state: ZoneKnown,
 }
 
@@ -31,7 +31,7 @@ impl History {
     /// Notes a frame; the oldest line makes room.
     pub fn push(&mut self, frame: &Snapshot) {
         let zone = |(name, zone): (&String, &ZoneLine)| {
-            (name.clone(), PastZone { count: zone.count, state: zone.state })
+            (name.clone(), PastZone { count: zone.count(), state: zone.state() })
         };
         let zones = frame.line.zones.iter().map(zone).collect();
         let past = Past { unix_ms: frame.unix_ms, tracks: &frame.line.tracks, zones };

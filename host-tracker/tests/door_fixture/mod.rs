@@ -22,6 +22,7 @@ use host_tracker::site_file::SiteFile;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::follower::Estimate;
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
+use kehai_tracking::occupancy::Found;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::{Value, json};
 use tokio::sync::watch;
@@ -226,7 +227,7 @@ fn frame(people: &[[f64; 2]]) -> Snapshot {
     let inside = people.iter().filter(|[_, y]| y.abs() < 1.0).count();
     let mut p = vec![0.0; inside + 1];
     p[inside] = 1.0;
-    let zone = ZoneLine { count: inside as u32, p, seen_share: 1.0, state: ZoneKnown::Known };
+    let zone = ZoneLine::new(Found { count: inside as u32, p }, 1.0, ZoneKnown::Known);
     line.zones.insert("area".into(), zone);
     Snapshot::of(unix_ms(), line)
 }

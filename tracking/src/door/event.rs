@@ -86,8 +86,8 @@ impl Seen {
     pub fn of(tracks: &[TrackState], zone: Option<&ZoneLine>, trouble: Option<Trouble>) -> Self {
         Self {
             bodies: tracks.iter().map(Body::from).collect(),
-            count_p: zone.map(|zone| zone.p.clone()).unwrap_or_default(),
-            seen_share: zone.map_or(0.0, |zone| zone.seen_share),
+            count_p: zone.map(|zone| zone.p().to_vec()).unwrap_or_default(),
+            seen_share: zone.map_or(0.0, ZoneLine::seen_share),
             trouble,
         }
     }

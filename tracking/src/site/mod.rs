@@ -39,6 +39,7 @@
 //!
 //! Metres and degrees, counter-clockwise.
 
+pub mod change;
 mod check;
 pub mod door;
 mod limits;

@@ -24,6 +24,7 @@ use ::kehai::centre::Estimator;
 use crate::geometry::Point;
 use crate::observation::Observation;
 use crate::site::Site;
+use crate::site::change::SiteChange;
 pub use kehai::ideas::{Idea, Ideas};
 
 /// Where a track is in its life.
@@ -101,6 +102,12 @@ pub trait Tracker {
     /// begin without tracks.
     fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
         let _ = (people, age_s, at_s);
+    }
+
+    /// Goes on in a site that was edited. False if the tracker cannot: it is built anew then. The papers' trackers cannot.
+    fn change_site(&mut self, change: &SiteChange<'_>) -> bool {
+        let _ = change;
+        false
     }
 }
 

@@ -23,6 +23,7 @@ use kehai_tracking::door::{Alarm, Card, DoorLine, Lock, LockOrder, Phase};
 use kehai_tracking::follower::Estimate;
 use kehai_tracking::geometry::Point;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::occupancy::Found;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::{LifeCycle, Origin, TrackState};
 
@@ -187,7 +188,7 @@ impl World {
         let mut p = vec![0.0; inside + 1];
         p[inside] = 1.0;
         let (seen_share, state) = if self.sees { (1.0, ZoneKnown::Known) } else { (0.0, ZoneKnown::Unknown) };
-        let zone = ZoneLine { count: inside as u32, p, seen_share, state };
+        let zone = ZoneLine::new(Found { count: inside as u32, p }, seen_share, state);
         Estimate { t_s: self.now_s, tracks, zones: [("area".to_owned(), zone)].into() }
     }
 

@@ -105,18 +105,19 @@ impl Judge {
     }
 
     pub fn look(&self, zone: &ZoneLine, people: u32, now_us: u64) {
-        let is_known = zone.state == ZoneKnown::Known;
+        let is_known = zone.state() == ZoneKnown::Known;
+        let counted = zone.count().unwrap_or(0);
         let is_seen = self.used_us.is_some_and(|used_us| now_us - used_us <= 2 * SECOND_US);
         assert!(is_seen || !is_known, "known, and not seen for two seconds");
         let is_settled = now_us.saturating_sub(self.disturbed_us) > SETTLED_US
             && self.fooled_us.is_none_or(|fooled_us| now_us - fooled_us > RECOVERED_US);
-        assert!(!(is_known && is_settled) || zone.count >= people, "{} counted of {people}", zone.count);
+        assert!(!(is_known && is_settled) || counted >= people, "{counted} counted of {people}");
         let has_faded = now_us.saturating_sub(self.disturbed_us.max(self.fooled_us.unwrap_or(0))) > FADED_US;
-        assert!(!(is_known && has_faded) || zone.count == people, "{} counted of {people}", zone.count);
+        assert!(!(is_known && has_faded) || counted == people, "{counted} counted of {people}");
         if now_us.saturating_sub(self.disturbed_us.max(self.forged_us)) > RECOVERED_US {
             let silent_us = self.true_us.map(|true_us| now_us - true_us);
             assert!(silent_us.iter().all(|silent_us| *silent_us < SECOND_US / 2), "muted: {silent_us:?} µs");
-            assert!(is_known && zone.count >= people, "{people} people, and {zone:?}");
+            assert!(is_known && counted >= people, "{people} people, and {zone:?}");
         }
     }
 }

@@ -100,7 +100,8 @@ impl Summary {
         }
         println!("  {:<20} {:>9}  known", "zone", "people");
         for (name, zone) in &self.newest.line.zones {
-            println!("  {name:<20} {:>9}  {}", zone.count, format!("{:?}", zone.state).to_lowercase());
+            let count = zone.count().map_or_else(|| "–".to_owned(), |count| count.to_string());
+            println!("  {name:<20} {count:>9}  {}", format!("{:?}", zone.state()).to_lowercase());
         }
     }
 }

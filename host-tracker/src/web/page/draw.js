@@ -1,7 +1,7 @@
 // The map: floor, fields of view, walls, zones, entries, movers, modules, and people with their trails.
 
-import { BLOCKS, TRACK, ZONE } from "./names.js";
-import { health, path, svg } from "./shapes.js";
+import { BLOCKS, TRACK } from "./names.js";
+import { health, isCounted, path, svg } from "./shapes.js";
 
 const TRAIL_MS = 12_000;
 const FADES = [0.2, 0.4, 0.65, 0.9];
@@ -162,9 +162,9 @@ export class Drawing {
     for (const element of [...this.layers.zones.children, ...this.layers.labels.children]) {
       const zone = zones[element.dataset.zone];
       if (!element.dataset.zone) continue;
-      element.classList.toggle("unknown", zone?.state === ZONE.UNKNOWN);
+      element.classList.toggle("unknown", !isCounted(zone));
       if (element.tagName !== "text") continue;
-      const count = zone && (zone.state === ZONE.UNKNOWN ? "?" : String(zone.count));
+      const count = isCounted(zone) ? String(zone.count) : "?";
       label(element, element.dataset.zone, count);
     }
   }

@@ -7,7 +7,7 @@ import { LINK, LINK_WORDS } from "./names.js";
 import { ask, connect } from "./net.js";
 import { Panel } from "./panel.js";
 import { Past } from "./past.js";
-import { bounds, people } from "./shapes.js";
+import { bounds, total } from "./shapes.js";
 import { TimeLine } from "./timeline.js";
 import { View } from "./view.js";
 
@@ -105,10 +105,10 @@ function show(quick = false) {
   const trail = back ? time.before(time.at, TRAIL_MS) : state.recent;
   const names = back ? new Map() : panel.where.names(state.frame);
   drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names);
-  drawing.states(back ? [] : modules, line?.zones ?? {});
+  const known = Boolean(line) && !line.noTracker && (back || state.link === LINK.LIVE);
+  drawing.states(back || !known ? [] : modules, known ? line.zones ?? {} : {});
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();
-  const known = Boolean(line) && !line.noTracker && (back || state.link === LINK.LIVE);
   const events = back && past.kept ? past.eventsBefore(time.at) : [];
   panel.show({
     site: state.site,
@@ -205,10 +205,12 @@ async function loadHistory() {
 
 let spoken = { at: 0, total: null };
 function speak(frame) {
-  const total = people(frame, state.site).length, now = performance.now();
-  if (total === spoken.total || now - spoken.at < SPEAK_MS) return;
-  spoken = { at: now, total };
-  get("spoken").textContent = `${total} ${total === 1 ? "person" : "people"}`;
+  const { count } = total(frame, state.site, frame.modules), now = performance.now();
+  if (count === spoken.total || now - spoken.at < SPEAK_MS) return;
+  spoken = { at: now, total: count };
+  get("spoken").textContent = count === null
+    ? "number of people not known"
+    : `${count} ${count === 1 ? "person" : "people"}`;
 }
 
 connect({

@@ -3,7 +3,7 @@
 import { Details, percent } from "./details.js";
 import { MODULE_WORDS, TRACK, ZONE, ZONE_WORDS } from "./names.js";
 import { words } from "./past.js";
-import { health, html, people } from "./shapes.js";
+import { health, html, isCounted, people, total } from "./shapes.js";
 import { Where } from "./where.js";
 
 const PASSAGES = 6;
@@ -27,6 +27,26 @@ function keyed(parent, keys, make, update) {
 const put = (element, text) => {
   if (element.textContent !== text) element.textContent = text;
 };
+
+/** What stands beside the number of people. */
+function headline(line, site, { count, open, past }) {
+  if (line?.noTracker) return "no tracker ran then";
+  const [then, of] = past ? ["then", "of then"] : ["here", "now"];
+  if (!open) return `nothing is known ${of}`;
+  const unknown = open.length > 2 ? `${open.length} zones` : open.join(" and ");
+  if (count === null) return open.length ? `not known ${of}: ${unknown}` : "no module looks";
+  const occluded = people(line, site).filter((track) => track.state === TRACK.OCCLUDED).length;
+  return `${count === 1 ? "person" : "people"} ${then}${occluded ? `, ${occluded} of them occluded` : ""}${
+    open.length ? `; not known: ${unknown}` : ""
+  }`;
+}
+
+/** How much of a zone is seen. */
+function seen({ state, seen_share }) {
+  return state === ZONE.UNKNOWN || seen_share === undefined || seen_share > 0.995
+    ? ZONE_WORDS[state]
+    : `${percent(seen_share)} of it seen`;
+}
 
 export class Panel {
   /** `on.choose` with {module} or {person}, or null; `on.seek` with a time. */
@@ -63,16 +83,9 @@ export class Panel {
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
   show({ site, line, alarmed, modules, chosen, known, past, events, doors, names, frame }) {
     this.where.show(site, frame);
-    const here = line ? people(line, site) : null, total = here?.length ?? null;
-    put(this.number, known && total !== null ? String(total) : "–");
-    const occluded = here?.filter((track) => track.state === TRACK.OCCLUDED).length ?? 0;
-    const noun = total === 1 ? "person" : "people";
-    put(
-      this.words,
-      !known
-        ? (line?.noTracker ? "no tracker ran then" : `nothing is known ${past ? "of then" : "now"}`)
-        : `${noun} ${past ? "then" : "here"}${occluded ? `, ${occluded} of them occluded` : ""}`,
-    );
+    const { count, open } = known && line ? total(line, site, past ? null : modules) : { count: null };
+    put(this.number, count === null ? "–" : String(count));
+    put(this.words, headline(line, site, { count, open, past }));
     const alarms = new Map((alarmed ?? []).map(({ name, text }) => [name, text]));
     keyed(
       this.alarms,
@@ -107,14 +120,14 @@ export class Panel {
         ),
       (card, name) => {
         const zone = known ? zones[name] : undefined;
-        const unknown = !zone || zone.state === ZONE.UNKNOWN;
+        const unknown = !isCounted(zone);
         card.classList.toggle("unknown", unknown);
         const [, number, words, meter] = card.children;
         put(number, unknown ? "unknown" : String(zone.count));
         const sure = zone?.p?.[zone.count];
         put(
           words,
-          !zone ? "no news" : ZONE_WORDS[zone.state] +
+          !zone ? "no news" : seen(zone) +
             (!unknown && sure !== undefined && sure < 0.995 ? `, ${percent(sure)} sure` : ""),
         );
         meter.hidden = zone?.seen_share === undefined;

@@ -109,6 +109,22 @@ export function people(line, site) {
   );
 }
 
+/** Whether the number of people in a zone is known: 0 is only said where all of it is seen. */
+export const isCounted = (zone) => (zone?.count ?? null) !== null;
+
+/** How many people are here, null where that is not known, and the zones of which it is not. Without zones it is known while
+ * a module watches. */
+export function total(line, site, modules) {
+  const all = site.zone ?? [], counted = all.filter((zone) => zone.count);
+  const names = (counted.length ? counted : all).map((zone) => zone.name);
+  const open = names.filter((name) => !isCounted(line.zones?.[name]));
+  const count = people(line, site).length;
+  const known = names.length
+    ? open.length < names.length && (count > 0 || !open.length)
+    : !modules || modules.some(({ state }) => state === MODULE.WATCHING);
+  return { count: known ? count : null, open };
+}
+
 /** Health of a module by its line of a frame; NONE without a line. */
 export function health(line) {
   if (!line) return HEALTH.NONE;

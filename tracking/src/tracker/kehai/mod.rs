@@ -44,6 +44,7 @@ use super::{TrackState, Tracker};
 use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
+use crate::site::change::SiteChange;
 use crate::site::{Mover, Site, Zone};
 use associate::other_leg;
 use ideas::{Idea, Ideas};
@@ -112,17 +113,26 @@ struct Heard {
     last_s: f64,
 }
 
+impl Heard {
+    const NEVER: Self = Self { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
+}
+
+fn enclosed(site: &Site) -> Areas {
+    Areas::of(site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect())
+}
+
+fn movers(site: &Site) -> Areas {
+    Areas::of(site.movers.iter().map(Mover::corners).collect())
+}
+
 impl Kehai {
     /// A tracker without tracks.
     #[must_use]
     pub fn new(site: &Site, ideas: Ideas) -> Self {
-        let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
-        let movers = site.movers.iter().map(Mover::corners).collect();
-        let heard = Heard { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
         Self {
             walls: Walls::of(site),
-            enclosed: Areas::of(enclosed),
-            movers: Areas::of(movers),
+            enclosed: enclosed(site),
+            movers: movers(site),
             ideas,
             tracks: Vec::new(),
             near: Near::over(site),
@@ -131,7 +141,7 @@ impl Kehai {
             now_s: 0.0,
             passed_s: 0.0,
             scan: 0,
-            modules: vec![heard; site.modules.len()],
+            modules: vec![Heard::NEVER; site.modules.len()],
         }
     }
 
@@ -316,5 +326,17 @@ impl Tracker for Kehai {
 
     fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
         self.take_back(people, age_s, at_s);
+    }
+
+    fn change_site(&mut self, change: &SiteChange<'_>) -> bool {
+        let site = change.now;
+        (self.walls, self.enclosed, self.movers) = (Walls::of(site), enclosed(site), movers(site));
+        self.near = Near::over(site);
+        let numbers: Vec<Option<usize>> =
+            (0..site.modules.len()).map(|number| change.stands(number)).collect();
+        let heard = |number: &Option<usize>| number.and_then(|number| self.modules.get(number).copied());
+        self.modules = numbers.iter().map(|number| heard(number).unwrap_or(Heard::NEVER)).collect();
+        self.tracks.iter_mut().for_each(|track| track.renumber(&numbers));
+        true
     }
 }

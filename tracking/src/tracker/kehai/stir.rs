@@ -60,6 +60,11 @@ impl Stirring {
         self.before = Some(Before { module, at_s: seen.at_s, static_ds });
     }
 
+    /// The next candidate is compared with none: the modules have other numbers. How often it has stirred stays.
+    pub const fn begin_anew(&mut self) {
+        self.before = None;
+    }
+
     /// Whether it has stirred often enough to be a person.
     #[must_use]
     pub const fn is_somebody(&self) -> bool {

@@ -182,3 +182,24 @@ fn a_reflection_is_shown_and_never_anybody() {
     assert!(shown.reason.contains("reflection") && (shown.at - Point::new(0.0, 1.0)).length() < 0.05);
     assert!(bench.watch(1.0, |_| Vec::new()).is_empty() && bench.tracker.tracks(bench.now_s).is_empty());
 }
+
+#[test]
+fn after_an_edit_a_module_goes_on_under_its_new_number_and_one_that_was_moved_begins_anew() {
+    let mut bench = Bench::new(ROOM);
+    let walks_in = |at_s: f64| vec![(0.0, -3.0 + at_s, TORSO_M, 0.0)];
+    let before = bench.watch(3.0, walks_in);
+    assert_eq!(before.len(), 1);
+    let at = |y: f64| format!("\n[[module]]\nname = 'm'\nx = 0\ny = {y:?}\nyaw_deg = 90");
+    let site = |text: &str| -> Site { toml::from_str(&(ROOM.to_owned() + text)).unwrap() };
+    let was = site(&at(-4.0));
+    let now = site(&format!("\n[[module]]\nname = 'new'\nx = 3\ny = 0{}", at(-4.0)));
+    assert!(bench.tracker.change_site(&SiteChange { before: &was, now: &now }));
+    bench.view = Arc::new(View { module: 1, ..(*bench.view).clone() });
+    assert!(bench.tracker.tracks[0].known_to(1) && !bench.tracker.tracks[0].known_to(0));
+    let after = bench.watch(0.5, |at_s| walks_in(3.0 + at_s));
+    assert_eq!((after.len(), after[0].id), (1, before[0].id));
+    assert!(BEGINNING_S < bench.now_s - bench.tracker.modules[1].since_s, "it was heard all the time");
+    let moved = site(&format!("\n[[module]]\nname = 'new'\nx = 3\ny = 0{}", at(-3.5)));
+    assert!(bench.tracker.change_site(&SiteChange { before: &now, now: &moved }));
+    assert!(!bench.tracker.modules[1].since_s.is_finite() && !bench.tracker.tracks[0].known_to(1));
+}

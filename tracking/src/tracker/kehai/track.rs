@@ -200,6 +200,16 @@ impl Track {
         self.reason = "came out of hiding";
     }
 
+    /// The modules have other numbers: by each number now, the one before.
+    pub fn renumber(&mut self, before: &[Option<usize>]) {
+        let seen_by = std::mem::take(&mut self.seen_by);
+        let seen = |before: &Option<usize>| before.is_some_and(|before| seen_by & bit(before) != 0);
+        for (number, _) in before.iter().enumerate().filter(|(_, before)| seen(before)) {
+            self.seen_by |= bit(number);
+        }
+        self.stirring.begin_anew();
+    }
+
     /// Whether this module has ever detected it.
     #[must_use]
     pub const fn known_to(&self, module: usize) -> bool {

@@ -1,0 +1,156 @@
+//! How many people are in each zone, how sure that is, and how much of the zone was seen.
+//!
+//! ```text
+//!   tracks ─▶ inside? existence ─▶ P(0), P(1), …          count: confirmed and occluded tracks inside
+//!   observations ─▶ cells of 0.2 m, seen when last ─▶ share    known · partly · unknown
+//! ```
+//!
+//! An unexplained track, which was never seen to enter and has not moved, is in the distribution and not in the
+//! count; in a zone that is `secure` it is in both. A part of another track is in neither, anywhere.
+//!
+//! Which beam of a module points at a cell does not change, so that is worked out once a module; what lies behind its
+//! walls is left out, once a background. So a scan costs as many cells as that module can see, however large the zones
+//! are and however many others there are.
+//!
+//! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
+
+mod reach;
+mod zone;
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use crate::cells::Areas;
+use crate::geometry::Point;
+use crate::observation::Observation;
+use crate::occupancy::ZoneLine;
+use crate::site::Site;
+use crate::site::change::SiteChange;
+use crate::tracker::TrackState;
+use reach::{InView, Reach};
+use zone::Zone;
+
+/// In the zone of a door, cells so near to the middle of a candidate are seen, m: a body hides what is under it, and
+/// that it is there is what is to be seen.
+const BODY_M: f64 = 0.3;
+
+/// A candidate wider than this is a body, m: half a narrow one.
+const WIDE_M: f64 = 0.15;
+
+/// The zones of a site.
+#[derive(Debug)]
+pub struct Zones {
+    zones: Vec<Zone>,
+    /// Their polygons, in the same order.
+    areas: Areas,
+    /// Those before a door, which unlocks only if nearly all of them is seen.
+    guarded: Vec<usize>,
+    /// What each module can see of them, by its number in the site.
+    reaches: BTreeMap<usize, Reach>,
+}
+
+impl Zones {
+    /// Of a site.
+    #[must_use]
+    pub fn new(site: &Site) -> Self {
+        let guarded = |zone: &crate::site::Zone| site.doors.iter().any(|door| door.zone == zone.name);
+        let guarded = (0..).zip(&site.zones).filter(|(_, zone)| guarded(zone)).map(|(number, _)| number);
+        Self {
+            guarded: guarded.collect(),
+            areas: Areas::of(site.zones.iter().map(crate::site::Zone::corners).collect()),
+            zones: site.zones.iter().map(Zone::new).collect(),
+            reaches: BTreeMap::new(),
+        }
+    }
+
+    /// Goes on in a site that was edited. What was seen stays seen; zones within reach of a module that was moved, where it
+    /// stood or where it stands, are unknown until `known_s`.
+    pub fn change_site(&mut self, change: &SiteChange<'_>, known_s: f64) {
+        let mut new = Self::new(change.now);
+        let unknown_until_s = self.zones.iter().map(|zone| zone.known_s).fold(f64::NEG_INFINITY, f64::max);
+        new.zones.iter_mut().for_each(|zone| zone.known_s = unknown_until_s);
+        let mut seen_s: HashMap<(i64, i64), f64> = HashMap::new();
+        for cell in self.zones.iter().flat_map(|zone| &zone.cells) {
+            let latest_s = seen_s.entry(cell.place()).or_insert(cell.seen_s);
+            *latest_s = latest_s.min(cell.seen_s);
+        }
+        for (zone, now) in new.zones.iter_mut().zip(&change.now.zones) {
+            let same = |was: &crate::site::Zone| was.name == now.name && was.polygon == now.polygon;
+            let number = change.before.zones.iter().position(same);
+            if let Some(was) = number.and_then(|number| self.zones.get_mut(number)) {
+                zone.cells = std::mem::take(&mut was.cells);
+                continue;
+            }
+            for cell in &mut zone.cells {
+                cell.seen_s = seen_s.get(&cell.place()).copied().unwrap_or(f64::NEG_INFINITY);
+            }
+        }
+        for (number, was, is) in change.moved() {
+            // A module that was not heard yet has not seen anything.
+            let Some(reach) = self.reaches.get(&number) else { continue };
+            let range_m = f64::from(reach.view.geometry.parts().range_max_mm) * 0.001;
+            let is_within =
+                |zone: &&mut Zone| [was, is].iter().any(|module| zone.distance_m(module.pose().at) < range_m);
+            new.zones.iter_mut().filter(is_within).for_each(|zone| zone.known_s = zone.known_s.max(known_s));
+        }
+        *self = new;
+    }
+
+    /// Notes what a module saw.
+    pub fn observe(&mut self, observation: &Observation) {
+        let Self { zones, reaches, guarded, .. } = self;
+        let reach = match reaches.entry(observation.view.module) {
+            std::collections::btree_map::Entry::Occupied(known) => {
+                let known = known.into_mut();
+                if !Arc::ptr_eq(&known.view, &observation.view) {
+                    *known = Reach::of(&observation.view, zones);
+                }
+                known
+            }
+            std::collections::btree_map::Entry::Vacant(new) => {
+                new.insert(Reach::of(&observation.view, zones))
+            }
+        };
+        reach.end_at(&observation.background_mm);
+        let mut see = |in_view: &InView| {
+            let empty_mm = observation.empty_mm.get(usize::from(in_view.beam));
+            if empty_mm.is_some_and(|empty_mm| *empty_mm > in_view.empty_mm)
+                && let Some(zone) = zones.get_mut(in_view.zone as usize)
+                && let Some(cell) = zone.cells.get_mut(in_view.cell as usize)
+            {
+                cell.seen_s = cell.seen_s.max(observation.start_s);
+            }
+        };
+        reach.before().iter().for_each(&mut see);
+        // Something may stand where no background is known, or behind it.
+        let geometry = &observation.view.geometry;
+        for candidate in observation.detections.iter().map(|seen| &seen.candidate) {
+            let (first, last) = (geometry.beam(candidate.first_step), geometry.beam(candidate.last_step));
+            reach.behind(first, last).for_each(&mut see);
+        }
+        for &number in guarded.iter() {
+            let Some(zone) = zones.get_mut(number) else { continue };
+            for seen in observation.detections.iter().filter(|seen| seen.width_m > WIDE_M) {
+                let middle = Point::new(seen.centre.x, seen.centre.y);
+                for cell in zone.cells.iter_mut().filter(|cell| (cell.middle - middle).length() < BODY_M) {
+                    cell.seen_s = cell.seen_s.max(observation.start_s);
+                }
+            }
+        }
+    }
+
+    /// What is known of each zone at `at_s`, by its name.
+    #[must_use]
+    pub fn lines(&self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
+        let mut inside = vec![Vec::new(); self.zones.len()];
+        for track in tracks {
+            for zone in self.areas.around(track.at) {
+                if let Some(inside) = inside.get_mut(zone) {
+                    inside.push(track);
+                }
+            }
+        }
+        let lines = self.zones.iter().zip(inside);
+        lines.map(|(zone, inside)| (zone.name.clone(), zone.line(&inside, at_s))).collect()
+    }
+}
