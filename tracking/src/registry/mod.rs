@@ -147,7 +147,7 @@ impl Registry {
                 route.instance = found.instance;
             }
             if !route.given {
-                route.announce(found.addresses, now_us);
+                route.announce(found.addresses);
             }
             return;
         }
@@ -169,12 +169,17 @@ impl Registry {
         self.routes.retain(is_worth);
         let Self { routes, random, routed, .. } = self;
         for route in routes {
-            if route.addresses.len() > 1 && now_us.saturating_sub(route.tried_us) >= NEXT_US {
+            let is_silent = route.asked && now_us.saturating_sub(route.tried_us) >= NEXT_US;
+            if route.addresses.len() > 1 && is_silent {
                 (route.at, route.tried_us) = ((route.at + 1) % route.addresses.len(), now_us);
-                route.proven = false;
+                (route.proven, route.asked) = (false, false);
             }
             let Some(address) = route.address() else { continue };
-            let send = |datagram: &[u8]| send(datagram, address);
+            let asked = &mut route.asked;
+            let send = |datagram: &[u8]| {
+                *asked = true;
+                send(datagram, address);
+            };
             match &mut route.device {
                 Device::Unknown(subscription) => {
                     subscription.poll(now_us, Identity::default(), Need::Nothing, send);

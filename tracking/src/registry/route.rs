@@ -26,6 +26,8 @@ pub struct Route {
     pub at: usize,
     /// When an answer came from there, or the device was looked for elsewhere.
     pub tried_us: u64,
+    /// Whether it was asked there since: one that is asked seldom is asked at each address in turn.
+    pub asked: bool,
     /// When its device has last answered there.
     pub answered_us: Option<u64>,
     /// Whether it has answered a request at this address: before, nothing from there is believed.
@@ -59,25 +61,25 @@ impl Route {
         addresses.truncate(ADDRESSES);
         let device = Device::unknown(given, seed);
         let instance = String::new();
-        let (at, tried_us, answered_us, proven, lost) = (0, now_us, None, false, false);
-        Self { addresses, at, tried_us, answered_us, proven, device, given, instance, lost }
+        let (at, tried_us, asked, answered_us, proven, lost) = (0, now_us, false, None, false, false);
+        Self { addresses, at, tried_us, asked, answered_us, proven, device, given, instance, lost }
     }
 
     pub fn is_answering(&self, now_us: u64) -> bool {
         self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < NEXT_US)
     }
 
-    /// Other addresses to try. While the device answers they wait behind its own.
-    pub fn announce(&mut self, mut addresses: Vec<SocketAddr>, now_us: u64) {
+    /// Other addresses to try: the newest right after the one that is being tried. None is forgotten for it before there
+    /// are too many, as a false announcement may come after a true one.
+    pub fn announce(&mut self, addresses: Vec<SocketAddr>) {
         let Some(current) = self.address() else { return };
-        if self.is_answering(now_us) {
-            addresses.retain(|address| *address != current);
-            addresses.insert(0, current);
+        let mut all = vec![current];
+        for address in addresses.into_iter().chain(std::mem::take(&mut self.addresses)) {
+            if all.len() < ADDRESSES && !all.contains(&address) {
+                all.push(address);
+            }
         }
-        addresses.truncate(ADDRESSES);
-        let at = addresses.iter().position(|address| *address == current);
-        self.proven &= at.is_some();
-        (self.addresses, self.at) = (addresses, at.unwrap_or(0));
+        (self.addresses, self.at) = (all, 0);
     }
 
     pub fn address(&self) -> Option<SocketAddr> {

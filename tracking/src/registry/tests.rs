@@ -94,7 +94,7 @@ impl Network {
         let at_s = self.now_us as f64 * 1e-6;
         let line = self.follower.line(at_s);
         assert_eq!(self.again.line(at_s), line);
-        line.zones["area"].state
+        line.zones["area"].state()
     }
 
     fn lines(&mut self) -> Vec<ModuleLine> {
@@ -165,6 +165,24 @@ fn f4_a_fake_that_does_not_answer_gets_no_module() {
     }
     assert_eq!(network.follower.sessions().iter().count(), 0);
     assert!(network.follower.sessions().drops().unasked > 0);
+}
+
+#[test]
+fn f4_a_false_announcement_before_the_first_answer_takes_no_address_away() {
+    let left = Fake::new(1, 1, "left");
+    let mut network = Network::new(&[], vec![(at(1), left.clone())]);
+    network.announces("kehai-left", left.identity.module, 1);
+    // Nothing answers there.
+    network.announces("kehai-left", left.identity.module, 66);
+    network.seconds(5);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    // The same the other way round: the true address is tried once the false one was silent for three seconds.
+    let mut network = Network::new(&[], vec![(at(1), left.clone())]);
+    for host in [66, 1, 67, 68] {
+        network.announces("kehai-left", left.identity.module, host);
+    }
+    network.seconds(40);
+    assert_eq!(network.zone(), ZoneKnown::Known);
 }
 
 #[test]
