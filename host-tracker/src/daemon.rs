@@ -16,13 +16,13 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 
-use crate::alarms::TrackerAlarms;
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::service::{Options, Service};
 use crate::site_file::SiteFile;
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
 use crate::store::{Keep, Store, StoreError, StoreState, known_before};
+use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Listen, Server, ServerContext};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;

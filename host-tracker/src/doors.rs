@@ -18,10 +18,10 @@ use std::time::Duration;
 
 use parking_lot::{Mutex, MutexGuard};
 
-use crate::alarms::TrackerAlarms;
 use crate::net::clock::HostClock;
 use crate::store::card::plain;
 use crate::supervise;
+use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Why};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::machine::DoorLine;

@@ -5,7 +5,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-pub mod alarms;
 pub mod calibration;
 pub mod connections;
 pub mod daemon;
@@ -20,4 +19,5 @@ pub mod signs;
 pub mod site_file;
 pub mod store;
 pub mod supervise;
+pub mod tracker_alarms;
 pub mod web;

@@ -20,7 +20,6 @@ use std::thread::JoinHandle;
 use parking_lot::Mutex;
 use tokio::sync::watch;
 
-use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::{DoorHandle, Hash, Watchdog};
@@ -30,6 +29,7 @@ use crate::record::Recorder;
 use crate::reports::Reports;
 use crate::signs::SignHandle;
 use crate::store::card::CardKey;
+use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::registry::Registry;

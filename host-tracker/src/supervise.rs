@@ -12,7 +12,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use crate::alarms::TrackerAlarms;
+use crate::tracker_alarms::TrackerAlarms;
 
 /// Before the work begins again. The doors fail after a second without tracks, so their watchdog must be back before.
 const PAUSE: Duration = Duration::from_millis(200);

@@ -163,7 +163,7 @@ fn deaths(number: u64) -> DeathReport {
     }
     // It is as good as ever.
     let site = Arc::new(site_file::load(&hall.site).unwrap());
-    let store = Store::open(&hall.database, &site, Keep::default()).unwrap();
+    let store = Store::open(&hall.database, &site, Keep::USUAL).unwrap();
     let now_ms = unix_ms();
     store.record(Arc::new(Snapshot { unix_ms: now_ms, ..Snapshot::default() }));
     drop(store);

@@ -18,13 +18,13 @@ use std::time::{Duration, Instant};
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
-use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::{Keep, Store};
+use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -124,7 +124,7 @@ impl Show {
         let (file, database) = (folder.join("building.toml"), folder.join("building.db"));
         std::fs::write(&file, toml::to_string(site).unwrap()).unwrap();
         let (frames, newest) = watch::channel(Arc::default());
-        let store = Store::open(&database, &Arc::new(site.clone()), Keep::default()).unwrap();
+        let store = Store::open(&database, &Arc::new(site.clone()), Keep::USUAL).unwrap();
         let context = ServerContext {
             frames: newest,
             reports: Reports::default(),

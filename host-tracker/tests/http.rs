@@ -6,11 +6,11 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
-use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site_file::{self, SiteFile};
+use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};

@@ -8,12 +8,12 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::DoorHandle;
 use host_tracker::reports::Reports;
 use host_tracker::site_file::SiteFile;
+use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Limits, Listen, Server, ServerContext, Shares};
 use kehai_tracking::snapshot::{HttpRefused, ModuleLine, Snapshot, unix_ms};
 use serde_json::json;

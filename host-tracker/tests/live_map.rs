@@ -184,7 +184,7 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
 
 /// A person stood in the study for a minute, long ago: another tracker kept it.
 fn happened_before(database: &Path, site: &Site, begun_ms: u64) {
-    let store = Store::open(database, &Arc::new(site.clone()), Keep::default()).unwrap();
+    let store = Store::open(database, &Arc::new(site.clone()), Keep::USUAL).unwrap();
     let study = site.modules.iter().find(|module| module.name == "study").unwrap();
     let (x, y) = (study.x - 1.0, study.y - 1.0);
     for tenth in 0..600_u32 {

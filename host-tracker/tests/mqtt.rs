@@ -14,8 +14,8 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use host_tracker::alarms::TrackerAlarms;
 use host_tracker::mqtt::{Publisher, Settings, Topics};
+use host_tracker::tracker_alarms::TrackerAlarms;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};

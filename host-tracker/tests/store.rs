@@ -57,7 +57,7 @@ fn site() -> Arc<Site> {
 }
 
 fn keep(days: u32) -> Keep {
-    Keep { days, ..Keep::default() }
+    Keep { days, ..Keep::USUAL }
 }
 
 fn track(id: u64, x: f64, y: f64) -> TrackLine {

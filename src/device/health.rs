@@ -10,6 +10,7 @@ use super::Module;
 use crate::background::Learning;
 use crate::link::Outbox;
 use crate::sensor::Session;
+use crate::sensor::timeouts::NO_SCAN_INTERVALS;
 use crate::wire::{
     Alarms, Counter, Counters, EVENTS, Event, EventKind, Health, HealthHead, LearningProgress, List, Message,
     SensorHealth,
@@ -18,9 +19,6 @@ use heapless::Vec;
 
 /// Between two health messages without a change, µs.
 pub(super) const HEALTH_US: u64 = 1_000_000;
-
-/// Scan periods without a scan that raise an alarm.
-const NO_SCAN_PERIODS: u64 = 10;
 
 /// Uncertainty of the stamps that raises an alarm, µs.
 const UNCERTAIN_US: u32 = 20_000;
@@ -89,7 +87,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     /// When the alarm for missing scans is due, µs.
     pub(super) fn no_scan_us(&self) -> u64 {
         let limit_us =
-            self.setup.interval_us().map(|interval_us| interval_us.saturating_mul(NO_SCAN_PERIODS));
+            self.setup.interval_us().map(|interval_us| interval_us.saturating_mul(NO_SCAN_INTERVALS));
         match (self.observed.last_scan_us, limit_us) {
             (Some(last_us), Some(limit_us)) => last_us.saturating_add(limit_us),
             _ => 0,

@@ -35,11 +35,11 @@ mod data_block;
 pub mod encoding;
 pub mod event;
 pub mod info;
-mod line;
 pub mod parameters;
 pub mod reader;
 pub mod status;
 pub mod text;
+mod text_line;
 
 pub use command::{Command, CommandError, Measurement, Request, Width};
 pub use event::{Dropped, Event, Loss, LossCause, Losses, Reply, ScanHeader, Scip11Reply, TimeReply};

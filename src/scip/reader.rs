@@ -23,9 +23,9 @@ use super::data_block::{DataBlock, Progress, Step};
 use super::encoding;
 use super::event::{Dropped, Event, Loss, LossCause, Losses, Reply, ScanHeader, Scip11Reply, TimeReply};
 use super::info::{SensorState, StateCode, Version};
-use super::line::Line;
 use super::parameters::PartialParameters;
 use super::status::Status;
+use super::text_line::Line;
 
 /// Longest line that may still be an echo, of whatever request, before it is garbage.
 const LONGEST_ECHO: usize = 64;

@@ -113,7 +113,7 @@ code_enum! {
 pub struct Alarms(pub u32);
 
 impl Alarms {
-    /// No scan for ten scan periods, or none ever.
+    /// No scan for `NO_SCAN_INTERVALS` of `sensor/timeouts.rs`, or none ever.
     pub const NO_SCANS: Self = Self(1);
     /// There is no background: nothing is judged.
     pub const NO_BACKGROUND: Self = Self(1 << 1);

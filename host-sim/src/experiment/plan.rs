@@ -191,7 +191,7 @@ impl Table {
         match self {
             Self::Door => [door(Letter::D, 1..=7, &all), door(Letter::H, 1..=7, &all)].concat(),
             Self::Ideas => {
-                let without: Vec<String> = kehai_tracking::tracker::kehai::ideas::Idea::NAMED
+                let without: Vec<String> = kehai_tracking::tracker::kehai::ablation::Idea::NAMED
                     .map(|(_, name)| format!("kehai-without-{name}"))
                     .to_vec();
                 let names: Vec<&str> =

@@ -90,11 +90,11 @@ pub struct Arguments {
     db: Option<PathBuf>,
 
     /// Days it is kept
-    #[arg(long, value_name = "N", default_value_t = 365, requires = "db")]
+    #[arg(long, value_name = "N", default_value_t = Keep::USUAL.days, requires = "db")]
     keep_days: u32,
 
     /// Days for what is kept of cards: their hash by this site's key
-    #[arg(long, value_name = "N", default_value_t = 30, requires = "db")]
+    #[arg(long, value_name = "N", default_value_t = Keep::USUAL.card_days, requires = "db")]
     keep_card_days: u32,
 
     /// Record everything that comes in, for kehai-tracker replay and Foxglove

@@ -22,10 +22,10 @@ use serde_json::json;
 use super::Broker;
 use super::messages::{Topics, door_input, door_topics};
 use super::outbox::{Outbox, Publication};
-use crate::alarms::TrackerAlarms;
 use crate::doors::DoorHandle;
 use crate::signs::SignHandle;
 use crate::supervise;
+use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 

@@ -11,7 +11,6 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::alarms::TrackerAlarms;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
@@ -22,6 +21,7 @@ use crate::net::poses::Poses;
 use crate::record::Recorder;
 use crate::reports::{ReportLine, Reports};
 use crate::signs::SignHandle;
+use crate::tracker_alarms::TrackerAlarms;
 use kehai::wire::Message;
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::follower::Follower;

@@ -318,7 +318,7 @@ mod tests {
         };
         let other = ModuleLine { name: "right".into(), state: DeviceState::Missing, ..ModuleLine::default() };
         let frame = Snapshot { unix_ms: now_ms, modules: vec![module, other], ..Snapshot::default() };
-        let store = Store::open(&database, &Arc::new(Site::default()), Keep::default()).unwrap();
+        let store = Store::open(&database, &Arc::new(Site::default()), Keep::USUAL).unwrap();
         store.record(Arc::new(frame));
         drop(store);
         let reader = Reader::open(&database).unwrap();

@@ -15,11 +15,9 @@ pub struct Keep {
     pub card_days: u32,
 }
 
-impl Default for Keep {
-    /// A year, and of cards a month.
-    fn default() -> Self {
-        Self { days: 365, card_days: 30 }
-    }
+impl Keep {
+    /// Unless the command line says otherwise: a year, and of cards a month.
+    pub const USUAL: Self = Self { days: 365, card_days: 30 };
 }
 
 /// A day, ms.
@@ -76,7 +74,7 @@ mod tests {
     #[test]
     fn f12_a_clock_far_ahead_deletes_nothing_however_often_it_is_started_with() {
         let day = |day: u64| FIRST_MS + day * DAY_MS;
-        let check = |runs: &[(u64, u64)], now: u64| may_delete(runs.iter().copied(), now, Keep::default());
+        let check = |runs: &[(u64, u64)], now: u64| may_delete(runs.iter().copied(), now, Keep::USUAL);
         let before = [(day(0), day(3)), (day(4), day(300))];
         assert_eq!(check(&before, day(301)), Ok(()));
         assert_eq!(check(&before, day(300 + 365)), Ok(()), "a long rest");

@@ -41,12 +41,12 @@ mod calibration;
 mod door;
 mod feed;
 pub mod guard;
-pub mod history;
 mod limits;
 mod listener;
 mod page;
 mod past;
 mod places;
+pub mod recent;
 mod router;
 mod shared;
 mod sign;
@@ -62,10 +62,10 @@ use parking_lot::Mutex;
 use tokio::sync::{oneshot, watch};
 
 use crate::supervise;
-use history::History;
 pub use limits::Limits;
 use places::Places;
 pub use places::Shares;
+use recent::History;
 pub use shared::{Accepted, ServerContext};
 use shared::{Packets, Shared};
 

@@ -12,16 +12,16 @@ use tokio::sync::watch;
 
 use super::answers::refuse;
 use super::guard::Names;
-use super::history::History;
 use super::limits::Limits;
 use super::places::Places;
-use crate::alarms::TrackerAlarms;
+use super::recent::History;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
 use crate::reports::Reports;
 use crate::signs::SignHandle;
 use crate::site_file::SiteFile;
+use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::geometry::Pose;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;

@@ -12,13 +12,13 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use host_tracker::alarms::TrackerAlarms;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::{DoorHandle, Watchdog};
 use host_tracker::reports::Reports;
 use host_tracker::signs::SignHandle;
 use host_tracker::site_file::SiteFile;
+use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::follower::Estimate;
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};

@@ -23,17 +23,14 @@ use self::streaming::Stream;
 use super::action::{Action, Message, Received, ScanTaken};
 use super::clock::SensorClock;
 use super::cures::Cures;
-use super::line::{LineRate, LinkFailures, Search};
 use super::request::{Phase, RequestState, Step};
+use super::serial_line::{LineRate, LinkFailures, Search};
 use super::settings::{LineSettings, SensorSettings};
 use super::state::{SensorCounters, SensorState, count};
+use super::timeouts::REPLY_US;
 use crate::scan::Geometry;
 use crate::scip::{Command, Dropped, Event, Losses, Measurement, Parameters, Reader, Status, Version};
 use crate::sensor_model::POWER_UP_BAUD;
-
-/// Time to wait for a reply, beside that of its bytes on the line: sensors answer on the rhythm of
-/// their mirror, 100 ms the slowest, and two of its turns may pass.
-const REPLY_US: u64 = 250_000;
 
 /// Bytes of the longest reply but scans, with its request: `VV`, `PP`.
 const LONGEST_REPLY_BYTES: u64 = 200;

@@ -19,22 +19,7 @@ use crate::sensor::arrival::Arrival;
 use crate::sensor::clock::{SensorClock, StampEvent};
 use crate::sensor::request::{Phase, Step};
 use crate::sensor::state::{SensorState, count};
-
-/// Intervals without a scan after which the stream counts as stalled: more than the longest stalls
-/// seen in recordings at 10 Hz (390 ms).
-const STALL_INTERVALS: u64 = 5;
-
-/// Least time without a scan before the stream is asked to go on: what is held back for less arrives yet.
-const RESUME_US: u64 = 600_000;
-
-/// Longest time in which only damaged scans come.
-const DAMAGED_US: u64 = 30_000_000;
-
-/// Longest wait for a reply while scans come in front of it.
-const BACKLOG_US: u64 = 4_000_000;
-
-/// Time a sensor may verify an error.
-const VERIFY_US: u64 = 10_000_000;
+use crate::sensor::timeouts::{BACKLOG_US, DAMAGED_US, RESUME_US, STALL_INTERVALS, VERIFY_US};
 
 /// The scans of the stream: their clock, and those that came and should have come.
 #[derive(Clone, Debug)]

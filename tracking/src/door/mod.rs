@@ -26,9 +26,9 @@
 //! Source: Lee et al. 2006 (docs/bibliography.md, paper A), the system around the two sensors.
 
 pub mod cards;
+pub mod crossing;
 pub mod doors;
 pub mod event;
-pub mod gate;
 pub mod inbox;
 pub mod machine;
 pub mod names;

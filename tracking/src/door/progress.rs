@@ -8,8 +8,8 @@
 //!                            │ ● ● ○      through = 3: followed
 //! ```
 
+use super::crossing::{Crossing, Gate};
 use super::event::{Body, Presence};
-use super::gate::{Crossing, Gate};
 use super::passage::{Outcome, Passage};
 use super::terms::{Alarm, Card};
 

@@ -14,12 +14,12 @@
 //! its device's clock or geometry is unknown; everything dropped is counted by cause.
 
 pub mod datagram;
-pub mod gate;
 pub mod health;
 pub mod outstanding;
 mod profile;
 mod sequence;
 mod sessions;
+pub mod start;
 pub mod subscription;
 
 use std::sync::Arc;
@@ -35,12 +35,12 @@ use crate::site::Site;
 use crate::snapshot::{Drops, ModuleLine};
 use crate::text::printable;
 use datagram::Datagram;
-use gate::{Gate, SILENT_US};
 use health::Monitor;
 use outstanding::{ANSWER_US, Kind, is_answer};
 use profile::Profile;
 use sequence::{Arrival, Sequences};
 pub use sessions::Sessions;
+use start::{Gate, SILENT_US};
 use subscription::{Need, Subscription};
 
 /// Where devices stand and how the centres of bodies are found: the same for all sessions.
@@ -129,7 +129,7 @@ impl Session {
     ///
     /// # Errors
     /// It is not, and why.
-    pub fn admit(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Result<(), gate::Refusal> {
+    pub fn admit(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Result<(), start::Refusal> {
         let kind = self.subscription.consume(&datagram.message, now_us);
         self.gate.admit(datagram.header.identity.boot, kind, now_us)
     }

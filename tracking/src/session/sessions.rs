@@ -12,7 +12,7 @@ use kehai::centre::Estimator;
 use kehai::wire::{Message, ModuleId};
 
 use super::datagram::Datagram;
-use super::gate::Refusal;
+use super::start::Refusal;
 use super::{Placement, Session, Subscription};
 use crate::alarm::{AlarmKind, AlarmLine};
 use crate::observation::Observation;

@@ -25,7 +25,7 @@ use crate::geometry::Point;
 use crate::observation::Observation;
 use crate::site::Site;
 use crate::site::change::SiteChange;
-pub use kehai::ideas::{Idea, Ideas};
+pub use kehai::ablation::{Idea, Ideas};
 
 /// Where a track is in its life.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]

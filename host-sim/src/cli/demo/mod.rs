@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         discover: false,
         tracker: Ideas::default(),
         record: None,
-        database: Some(Database { file: database.clone(), keep: Keep::default(), restore: false }),
+        database: Some(Database { file: database.clone(), keep: Keep::USUAL, restore: false }),
         map,
         mqtt: None,
         card_key: None,

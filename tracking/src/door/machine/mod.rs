@@ -20,8 +20,8 @@ mod watch;
 pub use line::DoorLine;
 
 use crate::door::cards::Cards;
+use crate::door::crossing::Gate;
 use crate::door::event::{Action, Event, Seen};
-use crate::door::gate::Gate;
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::terms::{Alarm, Card, Lock, Refusal, Trouble};

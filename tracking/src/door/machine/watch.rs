@@ -1,8 +1,8 @@
 //! What a door concludes from the tracks: whether the number matches, which tracks go through, which are too many.
 
 use super::{Machine, NOBODY, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
+use crate::door::crossing::{Crossing, is_apart};
 use crate::door::event::{Action, Body};
-use crate::door::gate::{Crossing, is_apart};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::terms::{Alarm, Card, Contact};

@@ -6,8 +6,8 @@
 //!                  └ inside an enclosed zone, away from its entries: the likeliest occluded track, if one can be here
 //! ```
 
+use super::ablation::Idea;
 use super::faces::Faces;
-use super::ideas::Idea;
 use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track, bit};
 use super::{AGILITY, Kehai, MOVED_M, other_leg};

@@ -10,7 +10,7 @@
 //! now and then, so most of many must be. A thing that has parts of its own is a vehicle with a driver, and no part.
 
 use super::Kehai;
-use super::ideas::Idea;
+use super::ablation::Idea;
 use super::parts::Tie;
 use crate::geometry::Point;
 use crate::observation::{Detection, View};

@@ -15,20 +15,21 @@
 //! | data association | `associate` |
 //! | track state, existence probability, confirmation | `track` |
 //! | birth | `birth` |
-//! | missed detections, existence decay, deletion | `unseen` |
-//! | occlusion, line of sight | `hidden`, `look`, `walls` |
+//! | missed detections, existence decay, deletion | `lifetime` |
+//! | occlusion, line of sight | `occlusion`, `look`, `walls` |
 //! | duplicate tracks, fragments, attachments | `twins`, `birth`, `parts` |
 //! | clutter: things and reflections | `stir`, `reflection` |
-//! | ablation switches | `ideas` |
+//! | ablation switches | `ablation` |
 
+pub mod ablation;
 mod associate;
 mod birth;
 mod divide;
 mod faces;
-mod hidden;
-pub mod ideas;
+mod lifetime;
 mod look;
 mod near;
+mod occlusion;
 mod parts;
 mod reflection;
 mod restore;
@@ -37,7 +38,6 @@ mod stir;
 mod tests;
 mod track;
 mod twins;
-mod unseen;
 pub(super) mod walls;
 
 use super::{TrackState, Tracker};
@@ -46,8 +46,8 @@ use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 use crate::site::change::SiteChange;
 use crate::site::{Mover, Site, Zone};
+use ablation::{Idea, Ideas};
 use associate::other_leg;
-use ideas::{Idea, Ideas};
 use near::Near;
 use reflection::Reflection;
 use track::Track;

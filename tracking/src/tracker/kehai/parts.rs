@@ -11,7 +11,7 @@
 //! owner.
 
 use super::Kehai;
-use super::ideas::Idea;
+use super::ablation::Idea;
 use crate::geometry::Point;
 use crate::observation::Detection;
 

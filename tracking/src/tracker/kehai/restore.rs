@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::hidden::Cloud;
+use super::occlusion::Cloud;
 use super::stir::Stirring;
 use super::track::{SURE, Track};
 use super::{AGILITY, Kehai};
@@ -74,7 +74,7 @@ mod tests {
 
     use super::*;
     use crate::site::Site;
-    use crate::tracker::kehai::ideas::Ideas;
+    use crate::tracker::kehai::ablation::Ideas;
     use crate::tracker::{LifeCycle, Origin, Tracker};
 
     fn person(x: f64) -> TrackState {

@@ -7,7 +7,7 @@ use ::kehai::candidate::Candidate;
 use ::kehai::scan::{Geometry, URG_04LX};
 use nalgebra::{Matrix2, Vector2};
 
-use super::ideas::Ideas;
+use super::ablation::Ideas;
 use super::*;
 use crate::geometry::Pose;
 use crate::observation::View;

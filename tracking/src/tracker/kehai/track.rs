@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::faces::Faces;
-use super::hidden::Cloud;
+use super::occlusion::Cloud;
 use super::parts::{Company, Tie};
 use super::stir::Stirring;
 use crate::geometry::Point;

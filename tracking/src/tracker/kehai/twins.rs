@@ -6,7 +6,7 @@
 //!   other      ●   ●   ●       the track that came last is occluded somewhere near
 //! ```
 
-use super::hidden::Cloud;
+use super::occlusion::Cloud;
 use super::track::Track;
 use super::{Kehai, TWINS_M};
 use crate::geometry::Point;

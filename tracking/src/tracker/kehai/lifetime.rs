@@ -8,10 +8,10 @@
 use std::cell::LazyCell;
 
 use super::Kehai;
+use super::ablation::Idea;
 use super::birth::PATIENCE_S;
-use super::hidden::{Cloud, PLACES};
-use super::ideas::Idea;
 use super::look::Eye;
+use super::occlusion::{Cloud, PLACES};
 use super::track::{HIDDEN_S, NOBODY, Track};
 use crate::observation::Observation;
 
