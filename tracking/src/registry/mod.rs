@@ -169,29 +169,27 @@ impl Registry {
         self.routes.retain(is_worth);
         let Self { routes, random, routed, .. } = self;
         for route in routes {
-            let is_silent = route.asked && now_us.saturating_sub(route.tried_us) >= NEXT_US;
-            if route.addresses.len() > 1 && is_silent {
+            let device = match &mut route.device {
+                Device::Known(device) => *device,
+                Device::Unknown(subscription) => {
+                    let addresses = &route.addresses;
+                    let all = |datagram: &[u8]| addresses.iter().for_each(|address| send(datagram, *address));
+                    subscription.poll(now_us, Identity::default(), Need::Nothing, all);
+                    continue;
+                }
+            };
+            if route.addresses.len() > 1 && now_us.saturating_sub(route.tried_us) >= NEXT_US {
                 (route.at, route.tried_us) = ((route.at + 1) % route.addresses.len(), now_us);
-                (route.proven, route.asked) = (false, false);
+                route.proven = false;
             }
             let Some(address) = route.address() else { continue };
-            let asked = &mut route.asked;
-            let send = |datagram: &[u8]| {
-                *asked = true;
-                send(datagram, address);
-            };
-            match &mut route.device {
-                Device::Unknown(subscription) => {
-                    subscription.poll(now_us, Identity::default(), Need::Nothing, send);
+            match sessions.get_mut(device) {
+                Some(session) => session.poll(now_us, |datagram| send(datagram, address)),
+                // There was no room for it among the sessions.
+                None => {
+                    *routed += 1;
+                    route.device = Device::unknown(route.given, random.hash_one(*routed));
                 }
-                Device::Known(device) => match sessions.get_mut(*device) {
-                    Some(session) => session.poll(now_us, send),
-                    // There was no room for it among the sessions.
-                    None => {
-                        *routed += 1;
-                        route.device = Device::unknown(route.given, random.hash_one(*routed));
-                    }
-                },
             }
         }
     }
@@ -199,7 +197,14 @@ impl Registry {
     /// Whether a device is looked for at this address.
     #[must_use]
     pub fn knows(&self, address: SocketAddr) -> bool {
-        self.routes.iter().any(|route| route.address() == Some(address))
+        self.routes.iter().any(|route| route.place_of(address).is_some())
+    }
+
+    /// The route that leads to an address; before all others the one that is there now.
+    fn index_of(&self, from: SocketAddr) -> Option<usize> {
+        let is_there = |route: &Route| route.address() == Some(from);
+        let may_be = |route: &Route| route.place_of(from).is_some();
+        self.routes.iter().position(is_there).or_else(|| self.routes.iter().position(may_be))
     }
 
     /// Whether a datagram that has come from an address that is [known](Self::knows) is to be used. What is not is counted.
@@ -213,9 +218,7 @@ impl Registry {
     ) -> Admission {
         let refused = Admission::default();
         let (device, message) = (datagram.device(), &datagram.message);
-        let Some(mut index) = self.routes.iter().position(|route| route.address() == Some(from)) else {
-            return refused;
-        };
+        let Some(mut index) = self.index_of(from) else { return refused };
         let route = &self.routes[index];
         if let Device::Known(other) = route.device
             && other != device
@@ -237,6 +240,8 @@ impl Registry {
                 return refused;
             }
             let subscription = subscription.clone();
+            let route = &mut self.routes[index];
+            route.at = route.place_of(from).unwrap_or(route.at);
             if !self.meet(index, from, device, now_us) {
                 sessions.refuse_foreign();
                 return refused;
@@ -311,8 +316,11 @@ impl Registry {
             (false, _) if self.routes[other].is_answering(now_us) => return false,
             (false, _) => (index, other),
         };
-        self.routes[kept].device = Device::Known(device);
-        self.routes[kept].lost = false;
+        // What has answered here may be another in its name: its own addresses are not forgotten.
+        let addresses = std::mem::take(&mut self.routes[dropped].addresses);
+        let route = &mut self.routes[kept];
+        (route.device, route.lost) = (Device::Known(device), false);
+        route.also(addresses);
         self.routes.remove(dropped);
         true
     }

@@ -1,8 +1,9 @@
 //! A way to a device: where it may be, where it is looked for, and what has answered there.
 //!
 //! ```text
-//!   addresses  A · B · C       the current one is asked; silent for three seconds: the next
-//!              ▲ at            nothing from there is believed before it has answered
+//!   addresses  A · B · C       before its device is known, all are asked, ever more seldom
+//!              ▲ at            then the current one; silent for three seconds: the next
+//!                              nothing from there is believed before it has answered
 //! ```
 
 use std::net::SocketAddr;
@@ -26,8 +27,6 @@ pub struct Route {
     pub at: usize,
     /// When an answer came from there, or the device was looked for elsewhere.
     pub tried_us: u64,
-    /// Whether it was asked there since: one that is asked seldom is asked at each address in turn.
-    pub asked: bool,
     /// When its device has last answered there.
     pub answered_us: Option<u64>,
     /// Whether it has answered a request at this address: before, nothing from there is believed.
@@ -61,16 +60,16 @@ impl Route {
         addresses.truncate(ADDRESSES);
         let device = Device::unknown(given, seed);
         let instance = String::new();
-        let (at, tried_us, asked, answered_us, proven, lost) = (0, now_us, false, None, false, false);
-        Self { addresses, at, tried_us, asked, answered_us, proven, device, given, instance, lost }
+        let (at, tried_us, answered_us, proven, lost) = (0, now_us, None, false, false);
+        Self { addresses, at, tried_us, answered_us, proven, device, given, instance, lost }
     }
 
     pub fn is_answering(&self, now_us: u64) -> bool {
         self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < NEXT_US)
     }
 
-    /// Other addresses to try: the newest right after the one that is being tried. None is forgotten for it before there
-    /// are too many, as a false announcement may come after a true one.
+    /// Other addresses to try: the newest right after the current one. None is forgotten for it before there are too many,
+    /// as a false announcement may come after a true one.
     pub fn announce(&mut self, addresses: Vec<SocketAddr>) {
         let Some(current) = self.address() else { return };
         let mut all = vec![current];
@@ -80,6 +79,21 @@ impl Route {
             }
         }
         (self.addresses, self.at) = (all, 0);
+    }
+
+    /// More addresses, to be tried last.
+    pub fn also(&mut self, addresses: Vec<SocketAddr>) {
+        for address in addresses {
+            if self.addresses.len() < ADDRESSES && !self.addresses.contains(&address) {
+                self.addresses.push(address);
+            }
+        }
+    }
+
+    /// Whether an answer from there may be this device's; its place among the addresses.
+    pub fn place_of(&self, from: SocketAddr) -> Option<usize> {
+        let place = self.addresses.iter().position(|address| *address == from)?;
+        (place == self.at || self.device().is_none()).then_some(place)
     }
 
     pub fn address(&self) -> Option<SocketAddr> {

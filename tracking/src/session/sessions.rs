@@ -60,25 +60,25 @@ impl Sessions {
         self.shared = places.windows(2).any(|pair| pair.first() == pair.last());
     }
 
-    /// The other device that has the place of this one, while both answer. Neither is used then: which of them is where
-    /// the site says cannot be known.
+    /// The other device that has the place of this one and answers. This one is not used then: while both answer it
+    /// cannot be known which of them is where the site says, and one that does not answer is not to be preferred.
     #[must_use]
     pub fn rival(&self, device: ModuleId, now_us: u64) -> Option<ModuleId> {
         if !self.shared {
             return None;
         }
-        let place = self.get(device).filter(|session| session.is_answering(now_us))?.place_in_site()?;
+        let place = self.get(device)?.place_in_site()?;
         let rivals = self.sessions.iter().filter(|(id, _)| **id != device);
         let mut answering = rivals
             .filter(|(_, session)| session.place_in_site() == Some(place) && session.is_answering(now_us));
         answering.next().map(|(id, _)| *id)
     }
 
-    /// The alarm about a device that has a [rival](Self::rival).
+    /// The alarm about a device that answers and has a [rival](Self::rival).
     #[must_use]
     pub fn alarm(&self, device: ModuleId, now_us: u64) -> Option<AlarmLine> {
         let rival = self.rival(device, now_us)?;
-        let name = self.get(device)?.name();
+        let name = self.get(device).filter(|session| session.is_answering(now_us))?.name();
         let text = format!(
             "{device} and {rival} both are \"{name}\", and neither is used: switch one off, or give it another name with \
              kehai-tracker module set"
