@@ -1,6 +1,7 @@
 //! The pipeline, by behaviour.
 
 use super::*;
+use crate::scan::ScanTime;
 use crate::scan::{MAX_BEAMS, URG_04LX};
 use std::boxed::Box;
 use std::println;

@@ -8,6 +8,9 @@
 
 use super::settings::Candidates;
 
+/// The line settles after a change of its speed; drivers of other makers wait 150 ms.
+pub const SETTLE_US: u64 = 100_000;
+
 /// Longest pause after all rates were tried.
 const ROUND_PAUSE_MAX_US: u64 = 800_000;
 

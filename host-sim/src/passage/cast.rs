@@ -8,21 +8,19 @@
 //!
 //! Members and runners get out of each other's way by the social-force model of the gathering; a shadow does not.
 
-use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use super::load::{Load, Loaded};
 use super::{Plan, Rule};
 use crate::world::body::{Body, Section};
-use crate::world::crowd::{self, STEP_S, Walker};
+use crate::world::crowd::{STEP_S, Walker};
 use crate::world::geometry::{Outline, Point};
 use crate::world::motion::{Motion, Track};
 use crate::world::prop::Prop;
 use crate::world::random::{Purpose, Stream};
 use crate::world::raycast::Person;
 use crate::world::visit::{
-    DOOR_Y_M, GONE_Y_M, HEADWAY_S, Habit, PASSAGE_Y_M, Phase, ROOM_SHARE, SAMPLE, START_Y_M, Visit,
-    free_place,
+    DOOR_Y_M, HEADWAY_S, Habit, PASSAGE_Y_M, Phase, ROOM_SHARE, SAMPLE, START_Y_M, Visit, free_place,
 };
 use parking_lot::Mutex;
 
@@ -33,20 +31,20 @@ const ZONE_HALF_M: f64 = 1.0;
 pub const FROM_S: f64 = 10.0;
 /// Share of the opening at which people go, and at which a waiting tailgater begins to run.
 const PASSABLE: f64 = 0.6;
-const OPENING: f64 = 0.3;
+pub(super) const OPENING: f64 = 0.3;
 /// Reach of the light barrier before and behind the line of the door, m.
 const BARRIER_M: f64 = 0.25;
 /// Distance from the middle of the doorway at which a person walks beside a tailgater, m.
-const ASIDE_M: f64 = 0.22;
+pub(super) const ASIDE_M: f64 = 0.22;
 /// Largest distance from the middle of the doorway at which the tailgater passes it, m.
-const TAILGATER_ASIDE_M: f64 = 0.25;
+pub(super) const TAILGATER_ASIDE_M: f64 = 0.25;
 /// What two bodies gain in a doorway by turning a shoulder, m.
 const SHOULDER_M: f64 = 0.1;
 /// Half the width of the doorway, m.
-const DOORWAY_HALF_M: f64 = 0.45;
+pub(super) const DOORWAY_HALF_M: f64 = 0.45;
 
 #[derive(Clone, Copy, PartialEq, Debug)]
-enum Kind {
+pub(super) enum Kind {
     Member,
     /// Waits in the hall, and goes to the zone when called.
     Next,
@@ -65,28 +63,28 @@ enum Kind {
     Runner,
 }
 
-struct Actor {
-    body: Body,
-    kind: Kind,
-    walker: Walker,
-    visit: Visit,
-    lane_m: f64,
+pub(super) struct Actor {
+    pub(super) body: Body,
+    pub(super) kind: Kind,
+    pub(super) walker: Walker,
+    pub(super) visit: Visit,
+    pub(super) lane_m: f64,
     /// Where it has been, a point every 5 cm: what a shadow follows.
-    trail: Vec<Point>,
+    pub(super) trail: Vec<Point>,
     /// How far along the trail of another a shadow is, in points.
-    along: f64,
-    track: Arc<Mutex<Track>>,
-    crossed_s: Option<f64>,
+    pub(super) along: f64,
+    pub(super) track: Arc<Mutex<Track>>,
+    pub(super) crossed_s: Option<f64>,
 }
 
 /// All actors of a passage.
 pub struct Cast {
-    plan: Plan,
+    pub(super) plan: Plan,
     /// Load of the last member.
-    loaded: Option<Loaded>,
-    actors: Vec<Actor>,
+    pub(super) loaded: Option<Loaded>,
+    pub(super) actors: Vec<Actor>,
     stream: Stream,
-    tick: u64,
+    pub(super) tick: u64,
     next_leaves_s: f64,
     /// Whether the seed is even: it selects one of the two kinds of a rule that has two.
     even: bool,
@@ -273,7 +271,7 @@ impl Cast {
         self.tick += 1;
     }
 
-    fn leader(&self) -> usize {
+    pub(super) fn leader(&self) -> usize {
         self.plan.people.saturating_sub(1)
     }
 
@@ -335,141 +333,4 @@ impl Cast {
             self.next_leaves_s = now_s + HEADWAY_S * self.stream.between(0.7, 1.2);
         }
     }
-
-    fn walk(&mut self, share: f64, obstacles: &[Outline], now_s: f64) {
-        let fidget_m = self.plan.condition.habit().fidget_m;
-        let side_m = self.loaded.as_ref().map_or(0.0, |loaded| loaded.side_m);
-        let mut walkers = Vec::new();
-        let mut numbers = Vec::new();
-        for (index, actor) in self.actors.iter_mut().enumerate().filter(|(_, actor)| actor.visit.is_present())
-        {
-            let beside_m = if matches!(self.plan.rule, Rule::SideBySide) && index + 1 == self.plan.people {
-                -ASIDE_M.min(DOORWAY_HALF_M - side_m)
-            } else {
-                0.0
-            };
-            let at = actor.walker.at;
-            actor.walker.goal = match actor.visit.phase {
-                Phase::ToPassage if actor.kind == Kind::Next => actor.walker.goal,
-                Phase::ToPassage if actor.kind == Kind::Runner => Point::new(actor.lane_m, START_Y_M + 0.4),
-                Phase::Back if at.y > DOOR_Y_M - 0.1 => Point::new(0.0, DOOR_Y_M - 0.6),
-                Phase::Back => Point::new(0.0, START_Y_M - 1.0),
-                Phase::Stands => Point::new(0.0, DOOR_Y_M + STANDS_M),
-                _ => actor.visit.goal(at, now_s, fidget_m, beside_m),
-            };
-            let mut walker = actor.walker;
-            if is_shadow(actor.kind) {
-                // The actor before it is not pushed; others keep away from it.
-                walker.radius_m = 0.05;
-            }
-            walkers.push(walker);
-            numbers.push(index);
-        }
-        crowd::step(&mut walkers, obstacles);
-        for (index, walker) in numbers.iter().zip(walkers) {
-            let Some(actor) = self.actors.get_mut(*index).filter(|actor| !is_shadow(actor.kind)) else {
-                continue;
-            };
-            actor.walker =
-                if actor.visit.phase == Phase::Stands { stood(&walker, actor.walker.at) } else { walker };
-        }
-        let leader = self.leader();
-        for index in numbers {
-            self.shadow(index, leader, share);
-            let Some(actor) = self.actors.get_mut(index) else { continue };
-            let at = actor.walker.at;
-            if actor.trail.last().is_none_or(|last| (*last - at).length() > TRAIL_M) {
-                actor.trail.push(at);
-            }
-            if actor.crossed_s.is_none() && at.y > DOOR_Y_M {
-                actor.crossed_s = Some(now_s);
-            }
-            if self.tick.is_multiple_of(SAMPLE) {
-                let mut track = actor.track.lock();
-                if track.is_empty() {
-                    *track = Track::growing(now_s, STEP_S * SAMPLE as f64);
-                }
-                track.push(at, FRAC_PI_2);
-            }
-        }
-    }
-
-    /// A step of an actor that follows the leader.
-    fn shadow(&mut self, index: usize, leader: usize, share: f64) {
-        let Some(first) = self.actors.get(leader) else { return };
-        let (trail, ahead, gone) = (first.trail.clone(), first.walker.at, first.visit.phase == Phase::Gone);
-        let Some(actor) = self.actors.get_mut(index) else { return };
-        let at = actor.walker.at;
-        let wanted = match actor.kind {
-            Kind::Behind { apart_m, late } => {
-                let hall = trail.iter().position(|point| point.y > HALL_Y_M).unwrap_or(trail.len());
-                let mut far = trail.len() as f64 - 1.0 - apart_m / TRAIL_M;
-                if gone {
-                    far = trail.len() as f64 - 1.0;
-                }
-                if late && share < OPENING && actor.along <= hall as f64 {
-                    far = far.min(hall as f64);
-                }
-                actor.along += (far - actor.along).clamp(0.0, HURRY_M_S * STEP_S / TRAIL_M);
-                let place = actor.along.max(0.0) as usize;
-                let (from, to) = (trail.get(place), trail.get(place + 1));
-                let from = from.copied().unwrap_or(at);
-                from + (to.copied().unwrap_or(from) - from) * actor.along.fract()
-            }
-            Kind::Beside { apart_m, behind_m, late } => {
-                let narrow = behind_m.filter(|_| (ahead.y - DOOR_Y_M).abs() < NARROW_M);
-                let side = match narrow {
-                    _ if gone => Point::new(at.x, GONE_Y_M + 0.5),
-                    Some(behind_m) => ahead - Point::new(0.0, behind_m),
-                    None => ahead + Point::new(apart_m, 0.0),
-                };
-                if late && share < OPENING && at.y < HALL_Y_M + 0.2 {
-                    Point::new(actor.lane_m, HALL_Y_M)
-                } else {
-                    side
-                }
-            }
-            _ => return,
-        };
-        // No actor walks through a leaf, or through the wall beside it.
-        let shut = share < 0.5 && at.y < DOOR_Y_M - 0.2 && wanted.y > DOOR_Y_M - 0.25;
-        let in_doorway = (wanted.y - DOOR_Y_M).abs() < 0.3;
-        let x_m = if in_doorway {
-            wanted.x.clamp(-TAILGATER_ASIDE_M, TAILGATER_ASIDE_M)
-        } else {
-            wanted.x.clamp(-0.75, 0.75)
-        };
-        let way = Point::new(x_m, wanted.y) - at;
-        let step_m = (HURRY_M_S * STEP_S).min(way.length());
-        let to = if shut { at } else { at + way * (step_m / way.length().max(1e-9)) };
-        actor.walker.velocity = (to - at) * (1.0 / STEP_S);
-        actor.walker.at = to;
-        if to.y > GONE_Y_M - 0.1 {
-            actor.visit.phase = Phase::Gone;
-        }
-    }
-}
-
-/// Distance beyond the line at which the person holding the door open stands, m: still in the light barrier.
-const STANDS_M: f64 = 0.15;
-
-/// A step of the person holding the door open, to the middle of the doorway. The leaf in their hand exerts no force.
-fn stood(walker: &Walker, from: Point) -> Walker {
-    let way = walker.goal - from;
-    let step_m = (walker.speed_m_s * STEP_S).min(way.length());
-    let step = way * (step_m / way.length().max(1e-9));
-    Walker { at: from + step, velocity: step * (1.0 / STEP_S), ..*walker }
-}
-
-/// Two people share the doorway's width when they are nearer to its line than this, m.
-const NARROW_M: f64 = 0.8;
-/// Between two points of a trail, m.
-const TRAIL_M: f64 = 0.05;
-/// Where a tailgater waits for the door to open.
-const HALL_Y_M: f64 = -1.3;
-/// Speed at which such a tailgater catches up.
-const HURRY_M_S: f64 = 2.5;
-
-const fn is_shadow(kind: Kind) -> bool {
-    matches!(kind, Kind::Behind { .. } | Kind::Beside { .. })
 }

@@ -10,12 +10,14 @@
 //! | file | what |
 //! |---|---|
 //! | `cast` | the actors, and what each of them does |
+//! | `walk` | a step of each of them |
 //! | `load` | the load of the last of the group |
 //! | `stage` | the simulation loop, and its report |
 
 pub mod cast;
 pub mod load;
 pub mod stage;
+mod walk;
 
 pub use load::Load;
 pub use stage::{Report, run};

@@ -24,6 +24,7 @@ pub mod motion;
 pub mod moving;
 pub mod noise;
 pub mod optics;
+pub mod person_spec;
 pub mod prop;
 pub mod random;
 pub mod raycast;

@@ -29,14 +29,14 @@ mod retention;
 pub mod row;
 mod schema;
 pub mod timeline;
+mod work;
 mod writer;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
 pub use error::StoreError;
 use parking_lot::Mutex;
@@ -46,6 +46,7 @@ use recorder::ChangeRecorder;
 pub use retention::Keep;
 use row::Event;
 pub use schema::Newer;
+use work::Work;
 use writer::Writer;
 
 use crate::supervise;
@@ -55,18 +56,6 @@ use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// People known longer ago than this are not taken back after a restart: they have gone elsewhere.
 pub const RESTORE_MS: u64 = 30_000;
-
-/// Between two transactions. The promise is a second.
-const BATCH: Duration = Duration::from_millis(500);
-
-/// Between two looks for what is too old.
-const FORGET: Duration = Duration::from_secs(60);
-
-/// Between two tries to open a file that could not be.
-const AGAIN: Duration = Duration::from_secs(2);
-
-/// The alarm is over when all could be written for so long: on a full disk some can now and then.
-const STEADY: Duration = Duration::from_secs(10);
 
 /// Frames that wait while a transaction is being written: six seconds of them.
 const QUEUE: usize = 64;
@@ -248,156 +237,4 @@ fn set_aside(file: &Path, now_ms: u64, why: &str) -> Result<Event, StoreError> {
 
 fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) -> T {
     act(&mut state.lock())
-}
-
-struct Work {
-    file: PathBuf,
-    keep: Keep,
-    writer: Option<Writer>,
-    lock: Option<lock::Lock>,
-    /// What was found to be wrong with the file itself while it was open.
-    damage: Option<String>,
-    recorder: ChangeRecorder,
-    newest: Option<Arc<Snapshot>>,
-    /// The run's number, while the file is not open.
-    run: Option<i64>,
-    /// When it could not be written last.
-    failed: Option<Instant>,
-    state: Arc<Mutex<StoreState>>,
-}
-
-impl Work {
-    fn run(&mut self, messages: &Receiver<Message>) {
-        let begun = Instant::now();
-        let (mut batch_at, mut open_at, mut forget_at) = (begun + BATCH, begun, begun);
-        loop {
-            let ended = match messages.recv_timeout(batch_at.saturating_duration_since(Instant::now())) {
-                Ok(message) => {
-                    self.handle(message);
-                    false
-                }
-                Err(RecvTimeoutError::Timeout) => false,
-                Err(RecvTimeoutError::Disconnected) => true,
-            };
-            let now = Instant::now();
-            if !ended && now < batch_at {
-                continue;
-            }
-            batch_at = now + BATCH;
-            if self.writer.is_none() && now >= open_at {
-                open_at = now + AGAIN;
-                self.open();
-            }
-            self.write();
-            if now >= forget_at {
-                forget_at = now + if self.forget() { BATCH } else { FORGET };
-            }
-            if ended {
-                return;
-            }
-        }
-    }
-
-    fn open(&mut self) {
-        if self.lock.is_none() {
-            match lock::acquire(&self.file) {
-                Ok(lock) => self.lock = lock,
-                Err(lock::Taken) => {
-                    return self.trouble(&StoreError::Taken { file: self.file.clone() }.to_string());
-                }
-            }
-        }
-        let now_ms = unix_ms();
-        if let Some(why) = self.damage.take() {
-            match set_aside(&self.file, now_ms, &why) {
-                Ok(event) => self.recorder.happened(event),
-                Err(error) => self.trouble(&error.to_string()),
-            }
-        }
-        match open(&self.file, now_ms, self.run) {
-            Ok((writer, event)) => {
-                self.lock.iter_mut().for_each(lock::Lock::mark);
-                event.into_iter().for_each(|event| self.recorder.happened(event));
-                self.writer = Some(writer);
-            }
-            Err(error) => self.trouble(&error.to_string()),
-        }
-    }
-
-    /// After a fault of this program: what was not written is still there, and is tried again with a new connection.
-    fn begin_again(&mut self, why: &str) {
-        self.run = self.writer.take().map(|writer| writer.run()).or(self.run);
-        self.trouble(&format!("the thread that writes has failed and begins again: {why}"));
-        std::thread::sleep(BATCH);
-    }
-
-    fn handle(&mut self, message: Message) {
-        match message {
-            Message::Snapshot(frame) => {
-                self.recorder.record(&frame);
-                self.newest = Some(frame);
-            }
-            Message::Event(event) => self.recorder.happened(event),
-            Message::Passage(passed) => self.recorder.passed(*passed),
-            Message::Site(site, now_ms, source) => self.recorder.set_site(&site, now_ms, source),
-        }
-    }
-
-    fn write(&mut self) {
-        let Some(writer) = &mut self.writer else { return };
-        let (rows, paths) = self.recorder.rows();
-        if rows.is_empty() && paths.is_empty() && self.newest.is_none() {
-            return;
-        }
-        match writer.write(rows, paths, self.newest.as_deref()) {
-            Ok(()) => {
-                self.recorder.written();
-                self.newest = None;
-                let dropped = self.recorder.dropped();
-                let steady = self.failed.is_none_or(|failed| failed.elapsed() >= STEADY);
-                locked(&self.state, |state| {
-                    if steady {
-                        state.trouble.clear();
-                    }
-                    state.written += 1;
-                    state.dropped = state.dropped.max(dropped);
-                });
-            }
-            Err(error) => {
-                let (file, damaged) = (self.file.clone(), error::is_damage(&error));
-                self.run = Some(writer.run());
-                let text = StoreError::Sqlite { file, error }.to_string();
-                self.damage = damaged.then(|| text.clone());
-                self.trouble(&text);
-                // A file that was replaced or lost is opened again.
-                self.writer = None;
-            }
-        }
-    }
-
-    fn forget(&mut self) -> bool {
-        let Some(writer) = &mut self.writer else { return false };
-        let now_ms = unix_ms();
-        let forgotten = writer
-            .forget(now_ms, self.keep)
-            .and_then(|more| Ok((more, writer.raw(now_ms)?, writer.doubt(now_ms, self.keep)?)));
-        match forgotten {
-            Ok((more, kept, doubt)) => {
-                let text = raw::in_words(&kept, now_ms);
-                let doubt = doubt.map(|doubt| doubt.to_string()).unwrap_or_default();
-                locked(&self.state, |state| (state.raw, state.doubt) = (text, doubt));
-                more
-            }
-            Err(error) => {
-                let file = self.file.clone();
-                self.trouble(&StoreError::Sqlite { file, error }.to_string());
-                false
-            }
-        }
-    }
-
-    fn trouble(&mut self, text: &str) {
-        self.failed = Some(Instant::now());
-        locked(&self.state, |state| text.clone_into(&mut state.trouble));
-    }
 }

@@ -15,10 +15,11 @@
 //! a next deadline, so nothing waits for ever: not for silence, not for a reply, not for the end of a stream.
 //! Steps and their order: SCIP 2.0 (C-42-03320B) and what sensors in the field were seen to do.
 
+mod setup;
 mod startup;
 mod streaming;
 
-use self::startup::SetupProgress;
+use self::setup::SetupProgress;
 use self::streaming::Stream;
 use super::action::{Action, Message, Received, ScanTaken};
 use super::clock::SensorClock;

@@ -18,11 +18,11 @@
 //! A device has four places for subscribers: one that belongs to another site keeps them. It does no I/O.
 
 mod found;
+mod lines;
 mod networks;
 mod route;
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::hash::{BuildHasher, RandomState};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -32,11 +32,10 @@ use kehai::wire::{Identity, ModuleId};
 use crate::observation::Observation;
 use crate::session::Sessions;
 use crate::session::datagram::Datagram;
-use crate::session::health::Monitor;
 use crate::session::outstanding::Kind;
 use crate::session::subscription::{Need, Subscription};
 use crate::site::Site;
-use crate::snapshot::{DeviceState, ModuleLine, Refused};
+use crate::snapshot::Refused;
 pub use found::{Finding, Found};
 pub use networks::Networks;
 use route::{Device, NEXT_US, Route};
@@ -44,12 +43,6 @@ use route::{Device, NEXT_US, Route};
 /// Most devices that are looked for: half a thousand places of subscribers, and more than a site has. Given ones are not
 /// counted out.
 const PEERS: usize = 256;
-
-/// An observation older than this no longer shows what the device sees, s.
-const OLD_S: f64 = 1.0;
-
-/// Most corners of what a device sees, the device's own place left out: one for each 2° of a whole turn.
-const CORNERS: usize = 180;
 
 /// What becomes of a datagram from an address that is known.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -346,104 +339,6 @@ impl Registry {
         session.want_reports(route.given || self.site.place_of(session.name(), device).is_some());
         session.poll(now_us, |datagram| send(datagram, from));
     }
-
-    /// How every device is at `now_us`: those of the site in its order, then the others.
-    pub fn lines(&mut self, sessions: &mut Sessions, now_us: u64) -> Vec<ModuleLine> {
-        let Self { site, routes, answered, missing, .. } = self;
-        // A device that is neither in the site nor there any more is forgotten.
-        answered.retain(|&device, _| {
-            let Some(session) = sessions.get(device) else { return false };
-            let is_there = routes.iter().any(|route| route.leads_to(device));
-            let stays = is_there || site.place_of(session.name(), device).is_some();
-            if !stays {
-                sessions.part(device);
-            }
-            stays
-        });
-        let mut placed: BTreeMap<usize, ModuleLine> = BTreeMap::new();
-        let mut others = Vec::new();
-        for (&device, answered) in answered {
-            let alarm = sessions.alarm(device, now_us);
-            let Some(session) = sessions.get_mut(device) else { continue };
-            let place = site.place_of(session.name(), device);
-            let name = place.and_then(|place| site.modules.get(place)).map(|module| module.name.clone());
-            let name = name.unwrap_or_else(|| session.name().to_owned());
-            let subscribed = session.wants_reports();
-            let Some(mut line) = session.line(&name, now_us) else { continue };
-            line.address = answered.address.to_string();
-            show_view(&mut line, answered.newest.as_ref(), now_us);
-            if line.state != DeviceState::Missing && !subscribed {
-                line.state = DeviceState::Found;
-            }
-            if let Some(alarm) = alarm {
-                line.alarms.insert(0, alarm);
-            }
-            let Some(place) = place else {
-                others.push(line);
-                continue;
-            };
-            // Of two with one place the one that is there stands for it; the other goes by its identity.
-            let is_better = |than: &ModuleLine| is_there(&line) && !is_there(than);
-            let second = match placed.entry(place) {
-                Entry::Vacant(vacant) => {
-                    vacant.insert(line);
-                    continue;
-                }
-                Entry::Occupied(mut first) if is_better(first.get()) => first.insert(line),
-                Entry::Occupied(_) => line,
-            };
-            others.push(ModuleLine { name: second.id.clone(), ..second });
-        }
-        missing.retain(|name, _| site.modules.iter().any(|module| module.name == *name));
-        for (place, module) in site.modules.iter().enumerate() {
-            if placed.contains_key(&place) {
-                missing.remove(&module.name);
-                continue;
-            }
-            let since_us = *missing.entry(module.name.clone()).or_insert(now_us);
-            placed.insert(place, silent(&module.name, since_us, now_us));
-        }
-        for route in routes.iter().filter(|route| route.given && route.device().is_none()) {
-            let Some(address) = route.address() else { continue };
-            let name = address.to_string();
-            let line = silent(&name, 0, now_us);
-            others.push(ModuleLine { address: name, ..line });
-        }
-        placed.into_values().chain(others).collect()
-    }
-}
-
-fn is_there(line: &ModuleLine) -> bool {
-    line.state != DeviceState::Missing
-}
-
-/// How a device is that has never answered since `since_us`.
-fn silent(name: &str, since_us: u64, now_us: u64) -> ModuleLine {
-    Monitor::new(since_us).line(name, ModuleId::ANY, None, now_us)
-}
-
-/// What a device sees and what it cannot judge, from its newest observation.
-fn show_view(line: &mut ModuleLine, newest: Option<&Observation>, now_us: u64) {
-    let Some(observation) = newest.filter(|newest| now_us as f64 * 1e-6 - newest.start_s < OLD_S) else {
-        return;
-    };
-    let beams = observation.background_mm.len().max(1);
-    let unlearned = observation.background_mm.iter().filter(|range_mm| **range_mm == 0).count();
-    line.unknown_share = (line.unknown_share + unlearned as f64 / beams as f64).min(1.0);
-    let view = &observation.view;
-    let each = observation.empty_mm.len().div_ceil(CORNERS).max(1);
-    let corner = |(index, ranges_mm): (usize, &[u16])| {
-        let beam = u16::try_from(index * each + ranges_mm.len() / 2).unwrap_or(u16::MAX);
-        let range_m = f64::from(ranges_mm.iter().copied().min().unwrap_or(0)) * 1e-3;
-        let at = view.place(f64::from(view.geometry.bearing_rad(beam)), range_m);
-        [cm(at.x), cm(at.y)]
-    };
-    line.free = vec![[cm(view.pose.at.x), cm(view.pose.at.y)]];
-    line.free.extend(observation.empty_mm.chunks(each).enumerate().map(corner));
-}
-
-fn cm(value_m: f64) -> f64 {
-    (value_m * 100.0).round() / 100.0
 }
 
 #[cfg(test)]

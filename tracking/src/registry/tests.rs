@@ -7,6 +7,7 @@ use super::*;
 use crate::alarm::AlarmKind;
 use crate::follower::Follower;
 use crate::jsonl::ZoneKnown;
+use crate::snapshot::ModuleLine;
 use crate::tracker::Ideas;
 use fake::{Fake, SITE, id};
 

@@ -15,6 +15,7 @@
 
 pub mod datagram;
 pub mod health;
+mod observe;
 pub mod outstanding;
 mod profile;
 mod sequence;
@@ -26,19 +27,18 @@ use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai::scan::Geometry;
-use kehai::visibility;
-use kehai::wire::{Identity, Info, Message, ModuleId, ProfilePart, Refusal, Report, Subscribed};
+use kehai::wire::{Identity, Info, Message, ModuleId, ProfilePart, Refusal, Subscribed};
 
 use crate::clock::{Exchange, ModuleClock, Verdict};
-use crate::observation::{AHEAD_S, Detection, LATE_S, Observation, View};
+use crate::observation::{Observation, View};
 use crate::site::Site;
 use crate::snapshot::{Drops, ModuleLine};
 use crate::text::printable;
 use datagram::Datagram;
 use health::Monitor;
-use outstanding::{ANSWER_US, Kind, is_answer};
+use outstanding::{Kind, is_answer};
 use profile::Profile;
-use sequence::{Arrival, Sequences};
+use sequence::Sequences;
 pub use sessions::Sessions;
 use start::{Gate, SILENT_US};
 use subscription::{Need, Subscription};
@@ -266,70 +266,6 @@ impl Session {
         if part.head.setup == setup.number {
             self.profile.store(part, setup.geometry.beams(), setup.open_range_mm);
         }
-    }
-
-    fn observe(
-        &mut self,
-        report: &Report<'_>,
-        now_us: u64,
-        estimator: Estimator,
-        drops: &mut Drops,
-    ) -> Option<Observation> {
-        let head = &report.head;
-        let has_answered =
-            self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) <= ANSWER_US);
-        let may_jump = has_answered && now_us.saturating_sub(self.last_report_us) >= SILENT_US;
-        let arrival = self.sequences.record(head.sequence, may_jump);
-        if arrival == Arrival::Far {
-            drops.jump += 1;
-            return None;
-        }
-        if let Arrival::Ahead(_) = arrival {
-            self.current = Some((head.setup, head.background_version));
-        }
-        if let Some(monitor) = &mut self.monitor {
-            monitor.report(report, arrival, now_us);
-        }
-        if arrival == Arrival::Repeated {
-            drops.repeated += 1;
-            return None;
-        }
-        self.last_report_us = now_us;
-        let (Some(setup), Some(start_s)) = (&self.setup, self.clock.host_s(head.stamp_us)) else {
-            drops.early += 1;
-            return None;
-        };
-        if setup.number != head.setup {
-            drops.early += 1;
-            return None;
-        }
-        let Some(view) = &setup.view else {
-            drops.unplaced += 1;
-            return None;
-        };
-        let period_s = f64::from(view.geometry.period_us()) * 1e-6;
-        let now_s = now_us as f64 * 1e-6;
-        if now_s - start_s > LATE_S + period_s {
-            drops.late += 1;
-            return None;
-        }
-        if start_s - now_s > AHEAD_S {
-            drops.ahead += 1;
-            return None;
-        }
-        // Nothing but arrivals moves the clock of what follows.
-        let start_s = start_s.min(now_s);
-        let candidates: Vec<_> = report.candidates.iter().collect();
-        let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
-        let mut empty_mm = background_mm.to_vec();
-        visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
-        let detections = candidates
-            .into_iter()
-            .map(|candidate| Detection::new(candidate, view, start_s, estimator))
-            .collect();
-        self.reports += 1;
-        self.used_us = now_us;
-        Some(Observation { view: Arc::clone(view), start_s, detections, empty_mm, background_mm })
     }
 
     /// Whether the newest info describes what the newest report was measured with; before any report, whether there was

@@ -1,7 +1,7 @@
 //! What a session asks for, and what it remembers over a restart.
 
 use super::*;
-use kehai::wire::{Cookie, DATAGRAM_MAX, List, ReportHead};
+use kehai::wire::{Cookie, DATAGRAM_MAX, List, Report, ReportHead};
 
 const DEVICE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
 

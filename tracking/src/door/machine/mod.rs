@@ -11,6 +11,7 @@
 //! It unlocks only from `checking`, when P(count = number entered) has been at least [`SURE`] and the share of the zone
 //! that was seen at least [`SEEN`], for [`STEADY_S`] on end.
 
+mod inputs;
 mod leaf;
 mod line;
 mod orders;
@@ -273,64 +274,6 @@ impl Machine {
                 self.end(Outcome::HeldOpen, "the leaf does not shut", actions);
             }
             self.go(Cause::HeldOpen, Phase::HeldOpen, "Please let the door shut");
-        }
-    }
-
-    fn card(&mut self, card: Card, actions: &mut Vec<Action>) {
-        let inside = self.cards.is_inside(card, self.now_s, self.door.passback_s);
-        let own = self.progress.as_ref().and_then(|progress| progress.passage.card);
-        match self.phase {
-            Phase::Idle if inside => self.alarmed(Alarm::PassedBack, Some(card), actions),
-            Phase::Idle => {
-                self.passages += 1;
-                self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, Some(card)));
-                self.identify(card, actions);
-                self.go(Cause::Card, Phase::Asked, "How many people go in?");
-            }
-            Phase::Asked | Phase::Checking if own == Some(card) => {
-                actions.push(Action::Refused(Refusal::SameCard));
-            }
-            Phase::Unlocked | Phase::Closing | Phase::HeldOpen if inside || own == Some(card) => {
-                self.alarmed(Alarm::PassedBack, Some(card), actions);
-            }
-            Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing => {
-                actions.push(Action::Refused(Refusal::Busy));
-            }
-            Phase::HeldOpen | Phase::Alarmed | Phase::Failed => {
-                actions.push(Action::Refused(Refusal::NotNow));
-            }
-        }
-    }
-
-    fn number(&mut self, number: u32, actions: &mut Vec<Action>) {
-        let refusal = match self.phase {
-            Phase::Asked | Phase::Checking if !(1..=self.door.people_max).contains(&number) => {
-                Refusal::Number
-            }
-            Phase::Asked => {
-                if let Some(progress) = &mut self.progress {
-                    progress.passage.entered = number;
-                    progress.passage.tries += 1;
-                }
-                self.go(Cause::Number, Phase::Checking, "Please wait: counting");
-                return;
-            }
-            Phase::Idle => Refusal::NoCard,
-            Phase::Checking | Phase::Unlocked | Phase::Closing => Refusal::Busy,
-            Phase::HeldOpen | Phase::Alarmed | Phase::Failed => Refusal::NotNow,
-        };
-        actions.push(Action::Refused(refusal));
-    }
-
-    fn reset(&mut self, actions: &mut Vec<Action>) {
-        if self.standing.is_none() {
-            actions.push(Action::Refused(Refusal::NoAlarm));
-            return;
-        }
-        self.standing = None;
-        self.leaf.begin_anew(self.now_s);
-        if self.phase == Phase::Alarmed {
-            self.go(Cause::Reset, Phase::Idle, READY);
         }
     }
 

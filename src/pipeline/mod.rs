@@ -11,15 +11,19 @@
 //! A scan that does not fit the configured geometry is not judged: no candidate, one unseen span over
 //! everything, and a counter.
 
+mod judgement;
+mod settings;
+
 use crate::background::{
-    Absorb, AbsorbRefusal, Background, Class, Fingerprint, LEARN_SCANS, LearnRefusal, LearnRequest, Learning,
+    Absorb, AbsorbRefusal, Background, Class, Fingerprint, LearnRefusal, LearnRequest, Learning,
 };
 use crate::breaks::Breaks;
 use crate::candidate::{self, CANDIDATES, Candidate, Surroundings};
 use crate::cluster::{Piece, segment};
-use crate::scan::{Geometry, Scan, ScanTime};
-use crate::sensor_model::SensorModel;
-use crate::unseen::{UnseenReason, UnseenSpan, UnseenSpans};
+use crate::scan::{Geometry, Scan};
+use crate::unseen::UnseenReason;
+pub use judgement::{Counters, Judgement};
+pub use settings::Settings;
 
 /// Scans a report may lie back when a host asks to absorb what it shows: 10 s at 10 Hz, the time
 /// to look at it.
@@ -28,53 +32,6 @@ pub const ABSORB_AGE_SCANS: u32 = 100;
 /// Longest pause between two scans that counts as time passing, ms. More is another recording or
 /// a sensor that started anew; it counts as one period.
 const PAUSE_MAX_MS: u64 = 10_000;
-
-/// The pipeline's settings, beside the geometry.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Settings {
-    /// How a background is learned when there is none: by itself, with the first scan.
-    pub learn: LearnRequest,
-    /// Range at which the model still sees black clothing (10 % reflectance), mm: an open beam is
-    /// seen empty no farther.
-    pub open_range_mm: u16,
-    /// The code by which the model says that a step cannot be measured: such beams stay unknown.
-    pub blind_code: Option<u16>,
-    /// Least spread a learned beam is given, mm: what is nearer than the background by
-    /// [`FOREGROUND_SPREADS`](crate::background::FOREGROUND_SPREADS) of these is foreground.
-    pub spread_min_mm: u8,
-}
-
-impl Settings {
-    /// For a URG-04LX.
-    pub const URG_04LX: Self = Self::of(&SensorModel::URG_04LX, 5600);
-
-    /// For a UHG-08LX.
-    pub const UHG_08LX: Self = Self::of(&SensorModel::UHG_08LX, 11_000);
-
-    /// For a UTM-30LX.
-    pub const UTM_30LX: Self = Self::of(&SensorModel::UTM_30LX, 60_000);
-
-    /// For a UST-10LX.
-    pub const UST_10LX: Self = Self::of(&SensorModel::UST_10LX, 30_000);
-
-    /// For a sensor of this model that states a `DMAX` of `range_max_mm`.
-    #[must_use]
-    pub const fn of(model: &SensorModel, range_max_mm: u16) -> Self {
-        Self {
-            learn: LearnRequest { scans: LEARN_SCANS, even_if_moving: false },
-            open_range_mm: model.open_range_mm(range_max_mm),
-            blind_code: model.blind_code,
-            spread_min_mm: 0,
-        }
-    }
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self::URG_04LX
-    }
-}
 
 /// Why a geometry is refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -97,62 +54,6 @@ impl core::fmt::Display for ConfigureError {
 }
 
 impl core::error::Error for ConfigureError {}
-
-/// What was dropped or refused since the start. All saturate.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Counters {
-    /// Scans of another geometry than the configured one.
-    pub foreign_scans: u32,
-    /// Scans with fewer beams than the geometry has.
-    pub short_scans: u32,
-    /// Candidates that became unseen spans for lack of room.
-    pub candidates_over: u32,
-    /// Unseen spans merged for lack of room.
-    pub spans_merged: u32,
-    /// Refused wishes to absorb.
-    pub absorbs_refused: u32,
-}
-
-/// What the pipeline makes of a scan.
-#[derive(Clone, Debug)]
-pub struct Judgement {
-    /// Counts the scans processed, from 1; also those in which nothing was found.
-    pub sequence: u32,
-    /// When the scan was taken.
-    pub time: ScanTime,
-    /// Background version it was judged with; 0: none yet, and nothing was judged.
-    pub background_version: u16,
-    /// How far learning is.
-    pub learning: Learning,
-    candidates: heapless::Vec<Candidate, CANDIDATES>,
-    unseen: UnseenSpans,
-}
-
-impl Judgement {
-    const fn new() -> Self {
-        Self {
-            sequence: 0,
-            time: ScanTime { sensor_ms: 0, stamp_us: 0, uncertainty_us: 0 },
-            background_version: 0,
-            learning: Learning::Idle,
-            candidates: heapless::Vec::new(),
-            unseen: UnseenSpans::new(),
-        }
-    }
-
-    /// What stands out from the background, in scan order.
-    #[must_use]
-    pub fn candidates(&self) -> &[Candidate] {
-        &self.candidates
-    }
-
-    /// Where nothing can be said.
-    #[must_use]
-    pub fn unseen(&self) -> &[UnseenSpan] {
-        self.unseen.as_slice()
-    }
-}
 
 /// Background, clusters and candidates of one sensor of at most `BEAMS` beams.
 #[derive(Debug)]

@@ -1,0 +1,85 @@
+//! From a report to an observation, or to the count of what was dropped and why.
+//!
+//! ```text
+//!   report ─▶ sequence: far, repeated ─▶ clock, setup: early ─▶ place: none ─▶ time: late, ahead ─▶ Observation
+//! ```
+
+use std::sync::Arc;
+
+use kehai::centre::Estimator;
+use kehai::visibility;
+use kehai::wire::Report;
+
+use super::Session;
+use super::outstanding::ANSWER_US;
+use super::sequence::Arrival;
+use super::start::SILENT_US;
+use crate::observation::{AHEAD_S, Detection, LATE_S, Observation};
+use crate::snapshot::Drops;
+
+impl Session {
+    /// What a report says that arrived at `now_us` on the host's clock; none if it is not to be used, which is counted.
+    pub(super) fn observe(
+        &mut self,
+        report: &Report<'_>,
+        now_us: u64,
+        estimator: Estimator,
+        drops: &mut Drops,
+    ) -> Option<Observation> {
+        let head = &report.head;
+        let has_answered =
+            self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) <= ANSWER_US);
+        let may_jump = has_answered && now_us.saturating_sub(self.last_report_us) >= SILENT_US;
+        let arrival = self.sequences.record(head.sequence, may_jump);
+        if arrival == Arrival::Far {
+            drops.jump += 1;
+            return None;
+        }
+        if let Arrival::Ahead(_) = arrival {
+            self.current = Some((head.setup, head.background_version));
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.report(report, arrival, now_us);
+        }
+        if arrival == Arrival::Repeated {
+            drops.repeated += 1;
+            return None;
+        }
+        self.last_report_us = now_us;
+        let (Some(setup), Some(start_s)) = (&self.setup, self.clock.host_s(head.stamp_us)) else {
+            drops.early += 1;
+            return None;
+        };
+        if setup.number != head.setup {
+            drops.early += 1;
+            return None;
+        }
+        let Some(view) = &setup.view else {
+            drops.unplaced += 1;
+            return None;
+        };
+        let period_s = f64::from(view.geometry.period_us()) * 1e-6;
+        let now_s = now_us as f64 * 1e-6;
+        if now_s - start_s > LATE_S + period_s {
+            drops.late += 1;
+            return None;
+        }
+        if start_s - now_s > AHEAD_S {
+            drops.ahead += 1;
+            return None;
+        }
+        // Nothing but arrivals moves the clock of what follows.
+        let start_s = start_s.min(now_s);
+        let candidates: Vec<_> = report.candidates.iter().collect();
+        let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
+        let mut empty_mm = background_mm.to_vec();
+        visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
+        let detections = candidates
+            .into_iter()
+            .map(|candidate| Detection::new(candidate, view, start_s, estimator))
+            .collect();
+        self.reports += 1;
+        self.used_us = now_us;
+        Some(Observation { view: Arc::clone(view), start_s, detections, empty_mm, background_mm })
+    }
+}
