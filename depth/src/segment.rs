@@ -35,22 +35,28 @@ pub fn segments(points: &[Point], camera: &Camera, density: &Density) -> Vec<Seg
     let upper: Vec<Point> = points.iter().copied().filter(|point| point.place[2] >= plane_m).collect();
     clusters(&upper, density)
         .iter()
-        .map(|cluster| of(&cluster.iter().filter_map(|&index| upper.get(index).copied()).collect::<Vec<_>>()))
+        .map(|cluster| {
+            Segment::of(&cluster.iter().filter_map(|&index| upper.get(index).copied()).collect::<Vec<_>>())
+        })
         .collect()
 }
 
-fn of(points: &[Point]) -> Segment {
-    let count = points.len().max(1) as f32;
-    let mean = |axis: usize| points.iter().map(|point| point.place[axis]).sum::<f32>() / count;
-    let heights = || points.iter().map(|point| point.place[2]);
-    let (lowest_m, top_m) = (heights().fold(f32::MAX, f32::min), heights().fold(0.0, f32::max));
-    let outline_m = hull(points.iter().map(|point| [point.place[0], point.place[1]]).collect());
-    Segment {
-        centre_m: [mean(0), mean(1)],
-        volume_l: area_m2(&outline_m) * (top_m - lowest_m).max(0.0) * 1000.0,
-        top_cm: top_m * 100.0,
-        points: points.len(),
-        outline_m,
+impl Segment {
+    /// The body of these points.
+    #[must_use]
+    pub fn of(points: &[Point]) -> Self {
+        let count = points.len().max(1) as f32;
+        let mean = |axis: usize| points.iter().map(|point| point.place[axis]).sum::<f32>() / count;
+        let heights = || points.iter().map(|point| point.place[2]);
+        let (lowest_m, top_m) = (heights().fold(f32::MAX, f32::min), heights().fold(0.0, f32::max));
+        let outline_m = hull(points.iter().map(|point| [point.place[0], point.place[1]]).collect());
+        Self {
+            centre_m: [mean(0), mean(1)],
+            volume_l: area_m2(&outline_m) * (top_m - lowest_m).max(0.0) * 1000.0,
+            top_cm: top_m * 100.0,
+            points: points.len(),
+            outline_m,
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 
 pub mod baselines;
 pub mod building;
+pub mod entrance;
 pub mod experiment;
 pub mod jsonl;
 pub mod passage;

@@ -37,6 +37,8 @@ pub enum Purpose {
     Gesture = 11,
     /// How a site was installed.
     Installed = 12,
+    /// Who comes through an entrance, and the flaws of its depth camera.
+    Entrance = 13,
     /// Where one sensor's light falsifies another's readings.
     CrossTalk = 9,
     /// What the network does to one module's datagrams, and how its clock runs.

@@ -1,0 +1,209 @@
+//! Where everybody is, frame by frame: the social-force model, as in the laboratory's crowds.
+//!
+//! ```text
+//!   role ─▶ outside ─(its time, and room for it)─▶ walks ⇄ stands ─▶ 3.8 m to the side: gone
+//! ```
+
+use crate::world::crowd::{self, STEP_S, Walker};
+use crate::world::geometry::Point;
+use crate::world::shape::{Gesture, Gestures};
+
+use super::cast::{Role, cast};
+use super::{CAMERA, FRAMES};
+
+/// People come from so far aside, m: at 4.8 m from the camera the image ends at 2.7 m.
+const FROM_M: f64 = 3.8;
+
+/// Most people at a time, as in the paper.
+const MOST: usize = 5;
+
+/// A person waits outside until nobody else is nearer than this, m.
+const APART_M: f64 = 0.5;
+
+/// Radius taken for a person of 1.7 m in the crowd, m.
+const RADIUS_M: f64 = 0.22;
+
+/// A person at the moment of a frame.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Moment {
+    /// Number in the run.
+    pub person: u16,
+    /// Middle of the body, m.
+    pub at: Point,
+    /// Unit vector in which the person looks.
+    pub ahead: Point,
+    /// m/s
+    pub speed_mps: f64,
+    /// Way walked, m: the phase of legs and arms.
+    pub walked_m: f64,
+    /// m
+    pub stature_m: f64,
+    /// Half the torso's width and depth at a stature of 1.7 m, m.
+    pub half_axes_m: (f64, f64),
+    /// What the arms do.
+    pub gesture: Gesture,
+    /// Where the bag is.
+    pub bag: Bag,
+}
+
+/// Where the bag of a person is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Bag {
+    /// There is none.
+    None,
+    /// In the hand.
+    Carried,
+    /// On the floor, there.
+    Down(Point),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Actor {
+    role: Role,
+    ahead: Point,
+    walked_m: f64,
+    stood_s: f64,
+}
+
+/// The people of every frame.
+#[derive(Clone, Debug)]
+pub struct Walk {
+    frames: Vec<Vec<Moment>>,
+}
+
+impl Walk {
+    /// The walk of a seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        let period_s = CAMERA.period_us() as f64 * 1e-6;
+        let mut waiting = cast(seed, FRAMES as f64 * period_s).into_iter().peekable();
+        let steps = (period_s / STEP_S).round() as usize;
+        let (mut walkers, mut actors): (Vec<Walker>, Vec<Actor>) = (Vec::new(), Vec::new());
+        let mut frames = Vec::with_capacity(FRAMES);
+        for number in 0..FRAMES * steps {
+            let now_s = number as f64 * STEP_S;
+            if number % steps == 0 {
+                let moment = |(walker, actor): (&Walker, &Actor)| actor.moment(walker, seed, now_s);
+                frames.push(walkers.iter().zip(&actors).map(moment).collect());
+            }
+            let has_room = |role: &Role, walkers: &[Walker]| {
+                let at = role.walker().at;
+                walkers.len() < MOST && walkers.iter().all(|other| (other.at - at).length() > APART_M)
+            };
+            while let Some(role) = waiting.next_if(|role| role.from_s <= now_s && has_room(role, &walkers)) {
+                walkers.push(role.walker());
+                let ahead = Point::new(0.0, role.way.sign());
+                actors.push(Actor { role, ahead, walked_m: 0.0, stood_s: 0.0 });
+            }
+            for (walker, actor) in walkers.iter_mut().zip(&mut actors) {
+                actor.steer(walker);
+            }
+            crowd::step(&mut walkers, &[]);
+            for (walker, actor) in walkers.iter().zip(&mut actors) {
+                let speed_mps = walker.velocity.length();
+                actor.walked_m += speed_mps * STEP_S;
+                if speed_mps > 0.3 {
+                    actor.ahead = walker.velocity * (1.0 / speed_mps);
+                }
+            }
+            let stays: Vec<bool> = walkers
+                .iter()
+                .zip(&actors)
+                .map(|(walker, actor)| walker.at.y * actor.role.way.sign() < FROM_M)
+                .collect();
+            let mut stay = stays.iter().copied();
+            walkers.retain(|_| stay.next().unwrap_or(true));
+            let mut stay = stays.iter().copied();
+            actors.retain(|_| stay.next().unwrap_or(true));
+        }
+        Self { frames }
+    }
+
+    /// The people in a frame; None after the last.
+    #[must_use]
+    pub fn moment(&self, number: usize) -> Option<Vec<Moment>> {
+        self.frames.get(number).cloned()
+    }
+}
+
+impl Role {
+    fn walker(&self) -> Walker {
+        let sign = self.way.sign();
+        Walker {
+            at: Point::new(self.lane_m, -sign * (FROM_M + self.behind_m)),
+            velocity: Point::new(0.0, sign * self.speed_mps),
+            radius_m: RADIUS_M * self.stature_m / 1.7,
+            speed_m_s: self.speed_mps,
+            goal: Point::new(self.lane_m, sign * (FROM_M + 2.0)),
+        }
+    }
+}
+
+impl Actor {
+    /// Sets the goal: a place to stand for a while, then the other side.
+    fn steer(&mut self, walker: &mut Walker) {
+        let sign = self.role.way.sign();
+        walker.goal = Point::new(self.role.lane_m, sign * (FROM_M + 2.0));
+        let Some(stop) = self.role.stop else { return };
+        if self.stood_s >= stop.lasts_s {
+            return;
+        }
+        walker.goal = Point::new(self.role.lane_m, stop.y_m);
+        if self.stands(walker) {
+            self.stood_s += STEP_S;
+        }
+    }
+
+    /// Whether the place to stand is reached.
+    fn stands(&self, walker: &Walker) -> bool {
+        let left = self.role.stop.filter(|stop| self.stood_s < stop.lasts_s);
+        left.is_some_and(|stop| (Point::new(self.role.lane_m, stop.y_m) - walker.at).length() < 0.2)
+    }
+
+    fn moment(&self, walker: &Walker, seed: u64, now_s: f64) -> Moment {
+        let Role { person, stature_m, half_axes_m, has_bag, .. } = self.role;
+        let gestures = Gestures { seed, person: u64::from(person) };
+        let beside = self.ahead.left() * -0.4;
+        Moment {
+            person,
+            at: walker.at,
+            ahead: self.ahead,
+            speed_mps: walker.velocity.length(),
+            walked_m: self.walked_m,
+            stature_m,
+            half_axes_m,
+            gesture: gestures.at(now_s),
+            bag: match (has_bag, self.stands(walker)) {
+                (false, _) => Bag::None,
+                (true, false) => Bag::Carried,
+                (true, true) => Bag::Down(walker.at + beside),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_pass_beside_each_other_and_some_put_their_bag_down() {
+        let mut closest_m = f64::INFINITY;
+        let mut down = 0;
+        for seed in 0..4 {
+            let walk = Walk::new(seed);
+            for number in 0..FRAMES {
+                let people = walk.moment(number).unwrap();
+                assert!(people.len() <= MOST);
+                down += people.iter().filter(|one| matches!(one.bag, Bag::Down(_))).count();
+                for (index, one) in people.iter().enumerate() {
+                    for other in &people[..index] {
+                        closest_m = closest_m.min((one.at - other.at).length());
+                    }
+                }
+            }
+        }
+        assert!(closest_m > 0.2, "{closest_m}");
+        assert!(down > 20, "{down}");
+    }
+}
