@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai_tracking::site::Site;
-use kehai_tracking::tracker::rendering::RenderingModel;
+use kehai_tracking::tracker::rendering::{RenderingModel, UnknownVariant};
 use kehai_tracking::tracker::{Ideas, Model, Tracker, UnknownTracker};
 
 use lee::LeeSettings;
@@ -32,7 +32,7 @@ pub enum Choice {
     /// Ours.
     Kehai(Ideas),
     /// The experimental one that renders what it believes.
-    Rendering,
+    Rendering(RenderingModel),
     /// Paper A's.
     Lee(LeeSettings),
     /// Paper C's.
@@ -41,7 +41,9 @@ pub enum Choice {
 
 /// No tracker of that name.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("{0}; or rendering (experimental), or one of the papers': lee, lee-38, particle")]
+#[error(
+    "{0}; or rendering (experimental), rendering-without-…, or one of the papers': lee, lee-38, particle"
+)]
 pub struct UnknownChoice(#[from] UnknownTracker);
 
 impl Default for Choice {
@@ -57,9 +59,11 @@ impl FromStr for Choice {
         Ok(match name {
             "lee" => Self::Lee(LeeSettings::RADIUS_19),
             "lee-38" => Self::Lee(LeeSettings::RADIUS_38),
-            "rendering" => Self::Rendering,
             "particle" => Self::Particle(ParticleSettings::RADIUS_15),
-            _ => Self::Kehai(name.parse()?),
+            _ => match name.parse() {
+                Ok(model) => Self::Rendering(model),
+                Err(UnknownVariant) => Self::Kehai(name.parse()?),
+            },
         })
     }
 }
@@ -68,7 +72,7 @@ impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Kehai(ideas) => ideas.fmt(f),
-            Self::Rendering => RenderingModel.fmt(f),
+            Self::Rendering(model) => model.fmt(f),
             Self::Lee(LeeSettings::RADIUS_38) => f.write_str("lee-38"),
             Self::Lee(_) => f.write_str("lee"),
             Self::Particle(_) => f.write_str("particle"),
@@ -80,7 +84,7 @@ impl Model for Choice {
     fn estimator(&self) -> Estimator {
         match self {
             Self::Kehai(ideas) => Model::estimator(ideas),
-            Self::Rendering => RenderingModel.estimator(),
+            Self::Rendering(model) => model.estimator(),
             Self::Particle(_) => Estimator::Silhouette,
             Self::Lee(settings) => Estimator::TwoPoint { radius_mm: settings.radius_mm },
         }
@@ -89,7 +93,7 @@ impl Model for Choice {
     fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
         match self {
             Self::Kehai(ideas) => ideas.build(site),
-            Self::Rendering => RenderingModel.build(site),
+            Self::Rendering(model) => model.build(site),
             Self::Lee(settings) => Box::new(lee::Lee::new(*settings)),
             Self::Particle(settings) => Box::new(particle::Particle::new(site, *settings)),
         }

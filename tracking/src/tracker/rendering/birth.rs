@@ -10,7 +10,7 @@ use super::body::{Body, SAMPLES, Sample};
 use super::ground::Passage;
 use super::ray::{CLUTTER, Mixture, Surface};
 use super::scan::{Measured, Scan};
-use super::window::{render, window};
+use super::window::render;
 use super::{BODIES, Rendering};
 use crate::geometry::Point;
 
@@ -40,7 +40,7 @@ const INSIDE: f64 = -5.806;
 impl Rendering {
     /// Begins bodies where hits are not explained.
     pub(super) fn begin(&mut self, scan: &Scan, start_s: f64) {
-        let windows: Vec<_> = self.bodies.iter().map(|body| window(body, scan)).collect();
+        let windows: Vec<_> = self.bodies.iter().map(|body| self.window(body, scan)).collect();
         let fields: Vec<_> = self
             .bodies
             .iter()
@@ -120,6 +120,7 @@ impl Rendering {
             at_s: start_s,
             begun_s: start_s,
             supported_s: start_s,
+            may_leave: true,
             passage: Passage::InView,
         });
     }

@@ -70,6 +70,8 @@ pub struct Roughness {
 pub const COARSE: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.25, heading_rad: 0.2 };
 /// After the second.
 pub const FINE: Roughness = Roughness { place_m: 0.008, velocity_mps: 0.02, heading_rad: 0.03 };
+/// Of a body that is not seen, which has nothing to walk to.
+pub const HIDDEN: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.05, heading_rad: 0.1 };
 /// When a scan contradicts the whole cloud.
 pub const SURPRISED: Roughness = Roughness { place_m: 0.12, velocity_mps: 0.3, heading_rad: 0.2 };
 
@@ -88,6 +90,8 @@ pub struct Body {
     /// When it began, and when a scan last spoke for it, s.
     pub begun_s: f64,
     pub supported_s: f64,
+    /// Whether it was near an entry then, so that it may have left.
+    pub may_leave: bool,
     /// Log odds with which it began.
     pub prior: f64,
     /// Which entries it was about to cross when a scan last spoke for it.
@@ -114,15 +118,14 @@ impl Body {
         }
     }
 
-    /// Moves the cloud to `at_s`, as far as the ground allows.
-    pub fn predict(&mut self, at_s: f64, ground: Ground<'_>, random: &mut Random) {
+    /// Moves the cloud to `at_s`, as far as the ground allows. `standing`: it mostly stands.
+    pub fn predict(&mut self, at_s: f64, standing: bool, ground: Ground<'_>, random: &mut Random) {
         let step_s = at_s - self.at_s;
         if step_s <= 0.0 {
             return;
         }
         self.at_s = at_s;
-        let unseen = self.is_unseen(at_s);
-        let (keeps_s, agility) = if unseen { (KEEPS_UNSEEN_S, AGILITY_UNSEEN) } else { (KEEPS_S, AGILITY) };
+        let (keeps_s, agility) = if standing { (KEEPS_UNSEEN_S, AGILITY_UNSEEN) } else { (KEEPS_S, AGILITY) };
         let passage = self.passage(at_s);
         let slower = libm::exp(-step_s / keeps_s);
         let root = step_s.sqrt();
@@ -200,10 +203,12 @@ impl Body {
     }
 
     /// Roughens every third sample: the body must be somewhere that no scan contradicts.
-    pub fn surprise(&mut self, ground: Ground<'_>, random: &mut Random) {
+    pub fn surprise(&mut self, standing: bool, ground: Ground<'_>, random: &mut Random) {
         let passage = self.passage(self.at_s);
+        let velocity_mps = if standing { HIDDEN.velocity_mps } else { SURPRISED.velocity_mps };
+        let roughness = Roughness { velocity_mps, ..SURPRISED };
         for sample in self.samples.iter_mut().step_by(3) {
-            *sample = roughened(*sample, SURPRISED, passage, ground, random);
+            *sample = roughened(*sample, roughness, passage, ground, random);
         }
     }
 

@@ -62,6 +62,7 @@ fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
         at_s: 0.0,
         begun_s: 0.0,
         supported_s: 0.0,
+        may_leave: true,
         prior: 0.0,
         passage: Passage::InView,
     }

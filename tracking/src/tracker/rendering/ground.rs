@@ -7,6 +7,7 @@
 //! ```
 
 use super::scan::Scan;
+use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::tracker::kehai::walls::Walls;
 
@@ -37,6 +38,10 @@ pub enum Passage {
 #[derive(Clone, Copy)]
 pub struct Ground<'a> {
     pub walls: &'a Walls,
+    /// Zones that nobody leaves but by an entry.
+    pub enclosed: &'a Areas,
+    /// Whether entries stop whom no module sees.
+    pub guards: bool,
     pub scans: &'a [Option<Scan>],
     /// The scan that is being taken, which is not among `scans` meanwhile.
     pub newest: &'a Scan,
@@ -48,14 +53,18 @@ impl Ground<'_> {
         // Most steps are short and far from walls and entries.
         let (was_beside, is_beside) = (self.walls.beside(from), self.walls.beside(to));
         if !was_beside && !is_beside && (to - from).length() < SHORT_M {
-            return passage == Passage::None && self.leaves(from, to);
+            return self.guards && passage == Passage::None && self.leaves(from, to);
         }
         if self.walls.wall_between(from, to) || (self.touches_wall(to) && !self.touches_wall(from)) {
             return true;
         }
         match passage {
+            _ if !self.guards => false,
             Passage::Through => false,
-            Passage::InView => self.walls.between(from, to) && !self.covers(to),
+            Passage::InView => {
+                self.walls.between(from, to)
+                    && (!self.covers(to) || (self.comes_out(from, to) && !self.sees(to)))
+            }
             Passage::None => {
                 self.walls.stop(from, to) || self.walls.between(from, to) || self.leaves(from, to)
             }
@@ -75,6 +84,15 @@ impl Ground<'_> {
         self.walls.beside(place) && self.walls.entry_m(place) > NEAR_M
     }
 
+    fn comes_out(&self, from: Point, to: Point) -> bool {
+        self.enclosed.hold(from) && !self.enclosed.hold(to)
+    }
+
+    /// Whether a module sees a place now: no body stands before it.
+    fn sees(&self, place: Point) -> bool {
+        self.newest.sees(place) || self.scans.iter().flatten().any(|scan| scan.sees(place))
+    }
+
     fn leaves(&self, from: Point, to: Point) -> bool {
         !self.covers(to) && self.covers(from)
     }
@@ -91,10 +109,11 @@ mod tests {
 
     use ::kehai::scan::{Geometry, URG_04LX};
 
+    use super::super::scan::Measured;
     use super::*;
     use crate::geometry::Pose;
     use crate::observation::View;
-    use crate::site::Site;
+    use crate::site::{Site, Zone};
 
     const SITE: &str = "[[zone]]\nname = 'a'\npolygon = [[0, -1], [2, -1], [2, 1], [0, 1]]\n\
         [[entry]]\nname = 'e'\nline = [[2, -1], [2, 1]]\nzone = 'a'\n\
@@ -112,7 +131,9 @@ mod tests {
         let mut scan = Scan::of(&Arc::new(view));
         scan.reach(reach_mm);
         let walls = Walls::of(&site);
-        Ground { walls: &walls, scans: &[], newest: &scan }.stops(from, to, passage)
+        let enclosed = Areas::of(site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect());
+        Ground { walls: &walls, enclosed: &enclosed, guards: true, scans: &[], newest: &scan }
+            .stops(from, to, passage)
     }
 
     #[test]
@@ -128,6 +149,31 @@ mod tests {
         assert!(stops(1900, from, to, Passage::InView));
         assert!(stops(1900, from, to, Passage::None));
         assert!(!stops(1900, from, to, Passage::Through));
+    }
+
+    #[test]
+    fn nobody_comes_out_of_an_enclosed_zone_into_the_shadow_of_another() {
+        let site: Site =
+            toml::from_str(&SITE.replace("1]]\n[[entry]]", "1]]\nenclosed = true\n[[entry]]")).unwrap();
+        let enclosed = Areas::of(site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect());
+        let view = View {
+            module: 0,
+            pose: Pose { at: Point::default(), yaw_rad: 0.0 },
+            height_m: 1.0,
+            geometry: Geometry::new(URG_04LX).unwrap(),
+        };
+        let mut scan = Scan::of(&Arc::new(view));
+        let walls = Walls::of(&site);
+        let (inside, outside) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
+        for (measured, shadowed) in
+            [(Measured::Hit(1.0), true), (Measured::Hit(1.9), false), (Measured::Free(4.0), false)]
+        {
+            scan.set(vec![measured; scan.beams()]);
+            let ground =
+                Ground { walls: &walls, enclosed: &enclosed, guards: true, scans: &[], newest: &scan };
+            assert_eq!(ground.stops(inside, outside, Passage::InView), shadowed, "{measured:?}");
+            assert!(!ground.stops(outside, inside, Passage::InView), "people come in hidden behind others");
+        }
     }
 
     #[test]

@@ -5,8 +5,9 @@
 //!      └──── in an enclosed zone: the unseen body that is most likely there comes into view
 //! ```
 
-use super::Rendering;
 use super::body::{Body, Sample};
+use super::scan::Scan;
+use super::{Part, Rendering};
 use crate::geometry::Point;
 
 /// Existence from which a body is confirmed, and below which it is deleted: log odds of 0.9 and 0.3.
@@ -19,17 +20,23 @@ const TENTATIVE: f64 = 1.5;
 /// Outside enclosed zones an unseen body's log odds fall by so much a second: it may have left.
 const LEAVES: f64 = 0.5;
 
+/// The same where no module would see it if it stood alone: it has left. Forgotten within a second.
+const GONE: f64 = 10.0;
+
 /// A newborn inside an enclosed zone waits so long for an unseen body to be it, s.
 const WAITS_S: f64 = 2.0;
 
 impl Rendering {
     /// Deletes what is not believed any more.
-    pub(super) fn forget(&mut self, start_s: f64) {
+    pub(super) fn forget(&mut self, newest: &Scan, start_s: f64) {
         let enclosed = &self.enclosed;
         self.bodies.retain_mut(|body| {
             let step_s = (start_s - body.supported_s).clamp(0.0, 0.05);
             if body.is_unseen(start_s) && !enclosed.hold(body.moments().0) {
-                body.log_odds -= LEAVES * step_s;
+                let mean = body.moments().0;
+                let is_covered =
+                    newest.covers(mean) || self.scans.iter().flatten().any(|scan| scan.covers(mean));
+                body.log_odds -= if is_covered { LEAVES } else { GONE } * step_s;
             }
             let least = if body.confirmed { DELETED } else { body.prior - TENTATIVE };
             body.log_odds > least && (body.confirmed || !body.is_unseen(start_s))
@@ -45,7 +52,7 @@ impl Rendering {
                 continue;
             }
             let at = body.moments().0;
-            if !self.enclosed.hold(at) {
+            if !self.enclosed.hold(at) || !self.model.has(Part::Conservation) {
                 self.bodies[index].confirmed = true;
                 continue;
             }

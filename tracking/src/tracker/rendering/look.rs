@@ -4,13 +4,13 @@
 //!   others' fields ─▶ mixture of each beam ─▶ log likelihood ratio of each sample ─▶ weights, existence
 //! ```
 
-use super::Rendering;
 use super::apart::{apart, keepers};
-use super::body::{COARSE, FINE, SAMPLES};
+use super::body::{COARSE, FINE, HIDDEN, SAMPLES};
 use super::ground::Ground;
 use super::ray::Mixture;
 use super::scan::Scan;
 use super::window::{Window, covered, shadow};
+use super::{Part, Rendering};
 
 /// Power of the likelihood in the first look (annealing).
 const TEMPER: f64 = 0.3;
@@ -31,7 +31,7 @@ impl Rendering {
         if mixtures.iter().all(Option::is_none) {
             return 0.0;
         }
-        let keepers = keepers(&self.bodies, index);
+        let keepers = if self.model.has(Part::Apart) { keepers(&self.bodies, index) } else { Vec::new() };
         let tables = self.tables;
         let ratios: Vec<f64> = self.bodies[index]
             .samples
@@ -53,7 +53,14 @@ impl Rendering {
             ratios.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &ratio| {
                 (least.min(ratio), most.max(ratio))
             });
-        let ground = Ground { walls: &self.walls, scans: &self.scans, newest: scan };
+        let ground = Ground {
+            walls: &self.walls,
+            enclosed: &self.enclosed,
+            guards: self.model.has(Part::Entries),
+            scans: &self.scans,
+            newest: scan,
+        };
+        let standing = self.is_standing(index, self.bodies[index].at_s);
         let body = &mut self.bodies[index];
         if most - least > 0.01 {
             match look {
@@ -64,12 +71,13 @@ impl Rendering {
                 Look::Fine => {
                     body.weigh(&ratios, 1.0);
                     if body.effective() < SAMPLES as f64 / 2.0 {
-                        body.resample(FINE, ground, &mut self.random);
+                        let roughness = if standing { HIDDEN } else { FINE };
+                        body.resample(roughness, ground, &mut self.random);
                     }
                 }
             }
         }
-        best_quarter(ratios)
+        best(ratios, if self.model.has(Part::BestQuarter) { 4 } else { 1 })
     }
 
     /// The beams of a window without this body.
@@ -87,9 +95,9 @@ impl Rendering {
     }
 }
 
-/// Log mean of the exponentials of the best quarter: is there any place that the scan does not contradict?
-pub fn best_quarter(mut ratios: Vec<f64>) -> f64 {
-    let quarter = (ratios.len() / 4).max(1);
+/// Log mean of the exponentials of the best part, one in `of`: is there any place that the scan does not contradict?
+pub fn best(mut ratios: Vec<f64>, of: usize) -> f64 {
+    let quarter = (ratios.len() / of).max(1);
     ratios.sort_unstable_by(|one, other| other.total_cmp(one));
     let Some(&most) = ratios.first() else { return 0.0 };
     let sum: f64 = ratios.iter().take(quarter).map(|ratio| libm::exp(ratio - most)).sum();

@@ -16,13 +16,12 @@ mod body;
 mod ground;
 mod life;
 mod look;
+mod model;
 mod names;
 mod random;
 mod ray;
 mod scan;
 mod window;
-
-use std::sync::Arc;
 
 use crate::cells::Areas;
 use crate::geometry::Point;
@@ -33,6 +32,7 @@ use crate::tracker::{LifeCycle, Origin, TrackState, Tracker};
 use body::{Body, SURE};
 use ground::Ground;
 use look::Look;
+pub use model::{Part, RenderingModel, UnknownVariant};
 use names::{Before, rename};
 use random::Random;
 use ray::Tables;
@@ -42,14 +42,22 @@ use window::{Field, Window, render, window};
 /// A scan speaks for a body from this log likelihood ratio on, and against it below its negative.
 const SPEAKS: f64 = 0.7;
 
-/// Bounds of what one scan says about existence.
-const EVIDENCE: (f64, f64) = (-0.3, 2.5);
+/// Most that one scan says for existence.
+const FOR: f64 = 2.5;
+
+/// Most that one scan says against a body that may have left, and against one that cannot, since no entry was near it:
+/// that one is somewhere, and what contradicts it is the error of the model. In 1.2 s and 4 s all is forgotten.
+const AGAINST: (f64, f64) = (-0.6, -0.1);
+
+/// A body that was last seen nearer to an entry than this may have left, m: a stride, and half of a body's depth.
+const STRIDE_M: f64 = 0.35;
 
 /// Most bodies.
 const BODIES: usize = 1024;
 
 /// See the module.
 pub struct Rendering {
+    model: RenderingModel,
     walls: Walls,
     enclosed: Areas,
     movers: Areas,
@@ -66,10 +74,11 @@ pub struct Rendering {
 impl Rendering {
     /// A tracker without tracks.
     #[must_use]
-    pub fn new(site: &Site) -> Self {
+    pub fn new(site: &Site, model: RenderingModel) -> Self {
         let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
         let movers = site.movers.iter().map(Mover::corners).collect();
         Self {
+            model,
             walls: Walls::of(site),
             enclosed: Areas::of(enclosed),
             movers: Areas::of(movers),
@@ -78,50 +87,84 @@ impl Rendering {
             fields: Vec::new(),
             next_id: 1,
             now_s: 0.0,
-            random: Random::new(1),
-            tables: Tables::get(),
+            random: Random::new(model.seed),
+            tables: Tables::of(model.has(Part::SoftEdge)),
         }
     }
 
     /// Updates all bodies by one scan, and begins new ones.
     fn update(&mut self, scan: &Scan, start_s: f64) {
         self.now_s = self.now_s.max(start_s);
-        let ground = Ground { walls: &self.walls, scans: &self.scans, newest: scan };
+        let ground = Ground {
+            walls: &self.walls,
+            enclosed: &self.enclosed,
+            guards: self.model.has(Part::Entries),
+            scans: &self.scans,
+            newest: scan,
+        };
         for body in &mut self.bodies {
-            body.predict(start_s, ground, &mut self.random);
+            let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
+            body.predict(start_s, standing, ground, &mut self.random);
         }
         let mut before: Vec<Before> = self.bodies.iter().map(Before::of).collect();
-        let windows: Vec<Option<Window>> = self.bodies.iter().map(|body| window(body, scan)).collect();
+        let windows: Vec<Option<Window>> = self.bodies.iter().map(|body| self.window(body, scan)).collect();
         let field = |(body, window): (&Body, &Option<Window>)| {
             window.map_or_else(Field::default, |window| render(body, scan, window, self.tables))
         };
         self.fields = self.bodies.iter().zip(&windows).map(field).collect();
         let order = self.order();
         let mut evidence = vec![0.0; self.bodies.len()];
-        for look in [Look::Coarse, Look::Fine] {
+        let looks =
+            if self.model.has(Part::Annealing) { &[Look::Coarse, Look::Fine][..] } else { &[Look::Fine] };
+        for &look in looks {
             for &index in &order {
+                if look == Look::Coarse && self.is_standing(index, start_s) {
+                    continue;
+                }
                 if let Some(window) = windows[index] {
                     evidence[index] = self.look(index, scan, window, look);
                     self.fields[index] = render(&self.bodies[index], scan, window, self.tables);
                 }
             }
         }
-        let ground = Ground { walls: &self.walls, scans: &self.scans, newest: scan };
+        let ground = Ground {
+            walls: &self.walls,
+            enclosed: &self.enclosed,
+            guards: self.model.has(Part::Entries),
+            scans: &self.scans,
+            newest: scan,
+        };
         for (body, evidence) in self.bodies.iter_mut().zip(&evidence) {
-            body.log_odds += evidence.clamp(EVIDENCE.0, EVIDENCE.1);
+            let against = if body.may_leave || !self.model.has(Part::Exits) { AGAINST.0 } else { AGAINST.1 };
+            body.log_odds += evidence.clamp(against, FOR);
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
             if *evidence >= SPEAKS {
                 body.supported_s = start_s;
                 let (at, _, velocity) = body.moments();
                 body.passage = ground.passage(at, velocity);
-            } else if *evidence < -SPEAKS {
-                body.surprise(ground, &mut self.random);
+                body.may_leave = !self.enclosed.hold(at) || self.walls.entry_m(at) < STRIDE_M;
+            } else if *evidence < -SPEAKS && self.model.has(Part::Surprise) {
+                let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
+                body.surprise(standing, ground, &mut self.random);
             }
         }
-        rename(&mut self.bodies, &mut before);
-        self.forget(start_s);
+        if self.model.has(Part::Names) {
+            rename(&mut self.bodies, &mut before);
+        }
+        self.forget(scan, start_s);
         self.begin(scan, start_s);
         self.confirm(start_s);
+    }
+
+    /// Whether a body mostly stands: it is not seen.
+    fn is_standing(&self, index: usize, at_s: f64) -> bool {
+        self.model.has(Part::Standing) && self.bodies.get(index).is_some_and(|body| body.is_unseen(at_s))
+    }
+
+    /// The beams that a body may concern.
+    fn window(&self, body: &Body, scan: &Scan) -> Option<Window> {
+        let window = window(body, scan)?;
+        Some(if self.model.has(Part::Datum) { window } else { Window { weight: 1.0, ..window } })
     }
 
     /// Compact and confirmed bodies first: what they explain, the others need not.
@@ -176,26 +219,6 @@ impl Tracker for Rendering {
 
     fn peek(&self, at_s: f64) -> Vec<TrackState> {
         self.bodies.iter().map(|body| self.state(body, at_s)).collect()
-    }
-}
-
-/// The tracker as a model.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct RenderingModel;
-
-impl std::fmt::Display for RenderingModel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("rendering")
-    }
-}
-
-impl crate::tracker::Model for RenderingModel {
-    fn estimator(&self) -> kehai::centre::Estimator {
-        kehai::centre::Estimator::default()
-    }
-
-    fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
-        Box::new(Rendering::new(site))
     }
 }
 

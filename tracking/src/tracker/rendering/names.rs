@@ -103,6 +103,7 @@ mod tests {
             at_s: 0.0,
             begun_s: 0.0,
             supported_s: 0.0,
+            may_leave: true,
             prior: 0.0,
             passage: Passage::InView,
         }

@@ -41,10 +41,13 @@ const BACKGROUND: f64 = 10.0;
 /// Steps of the opacity table to a half width.
 const OPACITY_STEPS: f64 = 128.0;
 
-static OPACITY: LazyLock<Vec<f64>> = LazyLock::new(|| {
+/// With soft edges, and with hard ones.
+static OPACITY: LazyLock<[Vec<f64>; 2]> = LazyLock::new(|| {
     let entries = (MISS * OPACITY_STEPS) as usize + 2;
-    let opacity = |entry: usize| OPAQUE / (1.0 + libm::exp((entry as f64 / OPACITY_STEPS - 1.0) / EDGE));
-    (0..entries).map(opacity).collect()
+    let off = |entry: usize| entry as f64 / OPACITY_STEPS - 1.0;
+    let soft = |entry| OPAQUE / (1.0 + libm::exp(off(entry) / EDGE));
+    let hard = |entry| if off(entry) < 0.0 { OPAQUE } else { 0.0 };
+    [(0..entries).map(soft).collect(), (0..entries).map(hard).collect()]
 });
 
 /// Steps of the noise table to a metre.
@@ -62,8 +65,15 @@ pub struct Tables {
 }
 
 impl Tables {
+    /// With soft edges of silhouettes, or with hard ones.
+    pub fn of(soft: bool) -> Self {
+        let [with_soft, with_hard] = &*OPACITY;
+        Self { opacity: if soft { with_soft } else { with_hard }, noise: &NOISE_DENSITY }
+    }
+
+    #[cfg(test)]
     pub fn get() -> Self {
-        Self { opacity: &OPACITY, noise: &NOISE_DENSITY }
+        Self::of(true)
     }
 
     fn opacity(self, off: f64) -> f64 {

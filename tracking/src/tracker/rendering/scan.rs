@@ -13,6 +13,9 @@ use kehai::candidate::Candidate;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation, View};
 
+/// The middle of a body is at most so far behind a hit, m: half its width.
+const BODY_M: f64 = 0.26;
+
 /// Result of one beam, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Measured {
@@ -103,6 +106,17 @@ impl Scan {
         let beam = beam.round();
         let reach_mm = if beam >= 0.0 { self.background_mm.get(beam as usize).copied() } else { None };
         reach_mm.is_some_and(|reach_mm| distance_m < f64::from(reach_mm) * 0.001)
+    }
+
+    /// Whether the newest beam that points at a place reached it, or what stands there.
+    pub fn sees(&self, place: Point) -> bool {
+        let (beam, distance_m) = self.beam_at(place);
+        let beam = beam.round();
+        match if beam >= 0.0 { self.measured(beam as usize) } else { Measured::Unknown } {
+            Measured::Unknown => false,
+            Measured::Free(range_m) => distance_m < range_m,
+            Measured::Hit(range_m) => distance_m < range_m + BODY_M,
+        }
     }
 
     /// Number of beams.

@@ -1,0 +1,129 @@
+//! The tracker by its name, and with one part of it left out, so that the part's worth is measured (an ablation).
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use super::Rendering;
+use crate::site::Site;
+use crate::tracker::{Model, Tracker};
+
+/// A part of the tracker.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Part {
+    /// A first look with a tempered likelihood.
+    Annealing,
+    /// Existence by the best quarter of the cloud; without it, by its mean.
+    BestQuarter,
+    /// Two bodies do not share a place.
+    Apart,
+    /// An unseen body mostly stands.
+    Standing,
+    /// A body that a scan contradicts is looked for farther away.
+    Surprise,
+    /// Who comes into view in an enclosed zone is a body that was hidden there.
+    Conservation,
+    /// A datum is 8 cm of silhouette; without it, a beam.
+    Datum,
+    /// The edge of a silhouette is soft.
+    SoftEdge,
+    /// Bodies that took each other's outline exchange their numbers.
+    Names,
+    /// Unseen bodies cross no entry.
+    Entries,
+    /// A body that no entry was near cannot have left, and is doubted less.
+    Exits,
+}
+
+impl Part {
+    /// All of them, by name.
+    pub const NAMED: [(Self, &str); 11] = [
+        (Self::Annealing, "annealing"),
+        (Self::BestQuarter, "best-quarter"),
+        (Self::Apart, "apart"),
+        (Self::Standing, "standing"),
+        (Self::Surprise, "surprise"),
+        (Self::Conservation, "conservation"),
+        (Self::Datum, "datum"),
+        (Self::SoftEdge, "soft-edge"),
+        (Self::Names, "names"),
+        (Self::Entries, "entries"),
+        (Self::Exits, "exits"),
+    ];
+}
+
+/// The tracker as a model.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct RenderingModel {
+    /// The part that is left out.
+    pub without: Option<Part>,
+    /// Of the random numbers: a draw of the samples.
+    pub seed: u64,
+}
+
+impl Default for RenderingModel {
+    fn default() -> Self {
+        Self { without: None, seed: 1 }
+    }
+}
+
+impl RenderingModel {
+    pub(super) fn has(self, part: Part) -> bool {
+        self.without != Some(part)
+    }
+}
+
+const NAME: &str = "rendering";
+const WITHOUT: &str = "rendering-without-";
+
+impl fmt::Display for RenderingModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = |without: Part| Part::NAMED.iter().find(|(part, _)| *part == without);
+        match self.without.and_then(named) {
+            Some((_, name)) => write!(f, "{WITHOUT}{name}"),
+            None => f.write_str(NAME),
+        }
+    }
+}
+
+/// No such variant of this tracker.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct UnknownVariant;
+
+impl FromStr for RenderingModel {
+    type Err = UnknownVariant;
+
+    fn from_str(text: &str) -> Result<Self, UnknownVariant> {
+        let part = |name: &str| Part::NAMED.iter().find(|(_, own)| *own == name).map(|(part, _)| *part);
+        match text.strip_prefix(WITHOUT) {
+            Some(name) => Ok(Self { without: Some(part(name).ok_or(UnknownVariant)?), ..Self::default() }),
+            None if text == NAME => Ok(Self::default()),
+            None => Err(UnknownVariant),
+        }
+    }
+}
+
+impl Model for RenderingModel {
+    fn estimator(&self) -> kehai::centre::Estimator {
+        kehai::centre::Estimator::default()
+    }
+
+    fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
+        Box::new(Rendering::new(site, *self))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_is_left_out_by_its_name() {
+        for (part, name) in Part::NAMED {
+            let model: RenderingModel = format!("{WITHOUT}{name}").parse().unwrap();
+            assert!(!model.has(part) && model.to_string() == format!("{WITHOUT}{name}"));
+        }
+        assert_eq!("rendering".parse(), Ok(RenderingModel::default()));
+        assert!("rendering-without-bodies".parse::<RenderingModel>().is_err());
+    }
+}
