@@ -12,6 +12,7 @@ pub mod calibration;
 pub mod card;
 mod cells;
 pub mod clock;
+pub mod depth;
 pub mod door;
 pub mod follower;
 pub mod geometry;

@@ -3,6 +3,7 @@
 //! | name | what it is |
 //! |---|---|
 //! | `lee`, `lee-38` | the steps of Lee et al. 2006 (paper A) as written, with r_c = 19 or 38 cm |
+//! | `ukyo` | segments of depth images with their volume, of Ukyo et al. (paper D); run by the table `entrance` alone |
 //! | `particle` | the particle filter of Noguchi et al. 2009 (paper C), with grid map and circle-fit birth |
 //!
 //! Titles: docs/bibliography.md.
@@ -10,6 +11,7 @@
 pub mod lee;
 mod outline;
 pub mod particle;
+pub mod ukyo;
 
 use std::fmt;
 use std::str::FromStr;

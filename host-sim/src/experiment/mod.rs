@@ -5,10 +5,12 @@
 //!       ├▶ Trial: one scene, one rule ─┤─▶ jobs: seed by seed, on all cores ─▶ results ─┬─▶ docs/tables/*.csv (`line`)
 //!       ├▶ passages: the guarded door ─┤                                                └─▶ docs/*.md (`summary`, `pages`)
 //!       ├▶ poses: calibration ─────────┤
+//!       ├▶ entrance: a depth camera ───┤
 //!       └▶ worlds, cases: other worlds ┘
 //! ```
 
 pub mod cases;
+pub mod entrance;
 pub mod figure;
 pub mod findings;
 pub mod jobs;

@@ -6,5 +6,12 @@ pub const PAPER_A_SUCCESSES: [u64; 7] = [10, 10, 10, 10, 8, 5, 1];
 /// Trials of each.
 pub const PAPER_A_TRIALS: u64 = 10;
 
+/// Paper D, Tables 2 to 4, as in [`super::entrance::FIGURES`], %. Its greatest number of people at a time is four.
+pub const PAPER_D: [f64; 13] =
+    [99.5, 89.5, 94.3, 92.7, 94.6, 100.0, 93.8, 89.8, 79.7, 100.0, 97.0, 91.7, 92.6];
+
+/// How it is called.
+pub const PAPER_D_NAME: &str = "paper D";
+
 /// How it is called in tables and pictures.
 pub const PAPER_A_NAME: &str = "paper A, Table 1";

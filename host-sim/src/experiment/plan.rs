@@ -89,6 +89,8 @@ pub enum Table {
     Clutter,
     /// Condition H with five people over a network that loses, repeats and delays
     Disturbed,
+    /// Paper D's entrance before a depth camera: its method and ours, each idea left out in turn
+    Entrance,
     /// The guarded door: tailgaters, and everything else that happens there; of docs/door.md
     Passages,
     /// Paper A's experiment from end to end: authenticate, enter a number, pass; of docs/door.md
@@ -108,6 +110,8 @@ pub enum Work {
     Passages(Vec<passages::Row>, RangeInclusive<u64>),
     /// Poses by walking.
     Poses(RangeInclusive<u64>),
+    /// The entrance before a depth camera.
+    Entrance(RangeInclusive<u64>),
 }
 
 impl std::fmt::Display for Table {
@@ -119,7 +123,7 @@ impl std::fmt::Display for Table {
 
 impl Table {
     /// The tables of docs/accuracy.md, in the order of the page.
-    pub const EACH: [Self; 12] = [
+    pub const EACH: [Self; 13] = [
         Self::Door,
         Self::Ideas,
         Self::Thighs,
@@ -132,6 +136,7 @@ impl Table {
         Self::Home,
         Self::Clutter,
         Self::Disturbed,
+        Self::Entrance,
     ];
 
     /// The tables this one stands for.
@@ -150,6 +155,7 @@ impl Table {
                 return Work::Door(self.cases(trackers), seeds.cloned().unwrap_or(10_000..=last));
             }
             Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
+            Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_019)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
             // Only our tracker reports unexplained measurements.
             Self::Touching => trial::touching(&own(&["kehai"])),
@@ -236,6 +242,7 @@ mod tests {
                     let first = *seeds.start();
                     published(&(first..=first + QUIET_SEEDS * seeds.count() as u64 - 1));
                 }
+                Work::Entrance(seeds) => published(&seeds),
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());
                     for trial in &trials {

@@ -4,6 +4,7 @@
 //!   Table ─▶ Work ─┬─ door areas ──▶ rows ─┐
 //!                  ├─ trials ──────▶ pooled ├─▶ Results: lines of the full table, what every run gave, a picture
 //!                  ├─ passages ────▶ pooled │
+//!                  ├─ entrance ────▶ pooled │
 //!                  └─ poses ───────▶ found ─┘
 //! ```
 
@@ -17,7 +18,7 @@ use super::jobs::Runs;
 use super::line::{Line, Run};
 use super::plan::{Table, Work};
 use super::table::{self, Row};
-use super::{passages, picture, poses, runner};
+use super::{entrance, passages, picture, poses, runner};
 use crate::run::{Conditions, Options};
 
 /// Results of a table.
@@ -70,6 +71,11 @@ pub fn run(
         Work::Passages(rows, seeds) => {
             let choice = trackers.first().copied().unwrap_or_default();
             Results::of(&passages::table(&name, &rows, &seeds, choice, runs)?)
+        }
+        Work::Entrance(seeds) => {
+            let mut results = Results::of(&entrance::run(&seeds, runs)?)?;
+            results.lines.extend(entrance::paper(&results.lines));
+            Ok(results)
         }
         Work::Poses(seeds) => {
             let found = poses::run(&seeds, runs)?;
