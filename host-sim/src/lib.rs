@@ -10,6 +10,7 @@ pub mod baselines;
 pub mod building;
 pub mod entrance;
 pub mod experiment;
+pub mod floor;
 pub mod jsonl;
 pub mod passage;
 pub mod picture;

@@ -14,6 +14,7 @@ mod cells;
 pub mod clock;
 pub mod depth;
 pub mod door;
+pub mod floor;
 pub mod follower;
 pub mod geometry;
 pub mod jsonl;

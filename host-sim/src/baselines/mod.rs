@@ -5,9 +5,11 @@
 //! | `lee`, `lee-38` | the steps of Lee et al. 2006 (paper A) as written, with r_c = 19 or 38 cm |
 //! | `ukyo` | segments of depth images with their volume, of Ukyo et al. (paper D); run by the table `entrance` alone |
 //! | `particle` | the particle filter of Noguchi et al. 2009 (paper C), with grid map and circle-fit birth |
+//! | `condensation`, `condensation-joint` | that of Ota et al. 2006 (paper B), on a floor with tags only: `kehai-sim experiment floor` |
 //!
 //! Titles: docs/bibliography.md.
 
+pub mod condensation;
 pub mod lee;
 mod outline;
 pub mod particle;

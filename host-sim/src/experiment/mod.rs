@@ -6,6 +6,7 @@
 //!       ├▶ passages: the guarded door ─┤                                                └─▶ docs/*.md (`summary`, `pages`)
 //!       ├▶ poses: calibration ─────────┤
 //!       ├▶ entrance: a depth camera ───┤
+//!       ├▶ floor: paper B ─────────────┤
 //!       └▶ worlds, cases: other worlds ┘
 //! ```
 
@@ -13,6 +14,7 @@ pub mod cases;
 pub mod entrance;
 pub mod figure;
 pub mod findings;
+pub mod floor;
 pub mod jobs;
 pub mod line;
 pub mod log;

@@ -55,7 +55,13 @@ const fn layout(table: Table) -> Layout {
         Table::Leaving | Table::Touching | Table::Standing | Table::Chairs | Table::Carried | Table::Home => {
             Layout::Compared
         }
-        Table::All | Table::Clutter | Table::Disturbed | Table::Entrance | Table::Passages | Table::Poses => {
+        Table::All
+        | Table::Clutter
+        | Table::Disturbed
+        | Table::Entrance
+        | Table::Passages
+        | Table::Poses
+        | Table::Floor => {
             Layout::AsRun
         }
     }

@@ -1,5 +1,12 @@
 //! Results of the papers, for comparison with ours.
 
+/// Paper B: variance across the way of both people, mm², in the experiments for which it says one.
+pub const PAPER_B_MM2: [(&str, [f64; 2]); 2] =
+    [("B1 parallel", [1764.0, 1369.0]), ("B2 crossing", [10_594.0, 17_424.0])];
+
+/// How it is called in tables.
+pub const PAPER_B_NAME: &str = "paper B";
+
 /// Paper A, Table 1: trials in which one to seven people in the area were counted right.
 pub const PAPER_A_SUCCESSES: [u64; 7] = [10, 10, 10, 10, 8, 5, 1];
 

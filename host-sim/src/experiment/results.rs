@@ -5,7 +5,8 @@
 //!                  ├─ trials ──────▶ pooled ├─▶ Results: lines of the full table, what every run gave, a picture
 //!                  ├─ passages ────▶ pooled │
 //!                  ├─ entrance ────▶ pooled │
-//!                  └─ poses ───────▶ found ─┘
+//!                  ├─ poses ───────▶ found ─┤
+//!                  └─ floor ───────▶ found ─┘
 //! ```
 
 use std::error::Error;
@@ -18,7 +19,7 @@ use super::jobs::Runs;
 use super::line::{Line, Run};
 use super::plan::{Table, Work};
 use super::table::{self, Row};
-use super::{entrance, passages, picture, poses, runner};
+use super::{entrance, floor, passages, picture, poses, runner};
 use crate::run::{Conditions, Options};
 
 /// Results of a table.
@@ -79,6 +80,11 @@ pub fn run(
         }
         Work::Poses(seeds) => {
             let found = poses::run(&seeds, runs)?;
+            let runs_csv = Some(found.csv().into_bytes());
+            Ok(Results { lines: found.lines(), runs: found.runs(), runs_csv, rows: Vec::new() })
+        }
+        Work::Floor(seeds) => {
+            let found = floor::run(&seeds, runs)?;
             let runs_csv = Some(found.csv().into_bytes());
             Ok(Results { lines: found.lines(), runs: found.runs(), runs_csv, rows: Vec::new() })
         }

@@ -1,0 +1,20 @@
+//! A simulated floor with tags: paper B's experiments (docs/bibliography.md, B).
+//!
+//! ```text
+//!   walkers ─▶ soles ─▶ panels, 9 Hz ─▶ kehai::floor ─▶ patches ─┬─▶ bodies, names       ours
+//!       └────▶ tags, line of sight, 9.09 Hz ──────────────────────┴─▶ condensation        the paper's
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `gait` | where a walker and its soles are |
+//! | `panels` | which panels soles press, as the floor reads them |
+//! | `tags` | where a camera reads the tags, and when it cannot |
+//! | `scene` | the three experiments |
+//! | `trial` | one of them, with each tracker, and its figures |
+
+pub mod gait;
+pub mod panels;
+pub mod scene;
+pub mod tags;
+pub mod trial;

@@ -1,0 +1,23 @@
+//! A pressure floor in the site: from panels that are down to bodies that are followed.
+//!
+//! ```text
+//!   panels down ─▶ patches ─▶ feet of bodies ─▶ bodies
+//!     ▪▪ ·            ◖          each patch to the nearest body          a floor hides nobody: who is on it presses panels,
+//!     ▪▪ ▪▪              ◗       that it may be a foot of                but for the flight of a running step
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | `plan` | where each panel is |
+//! | `patches` | panels that touch, as one |
+//! | `bodies` | patches to bodies, followed in time |
+//!
+//! Source: the floor of Ota et al. 2006 (docs/bibliography.md, B).
+
+pub mod bodies;
+pub mod patches;
+pub mod plan;
+
+pub use bodies::Bodies;
+pub use patches::{Patch, patches};
+pub use plan::Plan;
