@@ -61,9 +61,7 @@ const fn layout(table: Table) -> Layout {
         | Table::Entrance
         | Table::Passages
         | Table::Poses
-        | Table::Floor => {
-            Layout::AsRun
-        }
+        | Table::Floor => Layout::AsRun,
     }
 }
 
