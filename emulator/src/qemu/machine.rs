@@ -25,7 +25,7 @@ pub enum Line<'a> {
 
 /// Connection of the module's Ethernet.
 pub enum Network<'a> {
-    /// QEMU's own user network: DHCP, and the module's port forwarded to [`Qemu::module`].
+    /// QEMU's own user network: DHCP, and the module's port forwarded to `Qemu::module`.
     User,
     /// A switch of ours, which carries frames and nothing else.
     Switch(&'a Switch),
@@ -36,7 +36,7 @@ pub enum Network<'a> {
 
 /// A board to be started.
 pub struct Machine<'a> {
-    /// From [`image`].
+    /// From `image`.
     pub image: &'a Path,
     /// Hardware address, which is the module's identity.
     pub mac: [u8; 6],

@@ -16,9 +16,9 @@
 //!
 //! | open | here |
 //! |---|---|
-//! | what "differ much" means | [`GATE_M`], [`GATE_LITRES`] |
+//! | what "differ much" means | `GATE_M`, `GATE_LITRES` |
 //! | unit of the volume in the cost | m³, as the distance's metres |
-//! | V_thr | [`WHOLE_LITRES`] |
+//! | V_thr | `WHOLE_LITRES` |
 //! | sign of O | the less is seen, the smaller the gain: what the text says it is for |
 //! | how O changes the gain | it is multiplied by it |
 //! | which merges are noticed | a track without a segment whose place lies in another's |

@@ -6,8 +6,8 @@
 //!      └──── births ◀── what no body explains
 //! ```
 //!
-//! A body is a cloud of samples and the odds that it is there ([`body`]); one formula says how likely a ray is, given
-//! all bodies ([`ray`]). While a body is updated, the others enter as averages over their clouds (mean field), one
+//! A body is a cloud of samples and the odds that it is there (`body`); one formula says how likely a ray is, given
+//! all bodies (`ray`). While a body is updated, the others enter as averages over their clouds (mean field), one
 //! after another (Gauss–Seidel): what one has explained, the next need not explain.
 
 mod apart;
