@@ -1,24 +1,48 @@
 //! Where a walker and the soles are: both follow from how far it has walked.
 //!
 //! ```text
-//!        ▭           ▭             soles 0.26 × 0.10 m, beside the way, a step apart
+//!        ▭           ▭             soles 0.26 × 0.10 m, beside the way, about a step apart
 //!   ─────────✕──────────────▶      the middle of the body; one or two soles are on the floor
 //!   ▭           ▭
 //! ```
 
 use kehai_tracking::geometry::Point;
 
+use crate::world::random::{Purpose, Stream};
+
 /// Length and width of a sole, m.
 pub const SOLE_M: (f64, f64) = (0.26, 0.10);
 
-/// Between two steps, m.
-const STEP_M: f64 = 0.55;
+/// How a person sets the feet. What differs from person to person is drawn once, the rest at each footfall.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Habit {
+    /// Between two steps, m.
+    pub step_m: f64,
+    /// From the way to the middle of a sole, m.
+    pub beside_m: f64,
+    /// A sole is down while the body is less than so many steps before or behind it; half of a step and more, so that both
+    /// are down for a time.
+    pub down_steps: f64,
+    /// How far a footfall is off along the way and across it, m, one sigma.
+    pub scatter_m: (f64, f64),
+    /// What the footfalls are drawn by.
+    pub seed: u64,
+}
 
-/// From the way to the middle of a sole, m: walkers set their feet a hand's breadth apart, 0.10 m.
-const BESIDE_M: f64 = 0.05;
-
-/// A sole is down while the body is less than so many steps before or behind it: a tenth of a step on both feet at each end.
-const DOWN_STEPS: f64 = 0.6;
+impl Habit {
+    /// A person's, by the ranges in which grown people walk slowly: steps of 0.45 to 0.65 m, 6 to 14 cm wide, both feet down
+    /// for 10 to 30 % of a step; footfalls scatter by 3 cm along the way and 2 cm across.
+    #[must_use]
+    pub fn random(random: &mut Stream) -> Self {
+        Self {
+            step_m: random.between(0.45, 0.65),
+            beside_m: random.between(0.03, 0.07),
+            down_steps: random.between(0.55, 0.65),
+            scatter_m: (0.03, 0.02),
+            seed: (random.uniform() * 1e15) as u64,
+        }
+    }
+}
 
 /// A way.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +71,8 @@ pub struct Walker {
     pub begun_m: f64,
     /// m/s.
     pub speed_mps: f64,
+    /// How it sets its feet.
+    pub habit: Habit,
 }
 
 impl Way {
@@ -105,13 +131,16 @@ impl Walker {
     /// The soles on the floor.
     pub fn soles(&self, at_s: f64) -> impl Iterator<Item = Sole> {
         let walked_m = self.walked_m(at_s);
-        let step = (walked_m / STEP_M).round();
+        let Habit { step_m, beside_m, down_steps, scatter_m, seed } = self.habit;
+        let step = (walked_m / step_m).round();
         let near = [step - 1.0, step, step + 1.0].into_iter();
-        let down = near.filter(move |step| (walked_m - step * STEP_M).abs() < DOWN_STEPS * STEP_M);
-        down.map(|step| {
-            let (at, ahead) = self.way.at(step * STEP_M);
-            let side = if step.rem_euclid(2.0) < 1.0 { BESIDE_M } else { -BESIDE_M };
-            Sole { at: at + self.way.beside(ahead) * side, ahead }
+        let down = near.filter(move |step| (walked_m - step * step_m).abs() < down_steps * step_m);
+        down.map(move |step| {
+            let mut random = Stream::new(seed, Purpose::Walk, [0xf007, (step as i64).unsigned_abs()]);
+            let (along_m, aside_m) = (random.normal() * scatter_m.0, random.normal() * scatter_m.1);
+            let (at, ahead) = self.way.at(step * step_m + along_m);
+            let side = if step.rem_euclid(2.0) < 1.0 { beside_m } else { -beside_m };
+            Sole { at: at + self.way.beside(ahead) * (side + aside_m), ahead }
         })
     }
 
@@ -138,7 +167,8 @@ mod tests {
     #[test]
     fn one_or_two_soles_are_down_and_the_body_is_between_or_beside_them() {
         let way = Way::ToAndFro(Point::new(0.0, 0.0), Point::new(100.0, 0.0));
-        let walker = Walker { way, begun_m: 1.0, speed_mps: 1.0 };
+        let habit = Habit { step_m: 0.55, beside_m: 0.05, down_steps: 0.6, scatter_m: (0.0, 0.0), seed: 1 };
+        let walker = Walker { way, begun_m: 1.0, speed_mps: 1.0, habit };
         let mut both = 0;
         for tenth in 0..200 {
             let at_s = f64::from(tenth) * 0.1;

@@ -12,7 +12,7 @@ use std::fmt;
 use kehai_tracking::floor::Plan;
 use kehai_tracking::geometry::{Point, Pose};
 
-use super::gait::{Walker, Way};
+use super::gait::{Habit, Walker, Way};
 use crate::world::random::{Purpose, Stream};
 
 /// How long each lasts, s.
@@ -77,7 +77,10 @@ impl Scene {
         let begun_m = random.between(0.0, 2.0);
         // Nobody walks along the edges of panels.
         let aside_m = random.between(-0.5, 0.5) * SIDE_M / 24.0;
-        let walker = |way: Way, begun_m: f64| Walker { way, begun_m, speed_mps };
+        let mut walker = |way: Way, begun_m: f64| {
+            let habit = Habit::random(&mut random);
+            Walker { way, begun_m, speed_mps, habit }
+        };
         let line = |from: (f64, f64), to: (f64, f64)| {
             Way::ToAndFro(Point::new(from.0, from.1), Point::new(to.0, to.1))
         };

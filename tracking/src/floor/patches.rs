@@ -11,12 +11,21 @@ use super::plan::Plan;
 use crate::geometry::Point;
 
 /// Panels that touch.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Patch {
     /// Mean of their middles.
     pub middle: Point,
-    /// How many they are.
-    pub panels: usize,
+    /// Their middles.
+    pub panels: Vec<Point>,
+}
+
+impl Patch {
+    /// The patch of these panels; none of no panel.
+    #[must_use]
+    pub fn of(panels: Vec<Point>) -> Option<Self> {
+        let sum = panels.iter().fold(Point::default(), |sum, at| sum + *at);
+        (!panels.is_empty()).then(|| Self { middle: sum * (1.0 / panels.len() as f64), panels })
+    }
 }
 
 /// The patches of the panels that are down, in the order of their first panels.
@@ -30,10 +39,9 @@ pub fn patches(plan: &Plan, down: &Bits) -> Vec<Patch> {
             continue;
         }
         left.set(first, false);
-        let (mut open, mut sum, mut count) = (vec![first], Point::default(), 0_usize);
+        let (mut open, mut middles) = (vec![first], Vec::new());
         while let Some(panel) = open.pop() {
-            sum = sum + plan.middle(panel);
-            count += 1;
+            middles.push(plan.middle(panel));
             let (column, row) = (panel % columns, panel / columns);
             for (near_row, near_column) in around(row, column) {
                 let near = near_row * columns + near_column;
@@ -43,7 +51,7 @@ pub fn patches(plan: &Plan, down: &Bits) -> Vec<Patch> {
                 }
             }
         }
-        patches.push(Patch { middle: sum * (1.0 / count as f64), panels: count });
+        patches.extend(Patch::of(middles));
     }
     patches
 }
@@ -67,7 +75,7 @@ mod tests {
         // (0, 0), (1, 1) by a corner; (3, 0) and (0, 2) are neighbours in number only.
         [0, 5, 3, 8].into_iter().for_each(|panel| down.set(panel, true));
         let found = patches(&plan, &down);
-        let sizes: Vec<usize> = found.iter().map(|patch| patch.panels).collect();
+        let sizes: Vec<usize> = found.iter().map(|patch| patch.panels.len()).collect();
         assert_eq!(sizes, [3, 1], "(0, 2) touches (1, 1): {found:?}");
         assert!((found[1].middle - Point::new(1.35, 2.05)).length() < 1e-12);
         let turned = Plan { corner: Pose { yaw_rad: std::f64::consts::FRAC_PI_2, ..corner }, ..plan };
