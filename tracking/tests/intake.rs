@@ -92,6 +92,17 @@ fn f1_a_report_from_the_future_is_dropped_counted_and_blinds_nothing() {
 }
 
 #[test]
+fn f4_a_report_with_a_false_time_passes_over_no_true_ones() {
+    let mut room = Room::new();
+    (0..20).for_each(|_| assert!(room.tenth()));
+    for stamp_us in [room.now_us + 20 * SECOND_US, room.now_us - SECOND_US] {
+        let forged = room.left.reported(room.left.sequence + 999, room.left.clock_us(stamp_us));
+        assert!(!room.hear(&forged));
+        assert!(room.tenth(), "the true one is used");
+    }
+}
+
+#[test]
 fn f1_a_host_that_slept_for_ten_minutes_knows_nothing_until_it_sees_again() {
     let mut room = Room::new();
     (0..20).for_each(|_| assert!(room.tenth()));

@@ -65,6 +65,8 @@ struct Answered {
 #[derive(Debug)]
 pub struct Registry {
     site: Arc<Site>,
+    /// Addresses at which there are devices, as said at the start.
+    given: Vec<SocketAddr>,
     routes: Vec<Route>,
     /// Makes request ids that cannot be guessed.
     random: RandomState,
@@ -81,7 +83,9 @@ impl Registry {
     pub fn new(site: Arc<Site>, given: &[SocketAddr]) -> Self {
         let (routes, random) = (Vec::new(), RandomState::new());
         let (answered, missing, refused) = (BTreeMap::new(), BTreeMap::new(), Refused::default());
-        let mut registry = Self { site, routes, random, routed: 0, refused, answered, missing };
+        let given_here = given.to_vec();
+        let mut registry =
+            Self { site, given: given_here, routes, random, routed: 0, refused, answered, missing };
         for &address in given {
             let route = registry.route(vec![address], true, 0);
             registry.routes.push(route);
@@ -160,6 +164,7 @@ impl Registry {
         let is_worth =
             |route: &Route| route.given || !route.lost || now_us.saturating_sub(route.tried_us) < NEXT_US;
         self.routes.retain(is_worth);
+        self.part(now_us);
         let Self { routes, random, routed, .. } = self;
         for route in routes {
             let device = match &mut route.device {
@@ -183,6 +188,20 @@ impl Registry {
                     *routed += 1;
                     route.device = Device::unknown(route.given, random.hash_one(*routed));
                 }
+            }
+        }
+    }
+
+    /// Asks anew at given addresses whose device answers elsewhere: by now another may be there.
+    fn part(&mut self, now_us: u64) {
+        for index in 0..self.routes.len() {
+            let Some(route) = self.routes.get_mut(index).filter(|route| route.is_due(now_us)) else {
+                continue;
+            };
+            route.asked_us = now_us;
+            for address in route.part(&self.given) {
+                let route = self.route(vec![address], true, now_us);
+                self.routes.push(route);
             }
         }
     }

@@ -16,6 +16,9 @@ use crate::session::subscription::Subscription;
 /// After so long without an answer an address is given up for the next one, µs.
 pub const NEXT_US: u64 = 3_000_000;
 
+/// A given address whose device answers elsewhere is asked so often, µs: seldom beside the request of each second.
+const AGAIN_US: u64 = 10_000_000;
+
 /// Addresses tried for one device: a PC has an interface or two, and an announcement may name hundreds.
 const ADDRESSES: usize = 8;
 
@@ -27,6 +30,8 @@ pub struct Route {
     pub at: usize,
     /// When an answer came from there, or the device was looked for elsewhere.
     pub tried_us: u64,
+    /// When its other addresses were asked last which device is there, µs.
+    pub asked_us: u64,
     /// When its device has last answered there.
     pub answered_us: Option<u64>,
     /// Whether it has answered a request at this address: before, nothing from there is believed.
@@ -60,12 +65,28 @@ impl Route {
         addresses.truncate(ADDRESSES);
         let device = Device::unknown(given, seed);
         let instance = String::new();
-        let (at, tried_us, answered_us, proven, lost) = (0, now_us, None, false, false);
-        Self { addresses, at, tried_us, answered_us, proven, device, given, instance, lost }
+        let (at, tried_us, asked_us, answered_us, proven, lost) = (0, now_us, now_us, None, false, false);
+        Self { addresses, at, tried_us, asked_us, answered_us, proven, device, given, instance, lost }
     }
 
     pub fn is_answering(&self, now_us: u64) -> bool {
         self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) < NEXT_US)
+    }
+
+    /// Its device answers, and its other addresses have not been asked for long.
+    pub fn is_due(&self, now_us: u64) -> bool {
+        let has_others = self.device().is_some() && self.addresses.len() > 1;
+        has_others && self.is_answering(now_us) && now_us.saturating_sub(self.asked_us) >= AGAIN_US
+    }
+
+    /// Takes those of these addresses out at which the device is not.
+    pub fn part(&mut self, given: &[SocketAddr]) -> Vec<SocketAddr> {
+        let Some(current) = self.address() else { return Vec::new() };
+        let addresses = std::mem::take(&mut self.addresses).into_iter();
+        let (parted, kept) = addresses.partition(|address| *address != current && given.contains(address));
+        self.addresses = kept;
+        self.at = self.addresses.iter().position(|address| *address == current).unwrap_or(0);
+        parted
     }
 
     /// Other addresses to try: the newest right after the current one. None is forgotten for it before there are too many,

@@ -292,6 +292,25 @@ fn f4_a_given_module_is_found_at_its_address_again_after_a_given_peer_has_answer
 }
 
 #[test]
+fn f4_a_module_swapped_for_another_is_found_while_a_peer_answers_as_the_first_one() {
+    let (left, peer) = (Fake::new(1, 5, "left"), Fake::new(2, 1, "other"));
+    let mut network = Network::new(&[at(1), at(2)], vec![(at(1), left), (at(2), peer)]);
+    network.seconds(3);
+    network.modules[1].1 = Fake::new(1, 5, "left");
+    // Just before the peer is believed, so that the first one's address is left for the peer's at once.
+    (0..13).for_each(|_| network.tenth());
+    network.modules[0].1 = Fake::new(4, 89, "left");
+    network.seconds(25);
+    let alarms = network.lines().into_iter().flat_map(|line| line.alarms);
+    assert_eq!(alarms.filter(|alarm| alarm.kind == AlarmKind::SameName).count(), 2);
+    assert_eq!(network.zone(), ZoneKnown::Unknown);
+    network.modules[1].1 = Fake::new(2, 1, "other");
+    network.seconds(10);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    assert_eq!(network.lines()[0].address, at(1).to_string());
+}
+
+#[test]
 fn f4_what_another_said_of_a_module_is_asked_for_again_at_its_address() {
     let mut network = Network::new(&[at(2), at(1)], vec![(at(2), Fake::new(1, 5, "fake"))]);
     network.seconds(3);

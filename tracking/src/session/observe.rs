@@ -30,10 +30,14 @@ impl Session {
         let has_answered =
             self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) <= ANSWER_US);
         let may_jump = has_answered && now_us.saturating_sub(self.last_report_us) >= SILENT_US;
-        let arrival = self.sequences.record(head.sequence, may_jump);
+        let (arrival, sequences) = self.sequences.with(head.sequence, may_jump);
         if arrival == Arrival::Far {
             drops.jump += 1;
             return None;
+        }
+        // A number far ahead counts once its report is used: else one with a false time would pass over the true ones.
+        if arrival.is_near() {
+            self.sequences = sequences;
         }
         if let Arrival::Ahead(_) = arrival {
             self.current = Some((head.setup, head.background_version));
@@ -68,6 +72,7 @@ impl Session {
             drops.ahead += 1;
             return None;
         }
+        self.sequences = sequences;
         // Nothing but arrivals moves the clock of what follows.
         let start_s = start_s.min(now_s);
         let candidates: Vec<_> = report.candidates.iter().collect();

@@ -28,6 +28,13 @@ pub enum Arrival {
     Far,
 }
 
+impl Arrival {
+    /// The numbers that it leaves out, if any, can still come and be used.
+    pub const fn is_near(self) -> bool {
+        !matches!(self, Self::Ahead(ahead) if ahead >= REMEMBERED)
+    }
+}
+
 /// The sequence numbers used so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sequences {
@@ -36,36 +43,37 @@ pub struct Sequences {
 }
 
 impl Sequences {
-    /// What this one is; from now on it is used. `may_jump`: the row in use is silent, and the device has just answered.
-    pub fn record(&mut self, sequence: u32, may_jump: bool) -> Arrival {
-        let Some(newest) = self.newest else {
-            (self.newest, self.used) = (Some(sequence), 1);
-            return Arrival::Ahead(1);
-        };
-        let ahead = sequence.wrapping_sub(newest);
-        let is_far = ahead.min(ahead.wrapping_neg()) > FAR;
+    /// What this one is, and the numbers once it is used: until then they stay. `may_jump`: the row in use is silent, and the
+    /// device has just answered.
+    #[must_use]
+    pub const fn with(self, sequence: u32, may_jump: bool) -> (Arrival, Self) {
+        let begun = Self { newest: Some(sequence), used: 1 };
+        let Some(newest) = self.newest else { return (Arrival::Ahead(1), begun) };
+        let (ahead, behind) = (sequence.wrapping_sub(newest), newest.wrapping_sub(sequence));
+        let is_far = ahead > FAR && behind > FAR;
         let is_behind = ahead == 0 || ahead >= u32::MAX / 2;
         if may_jump && (is_far || is_behind) {
-            (self.newest, self.used) = (Some(sequence), 1);
-            return Arrival::Ahead(if is_behind { 1 } else { ahead });
+            return (Arrival::Ahead(if is_behind { 1 } else { ahead }), begun);
         }
         if is_far {
-            return Arrival::Far;
+            return (Arrival::Far, self);
         }
-        if ahead == 0 {
-            return Arrival::Repeated;
+        if !is_behind {
+            let used = if ahead < REMEMBERED { self.used << ahead | 1 } else { 1 };
+            return (Arrival::Ahead(ahead), Self { used, ..begun });
         }
-        if ahead < u32::MAX / 2 {
-            self.used = if ahead < REMEMBERED { self.used << ahead | 1 } else { 1 };
-            self.newest = Some(sequence);
-            return Arrival::Ahead(ahead);
-        }
-        let behind = newest.wrapping_sub(sequence);
         if behind >= REMEMBERED || self.used >> behind & 1 == 1 {
-            return Arrival::Repeated;
+            return (Arrival::Repeated, self);
         }
-        self.used |= 1 << behind;
-        Arrival::Late
+        (Arrival::Late, Self { used: self.used | 1 << behind, ..self })
+    }
+
+    /// What this one is, and it is used.
+    #[cfg(test)]
+    pub const fn record(&mut self, sequence: u32, may_jump: bool) -> Arrival {
+        let (arrival, after) = self.with(sequence, may_jump);
+        *self = after;
+        arrival
     }
 }
 
