@@ -4,7 +4,8 @@
 #   fmt       formatting
 #   clippy    lints on the PC, warnings denied
 #   lint      formatting and lints of the web page's JavaScript, CSS and HTML, and of Python
-#   structure no circle of imports between the files of a crate, no crate that depends upward
+#   structure no circle of imports between the files of a crate, no crate that depends upward; patches of
+#             tests/mutations apply
 #   test      all tests on the PC, overflow checks on
 #   doc       documentation, warnings denied
 #   embedded  the library for a Cortex-M4 without std, with lints
@@ -191,7 +192,10 @@ step_lint() {
     "$bin/deno" lint
 }
 
-step_structure() { cargo run --locked --quiet -p structure; }
+step_structure() {
+    cargo run --locked --quiet -p structure
+    tests/mutations.sh --check
+}
 
 QEMU_TESTED=
 step_test() {

@@ -1,8 +1,15 @@
 #!/usr/bin/env bash
 # Takes out each repair of the tracker's intake, one after the other, and asks whether the sequences of
-# tracking/tests/intake or the scenes of tracking/tests/people.rs find it: tests/mutations.sh [SEQUENCES]. A patch that no longer applies fails it, too.
+# tracking/tests/intake or the scenes of tracking/tests/people.rs find it: tests/mutations.sh [SEQUENCES]. A patch that
+# no longer applies fails it, too; tests/mutations.sh --check looks only for that.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+if [ "${1:-}" = --check ]; then
+    for patch in tests/mutations/*.patch; do
+        git apply --check "$patch" || { echo "tests/mutations.sh: make $patch anew" >&2; exit 1; }
+    done
+    exit
+fi
 export KEHAI_SEQUENCES=${1:-2000}
 
 [ -z "$(git status --porcelain tracking)" ] || { echo "tests/mutations.sh: commit what is changed in tracking/ first" >&2; exit 1; }
