@@ -245,6 +245,9 @@ impl Registry {
                 return refused;
             };
             index = left;
+            if let Some(session) = sessions.get_mut(other) {
+                session.look_elsewhere();
+            }
         }
         if let Device::Unknown(subscription) = &self.routes[index].device {
             if subscription.kind(message, now_us) != Kind::Answer {

@@ -286,6 +286,12 @@ impl Session {
         self.profile.missing(version).map_or(Need::Nothing, |parts| Need::Profile { version, parts })
     }
 
+    /// The device is silent, and looked for elsewhere: it is asked there at once, before another that answers in its place
+    /// is taken for it.
+    pub const fn look_elsewhere(&mut self) {
+        self.subscription.renew_at_once();
+    }
+
     /// Sends the device what is due at `now_us`.
     pub fn poll(&mut self, now_us: u64, send: impl FnMut(&[u8])) {
         let need = self.need();

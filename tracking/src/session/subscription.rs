@@ -133,6 +133,11 @@ impl Subscription {
         self.ask_us = now_us;
     }
 
+    /// The device is looked for elsewhere from now on: it is asked there without a wait.
+    pub const fn renew_at_once(&mut self) {
+        self.renew_us = 0;
+    }
+
     /// Sends to device `to` what is due at `now_us`.
     pub fn poll(&mut self, now_us: u64, to: Identity, need: Need, mut send: impl FnMut(&[u8])) {
         if now_us >= self.renew_us {
