@@ -145,5 +145,5 @@ fn f12_lines_on_a_full_disk_are_an_alarm_and_not_the_end() {
     let tracker = Tracker::start(command);
     tracker.says("the tracker: tracks-out: /dev/full: ");
     // The end that was asked for.
-    tracker.says("kehai-tracker: no module answered");
+    tracker.says("no module answered");
 }

@@ -403,3 +403,24 @@ fn a_calibration_is_begun_and_ended_and_what_is_not_there_is_not_accepted() {
     let (_, idle) = map.ask("GET /api/calibration", &[], b"");
     assert!(idle.contains(r#""active":false"#), "{idle}");
 }
+
+#[test]
+fn it_is_healthy_while_frames_come_and_not_once_they_stop() {
+    let map = Map::new();
+    let (ended, end) = std::sync::mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        let map = &map;
+        let shows = scope.spawn(move || {
+            while end
+                .recv_timeout(std::time::Duration::from_millis(20))
+                .is_err_and(|error| error == std::sync::mpsc::RecvTimeoutError::Timeout)
+            {
+                map.show(1);
+            }
+        });
+        assert_eq!(map.ask("GET /healthz", &[], b""), (200, "ok\n".to_owned()));
+        drop(ended);
+        shows.join().unwrap();
+    });
+    assert_eq!(map.ask("GET /healthz", &[], b"").0, 503);
+}

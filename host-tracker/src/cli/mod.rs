@@ -2,19 +2,22 @@
 
 mod address;
 mod calibrate;
+mod check;
 mod export;
 mod failure;
 mod log;
+mod manual;
 mod module;
 mod output;
 mod replay;
 mod run;
+mod supervisor;
 mod tracks_out;
 
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use tracing_subscriber::filter::LevelFilter;
 
 use failure::Failure;
@@ -38,6 +41,10 @@ enum Command {
     Module(module::Arguments),
     Replay(replay::Arguments),
     Export(export::Arguments),
+    Check(check::Arguments),
+    Completions(manual::Completions),
+    #[command(hide = true)]
+    Man(manual::Man),
 }
 
 /// Does what the command line says. An exit status other than 0 comes with one line on stderr.
@@ -50,6 +57,9 @@ pub fn run() -> ExitCode {
         Command::Module(arguments) => module::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments, &mut Arguments::command()),
+        Command::Man(arguments) => manual::man(&arguments, Arguments::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

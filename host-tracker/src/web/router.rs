@@ -6,6 +6,7 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{HeaderValue, Method, StatusCode, header};
@@ -27,6 +28,9 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
                       connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
 
+/// A tracker that makes no frame for so long does not go on.
+const HEALTHY: Duration = Duration::from_secs(1);
+
 /// The map; messages to doors, too, unless they are taken at another address.
 pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
     let map = Router::new()
@@ -38,7 +42,8 @@ pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
         .route("/api/past", get(past::paths))
         .route("/api/where", get(sign::ask))
         .route("/api/calibration", get(calibration::show).post(calibration::change))
-        .route("/metrics", get(metrics));
+        .route("/metrics", get(metrics))
+        .route("/healthz", get(healthz));
     let Some(at) = doors_at else { return map.merge(doors()) };
     let map = map.merge(signs());
     let elsewhere = move || async move {
@@ -140,6 +145,18 @@ async fn state(State(shared): State<Arc<Shared>>) -> Response {
 async fn history(State(shared): State<Arc<Shared>>) -> Response {
     let text = shared.history.lock().to_json();
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+/// For supervisors: whether the tracker goes on. Frames come every 0.1 s.
+async fn healthz(State(shared): State<Arc<Shared>>) -> Response {
+    let mut frames = shared.context.frames.clone();
+    frames.mark_unchanged();
+    match tokio::time::timeout(HEALTHY, frames.changed()).await {
+        Ok(Ok(())) => "ok\n".into_response(),
+        Ok(Err(_)) | Err(_) => {
+            refuse(StatusCode::SERVICE_UNAVAILABLE, "the tracker has made no frame for a second")
+        }
+    }
 }
 
 async fn metrics(State(shared): State<Arc<Shared>>) -> Response {

@@ -1,0 +1,38 @@
+//! `kehai-tracker check`: whether a site file can be used, and what is in it.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use host_tracker::site_file::SiteFile;
+
+use super::failure::Failure;
+use super::output::print;
+
+/// Say whether site files can be used, and what is in each; exit status 1 and one line for the first that cannot
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  kehai-tracker check /etc/kehai/site.toml")]
+pub struct Arguments {
+    /// Site files
+    #[arg(value_name = "FILE.toml", required = true)]
+    sites: Vec<PathBuf>,
+}
+
+/// Checks.
+///
+/// # Errors
+/// One line: what is wrong in which file, and where.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    for path in &arguments.sites {
+        let site = SiteFile::load(path)?.current().site;
+        let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let parts = [
+            of(site.modules.len(), "module"),
+            of(site.walls.len(), "wall"),
+            of(site.zones.len(), "zone"),
+            of(site.doors.len(), "door"),
+        ];
+        print(format_args!("{}: {}", path.display(), parts.join(", ")))?;
+    }
+    Ok(())
+}
