@@ -19,6 +19,7 @@
 #   figures   some seeds of every table in docs/, run by run as they were printed
 #   deny      licences and sources of the dependencies
 #   fuzz      every fuzz target, 10 s each (FUZZ_SECONDS=n for another time)
+#   package   the tracker's Debian package, installed in a bare Debian 12, its service run, purged
 # and, slower, only when named:
 #   fallback  `embedded` and `no-panic` with the distribution's own Rust instead of rustup's
 #
@@ -42,7 +43,7 @@ INSTRUCTIONS_BUDGET_1081=95000
 declare -A PANICS_BUDGET=([mps2-an386]=241 [nucleo-h563zi]=283 [w5500-evb-pico2]=322)
 # Both come from PyPI as one binary in a wheel: a bare Debian has Python, but no Node.js.
 LINTERS=(deno==2.9.8 ruff==0.17.6)
-USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz)
+USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package)
 EXTRA=(fallback)
 
 say() { printf '\n== %s\n' "$*"; }
@@ -353,6 +354,21 @@ step_fuzz() {
 step_deny() {
     need_command python3 python3
     python3 tests/dependencies.py
+}
+
+# What makes the package; another version may lay it out otherwise.
+CARGO_DEB=3.8.0
+step_package() {
+    need_command dpkg-shlibdeps dpkg-dev
+    need_command debootstrap debootstrap
+    need_command python3 python3
+    [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] || cargo install --quiet --locked cargo-deb --version "$CARGO_DEB"
+    packaging/package.sh
+    if [ "$(id -u)" -ne 0 ]; then
+        not_judged "the package in a bare Debian: it needs root"
+        return
+    fi
+    tests/package.sh target/package/*.deb
 }
 
 step_fallback() {

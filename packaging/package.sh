@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# The Debian package of the tracker: packaging/package.sh makes target/package/kehai-tracker_VERSION_ARCH.deb and says
+# where it is. It needs cargo-deb; ./ci.sh package installs that, and tries the package in a bare Debian.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+out=target/package
+rm -rf "$out" && mkdir -p "$out"
+cargo build --locked --profile bench -p host-tracker --bin kehai-tracker
+tracker=target/release/kehai-tracker
+"$tracker" completions bash >"$out/kehai-tracker.bash"
+"$tracker" completions zsh >"$out/_kehai-tracker"
+"$tracker" completions fish >"$out/kehai-tracker.fish"
+"$tracker" man "$out/man"
+# A release of the same commit is the same file.
+SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
+export SOURCE_DATE_EPOCH
+cargo deb --locked --no-build --strip --quiet -p host-tracker --output "$out/"

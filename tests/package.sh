@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# The Debian package as its user meets it: installed in a bare Debian 12, its service run as the unit says, the map asked,
+# installed anew, removed, purged. Nothing may be left.
+#
+#   tests/package.sh PACKAGE.deb [FOLDER]
+#
+#   FOLDER  where the bare Debian is kept, made with debootstrap if it is not there; /var/tmp/kehai-bare
+#
+# Only for root, as it changes its root. The service runs in a chroot, without systemd: started and watched by
+# tests/supervise.py, which does of systemd what the unit asks for.
+set -euo pipefail
+
+fail() { printf 'package.sh: %s\n' "$*" >&2; exit 1; }
+say() { printf '   %s\n' "$*"; }
+
+[ "$(id -u)" = 0 ] || fail "run it as root: it changes its root"
+package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bare}
+here=$(cd "$(dirname "$0")" && pwd)
+if [ ! -e "$bare.made" ]; then
+    rm -rf "$bare"
+    mkdir -p "$bare"
+    debootstrap --variant=minbase --include=adduser,ca-certificates bookworm "$bare" http://deb.debian.org/debian
+    touch "$bare.made"
+fi
+
+root=$(mktemp -d /var/tmp/kehai-package.XXXXXX)
+trap 'rm -rf "$root"' EXIT
+cp -a "$bare/." "$root"
+inside() { env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive chroot "$root" "$@"; }
+# What there is, but for what the package manager and adduser keep for themselves.
+files() {
+    (cd "$root" && find . -xdev \( -path ./var/lib/dpkg -o -path ./var/lib/apt -o -path ./var/cache \
+        -o -path ./var/log -o -path ./proc -o -path ./tmp -o -path ./run -o -path "./etc/*-" \) -prune -o -print) | LC_ALL=C sort
+}
+passwords() { sort "$root/etc/passwd" "$root/etc/group"; }
+
+files >"$root.before"
+passwords >"$root.users"
+trap 'rm -rf "$root" "$root".*' EXIT
+
+cp "$package" "$root/tmp/kehai.deb"
+inside dpkg --install /tmp/kehai.deb >/dev/null || fail "it cannot be installed, or depends on what a bare Debian lacks"
+say "installed: $(inside dpkg-query --show --showformat '${Package} ${Version}, ${Installed-Size} kB' kehai-tracker)"
+[ "$(stat -c '%U %a' "$root/etc/kehai" 2>/dev/null || true)" != '' ] || fail "no /etc/kehai"
+inside kehai-tracker --version >/dev/null
+inside kehai-tracker check /etc/kehai/site.toml
+for file in usr/share/man/man1/kehai-tracker-run.1.gz usr/share/bash-completion/completions/kehai-tracker \
+    lib/systemd/system/kehai-tracker.service etc/default/kehai-tracker; do
+    [ -s "$root/$file" ] || fail "no /$file"
+done
+
+# As an administrator would: the map at another port.
+port=18420
+sed -i "s/^KEHAI_OPTIONS=.*/KEHAI_OPTIONS=\"--http=127.0.0.1:$port\"/" "$root/etc/default/kehai-tracker"
+python3 "$here/supervise.py" "$root" kehai-tracker "http://127.0.0.1:$port"
+[ -s "$root/var/lib/kehai/site.db" ] || fail "the service has made no database in /var/lib/kehai"
+
+echo '# mine' >>"$root/etc/kehai/site.toml"
+inside dpkg --install /tmp/kehai.deb >/dev/null
+grep -q '^# mine' "$root/etc/kehai/site.toml" || fail "an upgrade has lost the site"
+grep -q "$port" "$root/etc/default/kehai-tracker" || fail "an upgrade has lost the service's options"
+inside dpkg --remove kehai-tracker >/dev/null
+grep -q '^# mine' "$root/etc/kehai/site.toml" || fail "its removal has lost the site"
+say "kept by an upgrade and a removal: the site, the service's options"
+inside dpkg --purge kehai-tracker >/dev/null
+diff "$root.before" <(files) || fail "the purge has left files"
+diff "$root.users" <(passwords) || fail "the purge has left a user"
+say "purged: nothing is left"
