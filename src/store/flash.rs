@@ -15,6 +15,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
+use super::cooperative::Cooperative;
 use crate::link::{RECORD_MAX, Store, StoreError};
 
 /// Room for a record, its key, and the padding of the largest word.
@@ -23,9 +24,9 @@ const BUFFER: usize = RECORD_MAX + 1 + 32;
 /// Places at which a record is stored until it is read as it was written.
 const TRIES: usize = 4;
 
-type Map<F> = MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>;
+type Map<F> = MapStorage<u8, Cooperative<F>, Cache<Uncached, Uncached, Uncached, u8>>;
 
-/// Records in flash.
+/// Records in flash. Other tasks run while it is searched.
 pub struct FlashStore<F: NorFlash> {
     map: Map<F>,
     buffer: [u8; BUFFER],
@@ -36,7 +37,10 @@ impl<F: NorFlash> FlashStore<F> {
     #[must_use]
     pub fn new(flash: F, range: Range<u32>) -> Option<Self> {
         let config = MapConfig::try_new(range).ok()?;
-        Some(Self { map: MapStorage::new(flash, config, Cache::new_uncached()), buffer: [0; BUFFER] })
+        Some(Self {
+            map: MapStorage::new(Cooperative::new(flash), config, Cache::new_uncached()),
+            buffer: [0; BUFFER],
+        })
     }
 
     /// Erases all records.
@@ -52,7 +56,7 @@ impl<F: NorFlash> FlashStore<F> {
 
     /// Gives the flash back.
     pub fn into_flash(self) -> F {
-        self.map.destroy().0
+        self.map.destroy().0.into_flash()
     }
 }
 

@@ -17,6 +17,7 @@
 //!
 //! Flash of at least 32 KiB in pages of 8 KiB holds both backgrounds of 1081 beams beside everything else.
 
+mod cooperative;
 pub mod damaged;
 pub mod flash;
 
@@ -78,24 +79,26 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
         failed: false,
     };
     let mut buffer = [0; RECORD_MAX];
-    match number(store, BOOT).await {
-        Ok(last) => start.boot = last.unwrap_or(0).checked_add(1).unwrap_or(1),
+    match store.load(BOOT, &mut buffer).await {
+        Ok(length) => {
+            start.boot = number(record(&buffer, length)).unwrap_or(0).checked_add(1).unwrap_or(1);
+        }
         Err(StoreError) => start.failed = true,
     }
     start.failed |= store.save(BOOT, &start.boot.to_le_bytes()).await.is_err();
     match store.load(SETTINGS, &mut buffer).await {
         Ok(length) => {
-            let restored = Settings::restored(buffer.get(..length.unwrap_or(0)).unwrap_or(&[]));
+            let restored = Settings::restored(record(&buffer, length));
             (start.settings, start.address_unusable) = (restored.settings, restored.address_unusable);
         }
         Err(StoreError) => start.failed = true,
     }
-    match trial(store).await {
-        Ok(trial) => start.trial = trial,
+    match store.load(TRIAL, &mut buffer).await {
+        Ok(length) => start.trial = Trial::from_bytes(record(&buffer, length)),
         Err(StoreError) => start.failed = true,
     }
-    match number(store, BAUD).await {
-        Ok(rate_baud) => start.last_baud = rate_baud,
+    match store.load(BAUD, &mut buffer).await {
+        Ok(length) => start.last_baud = number(record(&buffer, length)),
         Err(StoreError) => start.failed = true,
     }
     start
@@ -110,9 +113,10 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
 /// # Cancellation
 /// As a loss of power: a half-erased store is erased with the next record.
 pub async fn erase<F: NorFlash>(store: &mut flash::FlashStore<F>) -> Result<(), StoreError> {
-    let boot = number(store, BOOT).await.unwrap_or(None);
+    let mut bytes = [0; 4];
+    let length = store.load(BOOT, &mut bytes).await.unwrap_or(None);
     store.erase().await?;
-    match boot {
+    match number(record(&bytes, length)) {
         Some(boot) => count_from(store, boot).await,
         None => Ok(()),
     }
@@ -130,11 +134,14 @@ pub async fn count_from(store: &mut impl Store, boot: u32) -> Result<(), StoreEr
     store.save(BOOT, &boot.to_le_bytes()).await
 }
 
+/// What was loaded into `buffer`: empty if there is no such record.
+fn record(buffer: &[u8], length: Option<usize>) -> &[u8] {
+    buffer.get(..length.unwrap_or(0)).unwrap_or(&[])
+}
+
 /// A record that is one number.
-async fn number(store: &mut impl Store, key: u8) -> Result<Option<u32>, StoreError> {
-    let mut bytes = [0; 4];
-    let length = store.load(key, &mut bytes).await?;
-    Ok(length.filter(|&length| length == bytes.len()).map(|_| u32::from_le_bytes(bytes)))
+fn number(record: &[u8]) -> Option<u32> {
+    record.try_into().ok().map(u32::from_le_bytes)
 }
 
 /// Stores the settings. Their addressing counts as it did before: new addressing comes with its trial, by
@@ -166,7 +173,8 @@ pub async fn save_settings_on_trial(
         save_trial(store, trial).await?;
     }
     save_settings(store, settings).await?;
-    if trial.is_none() && self::trial(store).await?.is_some() {
+    let mut bytes = [0; TRIAL_BYTES];
+    if trial.is_none() && store.load(TRIAL, &mut bytes).await?.is_some_and(|length| length > 0) {
         store.save(TRIAL, &[]).await?;
     }
     Ok(())
@@ -183,13 +191,6 @@ pub async fn save_trial(store: &mut impl Store, trial: Trial) -> Result<(), Stor
     store.save(TRIAL, &trial.bytes()).await
 }
 
-/// The trial in the store.
-async fn trial(store: &mut impl Store) -> Result<Option<Trial>, StoreError> {
-    let mut bytes = [0; TRIAL_BYTES];
-    let length = store.load(TRIAL, &mut bytes).await?;
-    Ok(length.and_then(|length| Trial::from_bytes(bytes.get(..length)?)))
-}
-
 /// Stores the speed at which the sensor answered, if it is another one.
 ///
 /// # Errors
@@ -198,7 +199,9 @@ async fn trial(store: &mut impl Store) -> Result<Option<Trial>, StoreError> {
 /// # Cancellation
 /// The old one is still stored, or the new one.
 pub async fn save_baud(store: &mut impl Store, rate_baud: u32) -> Result<(), StoreError> {
-    if number(store, BAUD).await? == Some(rate_baud) {
+    let mut bytes = [0; 4];
+    let length = store.load(BAUD, &mut bytes).await?;
+    if number(record(&bytes, length)) == Some(rate_baud) {
         return Ok(());
     }
     store.save(BAUD, &rate_baud.to_le_bytes()).await
@@ -229,8 +232,9 @@ impl Commit {
     }
 
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let whole: &[u8; COMMIT_LEN] = bytes.try_into().ok()?;
         let (&[slot, v0, v1, b0, b1, f0, f1, f2, f3, s0, s1, s2, s3], serial) =
-            bytes.split_first_chunk::<13>()?;
+            whole.split_first_chunk::<13>()?;
         let length = serial.iter().position(|&byte| byte == 0).unwrap_or(serial.len());
         Some(Self {
             slot: slot != 0,
@@ -253,13 +257,6 @@ impl Commit {
     }
 }
 
-/// The record in the store.
-async fn committed(store: &mut impl Store) -> Result<Option<Commit>, StoreError> {
-    let mut bytes = [0; COMMIT_LEN];
-    let length = store.load(BACKGROUND, &mut bytes).await?;
-    Ok(length.filter(|&length| length == COMMIT_LEN).and_then(|_| Commit::from_bytes(&bytes)))
-}
-
 /// Stores a background and the serial number of its sensor. Others may run before every chunk.
 ///
 /// # Errors
@@ -273,7 +270,9 @@ pub async fn save_background<const BEAMS: usize>(
     serial: Text<16>,
 ) -> Result<(), StoreError> {
     // An unreadable record names no slot that would have to be spared.
-    let old = committed(store).await.unwrap_or(None);
+    let mut bytes = [0; COMMIT_LEN];
+    let length = store.load(BACKGROUND, &mut bytes).await.unwrap_or(None);
+    let old = Commit::from_bytes(record(&bytes, length));
     let mut commit = Commit {
         slot: !old.is_some_and(|old| old.slot),
         version: background.version(),
@@ -308,7 +307,10 @@ pub async fn load_background<const BEAMS: usize>(
     store: &mut impl Store,
     background: &mut Background<BEAMS>,
 ) -> Result<Option<Text<16>>, StoreError> {
-    let Some(commit) = committed(store).await?.filter(|commit| usize::from(commit.beams) <= BEAMS) else {
+    let mut bytes = [0; COMMIT_LEN];
+    let length = store.load(BACKGROUND, &mut bytes).await?;
+    let commit = Commit::from_bytes(record(&bytes, length));
+    let Some(commit) = commit.filter(|commit| usize::from(commit.beams) <= BEAMS) else {
         return Ok(None);
     };
     let whole = load_chunks(store, &commit, background).await;

@@ -11,6 +11,7 @@
 //! Every other cut is in work that erases a page. `KEHAI_POWER_CUTS=200` cuts at 200 moments; without it, at 16.
 
 use std::fs::File;
+use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
@@ -65,19 +66,26 @@ struct Cells {
 impl Cells {
     fn used() -> Self {
         let path = std::env::temp_dir().join(format!("kehai-power-cuts-{}", std::process::id()));
-        let flash = Flash::open(&path, FLASH_LEN / PAGE_LEN).unwrap();
+        let file = File::options().read(true).write(true).create(true).truncate(true).open(&path).unwrap();
+        let cells = Self { path, file };
+        cells.wear(0..STORED_BEFORE);
+        cells
+    }
+
+    /// Stores settings of these numbers, one after the other. The machine is off, and no word is unreadable.
+    fn wear(&self, numbers: Range<u32>) {
+        if numbers.start > 0 {
+            self.file.set_len(FLASH_LEN as u64).unwrap();
+        }
+        let flash = Flash::open(&self.path, FLASH_LEN / PAGE_LEN).unwrap();
         let mut store = FlashStore::new(flash.clone(), 0..FLASH_LEN as u32).unwrap();
-        for number in 0..STORED_BEFORE {
+        for number in numbers {
             let stored = Settings::new().changed_by(&settings(&format!("before-{number}"))).unwrap();
             embassy_futures::block_on(save_settings(&mut store, &stored)).unwrap();
         }
-        assert!(
-            flash.contents().chunks(PAGE_LEN).filter(|page| page.iter().all(|byte| *byte == 0xff)).count()
-                < 3
-        );
-        let file = File::options().read(true).write(true).open(&path).unwrap();
-        file.set_len(FILE_LEN).unwrap();
-        Self { path, file }
+        let erased = |page: &&[u8]| page.iter().all(|byte| *byte == 0xff);
+        assert!(flash.contents().chunks(PAGE_LEN).filter(erased).count() < 3);
+        self.file.set_len(FILE_LEN).unwrap();
     }
 
     /// Cuts the power in the `cut`th operation from now on, or from the next erasure on, when so many 256ths are done.
@@ -96,6 +104,13 @@ impl Cells {
         Some(u32::from_le_bytes(bytes)).filter(|word| *word != 0)
     }
 
+    /// Makes a word unreadable.
+    fn damage(&self, word: u64) {
+        let (mut byte, at) = ([0], DAMAGED + word / 8);
+        self.file.read_exact_at(&mut byte, at).unwrap();
+        self.file.write_all_at(&[byte[0] | 1 << (word % 8)], at).unwrap();
+    }
+
     /// The machine is off: spoils the word in whose midst the power went. Whether it was being erased, and whether it can no
     /// longer be read.
     fn spoil(&self, random: &mut Random) -> (bool, bool) {
@@ -108,9 +123,7 @@ impl Cells {
         }
         let is_damaged = !random.next().is_multiple_of(4);
         if is_damaged {
-            let (mut byte, at) = ([0], DAMAGED + word / 8);
-            self.file.read_exact_at(&mut byte, at).unwrap();
-            self.file.write_all_at(&[byte[0] | 1 << (word % 8)], at).unwrap();
+            self.damage(word);
         }
         (found & ERASURE != 0, is_damaged)
     }
@@ -205,6 +218,27 @@ impl Bench {
         }
         unreachable!("the power goes before");
     }
+}
+
+#[test]
+fn a_start_that_searches_a_store_of_many_unreadable_words_lasts() {
+    let Some(image) = image() else { return };
+    let bench = Bench::new(image);
+    let mut on = bench.power_on();
+    // A background is stored: its parts are searched for one by one.
+    on.host.settle();
+    drop(on);
+    // Far from the newest page, where the search begins.
+    bench.cells.wear(STORED_BEFORE..STORED_BEFORE + STORED_BEFORE / 2);
+    // Each makes the search of its page longer.
+    let words_of_a_page = PAGE_LEN / WORD_LEN;
+    for page in 0..FLASH_LEN / PAGE_LEN {
+        (5..words_of_a_page)
+            .step_by(11)
+            .for_each(|word| bench.cells.damage((page * words_of_a_page + word) as u64));
+    }
+    // It is heard again.
+    bench.power_on();
 }
 
 #[test]

@@ -108,7 +108,8 @@ where
     });
     let was_reset =
         recovery::factory_reset(&mut store, &mut board.button, &mut board.feed, &mut board.led).await;
-    let last_baud = tasks::begin(&mut store, module, short_starts).await;
+    let begun = tasks::begin(&mut store, module, short_starts);
+    let last_baud = recovery::fed(&mut board.feed, begun).await;
     if was_reset {
         module.was_reset();
     }

@@ -1,5 +1,8 @@
 //! The ways back that need the board: its button, the count of short starts, a network that has died.
 
+use core::future::poll_fn;
+use core::pin::pin;
+
 use defmt::{info, warn};
 use embassy_net::Stack;
 use embassy_time::{Duration, Instant, Timer};
@@ -19,6 +22,25 @@ use super::watched;
 const LOOK: Duration = Duration::from_millis(100);
 /// Between two looks at the frames received.
 const FRAMES_LOOK: Duration = Duration::from_secs(10);
+
+/// Longest that a start reads the store: longer is endless.
+const READ: Duration = Duration::from_secs(30);
+
+/// Feeds the watchdog while `work` goes on, for half a minute at most: a store with many words that cannot be read takes
+/// longer to search than the watchdog waits, and would at every start anew.
+///
+/// # Cancellation
+/// As of `work`.
+pub async fn fed<T>(mut feed: impl FnMut(), work: impl Future<Output = T>) -> T {
+    let (mut work, begin) = (pin!(work), Instant::now());
+    poll_fn(|context| {
+        if Instant::now().saturating_duration_since(begin) < READ {
+            feed();
+        }
+        work.as_mut().poll(context)
+    })
+    .await
+}
 
 /// Erases settings and background if the button is held from power-up; whether it was.
 ///
