@@ -306,6 +306,28 @@ mod tests {
     }
 
     #[test]
+    fn what_comes_with_the_project_asks_for_metrics_that_there_are() {
+        let text = text(&frame());
+        let known: Vec<&str> = text.lines().filter_map(|line| line.split(['{', ' ']).next()).collect();
+        let asked = [
+            include_str!("../../packaging/monitoring/alerts.yml"),
+            include_str!("../../packaging/monitoring/grafana.json"),
+        ]
+        .map(|text| {
+            text.match_indices("kehai_").map(|(at, _)| {
+                let name = &text[at..];
+                &name[..name.find(|c: char| c != '_' && !c.is_ascii_lowercase()).unwrap_or(name.len())]
+            })
+        });
+        let mut count = 0;
+        for name in asked.into_iter().flatten() {
+            assert!(known.contains(&name), "{name} in\n{text}");
+            count += 1;
+        }
+        assert!(count > 10);
+    }
+
+    #[test]
     fn the_names_that_dashboards_ask_for_stay() {
         let text = text(&frame());
         let known: Vec<&str> = text
