@@ -29,7 +29,7 @@ use kehai_tracking::door::doors::Output;
 use kehai_tracking::geometry::Pose;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 /// What runs beside the tracker.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ pub struct Settings {
     /// Whether devices are looked for on the network, too.
     pub discover: bool,
     /// The tracker.
-    pub tracker: Ideas,
+    pub tracker: Selected,
     /// Everything that comes in is recorded in this file.
     pub record: Option<PathBuf>,
     /// The database.

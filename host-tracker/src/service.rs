@@ -35,7 +35,7 @@ use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 /// Frames a queue holds: six seconds.
 const QUEUE: usize = 64;
@@ -50,7 +50,7 @@ pub struct Options {
     /// Whether modules are looked for on the network, too.
     pub discover: bool,
     /// The tracker.
-    pub tracker: Ideas,
+    pub tracker: Selected,
     /// Everything that comes in is recorded in this file.
     pub record: Option<PathBuf>,
     /// What was known last, and how long before the start, s, by a process that has ended.

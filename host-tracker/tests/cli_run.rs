@@ -8,7 +8,7 @@ use std::net::{TcpStream, UdpSocket};
 use std::path::Path;
 use std::process::Command;
 
-use hall::Tracker;
+use hall::{Hall, Tracker};
 
 const SITE: &str = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
 
@@ -135,4 +135,20 @@ fn own_address() -> Option<String> {
     socket.connect("192.0.2.1:9").ok()?;
     let ip = socket.local_addr().ok()?.ip();
     (!ip.is_loopback() && !ip.is_unspecified()).then(|| ip.to_string())
+}
+
+#[test]
+fn the_experimental_tracker_follows_people_over_the_loopback() {
+    let hall = Hall::new(31);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(hall.arguments(&hall.database)).args(["--tracker", "rendering"]);
+    let tracker = Tracker::start(command);
+    tracker.until_somebody();
+    drop(tracker);
+
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(hall.arguments(&hall.database)).args(["--tracker", "renderings"]);
+    let output = command.output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && said.contains("rendering (experimental)"), "{said}");
 }

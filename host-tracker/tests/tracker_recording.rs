@@ -10,7 +10,7 @@ use host_sim::world::variation::{Letter, Variation};
 use host_tracker::record::Recorder;
 use host_tracker::record::replay::{Outcome, replay};
 use kehai_tracking::follower::Follower;
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 /// A file that is gone with its test.
 struct Temporary(PathBuf);
@@ -29,7 +29,7 @@ impl Drop for Temporary {
 }
 
 /// Follows a run with `follower`, and records it as one of `written`; how many datagrams and lines there were.
-fn record(file: &Path, follower: Ideas, written: Ideas) -> (u64, u64) {
+fn record(file: &Path, follower: Selected, written: Selected) -> (u64, u64) {
     let mut scene = Scene::load("door-area").unwrap();
     let (people, condition) = (Some(3), Some(Letter::H));
     scene.vary(&Variation { people, condition, ..Variation::default() }).unwrap();
@@ -63,7 +63,7 @@ fn followed_again(file: &Path) -> Outcome {
 #[test]
 fn a_recorded_run_is_followed_again_bit_for_bit() {
     let file = Temporary::new("whole");
-    let (datagrams, lines) = record(&file.0, Ideas::default(), Ideas::default());
+    let (datagrams, lines) = record(&file.0, Selected::default(), Selected::default());
     let outcome = followed_again(&file.0);
     println!("{outcome:?}");
     assert_eq!((outcome.datagrams, outcome.lines, outcome.different), (datagrams, lines, 0));
@@ -80,9 +80,17 @@ fn a_recorded_run_is_followed_again_bit_for_bit() {
 }
 
 #[test]
+fn a_run_of_the_experimental_tracker_is_followed_again_bit_for_bit() {
+    let (file, rendering) = (Temporary::new("rendering"), "rendering".parse().unwrap());
+    let (_, lines) = record(&file.0, rendering, rendering);
+    let outcome = followed_again(&file.0);
+    assert_eq!((outcome.lines, outcome.different), (lines, 0));
+}
+
+#[test]
 fn another_tracker_is_noticed() {
     let file = Temporary::new("other");
-    record(&file.0, "kehai-without-division".parse().unwrap(), Ideas::default());
+    record(&file.0, "kehai-without-division".parse().unwrap(), Selected::default());
     let outcome = followed_again(&file.0);
     assert!(outcome.different > 0 && outcome.recorded != outcome.replayed);
 }

@@ -17,7 +17,7 @@ use kehai_tracking::calibration::advice::LONGEST_S;
 use kehai_tracking::calibration::session::Status;
 use kehai_tracking::site::{Module, Site};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 use super::address::address;
 use super::failure::Failure;
@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         site: (*file.current().site).clone(),
         modules,
         discover: !arguments.no_mdns,
-        tracker: Ideas::default(),
+        tracker: Selected::default(),
         ..Options::default()
     })?;
     let session = service.calibration();

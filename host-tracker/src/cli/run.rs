@@ -16,7 +16,7 @@ use host_tracker::store::Keep;
 use kehai_tracking::alarm::{AlarmKind, Alarms, Changes};
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 use super::address::address;
 use super::failure::Failure;
@@ -61,9 +61,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", requires = "http")]
     http_name: Vec<String>,
 
-    /// The tracker
-    #[arg(long, value_name = "NAME", default_value_t = Ideas::default())]
-    tracker: Ideas,
+    /// The tracker: kehai, or rendering (experimental: follows people by one formula; it knows no things and no wheels,
+    /// takes back no people after a restart, and is far slower)
+    #[arg(long, value_name = "NAME", default_value_t = Selected::default())]
+    tracker: Selected,
 
     /// Publish to this broker, with discovery for Home Assistant
     #[arg(

@@ -33,7 +33,7 @@ pub use format::{RecordError, Told};
 use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site::Site;
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 use parking_lot::Mutex;
 use writer::Writer;
 
@@ -46,7 +46,7 @@ const CHUNK: Duration = Duration::from_secs(1);
 /// A recording under way. It is closed when dropped.
 #[derive(Debug)]
 pub struct Recorder {
-    tracker: Ideas,
+    tracker: Selected,
     queue: Option<SyncSender<Message>>,
     lost: Arc<AtomicU64>,
     trouble: Arc<Mutex<String>>,
@@ -62,7 +62,7 @@ impl Recorder {
     pub fn create(
         file: &Path,
         begun_unix_ns: u64,
-        tracker: Ideas,
+        tracker: Selected,
         site: &Site,
         restored: Option<(TracksLine, f64)>,
     ) -> Result<Self, RecordError> {

@@ -84,7 +84,7 @@ pub fn replay(
                 begun_ns = message.log_time;
                 let tracker = told
                     .tracker
-                    .parse::<kehai_tracking::tracker::Ideas>()
+                    .parse::<kehai_tracking::tracker::Selected>()
                     .map_err(|error: kehai_tracking::tracker::UnknownTracker| failed(error.into()))?;
                 told.site.check().map_err(|error| failed(Cause::Site(error)))?;
                 let mut begun = Follower::new(&Arc::new(told.site), tracker);

@@ -241,7 +241,7 @@ mod tests {
 
     fn told(text: &str) -> Message {
         let site: Site = toml::from_str(text).unwrap();
-        let tracker = kehai_tracking::tracker::Ideas::default().to_string();
+        let tracker = kehai_tracking::tracker::Selected::default().to_string();
         Message::Told(0, Box::new(Told { tracker, site, restored: None }))
     }
 

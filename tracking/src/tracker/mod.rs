@@ -13,6 +13,7 @@
 pub mod kalman;
 pub mod kehai;
 pub mod rendering;
+pub mod selected;
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -26,6 +27,7 @@ use crate::observation::Observation;
 use crate::site::Site;
 use crate::site::change::SiteChange;
 pub use kehai::ablation::{Idea, Ideas};
+pub use selected::Selected;
 
 /// Where a track is in its life.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -128,7 +130,7 @@ const WITHOUT: &str = "kehai-without-";
 
 /// No tracker of that name.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("there is no tracker \"{0}\": choose {NAME}, or kehai-without- and {ideas}",
+#[error("there is no tracker \"{0}\": choose {NAME}, kehai-without- and {ideas}; or rendering (experimental)",
     ideas = Idea::NAMED.map(|(_, name)| name).join(", "))]
 pub struct UnknownTracker(pub String);
 

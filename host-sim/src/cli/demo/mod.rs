@@ -28,7 +28,7 @@ use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use kehai_emulator::pc::discovery;
 use kehai_tracking::registry::Finding;
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 use summary::Summary;
 
@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         site: SiteFile::load(&path)?,
         modules: building.modules().iter().map(|(_, address)| *address).collect(),
         discover: false,
-        tracker: Ideas::default(),
+        tracker: Selected::default(),
         record: None,
         database: Some(Database { file: database.clone(), keep: Keep::USUAL, restore: false }),
         map,
