@@ -39,8 +39,8 @@ const SOLE_M: f64 = 0.17;
 /// A foot that has fewer than this part of the most panels it had is lifted: what is left is another foot's edge.
 const LIFTED: f64 = 0.35;
 
-/// A foot that lifts and is down again within so long has not lifted, s: two readings.
-const FLICKER_S: f64 = 0.25;
+/// A foot that was down so long before the last reading, and is down again, has not lifted, s: it misses one at 9 Hz.
+const FLICKER_S: f64 = 0.14;
 
 /// Readings after which a body is believed in: a dropped bag presses once.
 const CONFIRMED: u32 = 3;
@@ -100,9 +100,10 @@ impl Body {
         self.motion.place(at_s)
     }
 
-    /// The foot on the floor, or there just now, that a panel is nearest to: how far, m, and which it is.
-    pub(super) fn stands_at(&self, panel: Point, at_s: f64) -> Option<(f64, usize)> {
-        let feet = self.feet.iter().enumerate().filter(|(_, foot)| at_s - foot.down_s < FLICKER_S);
+    /// The foot on the floor, or there just before the last reading of `read_s`, that a panel is nearest to: how far, m, and
+    /// which it is. However long ago that was: a reading may be lost, and a foot that stood in between stands.
+    pub(super) fn stands_at(&self, panel: Point, read_s: f64) -> Option<(f64, usize)> {
+        let feet = self.feet.iter().enumerate().filter(|(_, foot)| read_s - foot.down_s < FLICKER_S);
         let away = feet.map(|(number, foot)| ((foot.at - panel).length(), number));
         away.filter(|(away_m, _)| *away_m < SOLE_M).min_by(|one, other| one.0.total_cmp(&other.0))
     }

@@ -45,6 +45,8 @@ pub(super) struct Hypothesis {
     pub bodies: Vec<Body>,
     /// Negative logarithm of its likelihood.
     pub surprise: f64,
+    /// Time of the last reading, s.
+    read_s: f64,
 }
 
 /// Of a reading: which patches are new, and which body has set them.
@@ -76,7 +78,7 @@ impl Hypothesis {
             let mut left = Vec::new();
             for panel in &patch.panels {
                 let foot = |(index, body): (usize, &Body)| {
-                    body.stands_at(*panel, at_s).map(|(away_m, foot)| (away_m, index, foot))
+                    body.stands_at(*panel, self.read_s).map(|(away_m, foot)| (away_m, index, foot))
                 };
                 let feet = self.bodies.iter().enumerate().filter_map(foot);
                 let nearest = feet.min_by(|one, other| one.0.total_cmp(&other.0));
@@ -91,6 +93,7 @@ impl Hypothesis {
         for (body, own) in self.bodies.iter_mut().zip(&own) {
             body.stand(own, at_s);
         }
+        self.read_s = at_s;
         new
     }
 
