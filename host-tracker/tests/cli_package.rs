@@ -21,7 +21,10 @@ fn check_says_what_is_in_a_site_and_where_it_is_wrong() {
     let [good, wrong] = [good, wrong].map(|path| path.to_str().unwrap().to_owned());
     let checked = tracker(&["check", &good]);
     let said = String::from_utf8(checked.stdout).unwrap();
-    assert!(checked.status.success() && said.ends_with("1 module, 0 walls, 0 zones, 0 doors\n"), "{said}");
+    assert!(
+        checked.status.success() && said.ends_with("1 module, 0 floors, 0 walls, 0 zones, 0 doors\n"),
+        "{said}"
+    );
     let refused = tracker(&["check", &good, &wrong]);
     let said = String::from_utf8(refused.stderr).unwrap();
     assert_eq!((refused.status.code(), said.lines().count()), (Some(1), 1), "{said}");

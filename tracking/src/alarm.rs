@@ -57,6 +57,10 @@ pub enum AlarmKind {
     Blind,
     /// Two devices have the same place in the site.
     SameName,
+    /// Panels of the floor do not work.
+    Panels,
+    /// The floor has other panels than the site says.
+    FloorSize,
     /// The database cannot be written.
     Database,
     /// Raw scans in the database are not all there.
@@ -91,6 +95,8 @@ impl AlarmKind {
             Self::Moved => "moved",
             Self::Blind => "blind",
             Self::SameName => "same-name",
+            Self::Panels => "panels",
+            Self::FloorSize => "floor-size",
             Self::Database => "database",
             Self::RawScans => "raw-scans",
             Self::Recording => "recording",
@@ -105,9 +111,11 @@ impl AlarmKind {
     pub const fn severity(self) -> Severity {
         match self {
             Self::Silent | Self::Sensor | Self::Covered | Self::Blind | Self::SameName => Severity::Failed,
-            Self::Background | Self::Database | Self::Recording | Self::TracksOut => Severity::Failed,
+            Self::FloorSize | Self::Background | Self::Database | Self::Recording | Self::TracksOut => {
+                Severity::Failed
+            }
             Self::Line | Self::Slow | Self::ClockOff | Self::Dirty | Self::Moved => Severity::Degraded,
-            Self::RawScans | Self::Thread => Severity::Degraded,
+            Self::RawScans | Self::Thread | Self::Panels => Severity::Degraded,
             Self::Store | Self::Suspect | Self::Watchdog | Self::Unknown => Severity::Notice,
         }
     }

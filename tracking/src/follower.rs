@@ -9,12 +9,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::floor::{Floors, Reading};
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::observation::Observation;
-use crate::session::Sessions;
 use crate::session::datagram::Datagram;
+use crate::session::{Input, Sessions};
 use crate::site::Site;
 use crate::site::change::SiteChange;
+use crate::snapshot::FloorLine;
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::Zones;
 
@@ -51,10 +53,13 @@ pub struct Follower {
     site: Arc<Site>,
     sessions: Sessions,
     tracker: Box<dyn Tracker>,
+    floors: Floors,
     zones: Zones,
     model: Box<dyn Model>,
     /// Added to the tracker's numbers: those of the trackers before it.
     numbers: TrackId,
+    /// Added to the numbers of bodies on floors.
+    floor_numbers: TrackId,
     newest: TrackId,
     /// Time of the newest observation, and of the first one since the last gap, s.
     seen_s: f64,
@@ -69,9 +74,11 @@ impl Follower {
             site: Arc::clone(site),
             sessions: Sessions::new(Arc::clone(site), model.estimator()),
             tracker: model.build(site),
+            floors: Floors::default(),
             zones: Zones::new(site),
             model: Box::new(model),
             numbers: 0,
+            floor_numbers: 0,
             newest: 0,
             seen_s: f64::NEG_INFINITY,
             begun_s: f64::NEG_INFINITY,
@@ -85,6 +92,11 @@ impl Follower {
         let before = std::mem::replace(&mut self.site, Arc::clone(site));
         let change = SiteChange { before: &before, now: site };
         self.sessions.change_site(Arc::clone(site));
+        if before.floors != site.floors {
+            (0..before.floors.len()).for_each(|floor| self.zones.forget(floor));
+            self.floors.clear();
+            self.floor_numbers = self.newest;
+        }
         self.zones.change_site(&change, self.seen_s + FOUND_S);
         if !self.tracker.change_site(&change) {
             self.tracker = self.model.build(site);
@@ -94,8 +106,13 @@ impl Follower {
     }
 
     /// Takes the people of a line that was given `age_s` before the start, by a process that has ended. They are hidden
-    /// until a device detects them.
+    /// until a device detects them. On floors nobody is hidden: who is there is found at once, under a new number.
     pub fn restore(&mut self, line: &TracksLine, age_s: f64) {
+        self.newest = line.tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
+        if !self.site.floors.is_empty() {
+            self.floor_numbers = self.newest;
+            return;
+        }
         let sure = |track: &&TrackLine| track.state != LifeCycle::Tentative;
         let people: Vec<TrackState> = line.tracks.iter().filter(sure).map(TrackState::from).collect();
         self.tracker.restore(&people, age_s, 0.0);
@@ -110,9 +127,23 @@ impl Follower {
 
     /// The same with a datagram that is decoded already, by [`Sessions::decode`].
     pub fn follow(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Observation> {
-        let observation = self.sessions.accept(datagram, now_us)?;
-        self.observe(&observation);
-        Some(observation)
+        match self.sessions.accept(datagram, now_us)? {
+            Input::Scan(observation) => {
+                self.observe(&observation);
+                Some(observation)
+            }
+            Input::Floor(reading) => {
+                self.read(&reading);
+                None
+            }
+        }
+    }
+
+    /// Takes a reading of a floor.
+    pub fn read(&mut self, reading: &Reading) {
+        if self.floors.observe(reading) {
+            self.zones.read(reading);
+        }
     }
 
     /// Takes an observation.
@@ -142,12 +173,16 @@ impl Follower {
 
     /// What is known at `at_s`, from what had arrived by then.
     pub fn estimate(&mut self, at_s: f64) -> Estimate {
+        for silent in self.floors.expire(at_s) {
+            self.zones.forget(silent);
+        }
         let tracks = self.tracker.tracks(at_s);
+        let mut tracks = self.numbered(tracks);
+        tracks.extend(self.on_floors(at_s));
         let mut zones = self.zones.lines(&tracks, at_s);
         if at_s - self.begun_s < FOUND_S {
             zones.values_mut().for_each(|zone| *zone = ZoneLine::unknown());
         }
-        let tracks = self.numbered(tracks);
         self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
         Estimate { t_s: at_s, tracks, zones }
     }
@@ -160,7 +195,21 @@ impl Follower {
     /// All tracks at `at_s` as they are known now. What lines say later does not depend on it.
     #[must_use]
     pub fn peek(&self, at_s: f64) -> Vec<TrackLine> {
-        self.numbered(self.tracker.peek(at_s)).iter().map(TrackLine::from).collect()
+        let mut tracks = self.numbered(self.tracker.peek(at_s));
+        tracks.extend(self.on_floors(at_s));
+        tracks.iter().map(TrackLine::from).collect()
+    }
+
+    /// What each floor that is read shows.
+    #[must_use]
+    pub fn floors(&self) -> Vec<FloorLine> {
+        self.floors
+            .lines(|number| self.site.floors.get(number).map_or_else(String::new, |floor| floor.name.clone()))
+    }
+
+    fn on_floors(&self, at_s: f64) -> impl Iterator<Item = TrackState> {
+        let offset = self.floor_numbers;
+        self.floors.tracks(at_s).into_iter().map(move |track| TrackState { id: track.id + offset, ..track })
     }
 
     fn numbered(&self, tracks: Vec<TrackState>) -> Vec<TrackState> {

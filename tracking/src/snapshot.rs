@@ -55,6 +55,9 @@ pub struct Snapshot {
     /// Signs since the start, by what became of them.
     #[serde(default)]
     pub signs: SignCounts,
+    /// Every floor of pressure panels that is read.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub floors: Vec<FloorLine>,
     /// Every module of the site, and every one that was found beside them.
     pub modules: Vec<ModuleLine>,
     /// Datagrams of modules that were not used, since the start.
@@ -118,6 +121,8 @@ struct Flat {
     names: Vec<NameLine>,
     #[serde(default)]
     signs: SignCounts,
+    #[serde(default)]
+    floors: Vec<FloorLine>,
     modules: Vec<ModuleLine>,
     #[serde(default)]
     dropped: Drops,
@@ -132,9 +137,9 @@ struct Flat {
 impl From<Flat> for Snapshot {
     fn from(flat: Flat) -> Self {
         let Flat { unix_ms, t, tracks, zones, alarms, doors, names, signs, .. } = flat;
-        let Flat { modules, dropped, strangers, refused, http, .. } = flat;
+        let Flat { floors, modules, dropped, strangers, refused, http, .. } = flat;
         let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
-        Self { alarms, doors, names, signs, modules, dropped, strangers, refused, http, ..written }
+        Self { alarms, doors, names, signs, floors, modules, dropped, strangers, refused, http, ..written }
     }
 }
 
@@ -196,6 +201,23 @@ impl Snapshot {
         });
         own.chain(of_devices).chain(of_doors)
     }
+}
+
+/// What a floor of pressure panels shows. Panels are numbered row by row: row · columns + column.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FloorLine {
+    /// As the site calls it.
+    pub name: String,
+    /// Its columns.
+    pub columns: u8,
+    /// The panels that are down.
+    pub down: Vec<u16>,
+    /// Those that never come up.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stuck: Vec<u16>,
+    /// Those that never go down.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dead: Vec<u16>,
 }
 
 /// What a device is doing.

@@ -37,6 +37,15 @@ name = "camera"
 homography = [1, 0, 0, 0, 1, 0, 0, 0, 1]
 "#;
 
+const FLOOR: &str = r#"
+[[floor]]
+name = "mat"
+x = 0.0
+y = 0.0
+columns = 24
+rows = 24
+"#;
+
 #[test]
 fn the_example_is_a_site() {
     let site = Site::parse("docs/site.md", example()).unwrap();
@@ -47,6 +56,8 @@ fn the_example_is_a_site() {
 #[test]
 fn the_page_names_every_key() {
     let site = Site::parse("docs/site.md", &format!("{}\n{DOOR}{READERS}", example())).unwrap();
+    let floors = Site::parse("docs/site.md", FLOOR).unwrap().floors;
+    let site = Site { floors, ..site };
     let toml::Value::Table(parts) = toml::Value::try_from(&site).unwrap() else {
         panic!("a site is a table")
     };

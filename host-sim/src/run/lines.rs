@@ -64,7 +64,7 @@ impl Record {
         let mut sessions = Sessions::new(Arc::new(self.site.clone()), Estimator::default());
         let mut line = |arrival: &super::Arrival| {
             let datagram = sessions.decode(&arrival.bytes)?;
-            let observation = sessions.accept(&datagram, arrival.at_us)?;
+            let observation = sessions.accept(&datagram, arrival.at_us)?.scan()?;
             let Message::Report(report) = &datagram.message else { return None };
             let name = &self.modules.get(usize::from(arrival.module))?.name;
             Some(CandidatesLine::of_observation(name, &observation, report))

@@ -28,6 +28,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let parts = [
             of(site.modules.len(), "module"),
+            of(site.floors.len(), "floor"),
             of(site.walls.len(), "wall"),
             of(site.zones.len(), "zone"),
             of(site.doors.len(), "door"),

@@ -234,6 +234,7 @@ impl TrackingLoop {
             doors: doors.unwrap_or_default(),
             names,
             signs,
+            floors: follower.floors(),
             modules,
             dropped: *follower.sessions().drops(),
             strangers: self.strangers,

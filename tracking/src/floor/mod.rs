@@ -11,13 +11,19 @@
 //! | `plan` | where each panel is |
 //! | `patches` | panels that touch, as one |
 //! | `bodies` | patches to bodies, followed in time |
+//! | `reading` | what a session makes of a datagram of a floor |
+//! | `floors` | all floors of a site, and their silence |
 //!
 //! Source: the floor of Ota et al. 2006 (docs/bibliography.md, B).
 
 pub mod bodies;
+pub mod floors;
 pub mod patches;
 pub mod plan;
+pub mod reading;
 
 pub use bodies::Bodies;
+pub use floors::Floors;
 pub use patches::{Patch, patches};
 pub use plan::Plan;
+pub use reading::Reading;

@@ -9,6 +9,7 @@
 //! ```
 
 use crate::geometry::{Point, Pose};
+use crate::site::floor::Floor;
 
 /// A floor's place, and its panels.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -21,6 +22,13 @@ pub struct Plan {
     pub rows: u8,
     /// Side of a panel, m.
     pub pitch_m: f64,
+}
+
+impl From<&Floor> for Plan {
+    fn from(floor: &Floor) -> Self {
+        let Floor { columns, rows, pitch_m, .. } = *floor;
+        Self { corner: floor.corner(), columns, rows, pitch_m }
+    }
 }
 
 impl Plan {
@@ -36,5 +44,18 @@ impl Plan {
         let columns = usize::from(self.columns).max(1);
         let (column, row) = ((panel % columns) as f64, (panel / columns) as f64);
         self.corner.to_site(Point::new((column + 0.5) * self.pitch_m, (row + 0.5) * self.pitch_m))
+    }
+
+    /// The panel at a place of the site; None beside the floor.
+    #[must_use]
+    pub fn panel_at(&self, at: Point) -> Option<usize> {
+        let (offset, along) = (at - self.corner.at, Point::towards(self.corner.yaw_rad));
+        let number = |metres: f64, most: u8| {
+            let number = (metres / self.pitch_m).floor();
+            (number >= 0.0 && number < f64::from(most)).then_some(number as usize)
+        };
+        let column = number(offset.dot(along), self.columns)?;
+        let row = number(offset.dot(along.left()), self.rows)?;
+        Some(row * usize::from(self.columns) + column)
     }
 }

@@ -16,6 +16,7 @@ use super::Registry;
 use crate::observation::Observation;
 use crate::session::Sessions;
 use crate::session::health::Monitor;
+use crate::site::Place;
 use crate::snapshot::{DeviceState, ModuleLine};
 
 /// An observation older than this no longer shows what the device sees, s.
@@ -32,19 +33,20 @@ impl Registry {
         answered.retain(|&device, _| {
             let Some(session) = sessions.get(device) else { return false };
             let is_there = routes.iter().any(|route| route.leads_to(device));
-            let stays = is_there || site.place_of(session.name(), device).is_some();
+            let stays = is_there || site.place_of_device(session.name(), device).is_some();
             if !stays {
                 sessions.part(device);
             }
             stays
         });
-        let mut placed: BTreeMap<usize, ModuleLine> = BTreeMap::new();
+        let mut placed: BTreeMap<Place, ModuleLine> = BTreeMap::new();
         let mut others = Vec::new();
         for (&device, answered) in answered {
             let alarm = sessions.alarm(device, now_us);
             let Some(session) = sessions.get_mut(device) else { continue };
-            let place = site.place_of(session.name(), device);
-            let name = place.and_then(|place| site.modules.get(place)).map(|module| module.name.clone());
+            let place = site.place_of_device(session.name(), device);
+            let known = site.places().find(|(known, _)| Some(*known) == place);
+            let name = known.map(|(_, name)| name.to_owned());
             let name = name.unwrap_or_else(|| session.name().to_owned());
             let subscribed = session.wants_reports();
             let Some(mut line) = session.line(&name, now_us) else { continue };
@@ -72,14 +74,14 @@ impl Registry {
             };
             others.push(ModuleLine { name: second.id.clone(), ..second });
         }
-        missing.retain(|name, _| site.modules.iter().any(|module| module.name == *name));
-        for (place, module) in site.modules.iter().enumerate() {
+        missing.retain(|name, _| site.places().any(|(_, known)| known == name));
+        for (place, name) in site.places() {
             if placed.contains_key(&place) {
-                missing.remove(&module.name);
+                missing.remove(name);
                 continue;
             }
-            let since_us = *missing.entry(module.name.clone()).or_insert(now_us);
-            placed.insert(place, silent(&module.name, since_us, now_us));
+            let since_us = *missing.entry(name.to_owned()).or_insert(now_us);
+            placed.insert(place, silent(name, since_us, now_us));
         }
         for route in routes.iter().filter(|route| route.given && route.device().is_none()) {
             let Some(address) = route.address() else { continue };

@@ -105,7 +105,7 @@ impl Registry {
             if let Some(device) = route.device()
                 && let Some(session) = sessions.get_mut(device)
             {
-                let placed = site.place_of(session.name(), device).is_some();
+                let placed = site.place_of_device(session.name(), device).is_some();
                 session.want_reports(route.given || placed);
             }
         }
@@ -358,7 +358,7 @@ impl Registry {
         let answered = self.answered.entry(device).or_insert(Answered { address: from, newest: None });
         answered.address = from;
         answered.newest = observation.or(answered.newest.take());
-        session.want_reports(route.given || self.site.place_of(session.name(), device).is_some());
+        session.want_reports(route.given || self.site.place_of_device(session.name(), device).is_some());
         session.poll(now_us, |datagram| send(datagram, from));
     }
 }

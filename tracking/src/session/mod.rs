@@ -17,6 +17,7 @@ pub mod datagram;
 pub mod health;
 mod observe;
 pub mod outstanding;
+mod panels;
 mod profile;
 mod sequence;
 mod sessions;
@@ -30,8 +31,9 @@ use kehai::scan::Geometry;
 use kehai::wire::{Identity, Info, Message, ModuleId, ProfilePart, Refusal, Subscribed};
 
 use crate::clock::{Exchange, ModuleClock, Verdict};
+use crate::floor::{Plan, Reading};
 use crate::observation::{Observation, View};
-use crate::site::Site;
+use crate::site::{Place, Site};
 use crate::snapshot::{Drops, ModuleLine};
 use crate::text::printable;
 use datagram::Datagram;
@@ -52,6 +54,26 @@ pub struct Placement {
     pub estimator: Estimator,
 }
 
+/// What a datagram that is used says of people.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// A scan of a module.
+    Scan(Observation),
+    /// A reading of a floor.
+    Floor(Reading),
+}
+
+impl Input {
+    /// The observation, if it is a scan.
+    #[must_use]
+    pub fn scan(self) -> Option<Observation> {
+        match self {
+            Self::Scan(observation) => Some(observation),
+            Self::Floor(_) => None,
+        }
+    }
+}
+
 /// One device.
 #[derive(Clone, Debug, Default)]
 pub struct Session {
@@ -65,6 +87,8 @@ pub struct Session {
     /// Number of the setup that the newest info describes, usable or not.
     described: Option<u16>,
     setup: Option<Setup>,
+    /// Its number and panels, if it is a floor of the site.
+    floor: Option<(usize, Plan)>,
     profile: Profile,
     sequences: Sequences,
     /// Setup and background version of the newest report.
@@ -161,7 +185,7 @@ impl Session {
         now_us: u64,
         placement: &Placement,
         drops: &mut Drops,
-    ) -> Option<Observation> {
+    ) -> Option<Input> {
         let boot = datagram.header.identity.boot;
         match self.boot(boot, now_us) {
             Boot::Stale => {
@@ -183,7 +207,10 @@ impl Session {
             Message::Subscribed(answer) => self.synchronise(answer, now_us, drops),
             Message::Info(info) => self.describe(info, now_us, &placement.site),
             Message::ProfilePart(part) => self.store_profile(part),
-            Message::Report(report) => return self.observe(report, now_us, placement.estimator, drops),
+            Message::Report(report) => {
+                return self.observe(report, now_us, placement.estimator, drops).map(Input::Scan);
+            }
+            Message::Pressed(pressed) => return self.read(pressed, now_us, drops).map(Input::Floor),
             Message::Health(health) => {
                 if let Some(monitor) = &mut self.monitor {
                     monitor.health(health, boot, now_us);
@@ -243,6 +270,7 @@ impl Session {
         if let Some(monitor) = &mut self.monitor {
             monitor.info(info);
         }
+        self.stand(site);
         let Some(sensor) = info.sensor else { return };
         let Ok(geometry) = sensor.geometry() else { return };
         let open_range_mm = sensor.open_range_mm;
@@ -252,6 +280,7 @@ impl Session {
 
     /// Finds the device's place in the site: by the name it gives itself, or by its identity.
     fn place(&mut self, site: &Site) {
+        self.stand(site);
         let Some(setup) = &mut self.setup else { return };
         let place = site.place_of(&self.name, self.identity.module);
         setup.view = place.and_then(|module| {
@@ -259,6 +288,14 @@ impl Session {
             let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
             Some(Arc::new(View { module, pose, height_m, geometry }))
         });
+    }
+
+    /// Finds out which floor of the site the device is, if it is one.
+    fn stand(&mut self, site: &Site) {
+        self.floor = match site.place_of_device(&self.name, self.identity.module) {
+            Some(Place::Floor(number)) => site.floors.get(number).map(|floor| (number, Plan::from(floor))),
+            Some(Place::Module(_)) | None => None,
+        };
     }
 
     fn store_profile(&mut self, part: &ProfilePart<'_>) {
@@ -345,6 +382,13 @@ impl Session {
     #[must_use]
     pub fn place_in_site(&self) -> Option<usize> {
         Some(self.setup.as_ref()?.view.as_ref()?.module)
+    }
+
+    /// The device's place in the site, a module's or a floor's.
+    #[must_use]
+    pub fn place_of_device(&self) -> Option<Place> {
+        let floor = || self.floor.map(|(number, _)| Place::Floor(number));
+        self.place_in_site().map(Place::Module).or_else(floor)
     }
 
     /// When the newest report came, µs on the host's clock.

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai::visibility;
-use kehai::wire::Report;
+use kehai::wire::{Report, ReportHead};
 
 use super::Session;
 use super::outstanding::ANSWER_US;
-use super::sequence::Arrival;
+use super::sequence::{Arrival, Sequences};
 use super::start::SILENT_US;
 use crate::observation::{AHEAD_S, Detection, LATE_S, Observation};
 use crate::snapshot::Drops;
@@ -27,21 +27,7 @@ impl Session {
         drops: &mut Drops,
     ) -> Option<Observation> {
         let head = &report.head;
-        let has_answered =
-            self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) <= ANSWER_US);
-        let may_jump = has_answered && now_us.saturating_sub(self.last_report_us) >= SILENT_US;
-        let (arrival, sequences) = self.sequences.with(head.sequence, may_jump);
-        if arrival == Arrival::Far {
-            drops.jump += 1;
-            return None;
-        }
-        // A number far ahead counts once its report is used: else one with a false time would pass over the true ones.
-        if arrival.is_near() {
-            self.sequences = sequences;
-        }
-        if let Arrival::Ahead(_) = arrival {
-            self.current = Some((head.setup, head.background_version));
-        }
+        let (arrival, sequences) = self.order(head, now_us, drops)?;
         if let Some(monitor) = &mut self.monitor {
             monitor.report(report, arrival, now_us);
         }
@@ -64,12 +50,7 @@ impl Session {
         };
         let period_s = f64::from(view.geometry.period_us()) * 1e-6;
         let now_s = now_us as f64 * 1e-6;
-        if now_s - start_s > LATE_S + period_s {
-            drops.late += 1;
-            return None;
-        }
-        if start_s - now_s > AHEAD_S {
-            drops.ahead += 1;
+        if !is_timely(start_s, period_s, now_s, drops) {
             return None;
         }
         self.sequences = sequences;
@@ -87,4 +68,43 @@ impl Session {
         self.used_us = now_us;
         Some(Observation { view: Arc::clone(view), start_s, detections, empty_mm, background_mm })
     }
+
+    /// Where a report stands among those of the device, and the numbers from now on if it is used; None if it is far from
+    /// all of them.
+    pub(super) fn order(
+        &mut self,
+        head: &ReportHead,
+        now_us: u64,
+        drops: &mut Drops,
+    ) -> Option<(Arrival, Sequences)> {
+        let has_answered =
+            self.answered_us.is_some_and(|answered_us| now_us.saturating_sub(answered_us) <= ANSWER_US);
+        let may_jump = has_answered && now_us.saturating_sub(self.last_report_us) >= SILENT_US;
+        let (arrival, sequences) = self.sequences.with(head.sequence, may_jump);
+        if arrival == Arrival::Far {
+            drops.jump += 1;
+            return None;
+        }
+        // A number far ahead counts once its report is used: else one with a false time would pass over the true ones.
+        if arrival.is_near() {
+            self.sequences = sequences;
+        }
+        if let Arrival::Ahead(_) = arrival {
+            self.current = Some((head.setup, head.background_version));
+        }
+        Some((arrival, sequences))
+    }
+}
+
+/// Whether what began at `start_s`, and took `period_s`, is used at `now_s`.
+pub(super) fn is_timely(start_s: f64, period_s: f64, now_s: f64, drops: &mut Drops) -> bool {
+    if now_s - start_s > LATE_S + period_s {
+        drops.late += 1;
+        return false;
+    }
+    if start_s - now_s > AHEAD_S {
+        drops.ahead += 1;
+        return false;
+    }
+    true
 }

@@ -13,10 +13,10 @@ use kehai::wire::{Message, ModuleId};
 
 use super::datagram::Datagram;
 use super::start::Refusal;
-use super::{Placement, Session, Subscription};
+use super::{Input, Placement, Session, Subscription};
 use crate::alarm::{AlarmKind, AlarmLine};
 use crate::observation::Observation;
-use crate::site::Site;
+use crate::site::{Place, Site};
 use crate::snapshot::Drops;
 
 /// Sessions beside those of a site's devices and their replacements: a network's other devices.
@@ -55,7 +55,7 @@ impl Sessions {
 
     /// Notes whether any two have the same place: with each report it is looked at which, then.
     fn compare_places(&mut self) {
-        let mut places: Vec<usize> = self.sessions.values().filter_map(Session::place_in_site).collect();
+        let mut places: Vec<Place> = self.sessions.values().filter_map(Session::place_of_device).collect();
         places.sort_unstable();
         self.shared = places.windows(2).any(|pair| pair.first() == pair.last());
     }
@@ -67,10 +67,10 @@ impl Sessions {
         if !self.shared {
             return None;
         }
-        let place = self.get(device)?.place_in_site()?;
+        let place = self.get(device)?.place_of_device()?;
         let rivals = self.sessions.iter().filter(|(id, _)| **id != device);
         let mut answering = rivals
-            .filter(|(_, session)| session.place_in_site() == Some(place) && session.is_answering(now_us));
+            .filter(|(_, session)| session.place_of_device() == Some(place) && session.is_answering(now_us));
         answering.next().map(|(id, _)| *id)
     }
 
@@ -118,10 +118,10 @@ impl Sessions {
     /// Makes room for one session more: of those without a place the one that has answered least lately goes; of all, if every
     /// one has a place.
     fn make_room(&mut self) {
-        let most = 2 * self.placement.site.modules.len() + OTHERS;
+        let most = 2 * self.placement.site.places().count() + OTHERS;
         while self.sessions.len() >= most {
             let least = |(_, session): &(&ModuleId, &Session)| {
-                (session.place_in_site().is_some(), session.answered_us())
+                (session.place_of_device().is_some(), session.answered_us())
             };
             let Some(device) = self.sessions.iter().min_by_key(least).map(|(device, _)| *device) else {
                 return;
@@ -142,26 +142,26 @@ impl Sessions {
     /// Decodes and uses what arrived at `now_us` on the host's clock; an observation, if it was a report that counts.
     pub fn receive(&mut self, bytes: &[u8], now_us: u64) -> Option<Observation> {
         let datagram = self.decode(bytes)?;
-        self.accept(&datagram, now_us)
+        self.accept(&datagram, now_us)?.scan()
     }
 
-    /// The same with a datagram that is decoded already.
-    pub fn accept(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Observation> {
+    /// What a datagram that is decoded already says of people.
+    pub fn accept(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Input> {
         let device = datagram.device();
         if !self.sessions.contains_key(&device) {
             self.make_room();
         }
         let session =
             self.sessions.entry(device).or_insert_with(|| Session::new(device, Subscription::default()));
-        let observation = session.receive(datagram, now_us, &self.placement, &mut self.drops);
+        let input = session.receive(datagram, now_us, &self.placement, &mut self.drops);
         if let Message::Info(_) = datagram.message {
             self.compare_places();
         }
-        if observation.is_some() && self.rival(device, now_us).is_some() {
+        if input.is_some() && self.rival(device, now_us).is_some() {
             self.drops.same_name += 1;
             return None;
         }
-        observation
+        input
     }
 
     /// Monitors the health of a device from `now_us` on. Its session goes on, or begins with the requests of

@@ -1,7 +1,7 @@
 //! What a site must be to be used: names that differ, numbers, parts that fit together.
 
 use super::door::Door;
-use super::{Site, Zone, limits, reader};
+use super::{Site, Zone, floor, limits, reader};
 
 impl Site {
     /// What is wrong with the site, as one sentence that names the part and what to do.
@@ -42,6 +42,7 @@ impl Site {
         }
         check_doors(self)?;
         reader::check(&self.readers)?;
+        floor::check(self)?;
         limits::check(self)
     }
 }

@@ -35,6 +35,13 @@
 //! x = 1.0
 //! y = 0.2
 //! reach_m = 0.8
+//!
+//! [[floor]]           # of pressure panels: `site::floor`
+//! name = "mat"
+//! x = -1.0
+//! y = 0.0
+//! columns = 24
+//! rows = 24
 //! ```
 //!
 //! Metres and degrees, counter-clockwise.
@@ -42,10 +49,12 @@
 pub mod change;
 mod check;
 pub mod door;
+pub mod floor;
 mod limits;
 pub mod reader;
 
 use self::door::Door;
+use self::floor::Floor;
 pub(crate) use self::limits::FARTHEST_M;
 use self::reader::Reader;
 use crate::geometry::{Point, Pose};
@@ -54,7 +63,7 @@ use kehai::wire::ModuleId;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-/// Modules with their poses, walls, zones, entries, movers, doors and readers.
+/// Modules with their poses, walls, zones, entries, movers, doors, readers and floors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Site {
@@ -79,6 +88,18 @@ pub struct Site {
     /// Readers of cards and tags.
     #[serde(default, rename = "reader", skip_serializing_if = "Vec::is_empty")]
     pub readers: Vec<Reader>,
+    /// Floors of pressure panels.
+    #[serde(default, rename = "floor", skip_serializing_if = "Vec::is_empty")]
+    pub floors: Vec<Floor>,
+}
+
+/// A device's place in a site.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Place {
+    /// The module of this number.
+    Module(usize),
+    /// The floor of this number.
+    Floor(usize),
 }
 
 /// A module and where it is.
@@ -258,13 +279,32 @@ impl Site {
     /// The site's module that has the name `name` (empty: not reported) and this identity.
     #[must_use]
     pub fn place_of(&self, name: &str, id: ModuleId) -> Option<usize> {
-        let (hex, instance) = (id.to_string(), host_name(id.0));
-        self.modules.iter().position(|module| {
-            let known = module.name.as_str();
-            (known == name && !name.is_empty())
-                || (id != ModuleId::ANY && (known.eq_ignore_ascii_case(&hex) || known == instance.as_str()))
-        })
+        position(self.modules.iter().map(|module| module.name.as_str()), name, id)
     }
+
+    /// The place of the device that has this name and identity, as [`place_of`](Self::place_of) finds it.
+    #[must_use]
+    pub fn place_of_device(&self, name: &str, id: ModuleId) -> Option<Place> {
+        let floor = || position(self.floors.iter().map(|floor| floor.name.as_str()), name, id);
+        self.place_of(name, id).map(Place::Module).or_else(|| floor().map(Place::Floor))
+    }
+
+    /// All places for devices with their names: modules, then floors.
+    pub fn places(&self) -> impl Iterator<Item = (Place, &str)> {
+        let modules = self.modules.iter().enumerate();
+        let floors = self.floors.iter().enumerate();
+        let modules = modules.map(|(number, module)| (Place::Module(number), module.name.as_str()));
+        modules.chain(floors.map(|(number, floor)| (Place::Floor(number), floor.name.as_str())))
+    }
+}
+
+/// Which of the names in a site is this device's: its name, or its identity.
+fn position<'a>(mut known: impl Iterator<Item = &'a str>, name: &str, id: ModuleId) -> Option<usize> {
+    let (hex, instance) = (id.to_string(), host_name(id.0));
+    known.position(|known| {
+        (known == name && !name.is_empty())
+            || (id != ModuleId::ANY && (known.eq_ignore_ascii_case(&hex) || known == instance.as_str()))
+    })
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@
 //!
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
+mod panels;
 mod reach;
 mod zone;
 
@@ -21,12 +22,14 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::cells::Areas;
+use crate::floor::Reading;
 use crate::geometry::Point;
 use crate::observation::Observation;
 use crate::occupancy::ZoneLine;
 use crate::site::Site;
 use crate::site::change::SiteChange;
 use crate::tracker::TrackState;
+use panels::Panels;
 use reach::{InView, Reach};
 use zone::Zone;
 
@@ -47,6 +50,8 @@ pub struct Zones {
     guarded: Vec<usize>,
     /// What each module can see of them, by its number in the site.
     reaches: BTreeMap<usize, Reach>,
+    /// Those on each floor, by its number in the site.
+    floors: BTreeMap<usize, Panels>,
 }
 
 impl Zones {
@@ -60,6 +65,7 @@ impl Zones {
             areas: Areas::of(site.zones.iter().map(crate::site::Zone::corners).collect()),
             zones: site.zones.iter().map(Zone::new).collect(),
             reaches: BTreeMap::new(),
+            floors: BTreeMap::new(),
         }
     }
 
@@ -136,6 +142,25 @@ impl Zones {
                     cell.seen_s = cell.seen_s.max(observation.start_s);
                 }
             }
+        }
+    }
+
+    /// Notes that a floor was read: who is on it presses panels, and so all of it is seen but for panels that do not work.
+    pub fn read(&mut self, reading: &Reading) {
+        let Self { zones, floors, .. } = self;
+        if !floors.get(&reading.floor).is_some_and(|panels| panels.is_of(&reading.plan)) {
+            floors.insert(reading.floor, Panels::of(&reading.plan, zones));
+        }
+        let faulty = |panel: usize| reading.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
+        if let Some(panels) = floors.get(&reading.floor) {
+            panels.read(zones, reading.at_s, |panel| !faulty(panel));
+        }
+    }
+
+    /// A floor has fallen silent: nothing is known of what it showed.
+    pub fn forget(&mut self, floor: usize) {
+        if let Some(panels) = self.floors.get(&floor) {
+            panels.read(&mut self.zones, f64::NEG_INFINITY, |_| true);
         }
     }
 

@@ -19,6 +19,16 @@ function label(element, name, count) {
   if (x + width > Number(element.dataset.right)) element.textContent = count ?? "?";
 }
 
+/** Panels from one column and row to another, those excluded, as a path. */
+function area({ x, y, yaw_deg, pitch_m }, [column, row], [toColumn, toRow]) {
+  const rad = (yaw_deg * Math.PI) / 180, along = [Math.cos(rad) * pitch_m, Math.sin(rad) * pitch_m];
+  const at = (columns, rows) => [
+    x + along[0] * columns - along[1] * rows,
+    y + along[1] * columns + along[0] * rows,
+  ];
+  return path([at(column, row), at(toColumn, row), at(toColumn, toRow), at(column, toRow)], true);
+}
+
 export class Drawing {
   constructor(root) {
     this.root = root;
@@ -35,6 +45,7 @@ export class Drawing {
         "fields",
         "rims",
         "zones",
+        "panels",
         "movers",
         "trails",
         "walls",
@@ -150,6 +161,28 @@ export class Drawing {
     const one = ([name, corners]) => svg("path", { d: path(corners, true), "data-field": name });
     this.layers.fields.replaceChildren(...all.map(one));
     this.layers.rims.replaceChildren(...all.filter(([name]) => name === chosen).map(one));
+  }
+
+  /** Draws the panels of floors that are down, and those that do not work; `lines`: the floors of a frame. */
+  panels(site, lines) {
+    const byName = new Map((site?.floor ?? []).map((floor) => [floor.name, floor]));
+    const shapes = [...byName.values()].map((floor) =>
+      svg("path", {
+        class: "floor",
+        d: area(floor, [0, 0], [floor.columns, floor.rows]),
+        "data-floor": floor.name,
+      })
+    );
+    for (const { name, columns, down, stuck = [], dead = [] } of lines) {
+      const floor = byName.get(name);
+      if (!floor) continue;
+      const panel = (kind) => (number) => {
+        const [column, row] = [number % columns, Math.floor(number / columns)];
+        return svg("path", { class: `panel ${kind}`, d: area(floor, [column, row], [column + 1, row + 1]) });
+      };
+      shapes.push(...down.map(panel("down")), ...[...stuck, ...dead].map(panel("faulty")));
+    }
+    this.layers.panels.replaceChildren(...shapes);
   }
 
   /** Updates the health of modules and the counts of zones. */

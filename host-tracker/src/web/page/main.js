@@ -106,6 +106,7 @@ function show(quick = false) {
   const names = back ? new Map() : panel.where.names(state.frame);
   drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names);
   const known = Boolean(line) && !line.noTracker && (back || state.link === LINK.LIVE);
+  drawing.panels(state.site, back || !known ? [] : state.frame?.floors ?? []);
   drawing.states(back || !known ? [] : modules, known ? line.zones ?? {} : {});
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();

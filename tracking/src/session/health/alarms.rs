@@ -19,10 +19,13 @@
 //! | `background` | there is none, or it cannot be learned |
 //! | `suspect` | the background holds what has the shape of a person |
 //! | `watchdog` | the last start was the watchdog's |
+//! | `panels` | panels of a floor do not work |
+//! | `floor-size` | a floor has other columns or rows than the site says |
 
 use kehai::wire::{Alarms, HealthHead, SensorCode};
 
 use super::doubt::Doubt;
+use super::panels::Panels;
 use super::statistics::{RATE_US, Statistics};
 use crate::alarm::{AlarmKind, AlarmLine};
 use crate::observation::LATE_S;
@@ -74,6 +77,8 @@ pub struct Facts<'a> {
     pub expected_hz: Option<f64>,
     pub statistics: &'a Statistics,
     pub doubt: Option<&'a Doubt>,
+    /// Of a floor: its panels.
+    pub panels: Option<&'a Panels>,
     pub jitter_s: Option<f64>,
     /// How old the newest report seemed when it arrived, the scan's own time taken off, s.
     pub age_s: Option<f64>,
@@ -141,6 +146,8 @@ impl AlarmSet {
         add(AlarmKind::Background, self.background(facts));
         add(AlarmKind::Suspect, suspect(facts));
         add(AlarmKind::Watchdog, watchdog(facts));
+        add(AlarmKind::FloorSize, facts.panels.and_then(Panels::misfit));
+        add(AlarmKind::Panels, facts.panels.and_then(Panels::fault));
         lines.sort_by_key(|line| std::cmp::Reverse(line.severity));
         lines
     }

@@ -14,9 +14,10 @@ mod alarms;
 mod doubt;
 mod events;
 mod figures;
+mod panels;
 mod statistics;
 
-use kehai::wire::{EventKind, Health, HealthHead, Info, ModuleId, Report, SensorCode};
+use kehai::wire::{EventKind, Health, HealthHead, Info, ModuleId, Report, ReportHead, SensorCode};
 
 use super::sequence::Arrival;
 use crate::clock::ModuleClock;
@@ -25,6 +26,7 @@ use alarms::{AlarmSet, Facts, SILENT_US};
 use doubt::Doubt;
 use events::Events;
 use figures::{rounded, seconds};
+pub use panels::Panels;
 use statistics::Statistics;
 
 /// Watches over one device.
@@ -39,6 +41,8 @@ pub struct Monitor {
     newest: Option<Newest>,
     statistics: Statistics,
     doubt: Option<Doubt>,
+    /// Of a floor.
+    panels: Option<Panels>,
     alarms: AlarmSet,
     events: Events,
 }
@@ -80,6 +84,7 @@ impl Monitor {
             newest: None,
             statistics: Statistics::default(),
             doubt: None,
+            panels: None,
             alarms: AlarmSet::default(),
             events: Events::default(),
         }
@@ -125,6 +130,15 @@ impl Monitor {
         }
     }
 
+    /// A reading of a floor came at `now_us`.
+    pub fn reading(&mut self, head: &ReportHead, panels: Panels, arrival: Arrival, now_us: u64) {
+        self.statistics.report(head, arrival);
+        if let Arrival::Ahead(_) = arrival {
+            self.newest = Some(Newest { stamp_us: head.stamp_us, at_us: now_us });
+            self.panels = Some(panels);
+        }
+    }
+
     /// Health of start `boot` came at `now_us`.
     pub fn health(&mut self, health: &Health<'_>, boot: u32, now_us: u64) {
         self.statistics.counters(&health.counters);
@@ -156,6 +170,7 @@ impl Monitor {
             expected_hz,
             statistics: &self.statistics,
             doubt: self.doubt.as_ref(),
+            panels: self.panels.as_ref(),
             jitter_s,
             age_s: clock.and_then(|clock| self.age_s(clock)),
         };
@@ -167,7 +182,7 @@ impl Monitor {
             scans_hz: rounded(self.statistics.rates_hz().0, 10.0),
             lost_share: rounded(self.statistics.lost_share(), 1e4),
             checksum_errors: self.statistics.checksum_errors(),
-            unknown_share: rounded(self.doubt.as_ref().map_or(1.0, Doubt::unseen_share), 1e4),
+            unknown_share: rounded(self.unknown_share(), 1e4),
             clock_offset_ms: clock
                 .and_then(ModuleClock::offset_s)
                 .map(|offset_s| rounded(offset_s * 1e3, 10.0)),
@@ -180,6 +195,14 @@ impl Monitor {
         }
     }
 
+    /// Share of the beams, or of the panels, that say nothing.
+    fn unknown_share(&self) -> f64 {
+        if let Some(Panels { size: (columns, rows), faulty, .. }) = &self.panels {
+            return faulty.len() as f64 / (f64::from(*columns) * f64::from(*rows)).max(1.0);
+        }
+        self.doubt.as_ref().map_or(1.0, Doubt::unseen_share)
+    }
+
     fn state(&self, now_us: u64) -> DeviceState {
         if !self.is_heard(now_us) {
             return DeviceState::Missing;
@@ -187,6 +210,8 @@ impl Monitor {
         match self.health.map(|health| health.head) {
             Some(head) if head.storing => DeviceState::Storing,
             Some(HealthHead { sensor, .. }) if sensor.code != SensorCode::Streaming => DeviceState::Searching,
+            // A floor has no background to learn.
+            Some(_) if self.panels.is_some() => DeviceState::Watching,
             Some(head) if head.learning.is_some() || head.background_version == 0 => DeviceState::Learning,
             Some(_) => DeviceState::Watching,
             None => DeviceState::Searching,

@@ -1,0 +1,131 @@
+//! A floor of pressure panels: where its panels are.
+//!
+//! ```toml
+//! [[floor]]
+//! name = "mat"        # the device's name or identity
+//! x = -1.0            # the outer corner of panel (0, 0)
+//! y = 0.0
+//! yaw_deg = 0.0       # where columns go; rows go to the left of it
+//! columns = 24
+//! rows = 24
+//! pitch_m = 0.08      # side of a panel
+//! ```
+//!
+//! Source: the panels of Ota et al. 2006 (docs/bibliography.md, B): 8 cm.
+
+use serde::{Deserialize, Serialize};
+
+use super::Site;
+use super::limits::FARTHEST_M;
+use crate::geometry::{Point, Pose};
+
+/// Side of a panel, m: smaller ones tell nothing more of a foot; in one of half a metre two people stand.
+const PITCH_M: std::ops::RangeInclusive<f64> = 0.01..=0.5;
+
+/// A floor of pressure panels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Floor {
+    /// Its name, MAC or instance name.
+    pub name: String,
+    /// The outer corner of panel (0, 0).
+    pub x: f64,
+    /// The same.
+    pub y: f64,
+    /// Where columns go.
+    #[serde(default)]
+    pub yaw_deg: f64,
+    /// Columns.
+    pub columns: u8,
+    /// Rows.
+    pub rows: u8,
+    /// Side of a panel.
+    #[serde(default = "default_pitch_m")]
+    pub pitch_m: f64,
+}
+
+/// Paper B's panels.
+const fn default_pitch_m() -> f64 {
+    0.08
+}
+
+impl Floor {
+    /// The corner of panel (0, 0), and where columns go.
+    #[must_use]
+    pub fn corner(&self) -> Pose {
+        Pose { at: Point::new(self.x, self.y), yaw_rad: self.yaw_deg.to_radians() }
+    }
+
+    /// What is wrong with it, as one sentence without its name.
+    fn fault(&self) -> Option<String> {
+        let panels = usize::from(self.columns) * usize::from(self.rows);
+        if [self.x, self.y].iter().any(|metres| metres.is_nan() || metres.abs() > FARTHEST_M) {
+            return Some(format!("x and y must be metres, at most {FARTHEST_M} from the origin"));
+        }
+        if !self.yaw_deg.is_finite() {
+            return Some("yaw_deg must be a number".to_owned());
+        }
+        if !(1..=kehai::floor::PANELS).contains(&panels) {
+            let most = kehai::floor::PANELS;
+            return Some(format!("columns and rows: 1 to {most} panels in all, not {panels}"));
+        }
+        let (low, high) = (PITCH_M.start(), PITCH_M.end());
+        (!PITCH_M.contains(&self.pitch_m))
+            .then(|| format!("pitch_m: must be from {low} to {high}, is {}", self.pitch_m))
+    }
+}
+
+/// What is wrong with the floors of a site, as one sentence that names the floor and what to do.
+///
+/// # Errors
+/// The first found.
+pub(super) fn check(site: &Site) -> Result<(), String> {
+    for (index, floor) in site.floors.iter().enumerate() {
+        let name = &floor.name;
+        if name.trim().is_empty() {
+            return Err(format!("floor {}: has no name", index + 1));
+        }
+        if site.floors.iter().take(index).any(|other| other.name == *name) {
+            return Err(format!("two floors are named \"{name}\": rename one"));
+        }
+        if let Some(fault) = floor.fault() {
+            return Err(format!("floor \"{name}\": {fault}"));
+        }
+    }
+    match (site.floors.first(), site.modules.first()) {
+        // A person on the floor and in view would be two tracks.
+        (Some(floor), Some(module)) => Err(format!(
+            "floor \"{}\" and module \"{}\" cannot be in one site yet: make a site of each",
+            floor.name, module.name
+        )),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAT: &str = "[[floor]]\nname = \"mat\"\nx = 1\ny = 2\ncolumns = 24\nrows = 24\n";
+
+    fn said(text: &str) -> String {
+        Site::parse("home.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_floor_is_read_and_what_is_wrong_with_it_is_one_line() {
+        let site = Site::parse("home.toml", MAT).unwrap();
+        assert_eq!(site.floors[0].pitch_m, 0.08);
+        let again = Site::parse("home.toml", &toml::to_string(&site).unwrap());
+        assert_eq!(again.unwrap(), site);
+        assert_eq!(said(&format!("{MAT}{MAT}")), "home.toml: two floors are named \"mat\": rename one");
+        let large = "home.toml: floor \"mat\": columns and rows: 1 to 1024 panels in all, not 1200";
+        assert_eq!(said(&MAT.replace("rows = 24", "rows = 50")), large);
+        assert!(said(&MAT.replace("rows = 24", "rows = 0")).ends_with("not 0"));
+        assert!(said(&MAT.replace("x = 1", "x = nan")).contains("x and y must be metres"));
+        assert!(said(&format!("{MAT}pitch_m = 5")).ends_with("pitch_m: must be from 0.01 to 0.5, is 5"));
+        assert!(said(&format!("{MAT}pitch_m = 0.08\ncolour = 1")).contains("unknown field `colour`"));
+        let both = format!("{MAT}[[module]]\nname = \"left\"\nx = 0\ny = 0\n");
+        assert!(said(&both).ends_with("cannot be in one site yet: make a site of each"), "{}", said(&both));
+    }
+}
