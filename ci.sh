@@ -200,8 +200,8 @@ step_structure() {
 
 QEMU_TESTED=
 step_test() {
-    # Without QEMU, Python, a broker or Chromium their tests are skipped on a developer's machine, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; need_mosquitto; need_chromium; }
+    # Without QEMU, Python, a broker, Chromium or a network of its own, their tests are skipped on a developer's machine, but fail here.
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_mosquitto; need_chromium; need_command ip iproute2; }
     cargo test --locked --workspace --no-fail-fast
     QEMU_TESTED=${CI:-}
 }

@@ -14,6 +14,7 @@ use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::support::board::{host_of, image, start};
 use crate::support::hostile::Random;
@@ -65,7 +66,11 @@ struct Cells {
 
 impl Cells {
     fn used() -> Self {
-        let path = std::env::temp_dir().join(format!("kehai-power-cuts-{}", std::process::id()));
+        // Tests of one process run side by side.
+        static MADE: AtomicU32 = AtomicU32::new(0);
+        let name =
+            format!("kehai-power-cuts-{}-{}", std::process::id(), MADE.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(name);
         let file = File::options().read(true).write(true).create(true).truncate(true).open(&path).unwrap();
         let cells = Self { path, file };
         cells.wear(0..STORED_BEFORE);
