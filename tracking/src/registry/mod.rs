@@ -180,9 +180,12 @@ impl Registry {
                 (route.at, route.tried_us) = ((route.at + 1) % route.addresses.len(), now_us);
                 route.proven = false;
             }
-            let Some(address) = route.address() else { continue };
+            let asked = route.asked();
             match sessions.get_mut(device) {
-                Some(session) => session.poll(now_us, |datagram| send(datagram, address)),
+                Some(session) => {
+                    let all = |datagram: &[u8]| asked.clone().for_each(|address| send(datagram, address));
+                    session.poll(now_us, all);
+                }
                 // There was no room for it among the sessions.
                 None => {
                     *routed += 1;
@@ -236,7 +239,8 @@ impl Registry {
             && other != device
         {
             let asked = sessions.get(other).filter(|session| session.kind(message, now_us) == Kind::Answer);
-            let Some(session) = asked.filter(|_| !route.is_answering(now_us)) else {
+            let is_at = route.address() == Some(from) && !route.is_answering(now_us);
+            let Some(session) = asked.filter(|_| is_at) else {
                 sessions.refuse_foreign();
                 return refused;
             };
@@ -264,6 +268,13 @@ impl Registry {
             sessions.meet(device, &subscription, now_us);
         }
         let kind = sessions.get(device).map_or(Kind::Unasked, |session| session.kind(message, now_us));
+        // It was looked for elsewhere, and answers where it did last.
+        let is_home = |route: &&mut Route| route.leads_to(device) && route.home == Some(from);
+        if kind == Kind::Answer
+            && let Some(route) = self.routes.iter_mut().find(is_home)
+        {
+            route.at = route.place_of(from).unwrap_or(route.at);
+        }
         let Some(route) = self.routes.iter_mut().find(|route| route.address() == Some(from)) else {
             return refused;
         };
@@ -275,6 +286,7 @@ impl Registry {
                 sessions.is_elsewhere(device, now_us);
             }
             (route.tried_us, route.answered_us, route.proven) = (now_us, Some(now_us), true);
+            route.home = Some(from);
         }
         if !route.proven {
             sessions.refuse_foreign();

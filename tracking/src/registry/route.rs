@@ -2,7 +2,8 @@
 //!
 //! ```text
 //!   addresses  A · B · C       before its device is known, all are asked, ever more seldom
-//!              ▲ at            then the current one; silent for three seconds: the next
+//!              ▲ at            then the current one; silent for three seconds: the next, and each time the one
+//!              ▲ home          where it has answered last
 //!                              nothing from there is believed before it has answered
 //! ```
 
@@ -32,8 +33,9 @@ pub struct Route {
     pub tried_us: u64,
     /// When its other addresses were asked last which device is there, µs.
     pub asked_us: u64,
-    /// When its device has last answered there.
+    /// When its device has last answered, and where.
     pub answered_us: Option<u64>,
+    pub home: Option<SocketAddr>,
     /// Whether it has answered a request at this address: before, nothing from there is believed.
     pub proven: bool,
     pub device: Device,
@@ -65,8 +67,9 @@ impl Route {
         addresses.truncate(ADDRESSES);
         let device = Device::unknown(given, seed);
         let instance = String::new();
-        let (at, tried_us, asked_us, answered_us, proven, lost) = (0, now_us, now_us, None, false, false);
-        Self { addresses, at, tried_us, asked_us, answered_us, proven, device, given, instance, lost }
+        let (at, tried_us, asked_us) = (0, now_us, now_us);
+        let (answered_us, home, proven, lost) = (None, None, false, false);
+        Self { addresses, at, tried_us, asked_us, answered_us, home, proven, device, given, instance, lost }
     }
 
     pub fn is_answering(&self, now_us: u64) -> bool {
@@ -94,7 +97,8 @@ impl Route {
     pub fn announce(&mut self, addresses: Vec<SocketAddr>) {
         let Some(current) = self.address() else { return };
         let mut all = vec![current];
-        for address in addresses.into_iter().chain(std::mem::take(&mut self.addresses)) {
+        let home = self.home.filter(|home| self.addresses.contains(home));
+        for address in home.into_iter().chain(addresses).chain(std::mem::take(&mut self.addresses)) {
             if all.len() < ADDRESSES && !all.contains(&address) {
                 all.push(address);
             }
@@ -114,7 +118,16 @@ impl Route {
     /// Whether an answer from there may be this device's; its place among the addresses.
     pub fn place_of(&self, from: SocketAddr) -> Option<usize> {
         let place = self.addresses.iter().position(|address| *address == from)?;
-        (place == self.at || self.device().is_none()).then_some(place)
+        let is_home = !self.proven && self.home == Some(from);
+        (place == self.at || is_home || self.device().is_none()).then_some(place)
+    }
+
+    /// Where its device is asked: where it is looked for, and while it does not answer there also where it did last. False
+    /// announcements name many addresses, and one that was silent is back at its own.
+    pub fn asked(&self) -> impl Iterator<Item = SocketAddr> + Clone + use<> {
+        let home = self.home.filter(|home| !self.proven && self.addresses.contains(home));
+        let current = self.address();
+        current.into_iter().chain(home.filter(|home| current != Some(*home)))
     }
 
     pub fn address(&self) -> Option<SocketAddr> {

@@ -155,6 +155,23 @@ fn f4_an_announcement_moves_no_module_that_is_heard_and_back_it_comes() {
 }
 
 #[test]
+fn f4_a_module_that_was_silent_is_back_at_once_however_many_addresses_were_announced() {
+    let mut network = Network::new(&[], vec![(at(1), Fake::new(1, 5, "left"))]);
+    network.announces("kehai-left", id(1), 1);
+    network.seconds(3);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    let addresses = (100..120).map(at).collect();
+    let found = Found { instance: "kehai-evil".into(), id: id(1), addresses, ..Found::default() };
+    network.finds(Finding::Found(found));
+    let silent = std::mem::take(&mut network.modules);
+    network.seconds(5);
+    assert_eq!(network.zone(), ZoneKnown::Unknown);
+    network.modules = silent;
+    network.seconds(4);
+    assert_eq!(network.zone(), ZoneKnown::Known, "asked at its own address, too");
+}
+
+#[test]
 fn f4_a_fake_that_does_not_answer_gets_no_module() {
     let mut network = Network::new(&[at(1)], Vec::new());
     let mut left = Fake::new(1, 5, "left");
