@@ -16,11 +16,12 @@ say() { printf '   %s\n' "$*"; }
 [ "$(id -u)" = 0 ] || fail "run it as root: it changes its root"
 package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bare}
 here=$(cd "$(dirname "$0")" && pwd)
-if [ ! -e "$bare.made" ]; then
-    rm -rf "$bare"
-    mkdir -p "$bare"
-    debootstrap --variant=minbase --include=adduser,ca-certificates bookworm "$bare" http://deb.debian.org/debian
-    touch "$bare.made"
+# Made under another name, so that a folder of this name is whole.
+if [ ! -x "$bare/usr/bin/dpkg" ]; then
+    rm -rf "$bare" "$bare.begun"
+    mkdir -p "$bare.begun"
+    debootstrap --variant=minbase --include=adduser,ca-certificates bookworm "$bare.begun" http://deb.debian.org/debian
+    mv "$bare.begun" "$bare"
 fi
 
 root=$(mktemp -d /var/tmp/kehai-package.XXXXXX)
