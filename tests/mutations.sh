@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Takes out each repair of the tracker's intake, one after the other, and asks whether the sequences of
-# tracking/tests/intake or the scenes of tracking/tests/people.rs find it: tests/mutations.sh [SEQUENCES]. A patch that
-# no longer applies fails it, too; tests/mutations.sh --check looks only for that.
+# tracking/tests/intake or the scenes of tracking/src/registry/tests.rs and tracking/tests/people.rs find it:
+# tests/mutations.sh [SEQUENCES]. A patch that no longer applies fails it, too; tests/mutations.sh --check looks only for
+# that.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 if [ "${1:-}" = --check ]; then
@@ -18,6 +19,7 @@ trap 'git checkout -q -- tracking/src; rm -f "$log"' EXIT
 
 run() {
     cargo test -q --locked -p kehai-tracking --test intake whatever_is_forged -- --nocapture >"$log" 2>&1 \
+        && cargo test -q --locked -p kehai-tracking --lib registry:: >>"$log" 2>&1 \
         && cargo test -q --locked -p kehai-tracking --test people >>"$log" 2>&1
 }
 

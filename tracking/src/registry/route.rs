@@ -17,8 +17,10 @@ use crate::session::subscription::Subscription;
 /// After so long without an answer an address is given up for the next one, µs.
 pub const NEXT_US: u64 = 3_000_000;
 
-/// A given address whose device answers elsewhere is asked so often, µs: seldom beside the request of each second.
-const AGAIN_US: u64 = 10_000_000;
+/// A given address whose device answers elsewhere is asked so often, µs: seldom beside the request of each second, and as
+/// soon as a device that is silent there would be looked for elsewhere. Another module may be there by now, and as long as
+/// that is not known a peer that posed as the first one has its place.
+const AGAIN_US: u64 = NEXT_US;
 
 /// Addresses tried for one device: a PC has an interface or two, and an announcement may name hundreds.
 const ADDRESSES: usize = 8;
