@@ -90,7 +90,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             self.setup.interval_us().map(|interval_us| interval_us.saturating_mul(NO_SCAN_INTERVALS));
         match (self.observed.last_scan_us, limit_us) {
             (Some(last_us), Some(limit_us)) => last_us.saturating_add(limit_us),
-            _ => 0,
+            _ => self.no_reading_us().unwrap_or(0),
         }
     }
 
@@ -99,7 +99,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let waits = matches!(self.observed.learning, Learning::Running { restarts: 1.., .. });
         let pairs = [
             (Alarms::NO_SCANS, !self.storing && now_us >= self.no_scan_us()),
-            (Alarms::NO_BACKGROUND, !background.is_known()),
+            (Alarms::NO_BACKGROUND, !background.is_known() && !self.has_floor()),
             (Alarms::LEARNING_WAITS, waits),
             (Alarms::SUSPECTS, !background.suspects().is_empty()),
             (Alarms::STORE_FAILED, self.store_failed),
@@ -116,7 +116,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub(super) fn publish_health(&mut self, now_us: u64, out: &mut impl Outbox) {
         let alarms = self.alarms(now_us);
         let background_version = self.pipeline.background().version();
-        let sensor = SensorHealth::from(self.observed.sensor);
+        let sensor = self.floor_health(now_us).unwrap_or_else(|| SensorHealth::from(self.observed.sensor));
         let triggers = HealthTriggers {
             sensor: Some(sensor),
             alarms,

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   scan ──────▶ ┌────────┐ ──▶ report, raw parts, a profile part    to the subscribers
+//!   panels ────▶ │        │ ──▶ pressed
 //!   sensor ────▶ │        │ ──▶ health                               each second, and at every change
 //!   datagram ──▶ │ Module │ ──▶ answer, refusal                      to the host that asked
 //!   time ──────▶ │        │ ──▶ wish: store this, start anew         for the tasks
@@ -13,6 +14,7 @@
 //! | `requests` | which host may ask what, and what the module does |
 //! | `subscribers`, `cookie`, `answers` | which hosts get the reports; whether a host's address is its own; what was answered |
 //! | `lanes` | by which way answers leave |
+//! | `panels` | a floor of panels in the place of a sensor |
 //! | `parts` | profiles and raw scans |
 //! | `health` | counters, events, alarms |
 //! | `setup`, `settings` | the sensor and its settings, and the settings of an installer |
@@ -30,6 +32,7 @@ pub mod discovery;
 mod health;
 mod lanes;
 pub mod led;
+mod panels;
 mod parts;
 pub mod reception;
 mod requests;
@@ -104,6 +107,8 @@ struct Observed {
     sensor: SensorState,
     learning: Learning,
     last_scan_us: Option<u64>,
+    /// When a floor was read last; none if there is none.
+    last_reading_us: Option<u64>,
     /// How far the time of the last scan may be off.
     uncertainty_us: u32,
 }
@@ -113,6 +118,7 @@ impl Observed {
         sensor: SensorState::Searching,
         learning: Learning::Idle,
         last_scan_us: None,
+        last_reading_us: None,
         uncertainty_us: 0,
     };
 }

@@ -15,6 +15,7 @@
 pub mod device;
 pub mod discovery;
 pub mod flash;
+pub mod floor;
 pub mod host;
 pub mod line;
 pub mod network;

@@ -3,6 +3,7 @@
 #[cfg(feature = "daemon")]
 mod demo;
 mod experiment;
+mod floor;
 mod log;
 mod module;
 mod replay;
@@ -32,6 +33,7 @@ struct Arguments {
 enum Command {
     Sensor(Box<sensor::Arguments>),
     Module(module::Arguments),
+    Floor(floor::Arguments),
     Replay(replay::Arguments),
     Scene(scene::Arguments),
     Score(score::Arguments),
@@ -47,6 +49,7 @@ pub fn run() -> ExitCode {
     let done = match arguments.command {
         Command::Sensor(arguments) => sensor::run(&arguments),
         Command::Module(arguments) => module::run(&arguments),
+        Command::Floor(arguments) => floor::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Score(arguments) => score::run(&arguments),

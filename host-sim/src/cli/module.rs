@@ -47,11 +47,11 @@ const EXAMPLES: &str = "Examples:
   kehai-sim module --sensor tcp://127.0.0.1:10940 --name left
   kehai-sim module --sensor serial:///dev/ttyUSB0 --store left.flash";
 
-fn listen(text: &str) -> Result<SocketAddrV4, String> {
+pub(super) fn listen(text: &str) -> Result<SocketAddrV4, String> {
     text.parse().map_err(|_| "an address to listen at is IPv4:PORT, for example 0.0.0.0:4040".to_owned())
 }
 
-fn name(text: &str) -> Result<String, String> {
+pub(super) fn name(text: &str) -> Result<String, String> {
     if text.is_empty() || text.len() > NAME_MAX || text.chars().any(char::is_control) {
         return Err(format!("a name has 1 to {NAME_MAX} bytes and no control characters"));
     }
