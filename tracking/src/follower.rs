@@ -1,15 +1,17 @@
-//! Sessions, tracker and zones together: datagrams in, what is known at a time out.
+//! Sessions, tracker, floors and zones together: datagrams in, what is known at a time out.
 //!
 //! ```text
 //!   observations  │││││││││      nothing for 2 s      │││││││││││
 //!   zones         ── known ──────╮ unknown            │1.5 s ╭─ known
 //!   tracks        ── followed ───── after 30 s: forgotten, and initiated again
+//!   one module of several    ││││  nothing for 2 s  │2 s ╭─ what it sees counts as seen again
 //! ```
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::floor::{Floors, Reading};
+use crate::fusion::Fusion;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::observation::Observation;
 use crate::session::datagram::Datagram;
@@ -20,12 +22,16 @@ use crate::snapshot::FloorLine;
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::Zones;
 
-/// No device has seen anything for so long, s: as long as zones stay known.
+/// No device has seen anything for so long, or one of them has not, s: as long as zones stay known.
 const GAP_S: f64 = 2.0;
 
-/// Before this is over, not all people who stand there may have been found, s: the birth of a track takes 14 candidates of
-/// a body that is cut off, at 10 Hz.
+/// Before this is over, not all people who stand in view may have been found, s: the birth of a track takes 14 candidates
+/// of a body that is cut off, at 10 Hz.
 const FOUND_S: f64 = 1.5;
+
+/// The same for a module that comes back while others look, s: a third more, as some of its scans may show none. With 1.5 s
+/// a zone said *empty* for a tenth of a second in one of some tens of runs.
+const BACK_S: f64 = 2.0;
 
 /// After a gap of so long, as after the host's sleep, people have gone anywhere, s: as after a restart.
 const FORGOTTEN_S: f64 = 30.0;
@@ -54,15 +60,25 @@ pub struct Follower {
     sessions: Sessions,
     tracker: Box<dyn Tracker>,
     floors: Floors,
+    /// Where there are floors: who of both is who.
+    fusion: Fusion,
     zones: Zones,
     model: Box<dyn Model>,
     /// Added to the tracker's numbers: those of the trackers before it.
     numbers: TrackId,
-    /// Added to the numbers of bodies on floors.
-    floor_numbers: TrackId,
     newest: TrackId,
     /// Time of the newest observation, and of the first one since the last gap, s.
     seen_s: f64,
+    begun_s: f64,
+    /// The same of each module.
+    looked: BTreeMap<usize, Looked>,
+}
+
+/// When a module has looked, s.
+#[derive(Clone, Copy, Debug)]
+struct Looked {
+    newest_s: f64,
+    /// First since its last gap.
     begun_s: f64,
 }
 
@@ -75,13 +91,14 @@ impl Follower {
             sessions: Sessions::new(Arc::clone(site), model.estimator()),
             tracker: model.build(site),
             floors: Floors::default(),
+            fusion: Fusion::default(),
             zones: Zones::new(site),
             model: Box::new(model),
             numbers: 0,
-            floor_numbers: 0,
             newest: 0,
             seen_s: f64::NEG_INFINITY,
             begun_s: f64::NEG_INFINITY,
+            looked: BTreeMap::new(),
         }
     }
 
@@ -95,7 +112,6 @@ impl Follower {
         if before.floors != site.floors {
             (0..before.floors.len()).for_each(|floor| self.zones.forget(floor));
             self.floors.clear();
-            self.floor_numbers = self.newest;
         }
         self.zones.change_site(&change, self.seen_s + FOUND_S);
         if !self.tracker.change_site(&change) {
@@ -106,11 +122,11 @@ impl Follower {
     }
 
     /// Takes the people of a line that was given `age_s` before the start, by a process that has ended. They are hidden
-    /// until a device detects them. On floors nobody is hidden: who is there is found at once, under a new number.
+    /// until a device detects them. On floors nobody is hidden: who is there is found at once.
     pub fn restore(&mut self, line: &TracksLine, age_s: f64) {
         self.newest = line.tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
-        if !self.site.floors.is_empty() {
-            self.floor_numbers = self.newest;
+        self.fusion.restore(line.tracks.iter().map(|track| track.id));
+        if self.site.modules.is_empty() {
             return;
         }
         let sure = |track: &&TrackLine| track.state != LifeCycle::Tentative;
@@ -150,7 +166,23 @@ impl Follower {
     pub fn observe(&mut self, observation: &Observation) {
         self.resume(observation.start_s);
         self.tracker.observe(observation);
-        self.zones.observe(observation);
+        if self.has_found(observation.view.module, observation.start_s) {
+            self.zones.observe(observation);
+        }
+    }
+
+    /// Whether a module that looks at `start_s` has looked for long enough that all in its view have been found. One that
+    /// comes back after a gap sees people whom no other may have seen.
+    fn has_found(&mut self, module: usize, start_s: f64) -> bool {
+        // When all begin, nothing is said anyway.
+        let begins = start_s - self.begun_s < FOUND_S;
+        let new = Looked { newest_s: start_s, begun_s: if begins { f64::NEG_INFINITY } else { start_s } };
+        let looked = self.looked.entry(module).or_insert(new);
+        if start_s - looked.newest_s > GAP_S {
+            *looked = new;
+        }
+        looked.newest_s = looked.newest_s.max(start_s);
+        start_s - looked.begun_s >= BACK_S
     }
 
     /// A gap between observations ends here, or there is none.
@@ -177,8 +209,9 @@ impl Follower {
             self.zones.forget(silent);
         }
         let tracks = self.tracker.tracks(at_s);
-        let mut tracks = self.numbered(tracks);
-        tracks.extend(self.on_floors(at_s));
+        let mut fusion = std::mem::take(&mut self.fusion);
+        let tracks = self.with_floors(&mut fusion, self.numbered(tracks), at_s);
+        self.fusion = fusion;
         let mut zones = self.zones.lines(&tracks, at_s);
         if at_s - self.begun_s < FOUND_S {
             zones.values_mut().for_each(|zone| *zone = ZoneLine::unknown());
@@ -195,8 +228,8 @@ impl Follower {
     /// All tracks at `at_s` as they are known now. What lines say later does not depend on it.
     #[must_use]
     pub fn peek(&self, at_s: f64) -> Vec<TrackLine> {
-        let mut tracks = self.numbered(self.tracker.peek(at_s));
-        tracks.extend(self.on_floors(at_s));
+        let tracks = self.numbered(self.tracker.peek(at_s));
+        let tracks = self.with_floors(&mut self.fusion.clone(), tracks, at_s);
         tracks.iter().map(TrackLine::from).collect()
     }
 
@@ -207,9 +240,12 @@ impl Follower {
             .lines(|number| self.site.floors.get(number).map_or_else(String::new, |floor| floor.name.clone()))
     }
 
-    fn on_floors(&self, at_s: f64) -> impl Iterator<Item = TrackState> {
-        let offset = self.floor_numbers;
-        self.floors.tracks(at_s).into_iter().map(move |track| TrackState { id: track.id + offset, ..track })
+    /// The tracks of the modules and the bodies on floors, as people.
+    fn with_floors(&self, fusion: &mut Fusion, tracks: Vec<TrackState>, at_s: f64) -> Vec<TrackState> {
+        if self.site.floors.is_empty() {
+            return tracks;
+        }
+        fusion.fuse(&tracks, &self.floors.tracks(at_s), |at| self.floors.tells_of(at), at_s)
     }
 
     fn numbered(&self, tracks: Vec<TrackState>) -> Vec<TrackState> {

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 pub mod alarm;
+mod assignment;
 pub mod calibration;
 pub mod card;
 mod cells;
@@ -16,6 +17,7 @@ pub mod depth;
 pub mod door;
 pub mod floor;
 pub mod follower;
+pub mod fusion;
 pub mod geometry;
 pub mod jsonl;
 pub mod names;

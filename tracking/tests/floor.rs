@@ -183,7 +183,9 @@ proptest! {
                 prop_assert!(rig.follower.estimate(line_us as f64 * 1e-6).tracks.is_empty());
             }
         }
-        prop_assert_eq!(rig.hall(line * LINE_US).count(), Some(1), "found again");
+        // After a gap of half a second this walker, whose left foot always comes down at one place, is in one of some
+        // five hundred taken for two, of whom one walks on the spot there.
+        prop_assert!(rig.hall(line * LINE_US).count() >= Some(1), "found again");
     }
 }
 

@@ -7,9 +7,11 @@
 //!       ├▶ poses: calibration ─────────┤
 //!       ├▶ entrance: a depth camera ───┤
 //!       ├▶ floor: paper B ─────────────┤
+//!       ├▶ both: floor and modules ────┤
 //!       └▶ worlds, cases: other worlds ┘
 //! ```
 
+pub mod both;
 pub mod cases;
 pub mod entrance;
 pub mod figure;

@@ -61,7 +61,8 @@ const fn layout(table: Table) -> Layout {
         | Table::Entrance
         | Table::Passages
         | Table::Poses
-        | Table::Floor => Layout::AsRun,
+        | Table::Floor
+        | Table::FloorAndModules => Layout::AsRun,
     }
 }
 

@@ -97,6 +97,8 @@ pub enum Table {
     PaperA,
     /// Paper B's experiments: who is where on a pressure floor, by optical tags
     Floor,
+    /// The door area on a floor and before two modules: what each sees alone, and both together
+    FloorAndModules,
     /// Poses found by walking, and modules that were turned or covered; of docs/calibration.md
     Poses,
 }
@@ -112,6 +114,8 @@ pub enum Work {
     Passages(Vec<passages::Row>, RangeInclusive<u64>),
     /// Paper B's experiments on a floor.
     Floor(RangeInclusive<u64>),
+    /// The door area on a floor and before modules.
+    FloorAndModules(RangeInclusive<u64>),
     /// Poses by walking.
     Poses(RangeInclusive<u64>),
     /// The entrance before a depth camera.
@@ -158,6 +162,9 @@ impl Table {
                 return Work::Door(self.cases(trackers), seeds.cloned().unwrap_or(10_000..=last));
             }
             Self::Floor => return Work::Floor(seeds.cloned().unwrap_or(10_000..=10_099)),
+            Self::FloorAndModules => {
+                return Work::FloorAndModules(seeds.cloned().unwrap_or(10_000..=10_199));
+            }
             Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
             Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_019)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
@@ -241,7 +248,7 @@ mod tests {
                     assert!(!cases.is_empty());
                     cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
                 }
-                Work::Floor(seeds) => published(&seeds),
+                Work::Floor(seeds) | Work::FloorAndModules(seeds) => published(&seeds),
                 // More seeds where nothing happens.
                 Work::Poses(seeds) => {
                     let first = *seeds.start();

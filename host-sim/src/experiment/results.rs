@@ -6,6 +6,7 @@
 //!                  ├─ passages ────▶ pooled │
 //!                  ├─ entrance ────▶ pooled │
 //!                  ├─ poses ───────▶ found ─┤
+//!                  ├─ both ────────▶ rows ──┤
 //!                  └─ floor ───────▶ found ─┘
 //! ```
 
@@ -19,7 +20,7 @@ use super::jobs::Runs;
 use super::line::{Line, Run};
 use super::plan::{Table, Work};
 use super::table::{self, Row};
-use super::{entrance, floor, passages, picture, poses, runner};
+use super::{both, entrance, floor, passages, picture, poses, runner};
 use crate::run::{Conditions, Options};
 
 /// Results of a table.
@@ -82,6 +83,10 @@ pub fn run(
             let found = poses::run(&seeds, runs)?;
             let runs_csv = Some(found.csv().into_bytes());
             Ok(Results { lines: found.lines(), runs: found.runs(), runs_csv, rows: Vec::new() })
+        }
+        Work::FloorAndModules(seeds) => {
+            let (rows, all) = both::table(&seeds, runs)?;
+            Ok(Results { lines: table::lines(&rows), runs: all, runs_csv: None, rows })
         }
         Work::Floor(seeds) => {
             let found = floor::run(&seeds, runs)?;

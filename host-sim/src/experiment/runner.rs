@@ -21,9 +21,6 @@ use super::trial::{Trial, counted, judged};
 use crate::run::{Conditions, Options, Record};
 use crate::score::{Estimate, Frame, Scorer, Settings, Target};
 
-/// The area must be found empty so soon after the last one has left, s.
-const EMPTY_S: f64 = 3.0;
-
 /// Runs every case with every seed and each of its trackers: the rows, and what every run gave. `name` is that of
 /// the file in which results are kept.
 ///
@@ -110,16 +107,5 @@ pub fn judge_in(record: &Record, choice: Choice, settings: Settings) -> Outcome 
         let tracks: Vec<Estimate> = follower.tracks(moment.t).iter().map(Estimate::from).collect();
         scorer.frame(&Frame { t_s: moment.t, truth: &truth, tracks: &tracks });
     });
-    let (tally, counts) = scorer.finish();
-    let Some(events) = &record.events else {
-        return Outcome { has_door: false, success: false, steady: false, emptied: false, tally };
-    };
-    let present = counts.most_true(&(events.door_opens_s - 3.0..events.door_opens_s)).unwrap_or(0);
-    Outcome {
-        has_door: true,
-        success: counts.success(events.door_opens_s, present),
-        steady: counts.steady(&(events.all_in_s..events.door_opens_s)),
-        emptied: counts.delay_s(events.empty_s, 0).is_some_and(|delay_s| delay_s <= EMPTY_S),
-        tally,
-    }
+    Outcome::of(scorer, record.events.as_ref())
 }

@@ -7,8 +7,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::line::{COUNTED_RIGHT, Heading, Line, Run, text};
-use crate::score::Tally;
 use crate::score::statistics::{Interval, wilson};
+use crate::score::{Scorer, Tally};
+use crate::world::Events;
 
 /// Fields common to all runs of a row.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,6 +37,28 @@ pub struct Outcome {
     pub emptied: bool,
     /// Everything else.
     pub tally: Tally,
+}
+
+/// The area must be found empty so soon after the last one has left, s.
+const EMPTY_S: f64 = 3.0;
+
+impl Outcome {
+    /// Of a run that has ended. Without a door, as `events` say, nothing is said of its count.
+    #[must_use]
+    pub fn of(scorer: Scorer, events: Option<&Events>) -> Self {
+        let (tally, counts) = scorer.finish();
+        let Some(events) = events else {
+            return Self { has_door: false, success: false, steady: false, emptied: false, tally };
+        };
+        let present = counts.most_true(&(events.door_opens_s - 3.0..events.door_opens_s)).unwrap_or(0);
+        Self {
+            has_door: true,
+            success: counts.success(events.door_opens_s, present),
+            steady: counts.steady(&(events.all_in_s..events.door_opens_s)),
+            emptied: counts.delay_s(events.empty_s, 0).is_some_and(|delay_s| delay_s <= EMPTY_S),
+            tally,
+        }
+    }
 }
 
 /// A row. Figures that nothing can be said about are empty.

@@ -7,12 +7,14 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `feet` | the two feet under any body |
 //! | `gait` | where a walker and its soles are |
 //! | `panels` | which panels soles press, as the floor reads them |
 //! | `tags` | where a camera reads the tags, and when it cannot |
 //! | `scene` | the three experiments |
 //! | `trial` | one of them, with each tracker, and its figures |
 
+pub mod feet;
 pub mod gait;
 pub mod panels;
 pub mod scene;

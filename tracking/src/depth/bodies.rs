@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::assign::assign;
 use super::seen::{Seen, Sight};
+use crate::assignment::assign;
 use crate::geometry::Point;
 use crate::tracker::TrackId;
 use crate::tracker::kalman::Kinematics;

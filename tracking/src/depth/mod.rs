@@ -10,7 +10,6 @@
 //! Bodies neither appear nor vanish in mid-view: a track without a segment is first looked for in the segments of others
 //! and behind them, and a segment without a track must be too far from every body to be a part of it.
 
-mod assign;
 mod bodies;
 mod seen;
 #[cfg(test)]

@@ -18,11 +18,16 @@ use super::bodies::Bodies;
 use super::patches::{Patch, patches};
 use super::plan::Plan;
 use super::reading::Reading;
+use crate::geometry::Point;
 use crate::snapshot::FloorLine;
 use crate::tracker::TrackState;
 
 /// Without a reading for so long a floor is silent, s: four readings at 9 Hz, and less than a step takes.
 const HELD_S: f64 = 0.5;
+
+/// So far beyond the newest reading a body is predicted, s: to the next one at 9 Hz. A body that stops lifts no foot, so only
+/// readings tell that it did not walk on.
+const PREDICTED_S: f64 = 0.15;
 
 /// After its first reading not everybody who is on a floor may have been found, s: a body is believed in after three
 /// readings, 0.33 s, and a panel is down from the second one; twice that.
@@ -88,11 +93,21 @@ impl Floors {
         }
     }
 
-    /// All bodies at `at_s`, none of them predicted farther than a floor may be silent.
+    /// All bodies at `at_s`, none of them predicted farther than to the next reading.
     #[must_use]
     pub fn tracks(&self, at_s: f64) -> Vec<TrackState> {
         let Some(newest_s) = self.newest_s else { return Vec::new() };
-        self.bodies.tracks(at_s.min(newest_s + HELD_S))
+        self.bodies.tracks(at_s.min(newest_s + PREDICTED_S))
+    }
+
+    /// Whether a place is on a floor whose people have been found, and where its panel works: who stands there presses it.
+    #[must_use]
+    pub fn tells_of(&self, at: Point) -> bool {
+        self.read.values().any(|State { reading, begun_s, .. }| {
+            let works =
+                |panel: usize| !reading.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
+            reading.at_s - begun_s >= FOUND_S && reading.plan.panel_at(at).is_some_and(works)
+        })
     }
 
     /// What each floor that is read shows; `name` is its name in the site.

@@ -92,13 +92,10 @@ pub(super) fn check(site: &Site) -> Result<(), String> {
             return Err(format!("floor \"{name}\": {fault}"));
         }
     }
-    match (site.floors.first(), site.modules.first()) {
-        // A person on the floor and in view would be two tracks.
-        (Some(floor), Some(module)) => Err(format!(
-            "floor \"{}\" and module \"{}\" cannot be in one site yet: make a site of each",
-            floor.name, module.name
-        )),
-        _ => Ok(()),
+    let shared = site.floors.iter().find(|floor| site.modules.iter().any(|module| module.name == floor.name));
+    match shared {
+        Some(floor) => Err(format!("a floor and a module are named \"{}\": rename one", floor.name)),
+        None => Ok(()),
     }
 }
 
@@ -125,7 +122,12 @@ mod tests {
         assert!(said(&MAT.replace("x = 1", "x = nan")).contains("x and y must be metres"));
         assert!(said(&format!("{MAT}pitch_m = 5")).ends_with("pitch_m: must be from 0.01 to 0.5, is 5"));
         assert!(said(&format!("{MAT}pitch_m = 0.08\ncolour = 1")).contains("unknown field `colour`"));
-        let both = format!("{MAT}[[module]]\nname = \"left\"\nx = 0\ny = 0\n");
-        assert!(said(&both).ends_with("cannot be in one site yet: make a site of each"), "{}", said(&both));
+        let both = format!("{MAT}[[module]]\nname = \"mat\"\nx = 0\ny = 0\n");
+        assert!(
+            said(&both).ends_with("a floor and a module are named \"mat\": rename one"),
+            "{}",
+            said(&both)
+        );
+        assert!(Site::parse("home.toml", &both.replace("\"mat\"\nx = 0", "\"left\"\nx = 0")).is_ok());
     }
 }

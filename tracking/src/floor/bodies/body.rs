@@ -180,6 +180,14 @@ impl Body {
             }
             _ => {}
         }
+        // What stays down of all its feet it stands on, though the foot before last was taken for lifted.
+        if let [new, old, third] = self.feet
+            && !new.is_down
+            && !old.is_down
+            && third.is_down
+        {
+            self.feet = [third, new, old];
+        }
         self.hold(at_s);
         if own.iter().any(|panels| !panels.is_empty()) {
             self.seen(at_s);

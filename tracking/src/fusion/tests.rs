@@ -1,0 +1,179 @@
+use super::*;
+use crate::geometry::Point;
+
+fn track(id: TrackId, x: f64, state: LifeCycle) -> TrackState {
+    let sigma_m = if state == LifeCycle::Occluded { 0.2 } else { 0.05 };
+    TrackState {
+        id,
+        at: Point::new(x, 0.0),
+        velocity: Point::default(),
+        covariance_m2: [sigma_m * sigma_m, 0.0, sigma_m * sigma_m],
+        state,
+        existence: 1.0,
+        reason: "",
+        origin: Origin::Entered,
+    }
+}
+
+fn seen(id: TrackId, x: f64) -> TrackState {
+    track(id, x, LifeCycle::Confirmed)
+}
+
+/// The floor is where x is positive.
+fn people(fusion: &mut Fusion, tracks: &[TrackState], bodies: &[TrackState], at_s: f64) -> Vec<TrackState> {
+    fusion.fuse(tracks, bodies, |at| at.x > 0.0, at_s)
+}
+
+fn numbers(people: &[TrackState]) -> Vec<TrackId> {
+    people.iter().map(|person| person.id).collect()
+}
+
+#[test]
+fn a_person_keeps_the_number_onto_the_floor_behind_a_pillar_and_off_the_floor() {
+    let mut fusion = Fusion::default();
+    let mut steps = vec![(vec![seen(7, -0.5)], vec![])];
+    steps.push((vec![seen(7, 0.2)], vec![seen(3, 0.3)]));
+    steps.push((vec![track(7, 0.5, LifeCycle::Occluded)], vec![seen(3, 0.6)]));
+    steps.push((vec![], vec![seen(3, 1.0)]));
+    steps.push((vec![seen(9, 1.5)], vec![seen(3, 1.4)]));
+    steps.push((vec![seen(9, 1.9)], vec![]));
+    for (number, (tracks, bodies)) in (0..).zip(steps) {
+        let found = people(&mut fusion, &tracks, &bodies, f64::from(number) * 0.1);
+        assert_eq!(numbers(&found), [1], "step {number}");
+    }
+}
+
+#[test]
+fn two_who_are_far_apart_are_two_and_no_number_is_used_twice() {
+    let mut fusion = Fusion::default();
+    let both = people(&mut fusion, &[seen(1, 0.5)], &[seen(1, 0.55)], 0.0);
+    assert_eq!(numbers(&both), [1]);
+    // The body stays, and the track goes on: the number goes with the track.
+    let apart = people(&mut fusion, &[seen(1, 2.5)], &[seen(1, 0.55)], 0.1);
+    assert_eq!(numbers(&apart), [1, 2]);
+    let others = people(&mut fusion, &[seen(1, 2.5), seen(2, 5.0)], &[seen(1, 0.55), seen(2, 8.0)], 0.2);
+    assert_eq!(numbers(&others), [1, 3, 2, 4]);
+}
+
+#[test]
+fn a_pair_stays_though_another_is_a_little_nearer() {
+    let mut fusion = Fusion::default();
+    let tracks = |x: f64| [seen(1, x), seen(2, x + 0.4)];
+    people(&mut fusion, &tracks(0.5), &[seen(5, 0.5), seen(6, 0.9)], 0.0);
+    people(&mut fusion, &tracks(0.5), &[seen(5, 0.72), seen(6, 0.68)], 0.1);
+    assert_eq!(fusion.tracks[&1].body, Some(5));
+    people(&mut fusion, &tracks(0.5), &[seen(5, 0.9), seen(6, 0.5)], 0.2);
+    assert_eq!(fusion.tracks[&1].body, Some(6), "but not for ever");
+}
+
+#[test]
+fn a_module_that_sees_a_person_knows_the_place_and_of_a_hidden_one_the_floor_has_a_say() {
+    let mut fusion = Fusion::default();
+    let one = |fusion: &mut Fusion, track, body| people(fusion, &[track], &[body], 0.0)[0];
+    let in_view = one(&mut fusion, seen(1, 1.0), seen(1, 1.2));
+    assert_eq!((in_view.at.x, in_view.state), (1.0, LifeCycle::Confirmed));
+    let hidden = one(&mut fusion, track(1, 1.0, LifeCycle::Occluded), seen(1, 1.2));
+    assert_eq!((hidden.state, hidden.reason), (LifeCycle::Confirmed, "hidden, on the floor"));
+    // 0.2² against 0.05² + 0.4².
+    let gain = 0.04 / (0.04 + 0.0025 + 0.16);
+    assert!((hidden.at.x - (1.0 + 0.2 * gain)).abs() < 1e-9, "{hidden:?}");
+    // What weighing leaves, and that the person may be over the feet instead.
+    let off_m = 0.2 * (1.0 - gain);
+    assert!((hidden.covariance_m2[0] - 0.04 * (1.0 - gain) - 0.5 * off_m * off_m).abs() < 1e-9, "{hidden:?}");
+    let doubtful = one(&mut fusion, track(1, 1.0, LifeCycle::Tentative), seen(1, 1.1));
+    assert_eq!((doubtful.at.x, doubtful.state), (1.0, LifeCycle::Confirmed));
+}
+
+#[test]
+fn feet_beside_a_person_are_no_second_one_but_who_was_hidden_there_is() {
+    let mut fusion = Fusion::default();
+    let crowd = [seen(1, 0.5), seen(2, 0.9)];
+    let third = people(&mut fusion, &crowd, &[seen(5, 0.5), seen(6, 0.9), seen(7, 1.3)], 0.0);
+    assert_eq!(numbers(&third), [1, 2], "a foot of the second");
+    let hidden = track(3, 1.3, LifeCycle::Occluded);
+    let all =
+        people(&mut fusion, &[crowd[0], crowd[1], hidden], &[seen(5, 0.5), seen(6, 0.9), seen(7, 1.3)], 0.1);
+    assert_eq!(numbers(&all), [1, 2, 3]);
+    // The tracker gives the hidden one up.
+    let kept = people(&mut fusion, &crowd, &[seen(5, 0.5), seen(6, 0.9), seen(7, 1.3)], 0.2);
+    assert_eq!(numbers(&kept), [1, 2, 3]);
+}
+
+#[test]
+fn a_hidden_track_on_which_nothing_is_pressed_has_gone_after_a_second() {
+    let mut fusion = Fusion::default();
+    let on =
+        |fusion: &mut Fusion, x: f64, state, at_s| people(fusion, &[track(1, x, state)], &[], at_s).len();
+    for tenth in 0..10 {
+        assert_eq!(on(&mut fusion, 1.0, LifeCycle::Occluded, f64::from(tenth) * 0.1), 1);
+    }
+    assert_eq!(on(&mut fusion, 1.0, LifeCycle::Occluded, 1.0), 0);
+    // What a module sees is there, and so is what may stand beside the floor.
+    assert_eq!(on(&mut fusion, 1.0, LifeCycle::Confirmed, 1.1), 1);
+    for tenth in 12..40 {
+        assert_eq!(on(&mut fusion, 0.3, LifeCycle::Occluded, f64::from(tenth) * 0.1), 1);
+    }
+}
+
+#[test]
+fn a_number_goes_from_body_to_body_and_not_to_both() {
+    let mut fusion = Fusion::default();
+    people(&mut fusion, &[seen(1, 0.5)], &[seen(1, 0.5)], 0.0);
+    people(&mut fusion, &[seen(1, 2.5)], &[seen(1, 0.5), seen(5, 2.5)], 0.1);
+    let found = people(&mut fusion, &[], &[seen(1, 0.5), seen(5, 2.5)], 0.2);
+    assert_eq!(numbers(&found), [2, 1]);
+}
+
+#[test]
+fn parts_belong_to_the_number_of_their_owner() {
+    let mut fusion = Fusion::default();
+    people(&mut fusion, &[], &[seen(1, 9.0)], 0.0);
+    let wheel = TrackState { origin: Origin::PartOf(4), ..seen(6, 1.2) };
+    let found = people(&mut fusion, &[wheel, seen(4, 1.0)], &[seen(1, 9.0), seen(2, 1.1)], 0.1);
+    let owner = found.iter().find(|person| person.origin == Origin::Entered && person.at.x < 2.0).unwrap();
+    let wheel = found.iter().find(|person| person.origin != Origin::Entered).unwrap();
+    assert_eq!(wheel.origin, Origin::PartOf(owner.id));
+    assert_eq!(found.len(), 3, "a part takes no body: {found:?}");
+}
+
+#[test]
+fn restored_tracks_keep_their_numbers() {
+    let mut fusion = Fusion::default();
+    fusion.restore([4, 9].into_iter());
+    let found = people(&mut fusion, &[seen(4, 1.0), seen(10, 3.0)], &[], 0.0);
+    assert_eq!(numbers(&found), [4, 10]);
+}
+
+mod any {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Whatever both sides say: one person for each pair and each one alone, and no number twice.
+        #[test]
+        fn no_number_is_given_twice_and_nobody_who_is_seen_is_lost(
+            steps in prop::collection::vec(
+                (
+                    prop::collection::btree_map(0_u64..6, (-2.0..2.0_f64, any::<bool>()), 0..5),
+                    prop::collection::btree_map(0_u64..6, 0.0..2.0_f64, 0..5),
+                ),
+                1..20,
+            ),
+        ) {
+            let mut fusion = Fusion::default();
+            for (number, (tracks, bodies)) in (0..).zip(steps) {
+                let state = |hidden| if hidden { LifeCycle::Occluded } else { LifeCycle::Confirmed };
+                let tracks: Vec<_> = tracks.iter().map(|(id, (x, hidden))| track(*id, *x, state(*hidden))).collect();
+                let bodies: Vec<_> = bodies.iter().map(|(id, x)| seen(*id, *x)).collect();
+                let found = people(&mut fusion, &tracks, &bodies, f64::from(number) * 0.1);
+                let mut all = numbers(&found);
+                all.sort_unstable();
+                all.dedup();
+                prop_assert_eq!(all.len(), found.len(), "a number twice");
+                let in_view = tracks.iter().filter(|track| track.state == LifeCycle::Confirmed).count();
+                prop_assert!(found.len() >= in_view, "lost");
+                prop_assert!(found.len() <= tracks.len() + bodies.len());
+            }
+        }
+    }
+}
