@@ -235,7 +235,7 @@ mod tests {
 
     fn frame() -> Arc<Snapshot> {
         let mut frame = Snapshot { strangers: 3, ..Snapshot::default() };
-        let zone = |count, state| ZoneLine::new(Found { count, p: vec![1.0] }, 0.5, state);
+        let zone = |count, state| ZoneLine::new(Found::inside(count, vec![1.0]), 0.5, state);
         frame.line.zones.insert("hall".into(), zone(2, ZoneKnown::Partly));
         frame.line.zones.insert("a \"b\"\\\n".into(), zone(1, ZoneKnown::Unknown));
         let alarm = AlarmLine::new(AlarmKind::Silent, "…");

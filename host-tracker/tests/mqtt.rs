@@ -174,7 +174,7 @@ impl Frames {
     }
 
     fn zone(&self, count: u32, state: ZoneKnown) {
-        let zone = ZoneLine::new(Found { count, p: vec![1.0] }, 1.0, state);
+        let zone = ZoneLine::new(Found::inside(count, vec![1.0]), 1.0, state);
         self.frame.lock().unwrap().line.zones.insert("hall".into(), zone);
     }
 }

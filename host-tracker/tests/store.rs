@@ -77,7 +77,7 @@ fn track(id: u64, x: f64, y: f64) -> TrackLine {
 
 fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Snapshot> {
     let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
-    let hall = ZoneLine::new(Found { count, p: vec![] }, 1.0, ZoneKnown::Known);
+    let hall = ZoneLine::new(Found::inside(count, vec![]), 1.0, ZoneKnown::Known);
     let zones = [("hall".to_string(), hall)].into();
     Arc::new(Snapshot::of(unix_ms, TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }))
 }

@@ -329,7 +329,7 @@ mod tests {
             reason: "hidden by 3",
             origin: Origin::Entered,
         };
-        let zone = ZoneLine::new(Found { count: 1, p: vec![0.1, 0.9] }, 0.7, ZoneKnown::Partly);
+        let zone = ZoneLine::new(Found::inside(1, vec![0.1, 0.9]), 0.7, ZoneKnown::Partly);
         let line = TracksLine {
             t: 12.3,
             tracks: vec![TrackLine::from(&state)],

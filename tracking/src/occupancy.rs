@@ -27,10 +27,20 @@ pub enum ZoneKnown {
 /// People who were found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Most probable number.
+    /// Confirmed and occluded tracks inside.
     pub count: u32,
-    /// Probability of no person, of one, of two, …
+    /// Probability of no person, of one, of two, …: tentative tracks and those at its edge included.
     pub p: Vec<f64>,
+    /// The same of those that may be counted, each where its mean is: how sure `count` is. It is not written.
+    pub counted_p: Vec<f64>,
+}
+
+impl Found {
+    /// As many as may be counted, all of them well inside.
+    #[must_use]
+    pub fn inside(count: u32, p: Vec<f64>) -> Self {
+        Self { count, counted_p: p.clone(), p }
+    }
 }
 
 /// What is known of a zone.
@@ -73,7 +83,7 @@ impl ZoneLine {
         self.seen_share
     }
 
-    /// Most probable number of people; none where 0 would say more than is known.
+    /// Number of people found; none where 0 would say more than is known.
     #[must_use]
     pub fn count(&self) -> Option<u32> {
         self.found.as_ref().map(|found| found.count)
@@ -83,6 +93,12 @@ impl ZoneLine {
     #[must_use]
     pub fn p(&self) -> &[f64] {
         self.found.as_ref().map_or(&[], |found| &found.p)
+    }
+
+    /// The same of those that may be counted; empty without a count.
+    #[must_use]
+    pub fn counted_p(&self) -> &[f64] {
+        self.found.as_ref().map_or(&[], |found| &found.counted_p)
     }
 }
 
@@ -99,7 +115,7 @@ impl From<Flat> for ZoneLine {
     fn from(flat: Flat) -> Self {
         let Flat { count, p, seen_share, state } = flat;
         match count {
-            Some(count) => Self::new(Found { count, p: p.unwrap_or_default() }, seen_share, state),
+            Some(count) => Self::new(Found::inside(count, p.unwrap_or_default()), seen_share, state),
             None => Self { state, seen_share, found: None },
         }
     }
@@ -108,7 +124,7 @@ impl From<Flat> for ZoneLine {
 impl From<ZoneLine> for Flat {
     fn from(line: ZoneLine) -> Self {
         let ZoneLine { state, seen_share, found } = line;
-        let (count, p) = found.map(|Found { count, p }| (count, p)).unzip();
+        let (count, p) = found.map(|Found { count, p, .. }| (count, p)).unzip();
         Self { count, p, seen_share, state }
     }
 }
@@ -120,7 +136,7 @@ mod tests {
     #[test]
     fn nobody_found_is_a_count_of_zero_only_where_all_is_seen() {
         let line = |count: u32, state| {
-            let line = ZoneLine::new(Found { count, p: vec![1.0] }, 0.5, state);
+            let line = ZoneLine::new(Found::inside(count, vec![1.0]), 0.5, state);
             serde_json::to_string(&line).unwrap()
         };
         assert_eq!(line(0, ZoneKnown::Known), r#"{"count":0,"p":[1.0],"seen_share":0.5,"state":"known"}"#);
@@ -137,7 +153,7 @@ mod tests {
 
     #[test]
     fn lines_are_read_as_they_are_written_and_old_ones_say_no_more_than_is_known() {
-        let known = ZoneLine::new(Found { count: 1, p: vec![0.1, 0.9] }, 0.9, ZoneKnown::Known);
+        let known = ZoneLine::new(Found::inside(1, vec![0.1, 0.9]), 0.9, ZoneKnown::Known);
         for line in [known, ZoneLine::unknown()] {
             let text = serde_json::to_string(&line).unwrap();
             assert_eq!(serde_json::from_str::<ZoneLine>(&text).unwrap(), line);

@@ -399,7 +399,7 @@ mod tests {
 
     #[test]
     fn a_frame_survives_being_written_and_read() {
-        let zone = ZoneLine::new(Found { count: 1, p: vec![0.1, 0.9] }, 1.0, ZoneKnown::Known);
+        let zone = ZoneLine::new(Found::inside(1, vec![0.1, 0.9]), 1.0, ZoneKnown::Known);
         let track =
             r#"{"id":7,"x":1.5,"y":-0.25,"cov":[0.01,0.0,0.01],"state":"occluded","reason":"hidden"}"#;
         let line = TracksLine {

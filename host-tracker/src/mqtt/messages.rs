@@ -341,7 +341,7 @@ pub(super) mod tests {
     }
 
     pub fn zone(count: u32, state: ZoneKnown) -> ZoneLine {
-        ZoneLine::new(Found { count, p: vec![1.0] }, 1.0, state)
+        ZoneLine::new(Found::inside(count, vec![1.0]), 1.0, state)
     }
 
     /// Two zones and two modules, one of which belongs to another site.

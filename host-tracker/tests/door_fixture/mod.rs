@@ -227,7 +227,7 @@ fn frame(people: &[[f64; 2]]) -> Snapshot {
     let inside = people.iter().filter(|[_, y]| y.abs() < 1.0).count();
     let mut p = vec![0.0; inside + 1];
     p[inside] = 1.0;
-    let zone = ZoneLine::new(Found { count: inside as u32, p }, 1.0, ZoneKnown::Known);
+    let zone = ZoneLine::new(Found::inside(inside as u32, p), 1.0, ZoneKnown::Known);
     line.zones.insert("area".into(), zone);
     Snapshot::of(unix_ms(), line)
 }

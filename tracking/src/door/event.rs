@@ -72,7 +72,7 @@ impl From<&TrackState> for Body {
 pub struct Seen {
     /// All tracks.
     pub bodies: Vec<Body>,
-    /// Probability of no person, of one, of two … in the door's zone.
+    /// Probability of no person, of one, of two … in the door's zone, of those that may be counted.
     pub count_p: Vec<f64>,
     /// Share of the zone seen in the last 2 s.
     pub seen_share: f64,
@@ -86,7 +86,7 @@ impl Seen {
     pub fn of(tracks: &[TrackState], zone: Option<&ZoneLine>, trouble: Option<Trouble>) -> Self {
         Self {
             bodies: tracks.iter().map(Body::from).collect(),
-            count_p: zone.map(|zone| zone.p().to_vec()).unwrap_or_default(),
+            count_p: zone.map(|zone| zone.counted_p().to_vec()).unwrap_or_default(),
             seen_share: zone.map_or(0.0, ZoneLine::seen_share),
             trouble,
         }

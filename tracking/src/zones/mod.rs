@@ -1,12 +1,13 @@
 //! How many people are in each zone, how sure that is, and how much of the zone was seen.
 //!
 //! ```text
-//!   tracks ─▶ inside? existence ─▶ P(0), P(1), …          count: confirmed and occluded tracks inside
+//!   tracks ─▶ existence, share inside ─▶ P(0), P(1), …    count: confirmed and occluded tracks whose mean is inside
 //!   observations ─▶ cells of 0.2 m, seen when last ─▶ share    known · partly · unknown
 //! ```
 //!
 //! An unexplained track, which was never seen to enter and has not moved, is in the distribution and not in the
-//! count; in a zone that is `secure` it is in both. A part of another track is in neither, anywhere.
+//! count; in a zone that is `secure` it is in both. A tentative track is in the distribution only. A part of another
+//! track is in neither, anywhere.
 //!
 //! Which beam of a module points at a cell does not change, so that is worked out once a module; what lies behind its
 //! walls is left out, once a background. So a scan costs as many cells as that module can see, however large the zones
@@ -15,6 +16,7 @@
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
 mod panels;
+mod presence;
 mod reach;
 mod zone;
 
@@ -166,16 +168,12 @@ impl Zones {
 
     /// What is known of each zone at `at_s`, by its name.
     #[must_use]
-    pub fn lines(&self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
+    pub fn lines(&mut self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
         let mut inside = vec![Vec::new(); self.zones.len()];
         for track in tracks {
-            for zone in self.areas.around(track.at) {
-                if let Some(inside) = inside.get_mut(zone) {
-                    inside.push(track);
-                }
-            }
+            presence::place(track, &self.areas, &mut inside);
         }
-        let lines = self.zones.iter().zip(inside);
+        let lines = self.zones.iter_mut().zip(inside);
         lines.map(|(zone, inside)| (zone.name.clone(), zone.line(&inside, at_s))).collect()
     }
 }

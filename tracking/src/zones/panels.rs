@@ -59,7 +59,7 @@ impl Panels {
                 && let Some(cell) = zone.cells.get_mut(*cell)
                 && panels.iter().all(|panel| works(*panel))
             {
-                cell.seen_s = at_s;
+                cell.note(at_s);
             }
         }
     }

@@ -3,13 +3,19 @@
 //! ```text
 //!   ┌──┬──┬──┐   a cell is a body wide, and seen for 2 s after a module last saw it empty
 //!   │▒▒│  │▒▒│   share of them that is seen ─▶ known · partly · unknown
-//!   └──┴──┴──┘   tracks inside, each with its existence ─▶ P(0), P(1), …
+//!   └──┴──┴──┘   tracks inside, each with its existence, as far as it is inside ─▶ P(0), P(1), …
 //! ```
+//!
+//! After a gap a zone is not known at once. A module that had to learn its background anew may have learned a person who
+//! stood there, and what is at that place and behind it is then seen no more: a zone in which no track is stays *partly*
+//! known while a body's worth of cells that were seen before the gap has not been seen since. With tracks inside, these
+//! are what hides them.
 
+use super::presence::{Presence, WHOLE};
 use crate::geometry::{Point, bounds, inside};
 use crate::occupancy::{Found, ZoneKnown, ZoneLine};
 use crate::site;
-use crate::tracker::{LifeCycle, Origin, TrackState};
+use crate::tracker::{LifeCycle, Origin};
 
 /// Side of a cell, m: a body.
 pub const CELL_M: f64 = 0.2;
@@ -22,6 +28,13 @@ const KNOWN: f64 = 0.8;
 
 /// Seen share under which nothing is known.
 const UNKNOWN: f64 = 0.1;
+
+/// As many cells as a body covers, 0.45 × 0.28 m.
+const BODY: usize = 3;
+
+/// So long after a gap a person may stand where no cell has been seen since, s: people who stand shift their weight every
+/// few minutes, and then a background learned with them opens. Later it is a thing that was brought in.
+const HELD_S: f64 = 600.0;
 
 /// Probability that an unexplained track that has not moved since it appeared is a person: people bring things as often
 /// as people in their arms.
@@ -37,6 +50,17 @@ pub struct Zone {
     pub around: (Point, Point),
     /// Before this time nothing is known of it, s.
     pub known_s: f64,
+    /// The newest time in which too little of it was seen.
+    gap: Option<Gap>,
+}
+
+/// A time in which too little of a zone was seen to know it, s.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    begun_s: f64,
+    newest_s: f64,
+    /// It goes on.
+    is_open: bool,
 }
 
 /// A part of a zone.
@@ -44,9 +68,21 @@ pub struct Zone {
 pub struct Cell {
     pub middle: Point,
     pub seen_s: f64,
+    /// It was seen before the newest gap of its zone.
+    was_seen: bool,
 }
 
 impl Cell {
+    const fn new(middle: Point) -> Self {
+        Self { middle, seen_s: f64::NEG_INFINITY, was_seen: false }
+    }
+
+    /// Notes that it was seen at `at_s`, or, with negative infinity, that nothing is known of it any more.
+    pub const fn note(&mut self, at_s: f64) {
+        self.was_seen |= self.seen_s.is_finite();
+        self.seen_s = at_s;
+    }
+
     /// Cells of two zones at one place have the same.
     pub fn place(&self) -> (i64, i64) {
         ((self.middle.x / CELL_M).floor() as i64, (self.middle.y / CELL_M).floor() as i64)
@@ -65,12 +101,12 @@ impl Zone {
                 let offset = Point::new(f64::from(column) + 0.5, f64::from(row) + 0.5) * CELL_M;
                 let middle = low + offset;
                 if inside(middle, &polygon) {
-                    cells.push(Cell { middle, seen_s: f64::NEG_INFINITY });
+                    cells.push(Cell::new(middle));
                 }
             }
         }
         let known_s = f64::NEG_INFINITY;
-        Self { name: zone.name.clone(), secure: zone.secure, cells, around: (low, high), known_s }
+        Self { name: zone.name.clone(), secure: zone.secure, cells, around: (low, high), known_s, gap: None }
     }
 
     /// From a place to the rectangle around it, m.
@@ -80,37 +116,60 @@ impl Zone {
     }
 
     /// The record of this zone, from the tracks inside.
-    pub fn line(&self, tracks: &[&TrackState], at_s: f64) -> ZoneLine {
+    pub fn line(&mut self, tracks: &[Presence<'_>], at_s: f64) -> ZoneLine {
         if at_s < self.known_s {
             return ZoneLine::unknown();
         }
-        let mut count = 0;
-        let mut p = vec![1.0];
-        for track in tracks {
-            match track.origin {
+        let mut found = Found { count: 0, p: vec![1.0], counted_p: vec![1.0] };
+        for Presence { track, is_inside, parts } in tracks {
+            let (is_counted, existence) = match track.origin {
                 // Shown, and never counted: the track that it is a part of stands for both.
-                Origin::PartOf(_) => {}
+                Origin::PartOf(_) => continue,
                 // Perhaps a thing: the count may be higher by one.
-                Origin::Unexplained if !self.secure => add(&mut p, UNEXPLAINED * track.existence),
-                Origin::Entered if track.state == LifeCycle::Tentative => {}
-                Origin::Unexplained | Origin::Entered => {
-                    count += 1;
-                    add(&mut p, track.existence);
-                }
+                Origin::Unexplained if !self.secure => (false, UNEXPLAINED * track.existence),
+                Origin::Unexplained => (true, track.existence),
+                Origin::Entered => (track.state != LifeCycle::Tentative, track.existence),
+            };
+            add(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE));
+            // A tentative track is not believed in yet; at a door it is what its passage is judged by.
+            let may_count = is_counted || track.origin == Origin::Unexplained;
+            if may_count && *is_inside {
+                add(&mut found.counted_p, existence);
+                found.count += u32::from(is_counted);
             }
         }
         let seen = self.cells.iter().filter(|cell| at_s - cell.seen_s < SEEN_S).count();
         let seen_share = seen as f64 / self.cells.len().max(1) as f64;
+        self.note(seen_share < KNOWN, at_s);
         let state = match seen_share {
-            share if share >= KNOWN => ZoneKnown::Known,
             share if share < UNKNOWN => ZoneKnown::Unknown,
+            share if share >= KNOWN && (found.count > 0 || !self.may_hide_a_body(at_s)) => ZoneKnown::Known,
             _ => ZoneKnown::Partly,
         };
-        ZoneLine::new(Found { count, p }, seen_share, state)
+        ZoneLine::new(found, seen_share, state)
+    }
+
+    /// Notes whether too little of it is seen to know it.
+    fn note(&mut self, is_gap: bool, at_s: f64) {
+        match &mut self.gap {
+            Some(gap) if is_gap && gap.is_open => gap.newest_s = at_s,
+            Some(gap) if !is_gap => gap.is_open = false,
+            Some(_) | None if is_gap => {
+                self.gap = Some(Gap { begun_s: at_s, newest_s: at_s, is_open: true });
+                self.cells.iter_mut().for_each(|cell| cell.was_seen |= cell.seen_s.is_finite());
+            }
+            Some(_) | None => {}
+        }
+    }
+
+    /// Whether a body finds room where nothing has been seen since the newest gap.
+    fn may_hide_a_body(&self, at_s: f64) -> bool {
+        let Some(gap) = self.gap.filter(|gap| at_s - gap.newest_s < HELD_S) else { return false };
+        self.cells.iter().filter(|cell| cell.was_seen && cell.seen_s < gap.begun_s).count() >= BODY
     }
 }
 
-/// Adds one more person, who is there with probability `existence`.
+/// Adds one more person, who is there with that probability.
 fn add(p: &mut Vec<f64>, existence: f64) {
     p.push(0.0);
     for number in (0..p.len()).rev() {
@@ -122,6 +181,7 @@ fn add(p: &mut Vec<f64>, existence: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tracker::TrackState;
 
     #[test]
     fn the_distribution_is_that_of_independent_people() {
@@ -150,7 +210,7 @@ mod tests {
             let zone: site::Zone = toml::from_str(&text).unwrap();
             let mut zone = Zone::new(&zone);
             zone.cells.iter_mut().for_each(|cell| cell.seen_s = 10.0);
-            zone.line(&[track], 10.0)
+            zone.line(&[Presence { track, is_inside: true, parts: WHOLE }], 10.0)
         };
         let counted = |track, secure| {
             let line = line(track, secure);
@@ -166,8 +226,36 @@ mod tests {
     fn a_zone_nobody_looks_at_is_unknown() {
         let zone: site::Zone =
             toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
-        let zone = Zone::new(&zone);
+        let mut zone = Zone::new(&zone);
         assert_eq!(zone.cells.len(), 25);
         assert_eq!(zone.line(&[], 10.0).state(), ZoneKnown::Unknown);
+    }
+
+    #[test]
+    fn after_a_gap_a_zone_is_known_only_where_it_was_seen_again() {
+        let zone: site::Zone =
+            toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
+        let mut zone = Zone::new(&zone);
+        let look = |zone: &mut Zone, all_but: usize, at_s: f64| {
+            zone.cells.iter_mut().skip(all_but).for_each(|cell| cell.seen_s = at_s);
+            zone.line(&[], at_s).state()
+        };
+        assert_eq!(look(&mut zone, 4, 0.0), ZoneKnown::Known, "these four were never seen");
+        assert_eq!(look(&mut zone, 0, 1.0), ZoneKnown::Known);
+        assert_eq!(
+            look(&mut zone, 4, 4.0),
+            ZoneKnown::Known,
+            "as long as no gap came, tracks explain what is hidden"
+        );
+        assert_eq!(zone.line(&[], 7.0).state(), ZoneKnown::Unknown);
+        assert_eq!(
+            look(&mut zone, 4, 8.0),
+            ZoneKnown::Partly,
+            "a body finds room where nothing was seen since"
+        );
+        assert_eq!(look(&mut zone, 2, 9.0), ZoneKnown::Known, "none finds room in two cells");
+        assert_eq!(zone.line(&[], 20.0).state(), ZoneKnown::Unknown);
+        assert_eq!(look(&mut zone, 4, 21.0), ZoneKnown::Partly);
+        assert_eq!(look(&mut zone, 4, 20.0 + HELD_S), ZoneKnown::Known, "by now it is a thing");
     }
 }

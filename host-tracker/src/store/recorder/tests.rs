@@ -68,7 +68,7 @@ fn counts_and_alarms_are_kept_when_they_change() {
     for second in 0..10_u64 {
         let mut frame = frame(1000 * second, vec![]);
         let (count, state) = (u32::from(second > 4), ZoneKnown::Known);
-        frame.line.zones.insert("hall".into(), ZoneLine::new(Found { count, p: vec![] }, 1.0, state));
+        frame.line.zones.insert("hall".into(), ZoneLine::new(Found::inside(count, vec![]), 1.0, state));
         let alarm = AlarmLine::new(AlarmKind::Silent, "no datagram for 3 s");
         let alarms = if (3..6).contains(&second) { vec![alarm] } else { vec![] };
         frame.modules.push(ModuleLine { name: "left".into(), alarms, ..ModuleLine::default() });

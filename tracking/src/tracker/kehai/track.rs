@@ -7,7 +7,7 @@ use super::occlusion::Cloud;
 use super::parts::{Company, Tie};
 use super::stir::Stirring;
 use crate::geometry::Point;
-use crate::observation::Detection;
+use crate::observation::{Detection, LATE_S};
 use crate::tracker::kalman::Kinematics;
 use crate::tracker::{LifeCycle, Origin, TrackState};
 
@@ -19,6 +19,9 @@ pub const NOBODY: f64 = -2.5;
 
 /// A track without a detection for so long is occluded: three scans.
 pub const HIDDEN_S: f64 = 0.3;
+
+/// One outside every field of view after so long, s: as soon as no report that is still used can hold a detection of it.
+const UNHEARD_S: f64 = HIDDEN_S + LATE_S;
 
 /// Part of the filter's covariance that is stated for a detected person. The filter takes a candidate's deviations as a
 /// bound, so that gates are wide; the errors of a walker in the furnished home say what they really are.
@@ -216,6 +219,11 @@ impl Track {
         self.seen_by & bit(module) != 0
     }
 
+    /// Outside every field of view: no report that is still used can hold a detection of it.
+    fn is_unheard(&self, at_s: f64) -> bool {
+        !self.is_hidden() && at_s - self.last_hit_s > UNHEARD_S
+    }
+
     /// As published.
     #[must_use]
     pub fn state(&self, at_s: f64) -> TrackState {
@@ -223,14 +231,17 @@ impl Track {
         if !self.is_hidden() {
             spread *= STATED;
         }
-        let velocity = if self.is_hidden() { Point::default() } else { self.motion.velocity() };
+        // A person whom nobody sees may have stopped: the place stays, and only its spread grows.
+        let at = if self.is_unheard(at_s) { self.motion.place(self.last_hit_s + UNHEARD_S) } else { at };
+        let is_still = self.is_hidden() || self.is_unheard(at_s);
+        let velocity = if is_still { Point::default() } else { self.motion.velocity() };
         let origin = self.origin();
         TrackState {
             id: self.id.into(),
             at,
             velocity,
             covariance_m2: [spread[(0, 0)], spread[(0, 1)], spread[(1, 1)]],
-            state: match (self.confirmed && origin == Origin::Entered, self.is_hidden()) {
+            state: match (self.confirmed && origin == Origin::Entered, is_still) {
                 (false, _) => LifeCycle::Tentative,
                 (true, false) => LifeCycle::Confirmed,
                 (true, true) => LifeCycle::Occluded,
@@ -239,6 +250,7 @@ impl Track {
             reason: match origin {
                 Origin::PartOf(_) => PART,
                 Origin::Unexplained => UNEXPLAINED,
+                Origin::Entered if self.is_unheard(at_s) => "out of view",
                 Origin::Entered => self.reason,
             },
             origin,
