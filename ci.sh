@@ -5,7 +5,7 @@
 #   clippy    lints on the PC, warnings denied
 #   lint      formatting and lints of the web page's JavaScript, CSS and HTML, and of Python
 #   structure no circle of imports between the files of a crate, no crate that depends upward; patches of
-#             tests/mutations apply
+#             tests/mutations and tests/planted apply
 #   test      all tests on the PC, overflow checks on
 #   doc       documentation, warnings denied
 #   embedded  the library for a Cortex-M4 without std, with lints
@@ -196,6 +196,7 @@ step_lint() {
 step_structure() {
     cargo run --locked --quiet -p structure
     tests/mutations.sh --check
+    tests/planted.sh --check
 }
 
 QEMU_TESTED=
