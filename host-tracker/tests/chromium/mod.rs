@@ -200,8 +200,15 @@ impl Page {
         }
     }
 
+    /// Waits until the layout after the last change is done: before the frame after the next.
+    pub fn settle(&mut self) {
+        self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+    }
+
     /// The middle of what a selector finds, in pixels.
     pub fn middle(&mut self, selector: &str) -> [f64; 2] {
+        // Measured while the map is fitted to a new size, the place would be that of before.
+        self.settle();
         let place = self.value(&format!(
             "(() => {{ const box = document.querySelector({selector:?}).getBoundingClientRect(); \
              return [box.x + box.width / 2, box.y + box.height / 2]; }})()"

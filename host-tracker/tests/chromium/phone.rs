@@ -43,8 +43,7 @@ const TOO_WIDE: &str = r##"(() => {
 impl Page {
     /// Elements that are too wide for a phone, with their places.
     pub fn too_wide(&mut self) -> Vec<String> {
-        // The layout after the last change is done before the frame after the next.
-        self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+        self.settle();
         let found = self.value(&TOO_WIDE.replace("WIDTH", &WIDTH.to_string()));
         found.as_array().unwrap().iter().map(|element| element.as_str().unwrap().to_owned()).collect()
     }
