@@ -69,7 +69,7 @@ impl LeeSettings {
 const CENTRE_M: f64 = 0.08;
 
 /// Spectral density of a pedestrian's acceleration, m²/s³.
-const AGILITY: f64 = 1.0;
+const PROCESS_NOISE: f64 = 1.0;
 
 /// An appearance is forgotten after so long without a candidate, s.
 const APPEARANCE_S: f64 = 1.0;
@@ -187,7 +187,7 @@ impl Tracker for Lee {
             let near =
                 |person: &Person| (person.motion.place(seen.at_s) - centre).length() < settings.suppression_m;
             if !self.people.iter().any(near) {
-                let motion = Kinematics::new(seen.at_s, seen.centre, &noise, 1.0, AGILITY);
+                let motion = Kinematics::new(seen.at_s, seen.centre, &noise, 1.0, PROCESS_NOISE);
                 let confirmed = settings.hits <= 1;
                 self.people.push(Person {
                     id: self.next_id,

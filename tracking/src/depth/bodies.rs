@@ -44,7 +44,7 @@ const FORGET: f64 = 0.955;
 
 /// Speed of a body that has just come, m/s, one sigma; spectral density of a walker's acceleration, m²/s³.
 const SPEED_MPS: f64 = 1.2;
-const AGILITY: f64 = 0.5;
+const PROCESS_NOISE: f64 = 0.5;
 
 /// Most bodies: what stands side by side in a camera's view.
 const BODIES_MAX: usize = 32;
@@ -248,7 +248,13 @@ impl Bodies {
             let place = Vector2::new(one.at.x, one.at.y);
             self.bodies.push(Body {
                 id: self.newest,
-                motion: Kinematics::new(at_s, place, &round(WHOLE_M + 0.5 * PART_M), SPEED_MPS, AGILITY),
+                motion: Kinematics::new(
+                    at_s,
+                    place,
+                    &round(WHOLE_M + 0.5 * PART_M),
+                    SPEED_MPS,
+                    PROCESS_NOISE,
+                ),
                 top_m: one.top_m,
                 whole_l: one.volume_l,
                 seen_s: at_s,

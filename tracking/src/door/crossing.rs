@@ -69,7 +69,7 @@ impl Known {
 
 /// The line, the zone before it, and which track is on which side.
 #[derive(Clone, Debug)]
-pub struct Gate {
+pub struct Doorway {
     middle: Point,
     along: Point,
     half_m: f64,
@@ -78,7 +78,7 @@ pub struct Gate {
     known: BTreeMap<u64, Known>,
 }
 
-impl Gate {
+impl Doorway {
     /// The line between `ends`, and the zone before it. The far side of the zone is inside.
     #[must_use]
     pub fn new(ends: (Point, Point), zone: Vec<Point>) -> Self {
@@ -203,9 +203,9 @@ pub fn is_apart(body: &Body, bodies: &[Body]) -> bool {
 mod tests {
     use super::*;
 
-    fn gate() -> Gate {
+    fn doorway() -> Doorway {
         let zone = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(Point::from).to_vec();
-        Gate::new((Point::new(0.45, 1.0), Point::new(-0.45, 1.0)), zone)
+        Doorway::new((Point::new(0.45, 1.0), Point::new(-0.45, 1.0)), zone)
     }
 
     fn at(id: u64, x: f64, y: f64) -> Body {
@@ -220,15 +220,15 @@ mod tests {
 
     #[test]
     fn the_far_side_of_the_zone_is_inside() {
-        let gate = gate();
-        assert!(gate.beyond_m(Point::new(0.0, 1.3)) > 0.29 && gate.beyond_m(Point::default()) < -0.9);
-        assert!(gate.in_zone(Point::default()) && !gate.in_zone(Point::new(0.0, 1.1)));
+        let doorway = doorway();
+        assert!(doorway.beyond_m(Point::new(0.0, 1.3)) > 0.29 && doorway.beyond_m(Point::default()) < -0.9);
+        assert!(doorway.in_zone(Point::default()) && !doorway.in_zone(Point::new(0.0, 1.1)));
     }
 
     #[test]
     fn somebody_crosses_once_each_way_and_noise_never() {
-        let mut gate = gate();
-        let mut crossed = |y: f64| gate.observe(&[at(1, 0.0, y)], 0.0);
+        let mut doorway = doorway();
+        let mut crossed = |y: f64| doorway.observe(&[at(1, 0.0, y)], 0.0);
         assert_eq!(crossed(0.5), []);
         assert_eq!(crossed(1.05), [], "not far enough yet");
         assert_eq!(crossed(1.12), [Crossing::Inward(1)]);
@@ -240,12 +240,12 @@ mod tests {
     #[test]
     fn a_shade_crosses_when_it_walks_and_is_apart() {
         let cross = |x: f64| {
-            let mut gate = gate();
+            let mut doorway = doorway();
             let mut all = Vec::new();
             for step in 0..8 {
                 let y = 0.5 + 0.1 * f64::from(step);
                 let shade = Body { presence: Presence::Doubtful, is_seen: false, ..at(2, x, y) };
-                all.extend(gate.observe(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
+                all.extend(doorway.observe(&[at(1, 0.0, y + 0.1), shade], 0.1 * f64::from(step)));
             }
             all
         };
@@ -255,18 +255,18 @@ mod tests {
 
     #[test]
     fn a_part_crosses_with_its_owner_and_alone_once_it_has_parted() {
-        let mut gate = gate();
+        let mut doorway = doorway();
         let part = |y: f64| Body { presence: Presence::PartOf(1), is_seen: false, ..at(2, 0.0, y) };
-        gate.observe(&[at(1, 0.0, 0.5), part(0.2)], 0.0);
-        assert_eq!(gate.observe(&[at(1, 0.0, 1.3), part(1.2)], 0.5), [Crossing::Inward(1)]);
-        assert_eq!(gate.observe(&[at(1, 0.0, 2.5), at(2, 0.0, 1.3)], 1.0), [Crossing::Inward(2)]);
+        doorway.observe(&[at(1, 0.0, 0.5), part(0.2)], 0.0);
+        assert_eq!(doorway.observe(&[at(1, 0.0, 1.3), part(1.2)], 0.5), [Crossing::Inward(1)]);
+        assert_eq!(doorway.observe(&[at(1, 0.0, 2.5), at(2, 0.0, 1.3)], 1.0), [Crossing::Inward(2)]);
     }
 
     #[test]
     fn who_is_lost_or_found_in_the_doorway_is_told() {
-        let mut gate = gate();
-        gate.observe(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
-        assert_eq!(gate.observe(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
-        assert_eq!(gate.observe(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
+        let mut doorway = doorway();
+        doorway.observe(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
+        assert_eq!(doorway.observe(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
+        assert_eq!(doorway.observe(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
     }
 }

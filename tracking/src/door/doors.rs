@@ -374,7 +374,7 @@ mod tests {
         assert_eq!(
             format!("{:?}", unit.machine).matches("x: -3.0").count(),
             2,
-            "the gate has the new polygon"
+            "the doorway has the new polygon"
         );
         let card = br#"{"id": 1, "at_ms": 1700000002100, "card": "1"}"#;
         doors.tell("front", Input::Card, card, |_| Card(1), now(2.2), &mut outputs).unwrap();

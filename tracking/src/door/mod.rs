@@ -13,7 +13,7 @@
 //! | `machine` | the door itself: events and `now` in, actions out |
 //! | `transition` | every way from one phase to another |
 //! | `progress` | a passage under way: which tracks have gone through, which are too many |
-//! | `gate` | the line, and which tracks have crossed it |
+//! | `crossing` | the line, and which tracks have crossed it |
 //! | `cards`, `output` | cards that are inside; outputs that are repeated, and leases that are renewed |
 //! | `passage` | a passage as it is kept |
 //! | `inbox` | messages from outside: malformed, late, repeated or out of order ones change nothing |

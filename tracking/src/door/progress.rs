@@ -8,7 +8,7 @@
 //!                            │ ● ● ○      through = 3: followed
 //! ```
 
-use super::crossing::{Crossing, Gate};
+use super::crossing::{Crossing, Doorway};
 use super::event::{Body, Presence};
 use super::passage::{Outcome, Passage};
 use super::terms::{Alarm, Card};
@@ -82,9 +82,9 @@ impl Progress {
     }
 
     /// The door is unlocked for `people`.
-    pub fn unlock(&mut self, people: u32, bodies: &[Body], gate: &Gate) {
+    pub fn unlock(&mut self, people: u32, bodies: &[Body], doorway: &Doorway) {
         self.let_in = people as usize;
-        let in_zone = bodies.iter().filter(|body| body.is_sure() && gate.in_zone(body.at));
+        let in_zone = bodies.iter().filter(|body| body.is_sure() && doorway.in_zone(body.at));
         self.passage.group = in_zone.map(|body| body.id).collect();
     }
 
@@ -132,12 +132,12 @@ impl Progress {
     }
 
     /// Whether a person who came back across the line has turned back; a track that has gone does not count.
-    pub fn came_back(&mut self, bodies: &[Body], gate: &Gate, now_s: f64) -> Option<Alarm> {
+    pub fn came_back(&mut self, bodies: &[Body], doorway: &Doorway, now_s: f64) -> Option<Alarm> {
         self.backs.retain(|back| bodies.iter().any(|body| body.id == back.id));
         let mut turned = false;
         for back in &mut self.backs {
             let Some(body) = bodies.iter().find(|body| body.id == back.id) else { continue };
-            if gate.inward_m_s(body.velocity) < -BACK_M_S {
+            if doorway.inward_m_s(body.velocity) < -BACK_M_S {
                 let since_s = *back.away_since_s.get_or_insert(now_s);
                 turned |= now_s - since_s >= BACK_S;
             } else {
@@ -156,13 +156,14 @@ impl Progress {
     }
 
     /// Checks whether a person is too many, or has left the zone.
-    pub fn watch(&mut self, bodies: &[Body], gate: &Gate, now_s: f64) -> Option<Alarm> {
+    pub fn watch(&mut self, bodies: &[Body], doorway: &Doorway, now_s: f64) -> Option<Alarm> {
         // Of the group, those that are unexplained by now are still there.
         let there = |body: &Body| {
             let is_unexplained = body.presence == Presence::Unexplained;
             body.is_seen || (is_unexplained && self.passage.group.contains(&body.id))
         };
-        let before = |body: &&Body| there(body) && gate.in_zone(body.at) && !self.leavers.contains(&body.id);
+        let before =
+            |body: &&Body| there(body) && doorway.in_zone(body.at) && !self.leavers.contains(&body.id);
         let in_zone = bodies.iter().filter(before).count();
         let since = |since_s: &mut Option<f64>, is: bool| {
             if !is {
@@ -175,11 +176,11 @@ impl Progress {
         let left = |body: &&Body| {
             body.is_seen
                 && self.passage.group.contains(&body.id)
-                && gate.beyond_m(body.at) < 0.0
-                && !gate.is_near_zone(body.at, LEFT_M)
+                && doorway.beyond_m(body.at) < 0.0
+                && !doorway.is_near_zone(body.at, LEFT_M)
         };
         let has_left = bodies.iter().any(|body| left(&body));
-        let shades = gate.shades(bodies, now_s);
+        let shades = doorway.shades(bodies, now_s);
         let shaded = shades > 0 && in_zone + self.through() + shades > self.let_in;
         if shaded || since(&mut self.extra_since_s, too_many) >= EXTRA_S {
             return Some(Alarm::RanIn);

@@ -1,7 +1,7 @@
 //! Everything the host remembers of one device: start, clock, setup, background, sequences, subscription, health.
 //!
 //! ```text
-//!   datagram ─▶ boot: stale │ as before │ new: start again   (live: `gate` has admitted it before)
+//!   datagram ─▶ boot: stale │ as before │ new: start again   (live: `start` has admitted it before)
 //!                 ├ subscribed ─▶ clock
 //!                 ├ info ───────▶ setup, place in the site
 //!                 ├ profile ────▶ background
@@ -42,7 +42,7 @@ use outstanding::{Kind, is_answer};
 use profile::Profile;
 use sequence::Sequences;
 pub use sessions::Sessions;
-use start::{Gate, SILENT_US};
+use start::{BootFilter, SILENT_US};
 use subscription::{Need, Subscription};
 
 /// Where devices stand and how the centres of bodies are found: the same for all sessions.
@@ -81,7 +81,7 @@ pub struct Session {
     /// The name the device gives itself. It outlives restarts; empty until the first info.
     name: String,
     clock: ModuleClock,
-    gate: Gate,
+    boots: BootFilter,
     /// When this start of the device answered a request last, µs.
     answered_us: Option<u64>,
     /// Number of the setup that the newest info describes, usable or not.
@@ -155,7 +155,7 @@ impl Session {
     /// It is not, and why.
     pub fn admit(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Result<(), start::Refusal> {
         let kind = self.subscription.consume(&datagram.message, now_us);
-        self.gate.admit(datagram.header.identity.boot, kind, now_us)
+        self.boots.admit(datagram.header.identity.boot, kind, now_us)
     }
 
     /// Whether the device has answered within the last three seconds. What it sends unasked can be forged.
@@ -243,7 +243,7 @@ impl Session {
             identity: Identity { boot, ..self.identity },
             name: std::mem::take(&mut self.name),
             subscription: self.subscription.clone(),
-            gate: self.gate,
+            boots: self.boots,
             answered_us: Some(now_us),
             monitor: self.monitor.take(),
             ..Self::default()

@@ -30,14 +30,14 @@ pub enum Refusal {
 
 /// The start of one device that is believed.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Gate {
+pub struct BootFilter {
     believed: Option<u32>,
     answered_us: u64,
     /// A lower one, and how many requests it has answered.
     rival: Option<(u32, u8)>,
 }
 
-impl Gate {
+impl BootFilter {
     /// Whether a datagram of start `boot` that came at `now_us` is to be used.
     ///
     /// # Errors
@@ -81,38 +81,38 @@ mod tests {
 
     #[test]
     fn f3_a_forged_higher_start_does_not_silence_the_device() {
-        let mut gate = Gate::default();
-        assert_eq!(gate.admit(5, Kind::Answer, 0), Ok(()));
+        let mut boots = BootFilter::default();
+        assert_eq!(boots.admit(5, Kind::Answer, 0), Ok(()));
         for boot in [6, u32::MAX] {
-            assert_eq!(gate.admit(boot, Kind::Unsolicited, 1), Err(Refusal::StaleBoot));
-            assert_eq!(gate.admit(boot, Kind::Unasked, 1), Err(Refusal::Unasked));
+            assert_eq!(boots.admit(boot, Kind::Unsolicited, 1), Err(Refusal::StaleBoot));
+            assert_eq!(boots.admit(boot, Kind::Unasked, 1), Err(Refusal::Unasked));
         }
-        assert_eq!(gate.admit(5, Kind::Unsolicited, 2), Ok(()));
-        assert_eq!(gate.admit(6, Kind::Answer, 3), Ok(()), "it has restarted, and says so when asked");
-        assert_eq!(gate.admit(5, Kind::Unsolicited, 4), Err(Refusal::StaleBoot));
+        assert_eq!(boots.admit(5, Kind::Unsolicited, 2), Ok(()));
+        assert_eq!(boots.admit(6, Kind::Answer, 3), Ok(()), "it has restarted, and says so when asked");
+        assert_eq!(boots.admit(5, Kind::Unsolicited, 4), Err(Refusal::StaleBoot));
     }
 
     #[test]
     fn f3_a_start_number_that_went_back_counts_after_two_answers_and_three_seconds() {
-        let mut gate = Gate::default();
-        assert_eq!(gate.admit(57, Kind::Answer, 0), Ok(()));
+        let mut boots = BootFilter::default();
+        assert_eq!(boots.admit(57, Kind::Answer, 0), Ok(()));
         for second in 1..3 {
-            let answer = gate.admit(1, Kind::Answer, second * SECOND_US);
+            let answer = boots.admit(1, Kind::Answer, second * SECOND_US);
             assert_eq!(answer, Err(Refusal::StaleBoot), "57 may still answer");
             // Its reports can be forged, and hold nothing up.
-            assert_eq!(gate.admit(57, Kind::Unsolicited, second * SECOND_US), Ok(()));
+            assert_eq!(boots.admit(57, Kind::Unsolicited, second * SECOND_US), Ok(()));
         }
-        assert_eq!(gate.admit(1, Kind::Unsolicited, 4 * SECOND_US), Err(Refusal::StaleBoot));
-        assert_eq!(gate.admit(1, Kind::Answer, 4 * SECOND_US), Ok(()));
-        assert_eq!(gate.admit(1, Kind::Unsolicited, 4 * SECOND_US), Ok(()));
-        assert_eq!(gate.admit(57, Kind::Unsolicited, 4 * SECOND_US), Err(Refusal::StaleBoot));
+        assert_eq!(boots.admit(1, Kind::Unsolicited, 4 * SECOND_US), Err(Refusal::StaleBoot));
+        assert_eq!(boots.admit(1, Kind::Answer, 4 * SECOND_US), Ok(()));
+        assert_eq!(boots.admit(1, Kind::Unsolicited, 4 * SECOND_US), Ok(()));
+        assert_eq!(boots.admit(57, Kind::Unsolicited, 4 * SECOND_US), Err(Refusal::StaleBoot));
     }
 
     #[test]
     fn f3_one_answer_from_before_is_not_enough() {
-        let mut gate = Gate::default();
-        assert_eq!(gate.admit(57, Kind::Answer, 0), Ok(()));
-        assert_eq!(gate.admit(56, Kind::Answer, 9 * SECOND_US), Err(Refusal::StaleBoot));
-        assert_eq!(gate.admit(57, Kind::Unsolicited, 10 * SECOND_US), Ok(()));
+        let mut boots = BootFilter::default();
+        assert_eq!(boots.admit(57, Kind::Answer, 0), Ok(()));
+        assert_eq!(boots.admit(56, Kind::Answer, 9 * SECOND_US), Err(Refusal::StaleBoot));
+        assert_eq!(boots.admit(57, Kind::Unsolicited, 10 * SECOND_US), Ok(()));
     }
 }

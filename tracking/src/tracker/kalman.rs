@@ -23,18 +23,24 @@ pub struct Kinematics {
     /// Its covariance.
     pub covariance: Matrix4<f64>,
     /// Spectral density of the acceleration, m²/s³.
-    pub agility: f64,
+    pub process_noise: f64,
 }
 
 impl Kinematics {
     /// A track with a known position and an unknown velocity.
     #[must_use]
-    pub fn new(at_s: f64, place: Vector2<f64>, spread: &Matrix2<f64>, speed_mps: f64, agility: f64) -> Self {
+    pub fn new(
+        at_s: f64,
+        place: Vector2<f64>,
+        spread: &Matrix2<f64>,
+        speed_mps: f64,
+        process_noise: f64,
+    ) -> Self {
         let mut covariance = Matrix4::zeros();
         covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(spread);
         covariance[(2, 2)] = speed_mps * speed_mps;
         covariance[(3, 3)] = speed_mps * speed_mps;
-        Self { at_s, mean: Vector4::new(place.x, place.y, 0.0, 0.0), covariance, agility }
+        Self { at_s, mean: Vector4::new(place.x, place.y, 0.0, 0.0), covariance, process_noise }
     }
 
     /// Place at `at_s`, in the future or the past.
@@ -54,7 +60,7 @@ impl Kinematics {
     #[must_use]
     pub fn spread(&self, at_s: f64) -> Matrix2<f64> {
         let look = look(at_s - self.at_s);
-        look * self.covariance * look.transpose() + noise_place(at_s - self.at_s, self.agility)
+        look * self.covariance * look.transpose() + noise_place(at_s - self.at_s, self.process_noise)
     }
 
     /// Lets time pass; a time before the state's own does nothing.
@@ -69,9 +75,9 @@ impl Kinematics {
         self.mean = step * self.mean;
         self.covariance = step * self.covariance * step.transpose();
         let (place, cross, speed) = (
-            self.agility * step_s * step_s * step_s / 3.0,
-            self.agility * step_s * step_s / 2.0,
-            self.agility * step_s,
+            self.process_noise * step_s * step_s * step_s / 3.0,
+            self.process_noise * step_s * step_s / 2.0,
+            self.process_noise * step_s,
         );
         for axis in 0..2 {
             self.covariance[(axis, axis)] += place;
@@ -103,7 +109,7 @@ impl Kinematics {
     pub fn update(&mut self, at_s: f64, place: Vector2<f64>, noise: &Matrix2<f64>) {
         self.predict(at_s);
         let look = look(at_s - self.at_s);
-        let noise = noise + noise_place(at_s - self.at_s, self.agility);
+        let noise = noise + noise_place(at_s - self.at_s, self.process_noise);
         let spread = look * self.covariance * look.transpose() + noise;
         let Some(inverse) = spread.try_inverse() else { return };
         let gain = self.covariance * look.transpose() * inverse;
@@ -119,9 +125,9 @@ fn look(step_s: f64) -> Matrix2x4<f64> {
     Matrix2x4::new(1.0, 0.0, step_s, 0.0, 0.0, 1.0, 0.0, step_s)
 }
 
-fn noise_place(step_s: f64, agility: f64) -> Matrix2<f64> {
+fn noise_place(step_s: f64, process_noise: f64) -> Matrix2<f64> {
     let step_s = step_s.abs();
-    Matrix2::identity() * (agility * step_s * step_s * step_s / 3.0)
+    Matrix2::identity() * (process_noise * step_s * step_s * step_s / 3.0)
 }
 
 #[cfg(test)]

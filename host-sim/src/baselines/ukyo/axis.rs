@@ -2,7 +2,7 @@
 
 /// Deviation of a measured coordinate, m, and spectral density of a walker's acceleration, m²/s³.
 const MEASURED_M: f64 = 0.05;
-const AGILITY: f64 = 2.0;
+const PROCESS_NOISE: f64 = 2.0;
 
 /// Variance of an unknown speed, m²/s².
 const UNKNOWN_SPEED: f64 = 1.0;
@@ -25,9 +25,9 @@ impl Axis {
         let [place, both, speed] = self.covariance;
         self.place += step_s * self.speed;
         self.covariance = [
-            place + 2.0 * step_s * both + step_s * step_s * speed + AGILITY * step_s.powi(3) / 3.0,
-            both + step_s * speed + AGILITY * step_s * step_s / 2.0,
-            speed + AGILITY * step_s,
+            place + 2.0 * step_s * both + step_s * step_s * speed + PROCESS_NOISE * step_s.powi(3) / 3.0,
+            both + step_s * speed + PROCESS_NOISE * step_s * step_s / 2.0,
+            speed + PROCESS_NOISE * step_s,
         ];
     }
 

@@ -21,7 +21,7 @@ mod watch;
 pub use line::DoorLine;
 
 use crate::door::cards::Cards;
-use crate::door::crossing::Gate;
+use crate::door::crossing::Doorway;
 use crate::door::event::{Action, Event, Seen};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
@@ -67,7 +67,7 @@ const NOBODY: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub struct Machine {
     door: Door,
-    gate: Gate,
+    doorway: Doorway,
     phase: Phase,
     since_s: f64,
     now_s: f64,
@@ -91,7 +91,7 @@ impl Machine {
     #[must_use]
     pub fn new(door: &Door, site: &Site, first_id: u64) -> Option<Self> {
         let mut machine = Self {
-            gate: gate(door, site)?,
+            doorway: doorway(door, site)?,
             door: door.clone(),
             phase: Phase::Failed,
             since_s: 0.0,
@@ -117,8 +117,8 @@ impl Machine {
     /// well for 2 s. Alarms stand, cards stay inside, and the lock does not open by it: a passage under way ends in
     /// trouble, locked whatever the site says. False without its zone: nothing has changed then.
     pub fn change_site(&mut self, door: &Door, site: &Site, actions: &mut Vec<Action>) -> bool {
-        let Some(gate) = gate(door, site) else { return false };
-        self.gate = gate;
+        let Some(doorway) = doorway(door, site) else { return false };
+        self.doorway = doorway;
         self.door = door.clone();
         self.count.not_before_s = self.now_s + SETTLED_S;
         self.seen = self.seen.take().map(|(at_s, _)| (at_s, Seen::default()));
@@ -281,7 +281,7 @@ impl Machine {
         let blind = seen.seen_share < BLIND;
         let blind_s = self.trust.blind_s(blind, self.now_s);
         let trouble = seen.trouble.or((blind && blind_s >= BLIND_S).then_some(Trouble::Unseen));
-        let crossings = self.gate.observe(&seen.bodies, self.now_s);
+        let crossings = self.doorway.observe(&seen.bodies, self.now_s);
         self.doubt(&seen.bodies);
         self.seen = Some((self.now_s, seen));
         match trouble {
@@ -356,9 +356,9 @@ impl Machine {
 }
 
 /// The line and the zone of a door; none without its zone.
-fn gate(door: &Door, site: &Site) -> Option<Gate> {
+fn doorway(door: &Door, site: &Site) -> Option<Doorway> {
     let zone = site.zones.iter().find(|zone| zone.name == door.zone)?;
-    Some(Gate::new(door.ends(), zone.corners()))
+    Some(Doorway::new(door.ends(), zone.corners()))
 }
 
 const READY: &str = "Please show your card";

@@ -13,12 +13,12 @@ impl Machine {
     /// alone, the higher.
     pub(super) fn identify(&self, card: Card, actions: &mut Vec<Action>) {
         let Some((_, seen)) = &self.seen else { return };
-        let reader = self.door.reader.map_or_else(|| self.gate.middle(), Into::into);
+        let reader = self.door.reader.map_or_else(|| self.doorway.middle(), Into::into);
         let weight = |body: &Body| {
             let away = (body.at - reader).length() / REACH_M;
             (body.id, libm::exp(-0.5 * away * away))
         };
-        let before = seen.bodies.iter().filter(|body| body.is_sure() && self.gate.beyond_m(body.at) < 0.0);
+        let before = seen.bodies.iter().filter(|body| body.is_sure() && self.doorway.beyond_m(body.at) < 0.0);
         let weights: Vec<(u64, f64)> = before.map(weight).collect();
         let sum = NOBODY + weights.iter().map(|(_, weight)| weight).sum::<f64>();
         let likelihoods = weights.into_iter().map(|(track, weight)| (track, weight / sum)).collect();
@@ -61,7 +61,8 @@ impl Machine {
 
     /// Notes since when a doubtful track is in the zone: perhaps a person who touches another, or crouches.
     pub(super) fn doubt(&mut self, bodies: &[Body]) {
-        let shade = |body: &Body| body.is_doubtful() && self.gate.in_zone(body.at) && is_apart(body, bodies);
+        let shade =
+            |body: &Body| body.is_doubtful() && self.doorway.in_zone(body.at) && is_apart(body, bodies);
         self.count.doubt(bodies.iter().any(shade), self.now_s);
     }
 
@@ -78,7 +79,7 @@ impl Machine {
         }
         let since_s = *self.count.match_since_s.get_or_insert(self.now_s);
         if self.now_s - since_s >= STEADY_S {
-            progress.unlock(entered, &seen.bodies, &self.gate);
+            progress.unlock(entered, &seen.bodies, &self.doorway);
             self.go(Cause::Match, Phase::Unlocked, "Please go in");
         }
     }
@@ -111,8 +112,8 @@ impl Machine {
     pub(super) fn follow(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
         let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
         let crossed = progress.cross(crossings, self.now_s);
-        let came_back = progress.came_back(&seen.bodies, &self.gate, self.now_s);
-        let watched = progress.watch(&seen.bodies, &self.gate, self.now_s);
+        let came_back = progress.came_back(&seen.bodies, &self.doorway, self.now_s);
+        let watched = progress.watch(&seen.bodies, &self.doorway, self.now_s);
         // While the leaf closes the next ones may come into the zone, and the group may turn away.
         let alarm = crossed.or(came_back).or(watched.filter(|_| self.phase == Phase::Unlocked));
         let is_complete = progress.is_complete();

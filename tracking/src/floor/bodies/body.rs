@@ -50,7 +50,7 @@ const SPEED_MPS: f64 = 0.8;
 
 /// Spectral density of a walker's acceleration, m²/s³: 0.6 m/s within a step of half a second, as to turn round at 0.6 m/s
 /// takes two.
-const AGILITY: f64 = 0.8;
+const PROCESS_NOISE: f64 = 0.8;
 
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Foot {
@@ -88,7 +88,7 @@ impl Body {
     pub(super) fn new(id: TrackId, first: Print, second: Option<Print>, at_s: f64) -> Self {
         let place = second.map_or(first.at, |second| (first.at + second.at) * 0.5);
         let place = Vector2::new(place.x, place.y);
-        let motion = Kinematics::new(at_s, place, &round(REACH_M), SPEED_MPS, AGILITY);
+        let motion = Kinematics::new(at_s, place, &round(REACH_M), SPEED_MPS, PROCESS_NOISE);
         let other = set(second.unwrap_or(first), at_s);
         let other = Foot { is_down: second.is_some(), ..other };
         let feet = [set(first, at_s), other, Foot { is_down: false, ..other }];

@@ -18,11 +18,15 @@ use pathfinding::matrix::Matrix;
 
 use super::look::Eye;
 use super::track::{SURE, Track};
-use super::{GATE_M, Kehai, TWINS_M};
+use super::{Kehai, TWINS_M};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 
-/// Cost of a track without a candidate, −ln per m²: about four deviations of a well known place.
+/// The gate: a candidate farther from a track than this is never its own, m.
+pub(super) const GATE_M: f64 = 0.8;
+
+/// Cost of a track without a candidate, −ln per m²: about four deviations of a well known place. A pair that costs more is not
+/// made: a second gate, by covariance.
 const UNASSIGNED: f64 = 5.0;
 
 /// Added to that for a track in full view, and subtracted for an occluded track: e², about seven times less likely.

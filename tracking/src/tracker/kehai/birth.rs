@@ -10,7 +10,7 @@ use super::ablation::Idea;
 use super::faces::Faces;
 use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track, bit};
-use super::{AGILITY, Kehai, MOVED_M, other_leg};
+use super::{Kehai, MOVED_M, PROCESS_NOISE, other_leg};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 use crate::tracker::kalman::Kinematics;
@@ -114,7 +114,7 @@ impl Kehai {
         let middle = legs.unwrap_or(seen.centre);
         let centre = Point::new(middle.x, middle.y);
         let beside = self.beside(centre, seen.at_s);
-        let motion = Kinematics::new(seen.at_s, middle, &seen.covariance, 1.0, AGILITY);
+        let motion = Kinematics::new(seen.at_s, middle, &seen.covariance, 1.0, PROCESS_NOISE);
         self.tracks.push(Track {
             id: self.next_id,
             motion,

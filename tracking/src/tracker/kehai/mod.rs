@@ -53,14 +53,11 @@ use reflection::Reflection;
 use track::Track;
 use walls::Walls;
 
-/// Spectral density of a pedestrian's acceleration, m²/s³: a person turns or stops within half a second.
-const AGILITY: f64 = 0.4;
+/// Process noise: spectral density of a pedestrian's acceleration, m²/s³: a person turns or stops within half a second.
+const PROCESS_NOISE: f64 = 0.4;
 
 /// Two tracks nearer than this are at the same place, m: two bodies cannot be.
 const TWINS_M: f64 = 0.33;
-
-/// A candidate farther from a track than this is never its own, m.
-const GATE_M: f64 = 0.8;
 
 /// What is nearer to a module touches it, and has no place, mm.
 const TOUCHING_MM: u16 = 80;

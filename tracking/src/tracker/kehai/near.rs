@@ -12,8 +12,9 @@
 //! for. What lies behind the walls that a device sees is outside its field of view ([`Reach`]), except tracks that this
 //! device has detected itself.
 
+use super::Kehai;
+use super::associate::GATE_M;
 use super::track::Track;
-use super::{GATE_M, Kehai};
 use crate::cells::Cells;
 use crate::geometry::Point;
 use crate::observation::{LATE_S, Observation, View};

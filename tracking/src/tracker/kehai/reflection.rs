@@ -6,8 +6,9 @@
 //!          ╰──╯◀━━━━━━┛           ╰┄┄╯
 //! ```
 
+use super::associate::GATE_M;
 use super::birth::PATIENCE_S;
-use super::{AGILITY, GATE_M, Kehai};
+use super::{Kehai, PROCESS_NOISE};
 use crate::geometry::Point;
 use crate::observation::Detection;
 use crate::tracker::kalman::Kinematics;
@@ -70,7 +71,7 @@ impl Kehai {
                 reflection.last_hit_s = reflection.last_hit_s.max(seen.at_s);
                 continue;
             }
-            let motion = Kinematics::new(seen.at_s, seen.centre, &seen.covariance, 1.0, AGILITY);
+            let motion = Kinematics::new(seen.at_s, seen.centre, &seen.covariance, 1.0, PROCESS_NOISE);
             self.reflections.push(Reflection { id: self.next_id, motion, last_hit_s: seen.at_s });
             self.next_id += 1;
         }

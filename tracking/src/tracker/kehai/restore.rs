@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::occlusion::Cloud;
 use super::stir::Stirring;
 use super::track::{SURE, Track};
-use super::{AGILITY, Kehai};
+use super::{Kehai, PROCESS_NOISE};
 use crate::geometry::Point;
 use crate::tracker::TrackState;
 use crate::tracker::kalman::Kinematics;
@@ -31,7 +31,7 @@ impl Kehai {
             let [xx, xy, yy] = person.covariance_m2;
             let drift_m = DRIFT_MPS * age_s;
             let spread = Matrix2::new(xx, xy, xy, yy) + Matrix2::identity() * (drift_m * drift_m);
-            let motion = Kinematics::new(at_s, place, &spread, 0.0, AGILITY);
+            let motion = Kinematics::new(at_s, place, &spread, 0.0, PROCESS_NOISE);
             let cloud = Cloud::new(at_s, &motion, at_s, &self.walls, self.next_id);
             let at = Point::new(person.at.x, person.at.y);
             self.tracks.push(Track {

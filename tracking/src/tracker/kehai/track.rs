@@ -168,13 +168,13 @@ impl Track {
             self.emerged_s = seen.at_s;
             self.twin = 0;
             let (_, spread) = cloud.moments();
-            let agility = self.motion.agility;
+            let process_noise = self.motion.process_noise;
             self.motion = Kinematics::new(
                 seen.at_s,
                 centre,
                 &(spread.map(|part| part.min(0.04)) + noise),
                 0.7,
-                agility,
+                process_noise,
             );
             self.motion.update(seen.at_s, centre, noise);
         } else {

@@ -20,8 +20,8 @@ const KEEPS_UNSEEN_S: f64 = 0.6;
 
 /// Process noise of the velocity, m/s per √s: people in a crowd reverse within 0.2 s; and of a body that is not seen,
 /// which mostly stands.
-const AGILITY: f64 = 2.0;
-const AGILITY_UNSEEN: f64 = 0.7;
+const PROCESS_NOISE: f64 = 2.0;
+const PROCESS_NOISE_UNSEEN: f64 = 0.7;
 
 /// One sample in this many has three times the process noise.
 const LIVELY: usize = 7;
@@ -125,14 +125,15 @@ impl Body {
             return;
         }
         self.at_s = at_s;
-        let (keeps_s, agility) = if standing { (KEEPS_UNSEEN_S, AGILITY_UNSEEN) } else { (KEEPS_S, AGILITY) };
+        let (keeps_s, process_noise) =
+            if standing { (KEEPS_UNSEEN_S, PROCESS_NOISE_UNSEEN) } else { (KEEPS_S, PROCESS_NOISE) };
         let passage = self.passage(at_s);
         let slower = libm::exp(-step_s / keeps_s);
         let root = step_s.sqrt();
         for (index, sample) in self.samples.iter_mut().enumerate() {
             let lively = if index % LIVELY == 0 { 3.0 } else { 1.0 };
             let (x, y) = random.pair();
-            sample.velocity = sample.velocity * slower + Point::new(x, y) * (lively * agility * root);
+            sample.velocity = sample.velocity * slower + Point::new(x, y) * (lively * process_noise * root);
             let (x, y) = random.pair();
             let next = sample.at + sample.velocity * step_s + Point::new(x, y) * (DRIFT * root);
             if ground.stops(sample.at, next, passage) {
