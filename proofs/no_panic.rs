@@ -257,6 +257,7 @@ mod proof {
                 Message::Report(report) => {
                     report.candidates.iter().for_each(|candidate| keep(at, candidate));
                     report.unseen.iter().for_each(|span| keep(at, span));
+                    report.sizes.iter().for_each(|size| keep(at, size));
                 }
                 Message::ProfilePart(part) => part.beams.iter().for_each(|beam| keep(at, beam)),
                 Message::RawPart(part) => part.ranges_mm.iter().for_each(|range_mm| keep(at, range_mm)),

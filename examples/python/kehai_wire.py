@@ -128,6 +128,7 @@ def report(reader):
     result = dict(zip(keys, reader.fixed("IHHQQII"), strict=True))
     result["candidates"] = reader.list(lambda: candidate(reader))
     result["unseen"] = reader.list(lambda: unseen_span(reader))
+    result["sizes"] = reader.added_list(lambda: size(reader))
     return result
 
 
@@ -164,6 +165,12 @@ def unseen_span(reader):
         "near_mm": None if near_mm == NO_RETURN else near_mm,
         "reason": name(REASONS, reason, "overflow"),
     }
+
+
+def size(reader):
+    """Of a candidate of a device that measures sizes; None where it knows none."""
+    volume_l, top_cm = reader.fixed("HB")
+    return {"volume_l": volume_l, "top_cm": top_cm} if top_cm else None
 
 
 def health(reader):

@@ -71,7 +71,12 @@ fn answers(request: &[u8]) -> Vec<Message<'static>> {
     };
     let report = |sequence| {
         let head = ReportHead { sequence, setup: 1, stamp_us: 900_000, ..ReportHead::default() };
-        Message::Report(Report { head, candidates: List::default(), unseen: List::default() })
+        Message::Report(Report {
+            head,
+            candidates: List::default(),
+            unseen: List::default(),
+            sizes: List::default(),
+        })
     };
     match incoming.request(device) {
         Ok(Request::Subscribe { t1 }) if incoming.cookie == Cookie::NONE => {

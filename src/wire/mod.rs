@@ -77,7 +77,7 @@ pub use part::{
 };
 pub use pressed::{FaultyPanel, PRESSED_MAX, Pressed};
 pub use refusal::{Refusal, Refused, SettingFault};
-pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead};
+pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead, SIZED_MAX, Size};
 pub use request::{Cookie, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
 
 /// The port modules listen at, and answer from.

@@ -10,6 +10,7 @@
 //!   28  lost scans          u32     lost before they could be reported, since boot
 //!   32  candidates          list, 24 at most: 22 to 46 bytes each
 //!       unseen spans        list, 28 at most: 7 bytes each
+//!       sizes               list, one for each candidate: 3 bytes each; missing where a device measures none
 //!
 //!  candidate                                   unseen span
 //!    0  first step      u16                      0  first step  u16
@@ -27,6 +28,9 @@
 //!   21  counts          bits 0-3 contour points, 4-5 necks, 6 touches, 7 narrow
 //!   22  contour         u8 each, 4 mm beyond the nearest range
 //!       necks           3 bytes each
+//!                                             size
+//!                                              0  volume      u16, litres
+//!                                              2  top         u8, cm above the floor; 0: neither is known
 //! ```
 //!
 //! All fixed and little endian. A torso at 2 m is 29 bytes: 7 points, no neck.
@@ -56,6 +60,9 @@ pub const NECK_UNIT_MM: u16 = CONTOUR_UNIT_MM;
 /// Range step beyond an end where nothing returned.
 const NOTHING_BEYOND: i8 = i8::MAX;
 
+/// Most candidates of a report with sizes: a report with more of them has none. So it is shorter than the longest without.
+pub const SIZED_MAX: usize = 16;
+
 /// Bytes of a report's head.
 pub(super) const HEAD_LEN: usize = 4 + 2 + 2 + 8 + 8 + 4 + 4;
 
@@ -78,6 +85,10 @@ pub const REPORT_MAX: usize = HEAD_LEN
 
 const _: () = assert!(HEADER_LEN + REPORT_MAX <= DATAGRAM_MAX);
 const _: () = assert!(HEADER_LEN + REPORT_MAX == 1374, "the table above");
+const _: () = assert!(
+    SIZED_MAX * (Candidate::MAX + Size::MAX) + count_bytes(SIZED_MAX) <= CANDIDATES * Candidate::MAX,
+    "with sizes a report is no longer than without"
+);
 const _: () = assert!(CONTOUR_POINTS_WIDE < 16 && NECKS < 4, "both counts fit their bits");
 
 /// A report, to be sent or as received.
@@ -89,6 +100,29 @@ pub struct Report<'a> {
     pub candidates: List<'a, Candidate>,
     /// Where nothing can be said.
     pub unseen: List<'a, UnseenSpan>,
+    /// How large each candidate is, in the same order; empty where a device measures no sizes.
+    pub sizes: List<'a, Size>,
+}
+
+/// How large what is seen of a body is, by a device that measures more than a plane.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Size {
+    /// Volume of the part that is seen, litres; 65 535: that or more.
+    pub volume_l: u16,
+    /// Its highest point above the floor, cm; 255: that or more; 0: neither is known.
+    pub top_cm: u8,
+}
+
+impl Size {
+    /// Nothing is known of this candidate's size.
+    pub const UNKNOWN: Self = Self { volume_l: 0, top_cm: 0 };
+
+    /// Whether it says anything.
+    #[must_use]
+    pub const fn is_known(self) -> bool {
+        self.top_cm != 0
+    }
 }
 
 /// The fixed part of a report.
@@ -145,17 +179,23 @@ impl<'a> Report<'a> {
             },
             candidates: List::new(judgement.candidates()),
             unseen: List::new(judgement.unseen()),
+            sizes: List::new(&[]),
         }
     }
 
     pub(super) fn write(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
         writer.put(&self.head)?;
         self.candidates.write(writer)?;
-        self.unseen.write(writer)
+        self.unseen.write(writer)?;
+        // A device without sizes sends the bytes that it sent before there were any.
+        if self.sizes.is_empty() { Ok(()) } else { self.sizes.write(writer) }
     }
 
     pub(super) fn read(reader: &mut Reader<'a>) -> Result<Self, Malformed> {
-        Ok(Self { head: reader.required()?, candidates: reader.list()?, unseen: reader.list()? })
+        let (head, candidates, unseen) = (reader.required()?, reader.list()?, reader.list()?);
+        let sizes: List<'a, Size> = reader.added(Reader::list)?;
+        let fits = sizes.is_empty() || sizes.len() == candidates.len() && sizes.len() <= SIZED_MAX;
+        if fits { Ok(Self { head, candidates, unseen, sizes }) } else { Err(Malformed) }
     }
 }
 
@@ -241,6 +281,19 @@ impl Item for UnseenSpan {
                 _ => UnseenReason::Overflow,
             },
         })
+    }
+}
+
+impl Item for Size {
+    const MAX: usize = 3;
+
+    fn write(&self, writer: &mut Writer<'_>) -> Result<(), TooLong> {
+        writer.put_u16(self.volume_l)?;
+        writer.put(&self.top_cm)
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Result<Self, Malformed> {
+        Ok(Self { volume_l: reader.required_u16()?, top_cm: reader.required()? })
     }
 }
 

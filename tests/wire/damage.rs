@@ -7,7 +7,7 @@ use kehai::scan::{Geometry, GeometryParts};
 use kehai::unseen::{UNSEEN_SPANS, UnseenReason, UnseenSpan};
 use kehai::wire::{
     BEYOND_UNIT_MM, DATAGRAM_MAX, HEADER_LEN, Incoming, List, Message, NECK_UNIT_MM, Refusal, Report,
-    Unreadable,
+    SIZED_MAX, Size, Unreadable,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -16,7 +16,12 @@ use proptest::prelude::*;
 fn a_message_that_is_cut_off_never_reads_as_a_shorter_one() {
     for bytes in samples() {
         for length in 0..bytes.len() {
-            let added = matches!(Message::decode(&bytes[..length]), Ok((_, Message::Health(_))));
+            // What was added later may be missing as a whole: of a report its sizes, from their number on.
+            let added = match Message::decode(&bytes[..length]) {
+                Ok((_, Message::Health(_))) => true,
+                Ok((_, Message::Report(_))) => length == bytes.len() - 1 - 2 * 3,
+                _ => false,
+            };
             assert!(added || Message::decode(&bytes[..length]).is_err(), "{length} of {}", bytes.len());
         }
     }
@@ -68,6 +73,10 @@ fn any_span() -> impl Strategy<Value = UnseenSpan> {
         .prop_map(|((first_step, beams), reason, near_mm)| UnseenSpan { first_step, beams, reason, near_mm })
 }
 
+fn any_size() -> impl Strategy<Value = Size> {
+    any::<(u16, u8)>().prop_map(|(volume_l, top_cm)| Size { volume_l, top_cm })
+}
+
 /// A candidate without the fields that are rounded on the wire.
 fn exact(candidate: &Candidate) -> Candidate {
     let mut exact = candidate.clone();
@@ -93,12 +102,17 @@ proptest! {
     fn reports_arrive_as_they_were_but_for_the_two_rounded_numbers(
         candidates in vec(any_candidate(), 0..=CANDIDATES),
         unseen in vec(any_span(), 0..=UNSEEN_SPANS),
+        sizes in vec(any_size(), SIZED_MAX),
+        sized in any::<bool>(),
     ) {
-        let report = Report { head: HEAD, candidates: List::new(&candidates), unseen: List::new(&unseen) };
+        let sized = sized && candidates.len() <= SIZED_MAX;
+        let sizes = if sized { &sizes[..candidates.len()] } else { &[] };
+        let report = Report { head: HEAD, candidates: List::new(&candidates), unseen: List::new(&unseen), sizes: List::new(sizes) };
         let bytes = datagram(Message::Report(report));
         let (_, Message::Report(received)) = Message::decode(&bytes).unwrap() else { panic!() };
         prop_assert_eq!(received.head, HEAD);
         prop_assert_eq!(received.unseen, report.unseen);
+        prop_assert_eq!(received.sizes, report.sizes);
         prop_assert_eq!(received.candidates.len(), candidates.len());
         let geometry = Geometry::new(GeometryParts {
             first_step: 44, last_step: 725, cluster: 1, front_step: 384, steps_per_turn: 1024,

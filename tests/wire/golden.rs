@@ -15,7 +15,7 @@ use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
     Alarms, COUNTERS, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health,
     HealthHead, Identity, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed,
-    ProfilePart, RawPart, Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault,
+    ProfilePart, RawPart, Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault, Size,
     Subscribed,
 };
 
@@ -205,10 +205,18 @@ fn a_report_has_its_bytes() {
         UnseenSpan { first_step: 600, beams: 99, reason: UnseenReason::Overflow, near_mm: Some(800) },
     ];
     let candidates = [torso, pair, leg];
-    let full = Report { head, candidates: List::new(&candidates), unseen: List::new(&unseen) };
+    let full = Report {
+        head,
+        candidates: List::new(&candidates),
+        unseen: List::new(&unseen),
+        sizes: List::default(),
+    };
     check_message("report", Message::Report(full));
-    let empty = Report { head, candidates: List::default(), unseen: List::default() };
+    let empty = Report { head, candidates: List::default(), unseen: List::default(), sizes: List::default() };
     check_message("report-empty", Message::Report(empty));
+    // As a depth camera sends it: of the leg nothing is known.
+    let sizes = [Size { volume_l: 56, top_cm: 171 }, Size { volume_l: 300, top_cm: 255 }, Size::UNKNOWN];
+    check_message("report-sizes", Message::Report(Report { sizes: List::new(&sizes), ..full }));
 }
 
 #[test]

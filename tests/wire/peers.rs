@@ -2,9 +2,10 @@
 
 use crate::samples::*;
 use kehai::background::Suspect;
+use kehai::candidate::Candidate;
 use kehai::wire::{
     COUNTERS, Counter, Counters, HEADER_LEN, Health, HealthHead, Identity, Incoming, List, Message, ModuleId,
-    Refusal, Refused, Request, Unreadable,
+    Refusal, Refused, Report, Request, SIZED_MAX, Size, Unreadable,
 };
 use serde::Serialize;
 
@@ -47,6 +48,46 @@ fn what_an_older_peer_does_not_send_takes_its_default() {
     assert_eq!((health.counters.get(Counter::ALL[0]), health.counters.get(Counter::ALL[1])), (3, 5));
     assert_eq!(health.counters.get(Counter::ALL[2]), 0);
     assert!(health.suspects.is_empty() && health.events.is_empty());
+}
+
+#[test]
+fn a_report_with_sizes_is_one_to_a_peer_without_and_the_other_way_round() {
+    let candidates = [widest_candidate(), Candidate::default()];
+    let of = |sizes| Report {
+        head: HEAD,
+        candidates: List::new(&candidates),
+        unseen: List::new(&[WIDEST_SPAN]),
+        sizes,
+    };
+    let (with, without) = (of(List::new(&[SIZE, Size::UNKNOWN])), of(List::default()));
+    let (long, short) = (datagram(Message::Report(with)), datagram(Message::Report(without)));
+    // An older peer reads as far as it knows: the same bytes, and more behind them.
+    assert_eq!(long[..short.len()], short);
+    assert_eq!(long.len() - short.len(), 1 + 2 * 3);
+    let read = |bytes: &[u8]| match Message::decode(bytes).unwrap().1 {
+        Message::Report(report) => report.sizes.iter().collect::<Vec<_>>(),
+        _ => panic!(),
+    };
+    assert_eq!(read(&long), [SIZE, Size::UNKNOWN]);
+    assert!(SIZE.is_known() && !Size::UNKNOWN.is_known());
+    assert_eq!(read(&short), []);
+}
+
+#[test]
+fn as_many_sizes_as_candidates_or_none() {
+    let decode = |candidates: usize, sizes: usize| {
+        let (candidates, sizes) = (vec![Candidate::default(); candidates], vec![SIZE; sizes]);
+        let (candidates, sizes) = (List::new(&candidates), List::new(&sizes));
+        let bytes =
+            datagram(Message::Report(Report { head: HEAD, candidates, unseen: List::default(), sizes }));
+        Message::decode(&bytes).map(|_| ())
+    };
+    assert_eq!(decode(2, 2), Ok(()));
+    assert_eq!(decode(24, 0), Ok(()));
+    assert_eq!(decode(SIZED_MAX, SIZED_MAX), Ok(()));
+    for (candidates, sizes) in [(2, 1), (2, 3), (0, 1), (SIZED_MAX + 1, SIZED_MAX + 1)] {
+        assert!(decode(candidates, sizes).is_err(), "{candidates} candidates, {sizes} sizes");
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use kehai::candidate::Candidate;
 use kehai::unseen::UnseenSpan;
 use kehai::wire::{
     Alarms, Cookie, Counter, DATAGRAM_MAX, Event, Health, Identity, Incoming, Info, LearningProgress,
-    Message, ModuleId, PartHead, Pressed, Refusal, Report, Request, SensorInfo,
+    Message, ModuleId, PartHead, Pressed, Refusal, Report, Request, SensorInfo, Size,
 };
 use serde_json::{Map, Value, json};
 
@@ -217,9 +217,12 @@ fn report(report: &Report<'_>) -> Value {
     let head = &report.head;
     let candidates: Vec<Value> = report.candidates.iter().map(|one| candidate(&one)).collect();
     let unseen: Vec<Value> = report.unseen.iter().map(|span| unseen_span(&span)).collect();
+    let size = |one: Size| json!({"volume_l": one.volume_l, "top_cm": one.top_cm});
+    let sizes: Vec<Value> =
+        report.sizes.iter().map(|one| if one.is_known() { size(one) } else { Value::Null }).collect();
     json!({"sequence": head.sequence, "setup": head.setup, "background_version": head.background_version,
         "stamp_us": head.stamp_us, "sensor_ms": head.sensor_ms, "uncertainty_us": head.uncertainty_us,
-        "lost_scans": head.lost_scans, "candidates": candidates, "unseen": unseen})
+        "lost_scans": head.lost_scans, "candidates": candidates, "unseen": unseen, "sizes": sizes})
 }
 
 fn pressed(pressed: &Pressed<'_>) -> Value {

@@ -8,7 +8,7 @@ use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
     Alarms, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health, HealthHead,
     Identity, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed, ProfilePart, RawPart,
-    Refusal, Refused, Report, ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Subscribed,
+    Refusal, Refused, Report, ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Size, Subscribed,
 };
 
 pub const MODULE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 9]), boot: 7 };
@@ -64,6 +64,8 @@ pub fn widest_candidate() -> Candidate {
 
 pub const WIDEST_SPAN: UnseenSpan =
     UnseenSpan { first_step: u16::MAX, beams: u16::MAX, reason: UnseenReason::Overflow, near_mm: Some(1) };
+
+pub const SIZE: Size = Size { volume_l: u16::MAX, top_cm: u8::MAX };
 
 pub const HEAD: ReportHead = ReportHead {
     sequence: u32::MAX,
@@ -152,7 +154,12 @@ pub fn samples() -> Vec<Vec<u8>> {
         subscribers: 1,
     };
     let candidates = [widest_candidate(), Candidate::default()];
-    let report = Report { head: HEAD, candidates: List::new(&candidates), unseen: List::new(&[WIDEST_SPAN]) };
+    let report = Report {
+        head: HEAD,
+        candidates: List::new(&candidates),
+        unseen: List::new(&[WIDEST_SPAN]),
+        sizes: List::new(&[SIZE; 2]),
+    };
     let counters = largest_counters();
     let (suspects, events) = (List::new(&[SUSPECT; 2]), List::new(&[EVENT; 2]));
     let health = Health { head: HEALTH_HEAD, counters, suspects, events };

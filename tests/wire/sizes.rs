@@ -10,17 +10,25 @@ use kehai::wire::{
     AUTHENTICATION_LEN, Cookie, DATAGRAM_MAX, EVENTS, FaultyPanel, HEADER_LEN, HEALTH_MAX, Health, INFO_MAX,
     Info, List, Message, PRESSED_MAX, PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, Pressed, ProfilePart,
     RAW_PART_BEAMS, RAW_PART_MAX, REPORT_MAX, REQUEST_MAX, RawPart, Refusal, Refused, Report, Request,
-    SETTINGS_MAX, SETTINGS_TEXT_MAX, TooLong,
+    SETTINGS_MAX, SETTINGS_TEXT_MAX, SIZED_MAX, TooLong,
 };
 
 #[test]
 fn the_largest_of_every_message_fits_a_datagram_and_has_the_stated_size() {
     let candidates = vec![widest_candidate(); CANDIDATES];
     let unseen = [WIDEST_SPAN; UNSEEN_SPANS];
-    let report = Report { head: HEAD, candidates: List::new(&candidates), unseen: List::new(&unseen) };
+    let report = Report {
+        head: HEAD,
+        candidates: List::new(&candidates),
+        unseen: List::new(&unseen),
+        sizes: List::default(),
+    };
     let report_len = datagram(Message::Report(report)).len();
     println!("largest report {report_len} of {DATAGRAM_MAX} bytes, {AUTHENTICATION_LEN} for authentication");
     assert_eq!(report_len, HEADER_LEN + REPORT_MAX);
+    let (candidates, sizes) = (vec![widest_candidate(); SIZED_MAX], [SIZE; SIZED_MAX]);
+    let sized = Report { candidates: List::new(&candidates), sizes: List::new(&sizes), ..report };
+    assert!(datagram(Message::Report(sized)).len() <= HEADER_LEN + REPORT_MAX);
     let health = Health {
         head: HEALTH_HEAD,
         counters: largest_counters(),
@@ -53,8 +61,12 @@ fn the_largest_of_every_message_fits_a_datagram_and_has_the_stated_size() {
 #[test]
 fn a_torso_takes_about_thirty_bytes() {
     let torso = Candidate { contour: [1; 7].into_iter().collect(), ..Candidate::default() };
-    let report =
-        |candidates| Report { head: HEAD, candidates: List::new(candidates), unseen: List::default() };
+    let report = |candidates| Report {
+        head: HEAD,
+        candidates: List::new(candidates),
+        unseen: List::default(),
+        sizes: List::default(),
+    };
     let (one, none) = (&[torso][..], &[][..]);
     let bytes = datagram(Message::Report(report(one))).len() - datagram(Message::Report(report(none))).len();
     assert_eq!(bytes, 29);

@@ -42,7 +42,12 @@ const COOKIE: Message<'static> = Message::Cookie { request_id: 1, t1: [0; 8], co
 
 fn report(sequence: u32, setup: u16) -> Message<'static> {
     let head = ReportHead { sequence, setup, ..ReportHead::default() };
-    Message::Report(Report { head, candidates: List::default(), unseen: List::default() })
+    Message::Report(Report {
+        head,
+        candidates: List::default(),
+        unseen: List::default(),
+        sizes: List::default(),
+    })
 }
 
 #[test]

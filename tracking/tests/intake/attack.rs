@@ -83,7 +83,7 @@ impl World {
         };
         let seen: &[Candidate] = if c & 8 == 0 { &[] } else { &[phantom] };
         let (candidates, unseen) = (List::new(seen), List::default());
-        let report = fake.say(&Message::Report(Report { head, candidates, unseen }));
+        let report = fake.say(&Message::Report(Report { head, candidates, unseen, sizes: List::default() }));
         self.send(from, Sender::Forged, report, 0);
     }
 

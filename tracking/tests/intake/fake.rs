@@ -137,7 +137,12 @@ impl Fake {
     pub fn reported_with(&self, sequence: u32, stamp_us: u64, seen: &[Candidate]) -> Vec<u8> {
         let head =
             ReportHead { sequence, setup: 1, background_version: 1, stamp_us, ..ReportHead::default() };
-        self.say(&Message::Report(Report { head, candidates: List::new(seen), unseen: List::default() }))
+        self.say(&Message::Report(Report {
+            head,
+            candidates: List::new(seen),
+            unseen: List::default(),
+            sizes: List::default(),
+        }))
     }
 
     /// What it answers to a request that came at `t2_us` of its clock.

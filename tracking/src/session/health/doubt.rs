@@ -158,7 +158,7 @@ pub(super) mod tests {
     pub fn report<'a>(at_s: f64, candidates: &'a [Candidate], unseen: &'a [UnseenSpan]) -> Report<'a> {
         let stamp_us = (at_s * 1e6) as u64;
         let head = ReportHead { stamp_us, background_version: 1, ..ReportHead::default() };
-        Report { head, candidates: List::new(candidates), unseen: List::new(unseen) }
+        Report { head, candidates: List::new(candidates), unseen: List::new(unseen), sizes: List::default() }
     }
 
     fn feed(doubt: &mut Doubt, from_s: u32, to_s: u32, candidates: &[Candidate], spans: &[UnseenSpan]) {
