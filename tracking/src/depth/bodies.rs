@@ -17,12 +17,13 @@ const PART_M: f64 = 0.25;
 /// Deviation of a segment that several share from where their middle was expected, m.
 const SHARED_M: f64 = 0.15;
 
-/// Deviation of a top, m: noise, gait, hair; and of a volume's logarithm: turning, arms.
-const TOP_M: f64 = 0.06;
-const VOLUME_LN: f64 = 0.5;
+/// Deviation of a top, m: a row of pixels and the noise at 4 m, and gait; and of a volume's logarithm: half or twice as much
+/// is usual, by turning, arms and whoever stands before it.
+const TOP_M: f64 = 0.04;
+const VOLUME_LN: f64 = 0.7;
 
-/// Most that one of the two sizes adds to a cost: a head may be hidden, an arm reach out.
-const SIZE_MOST: f64 = 4.0;
+/// Most that one of the two sizes adds to a cost, three deviations: a head may be hidden, an arm reach out.
+const SIZE_MOST: f64 = 9.0;
 
 /// Cost of a track without a segment: 99.9 % of the right segments are nearer, with the sizes' usual part.
 const ALONE: f64 = 13.8 + 2.0;
@@ -31,19 +32,21 @@ const ALONE: f64 = 13.8 + 2.0;
 const INSIDE_M: f64 = 0.25;
 
 /// What is nearer to a body than the first, m, and smaller than the second share of its volume, is a part of it: what
-/// another person's shoulder leaves of a chest; an arm, a hand, what it carries.
-const PARTS: [(f64, f64); 2] = [(0.35, 0.5), (0.65, 0.2)];
+/// another person's shoulder leaves of a chest; a hand at arm's length, and what it carries. A child of 0.9 m who walks beside
+/// an adult shows a tenth of the adult's volume above 0.7 m.
+const PARTS: [(f64, f64); 2] = [(0.35, 0.5), (0.65, 0.05)];
 
-/// A body stays hidden for so long, s: behind a person who walks the same way; without anything before it, for a frame
-/// or two.
+/// A body stays hidden for so long, s: behind a person who walks the same way; without anything before it, for one frame
+/// of five a second.
 const HIDDEN_S: f64 = 3.0;
-const UNSEEN_S: f64 = 0.5;
+const UNSEEN_S: f64 = 0.3;
 
 /// Frames of which a body's whole volume is the largest, as a share that is kept from frame to frame: half in 3 s.
 const FORGET: f64 = 0.955;
 
-/// Speed of a body that has just come, m/s, one sigma; spectral density of a walker's acceleration, m²/s³.
-const SPEED_MPS: f64 = 1.2;
+/// Speed of a body that has just come, m/s, one sigma along each axis: 1 m/s one way or the other; spectral density
+/// of a walker's acceleration, m²/s³.
+const SPEED_MPS: f64 = 0.7;
 const PROCESS_NOISE: f64 = 0.5;
 
 /// Most bodies: what stands side by side in a camera's view.
