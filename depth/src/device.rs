@@ -3,6 +3,7 @@
 //! ```text
 //!   frames ─▶ FanSource ─▶ emulated sensor `KEHAI-DEPTH` ─▶ SCIP over TCP, on this PC ─▶ the firmware's tasks ─▶ UDP
 //!             background, foreground, fan                                                driver, pipeline, session
+//!                └▶ sizes of the bodies ────────────────────────────────────────────────────────▶ reports
 //! ```
 //!
 //! All pixels of a frame are taken at once, but a range finder turns: its beam `k` is said to be measured `k` steps
@@ -26,8 +27,10 @@ use kehai_emulator::urg::{Config, Urg};
 
 use crate::background::{Background, FRAMES, Learner};
 use crate::camera::Camera;
+use crate::cluster::Density;
 use crate::fan::Fan;
 use crate::foreground::{self, Limits};
+use crate::sizes::{Bodies, Sizes};
 use crate::source::{BadFrame, Frames};
 
 /// What has come from the camera so far.
@@ -78,6 +81,7 @@ pub struct FanSource {
     latest_mm: Vec<u32>,
     on_bad: Box<dyn FnMut(&BadFrame) + Send>,
     counts: Arc<Counts>,
+    sizes: Arc<Sizes>,
 }
 
 impl FanSource {
@@ -91,14 +95,20 @@ impl FanSource {
     ) -> Self {
         let fan = Fan::new(&camera, &background);
         let latest_mm = fan.not_seen();
-        let counts = Arc::default();
-        Self { frames, camera, limits: Limits::USUAL, background, fan, latest_mm, on_bad, counts }
+        let (limits, counts, sizes) = (Limits::USUAL, Arc::default(), Arc::default());
+        Self { frames, camera, limits, background, fan, latest_mm, on_bad, counts, sizes }
     }
 
     /// What has come so far; goes on counting.
     #[must_use]
     pub fn counts(&self) -> Arc<Counts> {
         Arc::clone(&self.counts)
+    }
+
+    /// The sizes of the bodies in its scans, for the reports of them.
+    #[must_use]
+    pub fn sizes(&self) -> Arc<Sizes> {
+        Arc::clone(&self.sizes)
     }
 
     /// The sensor it is measured by.
@@ -142,7 +152,10 @@ impl RangeSource for FanSource {
             Ok(frame) => {
                 self.counts.good.fetch_add(1, Ordering::Relaxed);
                 let points = foreground::of(&frame, &self.background, &self.camera, &self.limits);
-                self.fan.ring(&frame, &points)
+                let (ring_mm, nearest) = self.fan.ring_and_nearest(&frame, &points);
+                let bodies = Bodies::of(ring_mm.clone(), &nearest, &points, &self.camera, &Density::USUAL);
+                self.sizes.remember(bodies);
+                ring_mm
             }
             Err(bad) => {
                 self.counts.bad.fetch_add(1, Ordering::Relaxed);
@@ -182,6 +195,7 @@ pub fn run(
 ) -> Result<(), Box<dyn Error>> {
     let listener = TcpListener::bind(SocketAddrV4::new(Ipv4Addr::LOCALHOST, 0))?;
     let place = Place::Tcp(listener.local_addr()?.to_string());
+    let sizes = source.sizes();
     let sensor = Urg::new(source.config(), Box::new(source), 0);
     let pc = Pc {
         sensor: &place,
@@ -190,6 +204,7 @@ pub fn run(
         name: Some(start.name),
         unique: Some("kehai-depth"),
         announced: start.announced,
+        amend: Some(sizes),
     };
     std::thread::scope(|scope| {
         let serving = scope.spawn(|| {
@@ -217,7 +232,9 @@ mod tests {
     use kehai::pipeline::Settings;
     use kehai::sensor_model::SensorModel;
     use kehai::unseen::UnseenReason;
+    use kehai::wire::{DATAGRAM_MAX, Identity, Message, Report};
     use kehai_emulator::chain::Chain;
+    use kehai_emulator::pc::amended::Amend;
 
     /// Frames of a test; None is one that cannot be read.
     struct Clip(std::vec::IntoIter<Option<Frame>>);
@@ -244,10 +261,10 @@ mod tests {
         let mut frames: Vec<_> = (0..100).map(|_| empty()).collect();
         frames.extend([Some(render(&SMALL, &[body], 1)), None, empty()]);
         let source = source(frames);
-        let (config, counts) = (source.config(), source.counts());
+        let (config, counts, sizes) = (source.config(), source.counts(), source.sizes());
         let settings = Settings::of(&SensorModel::of(config.model.model_text), 10_000);
         let mut chain = Chain::new(Box::new(source), config, settings);
-        let mut seen = Vec::new();
+        let (mut seen, mut sized) = (Vec::new(), Vec::new());
         while let Some(scan) = chain.next_scan().unwrap() {
             let judgement = scan.judgement;
             let places: Vec<_> = judgement.candidates().iter().map(|candidate| candidate.near_mm).collect();
@@ -255,6 +272,16 @@ mod tests {
                 .unseen()
                 .iter()
                 .any(|span| span.reason == UnseenReason::NoReturn && span.beams > 50);
+            let mut datagram = [0; DATAGRAM_MAX];
+            let report = Message::Report(Report::of(judgement, 1, 0));
+            let length = report.encode(Identity::default(), &mut datagram).unwrap();
+            let mut room = [0; DATAGRAM_MAX];
+            if let Some(length) = sizes.amend(&datagram[..length], &mut room) {
+                let (_, Message::Report(report)) = Message::decode(&room[..length]).unwrap() else {
+                    panic!()
+                };
+                sized.extend(report.sizes.iter());
+            }
             seen.push((judgement.background_version, places, blind));
         }
         let [.., with_body, bad, after] = &seen[..] else { panic!("{seen:?}") };
@@ -262,6 +289,9 @@ mod tests {
         assert!(matches!(with_body.1[..], [1730..=1780]), "{with_body:?}");
         assert_eq!((&bad.1[..], bad.2), (&[][..], true));
         assert_eq!((&after.1[..], after.2), (&[][..], false));
+        // From 1 m up to 1.7 m, of the round front at most the half, 69 l, at least the middle 110°, 21 l: the rest grazes.
+        let [size] = sized[..] else { panic!("{sized:?}") };
+        assert!((21..=69).contains(&size.volume_l) && (165..=171).contains(&size.top_cm), "{size:?}");
         assert_eq!(counts.good.load(Ordering::Relaxed), 102);
         assert_eq!(counts.bad.load(Ordering::Relaxed), 1);
     }

@@ -101,15 +101,23 @@ impl Fan {
     /// The ranges of a frame, mm, counter-clockwise; `foreground` is its foreground.
     #[must_use]
     pub fn ring(&self, frame: &Frame, foreground: &[Point]) -> Vec<u32> {
+        self.ring_and_nearest(frame, foreground).0
+    }
+
+    /// As [`ring`](Self::ring), and of each range the number of its point in `foreground`.
+    #[must_use]
+    pub fn ring_and_nearest(&self, frame: &Frame, foreground: &[Point]) -> (Vec<u32>, Vec<Option<usize>>) {
+        let mut nearest = vec![None; self.bearings.len()];
         if frame.blind().is_some() {
-            return self.not_seen();
+            return (self.not_seen(), nearest);
         }
         let mut nearest_mm = vec![u32::MAX; self.bearings.len()];
-        for point in foreground {
+        for (number, point) in foreground.iter().enumerate() {
             if let Some((at, range_mm)) = self.bearing(point.place)
-                && let Some(nearest_mm) = nearest_mm.get_mut(at)
+                && let Some((nearest_mm, nearest)) = nearest_mm.get_mut(at).zip(nearest.get_mut(at))
+                && range_mm < *nearest_mm
             {
-                *nearest_mm = range_mm.min(*nearest_mm);
+                (*nearest_mm, *nearest) = (range_mm, Some(number));
             }
         }
         let mut measured = vec![0; self.bearings.len()];
@@ -121,7 +129,8 @@ impl Fan {
             }
         }
         let bearings = self.bearings.iter().zip(nearest_mm).zip(measured);
-        bearings.map(|((bearing, nearest_mm), measured)| bearing.range(nearest_mm, measured)).collect()
+        let ranges = bearings.map(|((bearing, nearest_mm), measured)| bearing.range(nearest_mm, measured));
+        (ranges.collect(), nearest)
     }
 
     /// The ring of a frame in which nothing was seen: nothing is known, nothing is empty.

@@ -20,6 +20,7 @@ pub mod fan;
 pub mod foreground;
 pub mod frame;
 pub mod segment;
+pub mod sizes;
 pub mod source;
 
 #[cfg(test)]

@@ -167,7 +167,7 @@ fn live(
     stop: &AtomicBool,
 ) -> Result<(), Box<dyn Error>> {
     let flash = Flash::new(PAGES);
-    let pc = Pc { sensor, port, flash: &flash, name: Some(name), unique: None, announced };
+    let pc = Pc { sensor, port, flash: &flash, name: Some(name), unique: None, announced, amend: None };
     while !stop.load(Ordering::Relaxed) {
         pc.start(stop, |_| {})?;
     }

@@ -90,6 +90,7 @@ impl Bench {
                 name: Some(&own),
                 unique: None,
                 announced: true,
+                amend: None,
             };
             while !stopped.load(Ordering::Relaxed) {
                 let started = |_| {

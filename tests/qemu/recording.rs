@@ -101,8 +101,15 @@ fn pc(sensor: SocketAddr, flash: &Path) -> (Running, SocketAddr) {
         let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
         to_test.send(port.local_addr().unwrap()).unwrap();
         let sensor = Place::Tcp(sensor.to_string());
-        let pc =
-            Pc { sensor: &sensor, port: &port, flash: &flash, name: None, unique: None, announced: false };
+        let pc = Pc {
+            sensor: &sensor,
+            port: &port,
+            flash: &flash,
+            name: None,
+            unique: None,
+            announced: false,
+            amend: None,
+        };
         pc.start(stop, |_| {}).unwrap();
     });
     (running, address.recv().unwrap())

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use kehai::candidate::{Candidate, EndKind};
 use kehai::centre::{Estimator, centre};
 use kehai::scan::Geometry;
+use kehai::wire::Size;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::geometry::{Point, Pose};
@@ -79,6 +80,24 @@ impl View {
     }
 }
 
+/// How large what is seen of a body is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BodySize {
+    /// Volume of the part that is seen, litres.
+    pub volume_l: f64,
+    /// Its highest point above the floor, m.
+    pub top_m: f64,
+}
+
+impl BodySize {
+    /// As reported; None if nothing is known.
+    #[must_use]
+    pub fn of(size: Size) -> Option<Self> {
+        let known = || Self { volume_l: size.volume_l.into(), top_m: f64::from(size.top_cm) * 0.01 };
+        size.is_known().then(known)
+    }
+}
+
 /// A candidate in the site.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
@@ -94,6 +113,8 @@ pub struct Detection {
     pub outline: [Point; 3],
     /// Length of that chord, m.
     pub width_m: f64,
+    /// Its size, from a device that measures sizes.
+    pub size: Option<BodySize>,
 }
 
 impl Detection {
@@ -119,6 +140,7 @@ impl Detection {
             covariance: turn * Matrix2::new(xx, xy, xy, yy) * turn.transpose(),
             outline: [one, middle, other],
             width_m: (other - one).length(),
+            size: None,
             candidate,
         }
     }

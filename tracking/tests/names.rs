@@ -36,6 +36,7 @@ fn observation(view: &Arc<View>, start_s: f64, places: &[(f64, f64)]) -> Observa
             covariance: Matrix2::identity() * 0.0009,
             outline: [at - half, at, at + half],
             width_m: 0.4,
+            size: None,
         }
     };
     let background_mm = vec![9000; usize::from(view.geometry.beams())];

@@ -4,6 +4,7 @@ use std::error::Error;
 use std::fs::File;
 use std::io::Read as _;
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -19,6 +20,7 @@ use kehai::tasks::{self, Hardware, Notices};
 use kehai::wire::{Identity, ModuleId, SensorCode};
 
 use super::Fed;
+use super::amended::{Amend, Amended};
 use super::discovery::Announcement;
 use super::flash::{Flash, PAGE_LEN};
 use super::line::{Line, Place};
@@ -42,6 +44,8 @@ pub struct Pc<'a> {
     pub unique: Option<&'a str>,
     /// Whether it is announced by DNS-SD.
     pub announced: bool,
+    /// What adds to its datagrams.
+    pub amend: Option<Arc<dyn Amend>>,
 }
 
 /// Flash that is forgotten at the end. Its starts are counted from the seconds since 1970, so that the next process goes on
@@ -102,7 +106,7 @@ impl Pc<'_> {
         let hardware = Hardware {
             driver: &mut driver,
             line,
-            datagrams: self.port.again(&reactor),
+            datagrams: Amended::new(self.port.again(&reactor), self.amend.clone()),
             store,
             watchdog: Fed::default(),
             clock: reactor.clone(),

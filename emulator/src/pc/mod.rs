@@ -12,6 +12,7 @@
 //!
 //! `pc` puts the left column together; `host` is a client that listens to it.
 
+pub mod amended;
 pub mod device;
 pub mod discovery;
 pub mod flash;

@@ -81,6 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         name: arguments.name.as_deref(),
         unique: None,
         announced: !arguments.no_mdns,
+        amend: None,
     };
     while !stop.load(Ordering::Relaxed) {
         pc.start(&stop, |Identity { module, boot }| {

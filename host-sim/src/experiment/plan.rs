@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::baselines::Choice;
+use kehai_tracking::tracker::Idea;
 
 use super::passages;
 use super::table::Cell;
@@ -208,9 +209,12 @@ impl Table {
         match self {
             Self::Door => [door(Letter::D, 1..=7, &all), door(Letter::H, 1..=7, &all)].concat(),
             Self::Ideas => {
-                let without: Vec<String> = kehai_tracking::tracker::kehai::ablation::Idea::NAMED
+                // What is measured with sizes alone has a table of its own: the entrance's.
+                let without: Vec<String> = Idea::NAMED
+                    .iter()
+                    .filter(|(idea, _)| !matches!(idea, Idea::Size | Idea::Share))
                     .map(|(_, name)| format!("kehai-without-{name}"))
-                    .to_vec();
+                    .collect();
                 let names: Vec<&str> =
                     std::iter::once("kehai").chain(without.iter().map(String::as_str)).collect();
                 door(Letter::H, 5..=7, &own(&names))

@@ -44,7 +44,7 @@ mod lines;
 pub mod network;
 pub mod record;
 pub mod recorded;
-mod unit;
+pub(crate) mod unit;
 mod way;
 
 pub use network::Conditions;
@@ -160,6 +160,7 @@ impl Run {
                 source: Box::new(Witness { sensor: sensor.clone(), sights: sights.clone() }),
                 sights,
                 flash: empty_flash(),
+                amend: None,
                 conditions: options.conditions,
                 seed,
                 outages_us: outages_us(index),

@@ -117,6 +117,7 @@ impl Part<'_> {
             flash: self.flash.clone(),
             conditions: Conditions::IDEAL,
             seed: 0,
+            amend: None,
             outages_us: Vec::new(),
         };
         (Unit::new(plan), asked_us)

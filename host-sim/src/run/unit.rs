@@ -33,6 +33,7 @@ use crate::world::random::{Purpose, Stream};
 use crate::world::sensor::WorldSensor;
 use kehai_emulator::link::{LinkOptions, MemoryLink};
 use kehai_emulator::pc::Fed;
+use kehai_emulator::pc::amended::{Amend, Amended};
 use kehai_emulator::pc::flash::{Flash, PAGE_LEN};
 use kehai_emulator::simulated_time::{SimulatedClock, Stuck, block_on_until};
 use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
@@ -105,6 +106,8 @@ pub struct Plan {
     pub conditions: Conditions,
     /// Seed of all that is random.
     pub seed: u64,
+    /// What adds to its datagrams.
+    pub amend: Option<Arc<dyn Amend>>,
     /// When the module has no power, in µs of the world.
     pub outages_us: Vec<(u64, u64)>,
 }
@@ -145,6 +148,7 @@ impl Unit {
             clock: clock.clone(),
             flash: plan.flash,
             way,
+            amend: plan.amend,
             start_us,
             fast_ppm,
             outages_us: plan.outages_us,
@@ -215,6 +219,7 @@ struct Board {
     clock: SimulatedClock,
     flash: Flash,
     way: Way,
+    amend: Option<Arc<dyn Amend>>,
     start_us: u64,
     fast_ppm: i32,
     outages_us: Vec<(u64, u64)>,
@@ -259,7 +264,7 @@ impl Board {
         let hardware = Hardware {
             driver: &mut driver,
             line: self.line,
-            datagrams: self.way.clone(),
+            datagrams: Amended::new(self.way.clone(), self.amend.clone()),
             store,
             watchdog: Fed::default(),
             clock,

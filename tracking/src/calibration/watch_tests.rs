@@ -38,6 +38,7 @@ fn observation(view: &Arc<View>, at_s: f64, place: Option<Point>) -> Observation
         covariance: Matrix2::identity() * 0.002,
         outline: [at; 3],
         width_m: 0.4,
+        size: None,
     };
     let background_mm: Arc<[u16]> = vec![4000; beams].into();
     Observation {

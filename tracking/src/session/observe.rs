@@ -14,7 +14,7 @@ use super::Session;
 use super::outstanding::ANSWER_US;
 use super::sequence::{Arrival, Sequences};
 use super::start::SILENT_US;
-use crate::observation::{AHEAD_S, Detection, LATE_S, Observation};
+use crate::observation::{AHEAD_S, BodySize, Detection, LATE_S, Observation};
 use crate::snapshot::Drops;
 
 impl Session {
@@ -60,9 +60,14 @@ impl Session {
         let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
         let mut empty_mm = background_mm.to_vec();
         visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
+        let sizes = report.sizes.iter().map(BodySize::of).chain(std::iter::repeat(None));
         let detections = candidates
             .into_iter()
-            .map(|candidate| Detection::new(candidate, view, start_s, estimator))
+            .zip(sizes)
+            .map(|(candidate, size)| Detection {
+                size,
+                ..Detection::new(candidate, view, start_s, estimator)
+            })
             .collect();
         self.reports += 1;
         self.used_us = now_us;

@@ -31,11 +31,15 @@ pub enum Idea {
     Doubt,
     /// What keeps its place beside a person and is longer than a body is a part of that person.
     Parts,
+    /// Detections of another size than a track's are less likely its own.
+    Size,
+    /// The less of a body is seen, the less its place counts.
+    Share,
 }
 
 impl Idea {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 11] = [
+    pub const NAMED: [(Self, &str); 13] = [
         (Self::Persistence, "persistence"),
         (Self::FreeSpace, "free-space"),
         (Self::Division, "division"),
@@ -47,6 +51,8 @@ impl Idea {
         (Self::Silhouette, "silhouette"),
         (Self::Doubt, "doubt"),
         (Self::Parts, "parts"),
+        (Self::Size, "size"),
+        (Self::Share, "share"),
     ];
 }
 

@@ -17,6 +17,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
 use super::look::Eye;
+use super::size;
 use super::track::{SURE, Track};
 use super::{Kehai, TWINS_M};
 use crate::geometry::Point;
@@ -102,10 +103,11 @@ impl Kehai {
         pieces: &[Detection],
         taken: &mut [bool],
     ) -> Vec<(usize, usize, bool)> {
+        let ideas = self.ideas;
         let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
         let cost = |track: &Track, seen: &Detection| {
             let other = track.is_hidden() && self.is_somebody_else(track, seen);
-            if other { f64::INFINITY } else { cost(track, seen) }
+            if other { f64::INFINITY } else { cost(track, seen) + size::cost(track.size, seen, ideas) }
         };
         // Row by row, one column a free candidate. A track far from every candidate needs no row.
         let (mut rows, mut costs) = (Vec::new(), Vec::new());
@@ -164,6 +166,7 @@ impl Kehai {
         } else {
             None
         };
+        let ideas = self.ideas;
         let track = &mut self.tracks[track];
         if let Some((other, middle)) = legs {
             taken[other] = true;
@@ -171,6 +174,7 @@ impl Kehai {
             noise = Matrix2::identity() * (LEGS_M * LEGS_M);
             track.width_m = track.width_m.max((pieces[other].centre - seen.centre).norm() + seen.width_m);
         }
+        noise += size::doubt(track.size, seen, ideas);
         track.hit(seen, centre, &noise, observation.view.module);
         track.hit_in = self.scan;
         if track.confirmed {

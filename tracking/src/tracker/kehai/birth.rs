@@ -8,6 +8,7 @@
 
 use super::ablation::Idea;
 use super::faces::Faces;
+use super::size;
 use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track, bit};
 use super::{Kehai, MOVED_M, PROCESS_NOISE, other_leg};
@@ -103,11 +104,12 @@ impl Kehai {
         if self.near.now.iter().filter_map(|&index| self.tracks.get(index)).any(beside) {
             return -0.2;
         }
-        match (seen.candidate.narrow && !legs, legs || seen.is_whole()) {
+        let of_shape = match (seen.candidate.narrow && !legs, legs || seen.is_whole()) {
             (false, true) => 0.5,
             (false, false) => 0.3,
             (true, _) => 0.1,
-        }
+        };
+        size::evidence(seen, self.ideas).unwrap_or(of_shape)
     }
 
     fn begin(&mut self, seen: &Detection, legs: Option<Vector2<f64>>, observation: &Observation) {
@@ -136,6 +138,7 @@ impl Kehai {
             unexplained: None,
             still_s: if seen.width_m < THIN_M { seen.at_s } else { f64::NEG_INFINITY },
             stirring: Stirring::default(),
+            size: seen.size,
             company: None,
             part_of: None,
             faces: Some(Faces::default()),

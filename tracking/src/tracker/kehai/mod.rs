@@ -18,6 +18,7 @@
 //! | missed detections, existence decay, deletion | `lifetime` |
 //! | occlusion, line of sight | `occlusion`, `look`, `walls` |
 //! | duplicate tracks, fragments, attachments | `twins`, `birth`, `parts` |
+//! | sizes of bodies | `size` |
 //! | clutter: things and reflections | `stir`, `reflection` |
 //! | ablation switches | `ablation` |
 
@@ -33,6 +34,7 @@ mod occlusion;
 mod parts;
 mod reflection;
 mod restore;
+mod size;
 mod stir;
 #[cfg(test)]
 mod tests;

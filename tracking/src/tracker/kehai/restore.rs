@@ -55,6 +55,7 @@ impl Kehai {
                 unexplained: None,
                 still_s: f64::NEG_INFINITY,
                 stirring: Stirring::default(),
+                size: None,
                 company: None,
                 part_of: None,
                 faces: None,

@@ -80,6 +80,7 @@ impl Bench {
             covariance: Matrix2::identity() * 0.0009,
             outline: [at - half, at, at + half],
             width_m,
+            size: None,
         }
     }
 }

@@ -5,9 +5,10 @@ use nalgebra::{Matrix2, Vector2};
 use super::faces::Faces;
 use super::occlusion::Cloud;
 use super::parts::{Company, Tie};
+use super::size;
 use super::stir::Stirring;
 use crate::geometry::Point;
-use crate::observation::{Detection, LATE_S};
+use crate::observation::{BodySize, Detection, LATE_S};
 use crate::tracker::kalman::Kinematics;
 use crate::tracker::{LifeCycle, Origin, TrackState};
 
@@ -92,6 +93,8 @@ pub struct Track {
     pub still_s: f64,
     /// How often it has stirred.
     pub stirring: Stirring,
+    /// How large it is; None if no device that measures sizes has detected it.
+    pub size: Option<BodySize>,
     /// The tracks that were there before it; None once it has gone far enough.
     pub company: Option<Company>,
     /// The track of which it is a part.
@@ -182,6 +185,7 @@ impl Track {
         }
         self.last_hit_s = self.last_hit_s.max(seen.at_s);
         self.stirring.update(seen, module);
+        self.size = size::after(self.size, seen.size);
         if seen.candidate.static_ds >= STILL_DS && seen.width_m < THIN_M {
             self.still_s = self.last_hit_s;
         }
