@@ -16,7 +16,7 @@ use super::CAMERA;
 use super::stack::{Cut, Stack};
 
 /// Depth of the wall opposite, m.
-const WALL_M: f64 = 5.8;
+pub(super) const WALL_M: f64 = 5.8;
 
 /// Whose a pixel is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -17,6 +17,8 @@ mod flaws;
 pub mod image;
 pub mod judge;
 pub mod labels;
+pub mod lasers;
+pub mod live;
 pub mod stack;
 pub mod walk;
 
@@ -96,6 +98,24 @@ impl Entrance {
         let mut learner = Learner::default();
         let still = |number: usize| self.flaws.frame(&self.empty, (FRAMES + number) as u64);
         (0..LEARNING_FRAMES).find_map(|number| learner.push(still(number)?))
+    }
+
+    /// The people at a time, s since the first frame.
+    #[must_use]
+    pub fn people_at(&self, at_s: f64) -> Vec<walk::Moment> {
+        self.walk.at(at_s)
+    }
+
+    /// What the camera hands out at a time, as its frame of this number.
+    pub(crate) fn frame_at(&self, at_s: f64, number: u64) -> Option<Frame> {
+        let mut image = self.empty.clone();
+        for walker in &self.people_at(at_s) {
+            image.add(&Stack::person(walker), Whose::Person(walker.person));
+            if let Some(bag) = Stack::bag(walker) {
+                image.add(&bag, Whose::Bag);
+            }
+        }
+        self.flaws.frame(&image, number)
     }
 
     /// A frame; None after the last.

@@ -119,6 +119,30 @@ impl Walk {
         Self { frames }
     }
 
+    /// The people at any time, between two frames on a straight line; in the last frame after it, nobody before the first.
+    #[must_use]
+    pub fn at(&self, at_s: f64) -> Vec<Moment> {
+        let period_s = CAMERA.period_us() as f64 * 1e-6;
+        let number = at_s / period_s;
+        if number < 0.0 {
+            return Vec::new();
+        }
+        let (before, share) = (number.floor() as usize, number.fract());
+        let Some(people) = self.frames.get(before) else {
+            return self.frames.last().cloned().unwrap_or_default();
+        };
+        let after = self.frames.get(before + 1).map_or(&[][..], Vec::as_slice);
+        let between = |one: &Moment| match after.iter().find(|other| other.person == one.person) {
+            Some(other) => Moment {
+                at: one.at + (other.at - one.at) * share,
+                walked_m: one.walked_m + (other.walked_m - one.walked_m) * share,
+                ..*one
+            },
+            None => *one,
+        };
+        people.iter().map(between).collect()
+    }
+
     /// The people in a frame; None after the last.
     #[must_use]
     pub fn moment(&self, number: usize) -> Option<Vec<Moment>> {

@@ -10,7 +10,6 @@ use std::error::Error;
 use std::ops::RangeInclusive;
 
 use kehai_depth::background::Background;
-use kehai_depth::camera::Camera;
 use kehai_depth::cluster::{Density, subsample};
 use kehai_depth::foreground::{self, Limits};
 use kehai_depth::segment::Segment;
@@ -24,6 +23,7 @@ use super::paper::{PAPER_D, PAPER_D_NAME};
 use crate::baselines::ukyo::{Ukyo, UkyoSettings};
 use crate::entrance::judge::{ByMost, Judge, Ratio, Reported, Verdict};
 use crate::entrance::labels::{Labelled, labelled};
+use crate::entrance::live::LOW;
 use crate::entrance::{CAMERA, Entrance, FRAMES, Shot};
 use crate::world::geometry::Point;
 
@@ -33,9 +33,6 @@ const ROW: &str = "entrance";
 /// Points of the paper's frames, and what makes a cluster of them: a quarter of what it takes among all points.
 const SAMPLE: usize = 1024;
 const SAMPLED: Density = Density { least: 5, ..Density::USUAL };
-
-/// Our camera: a child of 0.9 m is seen above this, and what hangs from a hand is not.
-const LOW: Camera = Camera { above_m: Some(0.7), ..CAMERA };
 
 /// A tracker with its ideas.
 #[derive(Clone, Copy, Debug)]
@@ -184,19 +181,23 @@ fn figures(verdict: &Verdict) -> Figures {
     let percent = |ratio: Ratio| 100.0 * ratio.right as f64 / ratio.of.max(1) as f64;
     let (precision, recall) = (percent(verdict.precision), percent(verdict.recall));
     let both = 2.0 * precision * recall / (precision + recall).max(f64::MIN_POSITIVE);
+    let found = [precision, recall, both].map(|value| Figure::time(value, 1)).into_iter();
+    FIGURES.iter().map(|name| (*name).to_owned()).zip(found.chain(shares(verdict))).collect()
+}
+
+/// Of identification: the figures from the fourth on.
+pub(super) fn shares(verdict: &Verdict) -> Vec<Figure> {
     let shares = |all: &ByMost, most: RangeInclusive<usize>| {
         let own = all.iter().filter(|(at_once, _)| most.contains(at_once));
         Figure::Mean { values: own.map(|(_, share)| 100.0 * share).collect(), digits: 1, shares: true }
     };
     // An identity without a judged person in view is of nobody's number.
     let ranges = [1..=1, 2..=2, 3..=3, 4..=usize::MAX];
-    let found = [precision, recall, both].map(|value| Figure::time(value, 1)).into_iter();
     let together = [&verdict.identities, &verdict.people].map(|all| shares(all, 0..=usize::MAX));
     let apart = [&verdict.identities, &verdict.people]
         .into_iter()
         .flat_map(|all| ranges.clone().into_iter().map(|most| shares(all, most)).collect::<Vec<_>>());
-    let values = found.chain(together).chain(apart);
-    FIGURES.iter().map(|name| (*name).to_owned()).zip(values).collect()
+    together.into_iter().chain(apart).collect()
 }
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ pub mod poses;
 pub mod results;
 pub mod rules;
 pub mod runner;
+pub mod sources;
 pub mod summary;
 pub mod table;
 pub mod trial;

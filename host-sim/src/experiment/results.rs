@@ -20,7 +20,7 @@ use super::jobs::Runs;
 use super::line::{Line, Run};
 use super::plan::{Table, Work};
 use super::table::{self, Row};
-use super::{both, entrance, floor, passages, picture, poses, runner};
+use super::{both, entrance, floor, passages, picture, poses, runner, sources};
 use crate::run::{Conditions, Options};
 
 /// Results of a table.
@@ -75,7 +75,9 @@ pub fn run(
             Results::of(&passages::table(&name, &rows, &seeds, choice, runs)?)
         }
         Work::Entrance(seeds) => {
-            let mut results = Results::of(&entrance::run(&seeds, runs)?)?;
+            let mut pooled = entrance::run(&seeds, runs)?;
+            pooled.extend(sources::run(&seeds, runs)?);
+            let mut results = Results::of(&pooled)?;
             results.lines.extend(entrance::paper(&results.lines));
             Ok(results)
         }
