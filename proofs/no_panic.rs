@@ -227,6 +227,7 @@ mod proof {
 
     fn floor(at: usize) {
         use kehai::floor::Floor;
+        use kehai::floor::sensfloor::{Layout, SensFloor};
         let mut floor: Floor = opaque(at);
         let bytes: [u8; 64] = opaque(at);
         keep(at, floor.read(bytes.get(..opaque(at)).unwrap_or(&bytes)));
@@ -234,6 +235,14 @@ mod proof {
         floor.faulty().for_each(|faulty| keep(at, faulty));
         keep(at, floor);
         keep(at, Floor::new(opaque(at), opaque(at)));
+        let mut tiles: SensFloor = opaque(at);
+        tiles.receive(bytes.get(..opaque(at)).unwrap_or(&bytes), opaque(at));
+        tiles.lost();
+        keep(at, tiles.ask(opaque(at)));
+        keep(at, tiles.reading(opaque(at)));
+        keep(at, (tiles.losses(), tiles.foreign()));
+        keep(at, Layout::new(opaque(at), opaque(at), opaque(at)));
+        keep(at, tiles);
     }
 
     fn wire(at: usize) {

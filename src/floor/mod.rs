@@ -9,6 +9,11 @@
 //!     column 0  1  2
 //! ```
 //!
+//! | file | what |
+//! |---|---|
+//! | `bits` | a bit for each panel |
+//! | `sensfloor` | a floor of capacitive triangles as such panels: its serial protocol |
+//!
 //! Two faults are learned. A panel that stays down for an hour is *stuck*: a person who stands shifts within minutes. One
 //! that stays up while the panels on both its sides go down, again and again, is *dead*: a sole covers all three. Either
 //! works again as soon as it changes. A panel that does not work is neither down nor up: unknown is never empty.
@@ -16,6 +21,7 @@
 //! Source: the floor of Ota et al. 2006 (docs/bibliography.md, B): 8 cm panels, read at 9 Hz.
 
 mod bits;
+pub mod sensfloor;
 
 pub use bits::Bits;
 
@@ -37,7 +43,7 @@ const DEAD_TIMES: u8 = 12;
 pub enum Fault {
     /// It is always down.
     Stuck,
-    /// It is never down.
+    /// It is never down, or cannot be read.
     Dead,
 }
 
@@ -64,6 +70,8 @@ pub struct Floor {
     read: Bits,
     /// After debouncing.
     down: Bits,
+    /// Panels that cannot be read now.
+    unread: Bits,
     panels: [Panel; PANELS],
     /// Readings so far.
     sequence: u32,
@@ -79,6 +87,7 @@ impl Floor {
             rows,
             read: Bits::default(),
             down: Bits::default(),
+            unread: Bits::default(),
             panels: [Panel::default(); PANELS],
             sequence: 0,
         })
@@ -146,11 +155,18 @@ impl Floor {
         Ok(())
     }
 
+    /// These panels cannot be read, until the next call: their bits in a reading mean nothing.
+    pub const fn cannot_read(&mut self, unread: Bits) {
+        self.unread = unread;
+    }
+
     /// Why a panel does not work, if it does not.
     #[must_use]
     pub fn fault(&self, panel: usize) -> Option<Fault> {
         let known = self.panels.get(panel).filter(|_| panel < self.panels())?;
-        if self.down.get(panel) && known.held >= STUCK_READINGS {
+        if self.unread.get(panel) {
+            Some(Fault::Dead)
+        } else if self.down.get(panel) && known.held >= STUCK_READINGS {
             Some(Fault::Stuck)
         } else if known.passed_over >= DEAD_TIMES {
             Some(Fault::Dead)
