@@ -212,7 +212,7 @@ impl Table {
                 // What is measured with sizes alone has a table of its own: the entrance's.
                 let without: Vec<String> = Idea::NAMED
                     .iter()
-                    .filter(|(idea, _)| !matches!(idea, Idea::Size | Idea::Share))
+                    .filter(|(idea, _)| !matches!(idea, Idea::Size))
                     .map(|(_, name)| format!("kehai-without-{name}"))
                     .collect();
                 let names: Vec<&str> =

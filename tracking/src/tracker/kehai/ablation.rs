@@ -33,13 +33,11 @@ pub enum Idea {
     Parts,
     /// Detections of another size than a track's are less likely its own.
     Size,
-    /// The less of a body is seen, the less its place counts.
-    Share,
 }
 
 impl Idea {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 13] = [
+    pub const NAMED: [(Self, &str); 12] = [
         (Self::Persistence, "persistence"),
         (Self::FreeSpace, "free-space"),
         (Self::Division, "division"),
@@ -52,7 +50,6 @@ impl Idea {
         (Self::Doubt, "doubt"),
         (Self::Parts, "parts"),
         (Self::Size, "size"),
-        (Self::Share, "share"),
     ];
 }
 

@@ -166,7 +166,6 @@ impl Kehai {
         } else {
             None
         };
-        let ideas = self.ideas;
         let track = &mut self.tracks[track];
         if let Some((other, middle)) = legs {
             taken[other] = true;
@@ -174,7 +173,6 @@ impl Kehai {
             noise = Matrix2::identity() * (LEGS_M * LEGS_M);
             track.width_m = track.width_m.max((pieces[other].centre - seen.centre).norm() + seen.width_m);
         }
-        noise += size::doubt(track.size, seen, ideas);
         track.hit(seen, centre, &noise, observation.view.module);
         track.hit_in = self.scan;
         if track.confirmed {

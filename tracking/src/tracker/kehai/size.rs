@@ -1,15 +1,14 @@
-//! How large a person is, by devices that measure more than a plane: it tells people apart, and how much of one is seen.
+//! How large a person is, by devices that measure more than a plane: it tells people apart, and from what is no person.
 //!
 //! ```text
-//!      ┌─┐ top                    cost of a detection: how far its top and its volume are from the track's
-//!   ▒▒▒│ │    half is hidden      trust in its place: the smaller the share of the volume that is seen, the less, as the
-//!   ▒▒▒└─┘                        middle of what is left is not the middle of the body
+//!      ┌─┐ top
+//!   ▒▒▒│ │    cost of a detection: how far its top and its volume are from the track's;
+//!   ▒▒▒└─┘    the volume of a track is the largest of late, as another person may hide a part
 //! ```
 //!
-//! Source: Ukyo et al. (docs/bibliography.md, D), whose cost and gain these are in other units. Deviations are those of
-//! segments of a simulated camera: see docs/accuracy.md, a depth camera at an entrance.
-
-use nalgebra::Matrix2;
+//! Source: Ukyo et al. (docs/bibliography.md, D), whose cost this is in other units. The paper also trusts a place less, the
+//! smaller the share of the body that is seen: that decided nothing here, and is left out. Deviations are those of segments of
+//! a simulated camera: docs/accuracy.md, a depth camera at an entrance.
 
 use super::ablation::{Idea, Ideas};
 use crate::observation::{BodySize, Detection};
@@ -20,9 +19,6 @@ const VOLUME_LN: f64 = 0.7;
 
 /// Most that one of the two adds to a cost, in squared deviations: a head may be hidden, an arm reach out.
 const MOST: f64 = 4.0;
-
-/// How far the middle of what is seen is off when next to nothing of a body is, m: half its width.
-const PART_M: f64 = 0.25;
 
 /// Scans of which a whole volume is the largest, as a share that is kept from scan to scan: half in 3 s at 5 Hz.
 const FORGET: f64 = 0.955;
@@ -46,15 +42,6 @@ pub fn cost(own: Option<BodySize>, seen: &Detection, ideas: Ideas) -> f64 {
     let off = (own.top_m - seen.top_m) / TOP_M;
     let ratio = (seen.volume_l / own.volume_l.max(1.0)).max(1e-3).ln() / VOLUME_LN;
     0.5 * ((off * off).min(MOST) + (ratio * ratio).min(MOST)) - 1.0
-}
-
-/// What the place of a detection is off by besides, as a covariance, m².
-pub fn doubt(own: Option<BodySize>, seen: &Detection, ideas: Ideas) -> Matrix2<f64> {
-    let Some((own, seen)) = own.zip(seen.size).filter(|_| ideas.has(Idea::Share)) else {
-        return Matrix2::zeros();
-    };
-    let hidden_m = PART_M * (1.0 - seen.volume_l / own.volume_l.max(1.0)).clamp(0.0, 1.0);
-    Matrix2::identity() * (hidden_m * hidden_m)
 }
 
 /// The size of a body after a detection: a top is hidden more often than it is too high.
