@@ -1,0 +1,78 @@
+"""All tests of the workspace, with the daemon's programs beside the others.
+
+    cargo test --no-run ─▶ programs ─┬─▶ host-tracker: browsers, disks, deaths; it mostly waits
+                                     └─▶ the others: QEMU and simulations; they mostly compute
+    cargo test --doc, at the end
+
+`cargo test` runs one program after the other, and leaves a core idle while the daemon's tests wait. Each program runs as
+cargo would run it: in its package's folder, with cargo's variables. What a program prints stands whole, when it has
+ended. Every program runs, whatever fails before; the exit status is 1 if one fails.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+CARGO_TEST = ["cargo", "test", "--locked", "--workspace"]
+WAITS = "host-tracker"
+
+printing = threading.Lock()
+
+
+def programs():
+    """The test programs, in cargo's order: (executable, folder of its package)."""
+    command = [*CARGO_TEST, "--no-run", "--message-format=json-render-diagnostics"]
+    built = subprocess.run(command, stdout=subprocess.PIPE, check=False)
+    if built.returncode != 0:
+        sys.exit(built.returncode)
+    for line in built.stdout.splitlines():
+        message = json.loads(line)
+        if message.get("executable") and message["profile"]["test"]:
+            yield Path(message["executable"]), Path(message["manifest_path"]).parent
+
+
+def run(lane, failed):
+    """Runs the programs of a lane, one after the other; those that fail are appended to `failed`."""
+    for executable, folder in lane:
+        environment = {**os.environ, "CARGO": "cargo", "CARGO_MANIFEST_DIR": str(folder)}
+        ended = subprocess.run(
+            [executable],
+            cwd=folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+        )
+        with printing:
+            print(f"\n     Running {folder.name}: {executable.name}", flush=True)
+            sys.stdout.buffer.write(ended.stdout)
+            sys.stdout.flush()
+        if ended.returncode != 0:
+            failed.append(f"{folder.name}: {executable.name}, status {ended.returncode}")
+
+
+def main():
+    """Runs both lanes and the examples of the documentation."""
+    lanes = ([], [])
+    for executable, folder in programs():
+        lanes[folder.name == WAITS].append((executable, folder))
+    if not all(lanes):
+        sys.exit("side_by_side.py: a lane has no programs: was the package of the daemon renamed?")
+    failed = []
+    threads = [threading.Thread(target=run, args=(lane, failed)) for lane in lanes]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if subprocess.run([*CARGO_TEST, "--doc"], check=False).returncode != 0:
+        failed.append("examples of the documentation")
+    for one in failed:
+        print(f"FAILED: {one}", file=sys.stderr)
+    sys.exit(bool(failed))
+
+
+if __name__ == "__main__":
+    main()
