@@ -337,7 +337,7 @@ impl Urg {
                 self.stop_measuring();
                 self.mode.asleep = true;
                 // A slow sensor holds everything back behind this answer.
-                self.port.wire.pause(self.now_us, self.faults.sleep_delay_us());
+                self.port.transmitter.pause(self.now_us, self.faults.sleep_delay_us());
                 plain("00")
             }
             _ => plain(self.unknown()),

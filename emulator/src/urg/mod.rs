@@ -27,7 +27,7 @@ mod request;
 mod scip11;
 mod stream;
 mod texts;
-mod wire;
+mod transmitter;
 
 use crate::source::RangeSource;
 use clock::{Mirror, SensorClock};
@@ -39,7 +39,7 @@ use port::Port;
 use power::{DOWN_US, Power, Supply};
 use request::RequestQueue;
 use stream::Output;
-pub use wire::Sent;
+pub use transmitter::Sent;
 
 /// Time an answer takes in the time-sync state.
 const TIME_SYNC_REPLY_US: u64 = 300;
@@ -133,7 +133,7 @@ impl Urg {
     /// Takes the bytes that have left the sensor at `now_us`, in order.
     pub fn take_output(&mut self, now_us: u64) -> Vec<Sent> {
         self.advance(now_us);
-        let sent = self.port.wire.take(now_us);
+        let sent = self.port.transmitter.take(now_us);
         if self.port.link == LinkState::Up { sent } else { Vec::new() }
     }
 
@@ -152,7 +152,7 @@ impl Urg {
     /// As [`next_due_us`](Self::next_due_us), for a reader that waits for `bytes` bytes or a pause.
     #[must_use]
     pub fn next_chunk_us(&self, bytes: usize) -> Option<u64> {
-        self.next_event_us().into_iter().chain(self.port.wire.due_us(bytes)).min()
+        self.next_event_us().into_iter().chain(self.port.transmitter.due_us(bytes)).min()
     }
 
     /// The client is gone. A sensor on Ethernet stops measuring; on other links it cannot know.
@@ -163,7 +163,7 @@ impl Urg {
             self.requests.clear();
             self.stop_measuring();
             self.mode.time_sync = false;
-            self.port.wire.clear(now_us);
+            self.port.transmitter.clear(now_us);
         }
     }
 
@@ -359,7 +359,7 @@ impl Urg {
     fn send(&mut self, bytes: Vec<u8>) {
         let baud = self.config.paced.then(|| self.port.sending_baud());
         let bytes = self.faults.damage_bytes(bytes);
-        self.port.wire.enqueue(self.now_us, bytes, baud);
+        self.port.transmitter.enqueue(self.now_us, bytes, baud);
     }
 
     fn new_mirror(&self) -> Mirror {
@@ -371,7 +371,7 @@ impl Urg {
     fn change_link(&mut self, link: LinkState) {
         if self.port.link != LinkState::Up && link == LinkState::Up {
             // Bytes that left while the cable was out are lost.
-            self.port.wire.take(self.now_us);
+            self.port.transmitter.take(self.now_us);
         }
         self.port.link = link;
         self.requests.clear_line();
@@ -389,7 +389,7 @@ impl Urg {
 
     fn power_off(&mut self) {
         self.supply.switch_off();
-        self.port.wire.clear(self.now_us);
+        self.port.transmitter.clear(self.now_us);
         self.requests.clear();
         self.requests.clear_line();
         self.stop_measuring();

@@ -1,13 +1,13 @@
 //! The sensor's end of the line: whether bytes pass, how fast, and those that are on their way.
 
 use super::LinkState;
-use super::wire::Wire;
+use super::transmitter::Transmitter;
 
 /// The sensor's end of the line.
 #[derive(Debug)]
 pub(super) struct Port {
     pub(super) link: LinkState,
-    pub(super) wire: Wire,
+    pub(super) transmitter: Transmitter,
     /// Bit rate at which the sensor listens.
     pub(super) baud: u32,
     /// The rate to come, and from when on.
@@ -18,12 +18,18 @@ pub(super) struct Port {
 
 impl Port {
     pub(super) fn new(baud: u32) -> Self {
-        Self { link: LinkState::Up, wire: Wire::default(), baud, next_baud: None, reader_behind: false }
+        Self {
+            link: LinkState::Up,
+            transmitter: Transmitter::default(),
+            baud,
+            next_baud: None,
+            reader_behind: false,
+        }
     }
 
     /// Changes the speed when everything queued has been sent at the old one.
     pub(super) fn change_baud_later(&mut self, baud: u32, now_us: u64) {
-        self.next_baud = Some((self.wire.end_us().max(now_us), baud));
+        self.next_baud = Some((self.transmitter.end_us().max(now_us), baud));
     }
 
     /// Bit rate of the bytes that are queued now.

@@ -220,7 +220,7 @@ impl Urg {
         });
         let damaged = reply.len() != whole;
         self.send(reply);
-        self.output.scan_end_us = self.port.wire.end_us();
+        self.output.scan_end_us = self.port.transmitter.end_us();
         self.counts.scans_sent += 1;
         let queued_us = self.now_us;
         self.output.push_truth(ScanTruth { start_us: scan.start_us, stamp_ms, queued_us, damaged });

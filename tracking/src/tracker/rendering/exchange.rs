@@ -1,4 +1,4 @@
-//! Names: after a scan, each number goes to the body that is most likely to have come from where that number was.
+//! Exchange of numbers: after a scan, each number goes to the body that is most likely to have come from where that number was.
 //!
 //! ```text
 //!   before   ·A·      ·B·        A's cloud takes B's outline, and B's cloud the outline that A left

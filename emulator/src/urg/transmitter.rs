@@ -43,12 +43,12 @@ impl Piece {
 
 /// The queue of bytes to send.
 #[derive(Debug, Default)]
-pub(crate) struct Wire {
+pub(crate) struct Transmitter {
     pieces: VecDeque<Piece>,
     end_ns: u64,
 }
 
-impl Wire {
+impl Transmitter {
     /// Queues bytes at `now_us`, to be sent at `baud` or at once.
     pub(crate) fn enqueue(&mut self, now_us: u64, bytes: Vec<u8>, baud: Option<u32>) {
         if bytes.is_empty() {
@@ -126,32 +126,32 @@ mod tests {
 
     #[test]
     fn a_byte_takes_ten_bits_at_the_speed_of_the_line() {
-        let mut wire = Wire::default();
-        wire.enqueue(1000, b"QT\n".to_vec(), Some(19_200));
-        assert_eq!(wire.due_us(1), Some(1521));
-        assert_eq!(wire.due_us(99), Some(1000 + 1563));
-        assert_eq!(wire.take(1520), []);
-        assert_eq!(wire.take(1521), [Sent { baud: Some(19_200), bytes: b"Q".to_vec() }]);
-        assert_eq!(wire.take(9999), [Sent { baud: Some(19_200), bytes: b"T\n".to_vec() }]);
-        assert_eq!(wire.due_us(1), None);
+        let mut transmitter = Transmitter::default();
+        transmitter.enqueue(1000, b"QT\n".to_vec(), Some(19_200));
+        assert_eq!(transmitter.due_us(1), Some(1521));
+        assert_eq!(transmitter.due_us(99), Some(1000 + 1563));
+        assert_eq!(transmitter.take(1520), []);
+        assert_eq!(transmitter.take(1521), [Sent { baud: Some(19_200), bytes: b"Q".to_vec() }]);
+        assert_eq!(transmitter.take(9999), [Sent { baud: Some(19_200), bytes: b"T\n".to_vec() }]);
+        assert_eq!(transmitter.due_us(1), None);
     }
 
     #[test]
     fn a_change_of_speed_keeps_the_order() {
-        let mut wire = Wire::default();
-        wire.enqueue(0, b"ab".to_vec(), Some(19_200));
-        wire.enqueue(0, b"cd".to_vec(), Some(250_000));
-        let sent = wire.take(10_000);
+        let mut transmitter = Transmitter::default();
+        transmitter.enqueue(0, b"ab".to_vec(), Some(19_200));
+        transmitter.enqueue(0, b"cd".to_vec(), Some(250_000));
+        let sent = transmitter.take(10_000);
         assert_eq!(sent.iter().map(|part| part.baud).collect::<Vec<_>>(), [Some(19_200), Some(250_000)]);
-        assert_eq!(wire.end_us(), 1041 + 80 + 1);
+        assert_eq!(transmitter.end_us(), 1041 + 80 + 1);
     }
 
     #[test]
     fn links_without_a_speed_send_at_once() {
-        let mut wire = Wire::default();
-        wire.enqueue(5, b"abc".to_vec(), None);
-        assert_eq!(wire.due_us(1), Some(5));
-        assert_eq!(wire.take(4), []);
-        assert_eq!(wire.take(5), [Sent { baud: None, bytes: b"abc".to_vec() }]);
+        let mut transmitter = Transmitter::default();
+        transmitter.enqueue(5, b"abc".to_vec(), None);
+        assert_eq!(transmitter.due_us(1), Some(5));
+        assert_eq!(transmitter.take(4), []);
+        assert_eq!(transmitter.take(5), [Sent { baud: None, bytes: b"abc".to_vec() }]);
     }
 }
