@@ -217,6 +217,37 @@ fn a_panel_that_does_not_work_is_not_known_to_be_empty_and_is_named() {
 }
 
 #[test]
+fn where_the_list_of_faulty_panels_is_full_nothing_behind_it_is_known() {
+    let mut rig = Rig::new(SITE);
+    rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);
+    rig.meet("mat", 1000);
+    // Half of the panels, those above row 11, are stuck: the first 32 are named.
+    let named: Vec<FaultyPanel> =
+        (0..32).map(|panel| FaultyPanel { panel: 288 + panel, fault: Fault::Stuck }).collect();
+    for reading in 1..=60_u64 {
+        rig.press(&[], &named, reading * READING_US);
+    }
+    let hall = rig.hall(60 * READING_US);
+    assert_eq!((hall.state(), hall.count()), (ZoneKnown::Partly, None));
+    assert!(hall.seen_share() < 0.51, "{}", hall.seen_share());
+}
+
+#[test]
+fn a_panel_that_works_again_is_seen_once_a_foot_on_it_would_have_been_found() {
+    let mut rig = Rig::new(SITE);
+    rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);
+    rig.meet("mat", 1000);
+    let unread = [FaultyPanel { panel: 300, fault: Fault::Dead }];
+    let share = |rig: &mut Rig, reading: u64| rig.hall(reading * READING_US).seen_share();
+    (1..=60_u64).for_each(|reading| rig.press(&[], &unread, reading * READING_US));
+    assert!(share(&mut rig, 60) < 1.0);
+    (61..=68_u64).for_each(|reading| rig.press(&[], &[], reading * READING_US));
+    assert!(share(&mut rig, 68) < 1.0, "not within a second");
+    (69..=70_u64).for_each(|reading| rig.press(&[], &[], reading * READING_US));
+    assert_eq!(share(&mut rig, 70), 1.0);
+}
+
+#[test]
 fn a_floor_of_another_size_is_not_used_and_says_so() {
     let mut rig = Rig::new(&SITE.replace("columns = 24", "columns = 20"));
     rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);

@@ -31,7 +31,7 @@ const PREDICTED_S: f64 = 0.15;
 
 /// After its first reading not everybody who is on a floor may have been found, s: a body is believed in after three
 /// readings, 0.33 s, and a panel is down from the second one; twice that.
-const FOUND_S: f64 = 1.0;
+pub(crate) const FOUND_S: f64 = 1.0;
 
 /// A floor that is read.
 #[derive(Clone, Debug)]
@@ -104,8 +104,7 @@ impl Floors {
     #[must_use]
     pub fn tells_of(&self, at: Point) -> bool {
         self.read.values().any(|State { reading, begun_s, .. }| {
-            let works =
-                |panel: usize| !reading.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
+            let works = |panel: usize| reading.works(panel);
             reading.at_s - begun_s >= FOUND_S && reading.plan.panel_at(at).is_some_and(works)
         })
     }

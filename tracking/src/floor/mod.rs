@@ -23,6 +23,7 @@ pub mod plan;
 pub mod reading;
 
 pub use bodies::Bodies;
+pub(crate) use floors::FOUND_S;
 pub use floors::Floors;
 pub use patches::{Patch, patches};
 pub use plan::Plan;

@@ -5,7 +5,7 @@
 //!                                                                          silence is none
 //! ```
 
-use kehai::floor::Bits;
+use kehai::floor::{Bits, FAULTY};
 use kehai::wire::FaultyPanel;
 
 use super::plan::Plan;
@@ -21,6 +21,17 @@ pub struct Reading {
     pub at_s: f64,
     /// The panels that are down.
     pub down: Bits,
-    /// The panels that do not work: nothing is known there.
+    /// The panels that do not work, in order and at most [`FAULTY`]: nothing is known there.
     pub faulty: Vec<FaultyPanel>,
+}
+
+impl Reading {
+    /// Whether a panel says that a foot is on it, or that none is. Where the list of faulty panels is full there may be more
+    /// behind the last one.
+    #[must_use]
+    pub fn works(&self, panel: usize) -> bool {
+        let is_named = self.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
+        let last = self.faulty.last().map_or(0, |faulty| usize::from(faulty.panel));
+        !is_named && (self.faulty.len() < FAULTY || panel < last)
+    }
 }

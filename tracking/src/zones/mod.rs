@@ -153,16 +153,15 @@ impl Zones {
         if !floors.get(&reading.floor).is_some_and(|panels| panels.is_of(&reading.plan)) {
             floors.insert(reading.floor, Panels::of(&reading.plan, zones));
         }
-        let faulty = |panel: usize| reading.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
-        if let Some(panels) = floors.get(&reading.floor) {
-            panels.read(zones, reading.at_s, |panel| !faulty(panel));
+        if let Some(panels) = floors.get_mut(&reading.floor) {
+            panels.read(zones, reading);
         }
     }
 
     /// A floor has fallen silent: nothing is known of what it showed.
     pub fn forget(&mut self, floor: usize) {
         if let Some(panels) = self.floors.get(&floor) {
-            panels.read(&mut self.zones, f64::NEG_INFINITY, |_| true);
+            panels.forget(&mut self.zones);
         }
     }
 

@@ -1,14 +1,14 @@
 //! The cells of all zones on a floor of pressure panels.
 //!
 //! ```text
-//!   ┌─────────┐ cell, 0.2 m      seen: every panel with its middle in it works, and so does the one under its middle
-//!   │▪ ▪ ▪    │ panels, 0.08 m
+//!   ┌─────────┐ cell, 0.2 m      seen: every panel with its middle in it works, and so does the one under its middle,
+//!   │▪ ▪ ▪    │ panels, 0.08 m   for long enough that a body on them has been found
 //!   │▪ ✕ ▪    │ ✕ does not work: the cell is not seen
 //!   └─────────┘
 //! ```
 
 use super::zone::{CELL_M, Cell, Zone};
-use crate::floor::Plan;
+use crate::floor::{FOUND_S, Plan, Reading};
 use crate::geometry::Point;
 
 /// A cell on a floor.
@@ -24,6 +24,8 @@ struct OnFloor {
 pub struct Panels {
     plan: Plan,
     cells: Vec<OnFloor>,
+    /// When each panel last did not work, s.
+    faulty_s: Vec<f64>,
 }
 
 impl Panels {
@@ -43,7 +45,7 @@ impl Panels {
                 cells.push(OnFloor { zone, cell, panels: std::iter::once(under).chain(within).collect() });
             }
         }
-        Self { plan: *plan, cells }
+        Self { plan: *plan, cells, faulty_s: vec![f64::NEG_INFINITY; plan.panels()] }
     }
 
     /// Whether it is that of this floor.
@@ -51,13 +53,29 @@ impl Panels {
         self.plan == *plan
     }
 
-    /// Notes that its panels were read at `at_s`, except for those that do not work. Negative infinity
-    /// is no time: nothing is known any more.
-    pub fn read(&self, zones: &mut [Zone], at_s: f64, works: impl Fn(usize) -> bool) {
+    /// Notes that its panels were read, except for those that do not work or have not worked for [`FOUND_S`].
+    pub fn read(&mut self, zones: &mut [Zone], reading: &Reading) {
+        for (panel, faulty_s) in self.faulty_s.iter_mut().enumerate() {
+            if !reading.works(panel) {
+                *faulty_s = reading.at_s;
+            }
+        }
+        let works = |panel: &usize| {
+            self.faulty_s.get(*panel).is_some_and(|faulty_s| reading.at_s - faulty_s >= FOUND_S)
+        };
+        self.note(zones, reading.at_s, works);
+    }
+
+    /// Nothing is known of them any more.
+    pub fn forget(&self, zones: &mut [Zone]) {
+        self.note(zones, f64::NEG_INFINITY, |_| true);
+    }
+
+    fn note(&self, zones: &mut [Zone], at_s: f64, works: impl Fn(&usize) -> bool) {
         for OnFloor { zone, cell, panels } in &self.cells {
             if let Some(zone) = zones.get_mut(*zone)
                 && let Some(cell) = zone.cells.get_mut(*cell)
-                && panels.iter().all(|panel| works(*panel))
+                && panels.iter().all(&works)
             {
                 cell.note(at_s);
             }
