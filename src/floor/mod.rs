@@ -16,7 +16,8 @@
 //!
 //! Two faults are learned. A panel that stays down for an hour is *stuck*: a person who stands shifts within minutes. One
 //! that stays up while the panels on both its sides go down, again and again, is *dead*: a sole covers all three. Either
-//! works again as soon as it changes. A panel that does not work is neither down nor up: unknown is never empty.
+//! works again as soon as it changes. Panels that are larger than a sole are not learned to be dead: two feet stand on both
+//! sides of one that is up. A panel that does not work is neither down nor up: unknown is never empty.
 //!
 //! Source: the floor of Ota et al. 2006 (docs/bibliography.md, B): 8 cm panels, read at 9 Hz.
 
@@ -66,6 +67,8 @@ struct Panel {
 pub struct Floor {
     columns: u8,
     rows: u8,
+    /// A sole covers three panels in a line.
+    is_fine: bool,
     /// The reading before.
     read: Bits,
     /// After debouncing.
@@ -85,12 +88,19 @@ impl Floor {
         (1..=PANELS).contains(&panels).then(|| Self {
             columns,
             rows,
+            is_fine: true,
             read: Bits::default(),
             down: Bits::default(),
             unread: Bits::default(),
             panels: [Panel::default(); PANELS],
             sequence: 0,
         })
+    }
+
+    /// The same of panels that are larger than a sole.
+    #[must_use]
+    pub fn coarse(columns: u8, rows: u8) -> Option<Self> {
+        Self::new(columns, rows).map(|floor| Self { is_fine: false, ..floor })
     }
 
     /// Columns.
@@ -145,7 +155,8 @@ impl Floor {
         self.sequence = self.sequence.wrapping_add(1);
         for panel in 0..panels {
             let passed = |down: &Bits| !self.down.get(panel) && self.is_between(down, panel);
-            if passed(&self.down)
+            if self.is_fine
+                && passed(&self.down)
                 && !self.is_between(&before, panel)
                 && let Some(known) = self.panels.get_mut(panel)
             {
@@ -185,7 +196,7 @@ impl Floor {
         pressed
     }
 
-    /// The panels that do not work, the first [`FAULTY`] of them.
+    /// The panels that do not work, the first [`FAULTY`] of them: if there are so many, nothing is known behind the last one.
     pub fn faulty(&self) -> impl Iterator<Item = (usize, Fault)> {
         let faults = (0..self.panels()).filter_map(|panel| Some((panel, self.fault(panel)?)));
         faults.take(FAULTY)

@@ -84,6 +84,16 @@ fn a_panel_that_every_sole_passes_over_is_dead_until_it_goes_down() {
 }
 
 #[test]
+fn a_panel_larger_than_a_sole_is_not_dead_for_two_feet_astride() {
+    let mut floor = Floor::coarse(COLUMNS, 3).unwrap();
+    for _ in 0..2 * DEAD_TIMES {
+        (0..2).for_each(|_| floor.read(&reading(&[(1, 1), (3, 1)])).unwrap());
+        (0..2).for_each(|_| floor.read(&reading(&[])).unwrap());
+    }
+    assert_eq!(floor.faulty().count(), 0);
+}
+
+#[test]
 fn the_end_of_a_row_has_no_neighbour_in_the_next() {
     let mut floor = floor();
     for _ in 0..40 {

@@ -1,12 +1,12 @@
 //! A SensFloor: tiles of eight capacitive triangles that speak when something changes, as a floor of panels.
 //!
 //! ```text
-//!   a tile, 0.5 m     its 4 × 4 panels, 0.125 m          row 3   67  7   0  01      each panel is down while one of
-//!   7 ╲ │ ╱ 0         the numbers are the triangles      row 2    6 67  01   1      its triangles is
-//!   6  ╲│╱  1         that lie in it                     row 1    5 45  23   2
-//!   ────┼────                                            row 0   45  4   3  23
-//!   5  ╱│╲  2
-//!   4 ╱ │ ╲ 3         x to the right, y up
+//!   a tile, 0.5 m     its 2 × 2 panels, 0.25 m
+//!   7 ╲ │ ╱ 0         ┌────┬────┐
+//!   6  ╲│╱  1         │ 67 │ 01 │ row 1     a panel is down while one of its two triangles is
+//!   ────┼────         ├────┼────┤
+//!   5  ╱│╲  2         │ 45 │ 23 │ row 0
+//!   4 ╱ │ ╲ 3         └────┴────┘           x to the right, y up
 //!
 //!   bytes ─▶ frame ─▶ triangles: rest learned, down ─▶ panels, at 9 Hz ─▶ super::Floor ─▶ `pressed`
 //!   line  ◀─ request ◀─ a tile in turn
@@ -24,17 +24,18 @@ mod triangle;
 
 pub use frame::{BAUD, FRAME_LEN, Frame, FrameReader, Losses, TRIANGLES, request};
 
-use super::{Bits, PANELS};
+use super::Bits;
 use triangle::Triangle;
 
 /// Panels along a side of a tile.
-pub const PANELS_PER_SIDE: u8 = 4;
+pub const PANELS_PER_SIDE: u8 = 2;
 
 /// Side of a panel, mm.
-pub const PITCH_MM: u16 = 125;
+pub const PITCH_MM: u16 = 250;
 
-/// Most tiles of a floor: their panels are [`PANELS`]. A larger room is several floors.
-pub const TILES: usize = PANELS / (PANELS_PER_SIDE as usize * PANELS_PER_SIDE as usize);
+/// Most tiles of a floor, 16 m²: all are asked within 6.4 s, so that a tile that is cut off is unread within 20 s. A larger
+/// room is several floors.
+pub const TILES: usize = 64;
 
 /// Between two requests, µs: longer than a tick of the floor (66 ms), so that answers do not pile up.
 const ASK_US: u64 = 100_000;
@@ -45,31 +46,11 @@ const SILENT_US: u64 = 1_000_000;
 /// Rounds of requests after which a tile that was not heard is unread: radio loses frames, not three in a row.
 const ROUNDS: u64 = 3;
 
-/// Most tiles in a line: a floor has at most 255 columns of panels.
-pub const SIDE: u8 = u8::MAX / PANELS_PER_SIDE;
-
 /// Numbers of tiles stay below that of the byte with which frames begin.
 const NUMBER_SPARE: u8 = u8::MAX - frame::BEGIN;
 
 /// The triangles in each panel of a tile, a bit each; row by row from the lowest.
-const IN_PANEL: [u8; 16] = [
-    0b0011_0000,
-    0b0001_0000,
-    0b0000_1000,
-    0b0000_1100,
-    0b0010_0000,
-    0b0011_0000,
-    0b0000_1100,
-    0b0000_0100,
-    0b0100_0000,
-    0b1100_0000,
-    0b0000_0011,
-    0b0000_0010,
-    0b1100_0000,
-    0b1000_0000,
-    0b0000_0001,
-    0b0000_0011,
-];
+const IN_PANEL: [u8; 4] = [0b0011_0000, 0b0000_1100, 0b1100_0000, 0b0000_0011];
 
 /// Which tiles a floor has: a rectangle of those of one group.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -83,12 +64,12 @@ pub struct Layout {
 
 impl Layout {
     /// Columns (along x) and rows (along y) of tiles of `group` from tile `first` on. None without a tile, with more than
-    /// [`TILES`] or [`SIDE`] in a line, or where their numbers go beyond 252.
+    /// [`TILES`], or where their numbers go beyond 252.
     #[must_use]
     pub const fn new(group: u16, first: (u8, u8), (columns, rows): (u8, u8)) -> Option<Self> {
         let is_numbered =
             columns <= u8::MAX - first.0 - NUMBER_SPARE && rows <= u8::MAX - first.1 - NUMBER_SPARE;
-        let fits = columns <= SIDE && rows <= SIDE && columns as usize * rows as usize <= TILES;
+        let fits = columns as usize * rows as usize <= TILES;
         if columns == 0 || rows == 0 || !fits || !is_numbered {
             return None;
         }
@@ -249,12 +230,13 @@ impl SensFloor {
         let tile_columns = usize::from(self.layout.columns).max(1);
         for (index, tile) in self.tiles.iter().enumerate().take(self.layout.count()) {
             let corner = (index / tile_columns) * side * columns + (index % tile_columns) * side;
+            let past_us = tile.heard_us.map(|heard_us| now_us.saturating_sub(heard_us));
+            let is_read = past_us.is_some_and(|past_us| past_us <= unread_us);
             let down = tile.triangles.map_or(0, |triangles| {
-                let bit =
-                    |(number, triangle): (usize, &Triangle)| u8::from(triangle.is_down()) << (number % 8);
+                let is_down = |triangle: &Triangle| triangle.is_down(past_us.unwrap_or(0));
+                let bit = |(number, triangle)| u8::from(is_down(triangle)) << (number % 8);
                 triangles.iter().enumerate().map(bit).fold(0, |bits, bit| bits | bit)
             });
-            let is_read = tile.heard_us.is_some_and(|heard_us| now_us.saturating_sub(heard_us) <= unread_us);
             for (number, triangles) in IN_PANEL.iter().enumerate() {
                 let panel = corner + (number / side) * columns + number % side;
                 reading.down.set(panel, is_read && down & triangles != 0);
@@ -283,7 +265,7 @@ impl SensFloor {
             self.asked = 0;
         }
         let (x, y) = self.layout.first;
-        // Below 64 each.
+        // At most 64 each.
         Some(request(self.layout.group, (x.saturating_add(column as u8), y.saturating_add(row as u8))))
     }
 }

@@ -31,38 +31,35 @@ fn floor() -> SensFloor {
 
 fn down(floor: &SensFloor, now_us: u64) -> Vec<usize> {
     let reading = floor.reading(now_us).unwrap();
-    (0..96).filter(|panel| reading.down.get(*panel)).collect()
+    (0..24).filter(|panel| reading.down.get(*panel)).collect()
 }
 
 #[test]
-fn a_layout_has_as_many_tiles_as_panels_fit() {
-    assert_eq!(Layout::new(0, (0, 0), (8, 8)).unwrap().panels(), (32, 32));
-    assert_eq!(Layout::new(0, (0, 0), (63, 1)).unwrap().panels(), (252, 4));
+fn a_layout_has_at_most_64_tiles() {
+    assert_eq!(Layout::new(0, (0, 0), (8, 8)).unwrap().panels(), (16, 16));
+    assert_eq!(Layout::new(0, (0, 0), (64, 1)).unwrap().panels(), (128, 2));
     assert!(Layout::new(0, (245, 0), (7, 1)).is_some(), "tiles 245 to 251");
-    for (first, size) in [((0, 0), (0, 3)), ((0, 0), (9, 8)), ((0, 0), (1, 64)), ((250, 0), (4, 1))] {
+    for (first, size) in [((0, 0), (0, 3)), ((0, 0), (9, 8)), ((0, 0), (1, 65)), ((250, 0), (4, 1))] {
         assert_eq!(Layout::new(0, first, size), None, "{first:?} {size:?}");
     }
 }
 
 #[test]
-fn a_triangle_is_the_panels_in_which_it_lies() {
-    // Triangle 0 of tile (2, 1): panels (6, 3), and (6, 2) and (7, 3), which it shares with triangle 1; 12 in a row.
+fn a_triangle_is_the_panel_in_which_it_lies() {
+    // Triangle 0 of tile (2, 1): panel (3, 1), with 6 in a row.
     let mut floor = floor();
     floor.receive(&encode(&frame((2, 1), 0, 160)), 1_070_000);
-    assert_eq!(down(&floor, 1_070_000), [2 * 12 + 6, 3 * 12 + 6, 3 * 12 + 7]);
-    // Every triangle covers half of a quadrant: half of its panels, or the half of each, around the same middle.
+    assert_eq!(down(&floor, 1_070_000), [6 + 3]);
     for triangle in 0..TRIANGLES {
         let mut floor = self::floor();
         floor.receive(&encode(&frame((1, 2), triangle, 160)), 1_070_000);
         let panels = down(&floor, 1_070_000);
-        assert_eq!(panels.len(), 3, "{triangle}");
-        let at = |panel: usize| ((panel % 12) as f64 - 1.5, (panel / 12) as f64 - 5.5);
-        let (x, y) =
-            panels.iter().map(|panel| at(*panel)).fold((0.0, 0.0), |sum, at| (sum.0 + at.0, sum.1 + at.1));
+        let [panel] = panels[..] else { panic!("{triangle}: {panels:?}") };
+        let (x, y) = ((panel % 6) as f64 - 0.5, (panel / 6) as f64 - 2.5);
         // The first is just right of the way up, and they go on clockwise.
         let clockwise = (x.atan2(y).to_degrees() + 360.0) % 360.0;
         let middle = 22.5 + 45.0 * triangle as f64;
-        assert!((clockwise - middle).abs() < 15.0, "{triangle}: {clockwise}");
+        assert!((clockwise - middle).abs() < 30.0, "{triangle}: {clockwise}");
     }
 }
 
@@ -71,7 +68,7 @@ fn a_triangle_goes_down_at_eight_steps_and_up_below_four() {
     let mut triangle = Triangle::new(128);
     let mut took = |value| {
         triangle.take(value, 66_000);
-        triangle.is_down()
+        triangle.is_down(0)
     };
     assert!(!took(135) && took(137) && took(133) && !took(131) && !took(135));
 }
@@ -79,28 +76,36 @@ fn a_triangle_goes_down_at_eight_steps_and_up_below_four() {
 #[test]
 fn a_triangle_learns_its_rest_and_does_not_unlearn_it_under_a_foot() {
     let (mut beside, mut under) = (Triangle::new(140), Triangle::new(170));
-    assert!(!beside.is_down(), "some rest beside 128 for good");
-    assert!(under.is_down(), "a foot stood on it first");
+    assert!(!beside.is_down(0), "some rest beside 128 for good");
+    assert!(under.is_down(0), "a foot stood on it first");
     beside.take(149, 66_000);
-    assert!(beside.is_down());
+    assert!(beside.is_down(0));
     // An hour of standing, ten frames a second.
     (0..36_000).for_each(|_| under.take(160, 100_000));
-    assert!(under.is_down());
+    assert!(under.is_down(0));
     under.take(128, 100_000);
-    assert!(!under.is_down());
+    assert!(!under.is_down(0));
+    // One that rests beside 128 and is first heard under a foot is up again soon after it has left.
+    let mut offset = Triangle::new(160);
+    offset.take(140, 66_000);
+    assert!(offset.is_down(0), "it may be a light foot");
+    (0..3).for_each(|_| offset.take(140, 600_000));
+    assert!(!offset.is_down(0));
+    offset.take(149, 66_000);
+    assert!(offset.is_down(0));
     // It drifts by 20 steps within five minutes.
     let mut drifts = Triangle::new(128);
     for second in 0..300_u32 {
         drifts.take(128 + (second / 15) as u8, 1_000_000);
-        assert!(!drifts.is_down(), "{second} s");
+        assert!(!drifts.is_down(0), "{second} s");
     }
     // A swing below rest for half a second after a foot is not learned.
     let mut swings = Triangle::new(128);
     (0..8).for_each(|_| swings.take(90, 66_000));
     swings.take(131, 66_000);
-    assert!(!swings.is_down());
+    assert!(!swings.is_down(0));
     swings.take(137, 66_000);
-    assert!(swings.is_down());
+    assert!(swings.is_down(0));
 }
 
 #[test]
@@ -155,8 +160,8 @@ fn a_silent_line_gives_no_reading_and_a_silent_tile_no_panels() {
     assert_eq!(floor.reading(2_800_000).unwrap().unread, Bits::default());
     floor.receive(&encode(&frame((3, 2), 0, REST[0])), 2_850_000);
     let unread = floor.reading(2_850_000).unwrap().unread;
-    assert_eq!((0..96).filter(|panel| unread.get(*panel)).count(), 80);
-    assert!(!unread.get(4 * 12 + 8) && unread.get(4 * 12 + 7));
+    assert_eq!((0..24).filter(|panel| unread.get(*panel)).count(), 20);
+    assert!(!unread.get(2 * 6 + 4) && unread.get(2 * 6 + 3));
 }
 
 #[test]
@@ -174,11 +179,11 @@ fn each_tile_is_asked_in_its_turn() {
 
 #[test]
 fn panels_of_an_unread_tile_are_not_up_but_unknown() {
-    let mut panels = super::super::Floor::new(12, 8).unwrap();
+    let mut panels = super::super::Floor::new(6, 4).unwrap();
     let mut unread = Bits::default();
     unread.set(5, true);
     panels.cannot_read(unread);
-    panels.read(&[0; 12]).unwrap();
+    panels.read(&[0; 3]).unwrap();
     assert_eq!(panels.faulty().collect::<Vec<_>>(), [(5, super::super::Fault::Dead)]);
     panels.cannot_read(Bits::default());
     assert_eq!(panels.faulty().count(), 0);
@@ -193,8 +198,8 @@ proptest! {
         let last = frame((2, 2), usize::from(seed) % 8, 160);
         floor.receive(&encode(&last), 1_067_000);
         prop_assert!(floor.reading(1_067_000).is_some());
-        let column = |panel: &usize| panel % 12 / 4 == 1 && panel / 48 == 1;
-        prop_assert!(down(&floor, 1_067_000).iter().any(column));
+        let of_tile = |panel: &usize| panel % 6 / 2 == 1 && panel / 12 == 1;
+        prop_assert!(down(&floor, 1_067_000).iter().any(of_tile));
     }
 
     /// Every byte is part of a frame, or counted.

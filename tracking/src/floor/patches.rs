@@ -17,14 +17,20 @@ pub struct Patch {
     pub middle: Point,
     /// Their middles.
     pub panels: Vec<Point>,
+    /// See [`Plan::coarse_m`].
+    pub coarse_m: f64,
 }
 
 impl Patch {
-    /// The patch of these panels; none of no panel.
+    /// The patch of these panels, of paper B's size; none of no panel.
     #[must_use]
     pub fn of(panels: Vec<Point>) -> Option<Self> {
         let sum = panels.iter().fold(Point::default(), |sum, at| sum + *at);
-        (!panels.is_empty()).then(|| Self { middle: sum * (1.0 / panels.len() as f64), panels })
+        (!panels.is_empty()).then(|| Self {
+            middle: sum * (1.0 / panels.len() as f64),
+            panels,
+            coarse_m: 0.0,
+        })
     }
 }
 
@@ -51,7 +57,7 @@ pub fn patches(plan: &Plan, down: &Bits) -> Vec<Patch> {
                 }
             }
         }
-        patches.extend(Patch::of(middles));
+        patches.extend(Patch::of(middles).map(|patch| Patch { coarse_m: plan.coarse_m(), ..patch }));
     }
     patches
 }

@@ -11,6 +11,9 @@
 use crate::geometry::{Point, Pose};
 use crate::site::floor::Floor;
 
+/// Side of a panel of paper B's floor, m.
+const PITCH_M: f64 = 0.08;
+
 /// A floor's place, and its panels.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
@@ -36,6 +39,13 @@ impl Plan {
     #[must_use]
     pub fn panels(&self) -> usize {
         usize::from(self.columns) * usize::from(self.rows)
+    }
+
+    /// How much farther its corner is from the middle of a panel than in paper B's floor, m: what is known of feet is measured
+    /// on such panels, and so much less of where one stands. 0 for panels that are not larger.
+    #[must_use]
+    pub fn coarse_m(&self) -> f64 {
+        (self.pitch_m - PITCH_M).max(0.0) * std::f64::consts::FRAC_1_SQRT_2
     }
 
     /// The middle of a panel.

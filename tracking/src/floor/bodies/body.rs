@@ -33,7 +33,8 @@ const STANCE_S: f64 = 1.1;
 /// From the only foot on the floor to the body, at most, m: 60 % of a step of half a metre. From the middle of two feet, half.
 const REACH_M: f64 = 0.3;
 
-/// A panel nearer than this to where a foot stands is that foot's, m: half a sole of 0.26 m, and half a panel of 0.08 m.
+/// A panel nearer than this to where a foot stands is that foot's, m: half a sole of 0.26 m, and half a panel of 0.08 m; of
+/// coarser panels so much more as they are coarser.
 const SOLE_M: f64 = 0.17;
 
 /// A foot that has fewer than this part of the most panels it had is lifted: what is left is another foot's edge.
@@ -58,13 +59,14 @@ struct Foot {
     is_down: bool,
     /// When it was last on the floor, s.
     down_s: f64,
-    /// The most panels it had.
+    /// The most panels it had, and how coarse they are.
     panels: usize,
+    coarse_m: f64,
 }
 
 /// A foot that is set now.
 const fn set(print: Print, at_s: f64) -> Foot {
-    Foot { at: print.at, is_down: true, down_s: at_s, panels: print.panels }
+    Foot { at: print.at, is_down: true, down_s: at_s, panels: print.panels, coarse_m: print.coarse_m }
 }
 
 /// A body.
@@ -104,8 +106,9 @@ impl Body {
     /// which it is. However long ago that was: a reading may be lost, and a foot that stood in between stands.
     pub(super) fn stands_at(&self, panel: Point, read_s: f64) -> Option<(f64, usize)> {
         let feet = self.feet.iter().enumerate().filter(|(_, foot)| read_s - foot.down_s < FLICKER_S);
-        let away = feet.map(|(number, foot)| ((foot.at - panel).length(), number));
-        away.filter(|(away_m, _)| *away_m < SOLE_M).min_by(|one, other| one.0.total_cmp(&other.0))
+        let away = feet.map(|(number, foot)| ((foot.at - panel).length(), foot.coarse_m, number));
+        let own = away.filter(|(away_m, coarse_m, _)| *away_m < SOLE_M + coarse_m);
+        own.map(|(away_m, _, number)| (away_m, number)).min_by(|one, other| one.0.total_cmp(&other.0))
     }
 
     /// Density that it sets a foot there in this reading, 1/m²; none where it cannot.
@@ -169,7 +172,7 @@ impl Body {
             }
         }
         let [new, old, _] = self.feet;
-        let is_step = (new.at - old.at).length() < LONGEST_M;
+        let is_step = (new.at - old.at).length() < LONGEST_M + 2.0 * new.coarse_m;
         let [was_new, was_old, _] = before.map(|foot| foot.is_down);
         match ([was_new, was_old], [new.is_down, old.is_down]) {
             ([true, true], [true, false]) if is_step => {

@@ -87,7 +87,7 @@ impl Hypothesis {
             }
             let is_edge = left.len() < EDGE && left.len() < patch.panels.len();
             if let Some(left) = Patch::of(left).filter(|_| !is_edge) {
-                new.push((number, Print::of(&left)));
+                new.push((number, Print::of(&Patch { coarse_m: patch.coarse_m, ..left })));
             }
         }
         for (body, own) in self.bodies.iter_mut().zip(&own) {

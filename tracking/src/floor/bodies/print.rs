@@ -16,6 +16,8 @@ const PANEL_M2: f64 = 0.001;
 pub(super) struct Print {
     pub at: Point,
     pub panels: usize,
+    /// See [`Plan::coarse_m`](crate::floor::Plan::coarse_m).
+    pub coarse_m: f64,
     /// Which way it points, at twice its angle, as heel and toes look alike; longer, up to 1, the longer it is.
     pub axis: Point,
 }
@@ -28,6 +30,11 @@ impl Print {
             let doubled = Point::new(from.x * from.x - from.y * from.y, 2.0 * from.x * from.y);
             (axis + doubled, size + from.dot(from))
         });
-        Self { at: patch.middle, panels: patch.panels.len(), axis: axis * (1.0 / size) }
+        Self {
+            at: patch.middle,
+            panels: patch.panels.len(),
+            coarse_m: patch.coarse_m,
+            axis: axis * (1.0 / size),
+        }
     }
 }

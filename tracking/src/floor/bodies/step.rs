@@ -64,7 +64,9 @@ impl Stance<'_> {
         let foot = print.at;
         let length_m = (foot - self.foot).length();
         let off_m = (self.lands - self.motion.place(at_s)).length();
-        if length_m > LONGEST_M || off_m > GATE_M {
+        // Both feet may stand at the far sides of their panels.
+        let slack_m = 2.0 * print.coarse_m;
+        if length_m > LONGEST_M + slack_m || off_m > GATE_M + slack_m {
             return None;
         }
         let near = |from: Point, slack: &Matrix2<f64>| {
