@@ -26,6 +26,8 @@ pub struct Panels {
     cells: Vec<OnFloor>,
     /// When each panel last did not work, s.
     faulty_s: Vec<f64>,
+    /// The newest reading, s.
+    read_s: f64,
 }
 
 impl Panels {
@@ -45,7 +47,8 @@ impl Panels {
                 cells.push(OnFloor { zone, cell, panels: std::iter::once(under).chain(within).collect() });
             }
         }
-        Self { plan: *plan, cells, faulty_s: vec![f64::NEG_INFINITY; plan.panels()] }
+        let never_s = f64::NEG_INFINITY;
+        Self { plan: *plan, cells, faulty_s: vec![never_s; plan.panels()], read_s: never_s }
     }
 
     /// Whether it is that of this floor.
@@ -53,17 +56,23 @@ impl Panels {
         self.plan == *plan
     }
 
-    /// Notes that its panels were read, except for those that do not work or have not worked for [`FOUND_S`].
+    /// Notes that its panels were read, except for those that do not work or have not worked for [`FOUND_S`]. Of one that
+    /// has just stopped working nothing is known at once: whoever stood on it has no body any more.
     pub fn read(&mut self, zones: &mut [Zone], reading: &Reading) {
-        for (panel, faulty_s) in self.faulty_s.iter_mut().enumerate() {
+        let mut stopped = vec![false; self.faulty_s.len()];
+        for ((panel, faulty_s), stopped) in self.faulty_s.iter_mut().enumerate().zip(&mut stopped) {
             if !reading.works(panel) {
+                *stopped = *faulty_s < self.read_s;
                 *faulty_s = reading.at_s;
             }
         }
+        self.read_s = reading.at_s;
+        let has_stopped = |panels: &[usize]| panels.iter().any(|panel| stopped.get(*panel) == Some(&true));
+        self.note(zones, f64::NEG_INFINITY, has_stopped);
         let works = |panel: &usize| {
             self.faulty_s.get(*panel).is_some_and(|faulty_s| reading.at_s - faulty_s >= FOUND_S)
         };
-        self.note(zones, reading.at_s, works);
+        self.note(zones, reading.at_s, |panels| panels.iter().all(works));
     }
 
     /// Nothing is known of them any more.
@@ -71,11 +80,12 @@ impl Panels {
         self.note(zones, f64::NEG_INFINITY, |_| true);
     }
 
-    fn note(&self, zones: &mut [Zone], at_s: f64, works: impl Fn(&usize) -> bool) {
+    /// Notes a time for each cell over panels that are `wanted`.
+    fn note(&self, zones: &mut [Zone], at_s: f64, wanted: impl Fn(&[usize]) -> bool) {
         for OnFloor { zone, cell, panels } in &self.cells {
             if let Some(zone) = zones.get_mut(*zone)
                 && let Some(cell) = zone.cells.get_mut(*cell)
-                && panels.iter().all(&works)
+                && wanted(panels)
             {
                 cell.note(at_s);
             }
