@@ -148,6 +148,7 @@ mod proof {
 
     fn module(at: usize) {
         use kehai::device::starts::ShortStarts;
+        use kehai::device::tiles::Tiles;
         use kehai::device::trial::{StoredAddressing, Trial};
         use kehai::device::{Module, Settings};
         use kehai::wire::DATAGRAM_MAX;
@@ -171,6 +172,12 @@ mod proof {
         let ranges_mm = ranges_mm.get(..opaque(at)).unwrap_or(&ranges_mm);
         let scan = kehai::scan::Scan { geometry: &geometry, ranges_mm, time: opaque(at) };
         module.scan(&session, &scan, opaque(at), &mut Outbox);
+        let mut tiles: Tiles = opaque(at);
+        tiles.receive(datagram, opaque(at));
+        tiles.lost();
+        keep(at, module.tiles(&mut tiles, opaque(at), &mut Outbox));
+        keep(at, tiles.next_us());
+        keep(at, tiles);
         keep(at, module.poll(opaque(at), &mut Outbox));
         keep(at, module.wish());
         module.begin_storing(opaque(at), &mut Outbox);

@@ -112,11 +112,16 @@ impl<const BEAMS: usize> Module<BEAMS> {
             .fold(Alarms::default(), |alarms, (alarm, _)| alarms.with(alarm))
     }
 
+    /// What the sensor is doing, or the floor in its place.
+    pub(super) fn sensor_health(&self, now_us: u64) -> SensorHealth {
+        self.floor_health(now_us).unwrap_or_else(|| SensorHealth::from(self.observed.sensor))
+    }
+
     /// Sends health if it is time for it, or something has changed.
     pub(super) fn publish_health(&mut self, now_us: u64, out: &mut impl Outbox) {
         let alarms = self.alarms(now_us);
         let background_version = self.pipeline.background().version();
-        let sensor = self.floor_health(now_us).unwrap_or_else(|| SensorHealth::from(self.observed.sensor));
+        let sensor = self.sensor_health(now_us);
         let triggers = HealthTriggers {
             sensor: Some(sensor),
             alarms,

@@ -15,6 +15,7 @@
 //! | `subscribers`, `cookie`, `answers` | which hosts get the reports; whether a host's address is its own; what was answered |
 //! | `lanes` | by which way answers leave |
 //! | `panels` | a floor of panels in the place of a sensor |
+//! | `tiles` | a SensFloor as such a floor: when it is read and asked |
 //! | `parts` | profiles and raw scans |
 //! | `health` | counters, events, alarms |
 //! | `setup`, `settings` | the sensor and its settings, and the settings of an installer |
@@ -43,6 +44,7 @@ mod status;
 mod storing;
 pub mod subscribers;
 mod text;
+pub mod tiles;
 pub mod trial;
 
 pub use settings::{Addressing, Settings};
@@ -107,8 +109,10 @@ struct Observed {
     sensor: SensorState,
     learning: Learning,
     last_scan_us: Option<u64>,
-    /// When a floor was read last; none if there is none.
+    /// When its floor was read last.
     last_reading_us: Option<u64>,
+    /// It has a floor instead of a sensor.
+    has_floor: bool,
     /// How far the time of the last scan may be off.
     uncertainty_us: u32,
 }
@@ -119,6 +123,7 @@ impl Observed {
         learning: Learning::Idle,
         last_scan_us: None,
         last_reading_us: None,
+        has_floor: false,
         uncertainty_us: 0,
     };
 }

@@ -16,8 +16,9 @@ const NO_READING_US: u64 = 500_000;
 
 impl<const BEAMS: usize> Module<BEAMS> {
     /// The newest reading of `floor` was made at `stamp_us`, in µs since boot: it is sent. From the first one on the
-    /// device has a floor, and the alarms say nothing of a background.
+    /// device has a floor.
     pub fn panels(&mut self, floor: &Floor, stamp_us: u64, now_us: u64, out: &mut impl Outbox) {
+        self.begin_floor();
         self.observed.last_reading_us = Some(now_us);
         let down = floor.pressed();
         let mut faulty: Vec<FaultyPanel, FAULTY> = Vec::new();
@@ -46,19 +47,28 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.poll(now_us, out);
     }
 
-    /// Whether it has a floor: once there was a reading.
+    /// From now on it has a floor: the alarms say nothing of a background.
+    pub(super) const fn begin_floor(&mut self) {
+        self.observed.has_floor = true;
+    }
+
+    /// Whether it has a floor.
     pub(super) const fn has_floor(&self) -> bool {
-        self.observed.last_reading_us.is_some()
+        self.observed.has_floor
     }
 
     /// What health says of the floor, where otherwise it speaks of the sensor; none without a floor.
     pub(super) fn floor_health(&self, now_us: u64) -> Option<SensorHealth> {
-        let is_read = now_us < self.no_reading_us()?;
-        let code = if is_read { SensorCode::Streaming } else { SensorCode::Stalled };
+        let code = match self.no_reading_us() {
+            None if !self.has_floor() => return None,
+            None => SensorCode::Searching,
+            Some(no_reading_us) if now_us < no_reading_us => SensorCode::Streaming,
+            Some(_) => SensorCode::Stalled,
+        };
         Some(SensorHealth { code, detail: (0, 0) })
     }
 
-    /// When the alarm for missing readings is due, µs; none without a floor.
+    /// When the alarm for missing readings is due, µs; none before the first one.
     pub(super) fn no_reading_us(&self) -> Option<u64> {
         self.observed.last_reading_us.map(|last_us| last_us.saturating_add(NO_READING_US))
     }

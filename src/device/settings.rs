@@ -9,6 +9,7 @@
 //! | `first_step`, `last_step` | `auto`, 0 to 9999 | `auto`: the sensor's | at once |
 //! | `cluster` | 1 to 99 | 1 | at once |
 //! | `skip` | 0 to 9 | 0 | at once |
+//! | `tiles` | `none`, or group, x and y of the first tile, columns, rows: `10,1,1,6,4` | `none` | at once |
 //! | `address` | `dhcp`, `10.0.0.7/24`, `10.0.0.7/24,10.0.0.1` with gateway | `dhcp` | with the next start, on [trial](super::trial) |
 //! | `hosts` | up to 8 addresses, `,` between | empty: any host | at once |
 //!
@@ -21,11 +22,15 @@ use heapless::{String, Vec};
 use super::text::{self, Number, cut, ipv4, number};
 use crate::address::{InterfaceAddress, UnusableAddress, is_unicast};
 use crate::background::{FOREGROUND_MIN_MM, FOREGROUND_SPREADS, LEARN_SCANS, LEARN_SCANS_MIN, LearnRequest};
+use crate::floor::sensfloor::Layout;
 use crate::pipeline;
 use crate::scip::Width;
 use crate::sensor::{LineSettings, SensorSettings};
 use crate::sensor_model::SensorModel;
 use crate::wire::{NAME_MAX, SETTINGS_TEXT_MAX, SettingFault};
+
+/// Most bytes of the tiles of a floor.
+const TILES_MAX: usize = "65535,252,252,64,64".len();
 
 /// Most hosts that may control a module.
 pub const HOSTS: usize = 8;
@@ -103,6 +108,8 @@ pub struct Settings {
     pub cluster: u8,
     /// Scans left out after each one.
     pub skip: u8,
+    /// The tiles of a SensFloor, where one is in the place of the sensor.
+    pub tiles: Option<Layout>,
     /// Where the address comes from.
     pub addressing: Addressing,
     /// Hosts that may control the module; none: any host.
@@ -140,6 +147,7 @@ impl Settings {
             last_step: None,
             cluster: 1,
             skip: 0,
+            tiles: None,
             addressing: Addressing::Dhcp,
             hosts: Vec::new(),
         }
@@ -205,6 +213,7 @@ impl Settings {
             b"last_step" => self.last_step = optional(value, 0, 9999)?,
             b"cluster" => self.cluster = number(value, 1, 99)? as u8,
             b"skip" => self.skip = number(value, 0, 9)? as u8,
+            b"tiles" => self.tiles = tiles(value)?,
             b"address" => self.addressing = Addressing::from_text(value)?,
             b"hosts" => self.hosts = hosts(value)?,
             _ => return Err(SettingFault::Key),
@@ -236,6 +245,20 @@ impl Settings {
         text::line(&mut text, "last_step", or_auto(self.last_step).as_ref().map_or("auto", Number::as_str));
         text::line(&mut text, "cluster", number(u16::from(self.cluster)).as_str());
         text::line(&mut text, "skip", number(u16::from(self.skip)).as_str());
+        let mut value = String::<TILES_MAX>::new();
+        match self.tiles {
+            None => text::push(&mut value, "none"),
+            Some(layout) => {
+                let (columns, rows) = layout.tiles();
+                let (x, y) = layout.first();
+                text::push(&mut value, number(layout.group()).as_str());
+                for part in [x, y, columns, rows] {
+                    text::push(&mut value, ",");
+                    text::push(&mut value, number(u16::from(part)).as_str());
+                }
+            }
+        }
+        text::line(&mut text, "tiles", &value);
         text::line(&mut text, "address", &self.addressing.text());
         let mut value = String::<{ 16 * HOSTS }>::new();
         for host in &self.hosts {
@@ -294,6 +317,25 @@ fn optional(value: &[u8], least: u16, most: u16) -> Result<Option<u16>, SettingF
     if value == b"auto" { Ok(None) } else { number(value, least, most).map(Some) }
 }
 
+fn tiles(value: &[u8]) -> Result<Option<Layout>, SettingFault> {
+    if value == b"none" {
+        return Ok(None);
+    }
+    let mut rest = Some(value);
+    let mut next = |most: u16| {
+        let (part, behind) = cut(rest.ok_or(SettingFault::Value)?, b',');
+        rest = behind;
+        number(part, 0, most)
+    };
+    let group = next(u16::MAX)?;
+    // Below 256 each.
+    let [x, y, columns, rows] = [next(255)?, next(255)?, next(255)?, next(255)?].map(|part| part as u8);
+    if rest.is_some() {
+        return Err(SettingFault::Value);
+    }
+    Layout::new(group, (x, y), (columns, rows)).map(Some).ok_or(SettingFault::Range)
+}
+
 fn hosts(value: &[u8]) -> Result<Vec<Ipv4Addr, HOSTS>, SettingFault> {
     let mut hosts = Vec::new();
     let mut rest = Some(value).filter(|value| !value.is_empty());
@@ -321,7 +363,7 @@ mod tests {
     #[test]
     fn settings_read_as_they_were_written() {
         let text = "name=Tür 3\nforeground_mm=150\nopen_range_mm=3000\nlearn_scans=100\n\
-                    first_step=100\nlast_step=600\ncluster=2\nskip=1\naddress=10.1.2.3/16,10.1.0.1\n\
+                    first_step=100\nlast_step=600\ncluster=2\nskip=1\ntiles=10,1,2,6,4\naddress=10.1.2.3/16,10.1.0.1\n\
                     hosts=10.1.2.4,192.168.178.254\n";
         let settings = Settings::new().changed_by(text).unwrap();
         assert_eq!(settings.text().as_str(), text);
@@ -359,6 +401,19 @@ mod tests {
         assert_eq!(fault("skip=1\nname="), (1, SettingFault::Value));
         assert_eq!(fault(&std::format!("name={}", "n".repeat(33))), (0, SettingFault::Range));
         assert_eq!(fault("first_step=700\nlast_step=100\n"), (1, SettingFault::Conflict));
+        for text in [
+            "tiles=",
+            "tiles=10",
+            "tiles=10,1,1,6",
+            "tiles=10,1,1,6,4,2",
+            "tiles=a,1,1,6,4",
+            "tiles=10,,1,6,4",
+        ] {
+            assert_eq!(fault(text), (0, SettingFault::Value), "{text}");
+        }
+        for text in ["tiles=10,1,1,9,8", "tiles=10,1,1,0,4", "tiles=65536,1,1,6,4", "tiles=1,250,1,6,4"] {
+            assert_eq!(fault(text), (0, SettingFault::Range), "{text}");
+        }
         assert_eq!(fault("address=10.0.0.7"), (0, SettingFault::Value));
         assert_eq!(fault("address=10.0.0/24"), (0, SettingFault::Value));
         assert_eq!(fault("address=10.0.0.7.8/24"), (0, SettingFault::Value));
@@ -398,7 +453,7 @@ mod tests {
         }
     }
 
-    const KEYS: [&str; 11] = [
+    const KEYS: [&str; 12] = [
         "name",
         "foreground_mm",
         "open_range_mm",
@@ -407,6 +462,7 @@ mod tests {
         "last_step",
         "cluster",
         "skip",
+        "tiles",
         "address",
         "hosts",
         "speed",

@@ -3,7 +3,7 @@
 use super::Module;
 use crate::background::Learning;
 use crate::scip::Text;
-use crate::wire::{Alarms, Counter, SensorCode, SensorHealth};
+use crate::wire::{Alarms, Counter, SensorCode};
 
 /// A consistent copy of the module's status.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -43,7 +43,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub fn status(&self, now_us: u64) -> Status {
         let (model, serial) = self.setup.sensor();
         Status {
-            sensor: SensorHealth::from(self.observed.sensor).code,
+            sensor: self.sensor_health(now_us).code,
             alarms: self.alarms(now_us),
             learning: self.observed.learning != Learning::Idle,
             storing: self.storing,

@@ -127,6 +127,13 @@ impl Floor {
         self.sequence
     }
 
+    /// It goes on to count the readings of the one before it.
+    #[must_use]
+    pub const fn after(mut self, sequence: u32) -> Self {
+        self.sequence = sequence;
+        self
+    }
+
     /// Takes a reading: a bit for each panel, the rest of the last byte 0.
     ///
     /// # Errors

@@ -19,3 +19,13 @@ pub(super) fn report(sequence: u32) {
     #[cfg(not(feature = "defmt"))]
     let _ = sequence;
 }
+
+/// Reading number `sequence` of a floor is on its way.
+pub(super) fn reading(sequence: u32) {
+    #[cfg(feature = "defmt")]
+    if sequence == 1 {
+        defmt::info!("first reading");
+    }
+    #[cfg(not(feature = "defmt"))]
+    let _ = sequence;
+}

@@ -16,11 +16,13 @@
 //!
 //! All memory is the caller's: driver, module, sockets, store.
 
+mod floor;
 mod log;
 mod notices;
 mod operation;
 mod supervision;
 
+pub use floor::{FloorHardware, run_floor};
 pub use notices::Notices;
 pub use supervision::{Pulse, Waiting};
 

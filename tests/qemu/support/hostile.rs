@@ -14,12 +14,13 @@ pub enum Sort {
     /// A number between these.
     Number(u32, u32),
     Name,
+    Tiles,
     Address,
     Hosts,
 }
 
 /// Every setting of docs/wire.md.
-pub const KEYS: [(&str, Sort); 10] = [
+pub const KEYS: [(&str, Sort); 11] = [
     ("name", Sort::Name),
     ("foreground_mm", Sort::Number(100, 1000)),
     ("open_range_mm", Sort::Number(500, 60_000)),
@@ -28,6 +29,7 @@ pub const KEYS: [(&str, Sort); 10] = [
     ("last_step", Sort::Number(0, 9999)),
     ("cluster", Sort::Number(1, 99)),
     ("skip", Sort::Number(0, 9)),
+    ("tiles", Sort::Tiles),
     ("address", Sort::Address),
     ("hosts", Sort::Hosts),
 ];
@@ -159,6 +161,14 @@ impl Random {
                     .map(|_| self.of(&characters[..if self.0.is_multiple_of(2) { 5 } else { 11 }]))
                     .collect()
             }
+            // Half of them few enough.
+            Sort::Tiles => {
+                let side = if self.below(2) == 0 { 8 } else { 300 };
+                let group = self.next() >> 47;
+                let [x, y] = [300; 2].map(|bound| self.below(bound));
+                let [columns, rows] = [side; 2].map(|bound| self.below(bound + 1));
+                format!("{group},{x},{y},{columns},{rows}")
+            }
             // Half of them valid, and most of those wrong for the network.
             Sort::Address if self.below(2) == 0 => {
                 let hosts = [1, 2, 10, 172, 192, 223]
@@ -181,6 +191,21 @@ fn edges(sort: Sort) -> Vec<String> {
             .map(|edge| edge.to_string())
             .into(),
         Sort::Name => [1, 31, 32, 33, 255, 256, 1000].map(|length| "n".repeat(length)).into(),
+        Sort::Tiles => [
+            "none",
+            "10,1,1,6,4",
+            "65535,0,0,64,1",
+            "65536,0,0,64,1",
+            "10,245,245,8,8",
+            "10,246,245,8,8",
+            "10,1,1,9,8",
+            "10,1,1,0,4",
+            "10,1,1,6",
+            "10,1,1,6,4,2",
+            "10,,1,6,4",
+        ]
+        .map(str::to_owned)
+        .into(),
         Sort::Address => {
             let usual = ADDRESSES.map(|address| format!("{address}/24")).into_iter();
             usual

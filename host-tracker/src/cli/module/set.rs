@@ -12,7 +12,7 @@ use crate::cli::output::print_json;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Settings: name, foreground_mm, open_range_mm, learn_scans, first_step, last_step, cluster,
-skip, address, hosts; docs/wire.md has their values.
+skip, tiles, address, hosts; docs/wire.md has their values.
 
 Examples:
   kehai-tracker module set 192.168.1.20 name=hall
