@@ -3,6 +3,7 @@
 //! ```text
 //! source ─▶ urg ─▶ link | serve ─▶ any SCIP client
 //! ranges    SCIP    bytes in memory on virtual time | TCP, terminal or datagrams in real time
+//! feet ─▶ sensfloor ─▶ bytes of a floor's line
 //!
 //! sensor (serial or TCP) ─▶ pc: the device's tasks ─▶ UDP      qemu: the real image, emulated
 //! ```
@@ -17,6 +18,7 @@ pub mod pc;
 #[cfg(feature = "qemu")]
 pub mod qemu;
 pub mod recording;
+pub mod sensfloor;
 pub mod serve;
 pub mod simulated_time;
 pub mod source;

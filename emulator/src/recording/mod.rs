@@ -8,6 +8,7 @@
 //! 99683,391,392,0,…          counter-clockwise; values below dmin are the sensor's codes
 //! ```
 
+pub mod floor;
 mod source;
 
 pub use source::RecordingSource;

@@ -15,7 +15,7 @@ mod udp;
 #[cfg(target_os = "linux")]
 pub use pty::serve_pty;
 pub use tcp::serve_tcp;
-pub use udp::UdpSensor;
+pub use udp::{SerialDevice, UdpSensor};
 
 use std::io;
 use std::os::fd::BorrowedFd;
