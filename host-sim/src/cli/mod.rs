@@ -7,6 +7,7 @@ mod floor;
 mod log;
 mod module;
 mod replay;
+mod replay_floor;
 mod replay_site;
 mod scene;
 mod score;

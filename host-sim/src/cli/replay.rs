@@ -10,6 +10,7 @@ use host_sim::baselines::Choice;
 use host_sim::replay::{Learn, Replay, module_name};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kehai::background::LEARN_SCANS_MIN;
+use kehai::floor::sensfloor::Layout;
 use kehai_emulator::recording::Recording;
 
 use super::replay_site::Together;
@@ -24,11 +25,20 @@ use super::replay_site::Together;
   kehai-sim replay walk.csv                        figures, learned as a module learns
   kehai-sim replay walk.csv --learn all --svg walk.svg
   kehai-sim replay walk.csv --json > candidates.jsonl
-  kehai-sim replay --site hall.toml left=l.csv right=r.csv --learn all --out walk")]
+  kehai-sim replay --site hall.toml left=l.csv right=r.csv --learn all --out walk
+  kehai-sim replay --floor walk.csv                frames of a SensFloor → tracks")]
 pub struct Arguments {
     /// The recording; with --site one or more NAME=FILE.csv, NAME a module of the site
-    #[arg(value_name = "FILE.csv", required = true)]
+    #[arg(value_name = "FILE.csv", required_unless_present = "floor", conflicts_with = "floor")]
     files: Vec<String>,
+
+    /// Play recorded frames of a SensFloor instead (docs/floor.md)
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["site", "learn", "svg", "out", "tracker"])]
+    floor: Option<PathBuf>,
+
+    /// Which tiles the floor has [default: all of the group that speaks most]
+    #[arg(long, value_name = "GROUP,X,Y,COLUMNS,ROWS", requires = "floor", value_parser = super::replay_floor::layout)]
+    tiles: Option<Layout>,
 
     /// Where the modules are: play the recordings together, and follow people
     #[arg(long, value_name = "FILE.toml")]
@@ -57,6 +67,9 @@ pub struct Arguments {
 
 /// Does it.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    if let Some(path) = &arguments.floor {
+        return super::replay_floor::run(path, arguments.tiles, arguments.json);
+    }
     if let Some(site) = &arguments.site {
         let bar = progress_bar("modules");
         let together = Together {

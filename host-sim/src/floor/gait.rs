@@ -6,6 +6,7 @@
 //!   ▭           ▭
 //! ```
 
+use kehai_emulator::sensfloor;
 use kehai_tracking::geometry::Point;
 
 use crate::world::random::{Purpose, Stream};
@@ -60,6 +61,14 @@ pub struct Sole {
     pub at: Point,
     /// Where its toes point, of length 1.
     pub ahead: Point,
+}
+
+impl Sole {
+    /// As an emulated floor feels it whose corner is the origin.
+    #[must_use]
+    pub const fn felt(&self) -> sensfloor::Sole {
+        sensfloor::Sole { at: (self.at.x, self.at.y), ahead: (self.ahead.x, self.ahead.y) }
+    }
 }
 
 /// A walker: a way, and how far on it is at time 0, m.

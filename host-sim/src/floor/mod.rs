@@ -10,6 +10,7 @@
 //! | `feet` | the two feet under any body |
 //! | `gait` | where a walker and its soles are |
 //! | `panels` | which panels soles press, as the floor reads them |
+//! | `replay` | frames of a SensFloor through a device to tracks |
 //! | `tags` | where a camera reads the tags, and when it cannot |
 //! | `scene` | the three experiments |
 //! | `trial` | one of them, with each tracker, and its figures |
@@ -17,6 +18,7 @@
 pub mod feet;
 pub mod gait;
 pub mod panels;
+pub mod replay;
 pub mod scene;
 pub mod tags;
 pub mod trial;
