@@ -34,9 +34,9 @@ fn build_image(board: &str) {
         copy(&folder.join("device.x"), &out.join("device.x"));
     }
     println!("cargo::rustc-link-search={}", out.display());
-    // Beside the board's image, the program that counts its instructions.
-    let bench = (board == "mps2-an386").then_some("mps2-an386-bench");
-    for image in [board].into_iter().chain(bench) {
+    // Beside the board's image, the one for a floor, and the program that counts instructions.
+    let others: &[&str] = if board == "mps2-an386" { &["mps2-an386-floor", "mps2-an386-bench"] } else { &[] };
+    for image in [board].iter().chain(others) {
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bin={image}={argument}");
         }

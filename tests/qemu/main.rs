@@ -1,9 +1,10 @@
 //! The real firmware image, run in QEMU. Nothing else of the core's tests starts a machine.
 //!
 //! ```text
-//!   UdpSensor ══ serial line ══▶ image in QEMU ══ network ══▶ host
+//!   UdpSensor ══ serial line ══▶ image in QEMU ══ network ══▶ host       a range finder; a SensFloor: floor.rs
 //! ```
 
+mod floor;
 mod image;
 mod network_faults;
 mod power_cuts;

@@ -1,4 +1,4 @@
-//! Where the image comes from.
+//! Where the images come from.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -6,16 +6,41 @@ use std::process::Command;
 
 use super::{Error, TARGET};
 
-const BOARD: &str = "mps2-an386";
+/// What is at the end of the board's serial line, and so which image runs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Image {
+    /// A range finder.
+    RangeFinder,
+    /// A SensFloor.
+    Floor,
+}
 
-/// The image, built from these sources; or the one that `KEHAI_QEMU_IMAGE` names.
+impl Image {
+    /// Its program.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::RangeFinder => "mps2-an386",
+            Self::Floor => "mps2-an386-floor",
+        }
+    }
+
+    /// The variable that names it where it is built already.
+    const fn variable(self) -> &'static str {
+        match self {
+            Self::RangeFinder => "KEHAI_QEMU_IMAGE",
+            Self::Floor => "KEHAI_QEMU_FLOOR_IMAGE",
+        }
+    }
+}
+
+/// The image, built from these sources; or the one that `KEHAI_QEMU_IMAGE` or `KEHAI_QEMU_FLOOR_IMAGE` names.
 ///
 /// # Errors
 /// [`Error::NoQemu`] or [`Error::NoTarget`] where it cannot be done at all; [`Error::Build`].
-pub fn image() -> Result<PathBuf, Error> {
+pub fn image(image: Image) -> Result<PathBuf, Error> {
     Command::new("qemu-system-arm").arg("--version").output().map_err(|_| Error::NoQemu)?;
-    if let Some(image) = env::var_os("KEHAI_QEMU_IMAGE") {
-        return Ok(image.into());
+    if let Some(built) = env::var_os(image.variable()) {
+        return Ok(built.into());
     }
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let libraries = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output()?;
@@ -25,11 +50,11 @@ pub fn image() -> Result<PathBuf, Error> {
     let build = Command::new("cargo")
         .current_dir(&workspace)
         .args(["build", "--release", "--locked", "--package", "kehai", "--target", TARGET])
-        .args(["--bin", BOARD, "--features", "board-mps2-an386"])
+        .args(["--bin", image.name(), "--features", "board-mps2-an386"])
         .output()?;
     if !build.status.success() {
         return Err(Error::Build(String::from_utf8_lossy(&build.stderr).into_owned()));
     }
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace.join("target"), PathBuf::from);
-    Ok(target.join(TARGET).join("release").join(BOARD))
+    Ok(target.join(TARGET).join("release").join(image.name()))
 }

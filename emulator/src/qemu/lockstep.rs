@@ -26,7 +26,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 
 use crate::pc::host::{PATIENCE, Way};
-use crate::serve::UdpSensor;
+use crate::serve::{SerialDevice, UdpSensor};
 
 /// Guest time of a step (`STEP_US` of the image).
 pub const STEP_US: u64 = 1000;
@@ -197,7 +197,7 @@ pub(super) struct Lockstep {
     child: RefCell<Child>,
     from_guest: File,
     to_guest: File,
-    sensor: Option<(UdpSensor, Speed)>,
+    sensor: Option<(UdpSensor<dyn SerialDevice>, Speed)>,
     state: Cell<State>,
     /// QEMU has stopped the machine, perhaps in the midst of a step.
     frozen: Cell<bool>,
@@ -215,7 +215,11 @@ pub(super) fn make_fifos(folder: &Path) -> io::Result<()> {
 
 impl Lockstep {
     /// With QEMU running as `child` in `folder`.
-    pub fn new(child: Child, folder: &Path, sensor: Option<(UdpSensor, Speed)>) -> io::Result<Rc<Self>> {
+    pub fn new(
+        child: Child,
+        folder: &Path,
+        sensor: Option<(UdpSensor<dyn SerialDevice>, Speed)>,
+    ) -> io::Result<Rc<Self>> {
         // Open for both, a FIFO neither waits for its other end nor ends with it.
         let open = |name| File::options().read(true).write(true).open(folder.join(name));
         Ok(Rc::new(Self {

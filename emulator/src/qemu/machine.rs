@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, io};
 
-use super::lockstep::GuestTime;
+use super::lockstep::{GuestTime, Speed};
 use super::switch::Switch;
-use crate::serve::UdpSensor;
+use crate::sensfloor::SensFloor;
+use crate::serve::{SerialDevice, UdpSensor};
 
 /// UDP port of the module.
 const MODULE_PORT: u16 = 4040;
@@ -21,6 +22,20 @@ pub enum Line<'a> {
     AnySpeed(&'a UdpSensor),
     /// A sensor on a serial line: where the speeds of its ends differ, both hear garbage.
     Serial(&'a UdpSensor),
+    /// A SensFloor on a serial line.
+    Floor(&'a UdpSensor<SensFloor>),
+}
+
+impl Line<'_> {
+    /// What is at its end, and whether its speed matters.
+    pub(super) fn device(&self) -> Option<(UdpSensor<dyn SerialDevice>, Speed)> {
+        match self {
+            Self::Open => None,
+            Self::AnySpeed(sensor) => Some((sensor.of_any_kind(), Speed::Any)),
+            Self::Serial(sensor) => Some((sensor.of_any_kind(), Speed::Matters)),
+            Self::Floor(floor) => Some((floor.of_any_kind(), Speed::Matters)),
+        }
+    }
 }
 
 /// Connection of the module's Ethernet.

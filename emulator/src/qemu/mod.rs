@@ -22,7 +22,7 @@ mod switch;
 
 pub use crate::pc::host::PATIENCE;
 pub use debugger::Watch;
-pub use image::image;
+pub use image::{Image, image};
 pub use lockstep::{Forwarded, GuestTime, PATIENCE_US, STEP_US};
 pub use log::Message;
 pub use machine::{Line, Machine, Network};
@@ -37,7 +37,7 @@ use std::process::{Command, Stdio};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use lockstep::{Lockstep, Speed};
+use lockstep::Lockstep;
 use log::Log;
 use machine::{free_port, network_arguments, new_folder, with_path};
 use monitor::Monitor;
@@ -131,11 +131,7 @@ impl Qemu {
             fs::write(&flash, vec![0xff; STORAGE_LEN])?;
             File::options().write(true).open(&flash)?.set_len(PSRAM_LEN)?;
         }
-        let sensor = match machine.line {
-            Line::Open => None,
-            Line::AnySpeed(sensor) => Some((sensor.clone(), Speed::Any)),
-            Line::Serial(sensor) => Some((sensor.clone(), Speed::Matters)),
-        };
+        let sensor = machine.line.device();
         let line = match &sensor {
             None => "null,id=sensor".to_owned(),
             Some((sensor, _)) => format!("udp,id=sensor,host=127.0.0.1,port={},mux=on", sensor.port()),

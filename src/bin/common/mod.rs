@@ -1,12 +1,12 @@
 //! What every board's image does: the same program, over whatever the board hands it.
 //!
 //! ```text
-//! board's main.rs ─▶ Board { uart, storage, stack, feed, led, button } ─▶ run
+//! board's main.rs ─▶ Board { uart, storage, stack, feed, led, button } ─▶ range_finder.rs | floor.rs ─▶ run
 //! ```
 //!
 //! It counts its start in the storage, keeps an address on the network, lets hosts find it, shows on its LED how
-//! it is, and runs the library's tasks: the sensor's driver, the module at UDP port 4040, the watchdog. When
-//! they end it starts anew.
+//! it is, and runs the library's tasks: what is at the end of the serial line, the module at UDP port 4040, the
+//! watchdog. When they end it starts anew.
 
 pub mod clock;
 mod discovery;
@@ -23,20 +23,15 @@ use defmt::info;
 use embassy_futures::join::join4;
 use embassy_futures::select::select3;
 use embassy_net::Stack;
-use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use kehai::address::{self, Mac};
 use kehai::device::starts::ShortStarts;
 use kehai::device::{About, Module};
-use kehai::link::{Baud, Watchdog};
-use kehai::scan::MAX_BEAMS;
-use kehai::sensor::{Driver, LineSettings};
+use kehai::link::Watchdog;
 use kehai::store::flash::FlashStore;
-use kehai::tasks::{self, Hardware, Notices};
+use kehai::tasks::{self, Notices};
 use kehai::wire::ModuleId;
-use static_cell::StaticCell;
 
-use clock::BoardClock;
 use port::{PORT_SOCKETS, Port};
 use spared_ram::SparedRam;
 pub use watched::Watched;
@@ -49,8 +44,6 @@ pub const BUILD: &str =
 pub const FIRST_BAUD: u32 = 115_200;
 /// Sockets of the network stack: DHCP and the search for a server, the port's, mDNS's two, spare.
 pub const SOCKETS: usize = PORT_SOCKETS + 5;
-/// Fastest speed of the sensors and of the transceivers in front of them.
-const FASTEST_BAUD: u32 = 750_000;
 
 /// What a board brings.
 pub struct Board<Line, Flash, Feed, Light, Pressed> {
@@ -81,10 +74,26 @@ pub fn network_config(mac: Mac) -> embassy_net::Config {
     network::dhcp(mac)
 }
 
-/// Runs the module until it must restart, and restarts it.
-pub async fn run<Line, Flash, Feed, Light, Pressed>(mut board: Board<Line, Flash, Feed, Light, Pressed>) -> !
+/// What the tasks of a start are given.
+pub struct Start<'a, Line, Flash: NorFlash, Feed, Driver, const BEAMS: usize> {
+    pub module: &'a mut Module<BEAMS>,
+    pub uart: Line,
+    /// Room for what hears the line.
+    pub driver: &'a mut Option<Driver>,
+    pub datagrams: Port,
+    pub store: FlashStore<Flash>,
+    pub watchdog: Fed<Feed>,
+    pub notices: &'a Notices,
+}
+
+/// Runs a module until it must restart, and restarts it: the tasks that `operate` chooses, and what every module has
+/// beside them. `make` puts the module in its place; `operate` is told the speed at which a sensor answered last.
+pub async fn run<Line, Flash, Feed, Light, Pressed, Driver, const BEAMS: usize>(
+    mut board: Board<Line, Flash, Feed, Light, Pressed>,
+    make: impl FnOnce(About) -> &'static mut Module<BEAMS>,
+    operate: impl AsyncFnOnce(Start<'_, Line, Flash, Feed, Driver, BEAMS>, Option<u32>),
+) -> !
 where
-    Line: Read + Write + Baud,
     Flash: NorFlash,
     Feed: FnMut(),
     Light: FnMut(bool),
@@ -114,43 +123,33 @@ where
         module.was_reset();
     }
     info!("boot {=u32}", module.identity().boot);
-    let line = LineSettings::Serial { last_baud, wanted_baud: None, fastest_baud: FASTEST_BAUD };
-    let settings = module.settings();
     let notices = Notices::new();
     let beside = join4(
-        network::keep_address(board.stack, board.mac, settings.addressing),
+        network::keep_address(board.stack, board.mac, module.settings().addressing),
         discovery::announce(board.stack, board.mac, &notices),
         led::show(board.stack, &notices, board.led),
         recovery::note_lasting(&mut spared_ram),
     );
-    let mut driver = Driver::new(board.uart, BoardClock, settings.sensor(line));
-    let hardware = Hardware {
+    let mut driver = None;
+    let start = Start {
+        module,
+        uart: board.uart,
         driver: &mut driver,
-        line,
         datagrams: Port::open(board.stack),
         store,
         watchdog: Fed(board.feed),
-        clock: BoardClock,
         notices: &notices,
     };
     let network_dies = recovery::network_dies(board.stack, &notices);
-    select3(tasks::run(module, hardware), network_dies, beside).await;
+    select3(operate(start, last_baud), network_dies, beside).await;
     info!("restart");
     // Asked for: that start was none that did not last.
     ShortStarts::lasted(&mut spared_ram);
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// The module, in its place. On its way there it is on the stack once, and off it when this returns: inlined into
-/// a task, that room would stay taken for ever.
-#[inline(never)]
-fn make(about: About) -> &'static mut Module<MAX_BEAMS> {
-    static MODULE: StaticCell<Module<MAX_BEAMS>> = StaticCell::new();
-    MODULE.init_with(|| Module::new(about))
-}
-
 /// A watchdog, by what feeds it.
-struct Fed<Feed>(Feed);
+pub struct Fed<Feed>(Feed);
 
 impl<Feed: FnMut()> Watchdog for Fed<Feed> {
     fn feed(&mut self) {

@@ -17,6 +17,8 @@ mod image {
     mod ecc;
     #[path = "../common/mod.rs"]
     mod module;
+    #[path = "../common/range_finder.rs"]
+    mod range_finder;
     mod uart;
 
     use defmt_rtt as _;
@@ -118,7 +120,7 @@ mod image {
         let mut led = Output::new(pins.PB0, Level::Low, Speed::Low);
         let button = Input::new(pins.PC13, Pull::Down);
         let storage_range = FLASH_SIZE as u32 - STORAGE_LEN..FLASH_SIZE as u32;
-        module::run(Board {
+        let board = Board {
             mac,
             secret,
             watchdog_reset,
@@ -129,8 +131,8 @@ mod image {
             feed: || watchdog.pet(),
             led: |on: bool| led.set_level(on.into()),
             button: || button.is_high(),
-        })
-        .await;
+        };
+        module::run(board, range_finder::make, range_finder::operate).await;
     }
 
     /// Whether the watchdog caused this start. The flags add up until they are taken back.

@@ -29,8 +29,8 @@ impl Read for Uart {
     ///
     /// # Cancellation
     /// Nothing is lost.
-    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Error> {
-        self.receiver.read(buffer).await
+    fn read(&mut self, buffer: &mut [u8]) -> impl Future<Output = Result<usize, Error>> {
+        self.receiver.read(buffer)
     }
 }
 
@@ -42,8 +42,8 @@ impl Write for Uart {
         Ok(bytes.len())
     }
 
-    async fn flush(&mut self) -> Result<(), Error> {
-        self.transmitter.flush().await
+    fn flush(&mut self) -> impl Future<Output = Result<(), Error>> {
+        self.transmitter.flush()
     }
 }
 

@@ -17,6 +17,8 @@
 mod image {
     #[path = "../common/mod.rs"]
     mod module;
+    #[path = "../common/range_finder.rs"]
+    mod range_finder;
     mod uart;
 
     use defmt_rtt as _;
@@ -127,7 +129,7 @@ mod image {
         let mut led = Output::new(pins.PIN_25, Level::Low);
         let button = Input::new(pins.PIN_22, Pull::Up);
         let flash = Flash::<FLASH, Blocking, FLASH_LEN>::new_blocking(pins.FLASH);
-        module::run(Board {
+        let board = Board {
             mac,
             secret,
             watchdog_reset,
@@ -138,8 +140,8 @@ mod image {
             feed: || watchdog.feed(WATCHDOG),
             led: |on: bool| led.set_level(on.into()),
             button: || button.is_low(),
-        })
-        .await;
+        };
+        module::run(board, range_finder::make, range_finder::operate).await;
     }
 
     #[task]

@@ -4,22 +4,31 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use kehai_emulator::pc::host::Host;
-use kehai_emulator::qemu::{self, Error, Forwarded, GuestTime, Line, Machine, Network, Qemu};
+use kehai_emulator::qemu::{self, Error, Forwarded, GuestTime, Image, Line, Machine, Network, Qemu};
 
 pub const MAC: [u8; 6] = [0x52, 0x54, 0x00, 0x12, 0x34, 0x81];
 
 /// The image, built once; `None`, with a message, where it cannot be built or run.
 pub fn image() -> Option<&'static Path> {
     static IMAGE: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let build = || match qemu::image() {
+    IMAGE.get_or_init(|| build(Image::RangeFinder)).as_deref()
+}
+
+/// The same of the image for a floor.
+pub fn floor_image() -> Option<&'static Path> {
+    static IMAGE: OnceLock<Option<PathBuf>> = OnceLock::new();
+    IMAGE.get_or_init(|| build(Image::Floor)).as_deref()
+}
+
+fn build(image: Image) -> Option<PathBuf> {
+    match qemu::image(image) {
         Ok(image) => Some(image),
         Err(error @ (Error::NoQemu | Error::NoTarget)) => {
             test_support::fail_in_ci_else_skip(error);
             None
         }
         Err(error) => panic!("{error}"),
-    };
-    IMAGE.get_or_init(build).as_deref()
+    }
 }
 
 /// A board with this sensor, on a network of its own, in a time of its own.
