@@ -16,7 +16,7 @@ use std::net::{Ipv4Addr, SocketAddrV4, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use kehai_emulator::pc::device::Pc;
+use kehai_emulator::pc::device::{Beside, Pc};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::line::Place;
 use kehai_emulator::pc::udp::Udp;
@@ -198,6 +198,7 @@ pub fn run(
     let sizes = source.sizes();
     let sensor = Urg::new(source.config(), Box::new(source), 0);
     let pc = Pc {
+        beside: Beside::Sensor,
         sensor: &place,
         port: start.port,
         flash: start.flash,

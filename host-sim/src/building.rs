@@ -20,7 +20,7 @@ use std::time::Instant;
 use crate::world::World;
 use crate::world::scene::Scene;
 use crate::world::sensor::WorldSensor;
-use kehai_emulator::pc::device::{PAGES, Pc};
+use kehai_emulator::pc::device::{Beside, PAGES, Pc};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::line::Place;
 use kehai_emulator::pc::reactor::Reactor;
@@ -167,7 +167,16 @@ fn live(
     stop: &AtomicBool,
 ) -> Result<(), Box<dyn Error>> {
     let flash = Flash::new(PAGES);
-    let pc = Pc { sensor, port, flash: &flash, name: Some(name), unique: None, announced, amend: None };
+    let pc = Pc {
+        beside: Beside::Sensor,
+        sensor,
+        port,
+        flash: &flash,
+        name: Some(name),
+        unique: None,
+        announced,
+        amend: None,
+    };
     while !stop.load(Ordering::Relaxed) {
         pc.start(stop, |_| {})?;
     }

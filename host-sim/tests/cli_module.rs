@@ -3,10 +3,16 @@
 #[path = "support/program.rs"]
 mod program;
 
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpListener;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
+use kehai::floor::sensfloor::Layout;
 use kehai::wire::{Message, Request};
 use kehai_emulator::pc::host::Host;
+use kehai_emulator::sensfloor::{SensFloor, Signal, Sole};
+use kehai_emulator::serve::SerialDevice;
 use program::{Program, word};
 
 fn host_of(module: &str) -> Host {
@@ -83,7 +89,7 @@ fn a_sensor_that_cannot_be_reached_is_named_with_the_reason() {
     assert_eq!(line, wanted);
     module.interrupt();
     // No program listens on a port that was free a moment ago.
-    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let place = format!("tcp://{port}");
     let (module, line) =
         Program::start(&["module", "--sensor", &place, "--listen", "127.0.0.1:0"], "sensor at");
@@ -93,11 +99,68 @@ fn a_sensor_that_cannot_be_reached_is_named_with_the_reason() {
 
 #[test]
 fn a_sensor_that_does_not_answer_is_named() {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = format!("tcp://{}", listener.local_addr().unwrap());
     let (module, line) =
         Program::start(&["module", "--sensor", &place, "--listen", "127.0.0.1:0"], "sensor at");
     assert_eq!(line, format!("sensor at {place}: no answer; is it switched on, and does it speak SCIP?"));
+    module.interrupt();
+}
+
+/// A SensFloor of 3 × 2 tiles over TCP, for one client, with a sole on panel (1, 1).
+fn serve_floor(listener: &TcpListener) {
+    let signal = Signal::new(&Layout::new(10, (1, 1), (3, 2)).unwrap(), 7);
+    let mut floor = SensFloor::new(signal, |_| vec![Sole { at: (0.375, 0.375), ahead: (0.0, 1.0) }]);
+    let (mut client, _) = listener.accept().unwrap();
+    client.set_read_timeout(Some(Duration::from_millis(10))).unwrap();
+    let begin = Instant::now();
+    let mut bytes = [0; 64];
+    loop {
+        let now_us = begin.elapsed().as_micros() as u64;
+        match client.read(&mut bytes) {
+            Ok(0) => return,
+            Ok(count) => floor.receive(&bytes[..count], now_us),
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            Err(_) => return,
+        }
+        for sent in floor.take_output(now_us) {
+            if client.write_all(&sent.bytes).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_host_tells_a_module_beside_a_floor_its_tiles_and_is_told_where_a_foot_is() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = format!("tcp://{}", listener.local_addr().unwrap());
+    let floor = std::thread::spawn(move || serve_floor(&listener));
+    let (module, line) = Program::start(&["module", "--floor", &place, "--listen", "127.0.0.1:0"], " at ");
+    let mut host = host_of(word(&line, " at "));
+    host.subscribe();
+    host.ask(Request::SetSettings { text: "tiles=10,1,1,3,2" });
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
+    let size = host.look(|_, message| match message {
+        Message::Pressed(pressed) => {
+            let down = pressed.down.iter().next().map(|bits| bits >> 7 & 1 == 1);
+            down.filter(|is_down| *is_down).map(|_| (pressed.columns, pressed.rows))
+        }
+        _ => None,
+    });
+    assert_eq!(size, (6, 4));
+    module.interrupt();
+    floor.join().unwrap();
+}
+
+#[test]
+fn a_floor_that_does_not_answer_is_named() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = format!("tcp://{}", listener.local_addr().unwrap());
+    let (module, line) =
+        Program::start(&["module", "--floor", &place, "--listen", "127.0.0.1:0"], "floor at");
+    let hint = "is it switched on, and does the setting `tiles` name its group and its tiles?";
+    assert_eq!(line, format!("floor at {place}: no answer; {hint}"));
     module.interrupt();
 }
 
@@ -112,7 +175,7 @@ fn a_module_that_forgets_everything_begins_with_a_larger_number_each_time() {
     let first = start();
     assert!(first > 1_700_000_000, "{first}");
     // The next second has the next number.
-    std::thread::sleep(std::time::Duration::from_millis(1100));
+    std::thread::sleep(Duration::from_millis(1100));
     let second = start();
     assert!(second > first, "{second} after {first}");
 }
@@ -129,6 +192,7 @@ fn wrong_arguments_are_refused_in_one_line() {
     assert!(line.ends_with("a sensor is tcp://HOST:PORT or serial:///dev/NAME"), "{line}");
     assert_eq!(refused(&["module", "--sensor", "tcp://here"]).0, 2);
     assert_eq!(refused(&["module"]).0, 2);
+    assert_eq!(refused(&["module", "--sensor", "tcp://here:1", "--floor", "tcp://here:1"]).0, 2);
     let place = ["module", "--sensor", "tcp://127.0.0.1:1"];
     let (status, line) = refused(&[place.as_slice(), &["--listen", "here"]].concat());
     assert_eq!(status, 2);

@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use host_tracker::store::reader::Reader;
-use kehai_emulator::pc::device::{PAGES, Pc};
+use kehai_emulator::pc::device::{Beside, PAGES, Pc};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::reactor::Reactor;
 use kehai_emulator::pc::udp::Udp;
@@ -84,6 +84,7 @@ impl Bench {
             let address: SocketAddr = port.local_addr().unwrap();
             let flash = Flash::new(PAGES);
             let pc = Pc {
+                beside: Beside::Sensor,
                 sensor: &place,
                 port: &port,
                 flash: &flash,

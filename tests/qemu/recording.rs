@@ -24,7 +24,7 @@ use kehai::background::{Background, BeamProfile};
 use kehai::scan::MAX_BEAMS;
 use kehai::store::flash::FlashStore;
 use kehai::store::load_background;
-use kehai_emulator::pc::device::{PAGES, Pc};
+use kehai_emulator::pc::device::{Beside, PAGES, Pc};
 use kehai_emulator::pc::flash::{Flash, PAGE_LEN};
 use kehai_emulator::pc::host::{Host, Seen, Way};
 use kehai_emulator::pc::line::Place;
@@ -102,6 +102,7 @@ fn pc(sensor: SocketAddr, flash: &Path) -> (Running, SocketAddr) {
         to_test.send(port.local_addr().unwrap()).unwrap();
         let sensor = Place::Tcp(sensor.to_string());
         let pc = Pc {
+            beside: Beside::Sensor,
             sensor: &sensor,
             port: &port,
             flash: &flash,

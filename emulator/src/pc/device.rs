@@ -1,4 +1,4 @@
-//! One module on a PC, in real time: the library's tasks beside any sensor.
+//! One module on a PC, in real time: the library's tasks beside any sensor, or beside a SensFloor.
 
 use std::error::Error;
 use std::fs::File;
@@ -11,12 +11,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use embassy_futures::select::select;
 use kehai::address::mac_from_unique_id;
 use kehai::device::starts::ShortStarts;
+use kehai::device::tiles::Tiles;
 use kehai::device::{About, Module};
 use kehai::link::Clock as _;
 use kehai::scan::MAX_BEAMS;
 use kehai::sensor::Driver;
 use kehai::store::flash::FlashStore;
-use kehai::tasks::{self, Hardware, Notices};
+use kehai::tasks::{self, FloorHardware, Hardware, Notices};
 use kehai::wire::{Identity, ModuleId, SensorCode};
 
 use super::Fed;
@@ -30,9 +31,37 @@ use super::udp::Udp;
 /// Pages of the store: as many as on a board.
 pub const PAGES: usize = 32;
 
+/// What is at the end of a module's line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Beside {
+    /// A range finder.
+    Sensor,
+    /// A SensFloor.
+    Floor,
+}
+
+impl Beside {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Sensor => "sensor",
+            Self::Floor => "floor",
+        }
+    }
+
+    /// Why it may not answer.
+    const fn hint(self) -> &'static str {
+        match self {
+            Self::Sensor => "is it switched on, and does it speak SCIP?",
+            Self::Floor => "is it switched on, and does the setting `tiles` name its group and its tiles?",
+        }
+    }
+}
+
 /// A module that is switched on.
 pub struct Pc<'a> {
-    /// Its sensor.
+    /// What it is beside.
+    pub beside: Beside,
+    /// Its sensor, or its floor.
     pub sensor: &'a Place,
     /// Its port.
     pub port: &'a Udp,
@@ -95,24 +124,34 @@ impl Pc<'_> {
             last_baud
         });
         let Some(last_baud) = begun else { return Ok(()) };
-        let line = self.sensor.settings(last_baud);
-        let link = Line::new(self.sensor.clone(), &reactor, |place, error| {
-            eprintln!("sensor at {place}: {error}; it is tried again and again");
-        });
-        let mut driver = Box::new(Driver::new(link, reactor.clone(), module.settings().sensor(line)));
         on_start(module.identity());
         let listen = self.port.local_addr()?;
         let notices = Notices::new();
-        let hardware = Hardware {
-            driver: &mut driver,
-            line,
-            datagrams: Amended::new(self.port.again(&reactor), self.amend.clone()),
-            store,
-            watchdog: Fed::default(),
-            clock: reactor.clone(),
-            notices: &notices,
+        let (datagrams, clock, watchdog) =
+            (Amended::new(self.port.again(&reactor), self.amend.clone()), reactor.clone(), Fed::default());
+        let running = async {
+            match self.beside {
+                Beside::Sensor => {
+                    let uart = Line::new(self.sensor.clone(), &reactor, |place, error| {
+                        eprintln!("sensor at {place}: {error}; it is tried again and again");
+                    });
+                    let line = self.sensor.settings(last_baud);
+                    let settings = module.settings().sensor(line);
+                    let driver = &mut Box::new(Driver::new(uart, reactor.clone(), settings));
+                    let notices = &notices;
+                    let hardware = Hardware { driver, line, datagrams, store, watchdog, clock, notices };
+                    tasks::run(&mut module, hardware).await;
+                }
+                Beside::Floor => {
+                    let line = Line::new(self.sensor.clone(), &reactor, |place, error| {
+                        eprintln!("floor at {place}: {error}; it is tried again and again");
+                    });
+                    let (tiles, notices) = (&mut Box::new(Tiles::new()), &notices);
+                    let hardware = FloorHardware { tiles, line, datagrams, store, watchdog, clock, notices };
+                    tasks::run_floor(&mut module, hardware).await;
+                }
+            }
         };
-        let running = tasks::run(&mut module, hardware);
         let announcing = async {
             if self.announced {
                 let error = announce(self.id(), listen, &notices, &reactor).await;
@@ -120,7 +159,7 @@ impl Pc<'_> {
             }
             std::future::pending::<()>().await;
         };
-        let watching = select(announcing, watch_sensor(self.sensor, &notices, &reactor));
+        let watching = select(announcing, watch_line(self.beside, self.sensor, &notices, &reactor));
         let _ = reactor.block_on(stop, select(running, watching));
         Ok(())
     }
@@ -139,22 +178,23 @@ impl Pc<'_> {
 /// this long to end.
 const SILENT_US: u64 = 5_000_000;
 
-/// Says when the sensor does not answer, and when it does again. Never returns.
+/// Says when the sensor or the floor does not answer, and when it does again. Never returns.
 ///
 /// # Cancellation
 /// Nothing more is said.
-async fn watch_sensor(place: &Place, notices: &Notices, reactor: &Reactor) {
+async fn watch_line(beside: Beside, place: &Place, notices: &Notices, reactor: &Reactor) {
+    let (name, hint) = (beside.name(), beside.hint());
     let (mut heard_us, mut is_silent) = (reactor.now_us(), false);
     loop {
         reactor.wait_until(reactor.now_us() + SILENT_US / 10).await;
-        if notices.status().sensor != SensorCode::Searching {
+        if !matches!(notices.status().sensor, SensorCode::Searching | SensorCode::Stalled) {
             heard_us = reactor.now_us();
         }
         let silent = reactor.now_us() - heard_us >= SILENT_US;
         if silent && !is_silent {
-            eprintln!("sensor at {place}: no answer; is it switched on, and does it speak SCIP?");
+            eprintln!("{name} at {place}: no answer; {hint}");
         } else if is_silent && !silent {
-            eprintln!("sensor at {place}: it answers");
+            eprintln!("{name} at {place}: it answers");
         }
         is_silent = silent;
     }

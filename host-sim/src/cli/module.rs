@@ -8,13 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use kehai::wire::{Identity, NAME_MAX, PORT};
-use kehai_emulator::pc::device::{self, PAGES, Pc};
+use kehai_emulator::pc::device::{self, Beside, PAGES, Pc};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::line::Place;
 use kehai_emulator::pc::reactor::Reactor;
 use kehai_emulator::pc::udp::Udp;
 
-/// A module on this PC: the very tasks of the firmware, beside any sensor
+/// A module on this PC: the very tasks of the firmware, beside any sensor or a SensFloor
 ///
 /// It answers at its UDP port as a module on a board does, and hosts find it by DNS-SD as _kehai._udp. Ends with
 /// Ctrl-C.
@@ -22,8 +22,12 @@ use kehai_emulator::pc::udp::Udp;
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The sensor: tcp://HOST:PORT or serial:///dev/NAME
-    #[arg(long, value_name = "PLACE")]
-    sensor: Place,
+    #[arg(long, value_name = "PLACE", required_unless_present = "floor")]
+    sensor: Option<Place>,
+
+    /// A SensFloor instead; the setting `tiles` says which tiles it has (docs/floor.md)
+    #[arg(long, value_name = "PLACE", conflicts_with = "sensor")]
+    floor: Option<Place>,
 
     /// Address and port to listen at
     #[arg(long, value_name = "ADDR", default_value_t = SocketAddrV4::new([0; 4].into(), PORT), value_parser = listen)]
@@ -45,7 +49,8 @@ pub struct Arguments {
 const EXAMPLES: &str = "Examples:
   kehai-sim sensor --tcp 127.0.0.1:10940 &
   kehai-sim module --sensor tcp://127.0.0.1:10940 --name left
-  kehai-sim module --sensor serial:///dev/ttyUSB0 --store left.flash";
+  kehai-sim module --sensor serial:///dev/ttyUSB0 --store left.flash
+  kehai-sim module --floor serial:///dev/ttyUSB0 --name mat --store mat.flash";
 
 pub(super) fn listen(text: &str) -> Result<SocketAddrV4, String> {
     text.parse().map_err(|_| "an address to listen at is IPv4:PORT, for example 0.0.0.0:4040".to_owned())
@@ -67,6 +72,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
+    let (beside, place) = match (&arguments.sensor, &arguments.floor) {
+        (_, Some(floor)) => (Beside::Floor, floor),
+        (Some(sensor), None) => (Beside::Sensor, sensor),
+        (None, None) => return Err("--sensor or --floor says what the module is beside".into()),
+    };
     let flash = match &arguments.store {
         Some(file) => Flash::open(file, PAGES).map_err(|error| format!("{}: {error}", file.display()))?,
         None => device::forgotten(&stop)?,
@@ -75,7 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         .map_err(|error| format!("cannot listen at {}: {error}", arguments.listen))?;
     let address = port.local_addr()?;
     let pc = Pc {
-        sensor: &arguments.sensor,
+        beside,
+        sensor: place,
         port: &port,
         flash: &flash,
         name: arguments.name.as_deref(),
