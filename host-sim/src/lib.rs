@@ -8,6 +8,7 @@
 
 pub mod baselines;
 pub mod building;
+pub mod devices;
 pub mod entrance;
 pub mod experiment;
 pub mod floor;

@@ -75,3 +75,43 @@ fn it_shows_a_map_says_how_modules_were_found_and_ends_with_ctrl_c() {
     assert_eq!(left_behind(&folder), [""; 0]);
     std::fs::remove_dir(folder).unwrap();
 }
+
+/// The figure of a line of the summary.
+fn figure(text: &str, line: &str) -> Option<f64> {
+    let rest = text.lines().find_map(|found| found.trim().strip_prefix(line))?;
+    rest.split_whitespace().next()?.parse().ok()
+}
+
+#[test]
+fn at_the_entrance_every_source_is_there_and_tags_name_people() {
+    let folder = folder("entrance");
+    let asked = ["--scene", "entrance", "--headless", "--seconds", "45"];
+    let output = demo(&folder, &asked).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    println!("{text}");
+    assert!(output.status.success(), "{text}");
+    for device in ["left", "right", "camera", "mat"] {
+        let line = text.lines().find(|line| line.trim().starts_with(device)).unwrap_or_default();
+        assert!(line.ends_with("watching"), "{device}: {text}");
+    }
+    assert!(figure(&text, "tags read").is_some_and(|times| times > 20.0), "{text}");
+    assert!(text.contains("times, 0 refused"), "{text}");
+    assert!(figure(&text, "named right").is_some_and(|percent| percent > 50.0), "{text}");
+    assert!(figure(&text, "found where they are").is_some_and(|percent| percent > 50.0), "{text}");
+    assert_eq!(left_behind(&folder), [""; 0]);
+    std::fs::remove_dir(folder).unwrap();
+}
+
+#[test]
+fn a_scene_that_does_not_exist_is_one_line_that_names_those_that_do() {
+    let folder = folder("nowhere");
+    let output = demo(&folder, &["--scene", "attic"]).stderr(Stdio::piped()).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && said.trim().lines().count() == 1, "{said}");
+    assert!(
+        said.contains("there is no scene \"attic\"") && said.contains("entrance, demo, building"),
+        "{said}"
+    );
+    assert_eq!(left_behind(&folder), [""; 0]);
+    std::fs::remove_dir(folder).unwrap();
+}

@@ -14,12 +14,15 @@
 
 pub mod cast;
 mod flaws;
+pub mod gate;
 pub mod image;
 pub mod judge;
 pub mod labels;
 pub mod lasers;
 pub mod live;
+pub mod soles;
 pub mod stack;
+pub mod tags;
 pub mod walk;
 
 use kehai_depth::background::{Background, FRAMES as LEARNING_FRAMES, Learner};
@@ -89,7 +92,19 @@ impl Entrance {
     /// The run of a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self { walk: Walk::new(seed), flaws: Flaws::new(seed), empty: Image::empty() }
+        Self::lasting(seed, FRAMES)
+    }
+
+    /// A run of so many frames.
+    #[must_use]
+    pub fn lasting(seed: u64, frames: usize) -> Self {
+        Self { walk: Walk::lasting(seed, frames), flaws: Flaws::new(seed), empty: Image::empty() }
+    }
+
+    /// Where the people's soles are, drawn by a seed.
+    #[must_use]
+    pub fn soles(&self, seed: u64) -> soles::Soles {
+        soles::Soles::new(&self.walk, seed)
     }
 
     /// What the camera sees without people.

@@ -18,10 +18,10 @@ use crate::world::shape::{Gesture, arms};
 use super::walk::{Bag, Moment};
 
 /// Stature for which the heights above hold, m.
-const STATURE_M: f64 = 1.7;
+pub(super) const STATURE_M: f64 = 1.7;
 
 /// Way of two steps, m.
-const STRIDE_M: f64 = 1.4;
+pub(super) const STRIDE_M: f64 = 1.4;
 
 /// Speed of the widest swing, m/s.
 const BRISK_MPS: f64 = 1.2;

@@ -8,8 +8,8 @@ use crate::world::crowd::{self, STEP_S, Walker};
 use crate::world::geometry::Point;
 use crate::world::shape::{Gesture, Gestures};
 
+use super::CAMERA;
 use super::cast::{Role, cast};
-use super::{CAMERA, FRAMES};
 
 /// People come from so far aside, m: at 4.8 m from the camera the image ends at 2.7 m.
 const FROM_M: f64 = 3.8;
@@ -72,15 +72,15 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// The walk of a seed.
+    /// The walk of a seed, of so many frames.
     #[must_use]
-    pub fn new(seed: u64) -> Self {
+    pub fn lasting(seed: u64, count: usize) -> Self {
         let period_s = CAMERA.period_us() as f64 * 1e-6;
-        let mut waiting = cast(seed, FRAMES as f64 * period_s).into_iter().peekable();
+        let mut waiting = cast(seed, count as f64 * period_s).into_iter().peekable();
         let steps = (period_s / STEP_S).round() as usize;
         let (mut walkers, mut actors): (Vec<Walker>, Vec<Actor>) = (Vec::new(), Vec::new());
-        let mut frames = Vec::with_capacity(FRAMES);
-        for number in 0..FRAMES * steps {
+        let mut frames = Vec::with_capacity(count);
+        for number in 0..count * steps {
             let now_s = number as f64 * STEP_S;
             if number % steps == 0 {
                 let moment = |(walker, actor): (&Walker, &Actor)| actor.moment(walker, seed, now_s);
@@ -141,6 +141,11 @@ impl Walk {
             None => *one,
         };
         people.iter().map(between).collect()
+    }
+
+    /// The people of one frame after the other.
+    pub fn moments(&self) -> impl Iterator<Item = &Vec<Moment>> {
+        self.frames.iter()
     }
 
     /// The people in a frame; None after the last.
@@ -208,6 +213,7 @@ impl Actor {
 
 #[cfg(test)]
 mod tests {
+    use super::super::FRAMES;
     use super::*;
 
     #[test]
@@ -215,7 +221,7 @@ mod tests {
         let mut closest_m = f64::INFINITY;
         let mut down = 0;
         for seed in 0..4 {
-            let walk = Walk::new(seed);
+            let walk = Walk::lasting(seed, FRAMES);
             for number in 0..FRAMES {
                 let people = walk.moment(number).unwrap();
                 assert!(people.len() <= MOST);

@@ -9,6 +9,8 @@
 //! A place is off by what the calibration of the homography is off, the same for the whole run, by noise, and by where on
 //! the body the tag is worn. Source: Ota et al. 2006 (docs/bibliography.md, B), their camera and tags.
 
+use std::collections::BTreeMap;
+
 use kehai_tracking::geometry::{Point, distance_to_segment};
 
 use crate::world::random::{Purpose, Stream};
@@ -47,8 +49,8 @@ pub struct Tag {
 #[derive(Clone, Debug)]
 pub struct Camera {
     at: Point,
-    /// Of each person, since when it is in view, s.
-    seen_s: Vec<Option<f64>>,
+    /// Of each person in view, since when, s.
+    seen_s: BTreeMap<u64, f64>,
     /// The homography's error: off, and growing along each axis, m and m/m.
     error: [Point; 3],
     random: Stream,
@@ -58,12 +60,12 @@ pub struct Camera {
 impl Camera {
     /// A camera at this place in the plan.
     #[must_use]
-    pub fn new(at: Point, people: usize, seed: u64) -> Self {
+    pub fn new(at: Point, seed: u64) -> Self {
         let mut random = Stream::new(seed, Purpose::Noise, [0xb, 0]);
         let mut pair = |size: f64| Point::new(random.normal(), random.normal()) * size;
         let error = [pair(HOMOGRAPHY_M * 0.5), pair(HOMOGRAPHY_M * 0.5), pair(HOMOGRAPHY_M * 0.5)];
         let next_s = PERIOD_S * random.uniform();
-        Self { at, seen_s: vec![None; people], error, random, next_s }
+        Self { at, seen_s: BTreeMap::new(), error, random, next_s }
     }
 
     /// When it reads next, s.
@@ -72,12 +74,14 @@ impl Camera {
         self.next_s
     }
 
-    /// What it reads now, of people at these places who walk this way; the next reading is due a period later.
-    pub fn read(&mut self, people: &[(Point, Point)]) -> Vec<Tag> {
+    /// What it reads now, of the people in view: whose tag, where the body is, and which way it walks. The next reading is due
+    /// a period later.
+    pub fn read(&mut self, people: &[(u64, Point, Point)]) -> Vec<Tag> {
         let now_s = self.next_s;
         self.next_s += PERIOD_S;
+        self.seen_s.retain(|id, _| people.iter().any(|(there, ..)| there == id));
         let mut tags = Vec::new();
-        for (index, &(body, ahead)) in people.iter().enumerate() {
+        for &(id, body, ahead) in people {
             // Facing away, the tag is worn on the back: each wears two.
             let to_camera = self.at - body;
             let facing = if ahead.dot(to_camera) < 0.0 { ahead * -1.0 } else { ahead };
@@ -86,18 +90,20 @@ impl Camera {
                 (*other - self.at).length() < to_camera.length()
                     && distance_to_segment(*other, self.at, tag) < HIDES_M
             };
-            let others = people.iter().enumerate().filter(|(other, _)| *other != index);
-            let hidden = others.map(|(_, (other, _))| other).any(hides);
-            let Some(seen_s) = self.seen_s.get_mut(index) else { continue };
-            *seen_s = if hidden { None } else { seen_s.or(Some(now_s)) };
-            let found = seen_s.is_some_and(|seen_s| now_s - seen_s >= FOUND_S);
+            let others = people.iter().filter(|(other, ..)| *other != id);
+            let found = if others.map(|(_, other, _)| other).any(hides) {
+                self.seen_s.remove(&id);
+                false
+            } else {
+                now_s - *self.seen_s.entry(id).or_insert(now_s) >= FOUND_S
+            };
             // Drawn in any case, so that what is hidden changes nothing else.
             let (lost, noise) =
                 (self.random.chance(LOST), Point::new(self.random.normal(), self.random.normal()) * NOISE_M);
             if found && !lost {
                 let [off, along_x, along_y] = self.error;
                 let at = tag + off + along_x * tag.x + along_y * tag.y + noise;
-                tags.push(Tag { id: index as u64 + 1, at });
+                tags.push(Tag { id, at });
             }
         }
         tags
@@ -110,11 +116,11 @@ mod tests {
 
     #[test]
     fn who_stands_behind_another_is_read_again_half_a_second_after() {
-        let mut camera = Camera::new(Point::new(0.0, -3.0), 2, 1);
-        let front = (Point::new(0.0, 0.0), Point::new(1.0, 0.0));
+        let mut camera = Camera::new(Point::new(0.0, -3.0), 1);
+        let front = (1, Point::new(0.0, 0.0), Point::new(1.0, 0.0));
         let mut first = None;
         for reading in 0..60 {
-            let behind = (Point::new(if reading < 30 { 0.1 } else { 1.0 }, 1.0), Point::new(1.0, 0.0));
+            let behind = (2, Point::new(if reading < 30 { 0.1 } else { 1.0 }, 1.0), Point::new(1.0, 0.0));
             let tags = camera.read(&[front, behind]);
             if reading > 6 && reading < 30 {
                 assert!(tags.iter().all(|tag| tag.id == 1), "{reading}: {tags:?}");
@@ -131,10 +137,10 @@ mod tests {
     fn places_are_off_by_some_centimetres_and_some_are_lost() {
         let mut sums = (0.0, 0);
         for seed in 0..40 {
-            let mut camera = Camera::new(Point::new(0.0, -3.0), 1, seed);
+            let mut camera = Camera::new(Point::new(0.0, -3.0), seed);
             for _ in 0..100 {
                 // Half towards the camera: the tag on the chest is read.
-                for tag in camera.read(&[(Point::new(-0.3, 0.2), Point::new(1.0, 0.0))]) {
+                for tag in camera.read(&[(1, Point::new(-0.3, 0.2), Point::new(1.0, 0.0))]) {
                     let off = tag.at - Point::new(WORN_M - 0.3, 0.2);
                     sums = (sums.0 + off.dot(off), sums.1 + 1);
                 }

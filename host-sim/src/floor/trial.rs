@@ -17,7 +17,7 @@ use kehai_tracking::names::{Names, Read, Sign};
 use kehai_tracking::site::Site;
 use serde::{Deserialize, Serialize};
 
-use super::gait::Sole;
+use super::gait::{Sole, Walker};
 use super::panels::{Broken, reading};
 use super::scene::{DURATION_S, Experiment, Scene};
 use super::tags::{Camera, Tag};
@@ -135,7 +135,7 @@ impl Tracker {
 pub fn run(experiment: Experiment, method: Method, seed: u64) -> Figures {
     let scene = Scene::new(experiment, seed);
     let mut tracker = Tracker::new(method, seed);
-    let mut camera = Camera::new(scene.camera, scene.walkers.len(), seed);
+    let mut camera = Camera::new(scene.camera, seed);
     let Some(mut floor) = Floor::new(scene.plan.columns, scene.plan.rows) else { return Figures::default() };
     let mut judge = Judge::new(experiment.across());
     let mut number = 0_u32;
@@ -146,7 +146,11 @@ pub fn run(experiment: Experiment, method: Method, seed: u64) -> Figures {
         }
         while camera.next_s() <= at_s {
             let read_s = camera.next_s();
-            let people = scene.walkers.clone().map(|walker| walker.at(read_s));
+            let person = |(id, walker): (u64, &Walker)| {
+                let (at, ahead) = walker.at(read_s);
+                (id, at, ahead)
+            };
+            let people: Vec<_> = (1..).zip(&scene.walkers).map(person).collect();
             for tag in camera.read(&people) {
                 tracker.tag(read_s, &tag);
                 judge.read(tag.id, read_s);

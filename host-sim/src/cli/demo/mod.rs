@@ -1,12 +1,14 @@
-//! `kehai-sim demo`: a simulated building, its modules, the tracker and the live map, all of it real.
+//! `kehai-sim demo`: a simulated building or entrance, its devices, the tracker and the live map, all of it real.
 //!
 //! ```text
 //!   people walk ─▶ sensors ─SCIP▶ modules ─UDP▶ tracker ─┬▶ live map at a local address
 //!        │                            └─DNS-SD▶┘         │
-//!        │                                               └▶ database, gone at the end unless asked for
+//!        ├────▶ tags ────────HTTP, signs─────────▶┘      └▶ database, gone at the end unless asked for
 //!        └────────────── truth ───────────────────┴─▶ summary at the end
 //! ```
 
+mod signs;
+mod stage;
 mod summary;
 
 use std::error::Error;
@@ -20,9 +22,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use host_sim::building::Building;
-use host_sim::world::scene::Scene;
-use host_tracker::daemon::{Daemon, Database, Map, Next, Settings};
+use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
 use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -30,6 +30,8 @@ use kehai_emulator::pc::discovery;
 use kehai_tracking::registry::Finding;
 use kehai_tracking::tracker::Selected;
 
+use signs::Signs;
+use stage::Stage;
 use summary::Summary;
 
 /// Where the map is, unless that port is taken.
@@ -44,7 +46,7 @@ const SEARCH: Duration = Duration::from_secs(10);
 /// Longest wait for a frame: the stop flag is looked at this often.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Watch it work: a building with several modules in which people walk, on the live map
+/// Watch it work: a building with several modules in which people walk, or an entrance with every kind of source, on the live map
 ///
 /// Every part is real: emulated sensors speak SCIP to the modules' own tasks, those send their reports over UDP, the
 /// tracker follows, and the browser shows it. Runs in real time until Ctrl-C, then prints a summary.
@@ -52,6 +54,7 @@ const WAIT: Duration = Duration::from_millis(200);
 #[command(after_help = "Examples:
   kehai-sim demo --open
   kehai-sim demo --headless --seconds 60
+  kehai-sim demo --scene entrance --open               range finders, a depth camera, a floor and tags
   kehai-sim demo --scene home --http 0.0.0.0:8420      the map for everybody on the network")]
 pub struct Arguments {
     /// No map: only the summary, after 30 s or what --seconds says
@@ -74,8 +77,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", conflicts_with = "headless")]
     http_name: Vec<String>,
 
-    /// A scene of one's own, or one that comes with the program
-    #[arg(long, value_name = "FILE.toml", default_value = "building")]
+    /// One that comes with the program, such as building or entrance, or a scene of one's own, FILE.toml
+    #[arg(long, value_name = "NAME", default_value = "building")]
     scene: String,
 
     /// Seed of everything random
@@ -97,44 +100,45 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
-    let scene = Scene::load(&arguments.scene)?;
+    let stage = Stage::start(&arguments.scene, arguments.seed)?;
     let temporary = Temporary::new()?;
     let (path, kept) = match &arguments.site {
         Some(path) => (path.clone(), true),
         None => (temporary.0.join(format!("{}.toml", scene_name(&arguments.scene))), false),
     };
     if !(kept && path.exists()) {
-        let text = toml::to_string(&scene.site)?;
+        let text = toml::to_string(stage.site())?;
         std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     let database = arguments.db.clone().unwrap_or_else(|| temporary.0.join("demo.db"));
-    let building = Building::announced(&scene, arguments.seed.unwrap_or(scene.seed))?;
-    let found = look(&building);
-    let names = arguments.http_name.clone();
-    let map = (!arguments.headless).then(|| Map { listen: listen(arguments.http), doors: None, names });
+    let found = look(&stage);
+    let site = SiteFile::load(&path)?;
+    let key = card_key(&path, stage.site())?;
     let settings = Settings {
-        site: SiteFile::load(&path)?,
-        modules: building.modules().iter().map(|(_, address)| *address).collect(),
+        site,
+        modules: stage.addresses(),
         discover: false,
         tracker: Selected::default(),
         record: None,
         database: Some(Database { file: database.clone(), keep: Keep::USUAL, restore: false }),
-        map,
+        map: map(arguments, &stage),
         mqtt: None,
-        card_key: None,
+        card_key: key.clone(),
     };
     let mut daemon = Daemon::start(settings, |text| println!("{text}"))?;
-    if let Some(address) = daemon.map_address() {
-        tell(address, &scene, arguments.open);
+    if let Some(address) = daemon.map_address().filter(|_| !arguments.headless) {
+        tell(address, stage.about(), arguments.open);
     }
+    let signs = match (&stage, daemon.map_address()) {
+        (Stage::Entrance(gate), Some(address)) => Some(Signs::start(gate, local(address))),
+        _ => None,
+    };
     let default_s = if arguments.headless { HEADLESS_S } else { f64::INFINITY };
-    let until_s = arguments.seconds.unwrap_or(default_s).min(building.world().duration_s());
-    let mut summary = Summary::default();
-    while !stop.load(Ordering::Relaxed) && building.now_s() < until_s {
+    let until_s = arguments.seconds.unwrap_or(default_s).min(stage.duration_s());
+    let mut summary = Summary::new(key);
+    while !stop.load(Ordering::Relaxed) && stage.now_s() < until_s {
         match daemon.next(WAIT) {
-            Next::Snapshot(snapshot) => {
-                summary.add(&snapshot, &building.world().truth(building.now_s()), &scene.site);
-            }
+            Next::Snapshot(snapshot) => summary.add(&snapshot, &stage.people(), stage.site()),
             Next::Waiting => {}
             Next::Ended => return Err("the tracker has ended".into()),
         }
@@ -144,8 +148,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             println!("{found}");
         }
     }
+    let signs = signs.map(Signs::stop);
     let kept_rows = daemon.stop()?.unwrap_or_default();
-    summary.print(&arguments.scene);
+    summary.print(&arguments.scene, signs);
     println!(
         "  database              {} transactions, {} frames missed",
         kept_rows.written, kept_rows.dropped
@@ -159,26 +164,38 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Looks for the building's modules as a tracker on another machine would; how many were found is said once. The demo does
+/// The map. Without one, tags need a port of this machine all the same, over which they are told.
+fn map(arguments: &Arguments, stage: &Stage) -> Option<Map> {
+    let names = arguments.http_name.clone();
+    match (arguments.headless, stage) {
+        (false, _) => Some(Map { listen: listen(arguments.http), doors: None, names }),
+        (true, Stage::Entrance(_)) => {
+            Some(Map { listen: SocketAddr::new(MAP.ip(), 0), doors: None, names: Vec::new() })
+        }
+        (true, Stage::Scene(..)) => None,
+    }
+}
+
+/// Looks for the modules as a tracker on another machine would; how many were found is said once. The demo does
 /// not wait for that, and the tracker is given all their addresses: there are machines without multicast, and another demo on
 /// this one announces modules of the same names.
-fn look(building: &Building) -> Receiver<String> {
-    let modules: Vec<SocketAddr> = building.modules().iter().map(|(_, address)| *address).collect();
+fn look(stage: &Stage) -> Receiver<String> {
+    let (modules, announced) = (stage.addresses(), stage.announced());
     let (tell, told) = mpsc::channel();
     std::thread::spawn(move || {
         // The demo may have ended.
-        let _ = tell.send(found(&modules));
+        let _ = tell.send(found(&modules, announced));
     });
     told
 }
 
-fn found(modules: &[SocketAddr]) -> String {
+fn found(modules: &[SocketAddr], announced: usize) -> String {
     let mut found: Vec<SocketAddr> = Vec::new();
     if discovery::multicast_passes()
         && let Ok(search) = Search::start()
     {
         let end = Instant::now() + SEARCH;
-        while found.len() < modules.len()
+        while found.len() < announced
             && let Some(finding) = search.next_before(end)
         {
             let Finding::Found(module) = finding else { continue };
@@ -187,7 +204,7 @@ fn found(modules: &[SocketAddr]) -> String {
             found.extend(new);
         }
     }
-    match (found.len(), modules.len()) {
+    match (found.len(), announced) {
         (0, _) => "no multicast here: the tracker was given the modules' addresses".to_owned(),
         (some, all) if some == all => format!("{all} modules found by DNS-SD"),
         (some, all) => {
@@ -208,13 +225,18 @@ fn listen(wanted: Option<SocketAddr>) -> SocketAddr {
     })
 }
 
-fn tell(address: SocketAddr, scene: &Scene, open: bool) {
-    let shown = if address.ip().is_unspecified() {
+/// Where a program on this machine reaches that address.
+fn local(address: SocketAddr) -> SocketAddr {
+    if address.ip().is_unspecified() {
         SocketAddr::new(Ipv4Addr::LOCALHOST.into(), address.port())
     } else {
         address
-    };
-    println!("{}", scene.about);
+    }
+}
+
+fn tell(address: SocketAddr, about: &str, open: bool) {
+    let shown = local(address);
+    println!("{about}");
     println!("live map   http://{shown}/      Ctrl-C ends it");
     if open {
         let opener = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };

@@ -1,18 +1,22 @@
 //! What a demo adds up to: how many people were counted and where, beside the truth.
 
-use host_sim::world::Truth;
+use host_tracker::store::card::CardKey;
+use kehai_tracking::card::Card;
 use kehai_tracking::geometry::{Point, inside};
 use kehai_tracking::jsonl::TrackLine;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, Snapshot};
 use kehai_tracking::tracker::LifeCycle;
 
+use super::stage::Person;
+
 /// Distance up to which a track stands for a person, m: as far as the papers' scores allow.
 const MATCH_M: f64 = 0.5;
 
 /// Sums over the frames of a run.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Summary {
+    key: Option<CardKey>,
     frames: u32,
     /// Since when every module watches, s of the tracker.
     ready_s: Option<f64>,
@@ -22,13 +26,21 @@ pub struct Summary {
     people: u32,
     found: u32,
     errors_m: Vec<f64>,
+    /// People found whose tag has been read, and those whose track is likelier theirs than not.
+    read: u32,
+    named: u32,
     most: usize,
     newest: Snapshot,
 }
 
 impl Summary {
-    /// Takes a frame and where people are inside the site at its time.
-    pub fn add(&mut self, frame: &Snapshot, truth: &Truth, site: &Site) {
+    /// Nothing yet; `key` is the key of the site's tags.
+    pub fn new(key: Option<CardKey>) -> Self {
+        Self { key, ..Self::default() }
+    }
+
+    /// Takes a frame, and the people at its time.
+    pub fn add(&mut self, frame: &Snapshot, people: &[Person], site: &Site) {
         self.frames += 1;
         self.newest = frame.clone();
         let watching = !frame.modules.is_empty()
@@ -42,12 +54,7 @@ impl Summary {
         let zones: Vec<Vec<Point>> =
             site.zones.iter().map(|zone| zone.polygon.iter().map(|&at| at.into()).collect()).collect();
         let is_inside = |at: Point| zones.iter().any(|zone| inside(at, zone));
-        let there: Vec<Point> = truth
-            .people
-            .iter()
-            .map(|person| Point::new(person.x, person.y))
-            .filter(|&at| is_inside(at))
-            .collect();
+        let there: Vec<&Person> = people.iter().filter(|person| is_inside(person.at)).collect();
         let counts = |track: &&TrackLine| {
             track.state != LifeCycle::Tentative && is_inside(Point::new(track.x, track.y))
         };
@@ -56,18 +63,26 @@ impl Summary {
         self.right += u32::from(tracks.len() == there.len());
         self.most = self.most.max(there.len());
         for person in &there {
-            let distance_m = |track: &&TrackLine| (Point::new(track.x, track.y) - *person).length();
-            let nearest_m = tracks.iter().map(distance_m).fold(f64::INFINITY, f64::min);
+            let distance_m = |track: &TrackLine| (Point::new(track.x, track.y) - person.at).length();
+            let nearest = tracks.iter().min_by(|one, other| distance_m(one).total_cmp(&distance_m(other)));
             self.people += 1;
-            if nearest_m < MATCH_M {
-                self.found += 1;
-                self.errors_m.push(nearest_m);
-            }
+            let Some(track) = nearest.filter(|track| distance_m(track) < MATCH_M) else { continue };
+            self.found += 1;
+            self.errors_m.push(distance_m(track));
+            let card = person.tag.as_ref().zip(self.key.as_ref()).map(|(tag, key)| Card::from(key.hash(tag)));
+            let Some(name) = frame.names.iter().find(|name| card.is_some() && name.card == card) else {
+                continue;
+            };
+            self.read += 1;
+            let is_its = |likely: &kehai_tracking::names::Likelihood| {
+                likely.track == track.id && likely.probability > 0.5
+            };
+            self.named += u32::from(name.tracks.first().is_some_and(is_its));
         }
     }
 
     /// Prints it.
-    pub fn print(mut self, scene: &str) {
+    pub fn print(mut self, scene: &str, signs: Option<(u64, u64)>) {
         let share = |part: u32, whole: u32| match whole {
             0 => "-".to_owned(),
             _ => format!("{:.1} %", 100.0 * f64::from(part) / f64::from(whole)),
@@ -87,7 +102,11 @@ impl Summary {
             "  off by                {} (median)",
             median.map_or_else(|| "-".to_owned(), |metres| format!("{:.0} mm", metres * 1e3))
         );
-        println!("  {:<20} {:>9} {:>7} {:>9}  state", "module", "scans/s", "lost", "unknown");
+        if let Some((taken, refused)) = signs {
+            println!("  tags read             {taken} times, {refused} refused");
+            println!("  named right           {} of the time a tag was known", share(self.named, self.read));
+        }
+        println!("  {:<20} {:>9} {:>7} {:>9}  state", "device", "scans/s", "lost", "unknown");
         for module in &self.newest.modules {
             println!(
                 "  {:<20} {:>9.1} {:>5.1} % {:>7.1} %  {}",

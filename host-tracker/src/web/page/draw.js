@@ -166,13 +166,14 @@ export class Drawing {
   /** Draws the panels of floors that are down, and those that do not work; `lines`: the floors of a frame. */
   panels(site, lines) {
     const byName = new Map((site?.floor ?? []).map((floor) => [floor.name, floor]));
-    const shapes = [...byName.values()].map((floor) =>
+    const shapes = [...byName.values()].flatMap((floor) => [
       svg("path", {
         class: "floor",
         d: area(floor, [0, 0], [floor.columns, floor.rows]),
         "data-floor": floor.name,
-      })
-    );
+      }),
+      svg("text", { class: "module-name", x: floor.x, y: -floor.y, dx: ".4em", dy: "-.5em" }, floor.name),
+    ]);
     for (const { name, columns, down, stuck = [], dead = [] } of lines) {
       const floor = byName.get(name);
       if (!floor) continue;
