@@ -1,18 +1,25 @@
 //! A simulated building, live: every module of a scene on this PC, in real time.
 //!
 //! ```text
-//!   world ─▶ emulated sensor of each module ─▶ `devices` ──UDP──▶ any tracker
+//!   world ─┬─▶ emulated sensor of each module ─▶ `devices` ──UDP──▶ any tracker
+//!          └─▶ feet on the panels of floors ──────┘
 //! ```
 
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 
+use kehai::floor::{Bits, Floor};
+use kehai_emulator::pc::floor::Panels;
 use kehai_emulator::serve::Status;
 use kehai_emulator::urg::{Config, Urg};
+use kehai_tracking::floor::Plan;
 
 use crate::devices::Devices;
+use crate::floor::crowd::Crowd;
+use crate::floor::panels::{Broken, reading};
 use crate::world::World;
+use crate::world::raycast::Person;
 use crate::world::scene::Scene;
 
 /// Called after every turn of a sensor's loop, with the number of its module in the site and the sensor's status.
@@ -65,10 +72,17 @@ impl Building {
         for (name, place) in places {
             devices.module(&name, place, None)?;
         }
+        for mat in &scene.site.floors {
+            let floor = Floor::new(mat.columns, mat.rows);
+            let floor = floor.ok_or_else(|| io::Error::other("a floor of the site has too many panels"))?;
+            let people = world.people().to_vec();
+            let crowd = Crowd::new(people.len());
+            devices.floor(&mat.name, floor, Under { people, crowd, plan: Plan::from(mat) })?;
+        }
         Ok(Self { world, devices })
     }
 
-    /// Names of the modules in the site, and where they listen.
+    /// Names of the modules and the floors in the site, and where they listen.
     #[must_use]
     pub fn modules(&self) -> &[(String, SocketAddr)] {
         self.devices.listed()
@@ -84,6 +98,20 @@ impl Building {
     #[must_use]
     pub fn now_s(&self) -> f64 {
         self.devices.now_s()
+    }
+}
+
+/// A floor under the people of a world.
+struct Under {
+    people: Vec<Person>,
+    crowd: Crowd,
+    plan: Plan,
+}
+
+impl Panels for Under {
+    fn read(&mut self, at_us: u64) -> Bits {
+        self.crowd.follow(&self.people, at_us);
+        reading(&self.plan, &self.crowd.soles(), &Broken::default())
     }
 }
 

@@ -16,7 +16,6 @@ use std::sync::Arc;
 use kehai::floor::Floor;
 use kehai_tracking::floor::{Plan, Reading};
 use kehai_tracking::follower::{Estimate as Known, Follower};
-use kehai_tracking::geometry::Point;
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor as Mat;
 use serde::{Deserialize, Serialize};
@@ -27,8 +26,7 @@ use super::plan::Case;
 use super::table::{Cell, Outcome, Row};
 use super::trial::counted;
 use crate::baselines::Choice;
-use crate::floor::feet::Feet;
-use crate::floor::gait::Sole;
+use crate::floor::crowd::Crowd;
 use crate::floor::panels::{Broken, reading};
 use crate::run::{Arrival, Moment, Options, Outage, Run, TICK_US};
 use crate::score::{Estimate, Frame, Scorer, Settings, Target};
@@ -37,9 +35,6 @@ use crate::world::variation::Letter;
 
 /// Between two readings of the floor, µs: 9 Hz.
 const READING_US: u64 = 111_111;
-
-/// Between two places of a body from which its feet follow, µs.
-const GAIT_US: u64 = 10_000;
 
 /// Panels along a side.
 const SIDE: u8 = 25;
@@ -89,36 +84,6 @@ impl fmt::Display for Sources {
             Self::Modules => "two modules alone",
             Self::Both => "both",
         })
-    }
-}
-
-/// The feet of everybody in the world.
-struct Crowd {
-    feet: Vec<Option<Feet>>,
-    now_us: u64,
-}
-
-impl Crowd {
-    /// Lets time pass up to `until_us`.
-    fn follow(&mut self, run: &Run, until_us: u64) {
-        while self.now_us + GAIT_US <= until_us {
-            self.now_us += GAIT_US;
-            let at_s = self.now_us as f64 * 1e-6;
-            for (person, feet) in run.world().people().iter().zip(&mut self.feet) {
-                let stance = person.motion.stance(at_s);
-                let Some(stance) = stance else {
-                    *feet = None;
-                    continue;
-                };
-                let body = Point::new(stance.at.x, stance.at.y);
-                let feet = feet.get_or_insert_with(|| Feet::new(at_s, body, stance.heading_rad));
-                feet.follow(at_s, body, stance.heading_rad);
-            }
-        }
-    }
-
-    fn soles(&self) -> Vec<Sole> {
-        self.feet.iter().flatten().flat_map(Feet::soles).collect()
     }
 }
 
@@ -205,7 +170,7 @@ pub fn play(
     let plan = Plan::from(&mat);
     let mut followers = Sources::ALL.map(|sources| Follower::new(&site(sources), Choice::default()));
     let mut floor = Floor::new(plan.columns, plan.rows).ok_or("too large a floor")?;
-    let mut crowd = Crowd { feet: vec![None; run.world().people().len()], now_us: 0 };
+    let mut crowd = Crowd::new(run.world().people().len());
     let receive = |followers: &mut [Follower; 3], arrival: &Arrival| {
         // The floor alone comes first.
         followers.iter_mut().skip(1).for_each(|follower| _ = follower.receive(&arrival.bytes, arrival.at_us));
@@ -217,7 +182,7 @@ pub fn play(
         let arrivals = run.until(now_us).map_err(|error| error.to_string())?;
         let mut arrivals = arrivals.iter().peekable();
         while reading_us <= now_us {
-            crowd.follow(&run, reading_us);
+            crowd.follow(run.world().people(), reading_us);
             let at_s = reading_us as f64 * 1e-6;
             let bits = reading(&plan, &crowd.soles(), &Broken::default());
             // As many bits as the floor has panels.
@@ -288,7 +253,7 @@ mod tests {
             play(Letter::D, people, seed, &cuts, |moment, known| {
                 let t_s = moment.t;
                 let is_inside = moment.people.iter().any(|person| {
-                    Point::new(person.x, person.y).x.abs() < INSIDE_M && person.y.abs() < INSIDE_M
+                    person.x.abs() < INSIDE_M && person.y.abs() < INSIDE_M
                 });
                 inside_s = is_inside.then(|| inside_s.unwrap_or(t_s));
                 let is_found = inside_s.is_some_and(|since_s| t_s - since_s > FOUND_S);

@@ -7,6 +7,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `crowd` | the feet of everybody in a world |
 //! | `feet` | the two feet under any body |
 //! | `gait` | where a walker and its soles are |
 //! | `panels` | which panels soles press, as the floor reads them |
@@ -15,6 +16,7 @@
 //! | `scene` | the three experiments |
 //! | `trial` | one of them, with each tracker, and its figures |
 
+pub mod crowd;
 pub mod feet;
 pub mod gait;
 pub mod panels;
