@@ -11,6 +11,7 @@
 use std::sync::Arc;
 
 use kehai_tracking::calibration::session::{Session, Status};
+use kehai_tracking::floor::Reading;
 use kehai_tracking::geometry::Pose;
 use kehai_tracking::observation::Observation;
 use kehai_tracking::session::Sessions;
@@ -30,6 +31,11 @@ impl Calibration {
     /// Adds an observation; without a calibration under way it costs a lock.
     pub fn observe(&self, observation: &Observation) {
         self.0.lock().observe(observation);
+    }
+
+    /// The same with a reading of a floor.
+    pub fn read(&self, reading: &Reading) {
+        self.0.lock().read(reading);
     }
 
     /// Looks at backgrounds, and where to walk next.
@@ -61,7 +67,7 @@ impl Calibration {
         self.0.lock().go_on();
     }
 
-    /// The poses found, by the names of the site's modules.
+    /// The poses found, by the names of the site's modules and floors.
     #[must_use]
     pub fn poses(&self) -> Option<Vec<(String, Pose)>> {
         self.0.lock().poses()

@@ -130,7 +130,7 @@ impl SiteFile {
         self.write(from, |_| Ok((format!("{HEAD}{body}"), site)), changed)
     }
 
-    /// Saves where modules are, by their names, and nothing else: comments and order stay. A module that the file does
+    /// Saves where modules and floors are, by their names, and nothing else: comments and order stay. A module that the file does
     /// not have is added. Otherwise as [`save`](Self::save).
     ///
     /// # Errors
@@ -191,41 +191,53 @@ fn read(path: &Path) -> Result<(String, Site), LoadError> {
     }
 }
 
-/// A site file's text with modules elsewhere.
+/// A site file's text with modules and floors elsewhere.
 fn with_poses(text: &str, poses: &[(String, Pose)]) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| error.to_string())?;
-    let modules = document.entry("module").or_insert(Item::ArrayOfTables(toml_edit::ArrayOfTables::new()));
-    let modules = modules
-        .as_array_of_tables_mut()
-        .ok_or("the site's modules are not written as [[module]]: write them so, or save with the map")?;
+    let is = |table: &Table, name: &str| table.get("name").and_then(Item::as_str) == Some(name);
     for (name, pose) in poses {
-        let numbers = [
-            ("x", (pose.at.x * 1000.0).round() / 1000.0),
-            ("y", (pose.at.y * 1000.0).round() / 1000.0),
-            ("yaw_deg", (pose.yaw_rad.to_degrees() * 100.0).round() / 100.0),
-        ];
-        let is = |table: &Table| table.get("name").and_then(Item::as_str) == Some(name);
-        if !modules.iter().any(is) {
+        let floors = document.get_mut("floor").and_then(Item::as_array_of_tables_mut);
+        if let Some(floor) = floors.and_then(|floors| floors.iter_mut().find(|table| is(table, name))) {
+            place(floor, pose);
+            continue;
+        }
+        let modules =
+            document.entry("module").or_insert(Item::ArrayOfTables(toml_edit::ArrayOfTables::new()));
+        let modules = modules
+            .as_array_of_tables_mut()
+            .ok_or("the site's modules are not written as [[module]]: write them so, or save with the map")?;
+        if !modules.iter().any(|table| is(table, name)) {
             let mut table = Table::new();
             table.insert("name", value(name));
             modules.push(table);
         }
-        let Some(table) = modules.iter_mut().find(|table| is(table)) else { continue };
-        for (key, number) in numbers {
-            match table.get_mut(key).and_then(Item::as_value_mut) {
-                // What stands around the number, a comment behind it included, stays.
-                Some(old) => {
-                    let decor = old.decor().clone();
-                    *old = number.into();
-                    *old.decor_mut() = decor;
-                }
-                None => {
-                    table.insert(key, value(number));
-                }
-            }
+        if let Some(table) = modules.iter_mut().find(|table| is(table, name)) {
+            place(table, pose);
         }
     }
     Ok(document.to_string())
+}
+
+/// Writes a pose into the table of a module or a floor.
+fn place(table: &mut Table, pose: &Pose) {
+    let numbers = [
+        ("x", (pose.at.x * 1000.0).round() / 1000.0),
+        ("y", (pose.at.y * 1000.0).round() / 1000.0),
+        ("yaw_deg", (pose.yaw_rad.to_degrees() * 100.0).round() / 100.0),
+    ];
+    for (key, number) in numbers {
+        match table.get_mut(key).and_then(Item::as_value_mut) {
+            // What stands around the number, a comment behind it included, stays.
+            Some(old) => {
+                let decor = old.decor().clone();
+                *old = number.into();
+                *old.decor_mut() = decor;
+            }
+            None => {
+                table.insert(key, value(number));
+            }
+        }
+    }
 }
 
 /// Puts `bytes` in the place of a file: at every moment the old or the new one is there whole, also after a
@@ -316,6 +328,24 @@ mod tests {
         let site = load(&path).unwrap();
         assert_eq!((site.modules.len(), site.modules[1].x, site.zones.len()), (2, 3.0, 1));
         assert_eq!(site, *file.current().site);
+    }
+
+    #[test]
+    fn the_pose_of_a_floor_is_saved_in_its_own_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("home.toml");
+        let text =
+            "[[floor]] # the mat\nname = \"mat\"\nx = 1.0 # by ruler\ny = 2.0\ncolumns = 24\nrows = 20\n";
+        fs::write(&path, text).unwrap();
+        let file = SiteFile::load(&path).unwrap();
+        let at = kehai_tracking::geometry::Point::new(3.0, -4.0);
+        file.save_poses(&[("mat".to_owned(), Pose { at, yaw_rad: 0.5 })], Some(1), |_| Ok(())).unwrap();
+        let saved = fs::read_to_string(&path).unwrap();
+        assert!(
+            saved.starts_with("[[floor]] # the mat\nname = \"mat\"\nx = 3.0 # by ruler\ny = -4.0\n"),
+            "{saved}"
+        );
+        assert!(saved.contains("yaw_deg = 28.65") && !saved.contains("[[module]]"), "{saved}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Calibration by walking, live: a furnished home with four modules at wrong places in the site, a person who walks
+//! Calibration by walking, live: a furnished home with four modules and a floor at wrong places in the site, a person who walks
 //! about, and both clients that may calibrate at the same time: the terminal, and a browser that looks and clicks.
 //!
 //! ```text
@@ -21,6 +21,7 @@ use host_sim::world::walker::Repeat;
 use host_tracker::site_file;
 use host_tracker::store::reader::Reader;
 use kehai_tracking::site::Site;
+use kehai_tracking::site::floor::Floor;
 
 /// How far poses may be off in this test, which is of the way there, not of the figures: the walk is short, and the machine
 /// may be busy.
@@ -35,11 +36,15 @@ fn tracker(arguments: &[&str], site: &Path, building: &Building) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// The scene, its walker going round and round, and a site file in which all modules but the first are elsewhere.
+/// The scene, its walker going round and round over a floor, and a site file in which all but the first module are elsewhere.
 fn home() -> (Scene, String) {
     let mut scene = Scene::load("home").unwrap();
     scene.people[0].repeat = Repeat::Loop;
+    let name = "mat".to_owned();
+    scene.site.floors =
+        vec![Floor { name, x: -2.2, y: -1.8, yaw_deg: 0.0, columns: 32, rows: 32, pitch_m: 0.1 }];
     let mut wrong = scene.site.clone();
+    (wrong.floors[0].x, wrong.floors[0].y, wrong.floors[0].yaw_deg) = (2.0, 1.0, 90.0);
     for (index, module) in wrong.modules.iter_mut().enumerate().skip(1) {
         module.x = 0.5 * index as f64;
         module.y = 0.0;
@@ -57,10 +62,13 @@ fn is_right(file: &Path, truth: &Site) {
         let off_m = (found.pose().at - truth.pose().at).length();
         assert!(off_m < WITHIN_M, "{} is {off_m:.2} m off", found.name);
     }
+    let [found, truth] = [&found, truth].map(|site| site.floors[0].corner());
+    let off_m = (found.at - truth.at).length();
+    assert!(off_m < WITHIN_M && found.yaw_rad.abs() < 0.1, "the floor is {off_m:.2} m off: {found:?}");
 }
 
 #[test]
-fn somebody_walks_and_both_terminal_and_browser_find_the_modules() {
+fn somebody_walks_and_both_terminal_and_browser_find_modules_and_floor() {
     let (scene, text) = home();
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| -> PathBuf {
@@ -80,7 +88,7 @@ fn somebody_walks_and_both_terminal_and_browser_find_the_modules() {
     let (said, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{errors}\n{said}");
     let last: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
-    assert_eq!(last["found"]["modules"].as_array().map(Vec::len), Some(4), "{last}");
+    assert_eq!(last["found"]["modules"].as_array().map(Vec::len), Some(5), "{last}");
     is_right(&by_terminal, &scene.site);
     let mut kept = Reader::open(&db).unwrap().poses().unwrap();
     kept.retain(|pose| pose.module == "shelf");
@@ -105,12 +113,20 @@ fn in_the_browser(mut page: Page, file: &Path, building: &Building, truth: &Site
         "every module has been seen with another for long enough",
         "document.querySelectorAll('#calibrate-pairs .done').length >= 3",
     );
+    page.wait(
+        "and the floor with one of them",
+        "[...document.querySelectorAll('#calibrate-pairs .done')].some((pair) => pair.innerText.includes('mat'))",
+    );
     page.fits_a_phone("calibration walk");
     page.click("#calibrate-finish");
     page.wait("poses are found", "document.querySelector('#calibrate').dataset.state === 'found'");
     page.wait(
         "how well the clocks agree",
         "/its clock within \\d+ ms/.test(document.querySelector('#calibrate-result').innerText)",
+    );
+    page.wait(
+        "where the floor is, and how surely",
+        "/mat: x .* its outer corner within \\d+ cm and [\\d.]+°/.test(document.querySelector('#calibrate-result').innerText)",
     );
     page.wait(
         "what two modules see",
@@ -127,6 +143,7 @@ fn in_the_browser(mut page: Page, file: &Path, building: &Building, truth: &Site
     };
     page.picture(&pictures.join("calibration.png"));
     page.fits_a_phone("calibration result");
+    page.value("document.querySelector('#calibrate-accept').scrollIntoView()");
     page.click("#calibrate-accept");
     page.wait("the view is closed", "!document.body.classList.contains('calibrating')");
     is_right(file, truth);

@@ -143,16 +143,17 @@ impl Follower {
 
     /// The same with a datagram that is decoded already, by [`Sessions::decode`].
     pub fn follow(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Observation> {
-        match self.sessions.accept(datagram, now_us)? {
-            Input::Scan(observation) => {
-                self.observe(&observation);
-                Some(observation)
-            }
-            Input::Floor(reading) => {
-                self.read(&reading);
-                None
-            }
+        self.take(datagram, now_us).and_then(Input::scan)
+    }
+
+    /// The same; what is returned may be a reading of a floor, too.
+    pub fn take(&mut self, datagram: &Datagram<'_>, now_us: u64) -> Option<Input> {
+        let input = self.sessions.accept(datagram, now_us)?;
+        match &input {
+            Input::Scan(observation) => self.observe(observation),
+            Input::Floor(reading) => self.read(reading),
         }
+        Some(input)
     }
 
     /// Takes a reading of a floor.

@@ -27,7 +27,8 @@ use super::output::print;
 /// Find where the modules are, by walking about
 ///
 /// One person walks where two modules at a time see them; the terminal says where to go next. The first module of the
-/// site is held fixed: it says where x and y are. Modules that are found and not in the site yet are added.
+/// site is held fixed: it says where x and y are. Modules that are found and not in the site yet are added. Floors of the site are
+/// found by walking across them.
 /// Nothing is written before it is accepted.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -189,7 +190,10 @@ fn walk(
 
 /// The site with every module that was found and is not in it; None if there is none.
 fn with_strangers(site: &Site, frame: &Snapshot) -> Option<Site> {
-    let known = |name: &str| site.modules.iter().any(|module| module.name == name);
+    let known = |name: &str| {
+        site.modules.iter().any(|module| module.name == name)
+            || site.floors.iter().any(|floor| floor.name == name)
+    };
     let there = frame.modules.iter().filter(|line| !line.id.is_empty() && !line.name.is_empty());
     let new: Vec<Module> = there
         .filter(|line| !known(&line.name))

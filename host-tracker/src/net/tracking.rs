@@ -27,6 +27,7 @@ use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::registry::{Networks, Registry};
+use kehai_tracking::session::Input;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Refused, Snapshot, unix_ms};
 
@@ -189,7 +190,11 @@ impl TrackingLoop {
         if let Some(recorder) = &self.parts.recorder {
             recorder.datagram(now_us, bytes);
         }
-        let observation = self.follower.follow(&datagram, now_us);
+        let input = self.follower.take(&datagram, now_us);
+        if let Some(Input::Floor(reading)) = &input {
+            self.parts.calibration.read(reading);
+        }
+        let observation = input.and_then(Input::scan);
         if let Some(observation) = &observation {
             self.poses.observe(observation);
             self.parts.calibration.observe(observation);

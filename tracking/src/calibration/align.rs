@@ -36,6 +36,19 @@ pub struct Link {
     pub common_s: f64,
 }
 
+impl Link {
+    /// Why it is no good, if it is not; it links these modules.
+    fn refusal(&self, modules: (usize, usize)) -> Option<Refusal> {
+        if self.common_s < LEAST_S {
+            return Some(Refusal::Short { modules, common_s: self.common_s });
+        }
+        if self.share < FITS_SHARE {
+            return Some(Refusal::Contradiction { modules, share: self.share });
+        }
+        (self.spread_m < LEAST_SPREAD_M).then_some(Refusal::Narrow { modules, spread_m: self.spread_m })
+    }
+}
+
 /// Where module `other` is in the frame of `one`; None without a common walk.
 #[must_use]
 pub fn link(walk: &Walk, one: usize, other: usize) -> Option<Link> {
@@ -107,19 +120,16 @@ pub fn all(walk: &Walk, first: Pose) -> Result<Vec<Pose>, Refusal> {
         // Pairs with one device that is placed and one that is not.
         let open = links.iter().filter(|((one, other), _)| poses[*one].is_some() != poses[*other].is_some());
         let worth = |link: &Link| link.common_s.min(2.0 * ENOUGH_S) * link.spread_m.min(2.0) * link.share;
-        let Some(((one, other), link)) = open.max_by(|a, b| worth(&a.1).total_cmp(&worth(&b.1))) else {
+        // One that is no good is looked at only to say why.
+        let good = |link: &Link| link.refusal((0, 0)).is_none();
+        let order = |a: &Link, b: &Link| good(a).cmp(&good(b)).then(worth(a).total_cmp(&worth(b)));
+        let Some(((one, other), link)) = open.max_by(|a, b| order(&a.1, &b.1)) else {
             let module = poses.iter().position(Option::is_none).unwrap_or(0);
             return Err(Refusal::Apart { module });
         };
         let modules = (*one, *other);
-        if link.common_s < LEAST_S {
-            return Err(Refusal::Short { modules, common_s: link.common_s });
-        }
-        if link.share < FITS_SHARE {
-            return Err(Refusal::Contradiction { modules, share: link.share });
-        }
-        if link.spread_m < LEAST_SPREAD_M {
-            return Err(Refusal::Narrow { modules, spread_m: link.spread_m });
+        if let Some(refusal) = link.refusal(modules) {
+            return Err(refusal);
         }
         match (poses[*one], poses[*other]) {
             (Some(base), _) => poses[*other] = Some(seen_from(&base, &link.pose)),

@@ -17,6 +17,9 @@ use super::walk::Glimpse;
 /// One σ before anything is seen: of a clock after the exchanges of the network, s; of a sensor's scale (a range
 /// finder is within 1 %); of the constant part of the body's offset and of its changes with the angle, m.
 const CLOCK_S: f64 = 0.010;
+/// Of a floor it is also by how much the middle of the time that a foot is down is off the moment at which the body is above it:
+/// a fifth of a step's time.
+const FEET_S: f64 = 0.1;
 const SCALE: f64 = 0.003;
 const BODY_M: [f64; SHAPES] = [0.03, 0.02, 0.03, 0.02, 0.03];
 
@@ -47,7 +50,8 @@ fn priors(layout: Layout) -> DVector<f64> {
     for module in 0..layout.modules {
         priors[layout.scale(module)] = 1.0 / (SCALE * SCALE);
         if let Some(at) = layout.clock(module) {
-            priors[at] = 1.0 / (CLOCK_S * CLOCK_S);
+            let sigma_s = if module < layout.beams { CLOCK_S } else { FEET_S };
+            priors[at] = 1.0 / (sigma_s * sigma_s);
         }
     }
     for (shape, sigma_m) in BODY_M.iter().enumerate() {
@@ -161,8 +165,15 @@ impl Equations {
         Some(next)
     }
 
-    /// How much more errors weigh than independent ones: their sums over blocks of time against themselves.
-    pub fn loss(&self, glimpses: &[Glimpse], state: &State, layout: Layout, inverse: &DMatrix<f64>) -> f64 {
+    /// How much more errors weigh than independent ones: their sums over blocks of time against themselves. Of modules, and of
+    /// floors.
+    pub fn losses(
+        &self,
+        glimpses: &[Glimpse],
+        state: &State,
+        layout: Layout,
+        inverse: &DMatrix<f64>,
+    ) -> [f64; 2] {
         let poses = 3 * (layout.modules - 1);
         let mut blocks: std::collections::BTreeMap<i64, DVector<f64>> = std::collections::BTreeMap::new();
         for glimpse in glimpses {
@@ -192,7 +203,11 @@ impl Equations {
         }
         let sandwich = inverse * by_blocks * inverse;
         let plain = inverse * &self.left * inverse;
-        let ratios = (0..poses).map(|at| sandwich[(at, at)] / plain[(at, at)].max(1e-12));
-        (ratios.sum::<f64>() / poses.max(1) as f64).max(LEAST_LOSS)
+        let beams = 3 * (layout.beams - 1);
+        [0..beams, beams..poses].map(|poses| {
+            let number = poses.len().max(1) as f64;
+            let ratios = poses.map(|at| sandwich[(at, at)] / plain[(at, at)].max(1e-12));
+            (ratios.sum::<f64>() / number).max(LEAST_LOSS)
+        })
     }
 }

@@ -10,6 +10,8 @@
 //!                 across  r·(bearing − that of p(t − c)) − d(θ)    θ: between the ray and the chest
 //! ```
 //!
+//! What a floor sees is a place: `row`. The feet of a walker have no shape that depends on the side.
+//!
 //! Nothing measured is multiplied by an unknown: it would shrink the noise, and with it the room.
 //!
 //! Gauss-Newton with Levenberg's damping. The walk is eliminated: what is left are a few dozen equations for
@@ -31,7 +33,7 @@ use super::equations::{cost, equations};
 use super::median;
 use super::row::{Layout, Row, State};
 use super::spline::{KNOT_S, Spline};
-use super::walk::Glimpse;
+use super::walk::{By, Glimpse};
 
 /// Steps at most.
 const STEPS: usize = 40;
@@ -72,7 +74,8 @@ impl Joint {
 /// The poses that fit best, from first ones that are about right; None if the equations have no solution.
 #[must_use]
 pub fn solve(glimpses: &[Glimpse], start: &[Pose]) -> Option<Joint> {
-    let layout = Layout { modules: start.len() };
+    let floors = glimpses.iter().filter(|glimpse| glimpse.by == By::Panels).map(|glimpse| glimpse.module);
+    let layout = Layout { modules: start.len(), beams: floors.min().unwrap_or(start.len()) };
     let (first, last) = (glimpses.first()?, glimpses.last()?);
     let mut state = State {
         poses: start.to_vec(),
@@ -102,9 +105,14 @@ pub fn solve(glimpses: &[Glimpse], start: &[Pose]) -> Option<Joint> {
         }
     }
     let inverse = (at.left.clone() + DMatrix::from_diagonal(&at.priors)).cholesky()?.inverse();
-    let loss = at.loss(glimpses, &state, layout, &inverse);
+    let [loss, of_floors] = at.losses(glimpses, &state, layout, &inverse);
     let information = at.left.clone() / loss + DMatrix::from_diagonal(&at.priors);
-    let covariance = information.cholesky()?.inverse();
+    let mut covariance = information.cholesky()?.inverse();
+    let wider = (of_floors / loss).max(1.0).sqrt();
+    for at in 3 * (layout.beams - 1)..3 * (layout.modules - 1) {
+        covariance.row_mut(at).scale_mut(wider);
+        covariance.column_mut(at).scale_mut(wider);
+    }
     let of_poses_and_scales = 4 * layout.modules - 3;
     let mut residuals_m = vec![Vec::new(); layout.modules];
     for glimpse in glimpses {

@@ -1,5 +1,8 @@
 //! How much of a walk is enough, and how good a pose must be.
 
+/// Length of a slot of the walk, s: a scan.
+pub const SLOT_S: f64 = 0.1;
+
 /// Time two modules should have seen the walker together, s: at walking speed some 15 m of way, the errors of a
 /// body's shape being new every second.
 pub const ENOUGH_S: f64 = 20.0;

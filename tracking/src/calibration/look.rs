@@ -3,11 +3,16 @@
 //! ```text
 //!   ╭──╮  wide and moving: a person      ○ ○  two narrow ones a stride apart: legs, a person
 //!   ▔▔▔▔  stands for three seconds: a thing, which stops no calibration
+//!
+//!   ▪▪  ·                         a floor: feet within a step are one person's; `steps` says where that is, some time later
+//!       ·  ▪▪
 //! ```
 
 use kehai::candidate::Candidate;
 
-use super::walk::{Glimpse, Scan, Walk};
+use super::steps::{Middle, Shows};
+use super::walk::{By, Glimpse, Scan, Walk};
+use crate::floor::Reading;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 
@@ -20,11 +25,41 @@ const PERSON_M: (f64, f64) = (0.18, 0.75);
 /// Two legs are no farther apart, m: a long stride.
 const STRIDE_M: f64 = 0.45;
 
+/// How far the middle of two feet in a row is from the middle of a walker, m, one sigma along each axis, as if each slot of the
+/// way between had a step of its own: 4 cm by how feet are set, and about five slots are one step.
+const FEET_M: f64 = 0.1;
+
+/// The same of a person who stands, turns or sets out, whose body is anywhere between the feet.
+const STANCE_M: f64 = 0.25;
+
 impl Walk {
     /// Takes what a module saw in one scan.
     pub fn observe(&mut self, observation: &Observation) {
         let module = observation.view.module;
         self.extend(module, observation.start_s, look(observation, module));
+    }
+
+    /// Takes a reading of a floor, which is the module of this number.
+    pub fn read(&mut self, module: usize, reading: &Reading) {
+        let mut middles = Vec::new();
+        let scan = match self.step(module, reading, &mut middles) {
+            Shows::Nobody => Scan::Nobody,
+            Shows::One => Scan::Later,
+            Shows::Several => Scan::Several,
+        };
+        self.extend(module, reading.at_s, scan);
+        for Middle { at, at_s, walks } in middles {
+            let sigma_m = if walks { FEET_M } else { STANCE_M };
+            self.add(Glimpse {
+                module,
+                by: By::Panels,
+                at_s,
+                range_m: at.length(),
+                bearing_rad: at.angle_rad(),
+                radial_m: sigma_m,
+                tangential_m: sigma_m,
+            });
+        }
     }
 }
 
@@ -65,6 +100,7 @@ fn glimpse(observation: &Observation, module: usize, seen: &Detection) -> Glimps
     };
     Glimpse {
         module,
+        by: By::Beams,
         at_s: seen.at_s,
         range_m: local.length(),
         bearing_rad: local.angle_rad(),

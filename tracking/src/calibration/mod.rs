@@ -14,6 +14,8 @@
 //!                  Calibration, or a Refusal in words
 //! ```
 //!
+//! A depth camera is a module like any other, and a floor is one that sees a place instead of range and bearing.
+//!
 //! The first device is held fixed: it says where the site's axes are. Everything here is a plain function or a
 //! state machine: observations in, poses and words out; the same input gives the same bits.
 //!
@@ -34,6 +36,7 @@ mod row;
 pub mod session;
 mod spline;
 mod statistics;
+mod steps;
 mod turned;
 pub mod walk;
 pub mod watch;
@@ -48,8 +51,8 @@ use room::Outline;
 pub(crate) use statistics::median;
 use walk::Walk;
 
-/// All poses from a walk. `first` is where module 0 is; `rooms` are the backgrounds, by module, as far as known, and
-/// empty to do without.
+/// All poses from a walk. `first` is where module 0 is, which measures beams; floors are the last ones. `rooms` are the
+/// backgrounds, by module, as far as known, and empty to do without.
 ///
 /// # Errors
 /// The first [`Refusal`] found.

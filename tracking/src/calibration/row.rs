@@ -3,14 +3,16 @@
 //! ```text
 //!   along   r − (1 + s)·|p(t − c) − a| − b(θ)        a: the module, p: the walk, c: its clock, s: its scale
 //!   across  r·(bearing − that of p(t − c)) − d(θ)    θ: between the ray and the chest
+//!
+//!   on panels: the two numbers of  q − R(−yaw)·(p(t − c) − a)        q: the middle of the feet, in the frame of the floor
 //! ```
 
 use nalgebra::DVector;
 
 use crate::geometry::{Point, Pose, wrapped};
 
-use super::spline::Spline;
-use super::walk::Glimpse;
+use super::spline::{Place, Spline};
+use super::walk::{By, Glimpse};
 
 /// An error beyond so many σ counts less.
 const HUBER: f64 = 1.5;
@@ -25,6 +27,8 @@ const WALKS_M_S: f64 = 0.4;
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
     pub modules: usize,
+    /// Those of them that measure beams; the others are floors.
+    pub beams: usize,
 }
 
 impl Layout {
@@ -81,6 +85,9 @@ impl Row {
         let at = state.walk.sum(place.first, &place.position);
         let velocity = state.walk.sum(place.first, &place.velocity);
         let offset = at - pose.at;
+        if glimpse.by == By::Panels {
+            return Self::on_panels(glimpse, pose, offset, (&place, velocity), layout);
+        }
         let away_m = offset.length().max(0.05);
         let ray = offset * (1.0 / away_m);
         let shapes = shapes(velocity, ray);
@@ -115,6 +122,37 @@ impl Row {
         }
         for (shape, changes) in shapes.iter().enumerate() {
             row.put(body + shape, changes.map(|change| -change));
+        }
+        row
+    }
+
+    /// That of a floor: `offset` is where the walker is from its corner.
+    fn on_panels(
+        glimpse: &Glimpse,
+        pose: Pose,
+        offset: Point,
+        (place, velocity): (&Place, Point),
+        layout: Layout,
+    ) -> Self {
+        let (seen, along) = (glimpse.place(), Point::towards(pose.yaw_rad));
+        let axes = [along, along.left()];
+        let there = axes.map(|axis| axis.dot(offset));
+        let mut row = Self {
+            errors: [seen.x - there[0], seen.y - there[1]],
+            sigmas: [glimpse.radial_m, glimpse.tangential_m],
+            first: place.first,
+            position: place.position,
+            rays: axes,
+            others: [(0, [0.0; 2]); 5 + SHAPES],
+            count: 0,
+        };
+        if let Some(at) = layout.pose(glimpse.module) {
+            row.put(at, axes.map(|axis| axis.x));
+            row.put(at + 1, axes.map(|axis| axis.y));
+            row.put(at + 2, [-there[1], there[0]]);
+        }
+        if let Some(at) = layout.clock(glimpse.module) {
+            row.put(at, axes.map(|axis| axis.dot(velocity)));
         }
         row
     }

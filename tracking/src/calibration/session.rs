@@ -13,11 +13,14 @@ use super::advice::{Advice, Guide, OVERLAP_S};
 use super::coverage::{Coverage, Seer, coverage};
 use super::room::Outline;
 use super::walk::Walk;
+use super::words::Names;
 use super::{Calibration, ENOUGH_S, Refusal, align, calibrate, words};
+use crate::floor::Reading;
 use crate::geometry::{Point, Pose};
 use crate::observation::{Observation, View};
 use crate::session::Sessions;
-use crate::site::Site;
+use crate::site::floor::Floor;
+use crate::site::{Module, Site};
 
 /// Between two looks at backgrounds and advice, s.
 const LOOK_S: f64 = 0.5;
@@ -134,6 +137,13 @@ impl Session {
         }
     }
 
+    /// The same with a reading of a floor.
+    pub fn read(&mut self, reading: &Reading) {
+        if let Some(active) = self.active.as_mut().filter(|active| active.result.is_none()) {
+            active.walk.read(active.site.modules.len() + reading.floor, reading);
+        }
+    }
+
     /// Looks at backgrounds, and where to walk next.
     pub fn tick(&mut self, sessions: &Sessions, now_s: f64) {
         self.now_s = now_s;
@@ -161,7 +171,10 @@ impl Session {
     #[must_use]
     pub fn solve(&self) -> Option<Result<Calibration, Refusal>> {
         let active = self.active.as_ref()?;
-        let first = active.site.modules.first()?.pose();
+        let Some(first) = active.site.modules.first() else {
+            return (!active.site.floors.is_empty()).then_some(Err(Refusal::Alone));
+        };
+        let first = first.pose();
         Some(calibrate(&active.walk, first, &active.rooms))
     }
 
@@ -179,14 +192,12 @@ impl Session {
         }
     }
 
-    /// The poses found, by the names of the site's modules.
+    /// The poses found, by the names of the site's modules and floors; of a floor that of its outer corner.
     #[must_use]
     pub fn poses(&self) -> Option<Vec<(String, Pose)>> {
         let active = self.active.as_ref()?;
         let Some(Ok(found)) = &active.result else { return None };
-        let pose =
-            |(module, placed): (&crate::site::Module, &super::Placed)| (module.name.clone(), placed.pose);
-        Some(active.site.modules.iter().zip(&found.modules).map(pose).collect())
+        Some(active.names().all.into_iter().zip(found.modules.iter().map(|placed| placed.pose)).collect())
     }
 
     /// How far it is. After a result it says which beams see what, which takes some time: on a clone, too.
@@ -201,7 +212,7 @@ impl Session {
 
 impl Active {
     fn new(site: &Arc<Site>, now_s: f64) -> Self {
-        let modules = site.modules.len();
+        let modules = site.modules.len() + site.floors.len();
         Self {
             site: Arc::clone(site),
             walk: Walk::new(modules),
@@ -244,13 +255,21 @@ impl Active {
         self.progress = self.guide.progress(&self.walk);
     }
 
-    fn names(&self) -> Vec<String> {
-        self.site.modules.iter().map(|module| module.name.clone()).collect()
+    fn names(&self) -> Names {
+        let (modules, floors) = (&self.site.modules, &self.site.floors);
+        let names = modules.iter().map(|module| &module.name).chain(floors.iter().map(|floor| &floor.name));
+        Names { all: names.cloned().collect(), modules: modules.len() }
+    }
+
+    /// Where modules and floors are by the site.
+    fn poses(&self) -> impl Iterator<Item = Pose> {
+        let (modules, floors) = (&self.site.modules, &self.site.floors);
+        modules.iter().map(Module::pose).chain(floors.iter().map(Floor::corner))
     }
 
     fn status(&self, now_s: f64) -> Status {
         let names = self.names();
-        let name = |module: usize| names.get(module).cloned().unwrap_or_default();
+        let name = |module: usize| names.of(module).to_owned();
         let found = self.result.as_ref().and_then(|result| result.as_ref().ok());
         let pair = |((one, other), common_s): ((usize, usize), f64)| PairStatus {
             modules: [name(one), name(other)],
@@ -286,29 +305,29 @@ impl Active {
         let first = self.site.modules.first()?.pose();
         let pose = match align::all(&self.walk, first) {
             Ok(poses) => *poses.get(*one)?,
-            Err(_) => self.site.modules.get(*one)?.pose(),
+            Err(_) => self.poses().nth(*one)?,
         };
         let at = pose.to_site(*place);
         Some([rounded(at.x, 100.0), rounded(at.y, 100.0)])
     }
 
-    fn found(&self, found: &Calibration, names: &[String]) -> FoundStatus {
-        let module = |((placed, module), name): ((&super::Placed, &crate::site::Module), &String)| {
+    fn found(&self, found: &Calibration, names: &Names) -> FoundStatus {
+        let module = |(number, (placed, before)): (usize, (&super::Placed, Pose))| {
             let (within_m, within_rad) = placed.bounds();
             ModuleStatus {
-                name: name.clone(),
+                name: names.of(number).to_owned(),
                 x: rounded(placed.pose.at.x, 1000.0),
                 y: rounded(placed.pose.at.y, 1000.0),
                 yaw_deg: rounded(placed.pose.yaw_rad.to_degrees(), 100.0),
                 within_m: rounded(within_m, 1000.0),
                 within_deg: rounded(within_rad.to_degrees(), 100.0),
-                moved_m: rounded((placed.pose.at - module.pose().at).length(), 1000.0),
+                moved_m: rounded((placed.pose.at - before.at).length(), 1000.0),
                 residual_m: rounded(placed.residual_m, 1000.0),
                 clock_ms: rounded(placed.clock_s * 1e3, 10.0),
-                text: words::placed(placed, name),
+                text: words::placed(placed, number, names),
             }
         };
-        let placed_views = self.views.iter().zip(&found.modules).zip(names);
+        let placed_views = self.views.iter().zip(&found.modules).zip(&names.all);
         let seers: Vec<Seer> = placed_views
             .filter_map(|((view, placed), name)| {
                 let (view, empty_m) = view.as_ref()?;
@@ -317,7 +336,7 @@ impl Active {
             .collect();
         FoundStatus {
             quality: words::quality(found),
-            modules: found.modules.iter().zip(&self.site.modules).zip(names).map(module).collect(),
+            modules: found.modules.iter().zip(self.poses()).enumerate().map(module).collect(),
             coverage: coverage(&seers),
         }
     }

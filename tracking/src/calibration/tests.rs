@@ -2,9 +2,11 @@
 
 use super::advice::{Advice, Guide};
 use super::result::radius_95;
-use super::walk::{Glimpse, Walk};
+use super::walk::{By, Glimpse, Walk};
 use super::*;
+use crate::floor::{Plan, Reading};
 use crate::geometry::{Point, wrapped};
+use kehai::floor::Bits;
 
 const POSES: [(f64, f64, f64); 3] = [(0.0, 0.0, 0.3), (4.0, 1.0, 2.8), (2.0, 4.0, -1.5)];
 
@@ -50,7 +52,15 @@ fn walk(seconds: u32, noise_m: f64, off_m: f64, seed: u64) -> Walk {
             let range_m = local.length() + off_m * cosine * cosine + noise_m * numbers.normal();
             let bearing_rad = local.angle_rad() + noise_m * numbers.normal() / local.length();
             let at_s = true_s + 0.005 * module as f64;
-            walk.add(Glimpse { module, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 });
+            walk.add(Glimpse {
+                module,
+                by: By::Beams,
+                at_s,
+                range_m,
+                bearing_rad,
+                radial_m: 0.04,
+                tangential_m: 0.03,
+            });
         }
     }
     walk
@@ -97,7 +107,7 @@ fn the_same_walk_gives_the_same_bits() {
 
 #[test]
 fn too_little_is_refused_and_the_pair_is_named() {
-    let names = ["hall", "kitchen", "study"].map(str::to_owned);
+    let names = words::Names { all: ["hall", "kitchen", "study"].map(str::to_owned).into(), modules: 3 };
     let short = calibrate(&walk(5, 0.0, 0.0, 1), poses()[0], &[]).unwrap_err();
     let text = words::refusal(&short, &names);
     assert!(
@@ -124,7 +134,15 @@ fn who_stands_still_has_not_walked() {
             let at_s = f64::from(scan) * 0.1;
             let place = poses()[module].to_sensor(Point::new(2.0, 1.5));
             let (range_m, bearing_rad) = (place.length(), place.angle_rad());
-            walk.add(Glimpse { module, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 });
+            walk.add(Glimpse {
+                module,
+                by: By::Beams,
+                at_s,
+                range_m,
+                bearing_rad,
+                radial_m: 0.04,
+                tangential_m: 0.03,
+            });
         }
     }
     assert!(matches!(calibrate(&walk, poses()[0], &[]), Err(Refusal::Narrow { modules: (0, 1), .. })));
@@ -140,7 +158,15 @@ fn two_who_walk_at_the_same_time_contradict() {
             let (at, _) = walker(at_s * if module == 0 { 1.0 } else { -1.7 } + 3.0 * module as f64);
             let place = pose.to_sensor(at);
             let (range_m, bearing_rad) = (place.length(), place.angle_rad());
-            walk.add(Glimpse { module, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 });
+            walk.add(Glimpse {
+                module,
+                by: By::Beams,
+                at_s,
+                range_m,
+                bearing_rad,
+                radial_m: 0.04,
+                tangential_m: 0.03,
+            });
         }
     }
     let refusal = calibrate(&walk, poses()[0], &[]).unwrap_err();
@@ -217,4 +243,72 @@ fn a_bound_holds_95_percent_whatever_the_ellipse() {
         let percent = within.count() as f64 / 200.0;
         assert!((percent - 95.0).abs() < 0.6, "{share}: {percent} %");
     }
+}
+
+/// A floor below the walk.
+const MAT: Plan = Plan {
+    corner: Pose { at: Point { x: 1.33, y: 0.22 }, yaw_rad: 0.4 },
+    columns: 30,
+    rows: 30,
+    pitch_m: 0.08,
+};
+
+/// The walk with feet on the floor, which does not know where it is.
+fn walk_on_floor(seconds: u32, from_s: f64) -> Walk {
+    let (glimpses, mut walk) = (walk(seconds, 0.02, 0.05, 1).glimpses(), Walk::new(POSES.len() + 1));
+    glimpses.into_iter().for_each(|glimpse| walk.add(glimpse));
+    for number in 0..seconds * 9 {
+        let at_s = f64::from(number) / 9.0;
+        let mut down = Bits::default();
+        let near = (at_s / 0.5).round() as i64;
+        for step in (near - 1..=near + 1).filter(|step| (at_s - *step as f64 * 0.5).abs() < 0.3) {
+            let (body, velocity) = walker(step as f64 * 0.5);
+            let ahead = velocity * (1.0 / velocity.length());
+            let foot = body + ahead.left() * if step % 2 == 0 { 0.08 } else { -0.08 };
+            for panel in 0..MAT.panels() {
+                let off = MAT.middle(panel) - foot;
+                if off.dot(ahead).abs() < 0.13 && off.dot(ahead.left()).abs() < 0.05 {
+                    down.set(panel, true);
+                }
+            }
+        }
+        let plan = Plan { corner: Pose { at: Point::default(), yaw_rad: 0.0 }, ..MAT };
+        let reading = Reading { floor: 0, plan, at_s: at_s + 1.0 / 9.0, down, faulty: Vec::new() };
+        if at_s >= from_s {
+            walk.read(POSES.len(), &reading);
+        }
+    }
+    walk
+}
+
+#[test]
+fn a_floor_is_placed_by_steps_and_the_modules_stay_where_they_were() {
+    let found = calibrate(&walk_on_floor(60, 0.0), poses()[0], &[]).unwrap();
+    let placed = &found.modules[POSES.len()];
+    let off_m = (placed.pose.at - MAT.corner.at).length();
+    let off_rad = wrapped(placed.pose.yaw_rad - MAT.corner.yaw_rad).abs();
+    let (within_m, within_rad) = placed.bounds();
+    assert!(
+        off_m < within_m.min(0.06) && off_rad < within_rad.min(0.03),
+        "{off_m} m, {off_rad} rad, {placed:?}"
+    );
+    let alone = calibrate(&walk(60, 0.02, 0.05, 1), poses()[0], &[]).unwrap();
+    for (with, without) in found.modules.iter().zip(&alone.modules) {
+        assert!((with.pose.at - without.pose.at).length() < 0.03, "{with:?} {without:?}");
+    }
+}
+
+#[test]
+fn a_walk_that_misses_a_floor_or_leaves_it_early_is_refused_and_the_floor_is_named() {
+    let all = ["hall", "kitchen", "study", "mat"].map(str::to_owned).into();
+    let names = words::Names { all, modules: 3 };
+    let said = |from_s: f64| {
+        let refusal = calibrate(&walk_on_floor(60, from_s), poses()[0], &[]).unwrap_err();
+        words::refusal(&refusal, &names)
+    };
+    let missed = said(60.0);
+    assert!(missed.starts_with("no module has seen you walk on the floor mat"), "{missed}");
+    let early = said(52.0);
+    assert!(early.contains("has seen you walk on the floor mat for ") && early.contains("s only"), "{early}");
+    assert!([missed, early].iter().all(|text| !text.contains('\n')));
 }

@@ -6,14 +6,16 @@
 //!                  └common┘
 //! ```
 //!
-//! `look` decides what a scan shows.
+//! `look` decides what a scan shows. A floor is one more module here, behind those that measure beams: it sees a place in its
+//! own frame, in which its outer corner is the origin.
 
 use std::collections::BTreeMap;
 
+use crate::floor::Reading;
 use crate::geometry::Point;
 
-/// Length of a slot, s: a scan.
-pub const SLOT_S: f64 = 0.1;
+pub use super::limits::SLOT_S;
+use super::steps::{Middle, Shows, Steps};
 
 /// Glimpses kept a module: an hour.
 const MOST: usize = 36_000;
@@ -21,20 +23,31 @@ const MOST: usize = 36_000;
 /// Around a moment with several people, slots that are not used: half a second.
 const CROWD_SLOTS: i64 = 5;
 
+/// What a module measures a walker by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// Range and bearing.
+    Beams,
+    /// Feet on panels: a place.
+    Panels,
+}
+
 /// One sight of the walker, in the module's own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glimpse {
     /// Which module.
     pub module: usize,
+    /// What it measures by.
+    pub by: By,
     /// When the beam passed the walker, s on the host's clock.
     pub at_s: f64,
     /// Distance of the centre, m.
     pub range_m: f64,
     /// Its bearing, rad, counter-clockwise from ahead.
     pub bearing_rad: f64,
-    /// One σ along the ray, m.
+    /// One σ along the ray, m; of a place on panels along its columns.
     pub radial_m: f64,
-    /// One σ across it, m.
+    /// One σ across it, m; of a place on panels along its rows.
     pub tangential_m: f64,
 }
 
@@ -50,6 +63,8 @@ impl Glimpse {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Scan {
     Nobody,
+    /// One person, of whom a floor says later where.
+    Later,
     One(Glimpse),
     Several,
 }
@@ -61,19 +76,27 @@ pub struct Walk {
     scans: Vec<BTreeMap<i64, Scan>>,
     /// Slots in which some module saw several people.
     crowds: BTreeMap<i64, usize>,
+    /// Of the modules that are floors.
+    steps: Vec<Steps>,
 }
 
 impl Walk {
     /// A walk of this many modules, without scans.
     #[must_use]
     pub fn new(modules: usize) -> Self {
-        Self { scans: vec![BTreeMap::new(); modules], crowds: BTreeMap::new() }
+        let (scans, steps) = (vec![BTreeMap::new(); modules], vec![Steps::default(); modules]);
+        Self { scans, crowds: BTreeMap::new(), steps }
     }
 
     /// How many modules there are.
     #[must_use]
     pub fn modules(&self) -> usize {
         self.scans.len()
+    }
+
+    /// Takes the next reading of a floor; see [`Steps::read`].
+    pub(super) fn step(&mut self, module: usize, reading: &Reading, middles: &mut Vec<Middle>) -> Shows {
+        self.steps.get_mut(module).map_or(Shows::Nobody, |steps| steps.read(reading, middles))
     }
 
     /// Takes what a module saw in one scan that began at `start_s`.
@@ -191,7 +214,7 @@ impl Walk {
         let of = |wanted: fn(&Scan) -> bool| -> Vec<usize> {
             scans.iter().filter(|(_, scan)| wanted(scan)).map(|(module, _)| *module).collect()
         };
-        (of(|scan| matches!(scan, Scan::One(_))), of(|scan| matches!(scan, Scan::Several)))
+        (of(|scan| matches!(scan, Scan::One(_) | Scan::Later)), of(|scan| matches!(scan, Scan::Several)))
     }
 
     /// The time covered, s: from the first to the last scan of any module.

@@ -7,34 +7,66 @@ use super::advice::Advice;
 use super::watch::Finding;
 use super::{Calibration, ENOUGH_S, Placed, Refusal, SIGMAS_95, median};
 
-/// The name of a module.
-fn name(names: &[String], module: usize) -> &str {
-    names.get(module).map_or("a module", String::as_str)
+/// Names of the modules and of the floors behind them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Names {
+    /// All.
+    pub all: Vec<String>,
+    /// How many are modules; the others are floors.
+    pub modules: usize,
+}
+
+impl Names {
+    /// That of a module or a floor.
+    #[must_use]
+    pub fn of(&self, module: usize) -> &str {
+        self.all.get(module).map_or("a module", String::as_str)
+    }
+
+    const fn is_floor(&self, module: usize) -> bool {
+        module >= self.modules
+    }
+
+    /// Those of two; a floor comes second.
+    fn pair(&self, (one, other): (usize, usize)) -> (&str, &str) {
+        (self.of(one.min(other)), self.of(one.max(other)))
+    }
 }
 
 /// Where to walk next.
 #[must_use]
-pub fn advice(advice: &Advice, names: &[String]) -> String {
+pub fn advice(advice: &Advice, names: &Names) -> String {
     match advice {
         Advice::Alone { module } => format!(
             "several people are in view of {}: only one may walk, the others leave; these moments are not used",
-            name(names, *module)
+            names.of(*module)
         ),
         Advice::Begin => format!(
             "walk about in front of {}, at an ordinary pace and two steps away from walls",
-            name(names, 0)
+            names.of(0)
+        ),
+        Advice::Reach { module } if names.is_floor(*module) => format!(
+            "nothing links the floor {0} with the modules yet: walk across {0}, from edge to edge, where a module sees you",
+            names.of(*module)
         ),
         Advice::Reach { module } => format!(
             "nothing links {0} with the others yet: walk from them to {0} and back, through where both can see you",
-            name(names, *module)
+            names.of(*module)
         ),
+        Advice::Together { modules, common_s, .. } if names.is_floor(modules.0.max(modules.1)) => {
+            let (one, floor) = names.pair(*modules);
+            format!(
+                "walk across the floor {floor} where {one} sees you, straight on beyond its edges, each time another way: \
+                 {common_s:.0} of {ENOUGH_S:.0} s"
+            )
+        }
         Advice::Together { modules: (one, other), common_s, place } => format!(
             "walk where {} and {} both see you{}, in wide loops: {common_s:.0} of {ENOUGH_S:.0} s",
-            name(names, *one),
-            name(names, *other),
+            names.of(*one),
+            names.of(*other),
             place.map_or_else(String::new, |at| format!(
                 ", for example {}",
-                place_in_words(at, name(names, *one))
+                place_in_words(at, names.of(*one))
             )),
         ),
         Advice::Enough => "enough: you may stop".to_owned(),
@@ -56,38 +88,59 @@ fn place_in_words(at: Point, of: &str) -> String {
 
 /// Why there is no result, and what to do.
 #[must_use]
-pub fn refusal(refusal: &Refusal, names: &[String]) -> String {
+pub fn refusal(refusal: &Refusal, names: &Names) -> String {
     match refusal {
-        Refusal::Alone => "there is only one module: its place needs no walk".to_owned(),
+        Refusal::Alone => "only what sees you together with a module can be placed, and there is one at most: the place of a \
+                           single module needs no walk, that of a floor a module beside it"
+            .to_owned(),
+        Refusal::Apart { module } if names.is_floor(*module) => format!(
+            "no module has seen you walk on the floor {0}: walk across it, from edge to edge, where a module sees you; if none \
+             looks there, it needs a ruler",
+            names.of(*module)
+        ),
         Refusal::Apart { module } => format!(
             "{0} has not seen you together with any other module: walk from the others to {0} and back; if no place is in \
              view of both, it needs a ruler, or a module between",
-            name(names, *module)
+            names.of(*module)
         ),
+        Refusal::Short { modules, common_s } if names.is_floor(modules.0.max(modules.1)) => {
+            let (one, floor) = names.pair(*modules);
+            format!(
+                "{one} has seen you walk on the floor {floor} for {common_s:.0} s only, and nothing else links them: walk across \
+                 it for {ENOUGH_S:.0} s, straight on beyond its edges"
+            )
+        }
         Refusal::Short { modules: (one, other), common_s } => format!(
             "{0} and {1} have seen you together for {common_s:.0} s only, and nothing else links them: walk where both see you \
              for {2:.0} s; if there is no such place, they overlap too little",
-            name(names, *one),
-            name(names, *other),
+            names.of(*one),
+            names.of(*other),
             ENOUGH_S,
         ),
+        Refusal::Narrow { modules, spread_m } if names.is_floor(modules.0.max(modules.1)) => {
+            let (one, floor) = names.pair(*modules);
+            format!(
+                "{one} has seen you on one part of the floor {floor} only ({spread_m:.1} m about its middle): walk across all of \
+                 it, from edge to edge"
+            )
+        }
         Refusal::Narrow { modules: (one, other), spread_m } => format!(
             "{} and {} have seen you at one place only ({spread_m:.1} m about its middle): walk in wide loops through all that \
              both see",
-            name(names, *one),
-            name(names, *other),
+            names.of(*one),
+            names.of(*other),
         ),
         Refusal::Contradiction { modules: (one, other), share } => format!(
             "what {} and {} saw fits together for {:.0} % of the time only: was somebody else walking, or a module moved \
              meanwhile? Begin anew, alone",
-            name(names, *one),
-            name(names, *other),
+            names.of(*one),
+            names.of(*other),
             share * 100.0,
         ),
         Refusal::Vague { module, within_m, within_rad } => format!(
             "where {0} is remains uncertain by {1:.0} cm and {2:.0}°: walk longer, in wide loops, where {0} and its neighbours \
              see you",
-            name(names, *module),
+            names.of(*module),
             within_m * 100.0,
             within_rad.to_degrees(),
         ),
@@ -119,18 +172,21 @@ pub fn quality(calibration: &Calibration) -> String {
     )
 }
 
-/// One module's place, how well it is known, and how far its clock may be off.
+/// A module's or a floor's place, how well it is known, and how far the module's clock may be off.
 #[must_use]
-pub fn placed(placed: &Placed, name: &str) -> String {
+pub fn placed(placed: &Placed, module: usize, names: &Names) -> String {
     let (within_m, within_rad) = placed.bounds();
-    let pose = &placed.pose;
+    let (pose, name) = (&placed.pose, names.of(module));
     let place =
         format!("{name}: x {:.2} m, y {:.2} m, yaw {:.1}°", pose.at.x, pose.at.y, pose.yaw_rad.to_degrees());
     if within_m == 0.0 {
         return format!("{place}, held fixed");
     }
-    let clock_ms = (placed.clock_s.abs() + SIGMAS_95 * placed.clock_sigma_s) * 1e3;
     let (within_cm, within_deg) = (within_m * 100.0, within_rad.to_degrees());
+    if names.is_floor(module) {
+        return format!("{place}, its outer corner within {within_cm:.0} cm and {within_deg:.1}°");
+    }
+    let clock_ms = (placed.clock_s.abs() + SIGMAS_95 * placed.clock_sigma_s) * 1e3;
     format!("{place}, within {within_cm:.0} cm and {within_deg:.1}°; its clock within {clock_ms:.0} ms")
 }
 
