@@ -61,6 +61,7 @@ const fn layout(table: Table) -> Layout {
         | Table::Entrance
         | Table::Passages
         | Table::Poses
+        | Table::FloorPoses
         | Table::Floor
         | Table::FloorAndModules => Layout::AsRun,
     }

@@ -102,6 +102,8 @@ pub enum Table {
     FloorAndModules,
     /// Poses found by walking, and modules that were turned or covered; of docs/calibration.md
     Poses,
+    /// Where a floor is, found by walking over it; of docs/calibration.md
+    FloorPoses,
 }
 
 /// Runs of a table.
@@ -119,6 +121,8 @@ pub enum Work {
     FloorAndModules(RangeInclusive<u64>),
     /// Poses by walking.
     Poses(RangeInclusive<u64>),
+    /// A floor's pose by walking.
+    FloorPoses(RangeInclusive<u64>),
     /// The entrance before a depth camera.
     Entrance(RangeInclusive<u64>),
 }
@@ -167,6 +171,7 @@ impl Table {
                 return Work::FloorAndModules(seeds.cloned().unwrap_or(10_000..=10_199));
             }
             Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
+            Self::FloorPoses => return Work::FloorPoses(seeds.cloned().unwrap_or(10_000..=10_099)),
             Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_019)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
             // Only our tracker reports unexplained measurements.
@@ -242,7 +247,9 @@ mod tests {
 
     #[test]
     fn every_table_has_its_scenes_and_its_seeds() {
-        for table in Table::EACH.into_iter().chain([Table::Passages, Table::PaperA, Table::Poses]) {
+        for table in
+            Table::EACH.into_iter().chain([Table::Passages, Table::PaperA, Table::Poses, Table::FloorPoses])
+        {
             let published = |seeds: &RangeInclusive<u64>| {
                 assert!(*seeds.start() == 10_000 && *seeds.end() < 10_200 && !seeds.is_empty(), "{table}");
             };
@@ -252,7 +259,9 @@ mod tests {
                     assert!(!cases.is_empty());
                     cases.iter().for_each(|case| assert!(case.build().is_ok() && !case.trackers.is_empty()));
                 }
-                Work::Floor(seeds) | Work::FloorAndModules(seeds) => published(&seeds),
+                Work::Floor(seeds) | Work::FloorAndModules(seeds) | Work::FloorPoses(seeds) => {
+                    published(&seeds)
+                }
                 // More seeds where nothing happens.
                 Work::Poses(seeds) => {
                     let first = *seeds.start();

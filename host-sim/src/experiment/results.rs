@@ -43,6 +43,11 @@ impl Results {
         picture::draw(&self.rows, "People counted right, by number of people").to_string()
     }
 
+    fn of_poses(found: &poses::Found) -> Self {
+        let runs_csv = Some(found.csv().into_bytes());
+        Self { lines: found.lines(), runs: found.runs(), runs_csv, rows: Vec::new() }
+    }
+
     fn of(pooled: &[Pooled]) -> Result<Self, Box<dyn Error>> {
         let mut runs_csv = Vec::new();
         findings::write_runs(pooled, &mut runs_csv)?;
@@ -81,11 +86,8 @@ pub fn run(
             results.lines.extend(entrance::paper(&results.lines));
             Ok(results)
         }
-        Work::Poses(seeds) => {
-            let found = poses::run(&seeds, runs)?;
-            let runs_csv = Some(found.csv().into_bytes());
-            Ok(Results { lines: found.lines(), runs: found.runs(), runs_csv, rows: Vec::new() })
-        }
+        Work::Poses(seeds) => Ok(Results::of_poses(&poses::run(&seeds, runs)?)),
+        Work::FloorPoses(seeds) => Ok(Results::of_poses(&poses::floors(&seeds, runs)?)),
         Work::FloorAndModules(seeds) => {
             let (rows, all) = both::table(&seeds, runs)?;
             Ok(Results { lines: table::lines(&rows), runs: all, runs_csv: None, rows })

@@ -7,14 +7,16 @@ use kehai::centre::Estimator;
 use kehai_tracking::calibration::advice::{Advice, Guide, LONGEST_S};
 use kehai_tracking::calibration::room::Outline;
 use kehai_tracking::calibration::walk::Walk;
-use kehai_tracking::calibration::{Calibration, Refusal, calibrate};
+use kehai_tracking::calibration::{Calibration, Placed, Refusal, calibrate};
 use kehai_tracking::geometry::wrapped;
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::session::Sessions;
 use kehai_tracking::site::Site;
+use kehai_tracking::site::floor::Floor as Mat;
 
 use super::errand::Floor;
-use super::table::{Error as Off, Placing};
+use super::mats::{self, HALF_M, Mats};
+use super::table::{Error as Off, Of, Placing};
 use super::{led, scene};
 use crate::run::{Run, TICK_US};
 use crate::world::motion::Led;
@@ -29,32 +31,63 @@ const AHEAD_S: f64 = 0.6;
 /// Two modules together for so long are too little, s.
 const SHORT_S: f64 = 5.0;
 
-/// One seed in one scene.
+/// A walker over a floor goes so far beyond its edge, m, and so far from straight across it, rad.
+const BEYOND_M: f64 = 0.5;
+const ACROSS_RAD: f64 = 0.8;
+
+/// One seed in one scene: all its modules but the first.
 pub fn place(name: &str, seed: u64) -> Result<Placing, Box<dyn Error>> {
     let scene = scene(name, seed)?;
-    let truth: Vec<Pose> = scene.site.modules.iter().map(|module| module.pose()).collect();
-    let walk = walked(&scene, seed, &truth)?;
-    let plain = calibrate(&walk.0, truth[0], &[]);
-    let with_rooms = calibrate(&walk.0, truth[0], &walk.1);
+    let truth = poses(&scene.site);
+    let walked = walked(&scene, seed, &truth)?;
+    let short = short(&walked.0, truth[0], SHORT_S);
+    Ok(Placing { scene: name.to_owned(), of: Of::Modules, short, ..placing(&walked, &truth, 1) })
+}
+
+/// One seed in one scene with a floor before its first module: the floor alone is judged. `short` also says that a walk is refused
+/// that never went there.
+///
+/// # Errors
+/// A fault of the scene or of the simulation.
+pub fn floor(name: &str, seed: u64) -> Result<Placing, Box<dyn Error>> {
+    let mut scene = scene(name, seed)?;
+    let first = scene.site.modules.first().ok_or("no module")?.pose();
+    scene.site.floors = vec![mats::before(&first, seed)];
+    let truth = poses(&scene.site);
+    let walked = walked(&scene, seed, &truth)?;
+    let short = [0.0, SHORT_S].into_iter().all(|seen_s| short(&walked.0, first, seen_s));
+    Ok(Placing { scene: name.to_owned(), of: Of::Floor, short, ..placing(&walked, &truth, truth.len() - 1) })
+}
+
+/// What the walk makes of modules and floors from number `judged` on.
+fn placing((walk, rooms): &Walked, truth: &[Pose], judged: usize) -> Placing {
+    let plain = calibrate(walk, truth[0], &[]);
+    let with_rooms = calibrate(walk, truth[0], rooms);
     let errors = |found: &Result<Calibration, Refusal>| -> Option<Vec<Off>> {
         let found = found.as_ref().ok()?;
-        let off = |(placed, truth): (&kehai_tracking::calibration::Placed, &Pose)| {
-            let (bound_m, bound_rad) = placed.bounds();
-            let metres = (placed.pose.at - truth.at).length();
-            let radians = wrapped(placed.pose.yaw_rad - truth.yaw_rad).abs();
-            Off { metres, radians, bound_m, bound_rad }
-        };
-        Some(found.modules.iter().zip(&truth).skip(1).map(off).collect())
+        Some(found.modules.iter().zip(truth).skip(judged).map(|(placed, truth)| off(placed, truth)).collect())
     };
-    Ok(Placing {
-        scene: name.to_owned(),
+    Placing {
         modules: truth.len(),
-        walked_s: walk.0.span_s() - LEARNS_S,
+        walked_s: walk.span_s() - LEARNS_S,
         by_walk: errors(&plain),
         by_both: errors(&with_rooms),
         refusal: plain.err().map(|refusal| format!("{refusal:?}")),
-        short: short(&walk.0, truth[0]),
-    })
+        ..Placing::default()
+    }
+}
+
+/// Where modules and floors are.
+fn poses(site: &Site) -> Vec<Pose> {
+    let modules = site.modules.iter().map(|module| module.pose());
+    modules.chain(site.floors.iter().map(Mat::corner)).collect()
+}
+
+fn off(placed: &Placed, truth: &Pose) -> Off {
+    let (bound_m, bound_rad) = placed.bounds();
+    let metres = (placed.pose.at - truth.at).length();
+    let radians = wrapped(placed.pose.yaw_rad - truth.yaw_rad).abs();
+    Off { metres, radians, bound_m, bound_rad }
 }
 
 /// The walk and the backgrounds of one seed.
@@ -62,7 +95,9 @@ type Walked = (Walk, Vec<Option<Outline>>);
 
 fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Result<Walked, Box<dyn Error>> {
     let floor = Floor::of(scene);
-    let mut walker = Walker { floor, truth, stream: Stream::new(seed, Purpose::Walk, [9, 0]), turn: 0 };
+    let modules = scene.site.modules.len();
+    let stream = Stream::new(seed, Purpose::Walk, [9, 0]);
+    let mut walker = Walker { floor, modules, truth, stream, turn: 0 };
     let start = walker.before(0);
     let led_by = Led::new(LEARNS_S, start);
     let mut run: Run = led(scene, seed, &led_by, Vec::new());
@@ -71,6 +106,7 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
     for module in &mut site.modules {
         (module.x, module.y, module.yaw_deg) = (0.0, 0.0, 0.0);
     }
+    let mut mats = Mats::new(&site, run.world().people().len());
     let mut sessions = Sessions::new(Arc::new(site), Estimator::default());
     let mut walk = Walk::new(truth.len());
     let mut guide = Guide::default();
@@ -81,6 +117,9 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
             if let Some(observation) = sessions.receive(&arrival.bytes, arrival.at_us) {
                 walk.observe(&observation);
             }
+        }
+        for reading in mats.until(&run, tick * TICK_US) {
+            walk.read(modules + reading.floor, &reading);
         }
         tick += 1;
         let (at, end_s) = led_by.end();
@@ -109,6 +148,8 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
 /// The person that follows the advice. They can see the modules, so the true poses are known to them.
 struct Walker<'a> {
     floor: Floor,
+    /// The others are floors.
+    modules: usize,
     truth: &'a [Pose],
     stream: Stream,
     turn: usize,
@@ -121,9 +162,24 @@ impl Walker<'_> {
         self.floor.near(pose.to_site(Point::new(1.4, 0.0)))
     }
 
+    /// Beyond a floor, from `at` about straight across it.
+    fn across(&mut self, mat: usize, at: Point) -> Point {
+        let middle = mats::middle(&self.truth[mat]);
+        let away_m = HALF_M + BEYOND_M;
+        let ahead_rad = (middle - at).angle_rad() + self.stream.between(-ACROSS_RAD, ACROSS_RAD);
+        self.floor.near(middle + Point::towards(ahead_rad) * away_m)
+    }
+
     /// Where to go from `at`.
     fn follow(&mut self, advice: &Advice, at: Point) -> Point {
         self.turn += 1;
+        match advice {
+            Advice::Together { modules: (_, mat), .. } if *mat >= self.modules => {
+                return self.across(*mat, at);
+            }
+            Advice::Reach { module } if *module >= self.modules => return self.across(*module, at),
+            _ => {}
+        }
         let mut about = |place: Point, by_m: f64| {
             place + Point::new(self.stream.between(-by_m, by_m), self.stream.between(-by_m, by_m))
         };
@@ -150,13 +206,12 @@ impl Walker<'_> {
     }
 }
 
-/// Whether a walk that ends before the last module has seen enough together with any other is refused.
-fn short(walk: &Walk, first: Pose) -> bool {
+/// Whether a walk in which the last module has seen the walker for so long only is refused, and the module named.
+fn short(walk: &Walk, first: Pose, seen_s: f64) -> bool {
     let last = walk.modules() - 1;
     let mut cut = Walk::new(walk.modules());
-    let mut left = (SHORT_S / kehai_tracking::calibration::walk::SLOT_S) as usize;
-    let glimpses = walk.glimpses();
-    for glimpse in &glimpses {
+    let mut left = (seen_s / kehai_tracking::calibration::walk::SLOT_S) as usize;
+    for glimpse in &walk.glimpses() {
         if glimpse.module == last {
             if left == 0 {
                 continue;

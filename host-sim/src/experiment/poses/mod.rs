@@ -8,10 +8,12 @@
 
 mod errand;
 mod guided;
+mod mats;
 mod table;
 mod watched;
 
-pub use table::{Found, Placing, Watching};
+pub use guided::floor;
+pub use table::{Error as Off, Found, Placing, Watching};
 
 use std::error::Error;
 use std::ops::RangeInclusive;
@@ -97,6 +99,20 @@ pub fn run(seeds: &RangeInclusive<u64>, runs: &Runs) -> std::result::Result<Foun
         }
     }
     Ok(found)
+}
+
+/// The place of a floor in every room with these seeds.
+///
+/// # Errors
+/// The first fault of a scene or of the simulation.
+pub fn floors(seeds: &RangeInclusive<u64>, runs: &Runs) -> std::result::Result<Found, Box<dyn Error>> {
+    let jobs: Vec<(usize, u64)> =
+        (0..ROOMS.len()).flat_map(|room| seeds.clone().map(move |seed| (room, seed))).collect();
+    let results = runs.results("floor-poses", &jobs, |(room, seed)| {
+        floor(ROOMS[room], seed).map_err(|error| format!("a floor, {}, seed {seed}: {error}", ROOMS[room]))
+    })?;
+    let placings = results.into_iter().map(|((_, seed), placing)| (seed, placing)).collect();
+    Ok(Found { placings, ..Found::default() })
 }
 
 fn one(job: Job, seed: u64) -> std::result::Result<Result, Box<dyn Error>> {

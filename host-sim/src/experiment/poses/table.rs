@@ -28,22 +28,34 @@ pub struct Error {
     pub bound_rad: f64,
 }
 
+/// What was placed.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
+pub enum Of {
+    /// Modules.
+    #[default]
+    Modules,
+    /// A floor.
+    Floor,
+}
+
 /// Poses found in one run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Placing {
     /// The scene.
     pub scene: String,
-    /// How many modules.
+    /// What was placed in it.
+    pub of: Of,
+    /// How many modules and floors.
     pub modules: usize,
     /// How long was walked, s.
     pub walked_s: f64,
-    /// From the walk alone, all modules but the first; None: refused.
+    /// From the walk alone, all modules but the first, or the floor; None: refused.
     pub by_walk: Option<Vec<Error>>,
     /// From the walk and the backgrounds.
     pub by_both: Option<Vec<Error>>,
     /// Why not.
     pub refusal: Option<String>,
-    /// Whether a walk that ends too early is refused, and the module named.
+    /// Whether a walk that ends too early is refused, and the module or the floor named.
     pub short: bool,
 }
 
@@ -77,9 +89,9 @@ impl Found {
     #[must_use]
     pub fn lines(&self) -> Vec<Line> {
         let mut lines = Vec::new();
-        let mut rooms: BTreeMap<&str, Vec<(u64, &Placing)>> = BTreeMap::new();
+        let mut rooms: BTreeMap<(Of, &str), Vec<(u64, &Placing)>> = BTreeMap::new();
         for (seed, placing) in &self.placings {
-            rooms.entry(&placing.scene).or_default().push((*seed, placing));
+            rooms.entry((placing.of, &placing.scene)).or_default().push((*seed, placing));
         }
         for runs in rooms.values() {
             lines.extend(placed(runs, FROM_WALK, |placing| placing.by_walk.as_deref()));
@@ -163,7 +175,10 @@ impl Found {
 }
 
 fn room(placing: &Placing) -> String {
-    format!("{}, {} modules", placing.scene, placing.modules)
+    match placing.of {
+        Of::Modules => format!("{}, {} modules", placing.scene, placing.modules),
+        Of::Floor => format!("{}, a floor", placing.scene),
+    }
 }
 
 /// First and last seed.
@@ -190,6 +205,10 @@ fn placed(runs: &[(u64, &Placing)], from: &str, errors: impl Fn(&Placing) -> Opt
         (!all.is_empty()).then(|| 100.0 * holding / all.len() as f64)
     };
     let walked: Vec<f64> = runs.iter().map(|(_, run)| run.walked_s).collect();
+    let short = match runs.first().map(|(_, placing)| placing.of) {
+        Some(Of::Floor) => "walks that miss it or end early refused, floor named, %",
+        _ => "walks cut short refused, module named, %",
+    };
     let count = |wanted: &dyn Fn(&Placing) -> bool| runs.iter().filter(|(_, run)| wanted(run)).count() as u64;
     let figure = |name: &str, value: Option<f64>, digits| heading.line(name, value, words(value, digits));
     vec![
@@ -201,7 +220,7 @@ fn placed(runs: &[(u64, &Placing)], from: &str, errors: impl Fn(&Placing) -> Opt
         figure("directions within their bounds, %", within(|error| error.radians <= error.bound_rad), 1),
         figure("walked: median, s", median(&walked), 0),
         heading.share("whole walks refused, %", count(&|run| errors(run).is_none()), number),
-        heading.share("walks cut short refused, module named, %", count(&|run| run.short), number),
+        heading.share(short, count(&|run| run.short), number),
     ]
 }
 
