@@ -214,10 +214,10 @@ impl Table {
         match self {
             Self::Door => [door(Letter::D, 1..=7, &all), door(Letter::H, 1..=7, &all)].concat(),
             Self::Ideas => {
-                // What is measured with sizes alone has a table of its own: the entrance's.
+                // Sizes and vehicles show in tables of their own: the entrance's, and that of a guarded door.
                 let without: Vec<String> = Idea::NAMED
                     .iter()
-                    .filter(|(idea, _)| !matches!(idea, Idea::Size))
+                    .filter(|(idea, _)| !matches!(idea, Idea::Size | Idea::Vehicles))
                     .map(|(_, name)| format!("kehai-without-{name}"))
                     .collect();
                 let names: Vec<&str> =

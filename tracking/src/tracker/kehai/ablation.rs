@@ -31,13 +31,15 @@ pub enum Idea {
     Doubt,
     /// What keeps its place beside a person and is longer than a body is a part of that person.
     Parts,
+    /// A person and that person's parts are one rigid body, with room for nothing else.
+    Vehicles,
     /// Detections of another size than a track's are less likely its own.
     Size,
 }
 
 impl Idea {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 12] = [
+    pub const NAMED: [(Self, &str); 13] = [
         (Self::Persistence, "persistence"),
         (Self::FreeSpace, "free-space"),
         (Self::Division, "division"),
@@ -49,6 +51,7 @@ impl Idea {
         (Self::Silhouette, "silhouette"),
         (Self::Doubt, "doubt"),
         (Self::Parts, "parts"),
+        (Self::Vehicles, "vehicles"),
         (Self::Size, "size"),
     ];
 }

@@ -106,7 +106,8 @@ impl Kehai {
         let ideas = self.ideas;
         let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
         let cost = |track: &Track, seen: &Detection| {
-            let other = track.is_hidden() && self.is_somebody_else(track, seen);
+            let other =
+                (track.is_hidden() && self.is_somebody_else(track, seen)) || !self.may_be_of(track, seen);
             if other { f64::INFINITY } else { cost(track, seen) + size::cost(track.size, seen, ideas) }
         };
         // Row by row, one column a free candidate. A track far from every candidate needs no row.
@@ -142,7 +143,7 @@ impl Kehai {
     }
 
     /// Gives a track its candidate, and the other leg to a leg; returns whether there was one.
-    fn hit(
+    pub(super) fn hit(
         &mut self,
         track: usize,
         index: usize,
@@ -166,7 +167,8 @@ impl Kehai {
         } else {
             None
         };
-        let track = &mut self.tracks[track];
+        let own = track;
+        let track = &mut self.tracks[own];
         if let Some((other, middle)) = legs {
             taken[other] = true;
             centre = middle;
@@ -179,6 +181,7 @@ impl Kehai {
             track.existence = (track.existence + 2.0).min(SURE);
             track.reason = "seen";
         }
+        self.ride(own, seen);
         legs.is_some()
     }
 }

@@ -40,6 +40,7 @@ mod stir;
 mod tests;
 mod track;
 mod twins;
+mod vehicle;
 pub(super) mod walls;
 
 use super::{TrackState, Tracker};
@@ -53,6 +54,7 @@ use associate::other_leg;
 use near::Near;
 use reflection::Reflection;
 use track::Track;
+use vehicle::Vehicle;
 use walls::Walls;
 
 /// Process noise: spectral density of a pedestrian's acceleration, m²/s³: a person turns or stops within half a second.
@@ -95,6 +97,7 @@ pub struct Kehai {
     tracks: Vec<Track>,
     near: Near,
     reflections: Vec<Reflection>,
+    vehicles: Vec<Vehicle>,
     next_id: u32,
     /// The newest observation's time.
     now_s: f64,
@@ -136,6 +139,7 @@ impl Kehai {
             tracks: Vec::new(),
             near: Near::over(site),
             reflections: Vec::new(),
+            vehicles: Vec::new(),
             next_id: 1,
             now_s: 0.0,
             passed_s: 0.0,
@@ -300,10 +304,12 @@ impl Tracker for Kehai {
             self.drop_limbs(observation, &pieces, &mut taken);
         }
         self.associate(|track| track.confirmed && track.is_hidden(), observation, &pieces, &mut taken);
+        self.drop_pieces(observation, &pieces, &mut taken);
         self.grow(observation, &pieces, &mut taken);
         self.miss(observation);
         self.fade_near(self.now_s);
         self.explain();
+        self.park();
         if self.ideas.has(Idea::Twins) {
             self.part_twins(self.now_s);
         }

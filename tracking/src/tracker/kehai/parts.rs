@@ -31,6 +31,9 @@ const STANDS_S: f64 = 3.0;
 /// included: measured on hundreds in pairs, crowds and a building of several rooms. Wheels show 0.38 and more.
 const LONG_M: f64 = 0.35;
 
+/// What was inside a vehicle for this share of the way is a part of it, however long it is.
+const HELD: f64 = 0.5;
+
 /// A new track's first places are guesses for so long, s.
 const GUESS_S: f64 = 0.2;
 
@@ -61,6 +64,8 @@ pub struct Company {
     /// Sum of its outlines' chords, each in the direction it has gone, m.
     chords: Point,
     hits: f64,
+    /// How many of them were inside a vehicle.
+    held: f64,
     near: Vec<Beside>,
 }
 
@@ -92,12 +97,13 @@ impl Kehai {
         } else {
             let near = offsets.filter(|(_, offset)| offset.length() < NEAR_M);
             let near = near.map(|(owner, offset)| Beside { owner, low: offset, high: offset }).collect();
-            Company { from: at, chords: Point::default(), hits: 0.0, near }
+            Company { from: at, chords: Point::default(), hits: 0.0, held: 0.0, near }
         };
         let chord = seen.outline[2] - seen.outline[0];
         let forwards = chord.dot(track.motion.velocity()) >= 0.0;
         company.chords = if forwards { company.chords + chord } else { company.chords - chord };
         company.hits += 1.0;
+        company.held += f64::from(u8::from(self.vehicle_around(seen).is_some()));
         if let Some(track) = self.tracks.get_mut(index) {
             track.company = Some(company);
         }
@@ -118,10 +124,14 @@ impl Kehai {
             track.part_of = owner.map(|owner| Tie::at(owner, PARTED_M));
             track.company = None;
         }
+        if let Some(owner) = owner {
+            self.mount(owner, way);
+        }
     }
 
     fn owner(&self, company: &Company, way: Point) -> Option<u32> {
-        if company.chords.dot(way) < LONG_M * company.hits * way.length() {
+        let is_long = company.chords.dot(way) >= LONG_M * company.hits * way.length();
+        if !is_long && company.held < HELD * company.hits {
             return None;
         }
         let owners = company.near.iter().filter_map(|near| self.tracks.get(self.index_of(near.owner)?));
@@ -147,6 +157,8 @@ impl Kehai {
             None => {
                 let ties = self.tracks.iter_mut().filter_map(|other| other.part_of.as_mut());
                 ties.filter(|tie| tie.owner == owner).for_each(|tie| tie.owner = id);
+                let vehicles = self.vehicles.iter_mut().filter(|vehicle| vehicle.owner == owner);
+                vehicles.for_each(|vehicle| vehicle.owner = id);
             }
         }
         if let Some(track) = self.tracks.get_mut(index) {

@@ -141,6 +141,27 @@ fn wheels_are_a_part_of_who_sits_between_them_and_people_are_not() {
 }
 
 #[test]
+fn a_piece_within_a_vehicle_is_no_track_and_a_person_behind_it_is() {
+    let vehicle = |others: &[(f64, f64, f64)], at_s: f64| {
+        let y = -3.5 + 0.8 * at_s;
+        let wheels: &[(f64, f64, f64)] = &[(-0.24, 0.45, -0.56), (0.24, 0.45, -0.56)];
+        let wheels = wheels.iter().filter(|_| at_s > 1.0);
+        let all = wheels.chain(others.iter().filter(|_| at_s > 3.0));
+        let all = all.map(|(aside_m, behind_m, wide_m)| (*aside_m, y - behind_m, *wide_m, 0.0));
+        std::iter::once((0.0, y, TORSO_M, 0.0)).chain(all).collect::<Vec<Thing>>()
+    };
+    let shown = |others: &[(f64, f64, f64)]| {
+        let mut bench = Bench::new(ROOM);
+        let confirmed = bench.watch(5.5, |at_s| vehicle(others, at_s)).len();
+        (confirmed, bench.tracker.tracks(bench.now_s).len())
+    };
+    assert_eq!(shown(&[]), (1, 3), "the owner and the wheels");
+    assert_eq!(shown(&[(0.3, 0.0, -0.2)]), (1, 3), "a hand ahead of a wheel");
+    assert_eq!(shown(&[(0.0, 1.0, TORSO_M)]), (2, 4), "a person who touches it from behind");
+    assert_eq!(shown(&[(0.85, 0.3, TORSO_M)]), (2, 4), "a person beside it");
+}
+
+#[test]
 fn what_jumps_between_legs_that_stand_still_has_not_moved() {
     let pairs = |at_s: f64, still: bool| {
         // Of four legs now the front ones are seen, now the rear ones.
