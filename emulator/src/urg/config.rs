@@ -79,7 +79,12 @@ pub struct Config {
     /// Leaves out a last group that the cluster does not fill, so that n steps give floor(n / cluster) values
     /// instead of ceil: sources differ on what sensors do.
     pub drop_incomplete_group: bool,
+    /// Scans whose true times are kept, the newest ones.
+    pub kept_scans: usize,
 }
+
+/// Two hours at 10 Hz.
+const KEPT_SCANS: usize = 65_536;
 
 impl Config {
     /// A faultless sensor, idle.
@@ -97,6 +102,7 @@ impl Config {
             seed: 1,
             faults: Vec::new(),
             drop_incomplete_group: false,
+            kept_scans: KEPT_SCANS,
         }
     }
 }

@@ -225,7 +225,7 @@ impl Urg {
         Counts { faults: self.faults.done(), ..self.counts }
     }
 
-    /// The scans sent, oldest first; the last 65 536 of them.
+    /// The scans sent, oldest first; the last [`Config::kept_scans`] of them.
     pub fn truth(&self) -> impl ExactSizeIterator<Item = ScanTruth> + '_ {
         self.output.truth.iter().copied()
     }

@@ -18,8 +18,6 @@ use std::collections::VecDeque;
 /// Scans that may queue up while the sensor catches up after a stall.
 const CATCH_UP_SCANS: u64 = 4;
 
-/// Scans whose true times are kept.
-const MAX_TRUTH: usize = 65_536;
 #[derive(Debug)]
 pub(super) struct Stream {
     asked: Measurement,
@@ -59,8 +57,9 @@ pub(super) struct Output {
 }
 
 impl Output {
-    fn push_truth(&mut self, scan: ScanTruth) {
-        if self.truth.len() >= MAX_TRUTH {
+    /// Keeps the times of a scan, and of `kept` with it.
+    fn push_truth(&mut self, scan: ScanTruth, kept: usize) {
+        if self.truth.len() >= kept {
             self.truth.pop_front();
         }
         self.truth.push_back(scan);
@@ -223,7 +222,8 @@ impl Urg {
         self.output.scan_end_us = self.port.transmitter.end_us();
         self.counts.scans_sent += 1;
         let queued_us = self.now_us;
-        self.output.push_truth(ScanTruth { start_us: scan.start_us, stamp_ms, queued_us, damaged });
+        let truth = ScanTruth { start_us: scan.start_us, stamp_ms, queued_us, damaged };
+        self.output.push_truth(truth, self.config.kept_scans);
         false
     }
 
@@ -263,7 +263,8 @@ mod tests {
     /// The scan that started at 0 was queued at 100 ms and leaves until 300 ms: a line too slow for 10 Hz.
     fn slow_line() -> Output {
         let mut output = Output { scan_end_us: 300_000, ..Output::default() };
-        output.push_truth(ScanTruth { start_us: 0, stamp_ms: 0, queued_us: 100_000, damaged: false });
+        let truth = ScanTruth { start_us: 0, stamp_ms: 0, queued_us: 100_000, damaged: false };
+        output.push_truth(truth, 1);
         output
     }
 

@@ -165,6 +165,8 @@ impl WorldSensor {
         Config {
             clock_start_ms: self.clock.start_ms,
             clock_fast_ppm: self.clock.fast_ppm,
+            // Nothing asks for them here; the sensor itself for the last one.
+            kept_scans: 1,
             ..Config::new(self.model.emulated())
         }
     }
