@@ -5,6 +5,7 @@
 //!   zones         ── known ──────╮ unknown            │1.5 s ╭─ known
 //!   tracks        ── followed ───── after 30 s: forgotten, and initiated again
 //!   one module of several    ││││  nothing for 2 s  │2 s ╭─ what it sees counts as seen again
+//!                            ││││ nothing for 0.5 s │2 s ╭─ where a track is being found nothing is empty
 //! ```
 
 use std::collections::BTreeMap;
@@ -24,6 +25,10 @@ use crate::zones::Zones;
 
 /// No device has seen anything for so long, or one of them has not, s: as long as zones stay known.
 const GAP_S: f64 = 2.0;
+
+/// A module that has not looked for so long may have lost people, s: one who turns round is out of the gate of the place
+/// predicted, as are bodies on a floor that is silent for as long.
+const LOST_S: f64 = 0.5;
 
 /// Before this is over, not all people who stand in view may have been found, s: the birth of a track takes 14 candidates
 /// of a body that is cut off, at 10 Hz.
@@ -167,20 +172,25 @@ impl Follower {
     pub fn observe(&mut self, observation: &Observation) {
         self.resume(observation.start_s);
         self.tracker.observe(observation);
-        if self.has_found(observation.view.module, observation.start_s) {
+        if self.has_found(observation) {
             self.zones.observe(observation);
         }
     }
 
-    /// Whether a module that looks at `start_s` has looked for long enough that all in its view have been found. One that
-    /// comes back after a gap sees people whom no other may have seen.
-    fn has_found(&mut self, module: usize, start_s: f64) -> bool {
+    /// Whether the module of an observation has looked for long enough that all in its view have been found. One that comes
+    /// back after a gap sees people whom no other may have seen.
+    fn has_found(&mut self, observation: &Observation) -> bool {
+        let start_s = observation.start_s;
         // When all begin, nothing is said anyway.
         let begins = start_s - self.begun_s < FOUND_S;
-        let new = Looked { newest_s: start_s, begun_s: if begins { f64::NEG_INFINITY } else { start_s } };
-        let looked = self.looked.entry(module).or_insert(new);
-        if start_s - looked.newest_s > GAP_S {
-            *looked = new;
+        let never = Looked { newest_s: f64::NEG_INFINITY, begun_s: f64::NEG_INFINITY };
+        let looked = self.looked.entry(observation.view.module).or_insert(never);
+        let gap_s = start_s - looked.newest_s;
+        if gap_s > LOST_S {
+            self.zones.look_again(&observation.view, start_s + BACK_S);
+        }
+        if gap_s > GAP_S {
+            looked.begun_s = if begins { f64::NEG_INFINITY } else { start_s };
         }
         looked.newest_s = looked.newest_s.max(start_s);
         start_s - looked.begun_s >= BACK_S

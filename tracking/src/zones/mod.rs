@@ -26,7 +26,7 @@ use std::sync::Arc;
 use crate::cells::Areas;
 use crate::floor::Reading;
 use crate::geometry::Point;
-use crate::observation::Observation;
+use crate::observation::{Observation, View};
 use crate::occupancy::ZoneLine;
 use crate::site::Site;
 use crate::site::change::SiteChange;
@@ -75,8 +75,10 @@ impl Zones {
     /// stood or where it stands, are unknown until `known_s`.
     pub fn change_site(&mut self, change: &SiteChange<'_>, known_s: f64) {
         let mut new = Self::new(change.now);
-        let unknown_until_s = self.zones.iter().map(|zone| zone.known_s).fold(f64::NEG_INFINITY, f64::max);
-        new.zones.iter_mut().for_each(|zone| zone.known_s = unknown_until_s);
+        let latest =
+            |time_s: fn(&Zone) -> f64| self.zones.iter().map(time_s).fold(f64::NEG_INFINITY, f64::max);
+        let (unknown_until_s, found_s) = (latest(|zone| zone.known_s), latest(|zone| zone.found_s));
+        new.zones.iter_mut().for_each(|zone| (zone.known_s, zone.found_s) = (unknown_until_s, found_s));
         let mut seen_s: HashMap<(i64, i64), f64> = HashMap::new();
         for cell in self.zones.iter().flat_map(|zone| &zone.cells) {
             let latest_s = seen_s.entry(cell.place()).or_insert(cell.seen_s);
@@ -87,6 +89,7 @@ impl Zones {
             let number = change.before.zones.iter().position(same);
             if let Some(was) = number.and_then(|number| self.zones.get_mut(number)) {
                 zone.cells = std::mem::take(&mut was.cells);
+                zone.occupied_s = was.occupied_s;
                 continue;
             }
             for cell in &mut zone.cells {
@@ -104,21 +107,20 @@ impl Zones {
         *self = new;
     }
 
+    /// A module looks again after a gap: until `found_s` not everybody in its view may have been found again.
+    pub fn look_again(&mut self, view: &Arc<View>, found_s: f64) {
+        let cells = &reach(&mut self.reaches, &self.zones, view).cells;
+        for in_view in cells {
+            if let Some(zone) = self.zones.get_mut(in_view.zone as usize) {
+                zone.found_s = zone.found_s.max(found_s);
+            }
+        }
+    }
+
     /// Notes what a module saw.
     pub fn observe(&mut self, observation: &Observation) {
         let Self { zones, reaches, guarded, .. } = self;
-        let reach = match reaches.entry(observation.view.module) {
-            std::collections::btree_map::Entry::Occupied(known) => {
-                let known = known.into_mut();
-                if !Arc::ptr_eq(&known.view, &observation.view) {
-                    *known = Reach::of(&observation.view, zones);
-                }
-                known
-            }
-            std::collections::btree_map::Entry::Vacant(new) => {
-                new.insert(Reach::of(&observation.view, zones))
-            }
-        };
+        let reach = reach(reaches, zones, &observation.view);
         reach.end_at(&observation.background_mm);
         let mut see = |in_view: &InView| {
             let empty_mm = observation.empty_mm.get(usize::from(in_view.beam));
@@ -175,4 +177,13 @@ impl Zones {
         let lines = self.zones.iter_mut().zip(inside);
         lines.map(|(zone, inside)| (zone.name.clone(), zone.line(&inside, at_s))).collect()
     }
+}
+
+/// What a module sees of the zones, worked out anew when its view has changed.
+fn reach<'a>(reaches: &'a mut BTreeMap<usize, Reach>, zones: &[Zone], view: &Arc<View>) -> &'a mut Reach {
+    let reach = reaches.entry(view.module).or_insert_with(|| Reach::of(view, zones));
+    if !Arc::ptr_eq(&reach.view, view) {
+        *reach = Reach::of(view, zones);
+    }
+    reach
 }

@@ -9,7 +9,9 @@
 //! After a gap a zone is not known at once. A module that had to learn its background anew may have learned a person who
 //! stood there, and what is at that place and behind it is then seen no more: a zone in which no track is stays *partly*
 //! known while a body's worth of cells that were seen before the gap has not been seen since. With tracks inside, these
-//! are what hides them.
+//! are what hides them. A gap too short for that is long enough to lose a person who turns round: until all have been found
+//! again a zone is not known to be empty in which there is a tentative track. And a person leaves only a zone that is looked
+//! at: a track that is predicted out of it while no report comes leaves it *partly* known.
 
 use super::presence::{Presence, WHOLE};
 use crate::geometry::{Point, bounds, inside};
@@ -22,6 +24,9 @@ pub const CELL_M: f64 = 0.2;
 
 /// A cell that was last seen so long ago is not seen, s.
 const SEEN_S: f64 = 2.0;
+
+/// What a range finder saw so long ago may be the newest: a scan of 0.1 s, its way, and the time until the next one, s.
+const FRESH_S: f64 = 0.3;
 
 /// Seen share from which a zone is known.
 const KNOWN: f64 = 0.8;
@@ -50,6 +55,10 @@ pub struct Zone {
     pub around: (Point, Point),
     /// Before this time nothing is known of it, s.
     pub known_s: f64,
+    /// Before this time not everybody in it may have been found again, s.
+    pub found_s: f64,
+    /// When it had been seen last as somebody was in it, s.
+    pub occupied_s: f64,
     /// The newest time in which too little of it was seen.
     gap: Option<Gap>,
 }
@@ -105,8 +114,16 @@ impl Zone {
                 }
             }
         }
-        let known_s = f64::NEG_INFINITY;
-        Self { name: zone.name.clone(), secure: zone.secure, cells, around: (low, high), known_s, gap: None }
+        Self {
+            name: zone.name.clone(),
+            secure: zone.secure,
+            cells,
+            around: (low, high),
+            known_s: f64::NEG_INFINITY,
+            found_s: f64::NEG_INFINITY,
+            occupied_s: f64::NEG_INFINITY,
+            gap: None,
+        }
     }
 
     /// From a place to the rectangle around it, m.
@@ -121,6 +138,7 @@ impl Zone {
             return ZoneLine::unknown();
         }
         let mut found = Found { count: 0, p: vec![1.0], counted_p: vec![1.0] };
+        let mut is_found_again = true;
         for Presence { track, is_inside, parts } in tracks {
             let (is_counted, existence) = match track.origin {
                 // Shown, and never counted: the track that it is a part of stands for both.
@@ -131,6 +149,7 @@ impl Zone {
                 Origin::Entered => (track.state != LifeCycle::Tentative, track.existence),
             };
             add(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE));
+            is_found_again &= !(*is_inside && track.state == LifeCycle::Tentative && at_s < self.found_s);
             // A tentative track is not believed in yet; at a door it is what its passage is judged by.
             let may_count = is_counted || track.origin == Origin::Unexplained;
             if may_count && *is_inside {
@@ -141,9 +160,15 @@ impl Zone {
         let seen = self.cells.iter().filter(|cell| at_s - cell.seen_s < SEEN_S).count();
         let seen_share = seen as f64 / self.cells.len().max(1) as f64;
         self.note(seen_share < KNOWN, at_s);
+        let seen_s = self.cells.iter().map(|cell| cell.seen_s).fold(f64::NEG_INFINITY, f64::max);
+        if found.count > 0 {
+            self.occupied_s = seen_s;
+        }
+        let was_seen_empty = seen_s > self.occupied_s || at_s - seen_s < FRESH_S;
+        let is_empty = is_found_again && was_seen_empty && !self.may_hide_a_body(at_s);
         let state = match seen_share {
             share if share < UNKNOWN => ZoneKnown::Unknown,
-            share if share >= KNOWN && (found.count > 0 || !self.may_hide_a_body(at_s)) => ZoneKnown::Known,
+            share if share >= KNOWN && (found.count > 0 || is_empty) => ZoneKnown::Known,
             _ => ZoneKnown::Partly,
         };
         ZoneLine::new(found, seen_share, state)
@@ -179,83 +204,4 @@ fn add(p: &mut Vec<f64>, existence: f64) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::tracker::TrackState;
-
-    #[test]
-    fn the_distribution_is_that_of_independent_people() {
-        let mut p = vec![1.0];
-        add(&mut p, 1.0);
-        add(&mut p, 0.5);
-        assert_eq!(p, [0.0, 0.5, 0.5]);
-    }
-
-    #[test]
-    fn an_unexplained_track_counts_only_where_it_is_secure_and_a_part_nowhere() {
-        let unexplained = TrackState {
-            id: 1,
-            at: Point::new(0.5, 0.5),
-            velocity: Point::default(),
-            covariance_m2: [0.01, 0.0, 0.01],
-            state: LifeCycle::Tentative,
-            existence: 1.0,
-            reason: "unexplained",
-            origin: Origin::Unexplained,
-        };
-        let part = TrackState { origin: Origin::PartOf(1), ..unexplained };
-        let line = |track: &TrackState, secure: bool| {
-            let text =
-                format!("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]\nsecure = {secure}");
-            let zone: site::Zone = toml::from_str(&text).unwrap();
-            let mut zone = Zone::new(&zone);
-            zone.cells.iter_mut().for_each(|cell| cell.seen_s = 10.0);
-            zone.line(&[Presence { track, is_inside: true, parts: WHOLE }], 10.0)
-        };
-        let counted = |track, secure| {
-            let line = line(track, secure);
-            (line.count(), line.p().to_vec())
-        };
-        assert_eq!(counted(&unexplained, false), (Some(0), vec![0.5, 0.5]));
-        assert_eq!(counted(&unexplained, true), (Some(1), vec![0.0, 1.0]));
-        assert_eq!(counted(&part, false), (Some(0), vec![1.0]));
-        assert_eq!(counted(&part, true), (Some(0), vec![1.0]));
-    }
-
-    #[test]
-    fn a_zone_nobody_looks_at_is_unknown() {
-        let zone: site::Zone =
-            toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
-        let mut zone = Zone::new(&zone);
-        assert_eq!(zone.cells.len(), 25);
-        assert_eq!(zone.line(&[], 10.0).state(), ZoneKnown::Unknown);
-    }
-
-    #[test]
-    fn after_a_gap_a_zone_is_known_only_where_it_was_seen_again() {
-        let zone: site::Zone =
-            toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
-        let mut zone = Zone::new(&zone);
-        let look = |zone: &mut Zone, all_but: usize, at_s: f64| {
-            zone.cells.iter_mut().skip(all_but).for_each(|cell| cell.seen_s = at_s);
-            zone.line(&[], at_s).state()
-        };
-        assert_eq!(look(&mut zone, 4, 0.0), ZoneKnown::Known, "these four were never seen");
-        assert_eq!(look(&mut zone, 0, 1.0), ZoneKnown::Known);
-        assert_eq!(
-            look(&mut zone, 4, 4.0),
-            ZoneKnown::Known,
-            "as long as no gap came, tracks explain what is hidden"
-        );
-        assert_eq!(zone.line(&[], 7.0).state(), ZoneKnown::Unknown);
-        assert_eq!(
-            look(&mut zone, 4, 8.0),
-            ZoneKnown::Partly,
-            "a body finds room where nothing was seen since"
-        );
-        assert_eq!(look(&mut zone, 2, 9.0), ZoneKnown::Known, "none finds room in two cells");
-        assert_eq!(zone.line(&[], 20.0).state(), ZoneKnown::Unknown);
-        assert_eq!(look(&mut zone, 4, 21.0), ZoneKnown::Partly);
-        assert_eq!(look(&mut zone, 4, 20.0 + HELD_S), ZoneKnown::Known, "by now it is a thing");
-    }
-}
+mod tests;

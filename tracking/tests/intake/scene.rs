@@ -58,21 +58,25 @@ impl People {
         standing.into_iter().chain(walking)
     }
 
-    /// What a module at `pose` sees of them in a scan that begins at `at_us` of the host's clock, nearest first.
+    /// What a module at `pose` sees of them in a scan that begins at `at_us` of the host's clock.
     pub fn seen(self, pose: Pose, at_us: u64) -> Vec<Candidate> {
-        let geometry = Geometry::new(BEAMS).unwrap();
-        let middle_us = at_us + u64::from(BEAMS.period_us) / 2;
-        let mut bodies: Vec<Point> = self.places(middle_us).map(|at| pose.to_sensor(at)).collect();
-        bodies.sort_by(|one, other| one.length().total_cmp(&other.length()));
-        let mut all: Vec<Candidate> = Vec::new();
-        for body in bodies {
-            if let Some(candidate) = silhouette(body, &geometry, &all) {
-                all.push(candidate);
-            }
-        }
-        all.sort_by_key(|candidate| candidate.first_step);
-        all
+        silhouettes(self.places(at_us + u64::from(BEAMS.period_us) / 2), pose, BEAMS)
     }
+}
+
+/// What a sensor at `pose` with these beams sees of bodies, by step.
+pub fn silhouettes(bodies: impl Iterator<Item = Point>, pose: Pose, beams: GeometryParts) -> Vec<Candidate> {
+    let geometry = Geometry::new(beams).unwrap();
+    let mut bodies: Vec<Point> = bodies.map(|at| pose.to_sensor(at)).collect();
+    bodies.sort_by(|one, other| one.length().total_cmp(&other.length()));
+    let mut all: Vec<Candidate> = Vec::new();
+    for body in bodies {
+        if let Some(candidate) = silhouette(body, &geometry, &all) {
+            all.push(candidate);
+        }
+    }
+    all.sort_by_key(|candidate| candidate.first_step);
+    all
 }
 
 /// What is seen of a body, a round one, where no nearer candidate hides it.
