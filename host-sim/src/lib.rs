@@ -18,4 +18,5 @@ pub mod picture;
 pub mod replay;
 pub mod run;
 pub mod score;
+pub mod soak;
 pub mod world;

@@ -12,6 +12,7 @@ mod replay_site;
 mod scene;
 mod score;
 mod sensor;
+mod soak;
 
 use std::process::ExitCode;
 
@@ -39,6 +40,7 @@ enum Command {
     Scene(scene::Arguments),
     Score(score::Arguments),
     Experiment(experiment::Arguments),
+    Soak(soak::Arguments),
     #[cfg(feature = "daemon")]
     Demo(demo::Arguments),
 }
@@ -55,6 +57,7 @@ pub fn run() -> ExitCode {
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Score(arguments) => score::run(&arguments),
         Command::Experiment(arguments) => experiment::run(&arguments),
+        Command::Soak(arguments) => soak::run(&arguments),
         #[cfg(feature = "daemon")]
         Command::Demo(arguments) => demo::run(&arguments),
     };

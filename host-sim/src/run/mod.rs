@@ -201,6 +201,14 @@ impl Run {
         Ok(std::mem::take(&mut self.arrivals))
     }
 
+    /// When the mirror of a module's sensor was at its front in the scans that are kept: those since the last
+    /// [`moment`](Self::moment), and of 0.2 s before; µs of the world.
+    #[must_use]
+    pub fn fronts_us(&self, module: usize) -> Vec<u64> {
+        let fronts = |sights: &[unit::Sight]| sights.iter().map(|sight| sight.at_us).collect();
+        self.units.get(module).map(|unit| unit.with_sights(0, fronts)).unwrap_or_default()
+    }
+
     /// Truth at `at_us`, which must be the time of the last [`until`](Self::until), and must not decrease.
     #[must_use]
     pub fn moment(&self, at_us: u64) -> Moment {

@@ -34,6 +34,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("mirror", include_str!("../../scenes/mirror.toml")),
     ("child", include_str!("../../scenes/child.toml")),
     ("hall", include_str!("../../scenes/hall.toml")),
+    ("soak", include_str!("../../scenes/soak.toml")),
     ("flat", include_str!("../../scenes/flat.toml")),
 ];
 
