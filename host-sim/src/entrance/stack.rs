@@ -13,7 +13,8 @@
 use std::f64::consts::PI;
 
 use crate::world::geometry::{Outline, Point};
-use crate::world::shape::{Gesture, arms};
+use crate::world::shape::arms;
+use crate::world::upright::{LEG_M, LEGS, TORSO_M, arm_levels};
 
 use super::walk::{Bag, Moment};
 
@@ -25,12 +26,6 @@ pub(super) const STRIDE_M: f64 = 1.4;
 
 /// Speed of the widest swing, m/s.
 const BRISK_MPS: f64 = 1.2;
-
-/// How far feet, shanks and thighs swing forward and back at a brisk walk, m.
-const SWINGS_M: [f64; 3] = [0.28, 0.22, 0.13];
-
-/// Half the distance of the legs, m.
-const LEG_M: f64 = 0.09;
 
 /// A bag: half its length and width, and its height, m.
 const BAG_M: (f64, f64, f64) = (0.18, 0.08, 0.35);
@@ -79,31 +74,20 @@ impl Stack {
             * libm::sin(2.0 * PI * walker.walked_m / (STRIDE_M * scale));
         let heights = |low_m: f64, high_m: f64| (low_m * scale, high_m * scale);
         let mut cuts = Vec::with_capacity(12);
-        let legs = [
-            (SWINGS_M[0], (0.13, 0.05), heights(0.0, 0.08)),
-            (SWINGS_M[1], (0.055, 0.055), heights(0.08, 0.45)),
-            (SWINGS_M[2], (0.085, 0.085), heights(0.45, 0.85)),
-        ];
         for side in [1.0, -1.0] {
-            for (swing_m, (along_m, across_m), heights_m) in legs {
-                let off = ahead.left() * (side * LEG_M) + ahead * (side * swing * swing_m);
-                let half_axes_m = (along_m * scale, across_m * scale);
+            for leg in &LEGS {
+                let off = ahead.left() * (side * LEG_M) + ahead * (side * swing * leg.swing_m);
+                let half_axes_m = (leg.half_axes_m.0 * scale, leg.half_axes_m.1 * scale);
+                let heights_m = heights(leg.heights_m.0, leg.heights_m.1);
                 cuts.push(Cut { centre: at + off * scale, axis: ahead, half_axes_m, heights_m });
             }
         }
         let (half_width_m, half_depth_m) = (walker.half_axes_m.0 * scale, walker.half_axes_m.1 * scale);
         let part =
             |half_axes_m: (f64, f64), heights_m| Cut { centre: at, axis: ahead, half_axes_m, heights_m };
-        cuts.push(part((half_depth_m, half_width_m), heights(0.85, 1.4)));
+        cuts.push(part((half_depth_m, half_width_m), heights(TORSO_M.0, TORSO_M.1)));
         cuts.push(part((0.10 * scale, 0.08 * scale), heights(1.4, 1.7)));
-        // A hanging arm turns about the shoulder: the upper arm swings less than the hand.
-        let levels: &[(f64, f64, f64)] = match walker.gesture {
-            Gesture::Hang => &[(1.1, 1.38, 0.3), (0.75, 1.1, 0.8)],
-            Gesture::Fold => &[(1.05, 1.3, 0.0)],
-            Gesture::Carry => &[(0.85, 1.15, 0.0)],
-            Gesture::Reach => &[(1.05, 1.15, 0.0)],
-        };
-        for (low_m, high_m, turn) in levels {
+        for (low_m, high_m, turn) in arm_levels(walker.gesture) {
             let swing = (at, ahead, swing * turn);
             let held = arms(walker.gesture, 0.045 * scale, (half_width_m, half_depth_m), swing);
             cuts.extend(held.iter().filter_map(|arm| Cut::of(arm, heights(*low_m, *high_m))));
@@ -133,6 +117,7 @@ impl Stack {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::shape::Gesture;
 
     fn walker(stature_m: f64) -> Moment {
         Moment {

@@ -63,7 +63,8 @@ const fn layout(table: Table) -> Layout {
         | Table::Poses
         | Table::FloorPoses
         | Table::Floor
-        | Table::FloorAndModules => Layout::AsRun,
+        | Table::FloorAndModules
+        | Table::HomeHard => Layout::AsRun,
     }
 }
 

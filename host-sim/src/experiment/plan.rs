@@ -86,6 +86,8 @@ pub enum Table {
     Carried,
     /// Paper C's furnished home, torso and thighs
     Home,
+    /// The same with bodies by height, arms over tables, things moved on them, a sliding door
+    HomeHard,
     /// Door leaf, curtain, fan and a mirror with visitors; cross-talk in an empty area
     Clutter,
     /// Condition H with five people over a network that loses, repeats and delays
@@ -180,6 +182,7 @@ impl Table {
             Self::Chairs => trial::chairs(&own(&["kehai", "lee", "particle"])),
             Self::Carried => trial::carried(&own(&["kehai", "lee", "particle"])),
             Self::Home => trial::home(&own(&crate::baselines::NAMES)),
+            Self::HomeHard => trial::home_hard(&own(&crate::baselines::NAMES)),
             Self::Passages => {
                 let rows = [
                     passages::tailgaters(),
@@ -247,9 +250,13 @@ mod tests {
 
     #[test]
     fn every_table_has_its_scenes_and_its_seeds() {
-        for table in
-            Table::EACH.into_iter().chain([Table::Passages, Table::PaperA, Table::Poses, Table::FloorPoses])
-        {
+        for table in Table::EACH.into_iter().chain([
+            Table::HomeHard,
+            Table::Passages,
+            Table::PaperA,
+            Table::Poses,
+            Table::FloorPoses,
+        ]) {
             let published = |seeds: &RangeInclusive<u64>| {
                 assert!(*seeds.start() == 10_000 && *seeds.end() < 10_200 && !seeds.is_empty(), "{table}");
             };

@@ -174,6 +174,7 @@ impl Cast {
             motion: Motion::Live(Arc::clone(&actor.track)),
             crouches_s: None,
             gestures: None,
+            reaches_s: Vec::new(),
         };
         let people = actors.iter().enumerate().map(person).collect();
         let parts = loaded.iter().flat_map(|loaded| &loaded.parts);

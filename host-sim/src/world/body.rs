@@ -35,8 +35,8 @@ pub const SHOULDERS_M: f64 = 1.4;
 /// Half the depth of a crouching person, knees to back, and the height of the shoulders above the floor.
 const CROUCHING_DEPTH_M: f64 = 0.28;
 const CROUCHING_TOP_M: f64 = 0.85;
-/// Most outlines of one body.
-pub const MAX_OUTLINES: usize = 3;
+/// Most outlines of one body: two thighs and two hands.
+pub const MAX_OUTLINES: usize = 4;
 
 /// Which part of a person is in the plane.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Deserialize)]
@@ -49,6 +49,8 @@ pub enum Section {
     TorsoOnly,
     /// Two thighs.
     Thighs,
+    /// What is at the height of the plane: feet, shanks, thighs and hands, or torso and arms.
+    ByHeight,
 }
 
 impl std::str::FromStr for Section {
@@ -59,7 +61,8 @@ impl std::str::FromStr for Section {
             "torso" => Ok(Self::Torso),
             "torso-only" => Ok(Self::TorsoOnly),
             "thighs" => Ok(Self::Thighs),
-            _ => Err(String::from("torso, torso-only or thighs")),
+            "by-height" => Ok(Self::ByHeight),
+            _ => Err(String::from("torso, torso-only, thighs or by-height")),
         }
     }
 }
@@ -142,7 +145,7 @@ impl Body {
         }
     }
 
-    /// The outlines of the body in a stance.
+    /// The outlines of the body in a stance, whatever the height of the plane; by height it is [`super::upright::cut`].
     #[must_use]
     pub fn outlines(&self, stance: &Stance) -> Vec<Outline, MAX_OUTLINES> {
         let ahead = Point::towards(stance.heading_rad);

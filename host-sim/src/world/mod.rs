@@ -25,6 +25,7 @@ pub mod moving;
 pub mod noise;
 pub mod optics;
 pub mod person_spec;
+pub mod placed;
 pub mod prop;
 pub mod random;
 pub mod raycast;
@@ -34,6 +35,7 @@ pub mod shape;
 pub mod standing;
 mod superellipse;
 pub mod trajectory;
+pub mod upright;
 pub mod variation;
 pub(crate) mod visit;
 pub mod walker;
@@ -49,6 +51,7 @@ use geometry::{Outline, Point};
 use mishap::Mishap;
 use motion::{Motion, Track};
 use moving::Moving;
+use placed::Placed;
 use prop::Prop;
 use random::{Purpose, Stream};
 use raycast::{Caster, Person, Thing};
@@ -136,6 +139,8 @@ impl World {
         let mut people = scripted(scene, &wanderers, seed);
         let props: Vec<Moving> =
             props(scene, &wanderers, &people).map(|prop| Moving::Prop(Box::new(prop))).collect();
+        let placed: Vec<Moving> =
+            placed(scene, &wanderers).map(|placed| Moving::Placed(Box::new(placed))).collect();
         let mut doors = scene.doors.clone();
         let mut duration_s = scene.duration_s;
         let mut events = None;
@@ -157,6 +162,7 @@ impl World {
                 motion: Motion::Track(track),
                 crouches_s: None,
                 gestures: gestures(index),
+                reaches_s: Vec::new(),
             }));
         }
         people.extend(scene.recorded.iter().flat_map(recorded).enumerate().map(
@@ -164,7 +170,14 @@ impl World {
                 let mut stream = Stream::new(seed, Purpose::Person, [index as u64, 1]);
                 let body = Body::random(section, &mut stream);
                 let name = format!("recorded {}", index + 1);
-                Person { name, body, motion: Motion::Track(track), crouches_s: None, gestures: None }
+                Person {
+                    name,
+                    body,
+                    motion: Motion::Track(track),
+                    crouches_s: None,
+                    gestures: None,
+                    reaches_s: Vec::new(),
+                }
             },
         ));
         people.extend(more.people);
@@ -173,7 +186,7 @@ impl World {
         let curtains = scene.curtains.iter().cloned().map(Moving::Curtain);
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
         let moving: Arc<[Moving]> =
-            doors.chain(curtains).chain(fans).chain(props).chain(more.moving).collect();
+            doors.chain(curtains).chain(fans).chain(props).chain(placed).chain(more.moving).collect();
         let mut things: Vec<Thing> =
             scene.site.walls.iter().flat_map(|wall| opaque(wall, scene.wall_reflectance)).collect();
         things.extend(scene.furniture.iter().flat_map(furniture));
@@ -262,7 +275,10 @@ fn scripted(scene: &Scene, wanderers: &[Wanderer], seed: u64) -> Vec<Person> {
     };
     let person = |(index, ((spec, wanderer), motion)): (usize, ((&PersonSpec, &Wanderer), Motion))| {
         let name = if spec.name.is_empty() { format!("{}", index + 1) } else { spec.name.clone() };
-        Person { name, body: wanderer.body, motion, crouches_s: spec.crouches_s, gestures: None }
+        let by_height = spec.section == Section::ByHeight;
+        let gestures = by_height.then_some(Gestures { seed, person: index as u64 });
+        let reaches_s = spec.reaches_at.iter().filter_map(|index| wanderer.stay_s(*index)).collect();
+        Person { name, body: wanderer.body, motion, crouches_s: spec.crouches_s, gestures, reaches_s }
     };
     scene.people.iter().zip(wanderers).zip(motions).enumerate().map(person).collect()
 }
@@ -279,8 +295,20 @@ fn props(scene: &Scene, wanderers: &[Wanderer], people: &[Person]) -> impl Itera
     })
 }
 
+/// Things that people of the script move to and fro.
+fn placed(scene: &Scene, wanderers: &[Wanderer]) -> impl Iterator<Item = Placed> {
+    scene.placed.iter().filter_map(|spec| {
+        let wanderer = wanderers.get(scene.people.iter().position(|person| person.name == spec.by)?)?;
+        let reached = |index: &usize| wanderer.stay_s(*index).map_or(f64::INFINITY, |[from_s, _]| from_s);
+        Some(Placed::new(spec.clone(), spec.moved_at.iter().map(reached)))
+    })
+}
+
 fn wanderer(scene: &Scene, index: usize, spec: &PersonSpec, seed: u64) -> Wanderer {
     let mut body = Body::random(spec.section, &mut Stream::new(seed, Purpose::Person, [index as u64, 0]));
+    if spec.section == Section::ByHeight {
+        body = body.of(Family::Arms, &mut Stream::new(seed, Purpose::Shape, [index as u64, 1]));
+    }
     let overrides = [
         (spec.half_width_m, &mut body.half_width_m),
         (spec.half_depth_m, &mut body.half_depth_m),

@@ -7,6 +7,7 @@
 
 use super::door::{Door, LiveDoor};
 use super::geometry::{Outline, Point};
+use super::placed::Placed;
 use super::prop::Prop;
 use serde::Deserialize;
 use std::f64::consts::{PI, TAU};
@@ -135,6 +136,8 @@ pub enum Moving {
     Fan(Fan),
     /// Carried, or put down.
     Prop(Box<Prop>),
+    /// Moved from place to place.
+    Placed(Box<Placed>),
 }
 
 impl Moving {
@@ -147,6 +150,7 @@ impl Moving {
             Self::Curtain(curtain) => curtain.outlines(time_s),
             Self::Fan(fan) => fan.outlines(time_s),
             Self::Prop(prop) => prop.outlines(time_s),
+            Self::Placed(placed) => placed.outlines(time_s),
         }
     }
 
@@ -159,6 +163,7 @@ impl Moving {
             Self::Curtain(curtain) => curtain.reflectance,
             Self::Fan(fan) => fan.reflectance,
             Self::Prop(prop) => prop.spec.reflectance,
+            Self::Placed(placed) => placed.spec.reflectance,
         }
     }
 
@@ -167,6 +172,7 @@ impl Moving {
     pub fn is_cut(&self, height_m: f64) -> bool {
         match self {
             Self::Prop(prop) => (prop.spec.low_m..=prop.spec.high_m).contains(&height_m),
+            Self::Placed(placed) => (placed.spec.low_m..=placed.spec.high_m).contains(&height_m),
             Self::Door(_) | Self::Live(_) | Self::Curtain(_) | Self::Fan(_) => true,
         }
     }

@@ -56,6 +56,10 @@ pub struct PersonSpec {
     pub top_m: Option<f64>,
     /// Begin and end of the time during which the person crouches.
     pub crouches_s: Option<[f64; 2]>,
+    /// Numbers of way points, from 0, at which an arm reaches over a table as long as the person waits there; with the section
+    /// `by-height`.
+    #[serde(default)]
+    pub reaches_at: Vec<usize>,
     /// Half the torso's width; random by default, as everything below.
     pub half_width_m: Option<f64>,
     /// Half the torso's depth.
@@ -93,6 +97,9 @@ impl PersonSpec {
         };
         if let Some(point) = self.route.iter().find(wrong) {
             return Err(format!("route: a point is [x, y] or [x, y, seconds to wait], not {point:?}"));
+        }
+        if self.reaches_at.iter().any(|index| *index >= self.route.len()) {
+            return Err(String::from("reaches_at: the route has no such way point"));
         }
         let within = [
             ("speed_m_s", Some(self.speed_m_s), 0.05, 4.0),

@@ -13,7 +13,8 @@ use super::geometry::{Beam, Meeting, Outline, Point, Pose};
 use super::motion::Motion;
 use super::moving::Moving;
 use super::noise::Seen;
-use super::shape::Gestures;
+use super::shape::{Gesture, Gestures};
+use super::upright;
 use heapless::Vec as SmallVec;
 use kehai_emulator::source::{Revolution, SensorGeometry};
 
@@ -45,6 +46,8 @@ pub struct Person {
     pub crouches_s: Option<[f64; 2]>,
     /// What the arms do, if the body's shape has arms of its own.
     pub gestures: Option<Gestures>,
+    /// When an arm reaches over a table.
+    pub reaches_s: Vec<[f64; 2]>,
 }
 
 impl Person {
@@ -53,6 +56,9 @@ impl Person {
     pub fn body_at(&self, time_s: f64) -> Body {
         match self.crouches_s {
             Some([from_s, until_s]) if (from_s..until_s).contains(&time_s) => self.body.crouching(),
+            _ if self.reaches_s.iter().any(|[from_s, until_s]| (*from_s..*until_s).contains(&time_s)) => {
+                self.body.at(Gesture::Reach)
+            }
             _ => self.gestures.map_or(self.body, |gestures| self.body.at(gestures.at(time_s))),
         }
     }
@@ -220,7 +226,13 @@ impl Caster {
                 continue;
             };
             let (thing, mut image) = (FIRST_PERSON + number as u16, None);
-            add_body(&reflection.beam, &body.outlines(&stance), &body, (thing, f64::INFINITY), &mut image);
+            add_body(
+                &reflection.beam,
+                &upright::cut(&body, &stance, self.height_m),
+                &body,
+                (thing, f64::INFINITY),
+                &mut image,
+            );
             let image = image.map(|image: Seen| Seen { range_m: image.range_m + reflection.way_m, ..image });
             *seen = match (*seen, image) {
                 (Some(now), Some(image)) if now.range_m <= image.range_m => Some(now),
@@ -255,7 +267,7 @@ impl Caster {
                 && index < met.end
                 && let Some(stance) = person.motion.stance(time_s((index + end) / 2))
             {
-                let outlines = body.outlines(&stance);
+                let outlines = upright::cut(&body, &stance, self.height_m);
                 let directions = &self.directions[index..end];
                 for outline in outlines.iter().filter(|outline| self.may_meet(directions, outline)) {
                     let beams = directions.iter().zip(&self.straight_m[index..end]);
@@ -365,7 +377,14 @@ mod tests {
     fn person(positions: &[Point]) -> Person {
         let body = Body::random(Section::TorsoOnly, &mut Stream::new(1, Purpose::Person, [0, 0]));
         let motion = Motion::Track(Track::new(-10.0, 1.0, positions, 0.0));
-        Person { name: String::from("one"), body, motion, crouches_s: None, gestures: None }
+        Person {
+            name: String::from("one"),
+            body,
+            motion,
+            crouches_s: None,
+            gestures: None,
+            reaches_s: Vec::new(),
+        }
     }
 
     fn caster(yaw_deg: f64) -> Caster {

@@ -55,6 +55,7 @@ use super::gathering::{GatheringSpec, MOST_PEOPLE};
 use super::moving::{Curtain, Fan};
 use super::noise::NoiseLevel;
 use super::optics::SensorModel;
+use super::placed::PlacedSpec;
 use super::prop::Carried;
 use super::site::Site;
 use super::trajectory::Recorded;
@@ -116,6 +117,9 @@ pub struct Scene {
     /// What people of the script carry, push, pull or put down; not with `avoid`.
     #[serde(default)]
     pub carried: Vec<Carried>,
+    /// Things that people of the script move from place to place; not with `avoid`.
+    #[serde(default)]
+    pub placed: Vec<PlacedSpec>,
     /// Other modules that can take the place of the site's.
     #[serde(default, rename = "arrangement")]
     pub arrangements: Vec<Arrangement>,
@@ -290,6 +294,17 @@ impl Scene {
             };
             if carried.puts_down_at.is_some_and(|index| index >= carrier.route.len()) {
                 return Err(format!("carried \"{}\": the route has no such way point", carried.name));
+            }
+        }
+        for placed in &self.placed {
+            placed.check().map_err(|what| format!("placed \"{}\": {what}", placed.name))?;
+            let mover = self.people.iter().find(|person| person.name == placed.by);
+            let last = placed.moved_at.last().copied().unwrap_or(0);
+            if self.avoid || mover.is_none_or(|mover| last >= mover.route.len()) {
+                return Err(format!(
+                    "placed \"{}\": nobody named \"{}\" with such way points, or people avoid each other",
+                    placed.name, placed.by
+                ));
             }
         }
         if let Some(gathering) = &self.gathering

@@ -12,7 +12,7 @@ use super::body::Body;
 use super::crowd::{self, STEP_S, Walker};
 use super::geometry::{Outline, Point};
 use super::motion::Track;
-use super::walker::{Habit, Repeat, WayPoint};
+use super::walker::{self, Habit, Repeat, WayPoint};
 
 /// A person and the route they walk.
 #[derive(Clone, Debug)]
@@ -23,6 +23,15 @@ pub struct Wanderer {
     pub points: Vec<WayPoint>,
     /// How they walk them.
     pub habit: Habit,
+}
+
+impl Wanderer {
+    /// From when to when, s of the world, they wait at a way point for the first time; None without such a way point.
+    #[must_use]
+    pub fn stay_s(&self, index: usize) -> Option<[f64; 2]> {
+        let from_s = walker::arrival_s(&self.points, &self.habit, index);
+        Some([from_s, from_s + self.points.get(index)?.wait_s])
+    }
 }
 
 /// A way point is reached within this distance; one to wait at is approached closer.

@@ -152,8 +152,14 @@ fn scene(name: &str, seed: u64) -> std::result::Result<Scene, Box<dyn Error>> {
 /// A run with a person steered from outside.
 fn led(scene: &Scene, seed: u64, led: &Led, mishaps: Vec<Mishap>) -> Run {
     let body = Body::random(Section::Torso, &mut Stream::new(seed, Purpose::Person, [0, 2]));
-    let walker =
-        Person { name: "who is led".into(), body, motion: led.motion(), crouches_s: None, gestures: None };
+    let walker = Person {
+        name: "who is led".into(),
+        body,
+        motion: led.motion(),
+        crouches_s: None,
+        gestures: None,
+        reaches_s: Vec::new(),
+    };
     let more = More { people: vec![walker], mishaps, ..More::default() };
     Run::of(World::with(scene, seed, more), seed, &Options::default())
 }
