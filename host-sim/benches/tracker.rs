@@ -27,9 +27,9 @@ use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
 use host_tracker::net::tracking::{Parts, TrackingLoop};
 use kehai::wire::{HEADER_LEN, Incoming, Message, Request};
-use kehai_tracking::follower::Follower;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::session::Session;
+use kehai_tracking::site_tracker::SiteTracker;
 
 /// Most instructions a report, with eight people before two modules.
 const EIGHT_BUDGET: u64 = 200_000;
@@ -112,22 +112,22 @@ fn window_s(record: &Record) -> (f64, f64) {
 }
 
 /// Feeds everything up to a time; the reports among it.
-fn feed(record: &Record, follower: &mut Follower, from_s: f64, until_s: f64) -> u64 {
+fn feed(record: &Record, site_tracker: &mut SiteTracker, from_s: f64, until_s: f64) -> u64 {
     let within = |t: f64| t > from_s && t <= until_s;
     let mut arrivals =
         record.arrivals.iter().filter(|arrival| within(arrival.at_us as f64 * 1e-6)).peekable();
     let mut reports = 0;
     for moment in record.truth.iter().filter(|moment| within(moment.t)) {
         while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            reports += u64::from(follower.receive(&arrival.bytes, arrival.at_us).is_some());
+            reports += u64::from(site_tracker.receive(&arrival.bytes, arrival.at_us).is_some());
         }
-        std::hint::black_box(follower.line(moment.t));
+        std::hint::black_box(site_tracker.line(moment.t));
     }
     reports
 }
 
-fn follower(record: &Record, tracker: Choice) -> Follower {
-    Follower::new(&Arc::new(record.site.clone()), tracker)
+fn site_tracker(record: &Record, tracker: Choice) -> SiteTracker {
+    SiteTracker::new(&Arc::new(record.site.clone()), tracker)
 }
 
 /// Instructions a report within the world's window, counted by valgrind; None if valgrind is not installed.
@@ -170,12 +170,12 @@ fn cost(world: &World, tracker: Choice) -> Result<Cost, Box<dyn Error>> {
     let (first_s, last_s) = window_s(&record);
     let (mut best_s, mut reports, mut people) = (f64::INFINITY, 0, 0);
     for _ in 0..3 {
-        let mut follower = follower(&record, tracker);
-        feed(&record, &mut follower, -1.0, first_s);
+        let mut site_tracker = site_tracker(&record, tracker);
+        feed(&record, &mut site_tracker, -1.0, first_s);
         let start = Instant::now();
-        reports = feed(&record, &mut follower, first_s, last_s);
+        reports = feed(&record, &mut site_tracker, first_s, last_s);
         best_s = best_s.min(start.elapsed().as_secs_f64());
-        people = follower.tracks(last_s).len();
+        people = site_tracker.tracks(last_s).len();
     }
     // Five hundred take minutes under valgrind and say nothing that 64 do not.
     let instructions = if world.halls > 16 { None } else { instructions(&path, world, tracker, reports) };
@@ -259,8 +259,8 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     sockets.iter().try_for_each(|socket| socket.set_nonblocking(true))?;
     let addresses: Vec<SocketAddr> = sockets.iter().map(UdpSocket::local_addr).collect::<Result<_, _>>()?;
     let registry = Registry::new(Arc::new(record.site.clone()), &addresses);
-    let (socket, follower) = (TrackingLoop::bind()?, follower(&record, Choice::default()));
-    let mut tracking = TrackingLoop::new(socket, registry, None, follower, Parts::default());
+    let (socket, site_tracker) = (TrackingLoop::bind()?, site_tracker(&record, Choice::default()));
+    let mut tracking = TrackingLoop::new(socket, registry, None, site_tracker, Parts::default());
     let begun = Instant::now();
     let sent = std::thread::scope(|scope| {
         let sender = scope.spawn(|| send(&record, &sockets, begun));
@@ -349,8 +349,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     {
         let record = load(Path::new(path), halls.parse()?)?;
         let (first_s, last_s) = window_s(&record);
-        let mut follower = follower(&record, tracker.parse()?);
-        feed(&record, &mut follower, -1.0, if end == "first" { first_s } else { last_s });
+        let mut site_tracker = site_tracker(&record, tracker.parse()?);
+        feed(&record, &mut site_tracker, -1.0, if end == "first" { first_s } else { last_s });
         return Ok(ExitCode::SUCCESS);
     }
     let number = |flag: &str, otherwise: u32| {

@@ -1,7 +1,7 @@
 //! A soak: devices and tracker for simulated weeks, and whether memory, clocks or backgrounds drift meanwhile.
 //!
 //! ```text
-//!   scene soak ─▶ Run: sensors, firmware's tasks, network ─▶ Follower      N scans
+//!   scene soak ─▶ Run: sensors, firmware's tasks, network ─▶ SiteTracker      N scans
 //!                  │ true start of each scan                  │
 //!                  ▼                                          ▼
 //!   each tenth:  clock error ◀── start by the session ──  heap, background − the first one, tracks
@@ -16,7 +16,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use kehai_emulator::simulated_time::Stuck;
-use kehai_tracking::follower::Follower;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::LifeCycle;
 
 use crate::baselines::Choice;
@@ -140,7 +140,7 @@ pub fn drift(first: &Sample, now: &Sample, (modules, people): (u64, u64)) -> Vec
 /// A soak in progress.
 pub struct Soak {
     run: Run,
-    follower: Follower,
+    site_tracker: SiteTracker,
     /// Frames of 0.1 s that are over.
     tick: u64,
     /// Time of a revolution of each sensor, µs.
@@ -169,7 +169,7 @@ impl Soak {
         let periods_us =
             run.world().sensors().iter().map(|(_, sensor)| sensor.clock().period_us.into()).collect();
         Self {
-            follower: Follower::new(&Arc::new(scene.site.clone()), Choice::default()),
+            site_tracker: SiteTracker::new(&Arc::new(scene.site.clone()), Choice::default()),
             run,
             tick: 0,
             periods_us,
@@ -210,7 +210,9 @@ impl Soak {
         self.tick += 1;
         let (at_us, at_s) = (self.tick * TICK_US, (self.tick * TICK_US) as f64 * 1e-6);
         for arrival in self.run.until(at_us)? {
-            let Some(observation) = self.follower.receive(&arrival.bytes, arrival.at_us) else { continue };
+            let Some(observation) = self.site_tracker.receive(&arrival.bytes, arrival.at_us) else {
+                continue;
+            };
             self.sample.scans += 1;
             let module = observation.view.module;
             if let Some(error_ms) =
@@ -221,7 +223,7 @@ impl Soak {
                 self.sample.worst_clock_ms = self.sample.worst_clock_ms.max(error_ms.abs());
             }
         }
-        let line = self.follower.line(at_s);
+        let line = self.site_tracker.line(at_s);
         self.sample.tracks = line.tracks.len() as u64;
         self.sample.numbers = line.tracks.iter().map(|track| track.id).fold(self.sample.numbers, u64::max);
         let is_inside = |x: f64, y: f64| (0.0..4.5).contains(&x) && (0.0..3.5).contains(&y);
@@ -237,7 +239,7 @@ impl Soak {
             self.tally.right += u64::from(found.count() == self.inside.len());
         }
         if self.first_mm.len() < self.periods_us.len() {
-            let known = self.follower.sessions().iter().filter(|session| !session.walls_mm().is_empty());
+            let known = self.site_tracker.sessions().iter().filter(|session| !session.walls_mm().is_empty());
             for session in known {
                 if let Some(module) = session.place_in_site() {
                     self.first_mm.entry(module).or_insert_with(|| Arc::clone(session.walls_mm()));
@@ -259,7 +261,7 @@ impl Soak {
     fn elsewhere_share(&self) -> f64 {
         let (mut beams, mut elsewhere) = (0_u64, 0_u64);
         for index in 0..self.periods_us.len() {
-            let session = self.follower.sessions().get(module_id(index));
+            let session = self.site_tracker.sessions().get(module_id(index));
             let (Some(first_mm), Some(session)) = (self.first_mm.get(&index), session) else { continue };
             for (first_mm, now_mm) in first_mm.iter().zip(session.walls_mm().iter()) {
                 beams += 1;

@@ -9,10 +9,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kehai::wire::DATAGRAM_MAX;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::occupancy::ZoneLine;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::snapshot::DeviceState;
 use kehai_tracking::tracker::Ideas;
 use program::{Program, word};
@@ -30,25 +30,25 @@ fn follow(address: SocketAddr, mut is_enough: impl FnMut(&ZoneLine) -> bool) -> 
     socket.set_read_timeout(Some(Duration::from_millis(20))).expect("a time");
     let site = Arc::new(Site::parse("test.toml", SITE).expect("a site"));
     let mut registry = Registry::new(Arc::clone(&site), &[address]);
-    let mut follower = Follower::new(&site, Ideas::default());
+    let mut site_tracker = SiteTracker::new(&site, Ideas::default());
     let begin = Instant::now();
     let mut buffer = [0; DATAGRAM_MAX];
     loop {
         assert!(begin.elapsed() < PATIENCE, "not yet");
         let now_us = begin.elapsed().as_micros() as u64 + 1;
         let send = |bytes: &[u8], to: SocketAddr| _ = socket.send_to(bytes, to);
-        registry.poll(follower.sessions_mut(), now_us, send);
+        registry.poll(site_tracker.sessions_mut(), now_us, send);
         let Ok((length, from)) = socket.recv_from(&mut buffer) else { continue };
         let now_us = begin.elapsed().as_micros() as u64 + 1;
-        let sessions = follower.sessions_mut();
+        let sessions = site_tracker.sessions_mut();
         let Some(datagram) = sessions.decode(&buffer[..length]) else { continue };
         if !registry.admit(from, &datagram, sessions, now_us).is_used {
             continue;
         }
-        let observation = follower.follow(&datagram, now_us);
-        registry.heard(from, &datagram, observation, follower.sessions_mut(), now_us, send);
-        let hall = follower.estimate(now_us as f64 * 1e-6).zones["hall"].clone();
-        let lines = registry.lines(follower.sessions_mut(), now_us);
+        let observation = site_tracker.follow(&datagram, now_us);
+        registry.heard(from, &datagram, observation, site_tracker.sessions_mut(), now_us, send);
+        let hall = site_tracker.estimate(now_us as f64 * 1e-6).zones["hall"].clone();
+        let lines = registry.lines(site_tracker.sessions_mut(), now_us);
         let watches = lines.iter().all(|line| line.state == DeviceState::Watching && line.alarms.is_empty());
         if is_enough(&hall) && watches {
             return hall;

@@ -44,8 +44,8 @@ impl fmt::Display for Followed {
 fn follow(record: &Record, tracker: &str, region: impl Fn(Point) -> bool) -> Followed {
     let mut followed = Followed::default();
     let mut seen_since_s = None;
-    record.follow(tracker.parse().unwrap(), |follower, moment| {
-        let mut tracks = follower.tracks(moment.t);
+    record.follow(tracker.parse().unwrap(), |site_tracker, moment| {
+        let mut tracks = site_tracker.tracks(moment.t);
         tracks.retain(|track| track.state != LifeCycle::Tentative);
         let [person] = moment.people.as_slice() else {
             assert!(moment.people.is_empty());

@@ -17,7 +17,7 @@ use host_sim::baselines::Choice;
 use host_sim::run::{Options, Record};
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::Variation;
-use kehai_tracking::follower::Follower;
+use kehai_tracking::site_tracker::SiteTracker;
 
 struct Counting;
 
@@ -60,19 +60,19 @@ fn bound(halls: usize, modules: usize, people: usize) -> f64 {
         + (500.0 * side_m * side_m).min(4e6)
 }
 
-/// The most bytes a follower has at once, from its first datagram to its last, and the tracks it has in the end.
+/// The most bytes a site's tracker has at once, from its first datagram to its last, and the tracks it has in the end.
 fn most_bytes(record: &Record) -> (usize, usize) {
     let site = Arc::new(record.site.clone());
     let before = LIVE.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);
-    let mut follower = Follower::new(&site, Choice::default());
+    let mut site_tracker = SiteTracker::new(&site, Choice::default());
     let mut arrivals = record.arrivals.iter().peekable();
     let mut tracks = 0;
     for moment in &record.truth {
         while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us as f64 * 1e-6 <= moment.t) {
-            follower.receive(&arrival.bytes, arrival.at_us);
+            site_tracker.receive(&arrival.bytes, arrival.at_us);
         }
-        tracks = follower.line(moment.t).tracks.len();
+        tracks = site_tracker.line(moment.t).tracks.len();
     }
     (MOST.load(Ordering::Relaxed) - before, tracks)
 }

@@ -1,7 +1,7 @@
 //! The tracks right after each report, for listeners that cannot wait for the next snapshot.
 //!
 //! ```text
-//!   report ─▶ follower ─┬─ every 0.1 s ─▶ Snapshot
+//!   report ─▶ site tracker ─┬─ every 0.1 s ─▶ Snapshot
 //!                       └─ at once, if there is a listener ─▶ ReportLine ─▶ each listener, as fast as it takes them
 //! ```
 //!

@@ -30,10 +30,10 @@ use crate::reports::Reports;
 use crate::signs::SignHandle;
 use crate::store::card::CardKey;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use kehai_tracking::tracker::Selected;
 
@@ -142,11 +142,11 @@ impl Service {
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let registry = Registry::new(Arc::clone(&the_site), &options.modules);
-            let mut follower = Follower::new(&the_site, options.tracker);
+            let mut site_tracker = SiteTracker::new(&the_site, options.tracker);
             if let Some((line, age_s)) = &options.restore {
-                follower.restore(line, *age_s);
+                site_tracker.restore(line, *age_s);
             }
-            let mut tracking = TrackingLoop::new(socket, registry, search, follower, parts);
+            let mut tracking = TrackingLoop::new(socket, registry, search, site_tracker, parts);
             track(&mut tracking, &changed, &frames_in, &sharing)
         })?;
         let sites = Sites { site: watch::Sender::new(site), changes };

@@ -15,8 +15,8 @@ use std::sync::Arc;
 use hall::Tracker;
 use host_tracker::record::Recorder;
 use host_tracker::record::replay::replay;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Selected;
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -27,11 +27,11 @@ const SITE: &str = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]
 /// A recording of twenty lines and as many datagrams.
 fn recording(file: &Path) {
     let site: Site = toml::from_str(SITE).unwrap();
-    let mut follower = Follower::new(&Arc::new(site.clone()), Selected::default());
+    let mut site_tracker = SiteTracker::new(&Arc::new(site.clone()), Selected::default());
     let recorder = Recorder::create(file, 1, Selected::default(), &site, None).unwrap();
     for tenth in 1..=20_u64 {
         recorder.datagram(tenth * 100_000, &[tenth as u8; 60]);
-        recorder.line(tenth * 100_000, &follower.line(tenth as f64 * 0.1));
+        recorder.line(tenth * 100_000, &site_tracker.line(tenth as f64 * 0.1));
     }
     drop(recorder);
 }

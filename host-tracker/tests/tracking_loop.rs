@@ -13,9 +13,9 @@ use kehai::wire::{
     SensorInfo, Subscribed,
 };
 use kehai_tracking::door::{Phase, Trouble};
-use kehai_tracking::follower::Follower;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Ideas;
 
 const SITE: &str = r#"
@@ -38,8 +38,8 @@ const DEVICE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
 fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
     let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
     let registry = Registry::new(Arc::clone(&site), devices);
-    let follower = Follower::new(&site, Ideas::default());
-    TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, follower, parts)
+    let site_tracker = SiteTracker::new(&site, Ideas::default());
+    TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, site_tracker, parts)
 }
 
 /// What a device answers to a host's request, and then its reports.

@@ -22,7 +22,7 @@ use world::World;
 
 const BOTH: People = People { stands: true, walks: true };
 
-/// Of a seed from here on no second follower is asked.
+/// Of a seed from here on no second tracker is asked.
 const SEED: u64 = 16;
 
 /// Holds what the site has around `area`, too.
@@ -35,8 +35,8 @@ fn room() -> Site {
 fn edit(world: &mut World, site: &Site) {
     let site = Arc::new(site.clone());
     site.check().unwrap();
-    world.follower.change_site(&site);
-    world.registry.change_site(&site, world.follower.sessions_mut());
+    world.site_tracker.change_site(&site);
+    world.registry.change_site(&site, world.site_tracker.sessions_mut());
 }
 
 /// One of the edits that leave modules where they are.
@@ -101,7 +101,7 @@ fn zone(name: &str, polygon: Vec<[f64; 2]>) -> Zone {
 fn look(world: &mut World, what: &str) {
     world.tenth();
     let at_s = world.now_us as f64 * 1e-6;
-    for (name, zone) in world.follower.estimate(at_s).zones {
+    for (name, zone) in world.site_tracker.estimate(at_s).zones {
         let is_said = zone.count().is_none_or(|count| count >= BOTH.count());
         assert!(is_said, "{what}: {name}: {zone:?} of {} people", BOTH.count());
     }
@@ -134,7 +134,7 @@ fn tracks_keep_their_numbers_over_an_edit() {
     world.seconds(10);
     let ids = |world: &mut World| {
         let at_s = world.now_us as f64 * 1e-6;
-        world.follower.estimate(at_s).tracks.iter().map(|track| track.id).collect::<Vec<_>>()
+        world.site_tracker.estimate(at_s).tracks.iter().map(|track| track.id).collect::<Vec<_>>()
     };
     let before = ids(&mut world);
     edit(&mut world, &room());

@@ -9,10 +9,10 @@ use kehai::wire::{
     DATAGRAM_MAX, FaultyPanel, Identity, Info, List, Message, ModuleId, Pressed, ReportHead, Subscribed,
 };
 use kehai_tracking::alarm::AlarmKind;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::occupancy::{ZoneKnown, ZoneLine};
 use kehai_tracking::session::subscription::Subscription;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Ideas;
 use proptest::prelude::*;
 
@@ -31,7 +31,7 @@ const fn device(number: u8) -> ModuleId {
 
 /// A floor, a host that follows it, and their one time. The device's clock is that of the host.
 struct Rig {
-    follower: Follower,
+    site_tracker: SiteTracker,
     identity: Identity,
     sequence: u32,
 }
@@ -40,7 +40,7 @@ impl Rig {
     fn new(site: &str) -> Self {
         let site = Arc::new(Site::parse("test.toml", site).unwrap());
         Self {
-            follower: Follower::new(&site, Ideas::default()),
+            site_tracker: SiteTracker::new(&site, Ideas::default()),
             identity: Identity { module: device(1), boot: 1 },
             sequence: 0,
         }
@@ -49,7 +49,7 @@ impl Rig {
     fn receive(&mut self, message: &Message<'_>, now_us: u64) {
         let mut bytes = [0; DATAGRAM_MAX];
         let length = message.encode(self.identity, &mut bytes).unwrap();
-        assert!(self.follower.receive(&bytes[..length], now_us).is_none(), "a floor has no scans");
+        assert!(self.site_tracker.receive(&bytes[..length], now_us).is_none(), "a floor has no scans");
     }
 
     /// What a device answers once it is asked.
@@ -108,7 +108,7 @@ impl Rig {
     }
 
     fn hall(&mut self, at_us: u64) -> ZoneLine {
-        self.follower.estimate(at_us as f64 * 1e-6).zones["hall"].clone()
+        self.site_tracker.estimate(at_us as f64 * 1e-6).zones["hall"].clone()
     }
 }
 
@@ -180,7 +180,7 @@ proptest! {
             prop_assert_ne!(hall.count(), Some(0), "at {} µs of {}: {:?}", line_us, unplugged_us, hall);
             if (unplugged_us + 3_000_000..back_us).contains(&line_us) {
                 prop_assert_eq!(hall.state(), ZoneKnown::Unknown);
-                prop_assert!(rig.follower.estimate(line_us as f64 * 1e-6).tracks.is_empty());
+                prop_assert!(rig.site_tracker.estimate(line_us as f64 * 1e-6).tracks.is_empty());
             }
         }
         // After a gap of half a second this walker, whose left foot always comes down at one place, is in one of some
@@ -192,14 +192,15 @@ proptest! {
 #[test]
 fn a_panel_that_does_not_work_is_not_known_to_be_empty_and_is_named() {
     let mut rig = Rig::new(SITE);
-    rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);
+    rig.site_tracker.sessions_mut().meet(device(1), &Subscription::default(), 0);
     rig.meet("mat", 1000);
     let dead: Vec<FaultyPanel> =
         (0..32).map(|panel| FaultyPanel { panel: panel * 18, fault: Fault::Dead }).collect();
     let stuck = [FaultyPanel { panel: 49, fault: Fault::Stuck }];
     for reading in 1..=30_u64 {
         rig.press(&[], if reading < 20 { &stuck } else { &dead }, reading * READING_US);
-        let line = rig.follower.sessions_mut().get_mut(device(1)).unwrap().line("mat", reading * READING_US);
+        let line =
+            rig.site_tracker.sessions_mut().get_mut(device(1)).unwrap().line("mat", reading * READING_US);
         let alarms = line.unwrap().alarms;
         let panels = alarms.iter().find(|alarm| alarm.kind == AlarmKind::Panels).expect("an alarm");
         let wanted =
@@ -219,7 +220,7 @@ fn a_panel_that_does_not_work_is_not_known_to_be_empty_and_is_named() {
 #[test]
 fn where_the_list_of_faulty_panels_is_full_nothing_behind_it_is_known() {
     let mut rig = Rig::new(SITE);
-    rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);
+    rig.site_tracker.sessions_mut().meet(device(1), &Subscription::default(), 0);
     rig.meet("mat", 1000);
     // Half of the panels, those above row 11, are stuck: the first 32 are named.
     let named: Vec<FaultyPanel> =
@@ -257,7 +258,7 @@ fn where_panels_stop_working_under_a_person_the_zone_is_not_empty() {
 #[test]
 fn a_panel_that_works_again_is_seen_once_a_foot_on_it_would_have_been_found() {
     let mut rig = Rig::new(SITE);
-    rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);
+    rig.site_tracker.sessions_mut().meet(device(1), &Subscription::default(), 0);
     rig.meet("mat", 1000);
     let unread = [FaultyPanel { panel: 300, fault: Fault::Dead }];
     let share = |rig: &mut Rig, reading: u64| rig.hall(reading * READING_US).seen_share();
@@ -272,14 +273,15 @@ fn a_panel_that_works_again_is_seen_once_a_foot_on_it_would_have_been_found() {
 #[test]
 fn a_floor_of_another_size_is_not_used_and_says_so() {
     let mut rig = Rig::new(&SITE.replace("columns = 24", "columns = 20"));
-    rig.follower.sessions_mut().meet(device(1), &Subscription::default(), 0);
+    rig.site_tracker.sessions_mut().meet(device(1), &Subscription::default(), 0);
     rig.meet("mat", 1000);
     for reading in 1..=20_u64 {
         rig.press(&soles(reading * READING_US), &[], reading * READING_US);
     }
     assert_eq!(rig.hall(20 * READING_US).state(), ZoneKnown::Unknown);
-    assert_eq!(rig.follower.sessions().drops().unplaced, 20);
-    let line = rig.follower.sessions_mut().get_mut(device(1)).unwrap().line("mat", 20 * READING_US).unwrap();
+    assert_eq!(rig.site_tracker.sessions().drops().unplaced, 20);
+    let line =
+        rig.site_tracker.sessions_mut().get_mut(device(1)).unwrap().line("mat", 20 * READING_US).unwrap();
     let kinds: Vec<AlarmKind> = line.alarms.iter().map(|alarm| alarm.kind).collect();
     assert!(kinds.contains(&AlarmKind::FloorSize), "{kinds:?}");
 }
@@ -293,13 +295,13 @@ fn numbers_of_people_are_never_used_again_when_the_floor_is_moved() {
         let at_us = reading * READING_US;
         rig.press(&soles(at_us), &[], at_us);
         if reading == 45 {
-            ids.extend(rig.follower.estimate(at_us as f64 * 1e-6).tracks.iter().map(|track| track.id));
+            ids.extend(rig.site_tracker.estimate(at_us as f64 * 1e-6).tracks.iter().map(|track| track.id));
             let moved = SITE.replace("x = 0\n", "x = 0.1\n");
-            rig.follower.change_site(&Arc::new(Site::parse("test.toml", &moved).unwrap()));
+            rig.site_tracker.change_site(&Arc::new(Site::parse("test.toml", &moved).unwrap()));
             assert_eq!(rig.hall(at_us).state(), ZoneKnown::Unknown);
         }
     }
-    let after = rig.follower.estimate(90.0 * READING_US as f64 * 1e-6).tracks;
+    let after = rig.site_tracker.estimate(90.0 * READING_US as f64 * 1e-6).tracks;
     assert_eq!((ids.len(), after.len()), (1, 1));
     assert!(after[0].id > ids[0], "{} after {}", after[0].id, ids[0]);
 }
@@ -385,7 +387,7 @@ proptest! {
             let mut bytes = [0; DATAGRAM_MAX];
             let pressed = Message::Pressed(Pressed { head, columns, rows, down, faulty });
             if let Ok(length) = pressed.encode(rig.identity, &mut bytes) {
-                rig.follower.receive(&bytes[..length], 1_000_000);
+                rig.site_tracker.receive(&bytes[..length], 1_000_000);
             }
             rig.hall(1_000_000 + u64::from(number) * LINE_US);
         }

@@ -19,8 +19,8 @@ mod world;
 use std::sync::Arc;
 
 use fake::{Fake, SITE};
-use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Ideas;
 use proptest::prelude::*;
 
@@ -29,7 +29,7 @@ const SCAN_US: u64 = 100_000;
 
 /// One module in a simulated time.
 struct Room {
-    follower: Follower,
+    site_tracker: SiteTracker,
     left: Fake,
     now_us: u64,
     asked: u32,
@@ -38,8 +38,8 @@ struct Room {
 impl Room {
     fn new() -> Self {
         let site = Arc::new(toml::from_str(SITE).unwrap());
-        let follower = Follower::new(&site, Ideas::default());
-        let mut room = Self { follower, left: Fake::new(1, 5, "left"), now_us: 10 * SECOND_US, asked: 0 };
+        let site_tracker = SiteTracker::new(&site, Ideas::default());
+        let mut room = Self { site_tracker, left: Fake::new(1, 5, "left"), now_us: 10 * SECOND_US, asked: 0 };
         let (info, profile) = (room.left.info(1), room.left.profile());
         room.exchange();
         room.hear(&info);
@@ -51,7 +51,7 @@ impl Room {
 
     /// Whether it was a report that was used.
     fn hear(&mut self, bytes: &[u8]) -> bool {
-        self.follower.receive(bytes, self.now_us).is_some()
+        self.site_tracker.receive(bytes, self.now_us).is_some()
     }
 
     fn exchange(&mut self) {
@@ -71,7 +71,7 @@ impl Room {
     }
 
     fn zone(&mut self) -> (ZoneKnown, Option<u32>) {
-        let zone = self.follower.line(self.now_us as f64 * 1e-6).zones["area"].clone();
+        let zone = self.site_tracker.line(self.now_us as f64 * 1e-6).zones["area"].clone();
         (zone.state(), zone.count())
     }
 }
@@ -85,7 +85,7 @@ fn f1_a_report_from_the_future_is_dropped_counted_and_blinds_nothing() {
         let report = room.left.report(room.now_us + ahead_us);
         assert!(!room.hear(&report), "{ahead_us}");
     }
-    assert_eq!(room.follower.sessions().drops().ahead, 4);
+    assert_eq!(room.site_tracker.sessions().drops().ahead, 4);
     // Nothing is seen any more: after two seconds that is said.
     room.now_us += 2 * SECOND_US + 1;
     assert_eq!(room.zone().0, ZoneKnown::Unknown);
@@ -167,7 +167,7 @@ proptest! {
             if age_us.is_none_or(|age_us| age_us > 2 * SECOND_US) {
                 prop_assert_ne!(room.zone().0, ZoneKnown::Known, "{:?} µs", age_us);
             }
-            let line = room.follower.line(room.now_us as f64 * 1e-6);
+            let line = room.site_tracker.line(room.now_us as f64 * 1e-6);
             prop_assert!(line.tracks.iter().all(|track| track.x.is_finite() && track.x.abs() < 100.0));
         }
     }

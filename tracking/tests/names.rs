@@ -7,11 +7,11 @@ use std::sync::Arc;
 use kehai::candidate::Candidate;
 use kehai::scan::{Geometry, URG_04LX};
 use kehai_tracking::card::Card;
-use kehai_tracking::follower::{Estimate, Follower};
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::names::{Names, Read, Sign};
 use kehai_tracking::observation::{Detection, Observation, View};
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::{Estimate, SiteTracker};
 use kehai_tracking::tracker::{Ideas, TrackState};
 use nalgebra::{Matrix2, Vector2};
 use proptest::prelude::*;
@@ -66,13 +66,13 @@ fn tracked(walks: &[(f64, f64)], signs: Option<&[(f64, f64, f64, u8)]>) -> Vec<E
     let geometry = Geometry::new(URG_04LX).unwrap();
     let pose = Pose { at: Point::new(0.0, -4.0), yaw_rad: FRAC_PI_2 };
     let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry });
-    let mut follower = Follower::new(&site, Ideas::default());
+    let mut site_tracker = SiteTracker::new(&site, Ideas::default());
     let mut names = Names::default();
     let mut known = Vec::new();
     for (tenth, &(x, y)) in (0..).zip(walks) {
         let now_s = 20.0 + SCAN_S * f64::from(tenth);
-        follower.observe(&observation(&view, now_s, &[(x, y), (-x, 0.5 - y)]));
-        let estimate = follower.estimate(now_s);
+        site_tracker.observe(&observation(&view, now_s, &[(x, y), (-x, 0.5 - y)]));
+        let estimate = site_tracker.estimate(now_s);
         if let Some(&(x, y, sigma_m, id)) = signs.and_then(|signs| signs.get(tenth as usize)) {
             names.follow(&estimate.tracks, estimate.t_s);
             let read = match id % 3 {

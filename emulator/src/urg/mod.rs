@@ -133,7 +133,7 @@ impl Urg {
     /// Takes the bytes that have left the sensor at `now_us`, in order.
     pub fn take_output(&mut self, now_us: u64) -> Vec<Sent> {
         self.advance(now_us);
-        let sent = self.port.transmitter.take(now_us);
+        let sent = self.port.transmitter.sent_until(now_us);
         if self.port.link == LinkState::Up { sent } else { Vec::new() }
     }
 
@@ -371,7 +371,7 @@ impl Urg {
     fn change_link(&mut self, link: LinkState) {
         if self.port.link != LinkState::Up && link == LinkState::Up {
             // Bytes that left while the cable was out are lost.
-            self.port.transmitter.take(self.now_us);
+            self.port.transmitter.sent_until(self.now_us);
         }
         self.port.link = link;
         self.requests.clear_line();

@@ -77,7 +77,7 @@ impl Transmitter {
     }
 
     /// Takes what is complete at `now_us`.
-    pub(crate) fn take(&mut self, now_us: u64) -> Vec<Sent> {
+    pub(crate) fn sent_until(&mut self, now_us: u64) -> Vec<Sent> {
         let mut sent: Vec<Sent> = Vec::new();
         while let Some(piece) = self.pieces.front_mut() {
             let since_ns = (now_us * 1000).checked_sub(piece.start_ns);
@@ -130,9 +130,9 @@ mod tests {
         transmitter.enqueue(1000, b"QT\n".to_vec(), Some(19_200));
         assert_eq!(transmitter.due_us(1), Some(1521));
         assert_eq!(transmitter.due_us(99), Some(1000 + 1563));
-        assert_eq!(transmitter.take(1520), []);
-        assert_eq!(transmitter.take(1521), [Sent { baud: Some(19_200), bytes: b"Q".to_vec() }]);
-        assert_eq!(transmitter.take(9999), [Sent { baud: Some(19_200), bytes: b"T\n".to_vec() }]);
+        assert_eq!(transmitter.sent_until(1520), []);
+        assert_eq!(transmitter.sent_until(1521), [Sent { baud: Some(19_200), bytes: b"Q".to_vec() }]);
+        assert_eq!(transmitter.sent_until(9999), [Sent { baud: Some(19_200), bytes: b"T\n".to_vec() }]);
         assert_eq!(transmitter.due_us(1), None);
     }
 
@@ -141,7 +141,7 @@ mod tests {
         let mut transmitter = Transmitter::default();
         transmitter.enqueue(0, b"ab".to_vec(), Some(19_200));
         transmitter.enqueue(0, b"cd".to_vec(), Some(250_000));
-        let sent = transmitter.take(10_000);
+        let sent = transmitter.sent_until(10_000);
         assert_eq!(sent.iter().map(|part| part.baud).collect::<Vec<_>>(), [Some(19_200), Some(250_000)]);
         assert_eq!(transmitter.end_us(), 1041 + 80 + 1);
     }
@@ -151,7 +151,7 @@ mod tests {
         let mut transmitter = Transmitter::default();
         transmitter.enqueue(5, b"abc".to_vec(), None);
         assert_eq!(transmitter.due_us(1), Some(5));
-        assert_eq!(transmitter.take(4), []);
-        assert_eq!(transmitter.take(5), [Sent { baud: None, bytes: b"abc".to_vec() }]);
+        assert_eq!(transmitter.sent_until(4), []);
+        assert_eq!(transmitter.sent_until(5), [Sent { baud: None, bytes: b"abc".to_vec() }]);
     }
 }

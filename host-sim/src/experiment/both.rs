@@ -15,9 +15,9 @@ use std::sync::Arc;
 
 use kehai::floor::Floor;
 use kehai_tracking::floor::{Plan, Reading};
-use kehai_tracking::follower::{Estimate as Known, Follower};
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor as Mat;
+use kehai_tracking::site_tracker::{Estimate as Known, SiteTracker};
 use serde::{Deserialize, Serialize};
 
 use super::jobs::Runs;
@@ -168,12 +168,15 @@ pub fn play(
     let site = |sources: Sources| Arc::new(sources.site(&scene.site));
     let mat = site(Sources::Both).floors.first().cloned().ok_or("no floor")?;
     let plan = Plan::from(&mat);
-    let mut followers = Sources::ALL.map(|sources| Follower::new(&site(sources), Choice::default()));
+    let mut followers = Sources::ALL.map(|sources| SiteTracker::new(&site(sources), Choice::default()));
     let mut floor = Floor::new(plan.columns, plan.rows).ok_or("too large a floor")?;
     let mut crowd = Crowd::new(run.world().people().len());
-    let receive = |followers: &mut [Follower; 3], arrival: &Arrival| {
+    let receive = |followers: &mut [SiteTracker; 3], arrival: &Arrival| {
         // The floor alone comes first.
-        followers.iter_mut().skip(1).for_each(|follower| _ = follower.receive(&arrival.bytes, arrival.at_us));
+        followers
+            .iter_mut()
+            .skip(1)
+            .for_each(|site_tracker| _ = site_tracker.receive(&arrival.bytes, arrival.at_us));
     };
     let end_us = (run.world().duration_s() * 1e6) as u64;
     let mut reading_us = READING_US;
@@ -192,16 +195,16 @@ pub fn play(
             }
             let read = Reading { floor: 0, plan, at_s, down: floor.pressed(), faulty: Vec::new() };
             let is_cut = cuts.floor_s.as_ref().is_some_and(|cut_s| cut_s.contains(&at_s));
-            for (follower, sources) in followers.iter_mut().zip(Sources::ALL) {
+            for (site_tracker, sources) in followers.iter_mut().zip(Sources::ALL) {
                 if sources != Sources::Modules && !is_cut {
-                    follower.read(&read);
+                    site_tracker.read(&read);
                 }
             }
             reading_us += READING_US;
         }
         arrivals.for_each(|arrival| receive(&mut followers, arrival));
         let moment = run.moment(now_us);
-        let known = followers.each_mut().map(|follower| follower.estimate(moment.t));
+        let known = followers.each_mut().map(|site_tracker| site_tracker.estimate(moment.t));
         look(&moment, &known);
     }
     Ok(run.world().events())

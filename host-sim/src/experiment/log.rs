@@ -63,8 +63,8 @@ impl Log {
             zone.iter().flat_map(|zone| &zone.polygon).map(|&corner| corner.into()).collect();
         let settings = Settings { region: region.or(area), area, ..Settings::default() };
         let mut scorer = Scorer::new(settings);
-        let lines = record.follow(choice, |follower, moment| {
-            let known = follower.line(moment.t);
+        let lines = record.follow(choice, |site_tracker, moment| {
+            let known = site_tracker.line(moment.t);
             let people: Vec<Target> = moment.people.iter().map(Target::from).collect();
             let mut tracks: Vec<Estimate> = known.tracks.iter().map(Estimate::from).collect();
             scorer.frame(&Frame { t_s: moment.t, truth: &people, tracks: &tracks });

@@ -102,9 +102,9 @@ pub fn judge(record: &Record, choice: Choice) -> Outcome {
 #[must_use]
 pub fn judge_in(record: &Record, choice: Choice, settings: Settings) -> Outcome {
     let mut scorer = Scorer::new(settings);
-    record.follow(choice, |follower, moment| {
+    record.follow(choice, |site_tracker, moment| {
         let truth: Vec<Target> = moment.people.iter().map(Target::from).collect();
-        let tracks: Vec<Estimate> = follower.tracks(moment.t).iter().map(Estimate::from).collect();
+        let tracks: Vec<Estimate> = site_tracker.tracks(moment.t).iter().map(Estimate::from).collect();
         scorer.frame(&Frame { t_s: moment.t, truth: &truth, tracks: &tracks });
     });
     Outcome::of(scorer, record.events.as_ref())

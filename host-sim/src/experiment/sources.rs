@@ -11,9 +11,9 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use kehai_tracking::follower::Follower;
 use kehai_tracking::geometry::inside;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::{LifeCycle, TrackState};
 use serde::{Deserialize, Serialize};
 
@@ -130,8 +130,8 @@ fn one(seed: u64) -> Result<Vec<Came>, String> {
     for (_, installed, trackers) in SOURCES {
         for tracker in trackers {
             let tracker: Choice = tracker.parse().map_err(|error| format!("{error}"))?;
-            let follower = Follower::new(&Arc::new(site(installed)), tracker);
-            watched.push((installed, follower, Judge::default(), (0, 0)));
+            let site_tracker = SiteTracker::new(&Arc::new(site(installed)), tracker);
+            watched.push((installed, site_tracker, Judge::default(), (0, 0)));
         }
     }
     let zone: Vec<Point> = ZONE_M.iter().map(|[x, y]| Point::new(*x, *y)).collect();
@@ -155,13 +155,13 @@ fn one(seed: u64) -> Result<Vec<Came>, String> {
         let shot = Shot { frame: Frame::unseen(1, 1, now_us), whose: Vec::new(), people: present.collect() };
         let is_clear = shot.people.iter().all(|one| edge_m(one.at, &zone) > EDGE_M);
         let there = shot.people.iter().filter(|one| one.is_judged).count();
-        for (installed, follower, judge, right) in &mut watched {
+        for (installed, site_tracker, judge, right) in &mut watched {
             for (at_us, module, bytes) in &arrivals {
                 if installed.contains(module) {
-                    follower.receive(bytes, *at_us);
+                    site_tracker.receive(bytes, *at_us);
                 }
             }
-            let known = follower.estimate(now_us as f64 * 1e-6);
+            let known = site_tracker.estimate(now_us as f64 * 1e-6);
             if number < first {
                 continue;
             }

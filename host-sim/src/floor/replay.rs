@@ -1,7 +1,7 @@
 //! Frames of a SensFloor through everything a device and a host make of them, in memory, on the frames' own time.
 //!
 //! ```text
-//!   frames ─▶ bytes ─▶ device::tiles ─▶ device::Module ══ datagrams ══▶ Follower ─▶ tracks, a line every 0.1 s
+//!   frames ─▶ bytes ─▶ device::tiles ─▶ device::Module ══ datagrams ══▶ SiteTracker ─▶ tracks, a line every 0.1 s
 //!                 ◀─ requests ─┘                ◀══ subscriptions ══════════┘
 //! ```
 
@@ -16,10 +16,10 @@ use kehai::link::{Dropped, Lane, Outbox};
 use kehai::wire::{Counter, ModuleId};
 use kehai_emulator::recording::floor::{FloorRecording, StampedFrame};
 use kehai_emulator::sensfloor::bytes;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::session::subscription::Subscription;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Ideas;
 
 /// Between two lines of tracks, µs.
@@ -55,7 +55,7 @@ pub struct FloorChain {
     tiles: Tiles,
     module: Box<Module<1>>,
     sent: Sent,
-    follower: Follower,
+    site_tracker: SiteTracker,
     now_us: u64,
     /// Readings that reached the host.
     readings: u64,
@@ -78,10 +78,10 @@ impl FloorChain {
         let mut module = Box::new(Module::new(about));
         module.begin(1, Settings { tiles: Some(*layout), ..Settings::new() });
         module.rename(NAME);
-        let mut follower = Follower::new(&Arc::new(site(layout)?), Ideas::default());
-        follower.sessions_mut().meet(DEVICE, &Subscription::default(), 0);
+        let mut site_tracker = SiteTracker::new(&Arc::new(site(layout)?), Ideas::default());
+        site_tracker.sessions_mut().meet(DEVICE, &Subscription::default(), 0);
         let (tiles, sent) = (Tiles::new(), Sent::default());
-        Ok(Self { tiles, module, sent, follower, now_us: 0, readings: 0 })
+        Ok(Self { tiles, module, sent, site_tracker, now_us: 0, readings: 0 })
     }
 
     /// Bytes of the floor's line at `at_us`.
@@ -93,7 +93,8 @@ impl FloorChain {
     pub fn until(&mut self, at_us: u64) -> Vec<(u64, [u8; FRAME_LEN])> {
         let mut requests = Vec::new();
         loop {
-            let host_us = self.follower.sessions().get(DEVICE).map_or(u64::MAX, |session| session.next_us());
+            let host_us =
+                self.site_tracker.sessions().get(DEVICE).map_or(u64::MAX, |session| session.next_us());
             let module_us = self.module.poll(self.now_us, &mut self.sent);
             self.deliver();
             // Nothing is due more often than each ms, whatever it says.
@@ -113,7 +114,7 @@ impl FloorChain {
     fn deliver(&mut self) {
         loop {
             let mut asked = Vec::new();
-            if let Some(session) = self.follower.sessions_mut().get_mut(DEVICE) {
+            if let Some(session) = self.site_tracker.sessions_mut().get_mut(DEVICE) {
                 session.poll(self.now_us, |datagram| asked.push(datagram.to_vec()));
             }
             let host = SocketAddrV4::new([127, 0, 0, 1].into(), 4040);
@@ -123,18 +124,18 @@ impl FloorChain {
             if self.sent.0.is_empty() {
                 return;
             }
-            let before = self.follower.sessions().get(DEVICE).map_or(0, |session| session.reports());
+            let before = self.site_tracker.sessions().get(DEVICE).map_or(0, |session| session.reports());
             for datagram in std::mem::take(&mut self.sent.0) {
-                self.follower.receive(&datagram, self.now_us);
+                self.site_tracker.receive(&datagram, self.now_us);
             }
-            let after = self.follower.sessions().get(DEVICE).map_or(0, |session| session.reports());
+            let after = self.site_tracker.sessions().get(DEVICE).map_or(0, |session| session.reports());
             self.readings += after - before;
         }
     }
 
     /// Who is where at `at_us`, which time has reached.
     pub fn line(&mut self, at_us: u64) -> TracksLine {
-        self.follower.line(at_us as f64 * 1e-6)
+        self.site_tracker.line(at_us as f64 * 1e-6)
     }
 }
 
@@ -219,7 +220,8 @@ impl FloorReplay {
         }
         let count = |counter| chain.module.counters().get(counter);
         let (damaged, foreign) = (count(Counter::ScansDamaged), count(Counter::SensorUnexpected));
-        let faulty = chain.follower.floors().iter().map(|floor| floor.stuck.len() + floor.dead.len()).sum();
+        let faulty =
+            chain.site_tracker.floors().iter().map(|floor| floor.stuck.len() + floor.dead.len()).sum();
         Ok(Self { lines, readings: chain.readings, damaged, foreign, faulty })
     }
 }

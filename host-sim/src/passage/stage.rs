@@ -13,8 +13,8 @@ use crate::baselines::Choice;
 use kehai_tracking::door::{
     Action, Alarm, Card, Contact, Event, Lock, Machine, Passage, Phase, Seen, Trouble,
 };
-use kehai_tracking::follower::Follower;
 use kehai_tracking::site::door::{Door as GuardedDoor, Fail};
+use kehai_tracking::site_tracker::SiteTracker;
 use parking_lot::Mutex;
 
 use super::cast::{Cast, FROM_S};
@@ -122,7 +122,7 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
     let world = World::with(&scene, seed, More { people, moving, ..More::default() });
     let mut run = Run::of(world, seed, &Options::default());
     let site = Arc::new(scene.site.clone());
-    let mut follower = Follower::new(&site, choice);
+    let mut site_tracker = SiteTracker::new(&site, choice);
     let guarded = site.doors.first().ok_or("the site has no door")?;
     let mut machine = Machine::new(guarded, &site, 1).ok_or("the door has no zone")?;
     let mut entrant = Entrant::new(plan, seed);
@@ -148,7 +148,7 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
         }
         for arrival in run.until(now_us).map_err(|stuck| format!("seed {seed}: {stuck:?}"))? {
             if !entrant.has_lost(usize::from(arrival.module)) {
-                follower.receive(&arrival.bytes, arrival.at_us);
+                site_tracker.receive(&arrival.bytes, arrival.at_us);
             }
         }
         tick += 1;
@@ -156,11 +156,11 @@ pub fn run(plan: Plan, seed: u64, choice: Choice) -> Result<Report, String> {
         if now_s < FROM_S - 3.0 {
             continue;
         }
-        let lost = follower
+        let lost = site_tracker
             .sessions()
             .iter()
             .any(|session| now_us.saturating_sub(session.last_report_us()) as f64 * 1e-6 > LOST_S);
-        let estimate = follower.estimate(now_s);
+        let estimate = site_tracker.estimate(now_s);
         let zone = estimate.zones.get(machine.zone());
         let seen = Seen::of(&estimate.tracks, zone, lost.then_some(Trouble::ModuleLost));
         entrant.low(&seen, now_s);

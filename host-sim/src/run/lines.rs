@@ -11,9 +11,9 @@ use std::sync::Arc;
 use crate::baselines::Choice;
 use kehai::centre::Estimator;
 use kehai::wire::Message;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::{PersonLine, TracksLine, TruthLine};
 use kehai_tracking::session::Sessions;
+use kehai_tracking::site_tracker::SiteTracker;
 
 use super::{Moment, Record};
 use crate::jsonl::CandidatesLine;
@@ -36,18 +36,18 @@ impl Record {
         self.truth.iter().map(TruthLine::from)
     }
 
-    /// Feeds a follower, and lets `look` at it at every moment of the truth: by then it has received what had
+    /// Feeds a site's tracker, and lets `look` at it at every moment of the truth: by then it has received what had
     /// arrived by then, and nothing else.
-    pub fn follow<T>(&self, tracker: Choice, mut look: impl FnMut(&mut Follower, &Moment) -> T) -> Vec<T> {
-        let mut follower = Follower::new(&Arc::new(self.site.clone()), tracker);
+    pub fn follow<T>(&self, tracker: Choice, mut look: impl FnMut(&mut SiteTracker, &Moment) -> T) -> Vec<T> {
+        let mut site_tracker = SiteTracker::new(&Arc::new(self.site.clone()), tracker);
         let mut arrivals = self.arrivals.iter().peekable();
         let mut seen = Vec::with_capacity(self.truth.len());
         for moment in &self.truth {
             let until_us = (moment.t * 1e6).round() as u64;
             while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us <= until_us) {
-                follower.receive(&arrival.bytes, arrival.at_us);
+                site_tracker.receive(&arrival.bytes, arrival.at_us);
             }
-            seen.push(look(&mut follower, moment));
+            seen.push(look(&mut site_tracker, moment));
         }
         seen
     }
@@ -55,7 +55,7 @@ impl Record {
     /// The tracks of the tracker of this name, computed from the datagrams every 0.1 s.
     #[must_use]
     pub fn tracks_lines(&self, tracker: Choice) -> Vec<TracksLine> {
-        self.follow(tracker, |follower, moment| follower.line(moment.t))
+        self.follow(tracker, |site_tracker, moment| site_tracker.line(moment.t))
     }
 
     /// The candidates of every report that a host can use, in the site's frame.

@@ -24,11 +24,11 @@ use crate::signs::SignHandle;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai::wire::Message;
 use kehai_tracking::alarm::AlarmKind;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::registry::{Networks, Registry};
 use kehai_tracking::session::Input;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::snapshot::{Refused, Snapshot, unix_ms};
 
 /// Between two snapshots, µs.
@@ -67,7 +67,7 @@ pub struct TrackingLoop {
     socket: UdpSocket,
     search: Option<Search>,
     registry: Registry,
-    follower: Follower,
+    site_tracker: SiteTracker,
     poses: Poses,
     clock: HostClock,
     next_line_us: u64,
@@ -96,7 +96,7 @@ impl TrackingLoop {
         socket: UdpSocket,
         registry: Registry,
         search: Option<Search>,
-        follower: Follower,
+        site_tracker: SiteTracker,
         parts: Parts,
     ) -> Self {
         Self {
@@ -104,7 +104,7 @@ impl TrackingLoop {
             search,
             poses: Poses::new(registry.site()),
             registry,
-            follower,
+            site_tracker,
             clock: HostClock::start(),
             next_line_us: LINE_US,
             networks: Networks::default(),
@@ -127,8 +127,8 @@ impl TrackingLoop {
             signs.change_site(site);
         }
         self.poses = Poses::new(site);
-        self.follower.change_site(site);
-        self.registry.change_site(site, self.follower.sessions_mut());
+        self.site_tracker.change_site(site);
+        self.registry.change_site(site, self.site_tracker.sessions_mut());
     }
 
     /// µs since it began: the clock of all that follows.
@@ -158,7 +158,7 @@ impl TrackingLoop {
                 self.registry.find(finding, &self.networks, now_us);
             }
             let socket = &self.socket;
-            let sessions = self.follower.sessions_mut();
+            let sessions = self.site_tracker.sessions_mut();
             self.registry.poll(sessions, now_us, |datagram, to| send(socket, datagram, to));
             let (len, from) = match self.socket.recv_from(&mut buffer) {
                 Ok(received) => received,
@@ -177,7 +177,7 @@ impl TrackingLoop {
             self.strangers += 1;
             return;
         }
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         let Some(datagram) = sessions.decode(bytes) else { return };
         let admission = self.registry.admit(from, &datagram, sessions, now_us);
         if let Some(recorder) = self.parts.recorder.as_ref().filter(|_| admission.is_elsewhere) {
@@ -190,7 +190,7 @@ impl TrackingLoop {
         if let Some(recorder) = &self.parts.recorder {
             recorder.datagram(now_us, bytes);
         }
-        let input = self.follower.take(&datagram, now_us);
+        let input = self.site_tracker.take(&datagram, now_us);
         if let Some(Input::Floor(reading)) = &input {
             self.parts.calibration.read(reading);
         }
@@ -207,28 +207,28 @@ impl TrackingLoop {
                     t,
                     module: module.map_or_else(String::new, |module| module.name.clone()),
                     sequence: report.head.sequence,
-                    tracks: self.follower.peek(t),
+                    tracks: self.site_tracker.peek(t),
                 });
             }
         }
         let socket = &self.socket;
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         let answer = |datagram: &[u8], to| send(socket, datagram, to);
         self.registry.heard(from, &datagram, observation, sessions, now_us, answer);
     }
 
     fn snapshot_at(&mut self, at_us: u64) -> Snapshot {
         let now_us = self.now_us();
-        let estimate = self.follower.estimate(at_us as f64 * 1e-6);
+        let estimate = self.site_tracker.estimate(at_us as f64 * 1e-6);
         let line = TracksLine::from(&estimate);
-        let Self { registry, follower, poses, parts, .. } = self;
-        parts.calibration.tick(follower.sessions(), at_us as f64 * 1e-6);
+        let Self { registry, site_tracker, poses, parts, .. } = self;
+        parts.calibration.tick(site_tracker.sessions(), at_us as f64 * 1e-6);
         if let Some(recorder) = &parts.recorder {
             recorder.line(at_us, &line);
             parts.alarms.set(AlarmKind::Recording, &recorder.trouble());
         }
-        let mut modules = registry.lines(follower.sessions_mut(), now_us);
-        poses.raise(follower.sessions(), &mut modules, now_us);
+        let mut modules = registry.lines(site_tracker.sessions_mut(), now_us);
+        poses.raise(site_tracker.sessions(), &mut modules, now_us);
         let doors = parts.doors.as_ref().map(|doors| doors.observe(&estimate, &modules));
         let (names, signs) = parts.signs.as_ref().map(|signs| signs.observe(&estimate)).unwrap_or_default();
         Snapshot {
@@ -239,11 +239,11 @@ impl TrackingLoop {
             doors: doors.unwrap_or_default(),
             names,
             signs,
-            floors: follower.floors(),
+            floors: site_tracker.floors(),
             modules,
-            dropped: *follower.sessions().drops(),
+            dropped: *site_tracker.sessions().drops(),
             strangers: self.strangers,
-            refused: Refused { forgotten: follower.sessions().forgotten(), ..registry.refused() },
+            refused: Refused { forgotten: site_tracker.sessions().forgotten(), ..registry.refused() },
             http: parts.connections.refused(),
         }
     }
@@ -259,7 +259,7 @@ impl TrackingLoop {
     /// The sessions with all devices.
     #[must_use]
     pub const fn sessions(&self) -> &kehai_tracking::session::Sessions {
-        self.follower.sessions()
+        self.site_tracker.sessions()
     }
 }
 

@@ -1,7 +1,7 @@
 //! A recording, followed again: the same datagrams at the same times into the same tracker.
 //!
 //! ```text
-//!   /site ─▶ a follower      /datagrams ─▶ receive at the recorded µs      /lines ─▶ line at that time: equal?
+//!   /site ─▶ a site's tracker      /datagrams ─▶ receive at the recorded µs      /lines ─▶ line at that time: equal?
 //!                            /elsewhere ─▶ that device's times are forgotten
 //! ```
 
@@ -17,8 +17,8 @@ use sha2::{Digest, Sha256};
 
 use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Lost, RecordError, SITE, Told};
 use kehai::wire::ModuleId;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::site_tracker::SiteTracker;
 
 /// Longest record that is read, bytes: a chunk is a second, and a second of a hundred modules is some MB. A damaged length
 /// would else be allocated, whatever it says.
@@ -55,7 +55,7 @@ pub fn replay(
     let input = File::open(file).map_err(|error| failed(error.into()))?;
     let mut outcome = Outcome::default();
     let (mut recorded, mut replayed) = (Sha256::new(), Sha256::new());
-    let mut follower: Option<Follower> = None;
+    let mut site_tracker: Option<SiteTracker> = None;
     let mut begun_ns = 0;
     // A chunk's checksum is compared at its end, not before: of a file that was cut off, its last chunk counts, too.
     let options = LinearReaderOptions::default().with_record_length_limit(RECORD_MAX);
@@ -65,19 +65,19 @@ pub fn replay(
         let message = match catch_unwind(AssertUnwindSafe(|| messages.next())) {
             Ok(None) => break,
             Ok(Some(Ok(message))) => message,
-            Ok(Some(Err(error))) if follower.is_none() => return Err(failed(error.into())),
+            Ok(Some(Err(error))) if site_tracker.is_none() => return Err(failed(error.into())),
             Ok(Some(Err(error))) => {
                 outcome.cut_off = error.to_string();
                 break;
             }
-            Err(_) if follower.is_none() => return Err(failed(Cause::Damaged)),
+            Err(_) if site_tracker.is_none() => return Err(failed(Cause::Damaged)),
             Err(_) => {
                 outcome.cut_off = Cause::Damaged.to_string();
                 break;
             }
         };
         let now_us = message.log_time.saturating_sub(begun_ns) / 1000;
-        match (message.channel.topic.as_str(), &mut follower) {
+        match (message.channel.topic.as_str(), &mut site_tracker) {
             (SITE, None) => {
                 let told: Told =
                     serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
@@ -87,26 +87,26 @@ pub fn replay(
                     .parse::<kehai_tracking::tracker::Selected>()
                     .map_err(|error: kehai_tracking::tracker::UnknownTracker| failed(error.into()))?;
                 told.site.check().map_err(|error| failed(Cause::Site(error)))?;
-                let mut begun = Follower::new(&Arc::new(told.site), tracker);
+                let mut begun = SiteTracker::new(&Arc::new(told.site), tracker);
                 if let Some((line, age_s)) = &told.restored {
                     begun.restore(line, *age_s);
                 }
-                follower = Some(begun);
+                site_tracker = Some(begun);
             }
             (_, None) => return Err(failed(Cause::Foreign)),
-            (SITE, Some(follower)) => {
+            (SITE, Some(site_tracker)) => {
                 let told: Told =
                     serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
                 told.site.check().map_err(|error| failed(Cause::Site(error)))?;
-                follower.change_site(&Arc::new(told.site));
+                site_tracker.change_site(&Arc::new(told.site));
             }
-            (DATAGRAMS, Some(follower)) => {
-                follower.receive(&message.data, now_us);
+            (DATAGRAMS, Some(site_tracker)) => {
+                site_tracker.receive(&message.data, now_us);
                 outcome.datagrams += 1;
             }
-            (ELSEWHERE, Some(follower)) => {
+            (ELSEWHERE, Some(site_tracker)) => {
                 if let Ok(device) = <[u8; 6]>::try_from(&*message.data) {
-                    follower.sessions_mut().is_elsewhere(ModuleId(device), now_us);
+                    site_tracker.sessions_mut().is_elsewhere(ModuleId(device), now_us);
                 }
             }
             (LOST, Some(_)) => {
@@ -114,8 +114,8 @@ pub fn replay(
                     serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
                 outcome.lost = outcome.lost.saturating_add(note.messages);
             }
-            (LINES, Some(follower)) => {
-                let line = follower.line(now_us as f64 * 1e-6);
+            (LINES, Some(site_tracker)) => {
+                let line = site_tracker.line(now_us as f64 * 1e-6);
                 let bytes = serde_json::to_vec(&line).map_err(|error| failed(error.into()))?;
                 recorded.update(&message.data);
                 replayed.update(&bytes);
@@ -126,7 +126,7 @@ pub fn replay(
             _ => {}
         }
     }
-    if follower.is_none() {
+    if site_tracker.is_none() {
         return Err(failed(Cause::Foreign));
     }
     outcome.recorded = hexadecimal(&recorded.finalize());

@@ -29,7 +29,6 @@ pub mod coverage;
 mod equations;
 pub mod joint;
 mod limits;
-pub mod look;
 mod result;
 pub mod room;
 mod row;
@@ -39,6 +38,7 @@ mod statistics;
 mod steps;
 mod turned;
 pub mod walk;
+pub mod walker;
 pub mod watch;
 pub mod words;
 

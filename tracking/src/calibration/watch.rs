@@ -17,10 +17,10 @@ use crate::observation::{Detection, Observation, View};
 use crate::site::{Mover, Site};
 
 use super::align::link;
-use super::look::moves;
 use super::median;
 use super::turned::{MOST_RAD, TURN_RAD, Walls};
 use super::walk::{Glimpse, Walk};
+use super::walker::moves;
 
 /// Seconds back that are looked at: what was before a module was moved must soon be forgotten.
 const WINDOW_S: f64 = 15.0;

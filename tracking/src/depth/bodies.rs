@@ -38,7 +38,7 @@ const PARTS: [(f64, f64); 2] = [(0.35, 0.5), (0.65, 0.05)];
 
 /// A body stays hidden for so long, s: behind a person who walks the same way; without anything before it, for one frame
 /// of five a second.
-const HIDDEN_S: f64 = 3.0;
+const OCCLUDED_S: f64 = 3.0;
 const UNSEEN_S: f64 = 0.3;
 
 /// Frames of which a body's whole volume is the largest, as a share that is kept from frame to frame: half in 3 s.
@@ -272,8 +272,8 @@ impl Body {
     fn stays(&self, seen: &[Seen], sight: &Sight, at_s: f64) -> bool {
         let place = self.motion.place(at_s);
         let is_outside = place.x <= 0.0 || place.y.abs() > sight.aside * place.x;
-        let is_hidden = seen.iter().any(|seen| seen.hides(place));
-        let most_s = if is_hidden && !is_outside { HIDDEN_S } else { UNSEEN_S };
+        let is_occluded = seen.iter().any(|seen| seen.hides(place));
+        let most_s = if is_occluded && !is_outside { OCCLUDED_S } else { UNSEEN_S };
         at_s - self.seen_s < most_s
     }
 }

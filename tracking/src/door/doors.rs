@@ -19,9 +19,9 @@ use super::names::Names;
 use super::passage::Passage;
 use super::terms::{Alarm, Card, Refusal, Trouble};
 use super::transition::Phase;
-use crate::follower::Estimate;
 use crate::geometry::{Point, distance_to_segment};
 use crate::site::{Module, Site, door};
+use crate::site_tracker::Estimate;
 use crate::tracker::TrackId;
 
 /// A device farther from a door's line than this does not watch it, m.

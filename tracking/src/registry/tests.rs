@@ -5,8 +5,8 @@ mod fake;
 
 use super::*;
 use crate::alarm::AlarmKind;
-use crate::follower::Follower;
 use crate::jsonl::ZoneKnown;
+use crate::site_tracker::SiteTracker;
 use crate::snapshot::ModuleLine;
 use crate::tracker::Ideas;
 use fake::{Fake, SITE, id};
@@ -20,9 +20,9 @@ fn at(host: u8) -> SocketAddr {
 /// A network of fake modules in a simulated time.
 struct Network {
     registry: Registry,
-    follower: Follower,
+    site_tracker: SiteTracker,
     /// Follows what a recording holds.
-    again: Follower,
+    again: SiteTracker,
     modules: Vec<(SocketAddr, Fake)>,
     now_us: u64,
 }
@@ -31,9 +31,9 @@ impl Network {
     fn new(given: &[SocketAddr], modules: Vec<(SocketAddr, Fake)>) -> Self {
         let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
         let registry = Registry::new(Arc::clone(&site), given);
-        let follower = Follower::new(&site, Ideas::default());
-        let again = Follower::new(&site, Ideas::default());
-        Self { registry, follower, again, modules, now_us: 10 * SECOND_US }
+        let site_tracker = SiteTracker::new(&site, Ideas::default());
+        let again = SiteTracker::new(&site, Ideas::default());
+        Self { registry, site_tracker, again, modules, now_us: 10 * SECOND_US }
     }
 
     /// One datagram from an address; whether it was admitted.
@@ -41,7 +41,7 @@ impl Network {
         if !self.registry.knows(from) {
             return false;
         }
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         let datagram = sessions.decode(bytes).unwrap();
         let admission = self.registry.admit(from, &datagram, sessions, self.now_us);
         if admission.is_elsewhere {
@@ -50,12 +50,12 @@ impl Network {
         if !admission.is_used {
             return false;
         }
-        let observation = self.follower.follow(&datagram, self.now_us);
+        let observation = self.site_tracker.follow(&datagram, self.now_us);
         let again = self.again.follow(&datagram, self.now_us);
         let start_s = |observation: &Observation| observation.start_s;
         let (live_s, again_s) = (observation.as_ref().map(start_s), again.as_ref().map(start_s));
         assert_eq!(live_s, again_s, "who follows the recording uses it otherwise");
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         let mut sent = Vec::new();
         self.registry.heard(from, &datagram, observation, sessions, self.now_us, |bytes, to| {
             sent.push((bytes.to_vec(), to));
@@ -77,7 +77,7 @@ impl Network {
     fn tenth(&mut self) {
         self.now_us += SECOND_US / 10;
         let mut sent = Vec::new();
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         self.registry.poll(sessions, self.now_us, |bytes, to| sent.push((bytes.to_vec(), to)));
         self.deliver(sent);
         for index in 0..self.modules.len() {
@@ -93,13 +93,13 @@ impl Network {
 
     fn zone(&mut self) -> ZoneKnown {
         let at_s = self.now_us as f64 * 1e-6;
-        let line = self.follower.line(at_s);
+        let line = self.site_tracker.line(at_s);
         assert_eq!(self.again.line(at_s), line);
         line.zones["area"].state()
     }
 
     fn lines(&mut self) -> Vec<ModuleLine> {
-        self.registry.lines(self.follower.sessions_mut(), self.now_us)
+        self.registry.lines(self.site_tracker.sessions_mut(), self.now_us)
     }
 
     fn announces(&mut self, instance: &str, device: ModuleId, host: u8) {
@@ -122,7 +122,7 @@ fn f4_no_peer_speaks_for_another_module() {
     assert_eq!(network.zone(), ZoneKnown::Known);
     let forged = network.modules[0].1.reported(u32::MAX / 2, 0);
     assert!(!network.hear(at(2), &forged));
-    assert_eq!(network.follower.sessions().drops().foreign, 1);
+    assert_eq!(network.site_tracker.sessions().drops().foreign, 1);
     network.seconds(3);
     assert_eq!(network.zone(), ZoneKnown::Known);
 }
@@ -181,8 +181,8 @@ fn f4_a_fake_that_does_not_answer_gets_no_module() {
         assert!(!network.hear(at(1), &report));
         network.tenth();
     }
-    assert_eq!(network.follower.sessions().iter().count(), 0);
-    assert!(network.follower.sessions().drops().unasked > 0);
+    assert_eq!(network.site_tracker.sessions().iter().count(), 0);
+    assert!(network.site_tracker.sessions().drops().unasked > 0);
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn f4_two_modules_of_one_name_are_an_alarm_and_neither_is_used() {
     network.modules.push((at(2), second));
     network.seconds(4);
     assert_eq!(network.zone(), ZoneKnown::Unknown);
-    assert!(network.follower.sessions().drops().same_name > 0);
+    assert!(network.site_tracker.sessions().drops().same_name > 0);
     let lines = network.lines();
     assert_eq!(lines.iter().filter(|line| line.name == "left").count(), 1);
     let alarms = lines.iter().flat_map(|line| &line.alarms);
@@ -363,12 +363,12 @@ fn a_module_that_starts_anew_each_second_and_a_half_is_followed_each_time() {
     network.seconds(3);
     for boot in 2..29 {
         network.modules[0].1 = Fake::new(1, boot, "left");
-        let before = network.follower.sessions().get(id(1)).unwrap().reports();
+        let before = network.site_tracker.sessions().get(id(1)).unwrap().reports();
         (0..15).for_each(|_| network.tenth());
-        let session = network.follower.sessions().get(id(1)).unwrap();
+        let session = network.site_tracker.sessions().get(id(1)).unwrap();
         assert!(before > 0 && session.reports() > 0, "start {boot}");
     }
-    assert_eq!(network.follower.sessions().iter().count(), 1);
+    assert_eq!(network.site_tracker.sessions().iter().count(), 1);
     network.seconds(3);
     assert_eq!(network.zone(), ZoneKnown::Known);
 }
@@ -382,7 +382,7 @@ fn f4_a_sequence_from_far_ahead_mutes_nothing() {
         module.reported(module.sequence + (1 << 30), module.clock_us(network.now_us))
     };
     network.hear(at(1), &forged);
-    assert_eq!(network.follower.sessions().drops().jump, 1);
+    assert_eq!(network.site_tracker.sessions().drops().jump, 1);
     network.seconds(3);
     assert_eq!(network.zone(), ZoneKnown::Known);
     // A row that ended, as after a network that was away for long, is followed by another.
@@ -404,7 +404,7 @@ fn f6_an_answer_that_was_not_asked_for_moves_no_clock() {
         assert!(!network.hear(at(1), &forged));
     }
     assert_eq!(network.lines()[0].clock_offset_ms, before_ms);
-    assert_eq!(network.follower.sessions().drops().unasked, 100);
+    assert_eq!(network.site_tracker.sessions().drops().unasked, 100);
 }
 
 #[test]
@@ -415,7 +415,7 @@ fn f7_nothing_is_sent_to_an_address_outside_the_own_networks() {
     let found = Found { instance: "kehai-evil".into(), addresses: addresses.to_vec(), ..Found::default() };
     network.finds(Finding::Found(found));
     let mut sent = 0;
-    network.registry.poll(network.follower.sessions_mut(), network.now_us, |_, _| sent += 1);
+    network.registry.poll(network.site_tracker.sessions_mut(), network.now_us, |_, _| sent += 1);
     assert_eq!((sent, network.registry.refused().outside), (0, 3));
 }
 
@@ -435,7 +435,7 @@ fn f7_a_flood_of_announcements_is_bounded_and_displaces_no_module() {
     for second in 0..60 {
         let now_us = network.now_us + second * SECOND_US;
         let to_evil = |_: &[u8], to: SocketAddr| sent += usize::from(to != at(1));
-        network.registry.poll(network.follower.sessions_mut(), now_us, to_evil);
+        network.registry.poll(network.site_tracker.sessions_mut(), now_us, to_evil);
     }
     assert!(sent <= 6 * PEERS, "{sent} in a minute");
     network.seconds(2);
@@ -451,9 +451,9 @@ fn f5_no_more_sessions_are_kept_than_a_network_may_have() {
         let identity = Identity { module: ModuleId([2, 0, 0, 1, a, b]), boot: 1 };
         let stranger = Fake { identity, ..Fake::new(1, 1, "") };
         let report = stranger.reported(1, 0);
-        network.follower.receive(&report, network.now_us);
+        network.site_tracker.receive(&report, network.now_us);
     }
-    let sessions = network.follower.sessions();
+    let sessions = network.site_tracker.sessions();
     assert_eq!((sessions.iter().count(), sessions.forgotten()), (66, 10_001 - 66));
     assert!(sessions.get(id(1)).is_some(), "what has a place stays");
 }

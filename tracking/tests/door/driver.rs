@@ -20,11 +20,11 @@ use std::collections::BTreeMap;
 use kehai_tracking::door::doors::{Doors, Now, Output};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::{Alarm, Card, DoorLine, Lock, LockOrder, Phase};
-use kehai_tracking::follower::Estimate;
 use kehai_tracking::geometry::Point;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::Estimate;
 use kehai_tracking::tracker::{LifeCycle, Origin, TrackState};
 
 use super::lock::{LockDevice, READY_S};

@@ -1,7 +1,7 @@
 //! Two modules that tell the truth about a room, a host that asks them, and a network between, in a simulated time.
 //!
 //! ```text
-//!   people ─▶ modules ──▶ flying: late, twice, lost ──▶ registry ─▶ follower ─▶ zone
+//!   people ─▶ modules ──▶ flying: late, twice, lost ──▶ registry ─▶ site tracker ─▶ zone
 //!                 ▲                    ▲                    │
 //!                 ╰──── requests ──────┼────────────────────╯
 //!                                    forged
@@ -13,13 +13,13 @@ use std::net::SocketAddr;
 use std::sync::{Arc, LazyLock};
 
 use kehai::wire::{Incoming, Request};
-use kehai_tracking::follower::Follower;
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::jsonl::ZoneLine;
 use kehai_tracking::registry::{Finding, Found, Networks, Registry};
 use kehai_tracking::session::datagram::Datagram;
 use kehai_tracking::session::outstanding::is_answer;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Ideas;
 
 use super::fake::{Fake, id};
@@ -99,9 +99,9 @@ impl Ord for Flying {
 
 pub struct World {
     pub registry: Registry,
-    pub follower: Follower,
+    pub site_tracker: SiteTracker,
     /// Follows what a recording holds, and must know the same. In one sequence of sixteen: it doubles the time.
-    again: Option<Follower>,
+    again: Option<SiteTracker>,
     pub honest: [Honest; 2],
     /// A peer without a place, which answers as whom it likes.
     pub peer: Fake,
@@ -131,8 +131,8 @@ impl World {
         right.fake.offset_us = (1 << 33) + 6 * SECOND_US as i64;
         let mut world = Self {
             registry: Registry::new(Arc::clone(&SITE), &[address(0), address(PEER)]),
-            follower: Follower::new(&SITE, Ideas::default()),
-            again: (seed >> 4 == 0).then(|| Follower::new(&SITE, Ideas::default())),
+            site_tracker: SiteTracker::new(&SITE, Ideas::default()),
+            again: (seed >> 4 == 0).then(|| SiteTracker::new(&SITE, Ideas::default())),
             honest: [module(1, "left", -2.0, 0.0), right],
             peer: Fake::new(9, 1, PEERS_NAME),
             people,
@@ -253,7 +253,7 @@ impl World {
         if !self.registry.knows(flying.from) {
             return;
         }
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         let Some(datagram) = sessions.decode(&flying.bytes) else { return };
         let admission = self.registry.admit(flying.from, &datagram, sessions, self.now_us);
         if let Some(again) = &mut self.again {
@@ -274,12 +274,12 @@ impl World {
         if flying.sender == Sender::Forged && own.is_some_and(is_false) {
             self.judge.believed_falsely(self.now_us);
         }
-        let observation = self.follower.follow(&datagram, self.now_us);
+        let observation = self.site_tracker.follow(&datagram, self.now_us);
         if let Some(observation) = &observation {
             self.note(&datagram, flying, observation.view.module, observation.start_s);
         }
         let mut sent = Vec::new();
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         self.registry.heard(flying.from, &datagram, observation, sessions, self.now_us, |bytes, to| {
             sent.push((bytes.to_vec(), to));
         });
@@ -325,7 +325,7 @@ impl World {
             self.announce();
         }
         let mut sent = Vec::new();
-        let sessions = self.follower.sessions_mut();
+        let sessions = self.site_tracker.sessions_mut();
         self.registry.poll(sessions, self.now_us, |bytes, to| sent.push((bytes.to_vec(), to)));
         self.deliver(sent);
         let scan_us = self.now_us - SCAN_US;
@@ -347,13 +347,13 @@ impl World {
         self.arrive(self.now_us + SCAN_US);
         let zone = self.zone();
         self.judge.look(&zone, self.people.count(), self.now_us);
-        let sessions = self.follower.sessions().iter().count();
+        let sessions = self.site_tracker.sessions().iter().count();
         assert!(sessions <= 68, "{sessions} sessions");
     }
 
     pub fn zone(&mut self) -> ZoneLine {
         let at_s = self.now_us as f64 * 1e-6;
-        let mut known = self.follower.estimate(at_s);
+        let mut known = self.site_tracker.estimate(at_s);
         if let Some(again) = &mut self.again {
             assert_eq!(again.estimate(at_s), known, "who follows the recording knows something else");
         }

@@ -13,10 +13,10 @@ use std::sync::Arc;
 use kehai::floor::Bits;
 use kehai::scan::GeometryParts;
 use kehai::wire::{Info, List, Message, Pressed, Report, ReportHead, Size};
-use kehai_tracking::follower::Follower;
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::occupancy::ZoneLine;
 use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Ideas;
 
 use super::fake::Fake;
@@ -215,7 +215,7 @@ impl Source {
 
 /// The hall.
 pub struct Hall {
-    pub follower: Follower,
+    pub site_tracker: SiteTracker,
     pub sources: Vec<Source>,
 }
 
@@ -224,11 +224,11 @@ impl Hall {
         let site = kinds.iter().map(|kind| kind.site()).collect::<String>() + ZONE;
         let site = Arc::new(Site::parse("hall.toml", &site).unwrap());
         let sources = kinds.iter().map(|kind| Source::new(*kind)).collect();
-        Self { follower: Follower::new(&site, Ideas::default()), sources }
+        Self { site_tracker: SiteTracker::new(&site, Ideas::default()), sources }
     }
 
     pub fn hear(&mut self, bytes: &[u8], now_us: u64) {
-        self.follower.receive(bytes, now_us);
+        self.site_tracker.receive(bytes, now_us);
     }
 
     /// A source that is met, or has come back, answers.
@@ -245,6 +245,6 @@ impl Hall {
 
     /// What is known at `now_us`.
     pub fn zone(&mut self, now_us: u64) -> ZoneLine {
-        self.follower.estimate(now_us as f64 * 1e-6).zones.remove("hall").unwrap()
+        self.site_tracker.estimate(now_us as f64 * 1e-6).zones.remove("hall").unwrap()
     }
 }

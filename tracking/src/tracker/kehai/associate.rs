@@ -16,7 +16,7 @@ use nalgebra::{Matrix2, Vector2};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
-use super::look::Eye;
+use super::line_of_sight::Eye;
 use super::size;
 use super::track::{SURE, Track};
 use super::{Kehai, TWINS_M};
@@ -107,7 +107,7 @@ impl Kehai {
         let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
         let cost = |track: &Track, seen: &Detection| {
             let other =
-                (track.is_hidden() && self.is_somebody_else(track, seen)) || !self.may_be_of(track, seen);
+                (track.is_occluded() && self.is_somebody_else(track, seen)) || !self.may_be_of(track, seen);
             if other { f64::INFINITY } else { cost(track, seen) + size::cost(track.size, seen, ideas) }
         };
         // Row by row, one column a free candidate. A track far from every candidate needs no row.

@@ -7,7 +7,7 @@
 //! ```
 
 use super::ablation::Idea;
-use super::faces::Faces;
+use super::boxes::Faces;
 use super::size;
 use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track, bit};
@@ -21,7 +21,7 @@ use nalgebra::Vector2;
 pub const PATIENCE_S: f64 = 0.6;
 
 /// Evidence that confirms a track: eight whole wide candidates, 0.4 s with two modules.
-const ENOUGH: f64 = 4.0;
+const CONFIRMED_FROM: f64 = 4.0;
 
 /// A narrow candidate so near to a detected person is a part of that person, m: an arm's reach.
 const REACH_M: f64 = 0.5;
@@ -72,7 +72,7 @@ impl Kehai {
             track.existence += gain;
             let (id, at) = (track.id, track.motion.place(track.last_hit_s));
             // A person who comes through a door is confirmed behind its leaf.
-            if track.existence >= ENOUGH && track.width_m >= 0.2 && !self.moves_there(at) {
+            if track.existence >= CONFIRMED_FROM && track.width_m >= 0.2 && !self.moves_there(at) {
                 ready.push(id);
             }
         }
@@ -190,7 +190,7 @@ impl Kehai {
                 .tracks
                 .iter()
                 .enumerate()
-                .filter(|(_, other)| other.confirmed && other.is_hidden() && !track.was_beside(other))
+                .filter(|(_, other)| other.confirmed && other.is_occluded() && !track.was_beside(other))
                 .map(|(other, hidden)| {
                     let last = hidden.motion.place(hidden.last_hit_s);
                     let reach_m = 0.5 + WALK_MPS * (at_s - hidden.last_hit_s).max(0.0);
@@ -205,7 +205,7 @@ impl Kehai {
                 self.is_near(hidden);
                 return;
             }
-            if track.existence < 2.0 * ENOUGH {
+            if track.existence < 2.0 * CONFIRMED_FROM {
                 return;
             }
         }

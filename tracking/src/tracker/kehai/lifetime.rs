@@ -10,9 +10,9 @@ use std::cell::LazyCell;
 use super::Kehai;
 use super::ablation::Idea;
 use super::birth::PATIENCE_S;
-use super::look::Eye;
+use super::line_of_sight::Eye;
 use super::occlusion::{Cloud, PLACES};
-use super::track::{HIDDEN_S, NOBODY, Track};
+use super::track::{NOBODY, OCCLUDED_S, Track};
 use crate::observation::Observation;
 
 /// Weight of a missed detection by a module that never detected the track, against 1 for one that did: beams pass over
@@ -123,12 +123,12 @@ impl Kehai {
     }
 
     fn pass(&mut self, index: usize, now_s: f64) {
-        if self.tracks[index].is_hidden() {
+        if self.tracks[index].is_occluded() {
             self.fade(index, now_s);
             return;
         }
         let track = &mut self.tracks[index];
-        if track.near_in == self.scan && now_s - track.last_hit_s > HIDDEN_S {
+        if track.near_in == self.scan && now_s - track.last_hit_s > OCCLUDED_S {
             let cloud = Cloud::new(now_s, &track.motion, track.last_hit_s, &self.walls, track.id);
             track.cloud = Some(cloud);
             track.reason = "hidden";

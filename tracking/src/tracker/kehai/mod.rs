@@ -25,10 +25,10 @@
 pub mod ablation;
 mod associate;
 mod birth;
+mod boxes;
 mod divide;
-mod faces;
 mod lifetime;
-mod look;
+mod line_of_sight;
 mod near;
 mod occlusion;
 mod parts;
@@ -216,7 +216,7 @@ impl Kehai {
         for place in 0..self.near.now.len() {
             let index = self.near.now[place];
             let track = &self.tracks[index];
-            if track.hit_in != self.scan || track.is_hidden() {
+            if track.hit_in != self.scan || track.is_occluded() {
                 continue;
             }
             let place = track.motion.place(track.last_hit_s);
@@ -233,13 +233,13 @@ impl Kehai {
             self.let_go(index);
             let track = &self.tracks[index];
             if track.confirmed && track.beside.is_some() && self.ideas.has(Idea::Doubt) {
-                self.part(index);
+                self.separate(index);
             }
         }
     }
 
     /// Checks whether a track that appeared beside another has parted from it, and which of the two walked.
-    fn part(&mut self, index: usize) {
+    fn separate(&mut self, index: usize) {
         let Some(other) = self.tracks[index].beside.and_then(|other| self.find(other)) else {
             self.tracks[index].beside = None;
             return;
@@ -303,7 +303,7 @@ impl Tracker for Kehai {
         if self.ideas.has(Idea::Limbs) {
             self.drop_limbs(observation, &pieces, &mut taken);
         }
-        self.associate(|track| track.confirmed && track.is_hidden(), observation, &pieces, &mut taken);
+        self.associate(|track| track.confirmed && track.is_occluded(), observation, &pieces, &mut taken);
         self.drop_pieces(observation, &pieces, &mut taken);
         self.grow(observation, &pieces, &mut taken);
         self.miss(observation);

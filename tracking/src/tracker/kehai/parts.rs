@@ -87,7 +87,7 @@ impl Kehai {
         }
         let at = track.motion.place(at_s);
         let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
-        let older = near.filter(|other| other.id < id && other.near_in == self.scan && !other.is_hidden());
+        let older = near.filter(|other| other.id < id && other.near_in == self.scan && !other.is_occluded());
         let offsets = older.map(|other| (other.id, at - other.motion.place(at_s)));
         let mut company = if let Some(mut company) = track.company.clone() {
             for (owner, offset) in offsets {
@@ -150,7 +150,7 @@ impl Kehai {
         let (id, at_s, at) = (track.id, track.last_hit_s, track.motion.place(track.last_hit_s));
         let found = self.find(owner);
         match found.and_then(|index| self.tracks.get(index)) {
-            Some(owner) if owner.is_hidden() || (owner.motion.place(at_s) - at).length() < tie.parted_m => {
+            Some(owner) if owner.is_occluded() || (owner.motion.place(at_s) - at).length() < tie.parted_m => {
                 return;
             }
             Some(_) => {}

@@ -18,7 +18,7 @@ const NEXT_S: f64 = 0.25;
 const FALLS_DS: u16 = 3;
 
 /// A track that stirs so often is a person.
-const ENOUGH: u32 = 3;
+const STIRRINGS: u32 = 3;
 
 /// A candidate that is still for so long is a thing, 0.1 s: the times counted before were not its own.
 const THING_DS: u16 = 50;
@@ -68,6 +68,6 @@ impl Stirring {
     /// Whether it has stirred often enough to be a person.
     #[must_use]
     pub const fn is_somebody(&self) -> bool {
-        self.times >= ENOUGH
+        self.times >= STIRRINGS
     }
 }

@@ -136,8 +136,8 @@ fn wheels_are_a_part_of_who_sits_between_them_and_people_are_not() {
         assert_eq!(tracks.len(), 2, "behind him, beside him, beside him as seen from before: {somebody:?}");
     }
     // As long as a wheel, but not always at the same place.
-    let follower = |at_s: f64| with(&[(0.0, 0.55 + 0.25 * libm::sin(3.0 * at_s), -0.56)], at_s);
-    assert_eq!(Bench::new(ROOM).watch(3.0, follower).len(), 2);
+    let site_tracker = |at_s: f64| with(&[(0.0, 0.55 + 0.25 * libm::sin(3.0 * at_s), -0.56)], at_s);
+    assert_eq!(Bench::new(ROOM).watch(3.0, site_tracker).len(), 2);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::faces::Faces;
+use super::boxes::Faces;
 use super::occlusion::Cloud;
 use super::parts::{Company, Tie};
 use super::size;
@@ -19,10 +19,10 @@ pub const SURE: f64 = 6.0;
 pub const NOBODY: f64 = -2.5;
 
 /// A track without a detection for so long is occluded: three scans.
-pub const HIDDEN_S: f64 = 0.3;
+pub const OCCLUDED_S: f64 = 0.3;
 
 /// One outside every field of view after so long, s: as soon as no report that is still used can hold a detection of it.
-const UNHEARD_S: f64 = HIDDEN_S + LATE_S;
+const UNHEARD_S: f64 = OCCLUDED_S + LATE_S;
 
 /// Part of the filter's covariance that is stated for a detected person. The filter takes a candidate's deviations as a
 /// bound, so that gates are wide; the errors of a walker in the furnished home say what they really are.
@@ -125,7 +125,7 @@ impl Track {
 
     /// Whether it is occluded: no module detects it.
     #[must_use]
-    pub const fn is_hidden(&self) -> bool {
+    pub const fn is_occluded(&self) -> bool {
         self.cloud.is_some()
     }
 
@@ -161,7 +161,7 @@ impl Track {
     /// Whether it is a person, and detected.
     #[must_use]
     pub const fn is_seen(&self) -> bool {
-        self.confirmed && !self.is_hidden()
+        self.confirmed && !self.is_occluded()
     }
 
     /// Takes a candidate.
@@ -225,19 +225,19 @@ impl Track {
 
     /// Outside every field of view: no report that is still used can hold a detection of it.
     fn is_unheard(&self, at_s: f64) -> bool {
-        !self.is_hidden() && at_s - self.last_hit_s > UNHEARD_S
+        !self.is_occluded() && at_s - self.last_hit_s > UNHEARD_S
     }
 
     /// As published.
     #[must_use]
     pub fn state(&self, at_s: f64) -> TrackState {
         let (at, mut spread) = self.place(at_s);
-        if !self.is_hidden() {
+        if !self.is_occluded() {
             spread *= STATED;
         }
         // A person whom nobody sees may have stopped: the place stays, and only its spread grows.
         let at = if self.is_unheard(at_s) { self.motion.place(self.last_hit_s + UNHEARD_S) } else { at };
-        let is_still = self.is_hidden() || self.is_unheard(at_s);
+        let is_still = self.is_occluded() || self.is_unheard(at_s);
         let velocity = if is_still { Point::default() } else { self.motion.velocity() };
         let origin = self.origin();
         TrackState {

@@ -16,7 +16,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::ablation::Idea;
-use super::track::{HIDDEN_S, Track};
+use super::track::{OCCLUDED_S, Track};
 use super::{Kehai, PROCESS_NOISE};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
@@ -29,7 +29,7 @@ const HALF_M: [f64; 2] = [0.38, 0.40];
 /// The middle of a detection that is so far outside may still be inside, m: how far the footprint is misplaced.
 const MARGIN_M: f64 = 0.03;
 
-/// A member takes detections so far outside, m: a follower's middle is half a body's depth, 0.13, behind the rear edge.
+/// A member takes detections so far outside, m: the middle of a person who touches it is half a body's depth, 0.13, behind the rear edge.
 const MEMBER_M: f64 = 0.1;
 
 /// How far the first middle, that of the members seen, is off at most, m: a third of the wheels' distance, as one of three may be
@@ -68,7 +68,7 @@ impl Vehicle {
 
     /// Whether it is known where it is.
     fn is_known(&self, at_s: f64) -> bool {
-        at_s - self.seen_s < HIDDEN_S
+        at_s - self.seen_s < OCCLUDED_S
     }
 
     /// A place relative to the middle, along and across.
@@ -170,7 +170,7 @@ impl Kehai {
             seen_s: self.now_s,
             bounds: [(-FIRST_M, FIRST_M); 2],
         };
-        let members = self.tracks.iter().filter(|track| vehicle.has(track) && !track.is_hidden());
+        let members = self.tracks.iter().filter(|track| vehicle.has(track) && !track.is_occluded());
         let places: Vec<Point> = members.map(|track| track.motion.place(self.now_s)).collect();
         middle.predict(self.now_s);
         if !places.is_empty() {
@@ -219,8 +219,9 @@ impl Kehai {
             }
             let Some(owner) = self.vehicle_around(piece) else { continue };
             let owner = self.find(owner);
-            let is_missed =
-                |track: &Track| track.is_hidden() && track.near_in == self.scan && track.hit_in != self.scan;
+            let is_missed = |track: &Track| {
+                track.is_occluded() && track.near_in == self.scan && track.hit_in != self.scan
+            };
             if let Some(owner) = owner.filter(|owner| self.tracks.get(*owner).is_some_and(is_missed)) {
                 self.hit(owner, index, observation, pieces, taken);
                 self.is_near(owner);

@@ -16,11 +16,11 @@ mod body;
 mod exchange;
 mod ground;
 mod life;
-mod look;
 mod model;
 mod random;
 mod ray;
 mod scan;
+mod weigh;
 mod window;
 
 use crate::cells::Areas;
@@ -32,11 +32,11 @@ use crate::tracker::{LifeCycle, Origin, TrackState, Tracker};
 use body::{Body, SURE};
 use exchange::{Before, rename};
 use ground::Ground;
-use look::Look;
 pub use model::{Part, RenderingModel, UnknownVariant};
 use random::Random;
 use ray::Tables;
 use scan::Scan;
+use weigh::Look;
 use window::{Field, Window, render, window};
 
 /// A scan speaks for a body from this log likelihood ratio on, and against it below its negative.

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ::kehai::scan::{Geometry, URG_04LX};
 
-use super::look::best;
 use super::ray::Ellipse;
 use super::scan::Measured;
+use super::weigh::best;
 use super::*;
 use crate::geometry::Pose;
 use crate::observation::View;

@@ -1,4 +1,4 @@
-//! Faces: what is bounded by straight faces at right angles is a thing; within arm's reach of a person it is theirs.
+//! Boxes: what is bounded by straight faces at right angles is a thing; within arm's reach of a person it is theirs.
 //!
 //! ```text
 //!    ·───────·            torso 0.45 × 0.28 m: no two lines at a right angle come nearer to its outline
@@ -25,7 +25,7 @@ const MOSTLY: f64 = 0.6;
 
 /// Outlines that are enough to judge by: one body in a hundred shows six straight ones of ten if it shows three of ten
 /// on average.
-const ENOUGH: u32 = 10;
+const OUTLINES: u32 = 10;
 
 /// Narrower outlines are not judged, m: they show one face of a box, and of a body so little that it is straight, too.
 const WIDE_M: f64 = 0.3;
@@ -76,7 +76,7 @@ struct Reach {
 
 impl Faces {
     fn is_thing(&self) -> bool {
-        self.wide >= ENOUGH && f64::from(self.straight) >= MOSTLY * f64::from(self.wide)
+        self.wide >= OUTLINES && f64::from(self.straight) >= MOSTLY * f64::from(self.wide)
     }
 
     /// Takes one more outline.
@@ -111,7 +111,8 @@ impl Kehai {
             faces.push(seen, view);
         }
         let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
-        for other in near.filter(|other| other.id != id && other.near_in == self.scan && !other.is_hidden()) {
+        for other in near.filter(|other| other.id != id && other.near_in == self.scan && !other.is_occluded())
+        {
             let place = other.motion.place(at_s);
             let is_near = seen.outline.iter().any(|point| (*point - place).length() < REACH_M);
             faces.accompany(other.id, at, at - place, is_near);

@@ -59,8 +59,8 @@ impl From<&Estimate> for TracksLine {
     }
 }
 
-/// Follows people from what modules send.
-pub struct Follower {
+/// The tracker of a site: follows people by what its devices send.
+pub struct SiteTracker {
     site: Arc<Site>,
     sessions: Sessions,
     tracker: Box<dyn Tracker>,
@@ -87,7 +87,7 @@ struct Looked {
     begun_s: f64,
 }
 
-impl Follower {
+impl SiteTracker {
     /// With nothing received yet.
     #[must_use]
     pub fn new(site: &Arc<Site>, model: impl Model + 'static) -> Self {

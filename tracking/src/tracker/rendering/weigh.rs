@@ -1,4 +1,4 @@
-//! A look at a scan: the samples of one body are weighed by the likelihood of the scan, given all other bodies.
+//! Weighing: the samples of one body are weighed by the likelihood of the scan, given all other bodies.
 //!
 //! ```text
 //!   others' fields ─▶ mixture of each beam ─▶ log likelihood ratio of each sample ─▶ weights, existence
