@@ -260,7 +260,7 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     let addresses: Vec<SocketAddr> = sockets.iter().map(UdpSocket::local_addr).collect::<Result<_, _>>()?;
     let registry = Registry::new(Arc::new(record.site.clone()), &addresses);
     let (socket, site_tracker) = (TrackingLoop::bind()?, site_tracker(&record, Choice::default()));
-    let mut tracking = TrackingLoop::new(socket, registry, None, site_tracker, Parts::default());
+    let mut tracking = TrackingLoop::new(socket, registry, None, site_tracker, Parts::default())?;
     let begun = Instant::now();
     let sent = std::thread::scope(|scope| {
         let sender = scope.spawn(|| send(&record, &sockets, begun));

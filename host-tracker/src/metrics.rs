@@ -192,6 +192,7 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         ("foreign", dropped.foreign),
         ("same_name", dropped.same_name),
         ("stranger", frame.strangers),
+        ("overrun", frame.overrun),
     ];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     family(encoder, "kehai_datagrams_dropped", "Datagrams that were not used, by cause", samples)?;

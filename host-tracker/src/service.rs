@@ -146,7 +146,7 @@ impl Service {
             if let Some((line, age_s)) = &options.restore {
                 site_tracker.restore(line, *age_s);
             }
-            let mut tracking = TrackingLoop::new(socket, registry, search, site_tracker, parts);
+            let mut tracking = TrackingLoop::new(socket, registry, search, site_tracker, parts)?;
             track(&mut tracking, &changed, &frames_in, &sharing)
         })?;
         let sites = Sites { site: watch::Sender::new(site), changes };

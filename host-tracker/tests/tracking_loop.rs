@@ -39,7 +39,7 @@ fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
     let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
     let registry = Registry::new(Arc::clone(&site), devices);
     let site_tracker = SiteTracker::new(&site, Ideas::default());
-    TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, site_tracker, parts)
+    TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, site_tracker, parts).unwrap()
 }
 
 /// What a device answers to a host's request, and then its reports.

@@ -66,6 +66,9 @@ pub struct Snapshot {
     /// Datagrams from addresses that are no device of ours, since the start.
     #[serde(default)]
     pub strangers: u64,
+    /// Datagrams that were dropped as the tracker had fallen behind, since the start.
+    #[serde(default)]
+    pub overrun: u64,
     /// Announced devices that were not asked, or are no longer known, since the start.
     #[serde(default)]
     pub refused: Refused,
@@ -129,6 +132,8 @@ struct Flat {
     #[serde(default)]
     strangers: u64,
     #[serde(default)]
+    overrun: u64,
+    #[serde(default)]
     refused: Refused,
     #[serde(default)]
     http: HttpRefused,
@@ -137,9 +142,22 @@ struct Flat {
 impl From<Flat> for Snapshot {
     fn from(flat: Flat) -> Self {
         let Flat { unix_ms, t, tracks, zones, alarms, doors, names, signs, .. } = flat;
-        let Flat { floors, modules, dropped, strangers, refused, http, .. } = flat;
+        let Flat { floors, modules, dropped, strangers, overrun, refused, http, .. } = flat;
         let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
-        Self { alarms, doors, names, signs, floors, modules, dropped, strangers, refused, http, ..written }
+        Self {
+            alarms,
+            doors,
+            names,
+            signs,
+            floors,
+            modules,
+            dropped,
+            strangers,
+            overrun,
+            refused,
+            http,
+            ..written
+        }
     }
 }
 

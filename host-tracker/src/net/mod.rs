@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   discovery ─▶ registry ─▶ subscribe, info, profile ─▶ tracking loop ─▶ a snapshot every 0.1 s
+//!   socket ─▶ receiver, a thread of its own ───────────────┘
 //!   client: one question to one device, for the commands
 //! ```
 
@@ -10,4 +11,5 @@ pub mod clock;
 pub mod discovery;
 pub mod networks;
 pub mod poses;
+pub mod receiver;
 pub mod tracking;

@@ -1,8 +1,8 @@
-//! The tracking loop: one socket for all devices, and a snapshot every 0.1 s.
+//! The tracking loop: what the devices send, in the order of its arrival, and a snapshot every 0.1 s.
 //!
 //! ```text
 //!   DNS-SD ─▶ registry ─▶ subscribe, info, profile ─▶ socket
-//!   socket ─▶ decode, once ─▶ admitted? ─▶ session ─▶ observation ─▶ tracker ─▶ tracks, zones ─▶ doors ─▶ Snapshot every 0.1 s
+//!   receiver ─▶ decode, once ─▶ admitted? ─▶ session ─▶ observation ─▶ tracker ─▶ tracks, zones ─▶ doors ─▶ Snapshot every 0.1 s
 //!                                            └─▶ how each device is ────────────────────────────────────────┘
 //! ```
 
@@ -18,6 +18,7 @@ use crate::net::clock::HostClock;
 use crate::net::discovery::Search;
 use crate::net::networks;
 use crate::net::poses::Poses;
+use crate::net::receiver::{self, Arrival, Receiver};
 use crate::record::Recorder;
 use crate::reports::{ReportLine, Reports};
 use crate::signs::SignHandle;
@@ -40,8 +41,8 @@ const NETWORKS_US: u64 = 1_000_000;
 /// Longest wait for a datagram: a tenth of that.
 const WAIT: Duration = Duration::from_millis(10);
 
-/// Longer than any datagram of a device, so that a longer one is seen to be.
-const BUFFER: usize = 2048;
+/// Devices are asked what is due so often at most, µs: hundreds are looked through each time.
+const POLL_US: u64 = 1000;
 
 /// Everything that takes part in the loop beside the tracker; what is left out does nothing.
 #[derive(Debug, Default)]
@@ -70,6 +71,12 @@ pub struct TrackingLoop {
     site_tracker: SiteTracker,
     poses: Poses,
     clock: HostClock,
+    receiver: Receiver,
+    /// Arrived after the snapshot that is due.
+    pending: Option<Arrival>,
+    /// Time of what was used last, µs: none is used as if it had come before a snapshot that was made without it.
+    used_us: u64,
+    polled_us: u64,
     next_line_us: u64,
     /// The host's networks, and until when they are taken as they were, µs.
     networks: Networks,
@@ -86,32 +93,39 @@ impl TrackingLoop {
     /// None can be had.
     pub fn bind() -> io::Result<UdpSocket> {
         let socket = UdpSocket::bind("0.0.0.0:0")?;
-        socket.set_read_timeout(Some(WAIT))?;
+        receiver::enlarge(&socket);
         Ok(socket)
     }
 
     /// Listens over a socket of [`bind`](Self::bind) to the devices of the registry, and to those that are found.
-    #[must_use]
+    ///
+    /// # Errors
+    /// There is no thread that receives.
     pub fn new(
         socket: UdpSocket,
         registry: Registry,
         search: Option<Search>,
         site_tracker: SiteTracker,
         parts: Parts,
-    ) -> Self {
-        Self {
+    ) -> io::Result<Self> {
+        let clock = HostClock::start();
+        Ok(Self {
+            receiver: Receiver::start(&socket, clock)?,
+            pending: None,
+            used_us: 0,
+            polled_us: 0,
             socket,
             search,
             poses: Poses::new(registry.site()),
             registry,
             site_tracker,
-            clock: HostClock::start(),
+            clock,
             next_line_us: LINE_US,
             networks: Networks::default(),
             networks_until_us: 0,
             strangers: 0,
             parts,
-        }
+        })
     }
 
     /// Goes on with another site.
@@ -142,37 +156,50 @@ impl TrackingLoop {
     /// # Errors
     /// The socket fails for good.
     pub fn snapshot(&mut self) -> io::Result<Snapshot> {
-        let mut buffer = [0; BUFFER];
         loop {
             let now_us = self.now_us();
-            if now_us >= self.next_line_us {
-                let at_us = line_us(now_us);
+            self.ask(now_us);
+            // A snapshot is due when all that arrived before it has been used.
+            let arrival = match self.pending.take() {
+                Some(arrival) => Some(arrival),
+                None => self.receiver.next(Duration::ZERO)?,
+            };
+            let reached_us = arrival.as_ref().map_or(now_us, |arrival| arrival.at_us).max(self.used_us);
+            if reached_us >= self.next_line_us {
+                self.pending = arrival;
+                let at_us = line_us(reached_us);
                 self.next_line_us = at_us + LINE_US;
+                self.used_us = at_us;
                 return Ok(self.snapshot_at(at_us));
             }
-            for finding in self.search.iter_mut().flat_map(Search::findings) {
-                if now_us >= self.networks_until_us {
-                    self.networks = networks::of_host();
-                    self.networks_until_us = now_us + NETWORKS_US;
-                }
-                self.registry.find(finding, &self.networks, now_us);
-            }
-            let socket = &self.socket;
-            let sessions = self.site_tracker.sessions_mut();
-            self.registry.poll(sessions, now_us, |datagram, to| send(socket, datagram, to));
-            let (len, from) = match self.socket.recv_from(&mut buffer) {
-                Ok(received) => received,
-                Err(error) if is_passing(&error) => continue,
-                Err(error) => return Err(error),
-            };
-            if let Some(datagram) = buffer.get(..len) {
-                self.receive(datagram, from);
+            match arrival {
+                Some(arrival) => self.receive(&arrival),
+                None => self.pending = self.receiver.next(WAIT)?,
             }
         }
     }
 
-    fn receive(&mut self, bytes: &[u8], from: SocketAddr) {
-        let now_us = self.now_us();
+    /// Sends what is due, and takes in what was found.
+    fn ask(&mut self, now_us: u64) {
+        for finding in self.search.iter_mut().flat_map(Search::findings) {
+            if now_us >= self.networks_until_us {
+                self.networks = networks::of_host();
+                self.networks_until_us = now_us + NETWORKS_US;
+            }
+            self.registry.find(finding, &self.networks, now_us);
+        }
+        if now_us >= self.polled_us + POLL_US {
+            self.polled_us = now_us;
+            let socket = &self.socket;
+            let sessions = self.site_tracker.sessions_mut();
+            self.registry.poll(sessions, now_us, |datagram, to| send(socket, datagram, to));
+        }
+    }
+
+    fn receive(&mut self, arrival: &Arrival) {
+        let (bytes, from) = (&*arrival.bytes, arrival.from);
+        self.used_us = self.used_us.max(arrival.at_us);
+        let now_us = self.used_us;
         if !self.registry.knows(from) {
             self.strangers += 1;
             return;
@@ -243,6 +270,7 @@ impl TrackingLoop {
             modules,
             dropped: *site_tracker.sessions().drops(),
             strangers: self.strangers,
+            overrun: self.receiver.overrun(),
             refused: Refused { forgotten: site_tracker.sessions().forgotten(), ..registry.refused() },
             http: parts.connections.refused(),
         }
@@ -272,18 +300,6 @@ const fn line_us(now_us: u64) -> u64 {
 /// What cannot be sent now is due again in a second.
 fn send(socket: &UdpSocket, datagram: &[u8], to: SocketAddr) {
     let _ = socket.send_to(datagram, to);
-}
-
-/// Nothing came in time, or a device's host said that the port is not open yet.
-fn is_passing(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        io::ErrorKind::WouldBlock
-            | io::ErrorKind::TimedOut
-            | io::ErrorKind::Interrupted
-            | io::ErrorKind::ConnectionRefused
-            | io::ErrorKind::ConnectionReset
-    )
 }
 
 #[cfg(test)]
