@@ -51,7 +51,7 @@ const ELSEWHERE_MM: u16 = 100;
 /// Share of the beams whose wall may be elsewhere: those at the edges of furniture, where a beam meets one or the other.
 const ELSEWHERE_SHARE: f64 = 0.02;
 
-/// Bytes that are in use.
+/// Tells the bytes in use.
 pub type Heap<'a> = &'a dyn Fn() -> u64;
 
 /// How everything was in one tenth of a soak.
@@ -61,13 +61,13 @@ pub struct Sample {
     pub scans: u64,
     /// Simulated time so far.
     pub days: f64,
-    /// Bytes in use now, and most of them at any frame of the tenth.
+    /// Bytes in use at the end of the tenth.
     pub heap_bytes: u64,
-    /// See `heap_bytes`.
+    /// Most bytes in use at any frame of the tenth.
     pub most_bytes: u64,
-    /// Start of a scan by the session less the true one: mean, and farthest from 0, ms.
+    /// Start of a scan by the session less the true one, ms: mean of the tenth. Beyond half a revolution it cannot be told.
     pub clock_ms: f64,
-    /// See `clock_ms`.
+    /// The same: the one farthest from 0, without its sign.
     pub worst_clock_ms: f64,
     /// Share of the beams whose wall is elsewhere than in the first background.
     pub elsewhere_share: f64,

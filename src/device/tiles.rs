@@ -21,7 +21,7 @@ struct Known {
     panels: Floor,
 }
 
-/// Of a line.
+/// What a line has lost.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Lost {
     losses: Losses,
@@ -35,8 +35,9 @@ pub struct Tiles {
     known: Option<Known>,
     reading_us: u64,
     link_failures: u32,
-    /// Of floors before, and how often they were read.
+    /// Lost while other tiles were set, earlier.
     before: Lost,
+    /// Readings so far.
     sequence: u32,
 }
 
@@ -142,9 +143,9 @@ mod tests {
     use crate::link::{Dropped, Lane};
     use crate::wire::{Alarms, ModuleId, SensorCode};
 
-    struct Nobody;
+    struct Discard;
 
-    impl Outbox for Nobody {
+    impl Outbox for Discard {
         fn try_send_to(&mut self, _: Lane, _: SocketAddrV4, _: &[u8]) -> Result<(), Dropped> {
             Ok(())
         }
@@ -183,7 +184,7 @@ mod tests {
             |module: &mut Module<1>, tiles: &mut Tiles, tenths: core::ops::Range<u64>, answers: bool| {
                 for tenth in tenths {
                     let now_us = tenth * 100_000;
-                    if module.tiles(tiles, now_us, &mut Nobody).is_some() && answers {
+                    if module.tiles(tiles, now_us, &mut Discard).is_some() && answers {
                         tiles.receive(&encode(&Frame { group: 10, tile: (1, 1), values: [128; 8] }), now_us);
                     }
                     asked += 1;
@@ -211,15 +212,15 @@ mod tests {
             tiles.receive(&[1, 2, 3], now_us);
             tiles.receive(&encode(&Frame { group, tile: (1, 1), values: [170; 8] }), now_us);
         };
-        module.tiles(&mut tiles, 0, &mut Nobody);
+        module.tiles(&mut tiles, 0, &mut Discard);
         speaks(&mut tiles, 10, 100_000);
-        module.tiles(&mut tiles, 120_000, &mut Nobody);
+        module.tiles(&mut tiles, 120_000, &mut Discard);
         module.settings = Settings::new().changed_by("tiles=11,1,1,1,1").unwrap();
-        module.tiles(&mut tiles, 240_000, &mut Nobody);
+        module.tiles(&mut tiles, 240_000, &mut Discard);
         assert_eq!(module.counters().get(Counter::ScansAccepted), 1, "nothing is known of the new ones");
         speaks(&mut tiles, 11, 300_000);
         speaks(&mut tiles, 10, 310_000);
-        module.tiles(&mut tiles, 360_000, &mut Nobody);
+        module.tiles(&mut tiles, 360_000, &mut Discard);
         let count = |counter| module.counters().get(counter);
         assert_eq!(count(Counter::ScansAccepted), 2);
         assert_eq!((count(Counter::SensorEcho), count(Counter::SensorUnexpected)), (9, 1));

@@ -127,7 +127,7 @@ impl Floor {
         self.sequence
     }
 
-    /// It goes on to count the readings of the one before it.
+    /// It goes on counting readings from `sequence`, those of the floor before it.
     #[must_use]
     pub const fn after(mut self, sequence: u32) -> Self {
         self.sequence = sequence;

@@ -26,8 +26,8 @@ use crate::zones::Zones;
 /// No device has seen anything for so long, or one of them has not, s: as long as zones stay known.
 const GAP_S: f64 = 2.0;
 
-/// A module that has not looked for so long may have lost people, s: one who turns round is out of the gate of the place
-/// predicted, as are bodies on a floor that is silent for as long.
+/// A module that has not looked for so long may have lost people, s: a person who turns round is outside the gate around
+/// the predicted place. So is, after as long, a body on a silent floor.
 const LOST_S: f64 = 0.5;
 
 /// Before this is over, not all people who stand in view may have been found, s: the birth of a track takes 14 candidates

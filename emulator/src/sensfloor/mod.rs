@@ -1,7 +1,7 @@
 //! An emulated SensFloor: feet in, the bytes of its serial line out.
 //!
 //! ```text
-//!   who walks on it ─▶ signal: a tick of 66.7 ms ─▶ frames ─▶ device ─▶ bytes of the line
+//!   soles at a time ─▶ signal: a tick of 66.7 ms ─▶ frames ─▶ device ─▶ bytes of the line
 //!                              ▲ a tile is asked ◀─ requests ◀──┘   ◀─
 //! ```
 //!

@@ -59,7 +59,7 @@ const LOST: f64 = 0.02;
 const FADES: f64 = 0.8;
 
 /// Period of the drift at least and at most, s, and how far it goes to either side, steps.
-const DRIFT_S: Place = (200.0, 900.0);
+const DRIFT_S: (f64, f64) = (200.0, 900.0);
 const DRIFT: f64 = 4.0;
 
 /// A triangle, as it is built.

@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
 
-    /// End after so many minutes, with what was reached by then
+    /// End with the first tenth that is done after so many minutes
     #[arg(long, value_name = "MINUTES")]
     at_most_min: Option<u64>,
 }

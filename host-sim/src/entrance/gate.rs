@@ -36,7 +36,7 @@ use crate::world::geometry::{Point, Pose};
 pub const ABOUT: &str = "an entrance with two range finders, a depth camera, a floor of panels and a reader of tags; people come after \
                          20 s, two of three wear a tag";
 
-/// Nobody is there for so long, s: sixty scans at 5 a second are learned from, and the devices start.
+/// At first the entrance is empty for so long, s: sixty scans at 5 a second are learned from, and the devices start.
 const LEAD_S: f64 = 20.0;
 
 /// People come for so long, s.

@@ -3,7 +3,7 @@
 //! ```text
 //!       ▭           ▭            footfall k: where the body is after k steps, the even ones to the left
 //!   ─────────○──────────▶        on the floor while the body is less than 0.6 steps before or behind it;
-//!   ▭            ▭               of a person who stands both
+//!   ▭            ▭               of a standing person both
 //! ```
 
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use crate::floor::gait::{Habit, Sole};
 use crate::world::geometry::Point;
 use crate::world::random::{Purpose, Stream};
 
-/// Slower people stand, m/s.
+/// A person slower than this stands, m/s.
 const STANDS_MPS: f64 = 0.2;
 
 /// The way of a person: how far it has walked, where it was then, and where it looked.

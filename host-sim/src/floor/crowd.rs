@@ -1,4 +1,4 @@
-//! The feet of everybody in a world, who walk as the world has them walk.
+//! The feet of all people in a world: they follow from how the world moves the bodies.
 
 use crate::world::raycast::Person;
 

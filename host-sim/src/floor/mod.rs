@@ -7,7 +7,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `crowd` | the feet of everybody in a world |
+//! | `crowd` | the feet of all people in a world |
 //! | `feet` | the two feet under any body |
 //! | `gait` | where a walker and its soles are |
 //! | `panels` | which panels soles press, as the floor reads them |

@@ -50,7 +50,7 @@ impl Outbox for Sent {
     fn reopen(&mut self, _: Lane) {}
 }
 
-/// A device beside a SensFloor, and a host that follows who walks on it.
+/// A device beside a SensFloor, and a host that follows the people on it.
 pub struct FloorChain {
     tiles: Tiles,
     module: Box<Module<1>>,
@@ -133,7 +133,7 @@ impl FloorChain {
         }
     }
 
-    /// Who is where at `at_us`, which time has reached.
+    /// The tracks at `at_us`, a time that was reached by [`until`](Self::until).
     pub fn line(&mut self, at_us: u64) -> TracksLine {
         self.site_tracker.line(at_us as f64 * 1e-6)
     }
@@ -209,7 +209,7 @@ impl FloorReplay {
                 frames.next_if(|(stamp_us, _)| stamp_us - begin_us + MARGIN_US <= line_us)
             {
                 let at_us = stamp_us - begin_us + MARGIN_US;
-                // Nobody answers in a recording.
+                // A recording answers no requests.
                 let _ = chain.until(at_us);
                 chain.receive(&bytes(frame), at_us);
             }

@@ -74,8 +74,8 @@ impl Camera {
         self.next_s
     }
 
-    /// What it reads now, of the people in view: whose tag, where the body is, and which way it walks. The next reading is due
-    /// a period later.
+    /// What it reads now, of the people in view: number of the tag, where the body is, and which way it walks. The next
+    /// reading is due a period later.
     pub fn read(&mut self, people: &[(u64, Point, Point)]) -> Vec<Tag> {
         let now_s = self.next_s;
         self.next_s += PERIOD_S;

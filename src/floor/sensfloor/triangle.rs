@@ -34,7 +34,7 @@ const UNIT: i32 = 1 << 12;
 const RISE_PER_S: u64 = UNIT as u64 / 5;
 const FALL_PER_S: u64 = UNIT as u64;
 
-/// Longer silence of a tile counts as this, µs: nobody knows what the value was in between.
+/// Longer silence of a tile counts as this, µs: what the value was in between is not known.
 const SILENCE_US: u64 = 10_000_000;
 
 /// A triangle that has been heard.

@@ -63,7 +63,7 @@ impl Glimpse {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Scan {
     Nobody,
-    /// One person, of whom a floor says later where.
+    /// One person, whose place the floor tells later.
     Later,
     One(Glimpse),
     Several,

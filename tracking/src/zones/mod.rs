@@ -107,7 +107,7 @@ impl Zones {
         *self = new;
     }
 
-    /// A module looks again after a gap: until `found_s` not everybody in its view may have been found again.
+    /// A module looks again after a gap: until `found_s`, in s, people in its view may not have been found again.
     pub fn look_again(&mut self, view: &Arc<View>, found_s: f64) {
         let cells = &reach(&mut self.reaches, &self.zones, view).cells;
         for in_view in cells {

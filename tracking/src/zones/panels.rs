@@ -57,7 +57,7 @@ impl Panels {
     }
 
     /// Notes that its panels were read, except for those that do not work or have not worked for [`FOUND_S`]. Of one that
-    /// has just stopped working nothing is known at once: whoever stood on it has no body any more.
+    /// has just stopped working nothing is known at once: a person who stood on it has no body any more.
     pub fn read(&mut self, zones: &mut [Zone], reading: &Reading) {
         let mut stopped = vec![false; self.faulty_s.len()];
         for ((panel, faulty_s), stopped) in self.faulty_s.iter_mut().enumerate().zip(&mut stopped) {

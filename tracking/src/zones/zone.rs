@@ -55,9 +55,9 @@ pub struct Zone {
     pub around: (Point, Point),
     /// Before this time nothing is known of it, s.
     pub known_s: f64,
-    /// Before this time not everybody in it may have been found again, s.
+    /// Before this time people in it may not have been found again, s.
     pub found_s: f64,
-    /// When it had been seen last as somebody was in it, s.
+    /// When its most recently seen cell had been seen, at the last line that counted a person in it, s.
     pub occupied_s: f64,
     /// The newest time in which too little of it was seen.
     gap: Option<Gap>,

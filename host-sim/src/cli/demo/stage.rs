@@ -16,7 +16,7 @@ const ENTRANCE: &str = "entrance";
 
 /// A person as the demo knows it.
 pub struct Person {
-    /// Where.
+    /// Where, m.
     pub at: Point,
     /// What the person's tag says.
     pub tag: Option<String>,

@@ -26,7 +26,7 @@ pub struct Summary {
     people: u32,
     found: u32,
     errors_m: Vec<f64>,
-    /// People found whose tag has been read, and those whose track is likelier theirs than not.
+    /// People found whose tag has been read, and those of them whose own track carries it with a probability above 0.5.
     read: u32,
     named: u32,
     most: usize,
