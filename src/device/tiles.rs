@@ -37,7 +37,7 @@ pub struct Tiles {
     link_failures: u32,
     /// Lost while other tiles were set, earlier.
     before: Lost,
-    /// Readings so far.
+    /// Readings until the tiles were last set.
     sequence: u32,
 }
 
