@@ -236,6 +236,9 @@ pub struct FloorLine {
     /// Those that never go down.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dead: Vec<u16>,
+    /// From this panel on nothing is known: more do not work than a reading names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unknown_from: Option<u16>,
 }
 
 /// What a device is doing.

@@ -231,6 +231,7 @@ fn where_the_list_of_faulty_panels_is_full_nothing_behind_it_is_known() {
     let hall = rig.hall(60 * READING_US);
     assert_eq!((hall.state(), hall.count()), (ZoneKnown::Partly, None));
     assert!(hall.seen_share() < 0.51, "{}", hall.seen_share());
+    assert_eq!(rig.site_tracker.floors()[0].unknown_from, Some(320), "the map shows it");
 }
 
 #[test]

@@ -124,6 +124,7 @@ impl Floors {
                 down: numbers(plan, down),
                 stuck: broken(Fault::Stuck),
                 dead: broken(Fault::Dead),
+                unknown_from: reading.unknown_from(),
             }
         };
         self.read.iter().map(line).collect()

@@ -26,12 +26,16 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Whether a panel says that a foot is on it, or that none is. Where the list of faulty panels is full there may be more
-    /// behind the last one.
+    /// The panel from which on nothing is known: where the list of faulty panels is full there may be more behind the last one.
+    #[must_use]
+    pub fn unknown_from(&self) -> Option<u16> {
+        self.faulty.last().filter(|_| self.faulty.len() >= FAULTY).map(|last| last.panel.saturating_add(1))
+    }
+
+    /// Whether a panel says that a foot is on it, or that none is.
     #[must_use]
     pub fn works(&self, panel: usize) -> bool {
         let is_named = self.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
-        let last = self.faulty.last().map_or(0, |faulty| usize::from(faulty.panel));
-        !is_named && (self.faulty.len() < FAULTY || panel < last)
+        !is_named && self.unknown_from().is_none_or(|from| panel < usize::from(from))
     }
 }

@@ -174,14 +174,16 @@ export class Drawing {
       }),
       svg("text", { class: "module-name", x: floor.x, y: -floor.y, dx: ".4em", dy: "-.5em" }, floor.name),
     ]);
-    for (const { name, columns, down, stuck = [], dead = [] } of lines) {
+    for (const { name, columns, down, stuck = [], dead = [], unknown_from = null } of lines) {
       const floor = byName.get(name);
       if (!floor) continue;
       const panel = (kind) => (number) => {
         const [column, row] = [number % columns, Math.floor(number / columns)];
         return svg("path", { class: `panel ${kind}`, d: area(floor, [column, row], [column + 1, row + 1]) });
       };
-      shapes.push(...down.map(panel("down")), ...[...stuck, ...dead].map(panel("faulty")));
+      const unknown = unknown_from === null ? 0 : columns * floor.rows - unknown_from;
+      const behind = Array.from({ length: Math.max(0, unknown) }, (_, index) => unknown_from + index);
+      shapes.push(...down.map(panel("down")), ...[...stuck, ...dead, ...behind].map(panel("faulty")));
     }
     this.layers.panels.replaceChildren(...shapes);
   }
