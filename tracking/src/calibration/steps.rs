@@ -32,6 +32,9 @@ const WALKS_M_S: f64 = 0.4;
 /// that is so late, s.
 const LATE_S: f64 = 1.5 / 9.0;
 
+/// A foot has lifted and another may have landed in so long a silence, s.
+const SILENT_S: f64 = 0.5;
+
 /// What a floor shows now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shows {
@@ -71,6 +74,8 @@ pub struct Middle {
 /// The steps on one floor.
 #[derive(Clone, Debug, Default)]
 pub struct Steps {
+    /// Time of the newest reading, s.
+    read_s: Option<f64>,
     down: Vec<Foot>,
     /// The foot that lifted last.
     last: Option<Foot>,
@@ -80,15 +85,23 @@ pub struct Steps {
 
 impl Steps {
     /// Takes the next reading. Says what the floor shows, and adds the walker's middles that are known by now, in the floor's own
-    /// frame, one a slot.
+    /// frame, one a slot. A reading that comes after a newer one is not used; after a silence all steps begin anew.
     pub fn read(&mut self, reading: &Reading, middles: &mut Vec<Middle>) -> Shows {
+        match self.read_s {
+            Some(read_s) if reading.at_s <= read_s => {
+                return if self.down.is_empty() { Shows::Nobody } else { Shows::One };
+            }
+            Some(read_s) if reading.at_s - read_s > SILENT_S => *self = Self::default(),
+            _ => {}
+        }
+        self.read_s = Some(reading.at_s);
         let plan = Plan { corner: Pose { at: Point::default(), yaw_rad: 0.0 }, ..reading.plan };
         let mut down = reading.down;
         reading.faulty.iter().for_each(|faulty| down.set(usize::from(faulty.panel), false));
         let patches = patches(&plan, &down);
         let apart = |one: &Patch| patches.iter().any(|other| (other.middle - one.middle).length() > STEP_M);
         if patches.iter().any(apart) {
-            *self = Self::default();
+            *self = Self { read_s: self.read_s, ..Self::default() };
             return Shows::Several;
         }
         let mut before = std::mem::take(&mut self.down);
@@ -228,6 +241,21 @@ mod tests {
         }
         let slots = middles.windows(2).all(|two| (two[1].at_s - two[0].at_s - SLOT_S).abs() < 1e-9);
         assert!(slots && !shown.contains(&Shows::Several), "{middles:?}");
+    }
+
+    #[test]
+    fn a_late_reading_is_not_used_and_no_foot_is_down_across_a_silence() {
+        let (mut steps, mut middles) = (Steps::default(), Vec::new());
+        let mut read = |at_s: f64, foot: Option<Point>| {
+            let mut down = Bits::default();
+            foot.into_iter().for_each(|foot| press(&mut down, foot));
+            steps.read(&Reading { floor: 0, plan: PLAN, at_s, down, faulty: Vec::new() }, &mut middles)
+        };
+        assert_eq!(read(1.0, Some(Point::new(0.5, 1.2))), Shows::One);
+        assert_eq!(read(0.9, None), Shows::One, "older");
+        assert_eq!(read(1.1, Some(Point::new(0.5, 1.2))), Shows::One);
+        assert_eq!(read(2.0, Some(Point::new(0.5, 1.2))), Shows::One);
+        assert_eq!(steps.down[0].down_s.0, 2.0, "another foot, or lifted and set again");
     }
 
     #[test]
