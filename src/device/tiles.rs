@@ -64,10 +64,14 @@ impl Tiles {
         });
     }
 
-    /// Bytes of its line that came at `now_us`.
+    /// Bytes of its line that came at `now_us`; as long as its tiles are not known they are dropped and counted.
     pub fn receive(&mut self, bytes: &[u8], now_us: u64) {
-        if let Some(known) = &mut self.known {
-            known.tiles.receive(bytes, now_us);
+        match &mut self.known {
+            Some(known) => known.tiles.receive(bytes, now_us),
+            None => {
+                let skipped = &mut self.before.losses.skipped;
+                *skipped = skipped.saturating_add(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
+            }
         }
     }
 

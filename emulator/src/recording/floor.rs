@@ -48,6 +48,9 @@ enum Cause {
 /// Longest recording, µs: a week. What seems longer has stamps in another unit.
 const LONGEST_US: u64 = 7 * 24 * 3600 * 1_000_000;
 
+/// Largest stamp: whatever is added to it up to [`LONGEST_US`] is a number still.
+const STAMP_MAX: u64 = i64::MAX as u64;
+
 impl fmt::Display for FloorRecordingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
@@ -118,7 +121,7 @@ impl Columns {
             text.parse::<u64>().ok().filter(|number| *number <= most).ok_or_else(bad)
         };
         let byte = |column, place| number(column, place, 255).map(|number| number as u8);
-        let stamp = number("the stamp", self.stamp, u64::MAX)?;
+        let stamp = number("the stamp", self.stamp, STAMP_MAX)?;
         let group = number("group", self.group, u16::MAX.into())? as u16;
         let tile = (byte("x", self.tile[0])?, byte("y", self.tile[1])?);
         let mut values = [0; TRIANGLES];
@@ -221,6 +224,7 @@ mod tests {
                 "walk.csv:3: more than a week behind the first frame",
             ),
             (format!("{GOOD}4{}", &row[1..]), "walk.csv:3: the stamp is smaller than the one before"),
+            (GOOD.replace("\n5,10", "\n18446744073709551615,10"), "walk.csv:2: the stamp is no whole number"),
         ] {
             let said = read(&text).unwrap_err();
             assert!(said.starts_with(wanted) && !said.contains('\n'), "{said}");

@@ -68,7 +68,8 @@ fn summarise(
     )?;
     let more = if replay.faulty >= FAULTY { " or more" } else { "" };
     let faulty = match replay.faulty {
-        0 => "all panels were heard at the end".to_owned(),
+        _ if replay.readings == 0 => "nothing is known of the floor".to_owned(),
+        0 => "all panels worked at the end".to_owned(),
         count => format!("{count}{more} panels were silent or stuck at the end: nothing is known there"),
     };
     writeln!(out, "  {} readings reached the tracker; {faulty}", replay.readings)?;
@@ -76,19 +77,23 @@ fn summarise(
         |line: &TracksLine| line.tracks.iter().filter(|track| track.state == LifeCycle::Confirmed).count();
     let found = identities(&replay.lines, LINE_US as f64 * 1e-6);
     let (Some(first), Some(last)) = (replay.lines.first(), replay.lines.last()) else { return Ok(()) };
-    let count = |wanted: fn(usize) -> bool| {
-        let those = replay.lines.iter().filter(|line| wanted(confirmed(line))).count();
-        100.0 * those as f64 / replay.lines.len() as f64
-    };
+    // A line without people is of an empty floor only where its zone says so.
+    let is_empty =
+        |line: &&TracksLine| confirmed(line) == 0 && line.zones.values().all(|zone| zone.count() == Some(0));
+    let share = |those: usize| 100.0 * those as f64 / replay.lines.len() as f64;
+    let count =
+        |wanted: fn(usize) -> bool| replay.lines.iter().filter(|line| wanted(confirmed(line))).count();
+    let (none, empty) = (count(|people| people == 0), replay.lines.iter().filter(is_empty).count());
     writeln!(
         out,
-        "  {} identities from {:.1} s to {:.1} s; nobody in {:.1} % of the time, one in {:.1} %, more in {:.1} %",
+        "  {} identities from {:.1} s to {:.1} s; one in {:.1} % of the time, more in {:.1} %, empty in {:.1} %, unknown in {:.1} %",
         found.len(),
         first.t,
         last.t,
-        count(|people| people == 0),
-        count(|people| people == 1),
-        count(|people| people > 1)
+        share(count(|people| people == 1)),
+        share(count(|people| people > 1)),
+        share(empty),
+        share(none - empty)
     )?;
     for Identity { id, first_s, last_s, confirmed_s } in found {
         writeln!(out, "  {id}: seen for {confirmed_s:.1} s, between {first_s:.1} s and {last_s:.1} s")?;
