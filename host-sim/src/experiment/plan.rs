@@ -217,7 +217,7 @@ impl Table {
         match self {
             Self::Door => [door(Letter::D, 1..=7, &all), door(Letter::H, 1..=7, &all)].concat(),
             Self::Ideas => {
-                // Sizes and vehicles show in tables of their own: the entrance's, and that of a guarded door.
+                // Sizes show in the entrance's table; vehicles at a guarded door: docs/door.md has both figures.
                 let without: Vec<String> = Idea::NAMED
                     .iter()
                     .filter(|(idea, _)| !matches!(idea, Idea::Size | Idea::Vehicles))

@@ -89,9 +89,7 @@ const RESTS_S: f64 = 1.0;
 
 /// Our tracker.
 pub struct Kehai {
-    walls: Walls,
-    enclosed: Areas,
-    movers: Areas,
+    grounds: Grounds,
     ideas: Ideas,
     /// In the order of their numbers.
     tracks: Vec<Track>,
@@ -119,12 +117,20 @@ impl Heard {
     const NEVER: Self = Self { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
 }
 
-fn enclosed(site: &Site) -> Areas {
-    Areas::of(site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect())
+/// What a site says of where people can be.
+struct Grounds {
+    walls: Walls,
+    /// Zones that are entered through entries alone.
+    enclosed: Areas,
+    movers: Areas,
 }
 
-fn movers(site: &Site) -> Areas {
-    Areas::of(site.movers.iter().map(Mover::corners).collect())
+impl Grounds {
+    fn of(site: &Site) -> Self {
+        let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
+        let movers = site.movers.iter().map(Mover::corners).collect();
+        Self { walls: Walls::of(site), enclosed: Areas::of(enclosed), movers: Areas::of(movers) }
+    }
 }
 
 impl Kehai {
@@ -132,9 +138,7 @@ impl Kehai {
     #[must_use]
     pub fn new(site: &Site, ideas: Ideas) -> Self {
         Self {
-            walls: Walls::of(site),
-            enclosed: enclosed(site),
-            movers: movers(site),
+            grounds: Grounds::of(site),
             ideas,
             tracks: Vec::new(),
             near: Near::over(site),
@@ -177,23 +181,23 @@ impl Kehai {
 
     /// Whether a person gets to a place only across an entry.
     fn is_enclosed(&self, place: Point) -> bool {
-        self.enclosed.hold(place)
+        self.grounds.enclosed.hold(place)
     }
 
     /// Whether a candidate is a door leaf or a curtain: all of it where one moves.
     fn is_mover(&self, seen: &Detection) -> bool {
-        self.movers.one_holds(&seen.outline)
+        self.grounds.movers.one_holds(&seen.outline)
     }
 
     /// Whether a door leaf or a curtain moves at a place.
     fn moves_there(&self, place: Point) -> bool {
-        self.movers.hold(place)
+        self.grounds.movers.hold(place)
     }
 
     /// The observation with everything before a door leaf or a curtain taken as empty, up to its outline: of a body
     /// only its nearest point says what is empty, of a leaf its whole face does. None without one.
     fn before_movers(&self, observation: &Observation) -> Option<Observation> {
-        if self.movers.is_empty() || !observation.detections.iter().any(|seen| self.is_mover(seen)) {
+        if self.grounds.movers.is_empty() || !observation.detections.iter().any(|seen| self.is_mover(seen)) {
             return None;
         }
         let mut cleared = observation.clone();
@@ -335,7 +339,7 @@ impl Tracker for Kehai {
 
     fn change_site(&mut self, change: &SiteChange<'_>) -> bool {
         let site = change.now;
-        (self.walls, self.enclosed, self.movers) = (Walls::of(site), enclosed(site), movers(site));
+        self.grounds = Grounds::of(site);
         self.near = Near::over(site);
         let numbers: Vec<Option<usize>> =
             (0..site.modules.len()).map(|number| change.stands(number)).collect();

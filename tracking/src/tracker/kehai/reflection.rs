@@ -52,7 +52,7 @@ impl Reflection {
 impl Kehai {
     /// Whether a module at `from` sees this behind a wall.
     pub(super) fn is_reflection(&self, from: Point, seen: &Detection) -> bool {
-        self.walls.is_reflection(from, seen.outline[1])
+        self.grounds.walls.is_reflection(from, seen.outline[1])
     }
 
     /// Follows what is seen behind walls: each by the nearest that was there before.

@@ -32,7 +32,7 @@ impl Kehai {
             let drift_m = DRIFT_MPS * age_s;
             let spread = Matrix2::new(xx, xy, xy, yy) + Matrix2::identity() * (drift_m * drift_m);
             let motion = Kinematics::new(at_s, place, &spread, 0.0, PROCESS_NOISE);
-            let cloud = Cloud::new(at_s, &motion, at_s, &self.walls, self.next_id);
+            let cloud = Cloud::new(at_s, &motion, at_s, &self.grounds.walls, self.next_id);
             let at = Point::new(person.at.x, person.at.y);
             self.tracks.push(Track {
                 id: self.next_id,
