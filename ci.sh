@@ -14,7 +14,7 @@
 #   budget    flash, static memory and calls of panicking functions of each image, instructions a scan on a
 #             Cortex-M4 and the stack in QEMU, against their budgets
 #   qemu      the real image in QEMU, through its tests
-#   bench     instructions a scan and a report, and static memory, against their budgets
+#   bench     instructions a scan, a report and a depth frame, and static memory, against their budgets
 #   demo      the demo and the commands of the README, headless
 #   figures   some seeds of every table in docs/, run by run as they were printed
 #   deny      licences and sources of the dependencies

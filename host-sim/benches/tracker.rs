@@ -14,10 +14,12 @@
 //! Only the tracker is measured: its input was recorded before. A line of tracks is asked for every 0.1 s, as
 //! `kehai-tracker` does, and is part of the cost.
 
+mod counted;
+
 use std::error::Error;
 use std::net::{SocketAddr, UdpSocket};
 use std::path::{Path, PathBuf};
-use std::process::{Command as Process, ExitCode};
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -132,16 +134,8 @@ fn site_tracker(record: &Record, tracker: Choice) -> SiteTracker {
 
 /// Instructions a report within the world's window, counted by valgrind; None if valgrind is not installed.
 fn instructions(path: &Path, world: &World, tracker: Choice, reports: u64) -> Option<u64> {
-    let count = |end: &str| {
-        let output = Process::new("valgrind")
-            .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-            .arg(std::env::current_exe().ok()?)
-            .args(["--run", path.to_str()?, &world.halls.to_string(), end, &tracker.to_string()])
-            .output()
-            .ok()?;
-        let text = String::from_utf8_lossy(&output.stderr);
-        text.lines().find_map(|line| line.split("Collected : ").nth(1)?.trim().parse::<u64>().ok())
-    };
+    let (path, halls, tracker) = (path.to_str()?, world.halls.to_string(), tracker.to_string());
+    let count = |end: &str| counted::instructions(&["--run", path, &halls, end, &tracker], None);
     Some((count("last")? - count("first")?) / reports.max(1))
 }
 
@@ -156,10 +150,13 @@ struct Cost {
 
 impl Cost {
     fn print(&self, what: &str) {
-        let counted = self.instructions.map_or("–".into(), |count| count.to_string());
         println!(
-            "{what:<46}{:>8}{:>8}{counted:>14}{:>12.1}{:>14.1}",
-            self.reports, self.people, self.us, self.real_time
+            "{what:<46}{:>8}{:>8}{:>14}{:>12.1}{:>14.1}",
+            self.reports,
+            self.people,
+            counted::shown(self.instructions),
+            self.us,
+            self.real_time
         );
     }
 }

@@ -142,7 +142,7 @@ impl Gate {
     }
 }
 
-fn site() -> io::Result<Site> {
+pub(super) fn site() -> io::Result<Site> {
     Site::parse("gate.toml", SITE).map_err(io::Error::other)
 }
 

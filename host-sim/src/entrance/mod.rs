@@ -20,6 +20,7 @@ pub mod judge;
 pub mod labels;
 pub mod lasers;
 pub mod live;
+pub mod pacing;
 pub mod soles;
 pub mod stack;
 pub mod tags;
@@ -99,6 +100,12 @@ impl Entrance {
     #[must_use]
     pub fn lasting(seed: u64, frames: usize) -> Self {
         Self { walk: Walk::lasting(seed, frames), flaws: Flaws::new(seed), empty: Image::empty() }
+    }
+
+    /// A run of so many frames with so many people who come in, walk up and down in view, and stay.
+    #[must_use]
+    pub fn pacing(people: u16, frames: usize) -> Self {
+        Self { walk: Walk::pacing(people, frames), ..Self::lasting(1, 0) }
     }
 
     /// Where the people's soles are, drawn by a seed.

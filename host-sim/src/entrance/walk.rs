@@ -20,6 +20,13 @@ const MOST: usize = 5;
 /// A person waits outside until nobody else is nearer than this, m.
 const APART_M: f64 = 0.5;
 
+/// People who stay pace on lanes between these distances from the camera, m, so far to either side of its axis, m; at 1.6 m
+/// the image is 0.9 m wide to each side. They come one after the other, so far apart, m, at this speed, m/s.
+const PACED_M: (f64, f64) = (1.6, 4.2);
+const PACED_ASIDE_M: f64 = 0.85;
+const PACED_APART_M: f64 = 0.7;
+const PACED_MPS: f64 = 1.0;
+
 /// Radius taken for a person of 1.7 m in the crowd, m.
 const RADIUS_M: f64 = 0.22;
 
@@ -119,6 +126,17 @@ impl Walk {
         Self { frames }
     }
 
+    /// So many people of one size who come in and walk up and down in view, each on a lane, and stay; of so many frames.
+    #[must_use]
+    pub fn pacing(people: u16, count: usize) -> Self {
+        let period_s = CAMERA.period_us() as f64 * 1e-6;
+        let moments = |number: usize| {
+            let now_s = number as f64 * period_s;
+            (0..people).map(|person| paced(person, people, now_s)).collect()
+        };
+        Self { frames: (0..count).map(moments).collect() }
+    }
+
     /// The people at any time, between two frames on a straight line; in the last frame after it, nobody before the first.
     #[must_use]
     pub fn at(&self, at_s: f64) -> Vec<Moment> {
@@ -152,6 +170,33 @@ impl Walk {
     #[must_use]
     pub fn moment(&self, number: usize) -> Option<Vec<Moment>> {
         self.frames.get(number).cloned()
+    }
+}
+
+/// One of `people` who walk up and down.
+fn paced(person: u16, people: u16, now_s: f64) -> Moment {
+    let share = (f64::from(person) + 0.5) / f64::from(people);
+    let (walked_m, from_m) = (now_s * PACED_MPS, FROM_M + PACED_APART_M * f64::from(person));
+    let in_m = from_m + PACED_ASIDE_M;
+    // Of a way back and forth, from its left end on.
+    let back_m = (walked_m - in_m).rem_euclid(4.0 * PACED_ASIDE_M);
+    let (y_m, sign) = if walked_m < in_m {
+        (walked_m - from_m, 1.0)
+    } else if back_m < 2.0 * PACED_ASIDE_M {
+        (PACED_ASIDE_M - back_m, -1.0)
+    } else {
+        (back_m - 3.0 * PACED_ASIDE_M, 1.0)
+    };
+    Moment {
+        person,
+        at: Point::new(PACED_M.0 + share * (PACED_M.1 - PACED_M.0), y_m),
+        ahead: Point::new(0.0, sign),
+        speed_mps: PACED_MPS,
+        walked_m,
+        stature_m: 1.7,
+        half_axes_m: (0.22, 0.14),
+        gesture: Gesture::Hang,
+        bag: Bag::None,
     }
 }
 
@@ -215,6 +260,21 @@ impl Actor {
 mod tests {
     use super::super::FRAMES;
     use super::*;
+
+    #[test]
+    fn people_who_pace_come_in_stay_in_view_and_keep_their_speed() {
+        let walk = Walk::pacing(4, 200);
+        assert!(walk.moment(0).unwrap().iter().all(|one| one.at.y <= -FROM_M));
+        for (before, after) in walk.moments().zip(walk.moments().skip(1)).skip(40) {
+            assert_eq!(after.len(), 4);
+            for (before, after) in before.iter().zip(after) {
+                let step_m = (after.at - before.at).length();
+                assert!(after.at.y.abs() <= PACED_ASIDE_M && step_m < 0.2 + 1e-9, "{after:?}");
+                let turns = (after.ahead - before.ahead).length() > 0.0;
+                assert!(turns || (after.at - before.at - after.ahead * 0.2).length() < 1e-9, "{after:?}");
+            }
+        }
+    }
 
     #[test]
     fn people_pass_beside_each_other_and_some_put_their_bag_down() {
