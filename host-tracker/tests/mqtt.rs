@@ -302,6 +302,16 @@ fn a_sign_names_its_track_and_what_is_wrong_is_answered() {
     };
     publish(false, "{\"id\":\"04:A2\",\"x\":1e9,\"y\":0}");
     listener.hears(&format!("{SIGN}/refused"), |payload| payload.contains("no place: 1000000000"));
+    for (body, why) in [
+        ("{\"id\":\"04:A2\",\"x\":NaN,\"y\":0}", "malformed: "),
+        ("{\"id\":\"04:A2\",\"x\":100,\"y\":-2500}", "m beside the site"),
+        ("{\"id\":\"04:A2\",\"at_ms\":0}", "late: it was read "),
+        ("{\"id\":\"04:A2\",\"at_ms\":18446744073709551615}", "s ahead of this machine"),
+    ] {
+        publish(false, body);
+        listener.hears(&format!("{SIGN}/refused"), |payload| payload.contains(why));
+    }
+    assert_eq!(server.signs.where_is("04:A2").unwrap(), None, "what is refused names nobody");
     publish(false, "{\"id\":\"04:A2\",\"x\":0.1,\"y\":0.4}");
     let begin = Instant::now();
     let label = loop {

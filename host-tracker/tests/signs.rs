@@ -107,6 +107,48 @@ fn what_is_wrong_or_foreign_changes_nothing_says_why_and_is_counted() {
     assert!(metrics.contains("kehai_signs_total{outcome=\"no_place\"} 2"), "{metrics}");
 }
 
+/// Other units, other clocks, no numbers, and places that are nowhere near: each is refused in one line that says why, and
+/// counted; tracks and names stay as they are.
+#[test]
+fn absurd_places_and_times_are_refused_in_one_line_and_move_nobody() {
+    let server = hall();
+    server.people(&[[0.0, 0.4], [0.0, -2.5]]);
+    assert_eq!(sign(&server, json!({ "id": "a", "x": 0.0, "y": 0.4 })).0, 200);
+    let named = |state: &Value| state["names"][0]["tracks"].as_array().is_some_and(|all| !all.is_empty());
+    let before = waits(&server, "a name", named);
+    let now_ms = unix_ms();
+    let at = |at_ms: u64| format!("{{\"id\":\"a\",\"at_ms\":{at_ms}}}");
+    let place = |numbers: &str| format!("{{\"id\":\"a\",{numbers}}}");
+    let absurd = [
+        (place(r#""x":Infinity,"y":0"#), 400, "malformed: "),
+        (place(r#""x":1e999,"y":0"#), 400, "malformed: number out of range"),
+        (place(r#""x":"0.1 m","y":0"#), 400, "malformed: invalid type: string"),
+        (place(r#""x":0,"y":-1e9"#), 400, "no place: -1000000000 is no place"),
+        // Millimetres, and centimetres of a large hall; degrees of latitude and longitude.
+        (place(r#""x":100,"y":-2500"#), 400, "m beside the site, at most 100: x and y are metres"),
+        (place(r#""x":0,"y":310"#), 400, "is 309 m beside the site"),
+        (place(r#""x":135.52,"y":34.82"#), 400, "beside the site"),
+        (place(r#""x":0,"y":0.4,"sigma_m":-0.3"#), 400, "no place: its spread"),
+        (at(0), 409, "late: it was read "),
+        // s and µs since 1970.
+        (at(now_ms / 1000), 409, "late: it was read "),
+        (at(now_ms * 1000), 409, "s ahead of this machine"),
+        (at(u64::MAX), 409, "s ahead of this machine"),
+        (place(r#""at_ms":-5"#), 400, "malformed: "),
+        (place(r#""at_ms":1e300"#), 400, "malformed: "),
+    ];
+    for (body, wanted, word) in &absurd {
+        let (status, answer) = server.ask(SIGN, &[], body);
+        let why = answer["error"].as_str().unwrap_or_default();
+        assert!(status == *wanted && why.contains(word) && !why.contains('\n'), "{body}: {status} {answer}");
+    }
+    let after = waits(&server, "the counts", |state| state["signs"]["late"] == 4);
+    let counts = ["taken", "malformed", "no_place"].map(|key| after["signs"][key].as_u64().unwrap());
+    assert_eq!(counts, [1, 5, 5], "{after:#}");
+    assert_eq!(after["tracks"], before["tracks"], "a sign moves nobody");
+    assert_eq!(after["names"][0]["tracks"][0]["track"], before["names"][0]["tracks"][0]["track"]);
+}
+
 #[test]
 fn names_are_kept_by_hash_and_for_as_long_as_cards() {
     let folder = tempfile::tempdir().unwrap();

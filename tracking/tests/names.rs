@@ -7,11 +7,11 @@ use std::sync::Arc;
 use kehai::candidate::Candidate;
 use kehai::scan::{Geometry, URG_04LX};
 use kehai_tracking::card::Card;
+use kehai_tracking::site_tracker::{Estimate, SiteTracker};
 use kehai_tracking::geometry::{Point, Pose};
-use kehai_tracking::names::{Names, Read, Sign};
+use kehai_tracking::names::{Names, Read, Sign, SignCounts};
 use kehai_tracking::observation::{Detection, Observation, View};
 use kehai_tracking::site::Site;
-use kehai_tracking::site_tracker::{Estimate, SiteTracker};
 use kehai_tracking::tracker::{Ideas, TrackState};
 use nalgebra::{Matrix2, Vector2};
 use proptest::prelude::*;
@@ -60,20 +60,24 @@ fn bits(tracks: &[TrackState]) -> Vec<(u64, Vec<u64>, String)> {
     tracks.iter().map(of).collect()
 }
 
-/// What is known at each tenth of a second while two people walk about, with these signs or without any.
-fn tracked(walks: &[(f64, f64)], signs: Option<&[(f64, f64, f64, u8)]>) -> Vec<Estimate> {
+/// A sign: a place, a spread or reach, m; how long ago it was read, s; and whose it is.
+type Said = (f64, f64, f64, f64, u8);
+
+/// What is known at each tenth of a second while two people walk about, with these signs or without any; and what became of the
+/// signs.
+fn tracked(walks: &[(f64, f64)], signs: Option<&[Said]>) -> (Vec<Estimate>, SignCounts) {
     let site = site();
     let geometry = Geometry::new(URG_04LX).unwrap();
     let pose = Pose { at: Point::new(0.0, -4.0), yaw_rad: FRAC_PI_2 };
     let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry });
     let mut site_tracker = SiteTracker::new(&site, Ideas::default());
     let mut names = Names::default();
-    let mut known = Vec::new();
+    let (mut known, mut counts) = (Vec::new(), SignCounts::default());
     for (tenth, &(x, y)) in (0..).zip(walks) {
         let now_s = 20.0 + SCAN_S * f64::from(tenth);
         site_tracker.observe(&observation(&view, now_s, &[(x, y), (-x, 0.5 - y)]));
         let estimate = site_tracker.estimate(now_s);
-        if let Some(&(x, y, sigma_m, id)) = signs.and_then(|signs| signs.get(tenth as usize)) {
+        if let Some(&(x, y, sigma_m, ago_s, id)) = signs.and_then(|signs| signs.get(tenth as usize)) {
             names.follow(&estimate.tracks, estimate.t_s);
             let read = match id % 3 {
                 0 => Read::Somewhere,
@@ -83,11 +87,24 @@ fn tracked(walks: &[(f64, f64)], signs: Option<&[(f64, f64, f64, u8)]>) -> Vec<E
                     Read::Place { at: Point::new(x, y), covariance_m2: [variance_m2, 0.0, variance_m2] }
                 }
             };
-            let _ = names.sign(&Sign { card: Card(u128::from(id)), at_s: now_s - sigma_m % 1.0, read });
+            let taken = names.sign(&Sign { card: Card(u128::from(id)), at_s: now_s - ago_s, read });
+            let can_be = |metres: f64| metres.abs() <= 10_000.0;
+            let says_a_place = read != Read::Somewhere;
+            assert!(taken.is_err() || !says_a_place || (can_be(x) && can_be(y)), "{read:?}");
+            assert!(taken.is_err() || ago_s.abs() < 60.0, "{ago_s} s ago: {read:?}");
+            counts.count(&taken);
         }
         known.push(estimate);
     }
-    known
+    (known, counts)
+}
+
+/// A number that may be absurd: none, infinite, enormous, or of another unit.
+fn absurd() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        any::<f64>(),
+        prop::sample::select(vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e9, -1e9, 1200.0, f64::MAX])
+    ]
 }
 
 proptest! {
@@ -95,11 +112,23 @@ proptest! {
     #[test]
     fn tracks_with_and_without_signs_are_the_same_bit_by_bit(
         start in (0.3..1.5_f64, -1.5..1.5_f64),
-        signs in proptest::collection::vec((-2.0..2.0_f64, -2.0..2.0_f64, prop_oneof![0.01..2.0_f64, any::<f64>()], any::<u8>()), 60),
+        signs in proptest::collection::vec(
+            (
+                prop_oneof![2 => -2.0..2.0_f64, 1 => absurd()],
+                prop_oneof![2 => -2.0..2.0_f64, 1 => absurd()],
+                prop_oneof![2 => 0.01..2.0_f64, 1 => absurd()],
+                prop_oneof![2 => 0.0..1.0_f64, 1 => absurd()],
+                any::<u8>(),
+            ),
+            60,
+        ),
     ) {
         let walks: Vec<(f64, f64)> =
             (0..60).map(|tenth| (start.0 - 0.03 * f64::from(tenth), start.1 * (0.1 * f64::from(tenth)).cos())).collect();
-        let (without, with) = (tracked(&walks, None), tracked(&walks, Some(&signs)));
+        let ((without, _), (with, counts)) = (tracked(&walks, None), tracked(&walks, Some(&signs)));
+        let SignCounts { taken, no_place, untracked, .. } = counts;
+        prop_assert_eq!(taken + no_place + untracked, signs.len() as u64, "{:?}", counts);
+        prop_assert!(no_place > 0 && untracked > 0, "absurd places and times are refused: {:?}", counts);
         prop_assert!(without.iter().any(|estimate| !estimate.tracks.is_empty()));
         for (one, other) in without.iter().zip(&with) {
             prop_assert_eq!(bits(&one.tracks), bits(&other.tracks));

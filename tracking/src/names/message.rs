@@ -15,8 +15,8 @@ use serde::Deserialize;
 use super::sign::{NotTaken, Read};
 use crate::card::Card;
 use crate::geometry::Point;
-use crate::site::Site;
 use crate::site::reader::Reads;
+use crate::site::{BESIDE_M, Site, beside_m};
 
 /// Longest message, bytes.
 pub const LONGEST: usize = 1024;
@@ -95,7 +95,9 @@ pub fn read(
     }
     let read = place(&message, site)?;
     // A place that cannot be is said before anything else changes.
-    read.gaussian()?;
+    if let Some((at, _)) = read.gaussian()? {
+        near(at, site)?;
+    }
     Ok(Reading { card: hash(id(&message.id)?), ago_s: ago_ms as f64 * 1e-3, read })
 }
 
@@ -129,6 +131,18 @@ fn place(message: &Message, site: &Site) -> Result<Read, NotTaken> {
             Err(malformed("a place is x and y together, with or without sigma_m; u and v need a reader"))
         }
     }
+}
+
+/// What is read far beside the site is no sign of anybody in it: most likely its numbers are no metres.
+fn near(at: Point, site: &Site) -> Result<(), NotTaken> {
+    let away_m = beside_m(site, at);
+    if away_m > BESIDE_M {
+        let Point { x, y } = at;
+        return Err(NotTaken::NoPlace(format!(
+            "({x:.1}, {y:.1}) is {away_m:.0} m beside the site, at most {BESIDE_M}: x and y are metres of its plan"
+        )));
+    }
+    Ok(())
 }
 
 fn round(at: Point, sigma_m: f64) -> Read {
@@ -195,6 +209,12 @@ sigma_m = 0.1
         assert!(said(r#"{"id":"a","reader":"camera"}"#).contains("has u and v"));
         assert_eq!(said(r#"{"id":"a","reader":"attic"}"#), "there is no reader \"attic\" in the site");
         assert!(said(r#"{"id":"a","x":1e9,"y":0}"#).starts_with("no place: 1000000000 is no place"));
+        // Millimetres; and a pixel far beside the camera's image.
+        assert_eq!(
+            said(r#"{"id":"a","x":1200,"y":200}"#),
+            "no place: (1200.0, 200.0) is 1216 m beside the site, at most 100: x and y are metres of its plan"
+        );
+        assert!(said(r#"{"id":"a","reader":"camera","u":42000,"v":0}"#).contains("m beside the site"));
         assert!(said(r#"{"id":"a","x":1e999,"y":0}"#).starts_with("malformed: number out of range"));
         assert!(said(r#"{"id":"a","x":0,"y":0,"sigma_m":-1}"#).starts_with("no place: its spread"));
         assert!(said(r#"{"id":"a","x":0,"y":0,"sigma_m":101}"#).starts_with("no place: its spread"));

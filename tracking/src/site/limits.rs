@@ -2,6 +2,7 @@
 //!
 //! A zone is divided into cells of 0.2 m, 24 bytes each; a place is at most ten kilometres from the origin.
 
+use crate::geometry::{Point, bounds};
 use crate::site::Site;
 use crate::site::reader::Reads;
 
@@ -10,6 +11,30 @@ pub(crate) const FARTHEST_M: f64 = 10_000.0;
 
 /// Area of all zones' bounding boxes together, m²: 5 million cells, 120 MB.
 const ZONES_M2: f64 = 200_000.0;
+
+/// What is read farther than this from everything in the site is read elsewhere, m: three times as far as any device sees, and less
+/// than the smallest room in millimetres.
+pub(crate) const BESIDE_M: f64 = 100.0;
+
+/// How far a place is from the upright rectangle around everything in the site, m; 0 within it, and in a site without anything.
+pub(crate) fn beside_m(site: &Site, at: Point) -> f64 {
+    let modules = site.modules.iter().map(|module| [module.x, module.y]);
+    let walls = site.walls.iter().flat_map(|wall| &wall.points).copied();
+    let zones = site.zones.iter().flat_map(|zone| &zone.polygon).copied();
+    let entries = site.entries.iter().flat_map(|entry| &entry.line).copied();
+    let points = modules.chain(walls).chain(zones).chain(entries).map(|[x, y]| Point::new(x, y));
+    let readers = site.readers.iter().filter_map(|reader| match reader.reads {
+        Reads::Near { at, .. } => Some(at),
+        Reads::Pixels { .. } => None,
+    });
+    let floors = site.floors.iter().flat_map(|floor| {
+        let across = Point::new(f64::from(floor.columns), f64::from(floor.rows)) * floor.pitch_m;
+        [Point::default(), across].map(|corner| floor.corner().to_site(corner))
+    });
+    let Some((low, high)) = bounds(points.chain(readers).chain(floors)) else { return 0.0 };
+    let beyond = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
+    Point::new(beyond(at.x, low.x, high.x), beyond(at.y, low.y, high.y)).length()
+}
 
 /// What is too much or no place at all, as one sentence that names the part and what to do.
 ///
@@ -78,6 +103,16 @@ mod tests {
 
     fn said(text: &str) -> String {
         check(&toml::from_str(text).unwrap()).unwrap_err()
+    }
+
+    #[test]
+    fn a_place_is_within_everything_or_so_far_beside_it() {
+        let text = "[[module]]\nname = \"m\"\nx = -1\ny = 0\n[[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 25\nrows = 25\n
+            [[reader]]\nname = \"gate\"\nx = 5\ny = 8\nreach_m = 1\n";
+        let site: Site = toml::from_str(text).unwrap();
+        let off_m = |x, y| beside_m(&site, Point::new(x, y));
+        assert_eq!([off_m(-1.0, 0.0), off_m(4.0, 7.0), off_m(8.0, 12.0)], [0.0, 0.0, 5.0]);
+        assert_eq!(beside_m(&Site::default(), Point::new(1e9, 0.0)), 0.0);
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub mod reader;
 
 use self::door::Door;
 use self::floor::Floor;
-pub(crate) use self::limits::FARTHEST_M;
+pub(crate) use self::limits::{BESIDE_M, FARTHEST_M, beside_m};
 use self::reader::Reader;
 use crate::geometry::{Point, Pose};
 use kehai::address::host_name;
