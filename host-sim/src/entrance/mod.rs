@@ -12,6 +12,8 @@
 //! After Ukyo et al. (docs/bibliography.md, D): optics, height, rate and number of frames are theirs, and people come
 //! as often as there. [`labels`] says which people a segment holds.
 
+#[cfg(test)]
+mod blind;
 pub mod cast;
 mod flaws;
 pub mod gate;
