@@ -27,8 +27,8 @@ use host_sim::entrance::tags::TagReader;
 use host_sim::run::{Arrival, Record};
 use host_sim::world::geometry::Point;
 use host_tracker::signs::SignHandle;
-use kehai_tracking::follower::Follower;
 use kehai_tracking::site::reader::{Reader, Reads};
+use kehai_tracking::site_tracker::SiteTracker;
 use serde_json::json;
 
 /// Most instructions of a 320 × 240 frame with four people in view, to candidates and sizes: a tenth above what was measured when
@@ -132,7 +132,7 @@ fn recorded(kind: Kind, people: u16) -> Result<PathBuf, Box<dyn Error>> {
 
 /// A host.
 struct Host {
-    follower: Follower,
+    site_tracker: SiteTracker,
     signs: SignHandle,
     reads_signs: bool,
 }
@@ -142,12 +142,12 @@ impl Host {
         if arrival.module == SIGN {
             return self.signs.tell(&arrival.bytes).is_ok();
         }
-        let Some(datagram) = self.follower.sessions_mut().decode(&arrival.bytes) else { return false };
-        self.follower.take(&datagram, arrival.at_us).is_some()
+        let Some(datagram) = self.site_tracker.sessions_mut().decode(&arrival.bytes) else { return false };
+        self.site_tracker.take(&datagram, arrival.at_us).is_some()
     }
 
     fn line(&mut self, now_us: u64) -> usize {
-        let known = self.follower.estimate(now_us as f64 * 1e-6);
+        let known = self.site_tracker.estimate(now_us as f64 * 1e-6);
         if self.reads_signs {
             std::hint::black_box(self.signs.observe(&known));
         }
@@ -180,7 +180,7 @@ fn feed(record: &Record) -> Fed {
     let site = Arc::new(record.site.clone());
     let has_signs = record.arrivals.iter().any(|arrival| arrival.module == SIGN);
     let mut host = Host {
-        follower: Follower::new(&site, Choice::default()),
+        site_tracker: SiteTracker::new(&site, Choice::default()),
         signs: SignHandle::new(&site, None),
         reads_signs: has_signs,
     };

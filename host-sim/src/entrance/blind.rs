@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 use kehai_depth::device::FanSource;
 use kehai_depth::frame::Frame;
 use kehai_depth::source::{self, write_png};
-use kehai_tracking::follower::Follower;
 use kehai_tracking::occupancy::ZoneKnown;
+use kehai_tracking::site_tracker::SiteTracker;
 
 use super::live::LOW;
 use super::pacing::{COME_S, IN_S, Source, entrance, plan, site};
@@ -67,14 +67,14 @@ fn frames_that_say_nothing_are_counted_and_told_and_leave_the_zone_unknown() {
     let (config, counts, sizes) = (source.config(), source.counts(), source.sizes());
     let name = "camera".to_owned();
     let mut unit = Unit::new(Plan { name, amend: Some(sizes), ..plan(Box::new(source), config) });
-    let mut follower = Follower::new(&Arc::new(site(Source::Camera).unwrap()), Choice::default());
+    let mut site_tracker = SiteTracker::new(&Arc::new(site(Source::Camera).unwrap()), Choice::default());
     let (mut before, mut last, mut blind_s, mut unknown) = (None, None, None, 0);
     for tenth in 1..600_u64 {
         let now_s = tenth as f64 * 0.1;
         for (at_us, bytes) in unit.advance(tenth * 100_000).unwrap() {
-            follower.receive(&bytes, at_us);
+            site_tracker.receive(&bytes, at_us);
         }
-        let zone = follower.estimate(now_s).zones.remove("entrance").unwrap();
+        let zone = site_tracker.estimate(now_s).zones.remove("entrance").unwrap();
         let (good, bad) = (counts.good.load(Ordering::Relaxed), counts.bad.load(Ordering::Relaxed));
         if bad == 0 {
             before = zone.count();

@@ -210,24 +210,24 @@ fn pressed(site: &Site, entrance: &Arc<Entrance>) -> Result<Vec<Arrival>, Pacing
 mod tests {
     use super::*;
     use crate::baselines::Choice;
-    use kehai_tracking::follower::Follower;
+    use kehai_tracking::site_tracker::SiteTracker;
     use kehai_tracking::tracker::LifeCycle;
 
     #[test]
     fn each_source_shows_its_host_the_person_who_stays() {
         for source in [Source::Laser, Source::Camera, Source::Floor] {
             let entrance = entrance(1);
-            let mut follower = Follower::new(&Arc::new(site(source).unwrap()), Choice::default());
+            let mut site_tracker = SiteTracker::new(&Arc::new(site(source).unwrap()), Choice::default());
             let mut right = (0, 0);
             let arrivals = arrivals(source, &entrance).unwrap();
             let mut arrivals = arrivals.iter().peekable();
             for tenth in 0..(END_S * 10.0) as u64 {
                 let now_us = tenth * 100_000;
                 while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us <= now_us) {
-                    follower.receive(&arrival.bytes, arrival.at_us);
+                    site_tracker.receive(&arrival.bytes, arrival.at_us);
                 }
                 let now_s = now_us as f64 * 1e-6;
-                let known = follower.estimate(now_s);
+                let known = site_tracker.estimate(now_s);
                 if now_s > IN_S {
                     let truth = entrance.people_at(now_s - COME_S)[0].at;
                     let mut sure = known.tracks.iter().filter(|track| track.state != LifeCycle::Tentative);
