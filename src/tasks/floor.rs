@@ -161,7 +161,7 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
                 self.tiles.lost();
                 self.read_us = self.clock.now_us().saturating_add(RETRY_US);
             }
-            Either::Second(()) => self.tiles.lost(),
+            Either::Second(()) => {}
         }
     }
 

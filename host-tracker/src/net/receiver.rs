@@ -36,7 +36,7 @@ const LOOKS: Duration = Duration::from_millis(100);
 pub fn enlarge(socket: &UdpSocket) {
     let _ = sockopt::set_socket_recv_buffer_size(socket, KERNEL_BUFFER);
     let bytes = sockopt::socket_recv_buffer_size(socket).unwrap_or_default();
-    tracing::info!("the kernel keeps {} kB of datagrams for the receiver", bytes / 1024);
+    tracing::debug!("the kernel keeps {} kB of datagrams for the receiver", bytes / 1024);
 }
 
 /// A datagram that has arrived.
