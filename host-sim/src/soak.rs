@@ -30,7 +30,7 @@ const TENTHS: u64 = 10;
 /// (`tests/tracker_memory.rs`).
 const BEGUN_S: f64 = 150.0;
 
-/// Fewest scans of a soak: the first tenth has to go beyond [`BEGUN_S`].
+/// Fewest scans of a soak: the first tenth has to go beyond what is left out at its begin.
 pub const SCANS_MIN: u64 = 40_000;
 
 /// What one module and one person may take more than at first, bytes: their shares of the tracker's bound
