@@ -4,6 +4,8 @@
 //!   this test ── starts itself as a writer ─▶ "offered T" "written N" … ── kill -9 ──▶ opens what is left
 //! ```
 
+mod people;
+
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -19,12 +21,9 @@ use host_tracker::store::row::Event;
 use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
-use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
-use kehai_tracking::occupancy::Found;
-use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
-use kehai_tracking::tracker::{LifeCycle, Origin};
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use people::{frame, keep, site, track, walker};
 
 /// In the environment of a child: the database it is to write.
 const CHILD: &str = "KEHAI_TEST_STORE";
@@ -48,46 +47,6 @@ impl Drop for Folder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }
-}
-
-fn site() -> Arc<Site> {
-    Arc::new(
-        toml::from_str("[[zone]]\nname = \"hall\"\npolygon = [[-9, -9], [0, -9], [0, 9], [-9, 9]]").unwrap(),
-    )
-}
-
-fn keep(days: u32) -> Keep {
-    Keep { days, ..Keep::USUAL }
-}
-
-fn track(id: u64, x: f64, y: f64) -> TrackLine {
-    TrackLine {
-        id,
-        x,
-        y,
-        vx: 0.0,
-        vy: 0.0,
-        cov: Some([0.01, 0.0, 0.01]),
-        state: LifeCycle::Confirmed,
-        existence: 1.0,
-        reason: "seen".into(),
-        origin: Origin::Entered,
-    }
-}
-
-fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Arc<Snapshot> {
-    let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
-    let hall = ZoneLine::new(Found::inside(count, vec![]), 1.0, ZoneKnown::Known);
-    let zones = [("hall".to_string(), hall)].into();
-    Arc::new(Snapshot::of(unix_ms, TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }))
-}
-
-/// A person who walks at 0.1 to 1.3 m/s through a room of 8 m by 8 m, with a tracker's noise: 1 cm.
-fn walker(id: u64, at_ms: u64) -> TrackLine {
-    let t = (at_ms % 86_400_000) as f64 * 1e-3 + id as f64 * 17.0;
-    let phase = t + 18.0 * (t * 0.05).sin();
-    let noise = |k: f64| 0.01 * ((t * 977.0 + k).sin() * 43_758.5).fract();
-    track(id, 4.0 * (0.15 * phase).sin() + noise(1.0), 4.0 * (0.11 * phase).cos() + noise(2.0))
 }
 
 /// Not a test by itself: the process that the others start and kill.

@@ -7,19 +7,18 @@
 //!   365 evenings × 3 people × 10 lines/s ─▶ Store ─▶ size · plans · questions ─▶ kill -9 ─▶ open ─▶ keep 182 days
 //! ```
 
+mod people;
+
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use host_tracker::store::Store;
 use host_tracker::store::reader::Reader;
-use host_tracker::store::{Keep, Store};
-use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
-use kehai_tracking::occupancy::Found;
-use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
-use kehai_tracking::tracker::{LifeCycle, Origin};
+use people::{keep, site, walker};
 
 /// In the environment of a child: the database it is to write.
 const CHILD: &str = "KEHAI_TEST_YEAR";
@@ -45,40 +44,8 @@ const DEATHS: usize = 3;
 /// Lines within which the older half is deleted: an hour of them.
 const AGED_LINES: usize = 36_000;
 
-fn site() -> Arc<Site> {
-    let text = "[[zone]]\nname = \"hall\"\npolygon = [[-9, -9], [0, -9], [0, 9], [-9, 9]]";
-    Arc::new(toml::from_str(text).unwrap())
-}
-
-fn keep(days: u32) -> Keep {
-    Keep { days, ..Keep::USUAL }
-}
-
-/// A person who walks at 0.1 to 1.3 m/s through a room of 8 m by 8 m, with a tracker's noise: 1 cm.
-fn walker(id: u64, at_ms: u64) -> TrackLine {
-    let t = (at_ms % DAY_MS) as f64 * 1e-3 + id as f64 * 17.0;
-    let phase = t + 18.0 * (t * 0.05).sin();
-    let noise = |k: f64| 0.01 * ((t * 977.0 + k).sin() * 43_758.5).fract();
-    TrackLine {
-        id,
-        x: 4.0 * (0.15 * phase).sin() + noise(1.0),
-        y: 4.0 * (0.11 * phase).cos() + noise(2.0),
-        vx: 0.0,
-        vy: 0.0,
-        cov: Some([0.01, 0.0, 0.01]),
-        state: LifeCycle::Confirmed,
-        existence: 1.0,
-        reason: "seen".into(),
-        origin: Origin::Entered,
-    }
-}
-
 fn frame(unix_ms: u64, ids: impl Iterator<Item = u64>) -> Arc<Snapshot> {
-    let tracks: Vec<TrackLine> = ids.map(|id| walker(id, unix_ms)).collect();
-    let count = tracks.iter().filter(|track| track.x < 0.0).count() as u32;
-    let hall = ZoneLine::new(Found::inside(count, vec![]), 1.0, ZoneKnown::Known);
-    let zones = [("hall".to_string(), hall)].into();
-    Arc::new(Snapshot::of(unix_ms, TracksLine { t: unix_ms as f64 * 1e-3, tracks, zones }))
+    people::frame(unix_ms, ids.map(|id| walker(id, unix_ms)).collect())
 }
 
 /// Bytes of the database, its log included.

@@ -6,13 +6,10 @@
 //! ```
 
 use super::Module;
-use crate::floor::Floor;
 use crate::floor::sensfloor::{FRAME_LEN, Layout, Losses, SensFloor};
+use crate::floor::{Floor, READING_US};
 use crate::link::Outbox;
 use crate::wire::Counter;
-
-/// Between two readings, µs: the 9 Hz for which panels are debounced and bodies are followed.
-pub const READING_US: u64 = 111_111;
 
 /// The tiles of a floor and their panels.
 #[derive(Clone, Debug)]

@@ -26,6 +26,9 @@ pub mod sensfloor;
 
 pub use bits::Bits;
 
+/// Between two readings, µs: the 9 Hz for which panels are debounced and bodies are followed.
+pub const READING_US: u64 = 111_111;
+
 /// Most panels of a floor: a square of 2.56 m of 8 cm panels. A larger area is several floors.
 pub const PANELS: usize = 1024;
 

@@ -10,9 +10,9 @@
 use embassy_futures::select::{Either, Either3, select, select3};
 use embedded_io_async::{Read, Write};
 
-use super::log;
 use super::notices::Notices;
 use super::supervision::{self, Pulse, Waiting};
+use super::{FAREWELL_US, log};
 use crate::device::tiles::Tiles;
 use crate::device::{Module, Wish};
 use crate::floor::sensfloor::{BAUD, FRAME_LEN};
@@ -28,9 +28,6 @@ const RETRY_US: u64 = 200_000;
 
 /// A request that the line does not take within this is given up, µs: before the next one.
 const WRITE_US: u64 = 50_000;
-
-/// Time for the last answers to leave, µs.
-const FAREWELL_US: u64 = 200_000;
 
 /// The hardware of a module beside a floor, as the library sees it.
 #[derive(Debug)]

@@ -37,6 +37,9 @@ use crate::sensor::{Driver, LineSettings};
 use crate::store;
 use operation::Operation;
 
+/// Time for the last answers to leave before a restart, µs.
+const FAREWELL_US: u64 = 200_000;
+
 /// Counts this start and gives the module its settings and its background. To be done before the network is
 /// up: no datagram may be sent with another start's number. `short_starts` came before this one. Returns the
 /// speed at which the sensor answered last, for [`LineSettings`].

@@ -5,9 +5,9 @@ use core::pin::pin;
 use embassy_futures::select::{Either3, select3};
 use embedded_io_async::{Read, Write};
 
-use super::log;
 use super::notices::Notices;
 use super::supervision::{Pulse, Waiting};
+use super::{FAREWELL_US, log};
 use crate::device::{Module, Wish};
 use crate::link::{Baud, Clock, Datagrams, Store};
 use crate::sensor::{Driver, LineSettings, SensorEvent, SensorState};
@@ -19,9 +19,6 @@ const LOOK_US: u64 = 500_000;
 
 /// Longest wait for the stream to stop, µs: two requests without an answer, and a second.
 const PAUSE_US: u64 = 2_000_000;
-
-/// Time for the last answers to leave, µs.
-const FAREWELL_US: u64 = 200_000;
 
 pub(super) struct Operation<'a, L, C, D, const BEAMS: usize> {
     pub(super) module: &'a mut Module<BEAMS>,

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use kehai::floor::{Bits, Fault};
+use kehai::floor::{Bits, Fault, READING_US};
 use kehai::wire::{
     DATAGRAM_MAX, FaultyPanel, Identity, Info, List, Message, ModuleId, Pressed, ReportHead, Subscribed,
 };
@@ -18,9 +18,6 @@ use proptest::prelude::*;
 
 const SITE: &str = "[[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 24\nrows = 24\n
     [[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1.92, 0], [1.92, 1.92], [0, 1.92]]\ncount = true\n";
-
-/// Between two readings, µs: 9 Hz.
-const READING_US: u64 = 111_111;
 
 /// Between two lines, µs.
 const LINE_US: u64 = 100_000;

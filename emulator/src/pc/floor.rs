@@ -13,12 +13,9 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use kehai::address::mac_from_unique_id;
 use kehai::device::{About, Module, Settings, Wish};
-use kehai::floor::{Bits, Floor};
+use kehai::floor::{Bits, Floor, READING_US};
 use kehai::link::{Dropped, Lane, Outbox};
 use kehai::wire::{DATAGRAM_MAX, Identity, ModuleId};
-
-/// Between two readings, µs: 9 Hz.
-pub const READING_US: u64 = 111_111;
 
 /// The stop flag is looked at so often, µs.
 const LOOK_US: u64 = 100_000;

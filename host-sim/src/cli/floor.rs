@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use host_sim::floor::gait::{Habit, Sole, Walker, Way};
-use host_sim::floor::panels::{Broken, reading};
+use host_sim::floor::panels::{Broken, PITCH_M, reading};
 use host_sim::world::random::{Purpose, Stream};
 use kehai::floor::{Bits, Floor, PANELS};
 use kehai::wire::{Identity, PORT};
@@ -55,9 +55,6 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
-
-/// Side of a panel, m.
-const PITCH_M: f64 = 0.08;
 
 /// Nobody walks nearer to the edge than this, m: a foot and a half.
 const EDGE_M: f64 = 0.2;

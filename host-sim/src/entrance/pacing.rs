@@ -8,10 +8,10 @@
 
 use std::sync::Arc;
 
+use kehai::floor::READING_US;
 use kehai::wire::{
     DATAGRAM_MAX, Identity, Info, List, Message, ModuleId, Pressed, ReportHead, Subscribed, TooLong,
 };
-use kehai_emulator::pc::floor::READING_US;
 use kehai_emulator::simulated_time::Stuck;
 use kehai_tracking::floor::Plan as Panels;
 use kehai_tracking::site::Site;

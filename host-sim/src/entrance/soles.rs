@@ -55,11 +55,9 @@ impl Soles {
 }
 
 fn footfall(way: &Way, step: f64, step_m: f64, habit: &Habit) -> Sole {
-    let mut random = Stream::new(habit.seed, Purpose::Walk, [0xf007, step as u64]);
-    let (along_m, aside_m) = (random.normal() * habit.scatter_m.0, random.normal() * habit.scatter_m.1);
+    let (along_m, left_m) = habit.footfall(step);
     let (at, ahead) = place(way, step * step_m);
-    let side = if (step as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
-    Sole { at: at + ahead * along_m + ahead.left() * (side * habit.beside_m + aside_m), ahead }
+    Sole { at: at + ahead * along_m + ahead.left() * left_m, ahead }
 }
 
 /// Where the body is after so many metres; beyond the ends of the way straight on.

@@ -13,8 +13,7 @@ use std::fmt;
 use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
-use kehai::floor::Floor;
-use kehai_tracking::floor::{Plan, Reading};
+use kehai::floor::READING_US;
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor as Mat;
 use kehai_tracking::site_tracker::{Estimate as Known, SiteTracker};
@@ -27,14 +26,11 @@ use super::table::{Cell, Outcome, Row};
 use super::trial::counted;
 use crate::baselines::Choice;
 use crate::floor::crowd::Crowd;
-use crate::floor::panels::{Broken, reading};
+use crate::floor::panels::{FloorReader, PITCH_M};
 use crate::run::{Arrival, Moment, Options, Outage, Run, TICK_US};
 use crate::score::{Estimate, Frame, Scorer, Settings, Target};
 use crate::world::Events;
 use crate::world::variation::Letter;
-
-/// Between two readings of the floor, µs: 9 Hz.
-const READING_US: u64 = 111_111;
 
 /// Panels along a side.
 const SIDE: u8 = 25;
@@ -61,7 +57,7 @@ impl Sources {
             site.modules.clear();
         }
         if self != Self::Modules {
-            let corner = -0.5 * f64::from(SIDE) * 0.08;
+            let corner = -0.5 * f64::from(SIDE) * PITCH_M;
             let name = "mat".to_owned();
             site.floors = vec![Mat {
                 name,
@@ -70,7 +66,7 @@ impl Sources {
                 yaw_deg: 0.0,
                 columns: SIDE,
                 rows: SIDE,
-                pitch_m: 0.08,
+                pitch_m: PITCH_M,
             }];
         }
         site
@@ -166,10 +162,8 @@ pub fn play(
     let options = Options { outages: cuts.modules.clone(), ..Options::default() };
     let mut run = Run::new(&scene, seed, &options);
     let site = |sources: Sources| Arc::new(sources.site(&scene.site));
-    let mat = site(Sources::Both).floors.first().cloned().ok_or("no floor")?;
-    let plan = Plan::from(&mat);
     let mut followers = Sources::ALL.map(|sources| SiteTracker::new(&site(sources), Choice::default()));
-    let mut floor = Floor::new(plan.columns, plan.rows).ok_or("too large a floor")?;
+    let mut reader = FloorReader::all(&site(Sources::Both)).pop().ok_or("no floor")?;
     let mut crowd = Crowd::new(run.world().people().len());
     let receive = |followers: &mut [SiteTracker; 3], arrival: &Arrival| {
         // The floor alone comes first.
@@ -187,13 +181,10 @@ pub fn play(
         while reading_us <= now_us {
             crowd.follow(run.world().people(), reading_us);
             let at_s = reading_us as f64 * 1e-6;
-            let bits = reading(&plan, &crowd.soles(), &Broken::default());
-            // As many bits as the floor has panels.
-            let _ = floor.read(bits.bytes(plan.panels()));
+            let read = reader.read(&crowd.soles(), at_s);
             while let Some(arrival) = arrivals.next_if(|arrival| arrival.at_us <= reading_us) {
                 receive(&mut followers, arrival);
             }
-            let read = Reading { floor: 0, plan, at_s, down: floor.pressed(), faulty: Vec::new() };
             let is_cut = cuts.floor_s.as_ref().is_some_and(|cut_s| cut_s.contains(&at_s));
             for (site_tracker, sources) in followers.iter_mut().zip(Sources::ALL) {
                 if sources != Sources::Modules && !is_cut {

@@ -43,6 +43,15 @@ impl Habit {
             seed: (random.uniform() * 1e15) as u64,
         }
     }
+
+    /// Where a footfall is set: how far along the way from the body's place after so many steps, and how far to the left, m.
+    #[must_use]
+    pub fn footfall(&self, step: f64) -> (f64, f64) {
+        let mut random = Stream::new(self.seed, Purpose::Walk, [0xf007, (step as i64).unsigned_abs()]);
+        let (along_m, aside_m) = (random.normal() * self.scatter_m.0, random.normal() * self.scatter_m.1);
+        let side_m = if step.rem_euclid(2.0) < 1.0 { self.beside_m } else { -self.beside_m };
+        (along_m, side_m + aside_m)
+    }
 }
 
 /// A way.
@@ -140,16 +149,14 @@ impl Walker {
     /// The soles on the floor.
     pub fn soles(&self, at_s: f64) -> impl Iterator<Item = Sole> {
         let walked_m = self.walked_m(at_s);
-        let Habit { step_m, beside_m, down_steps, scatter_m, seed } = self.habit;
+        let Habit { step_m, down_steps, .. } = self.habit;
         let step = (walked_m / step_m).round();
         let near = [step - 1.0, step, step + 1.0].into_iter();
         let down = near.filter(move |step| (walked_m - step * step_m).abs() < down_steps * step_m);
         down.map(move |step| {
-            let mut random = Stream::new(seed, Purpose::Walk, [0xf007, (step as i64).unsigned_abs()]);
-            let (along_m, aside_m) = (random.normal() * scatter_m.0, random.normal() * scatter_m.1);
+            let (along_m, left_m) = self.habit.footfall(step);
             let (at, ahead) = self.way.at(step * step_m + along_m);
-            let side = if step.rem_euclid(2.0) < 1.0 { beside_m } else { -beside_m };
-            Sole { at: at + self.way.beside(ahead) * (side + aside_m), ahead }
+            Sole { at: at + self.way.beside(ahead) * left_m, ahead }
         })
     }
 

@@ -6,11 +6,16 @@
 //!   └───┴───┘
 //! ```
 
-use kehai::floor::Bits;
-use kehai_tracking::floor::Plan;
+use kehai::floor::{Bits, Floor};
+use kehai_tracking::floor::{Plan, Reading};
 use kehai_tracking::geometry::Point;
+use kehai_tracking::site::Site;
+use kehai_tracking::site::floor::Floor as Mat;
 
 use super::gait::{SOLE_M, Sole};
+
+/// Side of a panel of paper B's floor, m.
+pub const PITCH_M: f64 = 0.08;
 
 /// A panel is down when so much of it is covered.
 const DOWN_SHARE: f64 = 1.0 / 6.0;
@@ -40,6 +45,34 @@ pub fn reading(plan: &Plan, soles: &[Sole], broken: &Broken) -> Bits {
         bits.set(panel, (down || broken.stuck.contains(&panel)) && !broken.dead.contains(&panel));
     }
     bits
+}
+
+/// A floor of a site whose panels all work, and its state.
+#[derive(Clone, Debug)]
+pub struct FloorReader {
+    number: usize,
+    plan: Plan,
+    floor: Floor,
+}
+
+impl FloorReader {
+    /// One for each floor of a site, by its number.
+    #[must_use]
+    pub fn all(site: &Site) -> Vec<Self> {
+        let one = |(number, mat): (usize, &Mat)| {
+            Some(Self { number, plan: Plan::from(mat), floor: Floor::new(mat.columns, mat.rows)? })
+        };
+        site.floors.iter().enumerate().filter_map(one).collect()
+    }
+
+    /// Reads it while these soles are on it.
+    pub fn read(&mut self, soles: &[Sole], at_s: f64) -> Reading {
+        let bits = reading(&self.plan, soles, &Broken::default());
+        // As many bits as the floor has panels.
+        let _ = self.floor.read(bits.bytes(self.plan.panels()));
+        let down = self.floor.pressed();
+        Reading { floor: self.number, plan: self.plan, at_s, down, faulty: Vec::new() }
+    }
 }
 
 /// The share of a panel that soles cover.

@@ -6,28 +6,22 @@
 //!                   └─────────┘
 //! ```
 
-use kehai::floor::Floor;
-use kehai_tracking::floor::{Plan, Reading};
+use kehai::floor::READING_US;
+use kehai_tracking::floor::Reading;
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor as Mat;
 
 use crate::floor::crowd::Crowd;
-use crate::floor::panels::{Broken, reading};
+use crate::floor::panels::{FloorReader, PITCH_M};
 use crate::run::Run;
 use crate::world::random::{Purpose, Stream};
 
 /// Panels along a side.
 const SIDE: u8 = 26;
 
-/// Side of a panel, m.
-const PITCH_M: f64 = 0.08;
-
 /// Half a side, m.
 pub const HALF_M: f64 = 0.5 * SIDE as f64 * PITCH_M;
-
-/// Between two readings, µs: 9 Hz.
-const READING_US: u64 = 111_111;
 
 /// The floor that a seed lays before a module.
 pub fn before(module: &Pose, seed: u64) -> Mat {
@@ -53,8 +47,7 @@ pub fn middle(corner: &Pose) -> Point {
 
 /// The floors of a site, under the people of a run.
 pub struct Mats {
-    /// Each one's state, and where it is.
-    mats: Vec<(Floor, Plan)>,
+    readers: Vec<FloorReader>,
     crowd: Crowd,
     next_us: u64,
 }
@@ -62,26 +55,19 @@ pub struct Mats {
 impl Mats {
     /// Those of this site.
     pub fn new(site: &Site, people: usize) -> Self {
-        let mat = |mat: &Mat| Some((Floor::new(mat.columns, mat.rows)?, Plan::from(mat)));
-        let mats = site.floors.iter().filter_map(mat).collect();
-        Self { mats, crowd: Crowd::new(people), next_us: READING_US }
+        Self { readers: FloorReader::all(site), crowd: Crowd::new(people), next_us: READING_US }
     }
 
     /// What they read up to a time.
     pub fn until(&mut self, run: &Run, now_us: u64) -> Vec<Reading> {
         let mut readings = Vec::new();
-        if self.mats.is_empty() {
+        if self.readers.is_empty() {
             return readings;
         }
         while self.next_us <= now_us {
             self.crowd.follow(run.world().people(), self.next_us);
             let (soles, at_s) = (self.crowd.soles(), self.next_us as f64 * 1e-6);
-            for (number, (floor, plan)) in self.mats.iter_mut().enumerate() {
-                // As many bits as the floor has panels.
-                let _ = floor.read(reading(plan, &soles, &Broken::default()).bytes(plan.panels()));
-                let (down, faulty) = (floor.pressed(), Vec::new());
-                readings.push(Reading { floor: number, plan: *plan, at_s, down, faulty });
-            }
+            readings.extend(self.readers.iter_mut().map(|reader| reader.read(&soles, at_s)));
             self.next_us += READING_US;
         }
         readings

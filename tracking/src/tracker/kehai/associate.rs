@@ -167,8 +167,8 @@ impl Kehai {
         } else {
             None
         };
-        let own = track;
-        let track = &mut self.tracks[own];
+        let hit = track;
+        let track = &mut self.tracks[hit];
         if let Some((other, middle)) = legs {
             taken[other] = true;
             centre = middle;
@@ -181,7 +181,7 @@ impl Kehai {
             track.existence = (track.existence + 2.0).min(SURE);
             track.reason = "seen";
         }
-        self.ride(own, seen);
+        self.ride(hit, seen);
         legs.is_some()
     }
 }

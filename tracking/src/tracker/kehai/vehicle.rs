@@ -166,22 +166,20 @@ impl Kehai {
         if is_known || !self.ideas.has(Idea::Vehicles) {
             return;
         }
-        let mut middle = track.motion.clone();
         let mut vehicle = Vehicle {
             owner,
-            middle: middle.clone(),
+            middle: track.motion.clone(),
             ahead: way * (1.0 / way.length().max(1e-6)),
             seen_s: self.now_s,
             bounds: [(-FIRST_M, FIRST_M); 2],
         };
         let members = self.tracks.iter().filter(|track| vehicle.has(track) && !track.is_occluded());
         let places: Vec<Point> = members.map(|track| track.motion.place(self.now_s)).collect();
-        middle.predict(self.now_s);
+        vehicle.middle.predict(self.now_s);
         if !places.is_empty() {
             let at = places.iter().fold(Point::default(), |sum, at| sum + *at) * (1.0 / places.len() as f64);
-            (middle.mean[0], middle.mean[1]) = (at.x, at.y);
+            (vehicle.middle.mean[0], vehicle.middle.mean[1]) = (at.x, at.y);
         }
-        vehicle.middle = middle;
         self.vehicles.push(vehicle);
     }
 
