@@ -11,6 +11,9 @@ use libfuzzer_sys::fuzz_target;
 
 const MODULE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 1]), boot: 1 };
 
+/// Lists of a health message that a module of the first version does not send.
+const HEALTH_ADDED: usize = 2;
+
 fn as_module(datagram: &[u8]) {
     let Ok(incoming) = Incoming::open(datagram) else { return };
     let own = incoming.header.identity;
@@ -32,7 +35,11 @@ fn as_module(datagram: &[u8]) {
 fn as_host(datagram: &[u8]) {
     let Ok((header, message)) = Message::decode(datagram) else { return };
     let mut out = [0; DATAGRAM_MAX];
-    let length = message.encode(header.identity, &mut out).unwrap();
+    let Ok(length) = message.encode(header.identity, &mut out) else {
+        // Lists that an older module leaves out take a byte each when they are sent on, empty.
+        assert!(matches!(message, Message::Health(_)) && datagram.len() > DATAGRAM_MAX - HEALTH_ADDED);
+        return;
+    };
     let (_, again) = Message::decode(&out[..length]).unwrap();
     // Texts longer than allowed are cut when they are sent on.
     assert!(again == message || matches!(message, Message::Info(_)));
