@@ -368,7 +368,9 @@ step_package() {
     need_command dpkg-shlibdeps dpkg-dev
     need_command debootstrap debootstrap
     need_command python3 python3
-    [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] || cargo install --quiet --locked cargo-deb --version "$CARGO_DEB"
+    # One that is there and does not run, such as another machine's, is replaced.
+    [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] \
+        || cargo install --quiet --locked --force cargo-deb --version "$CARGO_DEB"
     packaging/package.sh
     if [ "$(id -u)" -ne 0 ]; then
         not_judged "the package in a bare Debian: it needs root"
