@@ -53,6 +53,8 @@ copy /etc/apt/sources.list /etc/apt/sources.list.d/debian.sources /etc/apt/auth.
 for path in /etc/apt/apt.conf.d/*artifact* /etc/apt/apt.conf.d/*proxy*; do copy "$path"; done
 copy /etc/pip.conf /root/.config/pip /root/.npmrc /root/.cargo/config.toml /root/.gitconfig
 for path in bin env; do copy "$HOME/.cargo/$path"; done
+# The toolchain alone: programs that cargo has installed here are not there.
+find "$root$HOME/.cargo/bin" -type f ! -name rustup -delete
 for path in "$HOME"/.rustup/settings.toml "$HOME"/.rustup/update-hashes "$HOME"/.rustup/toolchains/stable-*; do
     [ -e "$root$path" ] || copy "$path"
 done
