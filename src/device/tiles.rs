@@ -95,7 +95,8 @@ impl Tiles {
     /// When it is due, µs.
     #[must_use]
     pub fn next_us(&self) -> u64 {
-        self.known.as_ref().map_or(self.reading_us, |known| known.tiles.ask_us().min(self.reading_us))
+        let Some(Known { tiles, .. }) = &self.known else { return self.reading_us };
+        tiles.ask_us().min(tiles.read_us(self.reading_us))
     }
 }
 
@@ -115,7 +116,8 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.counters.set(Counter::SensorEcho, skipped);
         self.counters.set(Counter::SensorUnexpected, others.saturating_add(foreign));
         self.counters.set(Counter::SensorLinkFailures, tiles.link_failures);
-        let is_due = now_us >= tiles.reading_us;
+        let due_us = tiles.reading_us;
+        let is_due = now_us >= tiles.known.as_ref().map_or(due_us, |known| known.tiles.read_us(due_us));
         if is_due {
             tiles.reading_us = tiles.reading_us.saturating_add(READING_US).max(now_us);
         }
@@ -214,14 +216,15 @@ mod tests {
             tiles.receive(&encode(&Frame { group, tile: (1, 1), values: [170; 8] }), now_us);
         };
         module.tiles(&mut tiles, 0, &mut Discard);
-        speaks(&mut tiles, 10, 100_000);
+        speaks(&mut tiles, 10, 80_000);
         module.tiles(&mut tiles, 120_000, &mut Discard);
         module.settings = Settings::new().changed_by("tiles=11,1,1,1,1").unwrap();
         module.tiles(&mut tiles, 240_000, &mut Discard);
         assert_eq!(module.counters().get(Counter::ScansAccepted), 1, "nothing is known of the new ones");
         speaks(&mut tiles, 11, 300_000);
-        speaks(&mut tiles, 10, 310_000);
-        module.tiles(&mut tiles, 360_000, &mut Discard);
+        speaks(&mut tiles, 10, 340_000);
+        module.tiles(&mut tiles, 380_000, &mut Discard);
+        module.tiles(&mut tiles, 390_000, &mut Discard);
         let count = |counter| module.counters().get(counter);
         assert_eq!(count(Counter::ScansAccepted), 2);
         assert_eq!((count(Counter::SensorEcho), count(Counter::SensorUnexpected)), (9, 1));

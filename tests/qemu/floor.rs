@@ -89,8 +89,9 @@ fn a_floor_is_told_its_tiles_once_and_says_who_stands_where() {
     for _ in 0..20 {
         let next = reading(&mut host, |_| true);
         assert_eq!((next.sequence, &next.down[..]), (before.sequence + 1, &[][..]), "nobody is on it");
+        // 9 Hz, and a reading waits for up to 33 ms for the end of a frame.
         let period_us = next.stamp_us - before.stamp_us;
-        assert!((100_000..125_000).contains(&period_us), "{period_us}");
+        assert!((75_000..150_000).contains(&period_us), "{period_us}");
         before = next;
     }
     floor.with(|floor, _| floor.walk(|_| vec![STANDS]));
@@ -130,8 +131,7 @@ fn a_line_that_is_cut_is_said_and_a_noisy_one_is_counted() {
     println!(
         "a byte in forty is lost for 20 s: {readings} readings, {torn} torn frames, {feet} readings with a foot"
     );
-    // A frame has no check sum: what is left of two may be taken for one, and seldom twice in a row.
-    assert!(torn > 0 && feet * 4 < readings, "{feet} of {readings}");
+    assert!(torn > 0 && readings > 0 && feet == 0, "{feet} of {readings}");
     assert!(torn > 0 && health.counters.get(Counter::SensorEcho) > torn, "{health:?}");
 
     floor.with(|floor, _| floor.set_line(LineState::Cut));

@@ -139,7 +139,7 @@ mod tests {
                 floor.receive(&request(10, (1, 2)), now_us);
             }
             for sent in floor.take_output(now_us) {
-                frames.extend(sent.bytes.iter().filter_map(|byte| reader.push(*byte, now_us)));
+                frames.extend(sent.bytes.iter().filter_map(|byte| Some(reader.push(*byte, now_us)?.0)));
             }
         }
         (frames, reader.losses().torn)

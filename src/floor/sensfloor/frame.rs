@@ -12,8 +12,9 @@
 //!    9  values    u8 × 8: a triangle each, 127 to 128 at rest
 //! ```
 //!
-//! There is no check sum. A frame is taken for whole if no FD stands behind its group: where a byte is lost, the next
-//! frame's FD comes too early. A flipped bit in a value passes.
+//! There is no check sum. A frame is taken for whole if no FD stands behind its group and it is over where it should be: the
+//! next byte is FD, or the line is still. Where a byte is lost, the next frame's FD comes too early; where that is lost, too,
+//! the frame goes on. A flipped bit in a value passes.
 //!
 //! Source: the public readers ofxSensfloor and sensfloor-pipeline (docs/bibliography.md), 115 200 baud, 8N1.
 
@@ -32,9 +33,9 @@ pub(super) const BEGIN: u8 = 0xfd;
 /// Where the tile stands: from here on no byte is [`BEGIN`].
 const TILE_AT: usize = 3;
 
-/// A frame that stands still for so long has lost its end, µs: half a tick of the floor (66 ms), and twice the time for which
+/// A line without a byte for so long is still, and a frame on it is over, µs: half a tick of the floor (66 ms), and twice the time for which
 /// USB adapters hold bytes back (16 ms).
-const GAP_US: u64 = 33_000;
+pub const GAP_US: u64 = 33_000;
 
 /// Bits of the meaning: what is no word of a tile about its triangles.
 const REQUEST: u8 = 1 << 2;
@@ -91,10 +92,17 @@ impl FrameReader {
         self.drop_first(self.length);
     }
 
-    /// Takes a byte that came at `now_us`; the frame that it ends, if it ends one.
-    pub fn push(&mut self, byte: u8, now_us: u64) -> Option<Frame> {
-        if now_us.saturating_sub(self.last_us) > GAP_US {
+    /// Takes a byte that came at `now_us`; the frame that was over before it, if one was, and when its last byte came, µs.
+    pub fn push(&mut self, byte: u8, now_us: u64) -> Option<(Frame, u64)> {
+        let still = self.still(now_us);
+        if still.is_none() && now_us.saturating_sub(self.last_us) > GAP_US {
             self.lost();
+        }
+        let over = still.or_else(|| if byte == BEGIN { self.end() } else { None });
+        if self.length == FRAME_LEN {
+            // It goes on: it has lost bytes, and has taken the next one's for its own.
+            self.drop_first(1);
+            self.find_begin();
         }
         self.last_us = now_us;
         if let Some(place) = self.bytes.get_mut(self.length) {
@@ -102,12 +110,31 @@ impl FrameReader {
             self.length = self.length.saturating_add(1);
         }
         self.find_begin();
-        if self.length < FRAME_LEN {
-            return None;
-        }
-        if self.bytes.iter().skip(TILE_AT).any(|byte| *byte == BEGIN) {
+        if self.length == FRAME_LEN && self.bytes.iter().skip(TILE_AT).any(|byte| *byte == BEGIN) {
             self.drop_first(1);
             self.find_begin();
+        }
+        over
+    }
+
+    /// The frame that is over since the line is still, if one is at `now_us`, and when its last byte came, µs.
+    pub fn still(&mut self, now_us: u64) -> Option<(Frame, u64)> {
+        if now_us.saturating_sub(self.last_us) > GAP_US { self.end() } else { None }
+    }
+
+    /// When the frame that is held is over at the latest, µs; none while none or not all of one is held.
+    #[must_use]
+    pub const fn over_us(&self) -> Option<u64> {
+        if self.length == FRAME_LEN {
+            Some(self.last_us.saturating_add(GAP_US).saturating_add(1))
+        } else {
+            None
+        }
+    }
+
+    /// The frame that is held, if all of it is, and says something of triangles.
+    fn end(&mut self) -> Option<(Frame, u64)> {
+        if self.length < FRAME_LEN {
             return None;
         }
         self.length = 0;
@@ -116,7 +143,7 @@ impl FrameReader {
             self.losses.others = self.losses.others.saturating_add(1);
             return None;
         }
-        Some(Frame { group: u16::from_be_bytes([high, low]), tile: (x, y), values })
+        Some((Frame { group: u16::from_be_bytes([high, low]), tile: (x, y), values }, self.last_us))
     }
 
     /// Drops what stands before the next beginning.

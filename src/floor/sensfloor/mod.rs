@@ -22,7 +22,7 @@
 pub mod frame;
 mod triangle;
 
-pub use frame::{BAUD, FRAME_LEN, Frame, FrameReader, Losses, TRIANGLES, request};
+pub use frame::{BAUD, FRAME_LEN, Frame, FrameReader, GAP_US, Losses, TRIANGLES, request};
 
 use super::Bits;
 use triangle::Triangle;
@@ -183,8 +183,8 @@ impl SensFloor {
     /// Takes bytes that came at `now_us`.
     pub fn receive(&mut self, bytes: &[u8], now_us: u64) {
         for byte in bytes {
-            if let Some(frame) = self.reader.push(*byte, now_us) {
-                self.take(&frame, now_us);
+            if let Some((frame, at_us)) = self.reader.push(*byte, now_us) {
+                self.take(&frame, at_us);
             }
         }
     }
@@ -216,9 +216,19 @@ impl SensFloor {
         self.heard_us.is_none_or(|heard_us| now_us.saturating_sub(heard_us) > SILENT_US)
     }
 
+    /// When it is best read, µs, if a reading is due at `due_us`: a frame that has just come may go on, and its word counts
+    /// once it is over.
+    #[must_use]
+    pub fn read_us(&self, due_us: u64) -> u64 {
+        self.reader.over_us().map_or(due_us, |over_us| over_us.max(due_us).min(due_us.saturating_add(GAP_US)))
+    }
+
     /// Which panels are down at `now_us`; none while the line is silent.
     #[must_use]
-    pub fn reading(&self, now_us: u64) -> Option<Reading> {
+    pub fn reading(&mut self, now_us: u64) -> Option<Reading> {
+        if let Some((frame, at_us)) = self.reader.still(now_us) {
+            self.take(&frame, at_us);
+        }
         if self.is_silent(now_us) {
             return None;
         }

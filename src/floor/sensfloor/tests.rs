@@ -8,6 +8,8 @@ use super::frame::encode;
 use super::*;
 
 const GROUP: u16 = 10;
+/// After so long a line is still.
+const STILL_US: u64 = 33_001;
 const REST: [u8; TRIANGLES] = [127, 128, 127, 128, 127, 128, 127, 128];
 
 fn layout() -> Layout {
@@ -29,8 +31,9 @@ fn floor() -> SensFloor {
     floor
 }
 
-fn down(floor: &SensFloor, now_us: u64) -> Vec<usize> {
-    let reading = floor.reading(now_us).unwrap();
+/// Panels that are down, of what came until `now_us`.
+fn down(floor: &mut SensFloor, now_us: u64) -> Vec<usize> {
+    let reading = floor.reading(now_us + STILL_US).unwrap();
     (0..24).filter(|panel| reading.down.get(*panel)).collect()
 }
 
@@ -49,11 +52,11 @@ fn a_triangle_is_the_panel_in_which_it_lies() {
     // Triangle 0 of tile (2, 1): panel (3, 1), with 6 in a row.
     let mut floor = floor();
     floor.receive(&encode(&frame((2, 1), 0, 160)), 1_070_000);
-    assert_eq!(down(&floor, 1_070_000), [6 + 3]);
+    assert_eq!(down(&mut floor, 1_070_000), [6 + 3]);
     for triangle in 0..TRIANGLES {
         let mut floor = self::floor();
         floor.receive(&encode(&frame((1, 2), triangle, 160)), 1_070_000);
-        let panels = down(&floor, 1_070_000);
+        let panels = down(&mut floor, 1_070_000);
         let [panel] = panels[..] else { panic!("{triangle}: {panels:?}") };
         let (x, y) = ((panel % 6) as f64 - 0.5, (panel / 6) as f64 - 2.5);
         // The first is just right of the way up, and they go on clockwise.
@@ -108,6 +111,27 @@ fn a_triangle_learns_its_rest_and_does_not_unlearn_it_under_a_foot() {
     assert!(swings.is_down(0));
 }
 
+/// Frames in bytes that come at once, on a line that is still afterwards.
+fn heard(reader: &mut FrameReader, bytes: &[u8], now_us: u64) -> Vec<Frame> {
+    let mut frames: Vec<Frame> =
+        bytes.iter().filter_map(|byte| Some(reader.push(*byte, now_us)?.0)).collect();
+    frames.extend(reader.still(now_us + STILL_US).map(|(frame, _)| frame));
+    frames
+}
+
+#[test]
+fn a_frame_that_has_lost_bytes_and_the_next_ones_beginning_is_torn() {
+    for lost in 1..FRAME_LEN {
+        let mut bytes = encode(&frame((1, 1), 3, 150)).to_vec();
+        bytes.remove(lost);
+        bytes.extend(&encode(&frame((2, 1), 3, 150))[1..]);
+        bytes.extend(encode(&frame((2, 2), 4, 150)));
+        let mut reader = FrameReader::new();
+        assert_eq!(heard(&mut reader, &bytes, 5), [frame((2, 2), 4, 150)], "byte {lost}");
+        assert_eq!(reader.losses(), Losses { torn: 1, skipped: 32, others: 0 }, "byte {lost}");
+    }
+}
+
 #[test]
 fn a_torn_frame_costs_itself_and_no_other() {
     for lost in 0..FRAME_LEN {
@@ -115,8 +139,7 @@ fn a_torn_frame_costs_itself_and_no_other() {
         bytes.remove(lost);
         bytes.extend(encode(&frame((2, 2), 4, 150)));
         let mut reader = FrameReader::new();
-        let frames: Vec<Frame> = bytes.iter().filter_map(|byte| reader.push(*byte, 5)).collect();
-        assert_eq!(frames, [frame((2, 2), 4, 150)], "byte {lost}");
+        assert_eq!(heard(&mut reader, &bytes, 5), [frame((2, 2), 4, 150)], "byte {lost}");
         let Losses { torn, skipped, .. } = reader.losses();
         assert_eq!((torn, skipped), (u32::from(lost > 0), 16), "byte {lost}");
     }
@@ -127,8 +150,7 @@ fn a_frame_that_stands_still_has_lost_its_end() {
     let whole = encode(&frame((1, 1), 3, 150));
     let mut reader = FrameReader::new();
     assert!(whole[..9].iter().all(|byte| reader.push(*byte, 1_000).is_none()));
-    let frames: Vec<Frame> = whole.iter().filter_map(|byte| reader.push(*byte, 67_000)).collect();
-    assert_eq!(frames, [frame((1, 1), 3, 150)]);
+    assert_eq!(heard(&mut reader, &whole, 67_000), [frame((1, 1), 3, 150)]);
     assert_eq!(reader.losses(), Losses { torn: 1, skipped: 9, others: 0 });
 }
 
@@ -143,8 +165,8 @@ fn what_is_no_word_about_triangles_is_counted_and_left_out() {
     floor.receive(&encode(&Frame { group: 11, ..frame((1, 1), 3, 170) }), 1_010_000);
     floor.receive(&encode(&frame((4, 1), 3, 170)), 1_010_000);
     floor.receive(&encode(&frame((1, 0), 3, 170)), 1_010_000);
+    assert_eq!(down(&mut floor, 1_010_000), [0; 0]);
     assert_eq!((floor.losses().others, floor.foreign()), (4, 3));
-    assert_eq!(down(&floor, 1_010_000), [0; 0]);
 }
 
 #[test]
@@ -174,6 +196,7 @@ fn each_tile_is_asked_in_its_turn() {
     assert_eq!(floor.ask(799_999), None);
     let mut echoed = self::floor();
     echoed.receive(&asked[0], 1_010_000);
+    assert!(echoed.reading(1_010_000 + STILL_US).is_some());
     assert_eq!(echoed.losses().others, 1, "an adapter that echoes answers nothing");
 }
 
@@ -199,14 +222,14 @@ proptest! {
         floor.receive(&encode(&last), 1_067_000);
         prop_assert!(floor.reading(1_067_000).is_some());
         let of_tile = |panel: &usize| panel % 6 / 2 == 1 && panel / 12 == 1;
-        prop_assert!(down(&floor, 1_067_000).iter().any(of_tile));
+        prop_assert!(down(&mut floor, 1_067_000).iter().any(of_tile));
     }
 
     /// Every byte is part of a frame, or counted.
     #[test]
     fn every_byte_is_accounted_for(bytes in prop::collection::vec(prop_oneof![Just(0xfd_u8), any::<u8>()], 0..400)) {
         let mut reader = FrameReader::new();
-        let frames = bytes.iter().filter(|byte| reader.push(**byte, 0).is_some()).count();
+        let frames = heard(&mut reader, &bytes, 0).len();
         reader.lost();
         let Losses { skipped, others, .. } = reader.losses();
         prop_assert_eq!(bytes.len(), FRAME_LEN * (frames + others as usize) + skipped as usize);
