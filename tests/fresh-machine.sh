@@ -53,8 +53,10 @@ copy /etc/apt/sources.list /etc/apt/sources.list.d/debian.sources /etc/apt/auth.
 for path in /etc/apt/apt.conf.d/*artifact* /etc/apt/apt.conf.d/*proxy*; do copy "$path"; done
 copy /etc/pip.conf /root/.config/pip /root/.npmrc /root/.cargo/config.toml /root/.gitconfig
 for path in bin env; do copy "$HOME/.cargo/$path"; done
-# The toolchain alone: programs that cargo has installed here are not there.
-find "$root$HOME/.cargo/bin" -type f ! -name rustup -delete
+# The toolchain alone: rustup under its names, no program that cargo has installed here.
+for path in "$root$HOME"/.cargo/bin/*; do
+    cmp -s "$path" "$root$HOME/.cargo/bin/rustup" || rm "$path"
+done
 for path in "$HOME"/.rustup/settings.toml "$HOME"/.rustup/update-hashes "$HOME"/.rustup/toolchains/stable-*; do
     [ -e "$root$path" ] || copy "$path"
 done
