@@ -86,6 +86,7 @@ fn a_floor_is_told_its_tiles_once_and_says_who_stands_where() {
     let Some((mut board, mut host)) = settled(&floor) else { return };
     assert_eq!(wait_for(&mut board, "first reading").text, "first reading");
     let mut before = reading(&mut host, |_| true);
+    let first_us = before.stamp_us;
     for _ in 0..20 {
         let next = reading(&mut host, |_| true);
         assert_eq!((next.sequence, &next.down[..]), (before.sequence + 1, &[][..]), "nobody is on it");
@@ -94,6 +95,8 @@ fn a_floor_is_told_its_tiles_once_and_says_who_stands_where() {
         assert!((75_000..150_000).contains(&period_us), "{period_us}");
         before = next;
     }
+    let mean_us = (before.stamp_us - first_us) / 20;
+    assert!((105_000..120_000).contains(&mean_us), "9 Hz: {mean_us}");
     floor.with(|floor, _| floor.walk(|_| vec![STANDS]));
     let stands = reading(&mut host, |reading| !reading.down.is_empty());
     assert!(stands.stamp_us - before.stamp_us < SECOND_US, "{stands:?} after {before:?}");
@@ -131,7 +134,7 @@ fn a_line_that_is_cut_is_said_and_a_noisy_one_is_counted() {
     println!(
         "a byte in forty is lost for 20 s: {readings} readings, {torn} torn frames, {feet} readings with a foot"
     );
-    assert!(torn > 0 && readings > 0 && feet == 0, "{feet} of {readings}");
+    assert!(readings > 0 && feet == 0, "{feet} of {readings}");
     assert!(torn > 0 && health.counters.get(Counter::SensorEcho) > torn, "{health:?}");
 
     floor.with(|floor, _| floor.set_line(LineState::Cut));

@@ -33,9 +33,9 @@ pub(super) const BEGIN: u8 = 0xfd;
 /// Where the tile stands: from here on no byte is [`BEGIN`].
 const TILE_AT: usize = 3;
 
-/// A line without a byte for so long is still, and a frame on it is over, µs: half a tick of the floor (66 ms), and twice the time for which
-/// USB adapters hold bytes back (16 ms).
-pub const GAP_US: u64 = 33_000;
+/// A line without a byte for so long is still, and a frame on it is over, µs: half a tick of the floor (66 ms), and twice the
+/// time for which USB adapters hold bytes back (16 ms).
+pub(super) const GAP_US: u64 = 33_000;
 
 /// Bits of the meaning: what is no word of a tile about its triangles.
 const REQUEST: u8 = 1 << 2;
@@ -94,15 +94,13 @@ impl FrameReader {
 
     /// Takes a byte that came at `now_us`; the frame that was over before it, if one was, and when its last byte came, µs.
     pub fn push(&mut self, byte: u8, now_us: u64) -> Option<(Frame, u64)> {
-        let still = self.still(now_us);
-        if still.is_none() && now_us.saturating_sub(self.last_us) > GAP_US {
+        let is_still = self.is_still(now_us);
+        let over = if is_still || byte == BEGIN { self.end() } else { None };
+        if is_still {
             self.lost();
-        }
-        let over = still.or_else(|| if byte == BEGIN { self.end() } else { None });
-        if self.length == FRAME_LEN {
+        } else if self.length == FRAME_LEN {
             // It goes on: it has lost bytes, and has taken the next one's for its own.
-            self.drop_first(1);
-            self.find_begin();
+            self.give_up();
         }
         self.last_us = now_us;
         if let Some(place) = self.bytes.get_mut(self.length) {
@@ -111,15 +109,18 @@ impl FrameReader {
         }
         self.find_begin();
         if self.length == FRAME_LEN && self.bytes.iter().skip(TILE_AT).any(|byte| *byte == BEGIN) {
-            self.drop_first(1);
-            self.find_begin();
+            self.give_up();
         }
         over
     }
 
     /// The frame that is over since the line is still, if one is at `now_us`, and when its last byte came, µs.
     pub fn still(&mut self, now_us: u64) -> Option<(Frame, u64)> {
-        if now_us.saturating_sub(self.last_us) > GAP_US { self.end() } else { None }
+        if self.is_still(now_us) { self.end() } else { None }
+    }
+
+    const fn is_still(&self, now_us: u64) -> bool {
+        now_us.saturating_sub(self.last_us) > GAP_US
     }
 
     /// When the frame that is held is over at the latest, µs; none while none or not all of one is held.
@@ -144,6 +145,12 @@ impl FrameReader {
             return None;
         }
         Some((Frame { group: u16::from_be_bytes([high, low]), tile: (x, y), values }, self.last_us))
+    }
+
+    /// What is held is no frame: another may begin within it.
+    fn give_up(&mut self) {
+        self.drop_first(1);
+        self.find_begin();
     }
 
     /// Drops what stands before the next beginning.

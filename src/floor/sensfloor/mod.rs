@@ -22,9 +22,10 @@
 pub mod frame;
 mod triangle;
 
-pub use frame::{BAUD, FRAME_LEN, Frame, FrameReader, GAP_US, Losses, TRIANGLES, request};
+pub use frame::{BAUD, FRAME_LEN, Frame, FrameReader, Losses, TRIANGLES, request};
 
 use super::Bits;
+use frame::GAP_US;
 use triangle::Triangle;
 
 /// Panels along a side of a tile.

@@ -9,7 +9,7 @@ use super::*;
 
 const GROUP: u16 = 10;
 /// After so long a line is still.
-const STILL_US: u64 = 33_001;
+const STILL_US: u64 = GAP_US + 1;
 const REST: [u8; TRIANGLES] = [127, 128, 127, 128, 127, 128, 127, 128];
 
 fn layout() -> Layout {
