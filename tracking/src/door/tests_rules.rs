@@ -1,0 +1,193 @@
+//! What a door does beside its transitions: refusals, leases, changed sites, people who turn back.
+
+use super::*;
+
+#[test]
+fn what_comes_at_the_wrong_time_changes_nothing_and_says_why() {
+    let mut stage = Stage::idle();
+    stage.tell(Event::Number(1));
+    assert_eq!(stage.refusals(), [Refusal::NoCard]);
+    stage.tell(Event::Reset);
+    assert_eq!(stage.refusals(), [Refusal::NoAlarm]);
+    stage.tell(Event::LockTaken(99));
+    assert_eq!(stage.refusals(), [Refusal::OldAcknowledgement]);
+    let mut stage = Stage::asked(1);
+    stage.tell(Event::Card(ALICE));
+    assert_eq!(stage.refusals(), [Refusal::SameCard]);
+    stage.tell(Event::Card(BOB));
+    assert_eq!(stage.refusals(), [Refusal::Busy]);
+    for number in [0, 8, u32::MAX] {
+        stage.tell(Event::Number(number));
+        assert_eq!(stage.refusals(), [Refusal::Number]);
+    }
+    assert_eq!(stage.door.phase(), Phase::Asked);
+    let mut stage = alarmed();
+    stage.tell(Event::Card(BOB));
+    assert_eq!((stage.refusals(), stage.door.phase()), (vec![Refusal::NotNow], Phase::Alarmed));
+}
+
+#[test]
+fn a_door_that_fails_safe_unlocks_and_one_that_fails_secure_does_not_and_both_say_so() {
+    for (fail, lock) in [("secure", Lock::Locked), ("safe", Lock::Unlocked)] {
+        let mut stage = Stage::with(&SITE.replace("\"secure\"", &format!("{fail:?}")));
+        stage.tell(Event::Time);
+        assert_eq!(stage.door.lock(), lock, "nothing is known at the start");
+        assert!(
+            stage
+                .actions
+                .iter()
+                .any(|action| matches!(action, Action::Alarm { alarm: Some(Alarm::Trouble), .. }))
+        );
+        stage.wait(SETTLED_S + 0.2);
+        assert_eq!((stage.door.phase(), stage.door.lock()), (Phase::Idle, Lock::Locked));
+        silence(&mut stage);
+        assert_eq!((stage.door.phase(), stage.door.lock()), (Phase::Failed, lock));
+    }
+}
+
+#[test]
+fn locked_is_said_again_until_it_is_taken() {
+    let mut stage = Stage::closing(1);
+    stage.wait(4.0);
+    let three = stage.lock_orders();
+    assert!(three.len() >= 3 && three.iter().all(|same| *same == three[0]), "{three:?}");
+    assert_eq!((three[0].lock, three[0].for_ms), (Lock::Locked, None));
+    stage.tell(Event::LockTaken(three[0].id));
+    stage.wait(2.0);
+    assert_eq!(stage.lock_orders(), []);
+}
+
+#[test]
+fn f9_unlocked_is_a_lease_that_is_renewed_each_half_second_taken_or_not() {
+    let mut stage = Stage::unlocked(1);
+    stage.wait(2.0);
+    let orders = stage.lock_orders();
+    let wanted = LockOrder { id: orders[0].id, lock: Lock::Unlocked, for_ms: Some(1500), nonce: None };
+    assert!(orders.len() >= 3 && orders.iter().all(|order| *order == wanted), "{orders:?}");
+    stage.tell(Event::LockTaken(wanted.id));
+    stage.wait(2.0);
+    assert!(stage.lock_orders().len() >= 3, "{:?}", stage.lock_orders());
+    stage.tell(Event::LockReady(Nonce(41)));
+    assert_eq!(stage.lock_orders(), [LockOrder { nonce: Some(Nonce(41)), ..wanted }], "at once");
+    stage.tell(Event::Card(ALICE));
+    assert_eq!((stage.door.phase(), stage.lock_orders()[0].lock), (Phase::Alarmed, Lock::Locked));
+}
+
+#[test]
+fn f8_a_changed_site_forgets_no_alarm_opens_no_lock_and_ends_a_passage() {
+    let site = Site::parse("test", &SITE.replace("\"secure\"", "\"safe\"")).unwrap();
+    let change = |stage: &mut Stage| {
+        let mut actions = Vec::new();
+        assert!(stage.door.change_site(&site.doors[0], &site, &mut actions));
+        stage.actions = actions;
+    };
+    let mut stage = alarmed();
+    change(&mut stage);
+    assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Alarmed, Some(Alarm::PassedBack)));
+    for mut stage in
+        [Stage::idle(), Stage::asked(1), Stage::unlocked(1), Stage::closing(1), Stage::held_open()]
+    {
+        let (was, was_id) = (stage.door.phase(), stage.door.line().lock_id);
+        assert_eq!(stage.door.may_change(), was == Phase::Idle, "{was}");
+        change(&mut stage);
+        assert_eq!(stage.door.lock(), Lock::Locked, "{was}");
+        assert!(stage.door.line().lock_id >= was_id, "{was}: ids go on");
+        for _ in 0..30 {
+            stage.wait(0.1);
+            assert_eq!(stage.door.lock(), Lock::Locked, "{was}");
+        }
+        assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Idle, None), "{was}");
+    }
+}
+
+#[test]
+fn f8_no_match_counts_before_the_tracks_of_a_changed_site_are_there() {
+    let mut stage = Stage::idle();
+    stage.put(1, 0.0, 0.0);
+    stage.wait(1.0);
+    let site = Site::parse("test", SITE).unwrap();
+    assert!(stage.door.change_site(&site.doors[0], &site, &mut Vec::new()));
+    stage.tell(Event::Card(ALICE));
+    stage.tell(Event::Number(1));
+    stage.wait(SETTLED_S);
+    assert_eq!((stage.door.phase(), stage.door.lock()), (Phase::Checking, Lock::Locked));
+    stage.wait(0.8);
+    assert_eq!(stage.door.lock(), Lock::Unlocked);
+}
+
+#[test]
+fn a_count_that_is_not_sure_or_a_zone_that_is_not_seen_unlocks_nothing() {
+    for (p, seen_share) in [(SURE - 0.01, 1.0), (1.0, SEEN - 0.01)] {
+        let mut stage = Stage::checking(1, 1);
+        for _ in 0..30 {
+            stage.now_s += 0.1;
+            let seen = Seen { count_p: vec![1.0 - p, p], seen_share, ..stage.seen() };
+            stage.tell(Event::Seen(seen));
+            assert_eq!(stage.door.lock(), Lock::Locked);
+        }
+    }
+}
+
+#[test]
+fn a_card_names_who_stands_at_the_reader() {
+    let mut stage = Stage::idle();
+    stage.put(1, 0.0, 0.7);
+    stage.put(2, 0.0, -0.8);
+    stage.wait(0.2);
+    stage.tell(Event::Card(ALICE));
+    let named = |stage: &Stage| -> Vec<(u64, f64)> {
+        let named = |action: &Action| match action {
+            Action::Named { likelihoods, .. } => Some(likelihoods.clone()),
+            _ => None,
+        };
+        stage.actions.iter().find_map(named).unwrap()
+    };
+    let near = named(&stage);
+    assert!(near.iter().any(|(track, likelihood)| *track == 1 && *likelihood > 0.95), "{near:?}");
+    // A person who stands far from the reader has hardly shown it, even alone; a person inside has not at all.
+    let mut stage = Stage::idle();
+    stage.put(1, 0.0, -0.8);
+    stage.put(2, 0.0, 1.2);
+    stage.wait(0.2);
+    stage.tell(Event::Card(ALICE));
+    let far = named(&stage);
+    assert!(matches!(far[..], [(1, likelihood)] if likelihood < 0.5), "{far:?}");
+}
+
+#[test]
+fn somebody_who_leaves_meanwhile_is_no_alarm() {
+    let mut stage = Stage::unlocked(1);
+    stage.put(7, 0.0, 1.6);
+    stage.wait(0.2);
+    for y in [1.3, 1.05, 0.8, 0.2, -0.5, -1.3] {
+        stage.put(7, 0.2, y);
+        stage.wait(0.3);
+        assert_eq!(stage.door.phase(), Phase::Unlocked, "at {y}");
+    }
+}
+
+#[test]
+fn two_tracks_that_change_places_in_the_doorway_are_no_alarm() {
+    let mut stage = Stage::unlocked(2);
+    stage.walk_in(1);
+    // The second is behind the first, and the tracks change places: the first jumps back by 0.3 s of outward motion.
+    for (first, second) in [(1.2, 0.8), (0.95, 1.0), (0.85, 1.25), (0.8, 1.5)] {
+        stage.put(1, 0.0, first);
+        stage
+            .bodies
+            .iter_mut()
+            .filter(|body| body.id == 1)
+            .for_each(|body| body.velocity = Point::new(0.0, -0.8));
+        stage.put(2, 0.0, second);
+        stage.wait(0.1);
+        assert_eq!(stage.door.phase(), Phase::Unlocked, "at {first}");
+    }
+    assert_eq!(stage.door.line().through, 1, "one is in, whoever it is");
+    stage.walk_in(1);
+    assert_eq!((stage.door.phase(), stage.door.line().through), (Phase::Closing, 2));
+    // A person who goes all the way back has turned back.
+    let mut stage = Stage::unlocked(2);
+    stage.walk_in(1);
+    stage.walk_back(1);
+    assert_eq!(stage.passage().alarm, Some(Alarm::TurnedBack));
+}
