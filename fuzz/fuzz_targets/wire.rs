@@ -11,7 +11,8 @@ use libfuzzer_sys::fuzz_target;
 
 const MODULE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 1]), boot: 1 };
 
-/// Most bytes by which the health of an older module grows when it is sent on: counters it does not have, two lists it leaves out.
+/// The health of an older module grows by so many bytes at most when it is encoded again: a zero for each counter that it does
+/// not have, and two empty lists.
 const HEALTH_ADDED: usize = COUNTERS + 2;
 
 fn as_module(datagram: &[u8]) {
@@ -36,7 +37,7 @@ fn as_host(datagram: &[u8]) {
     let Ok((header, message)) = Message::decode(datagram) else { return };
     let mut out = [0; DATAGRAM_MAX];
     let Ok(length) = message.encode(header.identity, &mut out) else {
-        // So much longer, it may no longer fit.
+        // A module of today sends none that long: only an older one's may grow beyond a datagram.
         assert!(matches!(message, Message::Health(_)) && datagram.len() > DATAGRAM_MAX - HEALTH_ADDED);
         return;
     };

@@ -29,8 +29,8 @@ const HALF_M: [f64; 2] = [0.38, 0.40];
 /// The middle of a detection that is so far outside may still be inside, m: how far the footprint is misplaced.
 const MARGIN_M: f64 = 0.03;
 
-/// A member takes detections so far outside, m: the middle of a person who touches it is half a body's depth, 0.13, behind the
-/// rear edge; what is beyond half of that is rather this person's.
+/// A member takes detections so far outside, m. The middle of a person who touches it is half a body's depth, 0.13, behind the rear
+/// edge; a detection beyond half of that, 0.065, is nearer to this person.
 const MEMBER_M: f64 = 0.05;
 
 /// How far the first middle, that of the members seen, is off at most, m: a third of the wheels' distance, as one of three may be
