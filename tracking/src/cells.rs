@@ -77,6 +77,14 @@ impl Cells {
         numbers.flatten().map(|number| *number as usize)
     }
 
+    /// What touches the cell of a place.
+    #[must_use]
+    pub fn at(&self, place: Point) -> &[u32] {
+        let cell = place - self.corner;
+        let number = self.span(cell.y, self.rows) * self.columns + self.span(cell.x, self.columns);
+        self.numbers.get(number).map_or(&[], Vec::as_slice)
+    }
+
     /// Whether two rectangles touch the same cells.
     #[must_use]
     pub fn are_same(&self, one: (Point, Point), other: (Point, Point)) -> bool {
@@ -91,10 +99,14 @@ impl Cells {
 
     /// Columns and rows of a rectangle; the outermost where it is outside.
     fn spans(&self, (low, high): (Point, Point)) -> (RangeInclusive<usize>, RangeInclusive<usize>) {
-        let place = |at_m: f64, count: usize| ((at_m / self.side_m).max(0.0) as usize).min(count.max(1) - 1);
         let (low, high) = (low - self.corner, high - self.corner);
-        let across = place(low.x, self.columns)..=place(high.x, self.columns);
-        (across, place(low.y, self.rows)..=place(high.y, self.rows))
+        let across = self.span(low.x, self.columns)..=self.span(high.x, self.columns);
+        (across, self.span(low.y, self.rows)..=self.span(high.y, self.rows))
+    }
+
+    /// The column or row of a place so far from the corner; the outermost where it is outside.
+    fn span(&self, at_m: f64, count: usize) -> usize {
+        ((at_m / self.side_m).max(0.0) as usize).min(count.max(1) - 1)
     }
 }
 
@@ -120,26 +132,33 @@ impl Areas {
 
     /// The numbers of the polygons a place is in, in their order.
     pub fn around(&self, place: Point) -> impl Iterator<Item = usize> + '_ {
-        let is_inside =
-            move |number: &usize| self.polygons.get(*number).is_some_and(|polygon| inside(place, polygon));
-        self.cells.near((place, place)).filter(is_inside)
+        let numbers = self.cells.at(place).iter().map(|number| *number as usize);
+        numbers.filter(move |number| self.is_in(*number, place))
+    }
+
+    /// The numbers of the polygons that a rectangle may touch, some of them more than once.
+    pub fn near(&self, rectangle: (Point, Point)) -> impl Iterator<Item = usize> + '_ {
+        self.cells.near(rectangle)
+    }
+
+    /// Whether a place is in the polygon of a number.
+    #[must_use]
+    pub fn is_in(&self, number: usize, place: Point) -> bool {
+        self.polygons.get(number).is_some_and(|polygon| inside(place, polygon))
     }
 
     /// Whether a place is in one of them.
     #[must_use]
     pub fn hold(&self, place: Point) -> bool {
-        self.around(place).next().is_some()
+        !self.is_empty() && self.around(place).next().is_some()
     }
 
     /// Whether one of them holds all places.
     #[must_use]
     pub fn one_holds(&self, places: &[Point]) -> bool {
-        let Some(first) = places.first() else { return !self.polygons.is_empty() };
-        let holds = |number: usize| {
-            let polygon = self.polygons.get(number);
-            polygon.is_some_and(|polygon| places.iter().all(|place| inside(*place, polygon)))
-        };
-        self.around(*first).any(holds)
+        let Some(first) = places.first() else { return !self.is_empty() };
+        !self.is_empty()
+            && self.around(*first).any(|number| places.iter().all(|place| self.is_in(number, *place)))
     }
 
     /// Whether there are none.

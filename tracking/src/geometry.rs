@@ -110,14 +110,25 @@ impl Pose {
     /// A point of the sensor's frame (x forward, y left) in the site's.
     #[must_use]
     pub fn to_site(&self, point: Point) -> Point {
-        let forward = Point::towards(self.yaw_rad);
+        self.to_site_ahead(self.forward(), point)
+    }
+
+    /// As [`to_site`](Self::to_site), for many points: `forward` is [`forward`](Self::forward).
+    #[must_use]
+    pub fn to_site_ahead(&self, forward: Point, point: Point) -> Point {
         self.at + forward * point.x + forward.left() * point.y
+    }
+
+    /// The direction of the front step in the site.
+    #[must_use]
+    pub fn forward(&self) -> Point {
+        Point::towards(self.yaw_rad)
     }
 
     /// A point of the site in the sensor's frame (x forward, y left).
     #[must_use]
     pub fn to_sensor(&self, point: Point) -> Point {
-        let forward = Point::towards(self.yaw_rad);
+        let forward = self.forward();
         let offset = point - self.at;
         Point::new(offset.dot(forward), offset.dot(forward.left()))
     }

@@ -48,7 +48,7 @@ impl View {
     /// The direction of the front step in the site.
     #[must_use]
     pub fn forward(&self) -> Point {
-        Point::towards(self.pose.yaw_rad)
+        self.pose.forward()
     }
 
     /// As [`beam_at`](Self::beam_at), for many places: `forward` is [`forward`](Self::forward).
@@ -124,13 +124,14 @@ impl Detection {
         let geometry = &view.geometry;
         let (first, last) = (geometry.beam(candidate.first_step), geometry.beam(candidate.last_step));
         let own = centre(&candidate, geometry, estimator);
-        let turn = view.pose.yaw_rad;
-        let (sine, cosine) = libm::sincos(turn);
-        let turn = Matrix2::new(cosine, -sine, sine, cosine);
+        let forward = view.forward();
+        let turn = Matrix2::new(forward.x, -forward.y, forward.y, forward.x);
         let [xx, xy, yy] = own.covariance_m2.map(f64::from);
-        let centre = view.pose.to_site(Point::new(f64::from(own.x_m), f64::from(own.y_m)));
+        let to_site = |point: Point| view.pose.to_site_ahead(forward, point);
+        let centre = to_site(Point::new(f64::from(own.x_m), f64::from(own.y_m)));
         let end = |beam: u16, range_mm: u16| {
-            view.place(f64::from(geometry.bearing_rad(beam)), f64::from(range_mm) * 0.001)
+            let towards = Point::towards(f64::from(geometry.bearing_rad(beam)));
+            to_site(towards * (f64::from(range_mm) * 0.001))
         };
         let (one, other) = (end(first, candidate.first_mm), end(last, candidate.last_mm));
         let middle = end(first.midpoint(last), candidate.mid_mm);

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::seen::{Seen, Sight};
-use crate::assignment::assign;
+use crate::assignment::{Alone, assign};
 use crate::geometry::Point;
 use crate::tracker::TrackId;
 use crate::tracker::kalman::Kinematics;
@@ -113,7 +113,7 @@ impl Bodies {
     /// Takes the segments of a frame at `at_s`; frames come in the order of time.
     pub fn observe(&mut self, seen: &[Seen], at_s: f64) {
         self.bodies.iter_mut().for_each(|body| body.motion.predict(at_s));
-        let own = assign(self.bodies.len(), seen.len(), ALONE, |row, column| {
+        let own = assign(self.bodies.len(), seen.len(), &Alone::all(ALONE), |row, column| {
             self.cost(self.bodies.get(row)?, seen.get(column)?, at_s)
         });
         for (body, own) in self.bodies.iter_mut().zip(&own) {

@@ -22,7 +22,7 @@ mod pair;
 
 use std::collections::BTreeMap;
 
-use crate::assignment::assign;
+use crate::assignment::{Alone, assign};
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
 
 /// A hidden track that stands on a floor on which nothing is pressed there has gone after so long, s: twice the longest
@@ -73,7 +73,7 @@ impl Fusion {
         self.bodies.retain(|id, _| bodies.iter().any(|body| body.id == *id));
         let is_whole = |track: &&TrackState| !matches!(track.origin, Origin::PartOf(_));
         let people: Vec<&TrackState> = tracks.iter().filter(is_whole).collect();
-        let paired = assign(people.len(), bodies.len(), pair::ALONE, |row, column| {
+        let paired = assign(people.len(), bodies.len(), &Alone::all(pair::ALONE), |row, column| {
             let (track, body) = (people.get(row)?, bodies.get(column)?);
             let before = self.tracks.get(&track.id).and_then(|known| known.body);
             pair::cost(track, body, before == Some(body.id))

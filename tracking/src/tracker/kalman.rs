@@ -59,8 +59,15 @@ impl Kinematics {
     /// Covariance of the place at `at_s`, m².
     #[must_use]
     pub fn spread(&self, at_s: f64) -> Matrix2<f64> {
-        let look = look(at_s - self.at_s);
-        look * self.covariance * look.transpose() + noise_place(at_s - self.at_s, self.process_noise)
+        let step_s = at_s - self.at_s;
+        let [places, speeds] = self.cross_covariances(step_s);
+        places + speeds * step_s + noise_place(step_s, self.process_noise)
+    }
+
+    /// Covariances of the place `step_s` later, or before, with the state's place and with its velocity.
+    fn cross_covariances(&self, step_s: f64) -> [Matrix2<f64>; 2] {
+        let block = |row, column| self.covariance.fixed_view::<2, 2>(row, column);
+        [block(0, 0) + block(2, 0) * step_s, block(0, 2) + block(2, 2) * step_s]
     }
 
     /// Lets time pass; a time before the state's own does nothing.
@@ -69,11 +76,14 @@ impl Kinematics {
         if step_s <= 0.0 {
             return;
         }
-        let mut step = Matrix4::identity();
-        step[(0, 2)] = step_s;
-        step[(1, 3)] = step_s;
-        self.mean = step * self.mean;
-        self.covariance = step * self.covariance * step.transpose();
+        let place = self.place(at_s);
+        (self.mean[0], self.mean[1]) = (place.x, place.y);
+        let [places, speeds] = self.cross_covariances(step_s);
+        let speed = self.covariance.fixed_view::<2, 2>(2, 2);
+        let back = self.covariance.fixed_view::<2, 2>(2, 0) + speed * step_s;
+        self.covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(places + speeds * step_s));
+        self.covariance.fixed_view_mut::<2, 2>(0, 2).copy_from(&speeds);
+        self.covariance.fixed_view_mut::<2, 2>(2, 0).copy_from(&back);
         let (place, cross, speed) = (
             self.process_noise * step_s * step_s * step_s / 3.0,
             self.process_noise * step_s * step_s / 2.0,
@@ -108,12 +118,16 @@ impl Kinematics {
     /// Takes a measured place.
     pub fn update(&mut self, at_s: f64, place: Vector2<f64>, noise: &Matrix2<f64>) {
         self.predict(at_s);
-        let look = look(at_s - self.at_s);
-        let noise = noise + noise_place(at_s - self.at_s, self.process_noise);
-        let spread = look * self.covariance * look.transpose() + noise;
+        let step_s = at_s - self.at_s;
+        let noise = noise + noise_place(step_s, self.process_noise);
+        let [places, speeds] = self.cross_covariances(step_s);
+        let spread = places + speeds * step_s + noise;
         let Some(inverse) = spread.try_inverse() else { return };
-        let gain = self.covariance * look.transpose() * inverse;
-        self.mean += gain * (place - look * self.mean);
+        let look = look(step_s);
+        let columns = |column| self.covariance.fixed_view::<4, 2>(0, column);
+        let gain = (columns(0) + columns(2) * step_s) * inverse;
+        let expected = self.place(at_s);
+        self.mean += gain * (place - Vector2::new(expected.x, expected.y));
         // Joseph's form: stays symmetric and positive.
         let rest = Matrix4::identity() - gain * look;
         self.covariance = rest * self.covariance * rest.transpose() + gain * noise * gain.transpose();

@@ -10,7 +10,7 @@
 //! Source: Gauss–Hermite quadrature of three points an axis, exact for polynomials up to the fifth degree.
 
 use crate::cells::Areas;
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 use crate::tracker::TrackState;
 
 /// Along an axis: how many times √3 standard deviations off, and the weight in sixths.
@@ -36,19 +36,21 @@ pub fn place<'a>(track: &'a TrackState, areas: &Areas, inside: &mut [Vec<Presenc
     let first = (3.0 * xx.max(0.0)).sqrt();
     let slope = if first > 0.0 { 3.0 * xy / first } else { 0.0 };
     let axes = [Point::new(first, slope), Point::new(0.0, slope.mul_add(-slope, 3.0 * yy).max(0.0).sqrt())];
-    for (across, one) in ABSCISSAS {
-        for (along, other) in ABSCISSAS {
-            let is_mean = across == 0.0 && along == 0.0;
-            for zone in areas.around(track.at + axes[0] * across + axes[1] * along) {
-                let Some(inside) = inside.get_mut(zone) else { continue };
-                if inside.last().is_none_or(|last| last.track.id != track.id) {
-                    inside.push(Presence { track, is_inside: false, parts: 0 });
-                }
-                if let Some(last) = inside.last_mut() {
-                    last.parts += one * other;
-                    last.is_inside |= is_mean;
-                }
-            }
+    let along = |(across, one): (f64, u8)| {
+        ABSCISSAS.map(|(along, other)| (track.at + axes[0] * across + axes[1] * along, one * other))
+    };
+    let places = ABSCISSAS.map(along);
+    let mean = places[1][1].0;
+    let Some(around) = bounds(places.as_flattened().iter().map(|(place, _)| *place)) else { return };
+    for zone in areas.near(around) {
+        let Some(inside) = inside.get_mut(zone) else { continue };
+        if inside.last().is_some_and(|last| last.track.id == track.id) {
+            continue;
+        }
+        let is_in = |(place, _): &&(Point, u8)| areas.is_in(zone, *place);
+        let parts = places.as_flattened().iter().filter(is_in).map(|(_, parts)| *parts).sum();
+        if parts > 0 {
+            inside.push(Presence { track, is_inside: areas.is_in(zone, mean), parts });
         }
     }
 }

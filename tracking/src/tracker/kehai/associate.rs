@@ -6,20 +6,19 @@
 //!              c21  c22  c23 │ ∞  u      u: the track stays without a detection (a missed detection)
 //! ```
 //!
-//! One-to-one assignment with the least total cost (the Hungarian method, crate `pathfinding`). Only pairs inside the
+//! One-to-one assignment with the least total cost (`assignment.rs`). Only pairs inside the
 //! gate take part: at most 0.8 m apart, or, for an occluded track, where its particles are.
 
 use std::cell::LazyCell;
 use std::ops::Deref;
 
 use nalgebra::{Matrix2, Vector2};
-use pathfinding::kuhn_munkres::kuhn_munkres_min;
-use pathfinding::matrix::Matrix;
 
 use super::line_of_sight::Eye;
 use super::size;
 use super::track::{SURE, Track};
 use super::{Kehai, TWINS_M};
+use crate::assignment::{Alone, assign};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 
@@ -38,42 +37,6 @@ const STRIDE_M: core::ops::Range<f64> = 0.08..0.45;
 
 /// Deviation of the middle between two legs from their owner's, m.
 const LEGS_M: f64 = 0.06;
-
-/// Costs are compared to a thousandth.
-const SCALE: f64 = 1000.0;
-
-/// More than any cost.
-const NEVER: i64 = 1_000_000;
-
-/// For each row the column assigned to it, so that the sum of `cost`s is least. A row that is left without one
-/// costs its `unassigned`, and a pair is never made that costs more than `most`.
-pub fn assign(
-    unassigned: &[f64],
-    columns: usize,
-    most: f64,
-    cost: impl Fn(usize, usize) -> f64,
-) -> Vec<Option<usize>> {
-    let rows = unassigned.len();
-    if rows == 0 || columns == 0 {
-        return vec![None; rows];
-    }
-    let costs = Matrix::from_fn(rows, columns + rows, |(row, column)| {
-        if column < columns {
-            let cost = cost(row, column);
-            if cost < most { (cost * SCALE) as i64 } else { NEVER }
-        } else if column - columns == row {
-            (unassigned[row] * SCALE) as i64
-        } else {
-            NEVER
-        }
-    });
-    let (_, assigned) = kuhn_munkres_min(&costs);
-    assigned
-        .into_iter()
-        .enumerate()
-        .map(|(row, column)| (column < columns && costs[(row, column)] < NEVER).then_some(column))
-        .collect()
-}
 
 impl Kehai {
     /// Whether a candidate belongs to an appearance that was there while the occluded `track` was still detected.
@@ -105,34 +68,25 @@ impl Kehai {
     ) -> Vec<(usize, usize, bool)> {
         let ideas = self.ideas;
         let free: Vec<usize> = (0..pieces.len()).filter(|&index| !taken[index]).collect();
-        let cost = |track: &Track, seen: &Detection| {
-            let other =
-                (track.is_occluded() && self.is_somebody_else(track, seen)) || !self.may_be_of(track, seen);
-            if other { f64::INFINITY } else { cost(track, seen) + size::cost(track.size, seen, ideas) }
+        let is_row = |index: &usize| {
+            let track = &self.tracks[*index];
+            track.near_in == self.scan && of(track)
         };
-        // Row by row, one column a free candidate. A track far from every candidate needs no row.
-        let (mut rows, mut costs) = (Vec::new(), Vec::new());
-        for &index in &self.near.now {
-            let track = &self.tracks[index];
-            if track.near_in != self.scan || !of(track) {
-                continue;
-            }
-            let row = costs.len();
-            costs.extend(free.iter().map(|&index| cost(track, &pieces[index])));
-            if costs[row..].iter().any(|cost| *cost < UNASSIGNED) {
-                rows.push(index);
-            } else {
-                costs.truncate(row);
-            }
-        }
+        let rows: Vec<usize> = self.near.now.iter().copied().filter(is_row).collect();
         let eye = LazyCell::new(|| Eye::of(observation));
-        let cost = |&index: &usize| Self::unassigned(&self.tracks[index], observation.start_s, &eye);
-        let unassigned: Vec<f64> = rows.iter().map(cost).collect();
-        let columns = free.len();
-        let assigned = assign(&unassigned, columns, UNASSIGNED, |row, column| costs[row * columns + column]);
-        let pair = |(track, column): (&usize, Option<usize>)| Some((*track, free[column?]));
-        let mut hits: Vec<(usize, usize, bool)> =
-            rows.iter().zip(assigned).filter_map(pair).map(|(track, index)| (track, index, false)).collect();
+        let alone = Alone {
+            least: UNASSIGNED - MISSED,
+            of: |row: usize| Self::unassigned(&self.tracks[rows[row]], observation.start_s, &eye),
+        };
+        let assigned = assign(rows.len(), free.len(), &alone, |row, column| {
+            let (track, seen) = (&self.tracks[rows[row]], &pieces[free[column]]);
+            let cost = cost(track, seen)? + size::cost(track.size, seen, ideas);
+            let is_other =
+                (track.is_occluded() && self.is_somebody_else(track, seen)) || !self.may_be_of(track, seen);
+            (cost < UNASSIGNED && !is_other).then_some(cost)
+        });
+        let pair = |(track, column): (&usize, Option<usize>)| Some((*track, free[column?], false));
+        let mut hits: Vec<(usize, usize, bool)> = rows.iter().zip(assigned).filter_map(pair).collect();
         for (_, index, _) in &hits {
             taken[*index] = true;
         }
@@ -202,34 +156,16 @@ pub fn other_leg(
         .min_by(|one, two| (one.1 - expected).norm().total_cmp(&(two.1 - expected).norm()))
 }
 
-/// −ln likelihood of a candidate, given a track.
-fn cost(track: &Track, seen: &Detection) -> f64 {
+/// −ln likelihood of a candidate, given a track; None outside its gate.
+fn cost(track: &Track, seen: &Detection) -> Option<f64> {
     if let Some(cloud) = &track.cloud {
         let density = cloud.density(seen.centre, &seen.covariance);
-        return if density > 1e-6 { -density.ln() } else { f64::INFINITY };
+        return (density > 1e-6).then(|| -density.ln());
     }
     let place = track.motion.place(seen.at_s);
     if (seen.centre - Vector2::new(place.x, place.y)).norm() > GATE_M {
-        return f64::INFINITY;
+        return None;
     }
     let (distance, log_determinant) = track.motion.distance(seen.at_s, seen.centre, &seen.covariance);
-    0.5 * distance + 0.5 * log_determinant + core::f64::consts::TAU.ln()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sum_counts_not_the_nearest() {
-        // The nearest of the first is the only one of the second.
-        let costs = [[1.0, 2.0], [1.5, 9.0]];
-        assert_eq!(assign(&[5.0; 2], 2, 5.0, |row, column| costs[row][column]), [Some(1), Some(0)]);
-    }
-
-    #[test]
-    fn too_far_is_nobody() {
-        assert_eq!(assign(&[5.0; 2], 1, 5.0, |row, _| if row == 0 { 6.0 } else { 4.0 }), [None, Some(0)]);
-        assert_eq!(assign(&[5.0], 0, 5.0, |_, _| 0.0), [None]);
-    }
+    Some(0.5 * distance + 0.5 * log_determinant + core::f64::consts::TAU.ln())
 }
