@@ -76,7 +76,13 @@ impl View {
     /// A place in the site, from a bearing in the sensor's frame and a range, m.
     #[must_use]
     pub fn place(&self, bearing_rad: f64, range_m: f64) -> Point {
-        self.pose.to_site(Point::towards(bearing_rad) * range_m)
+        self.place_ahead(self.forward(), bearing_rad, range_m)
+    }
+
+    /// As [`place`](Self::place), for many places: `forward` is [`forward`](Self::forward).
+    #[must_use]
+    pub fn place_ahead(&self, forward: Point, bearing_rad: f64, range_m: f64) -> Point {
+        self.pose.to_site_ahead(forward, Point::towards(bearing_rad) * range_m)
     }
 }
 
@@ -127,11 +133,10 @@ impl Detection {
         let forward = view.forward();
         let turn = Matrix2::new(forward.x, -forward.y, forward.y, forward.x);
         let [xx, xy, yy] = own.covariance_m2.map(f64::from);
-        let to_site = |point: Point| view.pose.to_site_ahead(forward, point);
-        let centre = to_site(Point::new(f64::from(own.x_m), f64::from(own.y_m)));
+        let centre = view.pose.to_site_ahead(forward, Point::new(f64::from(own.x_m), f64::from(own.y_m)));
         let end = |beam: u16, range_mm: u16| {
-            let towards = Point::towards(f64::from(geometry.bearing_rad(beam)));
-            to_site(towards * (f64::from(range_mm) * 0.001))
+            let bearing_rad = f64::from(geometry.bearing_rad(beam));
+            view.place_ahead(forward, bearing_rad, f64::from(range_mm) * 0.001)
         };
         let (one, other) = (end(first, candidate.first_mm), end(last, candidate.last_mm));
         let middle = end(first.midpoint(last), candidate.mid_mm);

@@ -76,6 +76,7 @@ impl Kinematics {
         if step_s <= 0.0 {
             return;
         }
+        // F P Fᵀ block by block: F is the identity, and `step_s` from the velocity to the place.
         let place = self.place(at_s);
         (self.mean[0], self.mean[1]) = (place.x, place.y);
         let [places, speeds] = self.cross_covariances(step_s);
