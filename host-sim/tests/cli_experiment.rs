@@ -1,41 +1,38 @@
 //! `kehai-sim experiment` as a process.
 #![allow(missing_docs, reason = "a test program")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
+
+use tempfile::TempDir;
 
 const ACCURACY: &str = "before\n<!-- table: leaving -->\nold\n<!-- end: leaving -->\nafter\n";
 
 /// A folder that is gone with its test.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("kehai-experiment-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
     }
 
     fn read(&self, file: &str) -> String {
-        std::fs::read_to_string(self.0.join(file)).unwrap()
+        std::fs::read_to_string(self.path().join(file)).unwrap()
     }
 
     fn write(&self, file: &str, text: &str) {
-        let path = self.0.join(file);
+        let path = self.path().join(file);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, text).unwrap();
     }
 
     fn git(&self, arguments: &[&str]) {
-        let output = Command::new("git").current_dir(&self.0).args(arguments).output().unwrap();
+        let output = Command::new("git").current_dir(self.path()).args(arguments).output().unwrap();
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // A failed test may have left nothing.
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -54,10 +51,10 @@ fn err(output: &Output) -> String {
 
 #[test]
 fn a_table_goes_to_its_files_the_same_every_time() {
-    let folder = Folder::new("files");
+    let folder = Folder::new();
     let run = || {
         let output =
-            experiment(&folder.0, &["leaving", "--seeds", "0-1", "--tracker", "lee", "--out", "tables"]);
+            experiment(folder.path(), &["leaving", "--seeds", "0-1", "--tracker", "lee", "--out", "tables"]);
         assert!(output.status.success(), "{}", err(&output));
         ["leaving.csv", "leaving-runs.csv", "leaving.md"].map(|file| folder.read(&format!("tables/{file}")))
     };
@@ -69,13 +66,13 @@ fn a_table_goes_to_its_files_the_same_every_time() {
     // Two trials with five figures each, and of each figure two runs.
     assert_eq!((figures.lines().count(), runs.lines().count()), (1 + 2 * 5, 1 + 2 * 5 * 2));
     assert!(table.contains("| of two one leaves | 2 |"), "{table}");
-    let output = experiment(&folder.0, &["leaving", "--seeds", "7-3"]);
+    let output = experiment(folder.path(), &["leaving", "--seeds", "7-3"]);
     assert!(err(&output).contains("first and last seed"));
 }
 
 #[test]
 fn pages_name_their_commit_and_the_check_finds_what_is_otherwise() {
-    let folder = Folder::new("pages");
+    let folder = Folder::new();
     folder.write("docs/accuracy.md", "nothing\n");
     folder.write("docs/door.md", "nothing\n");
     folder.write("docs/calibration.md", "nothing\n");
@@ -93,8 +90,8 @@ fn pages_name_their_commit_and_the_check_finds_what_is_otherwise() {
         "-m",
         "one",
     ]);
-    let pages = || experiment(&folder.0, &["pages", "leaving", "--seeds", "0-1"]);
-    let check = || experiment(&folder.0, &["check", "leaving", "--seeds", "0-1", "--every", "1"]);
+    let pages = || experiment(folder.path(), &["pages", "leaving", "--seeds", "0-1"]);
+    let check = || experiment(folder.path(), &["check", "leaving", "--seeds", "0-1", "--every", "1"]);
 
     // A page without a place is refused before anything runs.
     let output = pages();

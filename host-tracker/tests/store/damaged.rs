@@ -19,7 +19,7 @@ fn f12_a_damaged_database_is_set_aside_and_a_new_one_begun() {
         ("half", |bytes| bytes.truncate(bytes.len() / 2)),
     ];
     for (name, damage) in damages {
-        let folder = Folder::new(name);
+        let folder = Folder::new();
         hundred(&folder, unix_ms());
         let mut bytes = std::fs::read(folder.file()).unwrap();
         damage(&mut bytes);
@@ -34,14 +34,14 @@ fn f12_a_damaged_database_is_set_aside_and_a_new_one_begun() {
             let path = entry.unwrap().path();
             path.to_string_lossy().contains("kehai.db.damaged-").then_some(path)
         };
-        let aside: Vec<_> = std::fs::read_dir(&folder.0).unwrap().filter_map(aside).collect();
+        let aside: Vec<_> = std::fs::read_dir(folder.0.path()).unwrap().filter_map(aside).collect();
         assert!(aside.iter().any(|path| std::fs::read(path).unwrap() == bytes), "{name}: {aside:?}");
     }
 }
 
 #[test]
 fn f12_a_second_tracker_is_refused_as_long_as_the_first_one_runs() {
-    let folder = Folder::new("two");
+    let folder = Folder::new();
     let first = Store::open(&folder.file(), &site(), keep(30)).unwrap();
     let error = Store::open(&folder.file(), &site(), keep(30)).unwrap_err();
     assert!(error.to_string().contains("another tracker"), "{error}");
@@ -51,7 +51,7 @@ fn f12_a_second_tracker_is_refused_as_long_as_the_first_one_runs() {
 
 #[test]
 fn f12_a_clock_ten_years_ahead_at_the_start_deletes_no_history() {
-    let folder = Folder::new("ahead");
+    let folder = Folder::new();
     let then_ms = unix_ms() - 400 * 86_400_000;
     hundred(&folder, then_ms);
     for _ in 0..2 {

@@ -26,28 +26,21 @@ use kehai_tracking::door::doors::Passed;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use people::{frame, keep, site, track, walker};
+use tempfile::TempDir;
 
 /// In the environment of a child: the database it is to write.
 const CHILD: &str = "KEHAI_TEST_STORE";
 
 /// A folder that is gone with its test.
-struct Folder(PathBuf);
+struct Folder(TempDir);
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("kehai-store-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
     }
 
     fn file(&self) -> PathBuf {
-        self.0.join("kehai.db")
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        self.0.path().join("kehai.db")
     }
 }
 
@@ -80,7 +73,7 @@ fn child(file: &Path, before: &str) -> std::process::Child {
 
 #[test]
 fn fifty_deaths_at_any_moment_lose_a_second_at_most_and_never_the_file() {
-    let folder = Folder::new("deaths");
+    let folder = Folder::new();
     let mut worst_ms = 0;
     for death in 0..50_u64 {
         let mut child = child(&folder.file(), "");
@@ -127,7 +120,7 @@ fn fifty_deaths_at_any_moment_lose_a_second_at_most_and_never_the_file() {
 
 #[test]
 fn a_full_disk_is_said_and_what_was_written_stays() {
-    let folder = Folder::new("full");
+    let folder = Folder::new();
     // No file may grow beyond a megabyte.
     let mut child = child(&folder.file(), "trap '' XFSZ; ulimit -f 2048;");
     let lines = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -154,7 +147,7 @@ fn a_place_that_cannot_be_written_is_no_reason_to_stop() {
 
 #[test]
 fn what_is_no_database_is_refused_and_left_alone() {
-    let folder = Folder::new("foreign");
+    let folder = Folder::new();
     std::fs::write(folder.file(), "a letter to a friend, longer than a header of a database is, by some words, at least a hundred of bytes").unwrap();
     let error = Store::open(&folder.file(), &site(), keep(30)).unwrap_err();
     assert!(matches!(error, StoreError::Sqlite { .. }) && error.to_string().contains("kehai.db"), "{error}");
@@ -173,12 +166,12 @@ fn written(folder: &Folder, days: u32, frames: impl Iterator<Item = Arc<Snapshot
 
 /// Bytes of the database, its log included.
 fn bytes(folder: &Folder) -> u64 {
-    std::fs::read_dir(&folder.0).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum()
+    std::fs::read_dir(folder.0.path()).unwrap().map(|entry| entry.unwrap().metadata().unwrap().len()).sum()
 }
 
 #[test]
 fn a_year_at_home_fits_in_2_gb() {
-    let (empty, folder) = (Folder::new("empty"), Folder::new("home"));
+    let (empty, folder) = (Folder::new(), Folder::new());
     let begun_ms = unix_ms() - 3_600_000;
     drop(written(&empty, 365, [frame(begun_ms, vec![])].into_iter()));
     // An hour of three people, ten lines a second.
@@ -204,7 +197,7 @@ fn a_year_at_home_fits_in_2_gb() {
 
 #[test]
 fn a_month_at_an_entrance_fits_in_1_gb() {
-    let (empty, folder) = (Folder::new("none"), Folder::new("entrance"));
+    let (empty, folder) = (Folder::new(), Folder::new());
     let begun_ms = unix_ms() - 3_600_000;
     drop(written(&empty, 30, [frame(begun_ms, vec![])].into_iter()));
     // 250 passages of 8 s, one after the other: a twentieth of a day's 5000.
@@ -221,7 +214,7 @@ fn a_month_at_an_entrance_fits_in_1_gb() {
 
 #[test]
 fn questions_about_a_day_use_an_index() {
-    let folder = Folder::new("plans");
+    let folder = Folder::new();
     let now_ms = unix_ms();
     let reader = written(&folder, 30, [frame(now_ms, vec![walker(1, now_ms)])].into_iter());
     for plan in reader.plans().unwrap() {
@@ -235,7 +228,7 @@ fn questions_about_a_day_use_an_index() {
 
 #[test]
 fn what_is_older_than_asked_for_is_deleted() {
-    let folder = Folder::new("old");
+    let folder = Folder::new();
     let now_ms = unix_ms();
     let days_ago = |days: u64| now_ms - days * 86_400_000;
     let frames = [days_ago(40), days_ago(10), now_ms - 1000];
@@ -251,7 +244,7 @@ fn what_is_older_than_asked_for_is_deleted() {
 
 #[test]
 fn what_was_known_half_a_minute_ago_is_taken_back_and_what_is_older_is_not() {
-    let folder = Folder::new("restart");
+    let folder = Folder::new();
     let now_ms = unix_ms();
     assert_eq!(known_before(&folder.file(), now_ms), (None, None), "there is no database yet");
     drop(written(&folder, 30, [frame(now_ms, vec![walker(1, now_ms), walker(2, now_ms)])].into_iter()));
@@ -265,15 +258,15 @@ fn what_was_known_half_a_minute_ago_is_taken_back_and_what_is_older_is_not() {
 
 #[test]
 fn an_export_holds_paths_counts_and_events() {
-    let folder = Folder::new("export");
+    let folder = Folder::new();
     let now_ms = unix_ms();
     let frames =
         (0..50).map(|tenth| frame(now_ms + 100 * tenth, vec![track(1, -1.0 + 0.1 * tenth as f64, 0.0)]));
     drop(written(&folder, 30, frames));
     let all = (0, u64::MAX / 2);
-    export::export(&folder.file(), &folder.0.join("out"), all, export::Format::Csv).unwrap();
+    export::export(&folder.file(), &folder.0.path().join("out"), all, export::Format::Csv).unwrap();
     let lines = |name: &str| -> Vec<String> {
-        let text = std::fs::read_to_string(folder.0.join("out").join(name)).unwrap();
+        let text = std::fs::read_to_string(folder.0.path().join("out").join(name)).unwrap();
         text.lines().map(String::from).collect()
     };
     assert_eq!(lines("paths.csv").len(), 1 + 2, "{:?}", lines("paths.csv"));
@@ -283,9 +276,9 @@ fn an_export_holds_paths_counts_and_events() {
         "{:?}",
         lines("events.csv")
     );
-    export::export(&folder.file(), &folder.0.join("out"), all, export::Format::Parquet).unwrap();
+    export::export(&folder.file(), &folder.0.path().join("out"), all, export::Format::Parquet).unwrap();
     let rows = |name: &str| -> Vec<String> {
-        let file = std::fs::File::open(folder.0.join("out").join(name)).unwrap();
+        let file = std::fs::File::open(folder.0.path().join("out").join(name)).unwrap();
         let reader = SerializedFileReader::new(file).unwrap();
         reader.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect()
     };
@@ -307,7 +300,7 @@ fn an_export_holds_paths_counts_and_events() {
 
 #[test]
 fn a_text_with_commas_quotes_and_lines_survives_the_export() {
-    let folder = Folder::new("quotes");
+    let folder = Folder::new();
     let text = "a \"moved\" module,\nor a covered one";
     let store = Store::open(&folder.file(), &site(), keep(30)).unwrap();
     let event = Event {
@@ -319,7 +312,7 @@ fn a_text_with_commas_quotes_and_lines_survives_the_export() {
     };
     store.happened(event);
     drop(store);
-    let out = folder.0.join("out");
+    let out = folder.0.path().join("out");
     export::export(&folder.file(), &out, (0, u64::MAX / 2), export::Format::Csv).unwrap();
     let rows: Vec<csv::StringRecord> =
         csv::Reader::from_path(out.join("events.csv")).unwrap().records().map(Result::unwrap).collect();
@@ -328,7 +321,7 @@ fn a_text_with_commas_quotes_and_lines_survives_the_export() {
 
 #[test]
 fn cards_and_raw_scans_have_an_end_of_their_own() {
-    let folder = Folder::new("cards");
+    let folder = Folder::new();
     let key = CardKey::new([1; 32]);
     let (now_ms, days_ago) = (unix_ms(), |days: u64| unix_ms() - days * 86_400_000);
     let short = Keep { days: 365, card_days: 7 };
@@ -379,7 +372,7 @@ fn cards_and_raw_scans_have_an_end_of_their_own() {
 
 #[test]
 fn raw_scans_that_have_expired_are_deleted_by_whatever_opens_the_database() {
-    let folder = Folder::new("expiry");
+    let folder = Folder::new();
     let now_ms = unix_ms();
     let request = |module: &str, until_ms: u64| {
         let mut raw = RawScanWriter::begin(&folder.file(), module, now_ms - 10_000, until_ms).unwrap();
@@ -401,8 +394,8 @@ fn raw_scans_that_have_expired_are_deleted_by_whatever_opens_the_database() {
     pose::note(&folder.file(), &[], now_ms, Source::Calibration).unwrap();
     assert_eq!(scans(), 0);
     assert_eq!(Reader::open(&folder.file()).unwrap().raw(0).unwrap(), []);
-    assert!(raw::forget_expired(&folder.0.join("none.db"), now_ms).is_err());
-    assert!(!folder.0.join("none.db").exists());
+    assert!(raw::forget_expired(&folder.0.path().join("none.db"), now_ms).is_err());
+    assert!(!folder.0.path().join("none.db").exists());
 }
 
 /// Two went in, with this card or without one.
@@ -418,7 +411,7 @@ fn passage(begun_ms: u64, card: Option<Card>) -> Box<Passed> {
 
 #[test]
 fn where_modules_were_is_known_for_good() {
-    let folder = Folder::new("poses");
+    let folder = Folder::new();
     let mut site = (*site()).clone();
     site.modules = vec![toml::from_str("name = \"left\"\nx = 1.0\ny = 2.0").unwrap()];
     for _start in 0..3 {
@@ -434,7 +427,7 @@ fn where_modules_were_is_known_for_good() {
 
 #[test]
 fn a_passage_is_kept_whole_and_found_by_its_time() {
-    let folder = Folder::new("passage");
+    let folder = Folder::new();
     let passed = passage(100_000, Some(Card(0xa11ce0)));
     let store = Store::open(&folder.file(), &site(), Keep { days: 40_000, card_days: 40_000 }).unwrap();
     store.passed(passed.clone());
