@@ -20,8 +20,9 @@ use kehai::candidate::EndKind;
 /// box, below the 10 mm and more of an ellipse as large as a torso.
 const STRAIGHT_M: f64 = 0.0085;
 
-/// Share of straight outlines of a thing: a box shows eight in ten or more, a walking body one in three at most.
-const MOSTLY: f64 = 0.6;
+/// Share of straight outlines of a thing: midway between the eight in ten or more of a box and the one in three at most
+/// of a walking body.
+const MOSTLY: f64 = 0.57;
 
 /// Outlines that are enough to judge by: one body in a hundred shows six straight ones of ten if it shows three of ten
 /// on average.
@@ -37,6 +38,7 @@ const WALKING_MPS: f64 = 0.35;
 const REACH_M: f64 = 0.6;
 
 /// How far the place of a thing beside its owner changes at most on the way, m: half of a thing's length, as it swings.
+/// A change beyond it begins the way anew: first places are guesses, and a thing in tow swings as its owner turns.
 const RIGID_M: f64 = 0.36;
 
 /// How far a thing in tow has gone with its owner when it is judged, m.
@@ -67,9 +69,9 @@ pub struct Faces {
 #[derive(Clone, Debug)]
 struct Reach {
     other: u32,
-    /// Where the appearance was when the other came within reach.
+    /// Where the way of both began: they came within reach, or their places beside each other had changed.
     from: Point,
-    /// Bounds of its offset from the other since.
+    /// Bounds of the appearance's offset from the other since.
     low: Point,
     high: Point,
 }
@@ -92,7 +94,7 @@ impl Faces {
     /// Takes where another track is, `offset` before the appearance, which is at `at`.
     fn accompany(&mut self, other: u32, at: Point, offset: Point, is_near: bool) {
         if let Some(reach) = self.reach.iter_mut().find(|reach| reach.other == other) {
-            reach.note(offset);
+            reach.note(at, offset);
         } else if is_near {
             self.reach.push(Reach { other, from: at, low: offset, high: offset });
         }
@@ -146,21 +148,21 @@ impl Kehai {
             let far_enough = way.length() > if is_towed { TOWED_M } else { PUSHED_M };
             let root = other.part_of.map_or(other.id, |tie| tie.owner);
             let is_person = other.confirmed && other.unexplained.is_none() && root != thing.id;
-            (is_person && far_enough && reach.is_rigid()).then_some((root, offset.length()))
+            (is_person && far_enough).then_some((root, offset.length()))
         };
         faces.reach.iter().filter_map(owner).min_by(|one, other| one.1.total_cmp(&other.1))
     }
 }
 
 impl Reach {
-    fn note(&mut self, offset: Point) {
+    /// Takes where the appearance is, and its offset from the other.
+    fn note(&mut self, at: Point, offset: Point) {
         self.low = Point::new(self.low.x.min(offset.x), self.low.y.min(offset.y));
         self.high = Point::new(self.high.x.max(offset.x), self.high.y.max(offset.y));
-    }
-
-    fn is_rigid(&self) -> bool {
         let size = self.high - self.low;
-        size.x.max(size.y) < RIGID_M
+        if size.x.max(size.y) >= RIGID_M {
+            *self = Self { other: self.other, from: at, low: offset, high: offset };
+        }
     }
 }
 
