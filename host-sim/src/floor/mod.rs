@@ -15,6 +15,7 @@
 //! | `replay` | frames of a SensFloor through a device to tracks |
 //! | `tags` | where a camera reads the tags, and when it cannot |
 //! | `scene` | the three experiments |
+//! | `silence` | IDs that are not read for up to a minute |
 //! | `trial` | one of them, with each tracker, and its figures |
 
 pub mod crowd;
@@ -24,5 +25,6 @@ pub mod host;
 pub mod panels;
 pub mod replay;
 pub mod scene;
+pub mod silence;
 pub mod tags;
 pub mod trial;
