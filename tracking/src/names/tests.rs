@@ -288,7 +288,7 @@ fn a_late_sign_meets_the_people_of_the_explanation_that_it_grew_out_of() {
     }
     names.sign(&sign(ALICE, 0.1, 0.0, 0.0)).unwrap();
     let swapped = explained(&[7, 4], true, 0.0);
-    names.follow_explained(&swapped.people, &[swapped.clone()], 1.2);
+    names.follow_explained(&swapped.people, std::slice::from_ref(&swapped), 1.2);
     assert!(
         known(&names, ALICE, 1) > 0.9 && known(&names, BOB, 2) > 0.9,
         "{:?}",
