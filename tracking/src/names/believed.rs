@@ -6,9 +6,9 @@
 //!                                               surprise, by what was seen, and doubt, by signs: the least is believed
 //! ```
 //!
-//! Two people pass; who of them has set the next foot is known some steps later. Only the likeliest explanation has tracks, and
-//! when another becomes the likeliest, two tracks change places. In that one the names were right all the time. Of the tracks, too:
-//! where the believed one is another than that of the tracks, its names are told of the tracks nearest to its people.
+//! Two people pass; who of them has set the next foot is known some steps later. The people of the likeliest explanation are the
+//! tracks: when another becomes the likeliest, two tracks change places, and that one has had the right names all along. Where
+//! signs speak for another than that of the tracks, its names are told of the tracks nearest to its people.
 //!
 //! Source: multiple hypothesis tracking, Reid 1979 (docs/bibliography.md), with attributes besides places.
 
