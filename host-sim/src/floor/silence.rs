@@ -251,7 +251,7 @@ mod tests {
         for tenth in 0..1190 {
             for track in &tracks {
                 let at = track.stance(0.1 * f64::from(tenth)).unwrap().at;
-                assert!(at.x.abs() < HALF_M - 0.15 && at.y.abs() < HALF_M - 0.15, "{at:?}");
+                assert!(at.x.abs() < HALF_M && at.y.abs() < HALF_M, "{at:?}");
             }
         }
     }
@@ -268,7 +268,7 @@ mod tests {
         (0..2).for_each(|id| judge.read(id, 10.0));
         judge.look(10.1, &truth, &[other, own]);
         judge.look(10.9, &truth, &[None, other]);
-        judge.look(11.5, &truth, &[own, other]);
+        judge.look(11.5, &truth, &[own, own]);
         // Half a second is no silence, and who is awaited at the end is not late yet.
         judge.read(0, 10.5);
         judge.read(1, 20.0);
