@@ -62,7 +62,8 @@ impl SignHandle {
     #[must_use]
     pub fn observe(&self, estimate: &Estimate) -> (Vec<NameLine>, SignCounts) {
         let mut shared = self.0.lock();
-        shared.names.follow(&estimate.tracks, estimate.t_s);
+        let Estimate { t_s, tracks, explanations, .. } = estimate;
+        shared.names.follow_explained(tracks, explanations, *t_s);
         shared.newest = Some((estimate.t_s, unix_ms()));
         (shared.names.lines(&shared.site), shared.counts)
     }

@@ -15,6 +15,7 @@ mod cells;
 pub mod clock;
 pub mod depth;
 pub mod door;
+pub mod explanation;
 pub mod floor;
 pub mod fusion;
 pub mod geometry;

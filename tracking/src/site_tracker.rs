@@ -11,6 +11,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::explanation::Explanation;
 use crate::floor::{Floors, Reading};
 use crate::fusion::Fusion;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
@@ -50,6 +51,8 @@ pub struct Estimate {
     pub tracks: Vec<TrackState>,
     /// What is known of each zone, by its name.
     pub zones: BTreeMap<String, ZoneLine>,
+    /// Other places of those tracks whom only floors show; the likeliest first, whose places are the tracks'. None without floors.
+    pub explanations: Vec<Explanation>,
 }
 
 impl From<&Estimate> for TracksLine {
@@ -221,14 +224,14 @@ impl SiteTracker {
         }
         let tracks = self.tracker.tracks(at_s);
         let mut fusion = std::mem::take(&mut self.fusion);
-        let tracks = self.with_floors(&mut fusion, self.numbered(tracks), at_s);
+        let (tracks, explanations) = self.with_floors(&mut fusion, self.numbered(tracks), at_s);
         self.fusion = fusion;
         let mut zones = self.zones.lines(&tracks, at_s);
         if at_s - self.begun_s < FOUND_S {
             zones.values_mut().for_each(|zone| *zone = ZoneLine::unknown());
         }
         self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
-        Estimate { t_s: at_s, tracks, zones }
+        Estimate { t_s: at_s, tracks, zones, explanations }
     }
 
     /// The same, to be written.
@@ -240,7 +243,7 @@ impl SiteTracker {
     #[must_use]
     pub fn peek(&self, at_s: f64) -> Vec<TrackLine> {
         let tracks = self.numbered(self.tracker.peek(at_s));
-        let tracks = self.with_floors(&mut self.fusion.clone(), tracks, at_s);
+        let (tracks, _) = self.with_floors(&mut self.fusion.clone(), tracks, at_s);
         tracks.iter().map(TrackLine::from).collect()
     }
 
@@ -251,12 +254,19 @@ impl SiteTracker {
             .lines(|number| self.site.floors.get(number).map_or_else(String::new, |floor| floor.name.clone()))
     }
 
-    /// The tracks of the modules and the bodies on floors, as people.
-    fn with_floors(&self, fusion: &mut Fusion, tracks: Vec<TrackState>, at_s: f64) -> Vec<TrackState> {
+    /// The tracks of the modules and the bodies on floors, as people; and where else those may be whom only floors show.
+    fn with_floors(
+        &self,
+        fusion: &mut Fusion,
+        tracks: Vec<TrackState>,
+        at_s: f64,
+    ) -> (Vec<TrackState>, Vec<Explanation>) {
         if self.site.floors.is_empty() {
-            return tracks;
+            return (tracks, Vec::new());
         }
-        fusion.fuse(&tracks, &self.floors.tracks(at_s), |at| self.floors.tells_of(at), at_s)
+        let explanations = self.floors.explanations(at_s);
+        let people = fusion.fuse(&tracks, &explanations, |at| self.floors.tells_of(at), at_s);
+        (people, fusion.explained(explanations))
     }
 
     fn numbered(&self, tracks: Vec<TrackState>) -> Vec<TrackState> {

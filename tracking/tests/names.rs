@@ -5,8 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use kehai::candidate::Candidate;
+use kehai::floor::Bits;
 use kehai::scan::{Geometry, URG_04LX};
 use kehai_tracking::card::Card;
+use kehai_tracking::floor::{Plan, Reading};
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::names::{Names, Read, Sign, SignCounts};
 use kehai_tracking::observation::{Detection, Observation, View};
@@ -99,6 +101,54 @@ fn tracked(walks: &[(f64, f64)], signs: Option<&[Said]>) -> (Vec<Estimate>, Sign
     (known, counts)
 }
 
+/// What is known at each reading of a floor on which two walk past each other, a step each four readings; with these signs
+/// or without any.
+fn on_a_floor(apart_m: f64, signs: Option<&[Said]>) -> Vec<Estimate> {
+    let text = "[[floor]]\nname = \"mat\"\nx = -0.96\ny = -0.96\ncolumns = 24\nrows = 24\n";
+    let site = Arc::new(Site::parse("test.toml", text).unwrap());
+    let plan = Plan::from(&site.floors[0]);
+    let mut site_tracker = SiteTracker::new(&site, Ideas::default());
+    let mut names = Names::default();
+    let mut known = Vec::new();
+    for tick in 0..60_u32 {
+        let at_s = 20.0 + f64::from(tick) / 9.0;
+        let mut down = Bits::default();
+        let is_down = |at: Point, foot: Point| (at - foot).length() < 0.11;
+        for (sense, y) in [(1.0, -0.5 * apart_m), (-1.0, 0.5 * apart_m)] {
+            let step = |number: u32| {
+                let side = if number.is_multiple_of(2) { 0.06 } else { -0.06 };
+                // To and fro, half a metre a step.
+                let along = (f64::from(number) * 0.5 - 0.75).rem_euclid(3.0);
+                let x = if along < 1.5 { along - 0.75 } else { 2.25 - along };
+                Point::new(sense * x, y + side)
+            };
+            let feet = [step(tick / 4), step((tick + 1) / 4)];
+            for panel in
+                (0..plan.panels()).filter(|panel| feet.iter().any(|foot| is_down(plan.middle(*panel), *foot)))
+            {
+                down.set(panel, true);
+            }
+        }
+        site_tracker.read(&Reading { floor: 0, plan, at_s, down, faulty: Vec::new() });
+        let estimate = site_tracker.estimate(at_s);
+        if let Some(&(x, y, sigma_m, ago_s, id)) = signs.and_then(|signs| signs.get(tick as usize)) {
+            names.follow_explained(&estimate.tracks, &estimate.explanations, at_s);
+            let lines = names.lines(&site);
+            for likelihood in lines.iter().flat_map(|line| &line.tracks) {
+                let is_track = estimate.tracks.iter().any(|track| track.id == likelihood.track);
+                assert!(is_track, "{likelihood:?} of {:?}", estimate.tracks);
+            }
+            let read = Read::Place {
+                at: Point::new(x, y),
+                covariance_m2: [sigma_m * sigma_m, 0.0, sigma_m * sigma_m],
+            };
+            let _ = names.sign(&Sign { card: Card(u128::from(id % 3)), at_s: at_s - ago_s, read });
+        }
+        known.push(estimate);
+    }
+    known
+}
+
 /// A number that may be absurd: none, infinite, enormous, or of another unit.
 fn absurd() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -133,6 +183,22 @@ proptest! {
         for (one, other) in without.iter().zip(&with) {
             prop_assert_eq!(bits(&one.tracks), bits(&other.tracks));
             prop_assert_eq!(&one.zones, &other.zones);
+        }
+    }
+
+    #[test]
+    fn explanations_of_a_floor_with_and_without_signs_are_the_same_bit_by_bit(
+        apart_m in 0.3..0.8_f64,
+        signs in proptest::collection::vec((-1.0..1.0_f64, -1.0..1.0_f64, 0.05..0.3_f64, 0.0..0.3_f64, any::<u8>()), 60),
+    ) {
+        let (without, with) = (on_a_floor(apart_m, None), on_a_floor(apart_m, Some(&signs)));
+        prop_assert!(without.iter().any(|estimate| estimate.explanations.len() > 1), "two who pass");
+        for (one, other) in without.iter().zip(&with) {
+            prop_assert_eq!(bits(&one.tracks), bits(&other.tracks));
+            let of = |estimate: &Estimate| estimate.explanations.iter().map(|one| {
+                (one.line.clone(), one.surprise.to_bits(), bits(&one.people))
+            }).collect::<Vec<_>>();
+            prop_assert_eq!(of(one), of(other));
         }
     }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //!   Share 1 of 1 + Share 0 of 1 + …  ─▶ 99.5 [97–100]     Wilson's interval at 95 %
 //!   Mean [3.4]   + Mean [3.6]   + …  ─▶ 3.5 [3.4–3.6]     Student's
-//!   Sum, Hours, Least                ─▶ without an interval
+//!   Sum, Hours, Least, Most          ─▶ without an interval
 //! ```
 
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,8 @@ pub enum Figure {
     },
     /// The smallest of all.
     Least(f64),
+    /// The largest of all.
+    Most(f64),
     /// A whole number, summed.
     Sum(f64),
     /// Simulated hours, summed.
@@ -69,6 +71,7 @@ impl Figure {
             }
             (Self::Mean { values, .. }, Self::Mean { values: more, .. }) => values.extend(more),
             (Self::Least(least), Self::Least(other)) => *least = least.min(*other),
+            (Self::Most(most), Self::Most(other)) => *most = most.max(*other),
             (Self::Sum(sum), Self::Sum(more)) | (Self::Hours(sum), Self::Hours(more)) => *sum += more,
             _ => {}
         }
@@ -89,7 +92,9 @@ impl Figure {
                 let finite = interval.0.is_finite() && interval.1.is_finite();
                 (mean.mean, finite.then_some(interval), Some(mean.number as u64))
             }
-            Self::Least(value) | Self::Sum(value) | Self::Hours(value) => (*value, None, None),
+            Self::Least(value) | Self::Most(value) | Self::Sum(value) | Self::Hours(value) => {
+                (*value, None, None)
+            }
         }
     }
 
@@ -102,7 +107,7 @@ impl Figure {
                 format!("{value:.digits$} [{low:.digits$}–{high:.digits$}]")
             }
             (Self::Mean { digits, .. }, None) => format!("{value:.digits$}"),
-            (Self::Least(_), _) => format!("{value:.2}"),
+            (Self::Least(_) | Self::Most(_), _) => format!("{value:.2}"),
             (Self::Hours(_), _) => format!("{value:.1}"),
             _ => format!("{value:.0}"),
         }

@@ -6,7 +6,7 @@
 //!       ├▶ passages: the guarded door ─┤                                                └─▶ docs/*.md (`summary`, `pages`)
 //!       ├▶ poses: calibration ─────────┤
 //!       ├▶ entrance: a depth camera ───┤
-//!       ├▶ floor: paper B ─────────────┤
+//!       ├▶ floor, silences: paper B ───┤
 //!       ├▶ both: floor and modules ────┤
 //!       └▶ worlds, cases: other worlds ┘
 //! ```
@@ -29,6 +29,7 @@ pub mod poses;
 pub mod results;
 pub mod rules;
 pub mod runner;
+pub mod silences;
 pub mod sources;
 pub mod summary;
 pub mod table;

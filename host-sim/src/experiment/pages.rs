@@ -6,7 +6,7 @@
 //!                                | … |                       everything between the two comments is replaced
 //!                                <!-- end: TABLE -->
 //!
-//!   check:  TABLE.csv ─▶ section ─ = ─ page       nothing was written by hand, all tables are of one commit
+//!   check:  TABLE.csv ─▶ section ─ = ─ page       nothing was written by hand, all tables but those apart are of one commit
 //!           TABLE-seeds.csv ─ = ─ some seeds run again, digest by digest
 //! ```
 //!
@@ -33,18 +33,28 @@ pub struct Page {
     pub file: &'static str,
     /// Its tables.
     pub tables: &'static [Table],
+    /// They are printed apart from all others, and may name another commit.
+    pub apart: bool,
 }
 
 /// All pages with tables.
-pub const PAGES: [Page; 3] = [
-    Page { file: "accuracy.md", tables: &Table::EACH },
-    Page { file: "door.md", tables: &[Table::Passages, Table::PaperA] },
-    Page { file: "calibration.md", tables: &[Table::Poses] },
+pub const PAGES: [Page; 4] = [
+    Page { file: "accuracy.md", tables: &Table::EACH, apart: false },
+    // Nothing but floors and tags has a part in it.
+    Page { file: "accuracy.md", tables: &[Table::Floor], apart: true },
+    Page { file: "door.md", tables: &[Table::Passages, Table::PaperA], apart: false },
+    Page { file: "calibration.md", tables: &[Table::Poses], apart: false },
 ];
 
 /// Every table of every page.
 pub fn tables() -> impl Iterator<Item = Table> {
     PAGES.iter().flat_map(|page| page.tables).copied()
+}
+
+/// Whether it may name another commit than all others.
+#[must_use]
+pub fn is_apart(table: Table) -> bool {
+    PAGES.iter().any(|page| page.apart && page.tables.contains(&table))
 }
 
 const fn layout(table: Table) -> Layout {
@@ -269,7 +279,7 @@ mod tests {
         let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
         let all: Vec<Table> = tables().collect();
         have_places(&docs, &all).unwrap();
-        assert_eq!(all.len(), Table::EACH.len() + 3);
+        assert_eq!(all.len(), Table::EACH.len() + 4);
         for page in PAGES {
             let text = std::fs::read_to_string(docs.join(page.file)).unwrap();
             let head: String = text.lines().take(10).collect::<Vec<_>>().join(" ");

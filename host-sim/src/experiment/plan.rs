@@ -98,7 +98,7 @@ pub enum Table {
     Passages,
     /// Paper A's experiment from end to end: authenticate, enter a number, pass; of docs/door.md
     PaperA,
-    /// Paper B's experiments: who is where on a pressure floor, by optical tags
+    /// Paper B's experiments: who is where on a pressure floor, by optical tags; and through silences of a minute
     Floor,
     /// The door area on a floor and before two modules: what each sees alone, and both together
     FloorAndModules,

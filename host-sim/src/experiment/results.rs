@@ -20,7 +20,7 @@ use super::jobs::Runs;
 use super::line::{Line, Run};
 use super::plan::{Table, Work};
 use super::table::{self, Row};
-use super::{both, entrance, floor, passages, picture, poses, runner, sources};
+use super::{both, entrance, floor, passages, picture, poses, runner, silences, sources};
 use crate::run::{Conditions, Options};
 
 /// Results of a table.
@@ -93,9 +93,10 @@ pub fn run(
             Ok(Results { lines: table::lines(&rows), runs: all, runs_csv: None, rows })
         }
         Work::Floor(seeds) => {
-            let found = floor::run(&seeds, runs)?;
-            let runs_csv = Some(found.csv().into_bytes());
-            Ok(Results { lines: found.lines(), runs: found.runs(), runs_csv, rows: Vec::new() })
+            let (found, silences) = (floor::run(&seeds, runs)?, silences::run(&seeds, runs)?);
+            let lines = [found.lines(), findings::lines(&silences)].concat();
+            let all = [found.runs(), findings::runs(&silences)].concat();
+            Ok(Results { lines, runs: all, runs_csv: Some(found.csv().into_bytes()), rows: Vec::new() })
         }
     }
 }

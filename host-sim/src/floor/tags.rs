@@ -36,6 +36,10 @@ const NOISE_M: f64 = 0.03;
 /// From the middle of the body to the tag, m: on the chest.
 const WORN_M: f64 = 0.12;
 
+/// A tag that is covered from time to time is so for so long, and not for so long in between, s.
+const COVERED_S: [f64; 2] = [1.0, 60.0];
+const SHOWN_S: [f64; 2] = [5.0, 15.0];
+
 /// A reading.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Tag {
@@ -110,6 +114,33 @@ impl Camera {
     }
 }
 
+/// A tag that is covered from time to time.
+#[derive(Clone, Debug)]
+pub struct Covered {
+    random: Stream,
+    /// From when it is covered, and until when, s.
+    from_s: f64,
+    until_s: f64,
+}
+
+impl Covered {
+    /// A person's, by a run's seed; not before `begin_s`.
+    #[must_use]
+    pub fn new(begin_s: f64, (seed, person): (u64, u64)) -> Self {
+        let random = Stream::new(seed, Purpose::Noise, [0xb5, person]);
+        Self { random, from_s: begin_s, until_s: begin_s }
+    }
+
+    /// Whether it can be read; the time goes on from question to question.
+    pub fn shows(&mut self, at_s: f64) -> bool {
+        while at_s >= self.until_s {
+            self.from_s = self.until_s + self.random.between(SHOWN_S[0], SHOWN_S[1]);
+            self.until_s = self.from_s + self.random.between(COVERED_S[0], COVERED_S[1]);
+        }
+        at_s < self.from_s
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,5 +180,18 @@ mod tests {
         let deviation_m = (0.5 * sums.0 / f64::from(sums.1)).sqrt();
         assert!((0.025..0.055).contains(&deviation_m), "{deviation_m}");
         assert!((3500..3700).contains(&sums.1), "{}", sums.1);
+    }
+
+    #[test]
+    fn a_tag_is_covered_for_up_to_a_minute_at_a_time() {
+        let mut tag = Covered::new(5.0, (3, 0));
+        let shown: Vec<bool> = (0..120_000).map(|hundredth| tag.shows(0.01 * f64::from(hundredth))).collect();
+        let spans = shown.chunk_by(|one, other| one == other).map(|span| (span[0], 0.01 * span.len() as f64));
+        let spans: Vec<(bool, f64)> = spans.collect();
+        for (is_shown, for_s) in &spans[1..spans.len() - 1] {
+            let [least_s, most_s] = if *is_shown { SHOWN_S } else { COVERED_S };
+            assert!((least_s - 0.02..most_s + 0.02).contains(for_s), "{is_shown} for {for_s} s");
+        }
+        assert!((45..75).contains(&spans.len()), "{}", spans.len());
     }
 }

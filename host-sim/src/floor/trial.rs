@@ -7,17 +7,14 @@
 //!   back    right within 1 s of the first reading after half a second or more without one
 //! ```
 
-use std::sync::Arc;
-
 use kehai::floor::Floor;
-use kehai_tracking::card::Card;
-use kehai_tracking::floor::{Bodies, Patch, patches};
+use kehai_tracking::floor::{Reading, patches};
 use kehai_tracking::geometry::Point;
-use kehai_tracking::names::{Names, Read, Sign};
 use kehai_tracking::site::Site;
 use serde::{Deserialize, Serialize};
 
 use super::gait::{Sole, Walker};
+use super::host::{Host, site};
 use super::panels::{Broken, reading};
 use super::scene::{DURATION_S, Experiment, Scene};
 use super::tags::{Camera, Tag};
@@ -27,17 +24,14 @@ use crate::baselines::condensation::{Area, Condensation, Joint, Settings};
 const READING_S: f64 = 1.0 / 9.0;
 
 /// Before this nothing is judged, s: the tags are found, and the filters settle.
-const SETTLED_S: f64 = 5.0;
+pub(super) const SETTLED_S: f64 = 5.0;
 
 /// Farthest that a place is right, m.
-const RIGHT_M: f64 = 0.5;
+pub(super) const RIGHT_M: f64 = 0.5;
 
 /// An ID that was silent for so long was lost, s, and is to be back within [`BACK_S`].
 const SILENT_S: f64 = 0.5;
-const BACK_S: f64 = 1.0;
-
-/// Spread of a tag's place as the tracker is told, m: calibration, and a tag that is worn on the chest.
-const TAG_M: f64 = 0.1;
+pub(super) const BACK_S: f64 = 1.0;
 
 /// A way to find out who is where.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
@@ -74,56 +68,42 @@ pub struct Figures {
 }
 
 enum Tracker {
-    Kehai { bodies: Bodies, names: Names, site: Arc<Site> },
+    Kehai(Box<Host>),
     Condensation(Condensation),
     Joint(Joint),
 }
 
 impl Tracker {
-    fn new(method: Method, seed: u64) -> Self {
+    fn new(method: Method, site: Site, seed: u64) -> Self {
         let area = Area { middle: Point::default(), sides: Point::new(1.92, 1.92) };
         match method {
-            Method::Kehai => {
-                Self::Kehai { bodies: Bodies::default(), names: Names::default(), site: Arc::default() }
-            }
+            Method::Kehai => Self::Kehai(Box::new(Host::new(site))),
             Method::Condensation => Self::Condensation(Condensation::new(0.0, area, Settings::PAPER, seed)),
             Method::Joint => Self::Joint(Joint::new(area, Settings::PAPER, seed)),
         }
     }
 
-    fn patches(&mut self, at_s: f64, patches: &[Patch]) {
-        let places = || patches.iter().map(|patch| patch.middle).collect::<Vec<_>>();
+    fn read(&mut self, reading: &Reading) {
+        let places =
+            || patches(&reading.plan, &reading.down).iter().map(|patch| patch.middle).collect::<Vec<_>>();
         match self {
-            Self::Kehai { bodies, names, .. } => {
-                bodies.observe(patches, at_s);
-                names.follow(&bodies.tracks(at_s), at_s);
-            }
-            Self::Condensation(filter) => filter.places(at_s, &places()),
-            Self::Joint(filter) => filter.places(at_s, &places()),
+            Self::Kehai(host) => host.read(reading),
+            Self::Condensation(filter) => filter.places(reading.at_s, &places()),
+            Self::Joint(filter) => filter.places(reading.at_s, &places()),
         }
     }
 
     fn tag(&mut self, at_s: f64, tag: &Tag) {
         match self {
-            Self::Kehai { names, .. } => {
-                let covariance_m2 = [TAG_M * TAG_M, 0.0, TAG_M * TAG_M];
-                let read = Read::Place { at: tag.at, covariance_m2 };
-                // Before the first reading of the floor there is no track to be anybody.
-                let _ = names.sign(&Sign { card: Card(tag.id.into()), at_s, read });
-            }
+            Self::Kehai(host) => host.tag(at_s, tag),
             Self::Condensation(filter) => filter.id(tag.id, tag.at),
             Self::Joint(filter) => filter.id(tag.id, at_s, tag.at),
         }
     }
 
-    fn place_of(&self, id: u64, at_s: f64) -> Option<Point> {
+    fn place_of(&self, id: u64) -> Option<Point> {
         match self {
-            Self::Kehai { bodies, names, site } => {
-                let there = names.where_is(Card(id.into()), site)?;
-                let likeliest = there.name.tracks.first()?.track;
-                let track = bodies.tracks(at_s).into_iter().find(|track| track.id == likeliest)?;
-                Some(track.at)
-            }
+            Self::Kehai(host) => host.place_of(id),
             Self::Condensation(filter) => filter.place_of(id),
             Self::Joint(filter) => filter.place_of(id),
         }
@@ -134,7 +114,7 @@ impl Tracker {
 #[must_use]
 pub fn run(experiment: Experiment, method: Method, seed: u64) -> Figures {
     let scene = Scene::new(experiment, seed);
-    let mut tracker = Tracker::new(method, seed);
+    let mut tracker = Tracker::new(method, site(&scene.plan), seed);
     let mut camera = Camera::new(scene.camera, seed);
     let Some(mut floor) = Floor::new(scene.plan.columns, scene.plan.rows) else { return Figures::default() };
     let mut judge = Judge::new(experiment.across());
@@ -160,10 +140,11 @@ pub fn run(experiment: Experiment, method: Method, seed: u64) -> Figures {
         let bits = reading(&scene.plan, &soles, &Broken::default());
         // As many bits as the floor has panels.
         let _ = floor.read(bits.bytes(scene.plan.panels()));
-        tracker.patches(at_s, &patches(&scene.plan, &floor.pressed()));
+        let down = floor.pressed();
+        tracker.read(&Reading { floor: 0, plan: scene.plan, at_s, down, faulty: Vec::new() });
         if at_s >= SETTLED_S {
             let truth = scene.walkers.clone().map(|walker| walker.at(at_s).0);
-            judge.look(at_s, truth, [1, 2].map(|id| tracker.place_of(id, at_s)));
+            judge.look(at_s, truth, [1, 2].map(|id| tracker.place_of(id)));
         }
         number += 1;
     }

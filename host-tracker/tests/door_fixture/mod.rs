@@ -215,7 +215,8 @@ impl Drop for DoorServer {
 
 /// What the tracker knows at the time of a snapshot.
 fn estimate(snapshot: &Snapshot) -> Estimate {
-    Estimate { t_s: snapshot.line.t, tracks: snapshot.tracks.clone(), zones: snapshot.line.zones.clone() }
+    let (tracks, zones) = (snapshot.tracks.clone(), snapshot.line.zones.clone());
+    Estimate { t_s: snapshot.line.t, tracks, zones, ..Estimate::default() }
 }
 
 fn frame(people: &[[f64; 2]]) -> Snapshot {

@@ -336,7 +336,7 @@ mod tests {
     fn well() -> Estimate {
         let zone = r#"{"count":0,"p":[1.0],"seen_share":1.0,"state":"known"}"#;
         let zones = [("area".to_owned(), serde_json::from_str(zone).unwrap())].into();
-        Estimate { t_s: 0.0, tracks: Vec::new(), zones }
+        Estimate { zones, ..Estimate::default() }
     }
 
     fn phase(doors: &Doors) -> Phase {

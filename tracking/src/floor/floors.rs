@@ -18,9 +18,9 @@ use super::bodies::Bodies;
 use super::patches::{Patch, patches};
 use super::plan::Plan;
 use super::reading::Reading;
+use crate::explanation::Explanation;
 use crate::geometry::Point;
 use crate::snapshot::FloorLine;
-use crate::tracker::TrackState;
 
 /// Without a reading for so long a floor is silent, s: four readings at 9 Hz, and less than a step takes.
 const HELD_S: f64 = 0.5;
@@ -93,11 +93,12 @@ impl Floors {
         }
     }
 
-    /// All bodies at `at_s`, none of them predicted farther than to the next reading.
+    /// All explanations of the feet with their bodies at `at_s`, none of them predicted farther than to the next reading; the
+    /// likeliest first.
     #[must_use]
-    pub fn tracks(&self, at_s: f64) -> Vec<TrackState> {
-        let Some(newest_s) = self.newest_s else { return Vec::new() };
-        self.bodies.tracks(at_s.min(newest_s + PREDICTED_S))
+    pub fn explanations(&self, at_s: f64) -> Vec<Explanation> {
+        self.newest_s
+            .map_or_else(Vec::new, |newest_s| self.bodies.explanations(at_s.min(newest_s + PREDICTED_S)))
     }
 
     /// Whether a place is on a floor whose people have been found, and where its panel works: who stands there presses it.

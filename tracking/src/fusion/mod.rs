@@ -23,6 +23,7 @@ mod pair;
 use std::collections::BTreeMap;
 
 use crate::assignment::{Alone, assign};
+use crate::explanation::Explanation;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
 
 /// A hidden track that stands on a floor on which nothing is pressed there has gone after so long, s: twice the longest
@@ -61,16 +62,20 @@ impl Fusion {
         }
     }
 
-    /// The people at `at_s`. `is_floor` says of a place whether it is on a floor that is read and works there.
+    /// The people at `at_s`, by the likeliest explanation of the floors, the first one. `is_floor` says of a place whether it is
+    /// on a floor that is read and works there.
     pub fn fuse(
         &mut self,
         tracks: &[TrackState],
-        bodies: &[TrackState],
+        explanations: &[Explanation],
         is_floor: impl Fn(crate::geometry::Point) -> bool,
         at_s: f64,
     ) -> Vec<TrackState> {
+        let bodies = explanations.first().map_or(&[][..], |likeliest| &likeliest.people);
         self.tracks.retain(|id, _| tracks.iter().any(|track| track.id == *id));
-        self.bodies.retain(|id, _| bodies.iter().any(|body| body.id == *id));
+        // A body that another explanation has may be in the likeliest again.
+        let all = || explanations.iter().flat_map(|explanation| &explanation.people);
+        self.bodies.retain(|id, _| all().any(|body| body.id == *id));
         let is_whole = |track: &&TrackState| !matches!(track.origin, Origin::PartOf(_));
         let people: Vec<&TrackState> = tracks.iter().filter(is_whole).collect();
         let paired = assign(people.len(), bodies.len(), &Alone::all(pair::ALONE), |row, column| {
@@ -127,6 +132,22 @@ impl Fusion {
             fused.push(TrackState { id: number, ..*body });
         }
         fused
+    }
+
+    /// Explanations of the floors with the numbers that [`fuse`](Self::fuse) has given. Only of people whom no track of the
+    /// modules shows: of the others those know who is where.
+    #[must_use]
+    pub fn explained(&self, mut explanations: Vec<Explanation>) -> Vec<Explanation> {
+        let numbered = |body: TrackState| {
+            let number = self.bodies.get(&body.id).copied()?;
+            let is_track = self.tracks.values().any(|known| known.number == number);
+            (!is_track).then_some(TrackState { id: number, ..body })
+        };
+        for explanation in &mut explanations {
+            let bodies = std::mem::take(&mut explanation.people);
+            explanation.people = bodies.into_iter().filter_map(numbered).collect();
+        }
+        explanations
     }
 
     /// The number of a person: the older one of the two, if it is not another's.

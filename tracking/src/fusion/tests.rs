@@ -21,7 +21,8 @@ fn seen(id: TrackId, x: f64) -> TrackState {
 
 /// The floor is where x is positive.
 fn people(fusion: &mut Fusion, tracks: &[TrackState], bodies: &[TrackState], at_s: f64) -> Vec<TrackState> {
-    fusion.fuse(tracks, bodies, |at| at.x > 0.0, at_s)
+    let floors = Explanation { people: bodies.to_vec(), ..Explanation::default() };
+    fusion.fuse(tracks, &[floors], |at| at.x > 0.0, at_s)
 }
 
 fn numbers(people: &[TrackState]) -> Vec<TrackId> {
@@ -122,6 +123,41 @@ fn a_number_goes_from_body_to_body_and_not_to_both() {
     people(&mut fusion, &[seen(1, 2.5)], &[seen(1, 0.5), seen(5, 2.5)], 0.1);
     let found = people(&mut fusion, &[], &[seen(1, 0.5), seen(5, 2.5)], 0.2);
     assert_eq!(numbers(&found), [2, 1]);
+}
+
+/// The bodies of an explanation of the floors.
+fn floors(bodies: &[TrackState]) -> Explanation {
+    Explanation { people: bodies.to_vec(), ..Explanation::default() }
+}
+
+#[test]
+fn explanations_have_the_numbers_of_people_and_only_those_whom_no_module_shows() {
+    let mut fusion = Fusion::default();
+    let tracks = [seen(7, 0.5)];
+    let all = [
+        floors(&[seen(3, 0.55), seen(5, 2.0), seen(6, 3.0)]),
+        floors(&[seen(3, 3.0), seen(5, 0.55), seen(9, 2.0)]),
+    ];
+    let people = fusion.fuse(&tracks, &all, |at| at.x > 0.0, 0.0);
+    assert_eq!(numbers(&people), [1, 2, 3]);
+    let of = |explanation: &Explanation| -> Vec<(TrackId, f64)> {
+        explanation.people.iter().map(|person| (person.id, person.at.x)).collect()
+    };
+    let explained = fusion.explained(all.to_vec());
+    assert_eq!(of(&explained[0]), [(2, 2.0), (3, 3.0)], "the first of three is the track's");
+    assert_eq!(of(&explained[1]), [(2, 0.55)], "body 9 is nobody yet");
+}
+
+#[test]
+fn a_body_that_another_explanation_has_meanwhile_comes_back_under_its_number() {
+    let mut fusion = Fusion::default();
+    let (one, other) = (floors(&[seen(3, 0.5), seen(5, 2.0)]), floors(&[seen(3, 0.5), seen(8, 2.0)]));
+    let mut fuse = |all: &[Explanation], at_s| numbers(&fusion.fuse(&[], all, |_| true, at_s));
+    assert_eq!(fuse(&[one.clone(), other.clone()], 0.0), [1, 2]);
+    assert_eq!(fuse(&[other.clone(), one.clone()], 0.1), [1, 3]);
+    assert_eq!(fuse(&[one.clone(), other], 0.2), [1, 2]);
+    assert_eq!(fuse(&[floors(&[])], 0.3), [0_u64; 0]);
+    assert_eq!(fuse(&[one], 0.4), [4, 5], "nobody had them");
 }
 
 #[test]

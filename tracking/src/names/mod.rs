@@ -13,7 +13,9 @@
 //! |---|---|
 //! | `sign` | a sign, and why one is not taken |
 //! | `message` | a sign as a message from outside |
-//! | `table` | the likelihoods themselves |
+//! | `table` | tracks and IDs |
+//! | `known` | what is known of an ID: the likelihoods themselves |
+//! | `believed` | names under one explanation of what was seen, where it has several |
 //! | `person` | a track as names know it: agreement with a reading, swaps with others |
 //! | `line` | what is said of them in a snapshot and to a question |
 //!
@@ -23,6 +25,8 @@
 //! ID that is read leaves positions alone (eq. 3 for its likelihood, eq. 4 for its decay). Its eq. 1, the mean place of an
 //! ID over all particles, becomes: the likeliest track of an ID, and the probability of that.
 
+mod believed;
+mod known;
 pub mod line;
 pub mod message;
 mod person;

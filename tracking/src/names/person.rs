@@ -67,13 +67,16 @@ fn mahalanobis(offset: Point, covariance: Matrix2<f64>) -> (f64, f64) {
     if away >= 0.0 && size_m4 > 0.0 { (away, size_m4) } else { (f64::INFINITY, f64::INFINITY) }
 }
 
-/// Pairs of people who may have been swapped within `passed_s`, and how far they have become alike, 0 to 1. Whether two
-/// touch is not known but likely: the share of their places, as far as those are known, that lie a touch apart.
-pub(super) fn swaps(people: &[Person], passed_s: f64) -> Vec<(usize, usize, f64)> {
+/// Two who may have been swapped, by their places in the list, and how far they have become alike, 0 to 1.
+pub(super) type Swap = (usize, usize, f64);
+
+/// Pairs of people who may have been swapped within `passed_s`, but for pairs of the `first` ones. Whether two touch is not
+/// known but likely: the share of their places, as far as those are known, that lie a touch apart.
+pub(super) fn swaps(people: &[Person], first: usize, passed_s: f64) -> Vec<Swap> {
     let touch = Matrix2::identity() * (TOUCH_M * TOUCH_M);
     let mut swaps = Vec::new();
     for (index, one) in people.iter().enumerate() {
-        for (number, other) in people.iter().enumerate().skip(index + 1) {
+        for (number, other) in people.iter().enumerate().skip(first.max(index + 1)) {
             let (away, size_m4) = mahalanobis(other.at - one.at, one.covariance + other.covariance + touch);
             let rate = libm::exp(-0.5 * away) * (touch.determinant() / size_m4).sqrt() / MIX_S;
             if rate > RARE {

@@ -1,24 +1,23 @@
-//! The likelihoods: for each ID a share of each track, the rest is *none of them* or *not known*.
+//! The table: for each ID what is known of it, under each explanation of what was seen.
 //!
 //! ```text
-//!   shares of an ID   4: 0.93   7: 0.02   none: 0.01   the rest, 0.04, is not known: it may be any of them, or none
-//!                        │ a sign            × ε + N(z; x, P + R) / N(z; z, R): 1 at the place, ε far from it
-//!                        ▼
-//!                     4: 0.99   7: 0.00 …
+//!   moments, 2 s of them   │ │ │ │ │ │ │     a sign is compared with the moment of its own time
+//!   explanations           4  7  5           each with names of its own; without floors there is one
+//!   IDs                    a11c  b0b0  …
 //! ```
 //!
-//! A sign is compared with where the tracks were at its own time: two seconds of them are kept. IDs know nothing of each
-//! other, as in the paper: a person may carry two.
+//! IDs know nothing of each other, as in the paper: a person may carry two.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::slice;
 
-use nalgebra::Matrix2;
-
+use super::believed::{self, Believed};
 use super::line::{Likelihood, NameLine, Whereabouts, zones_at};
 use super::message::LATE_MS;
-use super::person::{Person, agreement, swaps};
+use super::person::{Person, swaps};
 use super::sign::{NotTaken, Sign};
 use crate::card::Card;
+use crate::explanation::Explanation;
 use crate::geometry::Point;
 use crate::site::Site;
 use crate::tracker::{TrackId, TrackState};
@@ -39,52 +38,52 @@ const TRACKS_MAX: usize = 256;
 const IDS_MAX: usize = 256;
 const FORGOTTEN_S: f64 = 3600.0;
 
-/// Most tracks that an ID has a share of.
-const SHARES_MAX: usize = 16;
+/// Most explanations with names of their own: as many as a floor keeps.
+const EXPLANATIONS_MAX: usize = 16;
 
-/// ε: one sign in a hundred is wrong, read far from its bearer. Two that agree overturn a certainty.
-const WRONG: f64 = 0.01;
+/// Where nothing has two explanations, this is the one.
+static ONLY: Explanation = Explanation { line: Vec::new(), surprise: 0.0, people: Vec::new() };
 
-/// How likely a sign is where its bearer is no track at all, beside 1 at the place of its track: more than by error, so
-/// that a tag that lies on a table takes its name off whom it was with.
-const NONE: f64 = 0.05;
-
-/// Share of what is known that each sign puts in doubt: tracks may have been swapped since the one before.
-const DOUBT: f64 = 0.01;
-
-/// In so long a likelihood falls by half, s: of five people crowded on 4 m² each is taken for another about once in
-/// that time (docs/accuracy.md, condition H).
-const HALF_S: f64 = 600.0;
-
-/// That its bearer is none of the tracks is half forgotten in so long, s: a person walks into view.
-const UNSEEN_HALF_S: f64 = 10.0;
-
-/// Less likely is not worth telling, and then not worth keeping.
+/// Less likely is not worth telling.
 const TOLD: f64 = 0.05;
-const KEPT: f64 = 0.002;
 
 /// All tracks at one moment.
 #[derive(Clone, Debug)]
 struct Moment {
     at_s: f64,
-    people: Vec<Person>,
+    /// Those whose places are the same in all explanations.
+    others: Vec<Person>,
+    /// Of each explanation its number and the rest; the first one's are tracks.
+    explained: Vec<(Option<u64>, Vec<Person>)>,
 }
 
-/// What is known of an ID.
+impl Moment {
+    /// All people of the explanation of this line: its own, or those of the newest that it grew out of, or else all tracks.
+    fn people(&self, line: &[u64]) -> impl Iterator<Item = &Person> + Clone {
+        let of = |number: &u64| self.explained.iter().find(|(own, _)| *own == Some(*number));
+        let own = line.iter().find_map(of).or_else(|| self.explained.first());
+        self.others.iter().chain(own.into_iter().flat_map(|(_, people)| people))
+    }
+
+    fn tracks(&self) -> impl Iterator<Item = &Person> + Clone {
+        self.people(&[])
+    }
+}
+
+/// When an ID was read.
 #[derive(Clone, Debug, Default)]
-struct Known {
-    heard_s: f64,
+struct Heard {
+    at_s: f64,
     /// The last place it was read at, and when.
     read: Option<(Point, f64)>,
-    /// The likelihood of each track, and that of none of them; together at most 1. The rest is not known.
-    shares: BTreeMap<TrackId, f64>,
-    none: f64,
 }
 
 /// Which track is whom: signs and tracks in, names out.
 #[derive(Clone, Debug, Default)]
 pub struct Names {
-    ids: BTreeMap<Card, Known>,
+    heard: BTreeMap<Card, Heard>,
+    /// In the order of the explanations; none before the first moment.
+    believed: Vec<Believed>,
     /// Oldest first.
     moments: VecDeque<Moment>,
 }
@@ -92,25 +91,53 @@ pub struct Names {
 impl Names {
     /// Notes where all tracks are at `now_s`. A time that is not after the last one changes nothing.
     pub fn follow(&mut self, tracks: &[TrackState], now_s: f64) {
+        self.follow_explained(tracks, &[], now_s);
+    }
+
+    /// The same where some of the tracks may be elsewhere: by each of these explanations, the likeliest first, whose people are
+    /// tracks.
+    pub fn follow_explained(&mut self, tracks: &[TrackState], explanations: &[Explanation], now_s: f64) {
         let last_s = self.moments.back().map_or(f64::NEG_INFINITY, |moment| moment.at_s);
         // Neither is a time that is no number.
         if !(now_s > last_s && now_s.is_finite()) {
             return;
         }
         let passed_s = if last_s.is_finite() { now_s - last_s } else { 0.0 };
-        let people: Vec<Person> = tracks.iter().filter_map(Person::of).take(TRACKS_MAX).collect();
-        if !self.ids.is_empty() {
-            let swaps = swaps(&people, passed_s);
-            for known in self.ids.values_mut() {
-                known.fade(&people, passed_s, &swaps);
-            }
-            self.ids.retain(|_, known| !known.shares.is_empty() || now_s - known.heard_s < FORGOTTEN_S);
+        let explanations = if explanations.is_empty() { slice::from_ref(&ONLY) } else { explanations };
+        let explanations = explanations.get(..EXPLANATIONS_MAX).unwrap_or(explanations);
+        let moment = Moment::new(tracks, explanations, now_s);
+        self.believed = believed::descend(std::mem::take(&mut self.believed), explanations);
+        if !self.heard.is_empty() {
+            self.fade(&moment, passed_s);
         }
         let too_old = |moment: &Moment| now_s - moment.at_s > HISTORY_S;
         while self.moments.len() >= MOMENTS_MAX || self.moments.front().is_some_and(too_old) {
             self.moments.pop_front();
         }
-        self.moments.push_back(Moment { at_s: now_s, people });
+        self.moments.push_back(moment);
+    }
+
+    /// Time passes up to a moment.
+    fn fade(&mut self, moment: &Moment, passed_s: f64) {
+        let mut people = moment.others.clone();
+        let common = swaps(&people, 0, passed_s);
+        for (believed, (_, own)) in self.believed.iter_mut().zip(&moment.explained) {
+            people.truncate(moment.others.len());
+            people.extend(own);
+            let own = swaps(&people, moment.others.len(), passed_s);
+            for known in believed.ids.values_mut() {
+                known.fade(&people, passed_s, common.iter().chain(&own));
+            }
+        }
+        let Self { heard, believed, .. } = self;
+        heard.retain(|card, heard| {
+            let has_share =
+                |believed: &Believed| believed.ids.get(card).is_some_and(|known| !known.shares.is_empty());
+            moment.at_s - heard.at_s < FORGOTTEN_S || believed.iter().any(has_share)
+        });
+        for believed in believed {
+            believed.ids.retain(|card, _| heard.contains_key(card));
+        }
     }
 
     /// Takes a sign.
@@ -122,54 +149,81 @@ impl Names {
         let away_s = |moment: &Moment| (moment.at_s - sign.at_s).abs();
         let nearest = self.moments.iter().min_by(|one, other| away_s(one).total_cmp(&away_s(other)));
         let moment = nearest.filter(|moment| away_s(moment) <= GAP_S).ok_or(NotTaken::Untracked)?;
-        if !self.ids.contains_key(&sign.card) && self.ids.len() >= IDS_MAX {
-            let oldest = self.ids.iter().min_by(|one, other| one.1.heard_s.total_cmp(&other.1.heard_s));
-            let gives_way = oldest.filter(|(_, known)| sign.at_s - known.heard_s > FORGOTTEN_S);
+        if !self.heard.contains_key(&sign.card) && self.heard.len() >= IDS_MAX {
+            let oldest = self.heard.iter().min_by(|one, other| one.1.at_s.total_cmp(&other.1.at_s));
+            let gives_way = oldest.filter(|(_, heard)| sign.at_s - heard.at_s > FORGOTTEN_S);
             let card = gives_way.map(|(card, _)| *card).ok_or(NotTaken::Full)?;
-            self.ids.remove(&card);
+            self.heard.remove(&card);
+            self.believed.iter_mut().for_each(|believed| _ = believed.ids.remove(&card));
         }
-        let known = self.ids.entry(sign.card).or_default();
-        known.heard_s = known.heard_s.max(sign.at_s);
-        if let Some((at, spread)) = place {
-            known.read = Some((at, sign.at_s));
-            known.weigh(moment, sign.at_s, at, spread);
+        let heard = self.heard.entry(sign.card).or_default();
+        heard.at_s = heard.at_s.max(sign.at_s);
+        let Some((at, spread)) = place else { return Ok(()) };
+        heard.read = Some((at, sign.at_s));
+        for believed in &mut self.believed {
+            let known = believed.ids.entry(sign.card).or_default();
+            let people = moment.people(&believed.line);
+            let likelihood = known.weigh(people, sign.at_s - moment.at_s, at, spread);
+            believed.doubt(likelihood);
         }
+        believed::level(&mut self.believed);
         Ok(())
     }
 
     /// What is known of each ID at the newest moment.
     #[must_use]
     pub fn lines(&self, site: &Site) -> Vec<NameLine> {
-        self.ids.iter().map(|(card, known)| self.line(*card, known, site).0).collect()
+        let told = self.told();
+        self.heard.iter().map(|(card, heard)| self.line(*card, heard, &told, site).0).collect()
     }
 
     /// Where an ID is; none if it was not read within the last hour, and no track is known to be it.
     #[must_use]
     pub fn where_is(&self, card: Card, site: &Site) -> Option<Whereabouts> {
-        let known = self.ids.get(&card)?;
-        let (name, at) = self.line(card, known, site);
+        let heard = self.heard.get(&card)?;
+        let (name, at) = self.line(card, heard, &self.told(), site);
         Some(Whereabouts {
             at: at.map(centimetres),
-            read: known.read.map(|(at, _)| centimetres(at)),
-            read_s: known.read.map(|(_, at_s)| self.since_s(at_s)),
+            read: heard.read.map(|(at, _)| centimetres(at)),
+            read_s: heard.read.map(|(_, at_s)| self.since_s(at_s)),
             name,
         })
     }
 
-    /// What is known of an ID, and where its likeliest track is.
-    fn line(&self, card: Card, known: &Known, site: &Site) -> (NameLine, Option<Point>) {
-        let told = known.shares.iter().filter(|(_, share)| **share >= TOLD);
-        let rounded = |(track, share): (&TrackId, &f64)| Likelihood {
-            track: *track,
-            probability: (share * 1e3).round() * 1e-3,
+    /// The names that are told, and for which track each of its people stands where it is not its own.
+    fn told(&self) -> Told<'_> {
+        let (index, believed) = believed::likeliest(&self.believed).unzip();
+        let tracks = match (index, self.moments.back()) {
+            (Some(1..), Some(moment)) => {
+                let [people, tracks] = [believed.map_or(&[][..], |believed| &believed.line), &[]]
+                    .map(|line| moment.people(line).copied().collect::<Vec<_>>());
+                Some(believed::on_tracks(&people, &tracks))
+            }
+            // The first one's people are tracks.
+            _ => None,
         };
-        let mut tracks: Vec<Likelihood> = told.map(rounded).collect();
+        Told { believed, tracks }
+    }
+
+    /// What is known of an ID, and where its likeliest track is.
+    fn line(&self, card: Card, heard: &Heard, told: &Told<'_>, site: &Site) -> (NameLine, Option<Point>) {
+        let known = told.believed.and_then(|believed| believed.ids.get(&card));
+        let rounded = |(person, share): (&TrackId, &f64)| {
+            let track = match &told.tracks {
+                Some(tracks) => *tracks.get(person)?,
+                None => *person,
+            };
+            Some(Likelihood { track, probability: (share * 1e3).round() * 1e-3 })
+        };
+        let shares = known.into_iter().flat_map(|known| &known.shares);
+        let mut tracks: Vec<Likelihood> =
+            shares.filter(|(_, share)| **share >= TOLD).filter_map(rounded).collect();
         tracks.sort_by(|one, other| other.probability.total_cmp(&one.probability));
         let likeliest = tracks.first().map(|likelihood| likelihood.track);
-        let mut people = self.moments.back().into_iter().flat_map(|moment| &moment.people);
+        let mut people = self.moments.back().into_iter().flat_map(Moment::tracks);
         let at = people.find(|person| Some(person.track) == likeliest).map(|person| person.at);
         let zones = at.map(|at| zones_at(site, at)).unwrap_or_default();
-        let heard_s = self.since_s(known.heard_s);
+        let heard_s = self.since_s(heard.at_s);
         (NameLine { card: Some(card), label: card.label(), heard_s, tracks, zones }, at)
     }
 
@@ -180,67 +234,47 @@ impl Names {
     }
 }
 
-impl Known {
-    /// A reading at `at` with the covariance `spread`, m².
-    fn weigh(&mut self, moment: &Moment, at_s: f64, at: Point, spread: Matrix2<f64>) {
-        let known = self.shares.values().sum::<f64>() + self.none;
-        let unknown = (1.0 - known).max(0.0) * (1.0 - DOUBT) + DOUBT;
-        let existing: f64 = moment.people.iter().map(|person| person.existence).sum();
-        // What is not known is spread evenly: one part for each track that exists, and one for none of them.
-        let part = unknown / (existing + 1.0);
-        // A track that was not there at that time has nothing that speaks for it.
-        let mut shares: BTreeMap<TrackId, f64> =
-            self.shares.iter().map(|(track, share)| (*track, share * (1.0 - DOUBT) * WRONG)).collect();
-        for person in &moment.people {
-            let before = self.shares.get(&person.track).copied().unwrap_or(0.0);
-            let there = person.at + person.velocity * (at_s - moment.at_s);
-            let prior = before * (1.0 - DOUBT) + part * person.existence;
-            let agreement = agreement(at - there, person.covariance, spread);
-            shares.insert(person.track, prior * (WRONG + (1.0 - WRONG) * agreement));
-        }
-        let none = (self.none * (1.0 - DOUBT) + part) * NONE;
-        let sum = shares.values().sum::<f64>() + none;
-        shares.values_mut().for_each(|share| *share /= sum);
-        (self.shares, self.none) = (shares, none / sum);
-        self.trim();
-    }
+/// Names as they are told.
+struct Told<'a> {
+    believed: Option<&'a Believed>,
+    tracks: Option<BTreeMap<TrackId, TrackId>>,
+}
 
-    /// Time passes: what is known fades, swaps what may have been swapped, and loses tracks that are gone.
-    fn fade(&mut self, people: &[Person], passed_s: f64, swaps: &[(usize, usize, f64)]) {
-        self.none *= libm::exp2(-passed_s / UNSEEN_HALF_S);
-        let left = libm::exp2(-passed_s / HALF_S);
-        if self.shares.is_empty() {
-            return;
-        }
-        let mut of: Vec<f64> = people
-            .iter()
-            .map(|person| self.shares.get(&person.track).copied().unwrap_or(0.0) * left)
-            .collect();
-        for &(one, other, mixed) in swaps {
-            let [Some(&a), Some(&b)] = [of.get(one), of.get(other)] else { continue };
-            let over = 0.5 * mixed * (a - b);
-            if let Some(share) = of.get_mut(one) {
-                *share -= over;
-            }
-            if let Some(share) = of.get_mut(other) {
-                *share += over;
-            }
-        }
-        self.shares = people.iter().zip(of).map(|(person, share)| (person.track, share)).collect();
-        self.trim();
-    }
-
-    /// Keeps what is worth keeping.
-    fn trim(&mut self) {
-        self.shares.retain(|_, share| *share >= KEPT);
-        while self.shares.len() > SHARES_MAX {
-            let least = self.shares.iter().min_by(|one, other| one.1.total_cmp(other.1));
-            let Some(track) = least.map(|(track, _)| *track) else { return };
-            self.shares.remove(&track);
+impl Moment {
+    fn new(tracks: &[TrackState], explanations: &[Explanation], at_s: f64) -> Self {
+        let is_explained = |track: &&TrackState| {
+            explanations.first().is_some_and(|first| first.people.iter().any(|person| person.id == track.id))
+        };
+        let others = tracks.iter().filter(|track| !is_explained(track)).filter_map(Person::of);
+        let people = |explanation: &Explanation| {
+            let people = explanation.people.iter().filter_map(Person::of).take(TRACKS_MAX);
+            (explanation.line.first().copied(), people.collect())
+        };
+        Self {
+            at_s,
+            others: others.take(TRACKS_MAX).collect(),
+            explained: explanations.iter().map(people).collect(),
         }
     }
 }
 
 fn centimetres(at: Point) -> [f64; 2] {
     [at.x, at.y].map(|metres| (metres * 100.0).round() * 0.01)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_explanations_have_names_than_a_floor_keeps() {
+        let many: Vec<Explanation> =
+            (0..100).map(|number| Explanation { line: vec![number], ..Explanation::default() }).collect();
+        let mut names = Names::default();
+        names.follow_explained(&[], &many, 0.0);
+        let moment = names.moments.back().unwrap();
+        assert_eq!((names.believed.len(), moment.explained.len()), (16, 16));
+        names.follow(&[], 0.1);
+        assert_eq!(names.believed.len(), 1);
+    }
 }

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::card::Card;
+use crate::explanation::Explanation;
 use crate::geometry::Point;
 use crate::site::Site;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
@@ -219,6 +220,98 @@ fn wheels_have_no_name_and_what_hardly_exists_hardly_any() {
     assert_eq!((known(&names, ALICE, 2), known(&names, ALICE, 3)), (0.0, 0.0));
 }
 
+/// Two at 0 and 2 m, by this explanation and those that it grew out of; or each at the other's place.
+fn explained(line: &[u64], is_swapped: bool, surprise: f64) -> Explanation {
+    let places = if is_swapped { [2.0, 0.0] } else { [0.0, 2.0] };
+    let people = vec![track(1, places[0], 0.0), track(2, places[1], 0.0)];
+    Explanation { line: line.to_vec(), surprise, people }
+}
+
+/// Names of [`two`], and at 0.1 s the explanation of before and one that grew out of it, with both at each other's places.
+fn two_or_swapped() -> (Names, [Explanation; 2]) {
+    let (mut names, tracks) = two();
+    let both = [explained(&[4], false, 0.0), explained(&[7, 4], true, 1.0)];
+    names.follow_explained(&tracks, &both[..1], 0.05);
+    names.follow_explained(&tracks, &both, 0.1);
+    (names, both)
+}
+
+#[test]
+fn the_name_of_one_who_was_read_says_who_the_other_is() {
+    let (mut names, both) = two_or_swapped();
+    assert!(known(&names, ALICE, 1) > 0.9 && known(&names, BOB, 2) > 0.9, "the likeliest by what was seen");
+    names.sign(&sign(ALICE, 0.1, 2.0, 0.0)).unwrap();
+    assert!(known(&names, ALICE, 2) > 0.9, "{:?}", names.lines(&Site::default()));
+    assert!(
+        known(&names, BOB, 1) > 0.9,
+        "where the swapped one has Bob: {:?}",
+        names.lines(&Site::default())
+    );
+    // That one becomes the likeliest, and two tracks change places: their names stay where they are.
+    let [_, swapped] = both;
+    names.follow_explained(&swapped.people, &[Explanation { surprise: 0.0, ..swapped.clone() }], 0.2);
+    assert!(known(&names, ALICE, 1) > 0.9 && known(&names, BOB, 2) > 0.9);
+    assert_eq!(names.where_is(BOB, &Site::default()).unwrap().at, Some([0.0, 0.0]));
+}
+
+#[test]
+fn what_was_seen_weighs_as_much_as_what_was_read() {
+    let (mut names, _) = two();
+    let tracks = explained(&[4], false, 0.0).people;
+    let both = [explained(&[4], false, 0.0), explained(&[7, 4], true, 9.0)];
+    names.follow_explained(&tracks, &both[..1], 0.05);
+    names.follow_explained(&tracks, &both, 0.1);
+    names.sign(&sign(ALICE, 0.1, 2.0, 0.0)).unwrap();
+    assert!(known(&names, BOB, 2) > 0.9, "one sign in a hundred is wrong, and one step in 8000 is such");
+}
+
+#[test]
+fn an_explanation_of_which_no_elder_is_known_has_the_names_of_the_likeliest() {
+    let (mut names, _) = two_or_swapped();
+    names.sign(&sign(ALICE, 0.1, 2.0, 0.0)).unwrap();
+    let other = explained(&[30, 20], true, 0.0);
+    names.follow_explained(&other.people, std::slice::from_ref(&other), 0.2);
+    assert!(known(&names, ALICE, 1) > 0.9, "{:?}", names.lines(&Site::default()));
+    // So have tracks of a site whose floors are gone.
+    names.follow(&other.people, 0.3);
+    assert!(known(&names, ALICE, 1) > 0.9 && known(&names, BOB, 2) > 0.9);
+}
+
+#[test]
+fn a_late_sign_meets_the_people_of_the_explanation_that_it_grew_out_of() {
+    let (mut names, tracks) = two();
+    names.follow_explained(&tracks, &[explained(&[4], false, 0.0)], 0.1);
+    // A second later both have changed places by explanation 7, which was 4 when the sign was read.
+    let both = [explained(&[4], false, 0.0), explained(&[7, 4], true, 0.0)];
+    for tenth in 2..=11 {
+        names.follow_explained(&tracks, &both, 0.1 * f64::from(tenth));
+    }
+    names.sign(&sign(ALICE, 0.1, 0.0, 0.0)).unwrap();
+    let swapped = explained(&[7, 4], true, 0.0);
+    names.follow_explained(&swapped.people, std::slice::from_ref(&swapped), 1.2);
+    assert!(
+        known(&names, ALICE, 1) > 0.9 && known(&names, BOB, 2) > 0.9,
+        "{:?}",
+        names.lines(&Site::default())
+    );
+}
+
+#[test]
+fn with_one_explanation_all_is_as_with_none() {
+    let (mut plain, tracks) = two();
+    let mut names = plain.clone();
+    for tenth in 1..=20 {
+        let at_s = 0.1 * f64::from(tenth);
+        plain.follow(&tracks, at_s);
+        names.follow_explained(&tracks, &[explained(&[4], false, 0.0)], at_s);
+        for (card, x) in [(ALICE, 0.3), (BOB, 1.2)] {
+            plain.sign(&sign(card, at_s, x, 0.1)).unwrap();
+            names.sign(&sign(card, at_s, x, 0.1)).unwrap();
+        }
+        assert_eq!(names.lines(&Site::default()), plain.lines(&Site::default()));
+    }
+}
+
 #[test]
 fn however_many_ids_and_tracks_there_are_memory_is_bounded() {
     let mut names = Names::default();
@@ -255,7 +348,14 @@ proptest! {
                 0 => {
                     now_s += if what & 128 == 0 { (time % 1.0).abs() } else { time };
                     let other = track(id + 1, y % 2.0, x % 2.0);
-                    names.follow(&[TrackState { at, covariance_m2, existence: time, ..track(id, 0.0, 0.0) }, other], now_s);
+                    let tracks = [TrackState { at, covariance_m2, existence: time, ..track(id, 0.0, 0.0) }, other];
+                    let of = |number: u64| Explanation {
+                        line: vec![number, number / 2],
+                        surprise: if number == id { 0.0 } else { covariance_m2[0] },
+                        people: tracks[..usize::from(what % 3)].to_vec(),
+                    };
+                    let explanations: Vec<Explanation> = (id..id + u64::from(what % 4)).map(of).collect();
+                    names.follow_explained(&tracks, &explanations, now_s);
                 }
                 1 => drop(names.sign(&Sign { card: Card(u128::from(id)), at_s: now_s, read: Read::Place { at, covariance_m2 } })),
                 _ => drop(names.sign(&Sign { card: Card(1), at_s: now_s, read: Read::Near { at, reach_m: time } })),

@@ -189,7 +189,8 @@ impl World {
         p[inside] = 1.0;
         let (seen_share, state) = if self.sees { (1.0, ZoneKnown::Known) } else { (0.0, ZoneKnown::Unknown) };
         let zone = ZoneLine::new(Found::inside(inside as u32, p), seen_share, state);
-        Estimate { t_s: self.now_s, tracks, zones: [("area".to_owned(), zone)].into() }
+        let zones = [("area".to_owned(), zone)].into();
+        Estimate { t_s: self.now_s, tracks, zones, ..Estimate::default() }
     }
 
     fn count(&self) -> usize {

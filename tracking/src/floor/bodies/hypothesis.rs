@@ -12,6 +12,7 @@ use super::super::patches::Patch;
 use super::BODIES_MAX;
 use super::body::Body;
 use super::print::Print;
+use crate::explanation::{ELDERS_MAX, Explanation};
 use crate::geometry::Point;
 use crate::tracker::TrackId;
 
@@ -40,13 +41,21 @@ const LEAVES: f64 = 0.001;
 pub(super) type Number<'a> = &'a mut dyn FnMut(usize) -> TrackId;
 
 /// An explanation.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Hypothesis {
     pub bodies: Vec<Body>,
     /// Negative logarithm of its likelihood.
     pub surprise: f64,
     /// Time of the last reading, s.
     read_s: f64,
+    /// Its number, and those that it grew out of, the newest first.
+    line: Vec<u64>,
+}
+
+impl Default for Hypothesis {
+    fn default() -> Self {
+        Self { bodies: Vec::new(), surprise: 0.0, read_s: 0.0, line: vec![0] }
+    }
 }
 
 /// Of a reading: which patches are new, and which body has set them.
@@ -161,6 +170,18 @@ impl Hypothesis {
             let second = nearest.map(|(index, _)| come.swap_remove(index).1);
             self.bodies.push(Body::new(number(patch), first, second, at_s));
         }
+    }
+
+    /// It is another one from here on.
+    pub(super) fn branch(&mut self, number: u64) {
+        self.line.insert(0, number);
+        self.line.truncate(1 + ELDERS_MAX);
+    }
+
+    /// As an explanation of who is where at `at_s`.
+    pub(super) fn explanation(&self, at_s: f64) -> Explanation {
+        let people = self.bodies.iter().map(|body| body.track(at_s)).collect();
+        Explanation { line: self.line.clone(), surprise: self.surprise, people }
     }
 
     /// Both go on alike: the same feet of the same bodies.

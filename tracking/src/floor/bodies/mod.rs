@@ -24,7 +24,8 @@ use std::collections::BTreeMap;
 
 use self::hypothesis::Hypothesis;
 use super::patches::Patch;
-use crate::tracker::{TrackId, TrackState};
+use crate::explanation::Explanation;
+use crate::tracker::TrackId;
 
 /// Most bodies of a floor: its 1024 panels are 6.5 m².
 const BODIES_MAX: usize = 32;
@@ -42,6 +43,8 @@ pub struct Bodies {
     /// The likeliest first.
     hypotheses: Vec<Hypothesis>,
     newest: TrackId,
+    /// Number of the newest hypothesis.
+    branched: u64,
 }
 
 impl Bodies {
@@ -61,7 +64,13 @@ impl Bodies {
         };
         let mut grown: Vec<Hypothesis> = Vec::new();
         for hypothesis in before {
-            grown.extend(hypothesis.grow(patches, at_s, HYPOTHESES, &mut number));
+            let mut children = hypothesis.grow(patches, at_s, HYPOTHESES, &mut number);
+            // The likeliest goes on under the number of its parent.
+            for child in children.iter_mut().skip(1) {
+                self.branched += 1;
+                child.branch(self.branched);
+            }
+            grown.extend(children);
         }
         grown.sort_by(|one, other| one.surprise.total_cmp(&other.surprise));
         let least = grown.first().map_or(0.0, |best| best.surprise);
@@ -74,11 +83,10 @@ impl Bodies {
         }
     }
 
-    /// All bodies at `at_s`.
+    /// All explanations of who has set which foot, with their bodies at `at_s`; the likeliest first.
     #[must_use]
-    pub fn tracks(&self, at_s: f64) -> Vec<TrackState> {
-        let bodies = self.hypotheses.first().map(|best| best.bodies.as_slice()).unwrap_or_default();
-        bodies.iter().map(|body| body.track(at_s)).collect()
+    pub fn explanations(&self, at_s: f64) -> Vec<Explanation> {
+        self.hypotheses.iter().map(|hypothesis| hypothesis.explanation(at_s)).collect()
     }
 }
 

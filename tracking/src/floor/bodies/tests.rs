@@ -2,7 +2,14 @@
 
 use super::*;
 use crate::geometry::Point;
-use crate::tracker::LifeCycle;
+use crate::tracker::{LifeCycle, TrackState};
+
+impl Bodies {
+    /// The bodies of the likeliest explanation.
+    fn tracks(&self, at_s: f64) -> Vec<TrackState> {
+        self.explanations(at_s).into_iter().next().unwrap_or_default().people
+    }
+}
 
 /// The six panels of a sole along x.
 fn sole(at: Point) -> Patch {
@@ -159,4 +166,38 @@ fn a_step_ahead_is_likelier_than_one_back_and_too_long_a_one_is_none() {
     assert!(ahead > 5.0 * density(-0.35, 0.05).unwrap());
     assert!(ahead > 3.0 * density(0.0, 0.4).unwrap());
     assert_eq!(density(0.7, 0.0), None);
+}
+
+#[test]
+fn explanations_say_what_they_grew_out_of_and_the_likeliest_comes_first() {
+    let mut bodies = Bodies::default();
+    let observe = |bodies: &mut Bodies, feet: &[(f64, f64)], at_s: f64| {
+        let patches: Vec<Patch> = feet.iter().map(|(x, y)| sole(Point::new(*x, *y))).collect();
+        bodies.observe(&patches, at_s);
+        bodies.explanations(at_s)
+    };
+    let stand = [(0.0, 0.0), (1.1, 0.0)];
+    for reading in 0..9 {
+        observe(&mut bodies, &stand, f64::from(reading) / 9.0);
+    }
+    let before = bodies.explanations(1.0);
+    let numbers = |all: &[Explanation]| all.iter().map(|one| one.line[0]).collect::<Vec<u64>>();
+    let after = observe(&mut bodies, &[stand[0], stand[1], (0.5, 0.2)], 1.0);
+    let new: Vec<&Explanation> =
+        after.iter().filter(|one| !numbers(&before).contains(&one.line[0])).collect();
+    assert!(!new.is_empty(), "either may have set the foot: {after:?}");
+    assert!(new.iter().all(|one| numbers(&before).contains(&one.line[1])), "{new:?} of {before:?}");
+    let mut all = numbers(&after);
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!(all.len(), after.len(), "a number twice: {after:?}");
+    assert!(after[0].surprise == 0.0 && after.is_sorted_by(|one, other| one.surprise <= other.surprise));
+}
+
+#[test]
+fn the_line_of_an_explanation_is_bounded_and_forgets_the_oldest() {
+    let mut hypothesis = Hypothesis::default();
+    (1..=100).for_each(|number| hypothesis.branch(number));
+    let line = hypothesis.explanation(0.0).line;
+    assert_eq!(line, (84..=100).rev().collect::<Vec<u64>>());
 }
