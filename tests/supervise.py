@@ -3,7 +3,7 @@
     supervise.py ROOT UNIT MAP_URL
 
 It runs ExecStart as the unit's user, with the unit's environment file, waits for READY=1 and WATCHDOG=1 at the notify socket,
-asks the map for its page, its state and its health, sends SIGTERM, and wants STOPPING=1 and an exit status of 0.
+asks the map for its page and its health, for its state as the first user, whose password is in the log, sends SIGTERM, and wants STOPPING=1 and an exit status of 0.
 """
 
 import json
@@ -15,6 +15,7 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 
 WAIT_S = 60
@@ -29,10 +30,26 @@ def settings(text: str) -> dict[str, str]:
     return {key: value for key, value in pairs}
 
 
-def get(url: str) -> bytes:
+def get(url: str, headers: dict[str, str] | None = None) -> bytes:
     """The body of an answer with status 200."""
-    with MAP.open(url, timeout=10) as answer:
+    with MAP.open(urllib.request.Request(url, headers=headers or {}), timeout=10) as answer:
         return answer.read()
+
+
+def log_in(url: str, password: str) -> dict[str, str]:
+    """The headers of the session that this password begins."""
+    body = json.dumps({"name": "admin", "password": password}).encode()
+    request = urllib.request.Request(f"{url}/api/session", body, {"Content-Type": "application/json"})
+    with MAP.open(request, timeout=10) as answer:
+        return {"Cookie": answer.headers["Set-Cookie"].split(";")[0]}
+
+
+def password(log: pathlib.Path) -> str:
+    """What the log says of the first user."""
+    said = log.read_text().split("the first user is admin, with the password ")
+    if len(said) != 2:
+        sys.exit(f"supervise.py: the log does not say the first password once:\n{log.read_text()}")
+    return said[1].split(":")[0]
 
 
 def expect(notices: socket.socket, wanted: bytes) -> None:
@@ -65,16 +82,24 @@ def main() -> None:
     notices.bind(str(root / "run/notices"))
     os.chmod(root / "run/notices", 0o777)
 
+    log = root / "run/log"
     service = subprocess.Popen(
         ["chroot", f"--userspec={unit['User']}:{unit['Group']}", root, *command],
         env={"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "NOTIFY_SOCKET": "/run/notices", **environment},
         umask=int(unit["UMask"], 8),
+        stderr=log.open("w"),
     )
     try:
         expect(notices, b"READY=1")
         if b"<!doctype html>" not in get(f"{url}/").lower():
             sys.exit("supervise.py: the map is no page")
-        json.loads(get(f"{url}/api/state"))
+        try:
+            get(f"{url}/api/state")
+            sys.exit("supervise.py: the map shows its state to everybody")
+        except urllib.error.HTTPError as error:
+            if error.code != 401:
+                raise
+        json.loads(get(f"{url}/api/state", log_in(url, password(log))))
         if get(f"{url}/healthz") != b"ok\n":
             sys.exit("supervise.py: the tracker is not healthy")
         expect(notices, b"WATCHDOG=1")
@@ -84,6 +109,7 @@ def main() -> None:
     status = service.wait(WAIT_S)
     notices.close()
     (root / "run/notices").unlink()
+    log.unlink()
     if status != 0:
         sys.exit(f"supervise.py: exit status {status}")
     print(f"   the service ran as {unit['User']}: ready, the map answers, alive, stopped")

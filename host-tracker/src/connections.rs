@@ -24,11 +24,17 @@ pub enum Cause {
     Unread,
     /// The host or the page that asked is not allowed.
     Foreign,
+    /// Who asked is not known, or the password was wrong.
+    Unknown,
+    /// Who asked may not do this.
+    Role,
+    /// Passwords were tried too often.
+    Often,
 }
 
 /// The counts. Clones are the same.
 #[derive(Clone, Debug, Default)]
-pub struct Connections(Arc<[AtomicU64; 6]>);
+pub struct Connections(Arc<[AtomicU64; 9]>);
 
 impl Connections {
     /// One more.
@@ -47,11 +53,14 @@ impl Connections {
             body: count(Cause::Body),
             unread: count(Cause::Unread),
             foreign: count(Cause::Foreign),
+            unknown: count(Cause::Unknown),
+            role: count(Cause::Role),
+            often: count(Cause::Often),
         }
     }
 
     fn of(&self, cause: Cause) -> &AtomicU64 {
-        let [full, address, header, body, unread, foreign] = &*self.0;
+        let [full, address, header, body, unread, foreign, unknown, role, often] = &*self.0;
         match cause {
             Cause::Full => full,
             Cause::Address => address,
@@ -59,6 +68,9 @@ impl Connections {
             Cause::Body => body,
             Cause::Unread => unread,
             Cause::Foreign => foreign,
+            Cause::Unknown => unknown,
+            Cause::Role => role,
+            Cause::Often => often,
         }
     }
 }

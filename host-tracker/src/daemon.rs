@@ -16,6 +16,7 @@ use std::time::Duration;
 
 use tokio::sync::watch;
 
+use crate::access::Access;
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::service::{Options, Service};
 use crate::site_file::SiteFile;
@@ -74,6 +75,10 @@ pub struct Map {
     pub doors: Option<SocketAddr>,
     /// Names under which browsers may open it, beside this machine's addresses and own name.
     pub names: Vec<String>,
+    /// Who may do what there.
+    pub access: Access,
+    /// Whether others than this machine are served though everybody may do everything.
+    pub insecure: bool,
 }
 
 /// Why the daemon does not start.
@@ -85,6 +90,9 @@ pub enum DaemonError {
     /// The database.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// Everybody on the network could do everything.
+    #[error("{0} is for the whole network, and nobody has been added who may log in")]
+    Open(SocketAddr),
     /// The live map.
     #[error("the live map cannot be at {places}: {error}")]
     Map {
@@ -127,6 +135,9 @@ impl Daemon {
     pub fn start(settings: Settings, say: fn(&str)) -> Result<Self, DaemonError> {
         let Settings { site: file, modules, discover, tracker, record, database, map, mqtt, card_key } =
             settings;
+        if let Some(open) = map.as_ref().and_then(open_to_all) {
+            return Err(DaemonError::Open(open));
+        }
         let site = file.current().site;
         let now_ms = unix_ms();
         let taken_back = database.as_ref().filter(|database| database.restore);
@@ -234,13 +245,20 @@ pub fn card_key(site_file: &Path, site: &Site) -> Result<Option<CardKey>, crate:
     CardKey::load(&CardKey::beside(site_file)).map(Some)
 }
 
+/// The address at which others than this machine could do everything.
+fn open_to_all(map: &Map) -> Option<SocketAddr> {
+    let listens = [Some(map.listen), map.doors].into_iter().flatten();
+    let mut reached = listens.filter(|at| !at.ip().to_canonical().is_loopback());
+    reached.next().filter(|_| map.access.is_open() && !map.insecure)
+}
+
 fn serve(
     map: Map,
     site: SiteFile,
     database: Option<PathBuf>,
     service: &Service,
 ) -> Result<Server, DaemonError> {
-    let Map { listen, doors, names } = map;
+    let Map { listen, doors, names, access, insecure: _ } = map;
     let sites = service.sites();
     let noting = database.clone();
     let accepted = Box::new(move |poses: &[(String, Pose)]| {
@@ -257,6 +275,7 @@ fn serve(
         calibration: service.calibration(),
         accepted,
         database,
+        access,
         names,
         doors: Some(service.doors()),
         signs: Some(service.signs()),

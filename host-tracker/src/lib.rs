@@ -5,6 +5,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod access;
 pub mod calibration;
 pub mod connections;
 pub mod daemon;

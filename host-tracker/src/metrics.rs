@@ -210,6 +210,9 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         ("body", http.body),
         ("unread", http.unread),
         ("foreign", http.foreign),
+        ("unknown", http.unknown),
+        ("role", http.role),
+        ("often", http.often),
     ];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "HTTP connections and requests that were refused or ended, by cause";

@@ -47,7 +47,18 @@ fn there_is_a_manual_page_for_each_command() {
     let folder = tempfile::tempdir().unwrap();
     let pages = folder.path().join("man");
     assert!(tracker(&["man", pages.to_str().unwrap()]).status.success());
-    for command in ["", "-run", "-check", "-calibrate", "-module", "-module-list", "-replay", "-export"] {
+    for command in [
+        "",
+        "-run",
+        "-check",
+        "-calibrate",
+        "-module",
+        "-module-list",
+        "-user-add",
+        "-token",
+        "-replay",
+        "-export",
+    ] {
         let page = std::fs::read_to_string(pages.join(format!("kehai-tracker{command}.1"))).unwrap();
         assert!(page.contains(".SH NAME"), "{command}: {page}");
     }

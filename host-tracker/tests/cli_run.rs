@@ -56,7 +56,7 @@ fn the_map_is_for_this_machine_alone_unless_an_address_is_given() {
     std::fs::write(&site, SITE).unwrap();
     let start = |http: &str| {
         let mut command = command(&site);
-        command.args(["--http", http]);
+        command.args(["--http", http, "--insecure"]);
         let tracker = Tracker::start(command);
         let map = tracker.says("live map at http://");
         let (ip, port) = map.trim_end_matches('/').rsplit_once(':').unwrap();

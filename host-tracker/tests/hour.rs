@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
+use host_tracker::access::Access;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::Reports;
@@ -133,6 +134,7 @@ impl Show {
             calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: Some(database),
+            access: Access::open(),
             names: Vec::new(),
             doors: None,
             signs: None,

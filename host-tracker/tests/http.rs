@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
+use host_tracker::access::Access;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::{ReportLine, Reports};
@@ -53,6 +54,7 @@ impl Map {
             calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: None,
+            access: Access::open(),
             names: Vec::new(),
             doors: None,
             signs: None,

@@ -8,6 +8,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use host_tracker::access::Access;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::DoorHandle;
@@ -72,6 +73,7 @@ impl LimitedServer {
             calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: None,
+            access: Access::open(),
             names: Vec::new(),
             alarms: TrackerAlarms::default(),
             connections: refused.clone(),

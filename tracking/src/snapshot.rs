@@ -93,6 +93,12 @@ pub struct HttpRefused {
     pub unread: u64,
     /// The host or the page that asked is not allowed.
     pub foreign: u64,
+    /// Who asked is not known, or the password was wrong.
+    pub unknown: u64,
+    /// Who asked may not do this.
+    pub role: u64,
+    /// Passwords were tried too often.
+    pub often: u64,
 }
 
 /// Announced devices that were not asked, or are no longer known, by cause.

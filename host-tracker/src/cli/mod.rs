@@ -12,7 +12,9 @@ mod output;
 mod replay;
 mod run;
 mod supervisor;
+mod token;
 mod tracks_out;
+mod user;
 
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
@@ -38,6 +40,8 @@ struct Arguments {
 enum Command {
     Run(Box<run::Arguments>),
     Calibrate(calibrate::Arguments),
+    User(user::Arguments),
+    Token(token::Arguments),
     Module(module::Arguments),
     Replay(replay::Arguments),
     Export(export::Arguments),
@@ -54,6 +58,8 @@ pub fn run() -> ExitCode {
     let done = match arguments.command {
         Command::Run(arguments) => run::run(*arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::User(arguments) => user::run(arguments),
+        Command::Token(arguments) => token::run(arguments),
         Command::Module(arguments) => module::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),

@@ -9,7 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
+use host_tracker::access::file::AccessFile;
+use host_tracker::access::{Access, FIRST, first_admin};
+use host_tracker::daemon::{Daemon, DaemonError, Database, Map, Next, Settings, card_key};
 use host_tracker::mqtt::{Broker, Topics};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -46,8 +48,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
-    /// Serve the live map, for this machine alone unless an address is given: 0.0.0.0:8420 is for the whole network, of
-    /// which everybody may then edit the site [default: 127.0.0.1:8420]
+    /// Serve the live map, for this machine alone unless an address is given: 0.0.0.0:8420 is for the whole network, which
+    /// has to log in [default: 127.0.0.1:8420]
     #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8420", value_parser = listen)]
     http: Option<SocketAddr>,
 
@@ -60,6 +62,14 @@ pub struct Arguments {
     /// address that a connection reaches are allowed without
     #[arg(long, value_name = "NAME", requires = "http")]
     http_name: Vec<String>,
+
+    /// If nobody may log in yet, add the user admin, and say its password once in the log
+    #[arg(long)]
+    first_admin: bool,
+
+    /// Serve others than this machine although nobody needs to log in: everybody who reaches the map may do everything
+    #[arg(long, requires = "http")]
+    insecure: bool,
 
     /// The tracker: kehai, or rendering (experimental: follows people by one formula; it knows no things and no wheels,
     /// takes back no people after a restart, and is far slower)
@@ -149,6 +159,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracing::warn!("{error}; cards of before are not known again");
         None
     });
+    let access = access(&arguments)?;
     let settings = Settings {
         site,
         modules,
@@ -160,11 +171,20 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
             listen,
             doors: arguments.door_http,
             names: arguments.http_name,
+            access,
+            insecure: arguments.insecure,
         }),
         mqtt: arguments.mqtt.map(|broker| (broker, topics)),
         card_key,
     };
-    let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))?;
+    let mut daemon = match Daemon::start(settings, |text| tracing::info!("{text}")) {
+        Err(error @ DaemonError::Open(_)) => {
+            let site = arguments.site.display();
+            let first = format!("kehai-tracker user add NAME --role admin --site {site}");
+            return Err(format!("{error}: {first} makes the first user (--insecure goes without)").into());
+        }
+        started => started?,
+    };
     if let Some(address) = daemon.map_address() {
         tracing::info!("live map at http://{address}/");
     }
@@ -201,6 +221,21 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     drop(supervisor);
     daemon.stop()?;
     summary(&last, silent)
+}
+
+/// Who may do what; the first of them, if one is to be made.
+fn access(arguments: &Arguments) -> Result<Access, Failure> {
+    let file = AccessFile::beside(&arguments.site);
+    if arguments.first_admin
+        && let Some(password) = first_admin(&file)?
+    {
+        tracing::info!("the first user is {FIRST}, with the password {password}: it is not said again");
+    }
+    let access = Access::of(file);
+    if arguments.insecure && access.is_open() {
+        tracing::warn!("--insecure: everybody who reaches the map may do everything");
+    }
+    Ok(access)
 }
 
 /// Where to listen: on this machine alone if only a port is said.

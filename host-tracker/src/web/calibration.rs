@@ -8,17 +8,18 @@
 
 use std::sync::Arc;
 
-use axum::Json;
 use axum::extract::State;
 use axum::extract::rejection::JsonRejection;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use serde::Deserialize;
 use serde_json::json;
 
 use super::answers::refuse;
 use super::shared::Shared;
 use super::site::save_refused;
+use crate::access::Who;
 
 /// What the browser wants.
 #[derive(Clone, Copy, Deserialize)]
@@ -44,7 +45,11 @@ pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
 }
 
 /// Does what is wished.
-pub async fn change(State(shared): State<Arc<Shared>>, wish: Result<Json<Wish>, JsonRejection>) -> Response {
+pub async fn change(
+    State(shared): State<Arc<Shared>>,
+    Extension(who): Extension<Who>,
+    wish: Result<Json<Wish>, JsonRejection>,
+) -> Response {
     let wish = match wish {
         Ok(Json(wish)) => wish,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
@@ -65,7 +70,7 @@ pub async fn change(State(shared): State<Arc<Shared>>, wish: Result<Json<Wish>, 
             let Some(poses) = calibration.poses() else {
                 return refuse(StatusCode::CONFLICT, "there are no poses to accept: walk and finish first");
             };
-            if let Some(refusal) = shared.refuse_change() {
+            if let Some(refusal) = shared.refuse_change(&who, None) {
                 return refusal;
             }
             return match shared.context.site.save_poses(&poses, None, &*shared.context.changed) {

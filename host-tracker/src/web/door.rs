@@ -5,25 +5,29 @@
 //!   GET  /api/door/NAME        one; its unix_ms is this machine's time, for the stamps of messages
 //!   POST /api/door/NAME/INPUT  card │ number │ contact │ exit │ reset │ lock/ready │ lock/taken │ alarm/taken
 //!        ◀─ {"id": 17, "at_ms": …, "number": 3}      as `door::inbox` says
-//!        ─▶ {}, after lock/ready the lock's order, or 400 (malformed), 404 (no such door or input), 409 (late, repeated, out of order, not now)
+//!        ─▶ {}, after lock/ready the lock's order, or 400 (malformed), 401 and 403 (not by this token), 404 (no such door or input), 409 (late, repeated, out of order, not now)
 //!   GET  /door/NAME            the screen for the entrant
 //! ```
 //!
-//! As everything that writes: refused to pages of others (`guard`).
+//! As everything that writes: refused to pages of others (`guard`), and to whom `access::roles` does not let; but for `exit`,
+//! which is taken from everybody, and said in the log if it came without a token.
 
 use std::sync::Arc;
+use std::time::Instant;
 
-use axum::Json;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use serde_json::json;
 
 use super::answers::refuse;
+use super::listener::Ends;
 use super::page;
 use super::shared::Shared;
+use crate::access::Who;
 use kehai_tracking::door::doors::Why;
 use kehai_tracking::door::inbox::{Input, NotTaken};
 
@@ -49,6 +53,8 @@ pub async fn one(State(shared): State<Arc<Shared>>, Path(name): Path<String>) ->
 /// A message to a door.
 pub async fn tell(
     State(shared): State<Arc<Shared>>,
+    Extension(who): Extension<Who>,
+    Extension(ends): Extension<Ends>,
     Path((name, input)): Path<(String, String)>,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
@@ -63,7 +69,17 @@ pub async fn tell(
         Err(_) if input == Input::Exit => Bytes::new(),
         Err(_) => return refuse(StatusCode::BAD_REQUEST, "the message was cut off or is too long"),
     };
-    match doors.tell(&name, input, &body) {
+    let told = doors.tell(&name, input, &body);
+    if input == Input::Exit && told.is_ok() && who == Who::Nobody {
+        let unsaid = shared.exits.lock().note(Instant::now());
+        if let Some(times) = unsaid {
+            tracing::warn!(
+                "door {name}: exit without a token, from {}; {times} since the last line",
+                ends.peer
+            );
+        }
+    }
+    match told {
         // A lock that says it is ready is answered with its order.
         Ok(Some(order)) if input == Input::LockReady => Json(order).into_response(),
         Ok(_) => Json(json!({})).into_response(),

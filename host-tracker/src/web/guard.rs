@@ -17,8 +17,7 @@
 //!
 //! A request with two `Host` is refused as malformed (RFC 9112, 3.2): one of them may be what passes, the other what was asked.
 //!
-//! A program without `Origin` is no browser, and is allowed: any program that reaches the port may write. So the server
-//! listens on the loopback address unless it is told otherwise.
+//! A program without `Origin` is no browser, and passes: who it is, and what it may, is asked after that (`access`).
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 

@@ -10,6 +10,7 @@
 //!   poses by walking ◀──────────────────▶ /api/calibration
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
 //!   doors ◀─ messages, as `door` says ───▶ /api/door/NAME/INPUT, /door/NAME
+//!   log-in, log-out ◀───────────────────── /api/session
 //!   names ◀─ cards, tags ────────────────▶ /api/sign, /api/where
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
 //!
@@ -20,6 +21,8 @@
 //! | file | what |
 //! |---|---|
 //! | `guard` | which clients may ask, and from which page |
+//! | `rights` | which right each request needs |
+//! | `session` | log-in, and who a request is from |
 //! | `router` | which request goes where, and what all of them go through |
 //! | `listener` | connections, within their bounds |
 //! | `limits`, `places` | the bounds; how many connections, and of which address |
@@ -29,6 +32,7 @@
 //! | `socket` | a browser's connection |
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
+//! | `exits` | which ways out the log says |
 //! | `sign` | cards and tags that were read, and where an ID is |
 //! | `calibration` | poses found by walking |
 //! | `page/` | the page itself |
@@ -39,6 +43,7 @@
 mod answers;
 mod calibration;
 mod door;
+mod exits;
 mod feed;
 pub mod guard;
 mod limits;
@@ -47,7 +52,9 @@ mod page;
 mod past;
 mod places;
 pub mod recent;
+mod rights;
 mod router;
+mod session;
 mod shared;
 mod sign;
 mod site;
@@ -192,6 +199,8 @@ async fn serve(
         packets,
         history: Mutex::new(History::default()),
         browsers: Places::new(limits.connections.half()),
+        comparing: tokio::sync::Mutex::default(),
+        exits: Mutex::default(),
     });
     let listener = match tokio::net::TcpListener::from_std(listener) {
         Ok(listener) => listener,

@@ -16,7 +16,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "index.html" "style.css" "map.css" "overlay.css" "panel.css" "timeline.css" "edit.css" "calibrate.css"
     "main.js" "names.js" "net.js" "view.js" "draw.js" "panel.js" "details.js" "timeline.js" "past.js" "shapes.js"
     "where.js" "edit.js" "edit-form.js" "edit-pointer.js" "edit-shapes.js" "calibrate.js"
-    "door.html" "door.css" "door.js" "icon.svg"
+    "who.js" "login.html" "login.css" "login.js" "door.html" "door.css" "door.js" "icon.svg"
 };
 
 /// Media type of a file, by its ending.

@@ -1,26 +1,29 @@
 //! Which request goes where, and what all of them go through.
 //!
 //! ```text
-//!   request ─▶ guard: may it ask? ─▶ body in time? ─▶ route ─▶ answer ─▶ headers that make browsers careful
+//!   request ─▶ guard: from here? ─▶ who? ─▶ may it? ─▶ body in time? ─▶ route ─▶ answer ─▶ headers that make browsers careful
+//!                 └─ 400, 403         └─ 401    └─ 403
 //! ```
 
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::extract::{DefaultBodyLimit, MatchedPath, RawPathParams, Request, State};
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use axum::{Extension, Json, Router};
-use kehai_tracking::door::inbox;
+use axum::{Extension, Json, RequestPartsExt, Router};
+use kehai_tracking::door::inbox::{self, Input};
 use kehai_tracking::names::message;
 
 use super::answers::{BODY_MAX, refuse, text};
 use super::listener::Ends;
+use super::rights::{Needed, needed};
 use super::shared::Shared;
-use super::{calibration, door, guard, page, past, sign, site, socket};
+use super::{calibration, door, guard, page, past, session, sign, site, socket};
+use crate::access::Who;
 use crate::connections::Cause;
 
 /// What the page may load and which server it may ask: this one alone.
@@ -42,6 +45,7 @@ pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
         .route("/api/past", get(past::paths))
         .route("/api/where", get(sign::ask))
         .route("/api/calibration", get(calibration::show).post(calibration::change))
+        .route("/api/session", get(session::show).post(session::begin).delete(session::end))
         .route("/metrics", get(metrics))
         .route("/healthz", get(healthz));
     let Some(at) = doors_at else { return map.merge(doors()) };
@@ -77,7 +81,7 @@ pub fn doors() -> Router<Arc<Shared>> {
 pub fn finished(router: Router<Arc<Shared>>, shared: &Arc<Shared>) -> Router {
     router
         .fallback(page::asset)
-        .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method"))
+        .method_not_allowed_fallback(not_so)
         .layer(DefaultBodyLimit::max(BODY_MAX))
         .layer(middleware::from_fn_with_state(Arc::clone(shared), guarded))
         .with_state(Arc::clone(shared))
@@ -102,18 +106,9 @@ async fn guarded(
         writes: !matches!(*request.method(), Method::GET | Method::HEAD),
         opens_socket: request.uri().path() == "/ws",
     };
+    let writes = asks.writes;
     let mut response = match guard::check(&asks, &shared.names) {
-        Ok(()) if asks.writes => match tokio::time::timeout(shared.limits.body, next.run(request)).await {
-            Ok(response) => response,
-            Err(_) => {
-                counts.count(Cause::Body);
-                let mut response = refuse(StatusCode::REQUEST_TIMEOUT, "the request did not come in time");
-                response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
-                response
-            }
-        },
-        // A body that nothing asked for is not read: hyper closes the connection after the answer.
-        Ok(()) => next.run(request).await,
+        Ok(()) => admitted(&shared, request, next, writes).await,
         Err(why) => {
             counts.count(Cause::Foreign);
             let status = match why {
@@ -135,6 +130,52 @@ async fn guarded(
         headers.insert(name, HeaderValue::from_static(value));
     }
     response
+}
+
+/// Hands on what its sender may ask for.
+async fn admitted(shared: &Shared, request: Request, next: Next, writes: bool) -> Response {
+    let counts = &shared.context.connections;
+    let (mut parts, body) = request.into_parts();
+    let who = shared.context.access.who(&session::credential(&parts.headers));
+    let route = parts.extensions.get::<MatchedPath>().cloned();
+    let params = parts.extract::<RawPathParams>().await.ok();
+    let param = |wanted| params.iter().flatten().find(|(name, _)| *name == wanted).map(|(_, value)| value);
+    let input = param("input").and_then(Input::named);
+    match needed(&parts.method, route.as_ref().map(MatchedPath::as_str), input) {
+        Some(Needed::Free) => {}
+        Some(Needed::Needs(action)) if who.may(action, param("name")) => {}
+        Some(Needed::Needs(_)) if who == Who::Nobody => {
+            counts.count(Cause::Unknown);
+            let why = "log in at /login.html, or send a token: Authorization: Bearer …";
+            let mut response = refuse(StatusCode::UNAUTHORIZED, why);
+            response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+            return response;
+        }
+        Some(Needed::Needs(_)) => {
+            counts.count(Cause::Role);
+            return refuse(StatusCode::FORBIDDEN, &format!("{who} may not do this"));
+        }
+        None => return not_so().await,
+    }
+    parts.extensions.insert(who);
+    let answer = next.run(Request::from_parts(parts, body));
+    if !writes {
+        // A body that nothing asked for is not read: hyper closes the connection after the answer.
+        return answer.await;
+    }
+    match tokio::time::timeout(shared.limits.body, answer).await {
+        Ok(response) => response,
+        Err(_) => {
+            counts.count(Cause::Body);
+            let mut response = refuse(StatusCode::REQUEST_TIMEOUT, "the request did not come in time");
+            response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+            response
+        }
+    }
+}
+
+async fn not_so() -> Response {
+    refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method")
 }
 
 async fn state(State(shared): State<Arc<Shared>>) -> Response {

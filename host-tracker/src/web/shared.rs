@@ -11,12 +11,15 @@ use parking_lot::Mutex;
 use tokio::sync::watch;
 
 use super::answers::refuse;
+use super::exits::Exits;
 use super::guard::Names;
 use super::limits::Limits;
 use super::places::Places;
 use super::recent::History;
+use crate::access::roles::Action;
+use crate::access::{Access, Who};
 use crate::calibration::Calibration;
-use crate::connections::Connections;
+use crate::connections::{Cause, Connections};
 use crate::doors::DoorHandle;
 use crate::reports::Reports;
 use crate::signs::SignHandle;
@@ -45,6 +48,8 @@ pub struct ServerContext {
     pub accepted: Accepted,
     /// Where what happens is kept, if it is.
     pub database: Option<PathBuf>,
+    /// Who may do what.
+    pub access: Access,
     /// Names under which a browser may ask for this machine, beside its addresses and its own name.
     pub names: Vec<String>,
     /// The doors, if the tracker runs any.
@@ -78,8 +83,15 @@ pub struct Packets {
 }
 
 impl Shared {
-    /// The answer to a change of the site, while a door is in use.
-    pub(super) fn refuse_change(&self) -> Option<Response> {
+    /// The answer to a change of the site to `site` by somebody who may not, or while a door is in use.
+    pub(super) fn refuse_change(&self, who: &Who, to: Option<&Site>) -> Option<Response> {
+        let is_guarded = |site: &Site| !site.doors.is_empty();
+        let guarded = is_guarded(&self.context.site.current().site) || to.is_some_and(is_guarded);
+        if guarded && !who.may(Action::ChangeGuardedSite, None) {
+            self.context.connections.count(Cause::Role);
+            let why = format!("{who} may not change a site with doors: an admin may");
+            return Some(refuse(StatusCode::FORBIDDEN, &why));
+        }
         let in_use = self.context.doors.as_ref()?.may_change_site().err()?;
         Some(refuse(StatusCode::CONFLICT, &in_use.to_string()))
     }
@@ -93,4 +105,8 @@ pub(super) struct Shared {
     pub(super) packets: watch::Receiver<Packets>,
     pub(super) history: Mutex<History>,
     pub(super) browsers: Places,
+    /// Held while a password is compared.
+    pub(super) comparing: tokio::sync::Mutex<()>,
+    /// Ways out that were asked for without a token.
+    pub(super) exits: Mutex<Exits>,
 }

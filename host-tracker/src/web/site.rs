@@ -4,22 +4,23 @@
 //!   GET  ─▶ {"revision": 3, "file": "home.toml", "site": {…}, "toml": "…"}
 //!   PUT  ◀─ {"revision": 3, "site": {…}}     application/json; revision: what was read, so that no edit is lost
 //!        ◀─ a site file                      application/toml; If-Match: 3
-//!        ─▶ {"revision": 4}                  or 400 (line or field), 409 (changed meanwhile), 500 (not saved)
+//!        ─▶ {"revision": 4}                  or 400 (line or field), 403 (not by this role), 409 (changed meanwhile), 500 (not saved)
 //! ```
 
 use std::sync::Arc;
 
-use axum::Json;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::rejection::BytesRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
 use serde::Deserialize;
 use serde_json::json;
 
 use super::answers::{BODY_MAX, refuse, text};
 use super::shared::Shared;
+use crate::access::Who;
 use crate::site_file::SaveError;
 use kehai_tracking::site::Site;
 
@@ -43,6 +44,7 @@ pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
 /// Another site: checked, saved, and in use from then on.
 pub async fn change(
     State(shared): State<Arc<Shared>>,
+    Extension(who): Extension<Who>,
     headers: HeaderMap,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
@@ -55,7 +57,7 @@ pub async fn change(
         Err((status, why)) => return refuse(status, &why),
     };
     let context = &shared.context;
-    if let Some(refusal) = shared.refuse_change() {
+    if let Some(refusal) = shared.refuse_change(&who, Some(&change.site)) {
         return refusal;
     }
     match context.site.save(change.site, change.revision, &*context.changed) {

@@ -7,7 +7,7 @@
 //!   ◀─ {"frames": false, "reports": true}    ─▶ {"report": {"t": 12.34, "module": "left", "sequence": 7, "tracks": […]}}
 //! ```
 //!
-//! The map asks for no reports: ten frames a second are what eyes can follow.
+//! It ends with the session or the token by which it was opened. The map asks for no reports: ten frames a second are what eyes can follow.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::Deserialize;
 use serde_json::json;
@@ -24,7 +24,10 @@ use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use super::answers::refuse;
 use super::listener::{Ends, is_unread};
+use super::session;
 use super::shared::Shared;
+use crate::access::Credential;
+use crate::access::roles::Action;
 use crate::connections::Cause;
 use crate::reports::{Listener, ReportLine};
 
@@ -46,6 +49,7 @@ struct Wish {
 pub async fn open(
     State(shared): State<Arc<Shared>>,
     Extension(ends): Extension<Ends>,
+    headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let upgrade = match upgrade {
@@ -59,8 +63,9 @@ pub async fn open(
             return refuse(StatusCode::SERVICE_UNAVAILABLE, &why.to_string());
         }
     };
+    let credential = session::credential(&headers);
     upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(async move |mut socket| {
-        let gone = talk(&mut socket, &shared).await;
+        let gone = talk(&mut socket, &shared, &credential).await;
         // Its places are free before it is counted.
         drop((socket, place, ends));
         if matches!(gone, Err(Gone::Silent)) {
@@ -77,7 +82,7 @@ enum Gone {
     Silent,
 }
 
-async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
+async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) -> Result<(), Gone> {
     let mut packets = shared.packets.clone();
     let mut site = shared.context.site.revisions();
     packets.mark_changed();
@@ -89,7 +94,8 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
     // After a sleep of the host a client gets a whole interval again.
     pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut answered = true;
-    loop {
+    // A session that is over, and a token that was taken back, end here, too.
+    while shared.context.access.who(credential).may(Action::Look, None) {
         tokio::select! {
             changed = packets.changed(), if wanted => {
                 changed.map_err(|_| Gone::Left)?;
@@ -131,6 +137,7 @@ async fn talk(socket: &mut WebSocket, shared: &Shared) -> Result<(), Gone> {
             }
         }
     }
+    Err(Gone::Left)
 }
 
 /// The next report; for ever none, if none are wanted or there are no more.

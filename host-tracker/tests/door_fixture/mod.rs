@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_tracker::access::Access;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::{DoorHandle, Watchdog};
@@ -121,6 +122,7 @@ impl DoorServer {
             calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: None,
+            access: Access::open(),
             names: Vec::new(),
             doors: Some(doors.clone()),
             signs: Some(signs.clone()),

@@ -1,23 +1,36 @@
 //! One request to the tracker's server, and its answer, whatever the status.
+#![allow(dead_code, reason = "each test uses its own part of it")]
 
 use std::net::SocketAddr;
 
 use ureq::Agent;
-use ureq::http::Request;
+use ureq::http::{HeaderMap, Request};
 
 /// Status and body of the answer to a request, as `GET /api/state`, with headers by name.
 pub fn ask(server: SocketAddr, line: &str, headers: &[(&str, &str)], body: &[u8]) -> (u16, String) {
+    let (status, _, body) = exchange(server, line, headers, body);
+    (status, body)
+}
+
+/// The same, and the answer's headers.
+pub fn exchange(
+    server: SocketAddr,
+    line: &str,
+    headers: &[(&str, &str)],
+    body: &[u8],
+) -> (u16, HeaderMap, String) {
     let (method, path) = line.split_once(' ').unwrap();
     let mut request = Request::builder().method(method).uri(format!("http://{server}{path}"));
     for (name, value) in headers {
         request = request.header(*name, *value);
     }
     let agent: Agent = Agent::config_builder().http_status_as_error(false).proxy(None).build().into();
-    let answer = if body.is_empty() && method == "GET" {
+    let answer = if body.is_empty() && matches!(method, "GET" | "DELETE") {
         agent.run(request.body(()).unwrap())
     } else {
         agent.run(request.body(body).unwrap())
     };
     let mut answer = answer.unwrap_or_else(|error| panic!("no answer to {line}: {error}"));
-    (answer.status().as_u16(), answer.body_mut().read_to_string().unwrap())
+    let body = answer.body_mut().read_to_string().unwrap();
+    (answer.status().as_u16(), answer.headers().clone(), body)
 }

@@ -22,6 +22,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use host_tracker::access::Access;
 use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
 use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
@@ -166,12 +167,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 
 /// The map. Without one, tags need a port of this machine all the same, over which they are told.
 fn map(arguments: &Arguments, stage: &Stage) -> Option<Map> {
-    let names = arguments.http_name.clone();
+    // Nobody is there whom it would show: it is open to whom it is shown, by --http to the whole network.
+    let at = |listen, names| Map { listen, doors: None, names, access: Access::open(), insecure: true };
     match (arguments.headless, stage) {
-        (false, _) => Some(Map { listen: listen(arguments.http), doors: None, names }),
-        (true, Stage::Entrance(_)) => {
-            Some(Map { listen: SocketAddr::new(MAP.ip(), 0), doors: None, names: Vec::new() })
-        }
+        (false, _) => Some(at(listen(arguments.http), arguments.http_name.clone())),
+        (true, Stage::Entrance(_)) => Some(at(SocketAddr::new(MAP.ip(), 0), Vec::new())),
         (true, Stage::Scene(..)) => None,
     }
 }

@@ -11,6 +11,15 @@ const MOST = 9;
 let ahead_ms = 0;
 let shown = "";
 
+// The screen's token comes once, in its link: /door/front#token=kehai_…, which no server is sent. It is kept in this browser.
+const given = /^#token=(\w+)$/.exec(location.hash)?.[1];
+if (given) {
+  localStorage.setItem("token", given);
+  history.replaceState(null, "", location.pathname);
+}
+const token = localStorage.getItem("token");
+const rights = token ? { Authorization: `Bearer ${token}` } : {};
+
 const keys = Array.from({ length: MOST }, (_, index) => {
   const key = document.createElement("button");
   key.type = "button";
@@ -29,7 +38,8 @@ async function enter(number) {
   const at_ms = Date.now() + ahead_ms;
   const body = JSON.stringify({ id: at_ms, at_ms, number });
   try {
-    await ask(`${path}/number`, { method: "POST", headers: { "Content-Type": "application/json" }, body });
+    const headers = { "Content-Type": "application/json", ...rights };
+    await ask(`${path}/number`, { method: "POST", headers, body });
     say("");
   } catch (error) {
     say(error.message);
@@ -74,7 +84,7 @@ function link(state, words) {
 
 async function look() {
   try {
-    const door = await ask(path);
+    const door = await ask(path, { headers: rights });
     ahead_ms = door.unix_ms - Date.now();
     show(door);
     link(LINK.LIVE, "connected");

@@ -10,6 +10,7 @@ import { Past } from "./past.js";
 import { bounds, total } from "./shapes.js";
 import { TimeLine } from "./timeline.js";
 import { View } from "./view.js";
+import { who } from "./who.js";
 
 const TRAIL_FRAMES = 120;
 const TRAIL_MS = 12_000;
@@ -160,6 +161,7 @@ async function loadSite() {
     Object.assign(state, { site: answer.site, revision: answer.revision, file: answer.file });
     get("site-name").textContent = answer.file.replace(/\.toml$/, "");
     time.site = answer.site;
+    body.toggle("guarded", (answer.site.door ?? []).length > 0);
     const all = bounds(answer.site);
     if (all && !state.fitted) {
       state.fitted = true;
@@ -195,6 +197,8 @@ function link(next) {
   );
   if (live) loadHistory();
   else show();
+  // A session that is over ends the connection.
+  if (!live) who();
 }
 
 async function loadHistory() {
@@ -214,6 +218,7 @@ function speak(frame) {
     : `${count} ${count === 1 ? "person" : "people"}`;
 }
 
+who();
 connect({
   frame: (frame) => {
     if (state.frame && frame.unix_ms < state.frame.unix_ms) state.recent = [];

@@ -5,6 +5,9 @@ import { LINK } from "./names.js";
 const AGAIN_MS = [300, 1000, 2000, 4000];
 const SILENT_MS = 3000;
 
+/** The event of an answer that says that nobody is logged in. */
+export const LOGGED_OUT = "logged-out";
+
 /** Calls `on.frame`, `on.fields`, `on.site` with what arrives, and `on.link` with a LINK. */
 export function connect(on) {
   let socket = null, tries = 0, last = 0, state = "";
@@ -56,6 +59,7 @@ export async function ask(path, options) {
   } catch {
     throw new Error("The tracker does not answer. Nothing was changed.");
   }
+  if (response.status === 401) dispatchEvent(new Event(LOGGED_OUT));
   const answer = await response.json().catch(() => ({}));
   if (!response.ok) throw new Error(answer.error ?? `The tracker says ${response.status}.`);
   return answer;

@@ -1,0 +1,157 @@
+//! Roles, what can be done, and one function of both.
+//!
+//! ```text
+//!   people    view ─ edit ─ operator ─ admin            a password and a session, or a token
+//!   devices   reader ─ keypad ─ contact ─ lock ─ alarm ─ button     a token, for one door or all
+//! ```
+//!
+//! The way out is no right: `exit` is taken from everybody, with a wrong token or none. A button whose token was forgotten, revoked
+//! or mistyped must still open, as must all buttons once the file of users is damaged. A lock that stays shut in a fire is
+//! worse than one that a stranger opens. What that costs stands in docs/security.md.
+
+use std::fmt;
+use std::str::FromStr;
+
+use kehai_tracking::door::inbox::Input;
+use serde::{Deserialize, Serialize};
+
+/// What somebody, or something, is here for.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Looks at the map, the past and the metrics.
+    View,
+    /// Draws the site, too, if it has no door.
+    Edit,
+    /// Looks, resets alarms of doors, and enters numbers for people.
+    Operator,
+    /// Everything.
+    Admin,
+    /// A reader of cards or tags.
+    Reader,
+    /// The screen or the keys where numbers are entered.
+    Keypad,
+    /// The contact at the leaf.
+    Contact,
+    /// The lock.
+    Lock,
+    /// What sounds or shows the alarm.
+    Alarm,
+    /// The button of the way out. It may no more than everybody; with a token its messages are told from a stranger's.
+    Button,
+}
+
+/// What can be done over HTTP.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Action {
+    /// See people, the past, the site, the metrics.
+    Look,
+    /// See how a door is.
+    LookAtDoor,
+    /// Change a site without doors, and find poses by walking.
+    ChangeSite,
+    /// Change a site with doors: whoever moves a zone or a module decides what a door counts.
+    ChangeGuardedSite,
+    /// Say what a reader of the site has read.
+    Sign,
+    /// Send a message to a door.
+    Tell(Input),
+}
+
+impl Role {
+    /// All, by their names.
+    pub const NAMED: [(Self, &'static str); 10] = [
+        (Self::View, "view"),
+        (Self::Edit, "edit"),
+        (Self::Operator, "operator"),
+        (Self::Admin, "admin"),
+        (Self::Reader, "reader"),
+        (Self::Keypad, "keypad"),
+        (Self::Contact, "contact"),
+        (Self::Lock, "lock"),
+        (Self::Alarm, "alarm"),
+        (Self::Button, "button"),
+    ];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMED.iter().find(|(role, _)| *role == self).map_or("", |(_, name)| name)
+    }
+
+    /// Whether people have it, who log in with a password.
+    #[must_use]
+    pub const fn is_of_people(self) -> bool {
+        matches!(self, Self::View | Self::Edit | Self::Operator | Self::Admin)
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Role {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::NAMED.iter().find(|(_, name)| *name == text).map(|(role, _)| *role);
+        known.ok_or_else(|| format!("a role is one of {}", Self::NAMED.map(|(_, name)| name).join(", ")))
+    }
+}
+
+/// Whether this is taken from everybody, whoever that is.
+#[must_use]
+pub const fn is_free(action: Action) -> bool {
+    matches!(action, Action::Tell(Input::Exit))
+}
+
+/// Whether a role may do this.
+#[must_use]
+pub const fn may(role: Role, action: Action) -> bool {
+    use Action::{ChangeSite, Look, LookAtDoor, Sign, Tell};
+    let granted = match role {
+        Role::Admin => true,
+        Role::View => matches!(action, Look | LookAtDoor),
+        Role::Edit => matches!(action, Look | LookAtDoor | ChangeSite),
+        Role::Operator => matches!(action, Look | LookAtDoor | Tell(Input::Number | Input::Reset)),
+        // A device sees its door, as the tracker's time is there, by which it stamps its messages.
+        Role::Reader => matches!(action, LookAtDoor | Sign | Tell(Input::Card)),
+        Role::Keypad => matches!(action, LookAtDoor | Tell(Input::Number)),
+        Role::Contact => matches!(action, LookAtDoor | Tell(Input::Contact)),
+        Role::Lock => matches!(action, LookAtDoor | Tell(Input::LockReady | Input::LockTaken)),
+        Role::Alarm => matches!(action, LookAtDoor | Tell(Input::AlarmTaken)),
+        Role::Button => matches!(action, LookAtDoor),
+    };
+    granted || is_free(action)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_input_of_a_door_is_for_one_device_and_the_way_out_for_all() {
+        let devices = || Role::NAMED.into_iter().map(|(role, _)| role).filter(|role| !role.is_of_people());
+        for (input, name) in Input::NAMED {
+            let who: Vec<Role> = devices().filter(|role| may(*role, Action::Tell(input))).collect();
+            match input {
+                Input::Exit => assert_eq!(who.len(), devices().count()),
+                Input::Reset => assert!(who.is_empty(), "people reset alarms: {who:?}"),
+                _ => assert_eq!(who.len(), 1, "{name}: {who:?}"),
+            }
+            assert_eq!(is_free(Action::Tell(input)), input == Input::Exit);
+        }
+        assert!(devices().all(|role| !may(role, Action::Look) && !may(role, Action::ChangeGuardedSite)));
+    }
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        for (role, name) in Role::NAMED {
+            assert_eq!((role.to_string().as_str(), name.parse()), (name, Ok(role)));
+            assert_eq!(serde_json::to_string(&role).unwrap(), format!("\"{name}\""));
+        }
+        assert!("root".parse::<Role>().unwrap_err().contains("view, edit, operator, admin"));
+    }
+}

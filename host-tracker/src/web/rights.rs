@@ -1,0 +1,45 @@
+//! Which right a request needs. What is not in this list is not served.
+//!
+//! ```text
+//!   method, route ─▶ Free: everybody │ Needs(action) │ none: such a request does not exist
+//! ```
+
+use axum::http::Method;
+
+use crate::access::roles::Action;
+use kehai_tracking::door::inbox::Input;
+
+/// What a request needs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Needed {
+    /// Nothing.
+    Free,
+    /// The right to do this.
+    Needs(Action),
+}
+
+/// What a request needs, by its method and route; none, if there is no such request. `input` is that of a message to a door, if
+/// it is one that doors have.
+pub fn needed(method: &Method, route: Option<&str>, input: Option<Input>) -> Option<Needed> {
+    use Needed::{Free, Needs};
+    // The page's own files hold no data.
+    let Some(route) = route else { return Some(Free) };
+    let reads = matches!(*method, Method::GET | Method::HEAD);
+    Some(match (route, reads) {
+        ("/api/session", _) | ("/healthz" | "/door/{name}", true) => Free,
+        (
+            "/ws" | "/api/site" | "/api/state" | "/api/history" | "/api/overview" | "/api/past"
+            | "/api/where" | "/api/calibration" | "/metrics",
+            true,
+        ) => Needs(Action::Look),
+        ("/api/door" | "/api/door/{name}", true) => Needs(Action::LookAtDoor),
+        ("/api/site", false) if *method == Method::PUT => Needs(Action::ChangeSite),
+        ("/api/calibration", false) if *method == Method::POST => Needs(Action::ChangeSite),
+        ("/api/sign", false) if *method == Method::POST => Needs(Action::Sign),
+        ("/api/door/{name}/{*input}", false) if *method == Method::POST => {
+            // That there is no such input is said to whoever may see the door.
+            Needs(input.map_or(Action::LookAtDoor, Action::Tell))
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,169 @@
+//! Log-in and log-out, and who a request is from.
+//!
+//! ```text
+//!   GET    /api/session ─▶ {"needed": true, "name": "anna", "role": "edit", "may": ["look", "edit"]}
+//!   POST   /api/session ◀─ {"name": "anna", "password": "…"}
+//!                       ─▶ the same, and a cookie; 401 (wrong), 409 (nobody can log in), 429 (too often: Retry-After)
+//!   DELETE /api/session ─▶ {}: logged out
+//!
+//!   Cookie: kehai-session=…              browsers: HttpOnly, SameSite=Strict, 12 h
+//!   Authorization: Bearer kehai_…        programs and devices
+//! ```
+
+use std::sync::Arc;
+
+use axum::extract::State;
+use axum::extract::rejection::JsonRejection;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::{Extension, Json};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::answers::refuse;
+use super::listener::Ends;
+use super::shared::Shared;
+use crate::access::roles::Action;
+use crate::access::{Credential, LogInError, Who};
+use crate::connections::Cause;
+use kehai_tracking::door::inbox::Input;
+use kehai_tracking::text::printable;
+
+/// Name of the cookie.
+const COOKIE: &str = "kehai-session";
+
+/// The cookie's life, s. The session's own end counts.
+const LASTS_S: u32 = 12 * 3600;
+
+/// What the page hides from whom may not do it, by its name there.
+const SHOWN: [(&str, Action); 4] = [
+    ("look", Action::Look),
+    ("edit", Action::ChangeSite),
+    ("edit-doors", Action::ChangeGuardedSite),
+    ("reset", Action::Tell(Input::Reset)),
+];
+
+/// What somebody says who wants to be let in.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogIn {
+    name: String,
+    password: String,
+}
+
+/// What a request shows of who it is from: a token before a session.
+pub fn credential(headers: &HeaderMap) -> Credential {
+    let text = |value: &HeaderValue| value.to_str().ok().map(str::to_owned);
+    if let Some(shown) = headers.get(header::AUTHORIZATION) {
+        // What is no token is a wrong one: a program that tries to log in is not taken for somebody else.
+        let shown = text(shown).unwrap_or_default();
+        let token = shown.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+        return Credential::Token(token.map_or(String::new(), |(_, token)| token.trim().to_owned()));
+    }
+    session(headers).map_or(Credential::None, Credential::Session)
+}
+
+fn session(headers: &HeaderMap) -> Option<String> {
+    let cookies = headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
+    let mut pairs = cookies.flat_map(|line| line.split(';')).filter_map(|pair| pair.trim().split_once('='));
+    pairs.find(|(name, _)| *name == COOKIE).map(|(_, value)| value.to_owned())
+}
+
+/// Who asks.
+pub async fn show(State(shared): State<Arc<Shared>>, Extension(who): Extension<Who>) -> Response {
+    Json(as_json(&shared, &who)).into_response()
+}
+
+/// Lets somebody in.
+pub async fn begin(
+    State(shared): State<Arc<Shared>>,
+    Extension(ends): Extension<Ends>,
+    wish: Result<Json<LogIn>, JsonRejection>,
+) -> Response {
+    let LogIn { name, password } = match wish {
+        Ok(Json(wish)) => wish,
+        Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
+    };
+    // One at a time: each comparison takes 19 MB and some hundredths of a second.
+    let turn = shared.comparing.lock().await;
+    let (access, asked) = (shared.context.access.clone(), name.clone());
+    let comparing = tokio::task::spawn_blocking(move || access.log_in(ends.peer, &asked, &password));
+    let session = comparing.await.unwrap_or(Err(LogInError::Wrong));
+    drop(turn);
+    let error = match session {
+        Ok(session) => {
+            let who = shared.context.access.who(&Credential::Session(session.clone()));
+            let cookie = cookie(&session, LASTS_S);
+            tracing::info!("{who} has logged in from {}", ends.peer);
+            return ([(header::SET_COOKIE, cookie)], Json(as_json(&shared, &who))).into_response();
+        }
+        Err(error) => error,
+    };
+    let (status, cause) = match error {
+        LogInError::Wrong => (StatusCode::UNAUTHORIZED, Some(Cause::Unknown)),
+        LogInError::Often(_) => (StatusCode::TOO_MANY_REQUESTS, Some(Cause::Often)),
+        LogInError::Open => (StatusCode::CONFLICT, None),
+        LogInError::Random => (StatusCode::INTERNAL_SERVER_ERROR, None),
+    };
+    if let Some(cause) = cause {
+        shared.context.connections.count(cause);
+    }
+    // No more than passwords are compared: a flood of tries does not fill the log.
+    if error == LogInError::Wrong {
+        tracing::warn!("a wrong password for {}, from {}", printable(&name), ends.peer);
+    }
+    let mut refused = refuse(status, &error.to_string());
+    if let LogInError::Often(seconds) = error {
+        refused.headers_mut().insert(header::RETRY_AFTER, seconds.into());
+    }
+    refused
+}
+
+/// Ends the session.
+pub async fn end(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+    if let Some(session) = session(&headers) {
+        shared.context.access.log_out(&session);
+    }
+    ([(header::SET_COOKIE, cookie("", 0))], Json(json!({}))).into_response()
+}
+
+fn cookie(session: &str, lasts_s: u32) -> String {
+    format!("{COOKIE}={session}; Path=/; HttpOnly; SameSite=Strict; Max-Age={lasts_s}")
+}
+
+fn as_json(shared: &Shared, who: &Who) -> serde_json::Value {
+    let (name, role) = match who {
+        Who::Anybody | Who::Nobody => (None, None),
+        Who::Person { name, role } => (Some(name), Some(role.name())),
+        Who::Program { name, .. } => (Some(name), None),
+    };
+    let may: Vec<&str> =
+        SHOWN.iter().filter(|(_, action)| who.may(*action, None)).map(|(name, _)| *name).collect();
+    json!({ "needed": !shared.context.access.is_open(), "name": name, "role": role, "may": may })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(pairs: &[(header::HeaderName, &str)]) -> Credential {
+        let mut headers = HeaderMap::new();
+        for (name, value) in pairs {
+            headers.append(name.clone(), value.parse().unwrap());
+        }
+        credential(&headers)
+    }
+
+    #[test]
+    fn a_token_comes_before_a_session_and_neither_is_taken_for_the_other() {
+        let session = |text: &str| Credential::Session(text.into());
+        let token = |text: &str| Credential::Token(text.into());
+        assert_eq!(shown(&[]), Credential::None);
+        assert_eq!(shown(&[(header::COOKIE, "a=b; kehai-session=xyz; c=d")]), session("xyz"));
+        assert_eq!(shown(&[(header::COOKIE, "a=b"), (header::COOKIE, "kehai-session=xyz")]), session("xyz"));
+        assert_eq!(shown(&[(header::COOKIE, "not-kehai-session=xyz; kehai-session")]), Credential::None);
+        let cookie = (header::COOKIE, "kehai-session=xyz");
+        assert_eq!(shown(&[cookie.clone(), (header::AUTHORIZATION, "bearer kehai_a")]), token("kehai_a"));
+        assert_eq!(shown(&[cookie, (header::AUTHORIZATION, "Basic kehai_a")]), token(""));
+    }
+}
