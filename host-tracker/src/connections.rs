@@ -30,11 +30,13 @@ pub enum Cause {
     Role,
     /// Passwords were tried too often.
     Often,
+    /// No TLS could be agreed, or a request came without it.
+    Tls,
 }
 
 /// The counts. Clones are the same.
 #[derive(Clone, Debug, Default)]
-pub struct Connections(Arc<[AtomicU64; 9]>);
+pub struct Connections(Arc<[AtomicU64; 10]>);
 
 impl Connections {
     /// One more.
@@ -56,11 +58,12 @@ impl Connections {
             unknown: count(Cause::Unknown),
             role: count(Cause::Role),
             often: count(Cause::Often),
+            tls: count(Cause::Tls),
         }
     }
 
     fn of(&self, cause: Cause) -> &AtomicU64 {
-        let [full, address, header, body, unread, foreign, unknown, role, often] = &*self.0;
+        let [full, address, header, body, unread, foreign, unknown, role, often, tls] = &*self.0;
         match cause {
             Cause::Full => full,
             Cause::Address => address,
@@ -71,6 +74,7 @@ impl Connections {
             Cause::Unknown => unknown,
             Cause::Role => role,
             Cause::Often => often,
+            Cause::Tls => tls,
         }
     }
 }

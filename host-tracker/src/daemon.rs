@@ -24,7 +24,7 @@ use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
 use crate::store::{Keep, Store, StoreError, StoreState, known_before};
 use crate::tracker_alarms::TrackerAlarms;
-use crate::web::{Listen, Server, ServerContext};
+use crate::web::{Bind, Limits, Listen, Server, ServerContext};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::geometry::Pose;
@@ -70,9 +70,9 @@ pub struct Database {
 #[derive(Debug)]
 pub struct Map {
     /// The address.
-    pub listen: SocketAddr,
+    pub listen: Bind,
     /// Where messages to doors are taken, if not there.
-    pub doors: Option<SocketAddr>,
+    pub doors: Option<Bind>,
     /// Names under which browsers may open it, beside this machine's addresses and own name.
     pub names: Vec<String>,
     /// Who may do what there.
@@ -245,11 +245,16 @@ pub fn card_key(site_file: &Path, site: &Site) -> Result<Option<CardKey>, crate:
     CardKey::load(&CardKey::beside(site_file)).map(Some)
 }
 
+/// Whether others than this machine reach this address.
+#[must_use]
+pub fn is_reached(address: &SocketAddr) -> bool {
+    !address.ip().to_canonical().is_loopback()
+}
+
 /// The address at which others than this machine could do everything.
 fn open_to_all(map: &Map) -> Option<SocketAddr> {
-    let listens = [Some(map.listen), map.doors].into_iter().flatten();
-    let mut reached = listens.filter(|at| !at.ip().to_canonical().is_loopback());
-    reached.next().filter(|_| map.access.is_open() && !map.insecure)
+    let listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
+    listens.filter(is_reached).next().filter(|_| map.access.is_open() && !map.insecure)
 }
 
 fn serve(
@@ -282,7 +287,10 @@ fn serve(
         alarms: service.alarms(),
         connections: service.connections(),
     };
-    let places = doors.map_or(listen.to_string(), |doors| format!("{listen}, or the doors at {doors}"));
-    let at = Listen { doors, ..Listen::from(listen) };
+    let places = match &doors {
+        Some(doors) => format!("{}, or the doors at {}", listen.address, doors.address),
+        None => listen.address.to_string(),
+    };
+    let at = Listen { map: listen, doors, limits: Limits::default() };
     Server::start(at, context).map_err(|error| DaemonError::Map { places, error })
 }

@@ -7,6 +7,7 @@
 
 pub mod access;
 pub mod calibration;
+pub mod certificate;
 pub mod connections;
 pub mod daemon;
 pub mod doors;

@@ -213,6 +213,7 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         ("unknown", http.unknown),
         ("role", http.role),
         ("often", http.often),
+        ("tls", http.tls),
     ];
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "HTTP connections and requests that were refused or ended, by cause";

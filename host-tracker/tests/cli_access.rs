@@ -100,7 +100,7 @@ fn others_than_this_machine_are_not_served_before_somebody_may_log_in() {
         "{said}"
     );
     let password = place.password("anna", "admin");
-    let tracker = Tracker::start(place.run(&["--http", "0.0.0.0:0"]));
+    let tracker = Tracker::start(place.run(&["--http", "0.0.0.0:0", "--insecure"]));
     let map = map_of(&tracker);
     assert_eq!(http_client::ask(map, "GET /api/state", &[], b"").0, 401);
     assert_eq!(log_in(map, "anna", &password), 200);

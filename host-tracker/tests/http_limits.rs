@@ -79,7 +79,8 @@ impl LimitedServer {
             connections: refused.clone(),
         };
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
-        let server = Server::start(Listen { map: any, doors: Some(any), limits }, context).unwrap();
+        let server =
+            Server::start(Listen { map: any.into(), doors: Some(any.into()), limits }, context).unwrap();
         Self { server, refused, frames, _folder: folder }
     }
 

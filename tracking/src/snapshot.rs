@@ -99,6 +99,8 @@ pub struct HttpRefused {
     pub role: u64,
     /// Passwords were tried too often.
     pub often: u64,
+    /// No TLS could be agreed, or a request came without it.
+    pub tls: u64,
 }
 
 /// Announced devices that were not asked, or are no longer known, by cause.

@@ -11,10 +11,12 @@ use std::time::Duration;
 use clap::Args;
 use host_tracker::access::file::AccessFile;
 use host_tracker::access::{Access, FIRST, first_admin};
-use host_tracker::daemon::{Daemon, DaemonError, Database, Map, Next, Settings, card_key};
+use host_tracker::certificate::Certificate;
+use host_tracker::daemon::{Daemon, DaemonError, Database, Map, Next, Settings, card_key, is_reached};
 use host_tracker::mqtt::{Broker, Topics};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
+use host_tracker::web::{Bind, names_of_this_machine};
 use kehai_tracking::alarm::{AlarmKind, Alarms, Changes};
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
@@ -67,7 +69,20 @@ pub struct Arguments {
     #[arg(long)]
     first_admin: bool,
 
-    /// Serve others than this machine although nobody needs to log in: everybody who reaches the map may do everything
+    /// Serve this machine over TLS, too: others are served over TLS anyway, by a certificate made beside the site's file
+    #[arg(long, requires = "http")]
+    tls: bool,
+
+    /// Serve over TLS by this certificate, with those between it and its authority, in PEM
+    #[arg(long, value_name = "FILE.pem", requires = "http", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+
+    /// The key of --tls-cert
+    #[arg(long, value_name = "FILE.pem", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+
+    /// Serve others than this machine in clear, and although nobody needs to log in: then everybody who reaches the map may do
+    /// everything
     #[arg(long, requires = "http")]
     insecure: bool,
 
@@ -160,6 +175,15 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         None
     });
     let access = access(&arguments)?;
+    let certificate = certificate(&arguments)?;
+    let everywhere = arguments.tls || arguments.tls_cert.is_some();
+    let bind = |address: SocketAddr| Bind {
+        address,
+        certificate: certificate.clone().filter(|_| everywhere || is_reached(&address)),
+    };
+    let (map_bind, door_bind) = (arguments.http.map(bind), arguments.door_http.map(bind));
+    let scheme = |bind: &Option<Bind>| bind.as_ref().map_or("http", Bind::scheme);
+    let schemes = [scheme(&map_bind), scheme(&door_bind)];
     let settings = Settings {
         site,
         modules,
@@ -167,9 +191,9 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracker: arguments.tracker,
         record: arguments.record,
         database: arguments.db.map(|file| Database { file, keep, restore: true }),
-        map: arguments.http.map(|listen| Map {
+        map: map_bind.map(|listen| Map {
             listen,
-            doors: arguments.door_http,
+            doors: door_bind,
             names: arguments.http_name,
             access,
             insecure: arguments.insecure,
@@ -186,10 +210,14 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         started => started?,
     };
     if let Some(address) = daemon.map_address() {
-        tracing::info!("live map at http://{address}/");
+        tracing::info!("live map at {}://{address}/", schemes[0]);
     }
     if let (Some(address), Some(_)) = (daemon.door_address(), arguments.door_http) {
-        tracing::info!("messages to doors at http://{address}/api/door");
+        tracing::info!("messages to doors at {}://{address}/api/door", schemes[1]);
+    }
+    if let Some(certificate) = certificate {
+        let (file, fingerprint) = (certificate.file().display(), certificate.fingerprint());
+        tracing::info!("certificate {file} has the SHA-256 fingerprint {fingerprint}");
     }
     let mut supervisor = Supervisor::ready();
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
@@ -232,10 +260,26 @@ fn access(arguments: &Arguments) -> Result<Access, Failure> {
         tracing::info!("the first user is {FIRST}, with the password {password}: it is not said again");
     }
     let access = Access::of(file);
-    if arguments.insecure && access.is_open() {
-        tracing::warn!("--insecure: everybody who reaches the map may do everything");
+    if arguments.insecure {
+        let what = match access.is_open() {
+            true => "everybody who reaches the map may do everything",
+            false => "passwords and tokens go in clear over the network",
+        };
+        tracing::warn!("--insecure: {what}");
     }
     Ok(access)
+}
+
+/// What TLS shows, if it is spoken anywhere.
+fn certificate(arguments: &Arguments) -> Result<Option<Certificate>, Failure> {
+    if let (Some(certificate), Some(key)) = (&arguments.tls_cert, &arguments.tls_key) {
+        return Ok(Some(Certificate::from_files(certificate, key)?));
+    }
+    let reached = [arguments.http, arguments.door_http].iter().flatten().any(is_reached);
+    if !(arguments.tls || (reached && !arguments.insecure)) {
+        return Ok(None);
+    }
+    Ok(Some(Certificate::own(&arguments.site, &names_of_this_machine(&arguments.http_name))?))
 }
 
 /// Where to listen: on this machine alone if only a port is said.

@@ -100,6 +100,11 @@ impl Names {
         Self(names)
     }
 
+    /// All of them.
+    pub fn all(&self) -> &[String] {
+        &self.0
+    }
+
     fn has(&self, name: &str) -> bool {
         // DNS knows a name by a dot behind it, too.
         let name = name.strip_suffix('.').unwrap_or(name);

@@ -67,7 +67,9 @@ use std::thread::JoinHandle;
 
 use parking_lot::Mutex;
 use tokio::sync::{oneshot, watch};
+use tokio_rustls::TlsAcceptor;
 
+use crate::certificate::Certificate;
 use crate::supervise;
 pub use limits::Limits;
 use places::Places;
@@ -76,20 +78,53 @@ use recent::History;
 pub use shared::{Accepted, ServerContext};
 use shared::{Packets, Shared};
 
+/// The names and addresses of this machine, and these: what its own certificate is for.
+#[must_use]
+pub fn names_of_this_machine(others: &[String]) -> Vec<String> {
+    let mut names = guard::Names::of_this_machine(others).all().to_vec();
+    names.extend(if_addrs::get_if_addrs().unwrap_or_default().iter().map(|own| own.ip().to_string()));
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
 /// Where the server listens, and within which bounds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Listen {
     /// The map.
-    pub map: SocketAddr,
+    pub map: Bind,
     /// The doors, if not with the map.
-    pub doors: Option<SocketAddr>,
+    pub doors: Option<Bind>,
     /// The bounds of each listener.
     pub limits: Limits,
 }
 
+/// An address, and what is spoken there.
+#[derive(Clone, Debug)]
+pub struct Bind {
+    /// The address; port 0 takes a free one.
+    pub address: SocketAddr,
+    /// What TLS shows there; without it everything goes in clear.
+    pub certificate: Option<Certificate>,
+}
+
+impl From<SocketAddr> for Bind {
+    fn from(address: SocketAddr) -> Self {
+        Self { address, certificate: None }
+    }
+}
+
 impl From<SocketAddr> for Listen {
     fn from(map: SocketAddr) -> Self {
-        Self { map, doors: None, limits: Limits::default() }
+        Self { map: map.into(), doors: None, limits: Limits::default() }
+    }
+}
+
+impl Bind {
+    /// What its addresses begin with.
+    #[must_use]
+    pub const fn scheme(&self) -> &'static str {
+        if self.certificate.is_some() { "https" } else { "http" }
     }
 }
 
@@ -110,7 +145,7 @@ impl Server {
         let context = Arc::new(context);
         let doors =
             doors.map(|at| Thread::start("door-http", at, limits, &context, Serves::Doors)).transpose()?;
-        let beside = doors.as_ref().map(|doors| doors.address);
+        let beside = doors.as_ref().map(|doors| format!("{}://{}/", doors.scheme, doors.address));
         let map = Thread::start("http", map, limits, &context, Serves::Map { doors_at: beside })?;
         Ok(Self { map, doors })
     }
@@ -129,10 +164,10 @@ impl Server {
 }
 
 /// What a listener is for.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Serves {
     /// The map; messages to doors, too, unless they are taken at another address.
-    Map { doors_at: Option<SocketAddr> },
+    Map { doors_at: Option<String> },
     /// Doors alone.
     Doors,
 }
@@ -141,6 +176,7 @@ enum Serves {
 #[derive(Debug)]
 struct Thread {
     address: SocketAddr,
+    scheme: &'static str,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -148,12 +184,14 @@ struct Thread {
 impl Thread {
     fn start(
         name: &'static str,
-        listen: SocketAddr,
+        listen: Bind,
         limits: Limits,
         context: &Arc<ServerContext>,
         serves: Serves,
     ) -> io::Result<Self> {
-        let listener = std::net::TcpListener::bind(listen)?;
+        let listener = std::net::TcpListener::bind(listen.address)?;
+        let scheme = listen.scheme();
+        let tls = listen.certificate.map(|certificate| TlsAcceptor::from(certificate.config()));
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
@@ -164,13 +202,13 @@ impl Thread {
                 let listener = listener.try_clone().map_err(|error| error.to_string())?;
                 runtime.block_on(async {
                     tokio::select! {
-                        why = serve(listener, limits, &context, serves) => Err(why),
+                        why = serve(listener, tls.clone(), limits, &context, serves.clone()) => Err(why),
                         _ = &mut stopped => Ok(()),
                     }
                 })
             });
         })?;
-        Ok(Self { address, stop: Some(stop), thread: Some(thread) })
+        Ok(Self { address, scheme, stop: Some(stop), thread: Some(thread) })
     }
 }
 
@@ -187,6 +225,7 @@ impl Drop for Thread {
 /// Why it is no longer served.
 async fn serve(
     listener: std::net::TcpListener,
+    tls: Option<TlsAcceptor>,
     limits: Limits,
     context: &Arc<ServerContext>,
     serves: Serves,
@@ -206,12 +245,17 @@ async fn serve(
         Ok(listener) => listener,
         Err(error) => return format!("HTTP cannot be served: {error}"),
     };
-    let router = match serves {
-        Serves::Map { doors_at } => router::map(doors_at),
+    let router = match &serves {
+        Serves::Map { doors_at } => router::map(doors_at.clone()),
         Serves::Doors => router::doors(),
     };
-    let serving =
-        listener::serve(listener, limits, context.connections.clone(), router::finished(router, &shared));
+    let serving = listener::serve(
+        listener,
+        tls,
+        limits,
+        context.connections.clone(),
+        router::finished(router, &shared),
+    );
     match serves {
         Serves::Doors => serving.await,
         Serves::Map { .. } => tokio::join!(serving, feed::run(shared, packets_in)).0,

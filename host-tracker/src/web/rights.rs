@@ -18,6 +18,12 @@ pub enum Needed {
     Needs(Action),
 }
 
+/// Whether a request is answered in clear where TLS is spoken: the way out, as a button that cannot agree on TLS, or knows another
+/// certificate, must still open; and the sign of life, which says nothing.
+pub fn is_taken_in_clear(route: Option<&str>, input: Option<Input>) -> bool {
+    input == Some(Input::Exit) || route == Some("/healthz")
+}
+
 /// What a request needs, by its method and route; none, if there is no such request. `input` is that of a message to a door, if
 /// it is one that doors have.
 pub fn needed(method: &Method, route: Option<&str>, input: Option<Input>) -> Option<Needed> {

@@ -5,11 +5,12 @@
 //!                 └─ 400, 403         └─ 401    └─ 403
 //! ```
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, MatchedPath, RawPathParams, Request, State};
+use axum::http::request::Parts;
+use axum::http::uri::PathAndQuery;
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -19,8 +20,8 @@ use kehai_tracking::door::inbox::{self, Input};
 use kehai_tracking::names::message;
 
 use super::answers::{BODY_MAX, refuse, text};
-use super::listener::Ends;
-use super::rights::{Needed, needed};
+use super::listener::{Ends, Line};
+use super::rights::{Needed, is_taken_in_clear, needed};
 use super::shared::Shared;
 use super::{calibration, door, guard, page, past, session, sign, site, socket};
 use crate::access::Who;
@@ -35,7 +36,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
 const HEALTHY: Duration = Duration::from_secs(1);
 
 /// The map; messages to doors, too, unless they are taken at another address.
-pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
+pub fn map(doors_at: Option<String>) -> Router<Arc<Shared>> {
     let map = Router::new()
         .route("/ws", get(socket::open))
         .route("/api/site", get(site::show).put(site::change))
@@ -51,12 +52,12 @@ pub fn map(doors_at: Option<SocketAddr>) -> Router<Arc<Shared>> {
     let Some(at) = doors_at else { return map.merge(doors()) };
     let map = map.merge(signs());
     let elsewhere = move || async move {
-        let why = format!("this door takes messages at --door-http alone: http://{at}/");
+        let why = format!("this door takes messages at --door-http alone: {at}");
         refuse(StatusCode::MISDIRECTED_REQUEST, &why)
     };
     map.route("/api/door", get(door::all))
         .route("/api/door/{name}", get(door::one))
-        .route("/api/door/{name}/{*input}", post(elsewhere))
+        .route("/api/door/{name}/{*input}", post(elsewhere.clone()))
         .route("/door/{name}", get(elsewhere))
 }
 
@@ -108,7 +109,7 @@ async fn guarded(
     };
     let writes = asks.writes;
     let mut response = match guard::check(&asks, &shared.names) {
-        Ok(()) => admitted(&shared, request, next, writes).await,
+        Ok(()) => admitted(&shared, ends.line, request, next, writes).await,
         Err(why) => {
             counts.count(Cause::Foreign);
             let status = match why {
@@ -133,15 +134,20 @@ async fn guarded(
 }
 
 /// Hands on what its sender may ask for.
-async fn admitted(shared: &Shared, request: Request, next: Next, writes: bool) -> Response {
+async fn admitted(shared: &Shared, line: Line, request: Request, next: Next, writes: bool) -> Response {
     let counts = &shared.context.connections;
     let (mut parts, body) = request.into_parts();
-    let who = shared.context.access.who(&session::credential(&parts.headers));
+    let who = shared.context.access.who(&session::credential(&parts.headers, line));
     let route = parts.extensions.get::<MatchedPath>().cloned();
     let params = parts.extract::<RawPathParams>().await.ok();
     let param = |wanted| params.iter().flatten().find(|(name, _)| *name == wanted).map(|(_, value)| value);
     let input = param("input").and_then(Input::named);
-    match needed(&parts.method, route.as_ref().map(MatchedPath::as_str), input) {
+    let route = route.as_ref().map(MatchedPath::as_str);
+    if line == Line::Missed && !is_taken_in_clear(route, input) {
+        counts.count(Cause::Tls);
+        return by_tls(&parts);
+    }
+    match needed(&parts.method, route, input) {
         Some(Needed::Free) => {}
         Some(Needed::Needs(action)) if who.may(action, param("name")) => {}
         Some(Needed::Needs(_)) if who == Who::Nobody => {
@@ -171,6 +177,18 @@ async fn admitted(shared: &Shared, request: Request, next: Next, writes: bool) -
             response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
             response
         }
+    }
+}
+
+/// Sends a browser to the same page over TLS; a program is told: it may have sent a token in clear, which is to be replaced.
+fn by_tls(asked: &Parts) -> Response {
+    let host = text(&asked.headers, header::HOST).unwrap_or_default();
+    let page = asked.uri.path_and_query().map_or("/", PathAndQuery::as_str);
+    match HeaderValue::try_from(format!("https://{host}{page}")) {
+        Ok(there) if asked.method == Method::GET => {
+            (StatusCode::TEMPORARY_REDIRECT, [(header::LOCATION, there)]).into_response()
+        }
+        _ => refuse(StatusCode::UPGRADE_REQUIRED, "here it is https:// alone, but for the way out of a door"),
     }
 }
 

@@ -21,7 +21,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::answers::refuse;
-use super::listener::Ends;
+use super::listener::{Ends, Line};
 use super::shared::Shared;
 use crate::access::roles::Action;
 use crate::access::{Credential, LogInError, Who};
@@ -29,8 +29,14 @@ use crate::connections::Cause;
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::text::printable;
 
-/// Name of the cookie.
-const COOKIE: &str = "kehai-session";
+/// Name of the cookie. Over TLS a browser takes one of that name over TLS alone (RFC 6265bis, 4.1.3.2), so that nobody who answers in
+/// clear for this host can set another.
+const fn cookie_name(line: Line) -> &'static str {
+    match line {
+        Line::Tls => "__Host-kehai-session",
+        Line::Clear | Line::Missed => "kehai-session",
+    }
+}
 
 /// The cookie's life, s. The session's own end counts.
 const LASTS_S: u32 = 12 * 3600;
@@ -52,7 +58,7 @@ pub struct LogIn {
 }
 
 /// What a request shows of who it is from: a token before a session.
-pub fn credential(headers: &HeaderMap) -> Credential {
+pub fn credential(headers: &HeaderMap, line: Line) -> Credential {
     let text = |value: &HeaderValue| value.to_str().ok().map(str::to_owned);
     if let Some(shown) = headers.get(header::AUTHORIZATION) {
         // What is no token is a wrong one: a program that tries to log in is not taken for somebody else.
@@ -60,13 +66,13 @@ pub fn credential(headers: &HeaderMap) -> Credential {
         let token = shown.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
         return Credential::Token(token.map_or(String::new(), |(_, token)| token.trim().to_owned()));
     }
-    session(headers).map_or(Credential::None, Credential::Session)
+    session(headers, line).map_or(Credential::None, Credential::Session)
 }
 
-fn session(headers: &HeaderMap) -> Option<String> {
+fn session(headers: &HeaderMap, line: Line) -> Option<String> {
     let cookies = headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
     let mut pairs = cookies.flat_map(|line| line.split(';')).filter_map(|pair| pair.trim().split_once('='));
-    pairs.find(|(name, _)| *name == COOKIE).map(|(_, value)| value.to_owned())
+    pairs.find(|(name, _)| *name == cookie_name(line)).map(|(_, value)| value.to_owned())
 }
 
 /// Who asks.
@@ -93,7 +99,7 @@ pub async fn begin(
     let error = match session {
         Ok(session) => {
             let who = shared.context.access.who(&Credential::Session(session.clone()));
-            let cookie = cookie(&session, LASTS_S);
+            let cookie = cookie(ends.line, &session, LASTS_S);
             tracing::info!("{who} has logged in from {}", ends.peer);
             return ([(header::SET_COOKIE, cookie)], Json(as_json(&shared, &who))).into_response();
         }
@@ -120,15 +126,21 @@ pub async fn begin(
 }
 
 /// Ends the session.
-pub async fn end(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
-    if let Some(session) = session(&headers) {
+pub async fn end(
+    State(shared): State<Arc<Shared>>,
+    Extension(ends): Extension<Ends>,
+    headers: HeaderMap,
+) -> Response {
+    if let Some(session) = session(&headers, ends.line) {
         shared.context.access.log_out(&session);
     }
-    ([(header::SET_COOKIE, cookie("", 0))], Json(json!({}))).into_response()
+    ([(header::SET_COOKIE, cookie(ends.line, "", 0))], Json(json!({}))).into_response()
 }
 
-fn cookie(session: &str, lasts_s: u32) -> String {
-    format!("{COOKIE}={session}; Path=/; HttpOnly; SameSite=Strict; Max-Age={lasts_s}")
+fn cookie(line: Line, session: &str, lasts_s: u32) -> String {
+    let name = cookie_name(line);
+    let secure = if line == Line::Tls { "; Secure" } else { "" };
+    format!("{name}={session}; Path=/; HttpOnly; SameSite=Strict; Max-Age={lasts_s}{secure}")
 }
 
 fn as_json(shared: &Shared, who: &Who) -> serde_json::Value {
@@ -151,7 +163,7 @@ mod tests {
         for (name, value) in pairs {
             headers.append(name.clone(), value.parse().unwrap());
         }
-        credential(&headers)
+        credential(&headers, Line::Clear)
     }
 
     #[test]

@@ -63,7 +63,7 @@ pub async fn open(
             return refuse(StatusCode::SERVICE_UNAVAILABLE, &why.to_string());
         }
     };
-    let credential = session::credential(&headers);
+    let credential = session::credential(&headers, ends.line);
     upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX).on_upgrade(async move |mut socket| {
         let gone = talk(&mut socket, &shared, &credential).await;
         // Its places are free before it is counted.

@@ -12,13 +12,14 @@ use host_tracker::access::password;
 use host_tracker::access::roles::Role;
 use host_tracker::access::secret;
 use host_tracker::calibration::Calibration;
+use host_tracker::certificate::Certificate;
 use host_tracker::connections::Connections;
 use host_tracker::doors::DoorHandle;
 use host_tracker::reports::Reports;
 use host_tracker::signs::SignHandle;
 use host_tracker::site_file::SiteFile;
 use host_tracker::tracker_alarms::TrackerAlarms;
-use host_tracker::web::{Server, ServerContext};
+use host_tracker::web::{Bind, Limits, Listen, Server, ServerContext};
 use kehai_tracking::snapshot::Snapshot;
 use tokio::sync::watch;
 use ureq::http::HeaderMap;
@@ -63,6 +64,11 @@ pub struct House {
 impl House {
     /// With the user `anna`, who is an admin.
     pub fn of(site: &str) -> Self {
+        Self::bound(site, Limits::default(), false)
+    }
+
+    /// The same within other bounds, in clear or over TLS by a certificate of its own, for `localhost`.
+    pub fn bound(site: &str, limits: Limits, tls: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("house.toml");
         std::fs::write(&path, site).unwrap();
@@ -88,7 +94,9 @@ impl House {
             alarms: TrackerAlarms::default(),
             connections: refused.clone(),
         };
-        let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
+        let own = || Certificate::own(&path, &["localhost".to_owned()]).unwrap();
+        let map = Bind { address: SocketAddr::from(([127, 0, 0, 1], 0)), certificate: tls.then(own) };
+        let server = Server::start(Listen { map, doors: None, limits }, context).unwrap();
         Self { server, file, refused, frames, folder, now_us }
     }
 

@@ -168,7 +168,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 /// The map. Without one, tags need a port of this machine all the same, over which they are told.
 fn map(arguments: &Arguments, stage: &Stage) -> Option<Map> {
     // Nobody is there whom it would show: it is open to whom it is shown, by --http to the whole network.
-    let at = |listen, names| Map { listen, doors: None, names, access: Access::open(), insecure: true };
+    let at = |listen: SocketAddr, names| Map {
+        listen: listen.into(),
+        doors: None,
+        names,
+        access: Access::open(),
+        insecure: true,
+    };
     match (arguments.headless, stage) {
         (false, _) => Some(at(listen(arguments.http), arguments.http_name.clone())),
         (true, Stage::Entrance(_)) => Some(at(SocketAddr::new(MAP.ip(), 0), Vec::new())),
