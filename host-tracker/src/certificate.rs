@@ -85,7 +85,9 @@ impl Certificate {
             let pair = KeyPair::from_pem(&text).map_err(|why| wrong(&key, "key", why))?;
             let mut parameters = CertificateParams::new(names)?;
             parameters.distinguished_name.push(DnType::CommonName, SUBJECT);
-            parameters.extended_key_usages.push(ExtendedKeyUsagePurpose::ServerAuth);
+            // For browsers, and for a broker that knows its clients by certificates.
+            parameters.extended_key_usages =
+                vec![ExtendedKeyUsagePurpose::ServerAuth, ExtendedKeyUsagePurpose::ClientAuth];
             write(&file, &parameters.self_signed(&pair)?.pem(), 0o644)?;
         }
         Self::from_files(&file, &key)

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
+use rustls::ClientConfig;
 use tokio::sync::watch;
 
 use crate::access::Access;
@@ -49,8 +50,8 @@ pub struct Settings {
     pub database: Option<Database>,
     /// The live map.
     pub map: Option<Map>,
-    /// The broker, and where everything goes there.
-    pub mqtt: Option<(Broker, Topics)>,
+    /// The broker.
+    pub mqtt: Option<Mqtt>,
     /// The key by which cards are hashed.
     pub card_key: Option<CardKey>,
 }
@@ -64,6 +65,17 @@ pub struct Database {
     pub keep: Keep,
     /// Whether tracks that it knows from a moment ago are taken back.
     pub restore: bool,
+}
+
+/// The broker to which everything is published.
+#[derive(Debug)]
+pub struct Mqtt {
+    /// The broker.
+    pub broker: Broker,
+    /// Whom an encrypted connection to it trusts, if it is one.
+    pub trust: Option<Arc<ClientConfig>>,
+    /// Where everything goes there.
+    pub topics: Topics,
 }
 
 /// Where the live map is served.
@@ -153,9 +165,10 @@ impl Daemon {
         let options = Options { restore, site, modules, discover, tracker, record, card_key };
         let service = Service::start(options)?;
         let doors = service.doors();
-        let publisher = mqtt.map(|(broker, topics)| {
+        let publisher = mqtt.map(|Mqtt { broker, trust, topics }| {
             let settings = mqtt::Settings {
                 broker,
+                trust,
                 topics,
                 doors: Some(doors.clone()),
                 signs: Some(service.signs()),
@@ -253,8 +266,8 @@ pub fn is_reached(address: &SocketAddr) -> bool {
 
 /// The address at which others than this machine could do everything.
 fn open_to_all(map: &Map) -> Option<SocketAddr> {
-    let listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
-    listens.filter(is_reached).next().filter(|_| map.access.is_open() && !map.insecure)
+    let mut listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
+    listens.find(is_reached).filter(|_| map.access.is_open() && !map.insecure)
 }
 
 fn serve(

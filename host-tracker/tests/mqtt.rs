@@ -14,6 +14,8 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_tracker::certificate::Certificate;
+use host_tracker::mqtt::trust::{self, TrustFiles};
 use host_tracker::mqtt::{Publisher, Settings, Topics};
 use host_tracker::tracker_alarms::TrackerAlarms;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
@@ -45,14 +47,17 @@ struct Broker {
 
 impl Broker {
     fn start(program: &Path) -> Self {
+        Self::with(program, "allow_anonymous true\n")
+    }
+
+    /// With further lines in its file.
+    fn with(program: &Path, more: &str) -> Self {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let name =
             format!("mosquitto-{}-{}.conf", std::process::id(), NUMBER.fetch_add(1, Ordering::Relaxed));
         let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-        let text = format!(
-            "listener {port} 127.0.0.1\nallow_anonymous true\npersistence false\nset_tcp_nodelay true\n"
-        );
+        let text = format!("listener {port} 127.0.0.1\n{more}persistence false\nset_tcp_nodelay true\n");
         std::fs::write(&file, text).unwrap();
         let mut broker = Self { program: program.to_owned(), port, file, child: None };
         broker.come();
@@ -191,6 +196,7 @@ fn settings(port: u16) -> Settings {
     let topics = Topics { title: "door".into(), prefix: "kehai".into(), home_assistant };
     Settings {
         broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(),
+        trust: None,
         topics,
         doors: None,
         signs: None,
@@ -205,6 +211,57 @@ fn frame() -> Snapshot {
 
 mod door_fixture;
 mod http_client;
+
+/// A broker that speaks TLS alone, and knows its clients by certificates.
+#[test]
+fn an_encrypted_broker_is_trusted_by_its_certificate_and_no_other_is() {
+    let Some(program) = mosquitto() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let made = |name: &str| {
+        let site = folder.path().join(name).with_extension("toml");
+        let names = ["localhost".to_owned(), "127.0.0.1".to_owned()];
+        let certificate = Certificate::own(&site, &names).unwrap().file().to_path_buf();
+        let key = site.with_extension("key.pem");
+        (certificate, key)
+    };
+    let (theirs, ours, foreign) = (made("broker"), made("tracker"), made("foreign"));
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    // Started by root it stays so: the keys are for their owner alone.
+    let more = format!(
+        "allow_anonymous true\nuser root\nlistener {port} 127.0.0.1\ncertfile {}\nkeyfile {}\ncafile {}\n\
+         require_certificate true\n",
+        theirs.0.display(),
+        theirs.1.display(),
+        ours.0.display()
+    );
+    let broker = Broker::with(&program, &more);
+    let trusting = |authority: &Path, own: &(PathBuf, PathBuf)| {
+        let files = TrustFiles { authorities: Some(authority.to_owned()), own: Some(own.clone()) };
+        Some(trust::config(&files).unwrap())
+    };
+    let publish = |trust| {
+        let (frames, queue) = Frames::new(frame());
+        let (tell, said) = mpsc::channel();
+        let broker = format!("mqtts://127.0.0.1:{port}").parse().unwrap();
+        let settings = Settings { broker, trust, ..settings(0) };
+        let say = move |text: &str| drop(tell.send(text.to_owned()));
+        (Publisher::start(settings, queue, None, say).unwrap(), frames, said)
+    };
+    let mut listener = Listener::new(broker.port);
+    let (publisher, _frames, _) = publish(trusting(&theirs.0, &ours));
+    listener.hears("kehai/door/status", |payload| payload == "online");
+    drop(publisher);
+    listener.hears("kehai/door/status", |payload| payload == "offline");
+    let refused = |trust| {
+        let (_publisher, _frames, said) = publish(trust);
+        said.recv_timeout(PATIENCE).unwrap()
+    };
+    let said = refused(trusting(&foreign.0, &ours));
+    assert!(said.contains("trying again") && said.contains("certificate"), "another broker: {said}");
+    let said = refused(trusting(&theirs.0, &foreign));
+    assert!(said.contains("trying again"), "another tracker: {said}");
+    assert_eq!(listener.known["kehai/door/status"], "offline");
+}
 
 #[test]
 fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {

@@ -1,10 +1,12 @@
 //! The commands of `kehai-tracker`, one file each.
 
 mod address;
+mod broker;
 mod calibrate;
 mod check;
 mod export;
 mod failure;
+mod http;
 mod log;
 mod manual;
 mod module;

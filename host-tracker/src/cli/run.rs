@@ -2,28 +2,24 @@
 
 use std::fs::File;
 use std::io::{self, Write};
-use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::access::file::AccessFile;
-use host_tracker::access::{Access, FIRST, first_admin};
-use host_tracker::certificate::Certificate;
-use host_tracker::daemon::{Daemon, DaemonError, Database, Map, Next, Settings, card_key, is_reached};
-use host_tracker::mqtt::{Broker, Topics};
+use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
-use host_tracker::web::{Bind, names_of_this_machine};
 use kehai_tracking::alarm::{AlarmKind, Alarms, Changes};
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use kehai_tracking::tracker::Selected;
 
 use super::address::address;
+use super::broker::MqttArguments;
 use super::failure::Failure;
+use super::http::{HttpArguments, advised};
 use super::supervisor::Supervisor;
 use super::tracks_out::TracksOut;
 
@@ -50,67 +46,16 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
-    /// Serve the live map, for this machine alone unless an address is given: 0.0.0.0:8420 is for the whole network, which
-    /// has to log in [default: 127.0.0.1:8420]
-    #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8420", value_parser = listen)]
-    http: Option<SocketAddr>,
-
-    /// Take messages to doors at this address alone, by connections of their own: a flood of the map does not reach
-    /// them, and who sees the map need not reach them [default: at the map's address]
-    #[arg(long, value_name = "[IP:]PORT", requires = "http", value_parser = listen)]
-    door_http: Option<SocketAddr>,
-
-    /// A further name or address under which browsers may open the map: localhost, this machine's own name, and the
-    /// address that a connection reaches are allowed without
-    #[arg(long, value_name = "NAME", requires = "http")]
-    http_name: Vec<String>,
-
-    /// If nobody may log in yet, add the user admin, and say its password once in the log
-    #[arg(long)]
-    first_admin: bool,
-
-    /// Serve this machine over TLS, too: others are served over TLS anyway, by a certificate made beside the site's file
-    #[arg(long, requires = "http")]
-    tls: bool,
-
-    /// Serve over TLS by this certificate, with those between it and its authority, in PEM
-    #[arg(long, value_name = "FILE.pem", requires = "http", requires = "tls_key")]
-    tls_cert: Option<PathBuf>,
-
-    /// The key of --tls-cert
-    #[arg(long, value_name = "FILE.pem", requires = "tls_cert")]
-    tls_key: Option<PathBuf>,
-
-    /// Serve others than this machine in clear, and although nobody needs to log in: then everybody who reaches the map may do
-    /// everything
-    #[arg(long, requires = "http")]
-    insecure: bool,
+    #[command(flatten)]
+    http: HttpArguments,
 
     /// The tracker: kehai, or rendering (experimental: follows people by one formula; it knows no things and no wheels,
     /// takes back no people after a restart, and is far slower)
     #[arg(long, value_name = "NAME", default_value_t = Selected::default())]
     tracker: Selected,
 
-    /// Publish to this broker, with discovery for Home Assistant
-    #[arg(
-        long,
-        value_name = "mqtt://[USER:PASSWORD@]HOST[:PORT]",
-        env = "KEHAI_MQTT",
-        hide_env_values = true
-    )]
-    mqtt: Option<Broker>,
-
-    /// In front of every topic
-    #[arg(long, value_name = "TOPIC", default_value = "kehai", value_parser = prefix)]
-    mqtt_prefix: String,
-
-    /// Name of the site there [default: the site file's]
-    #[arg(long, value_name = "NAME")]
-    mqtt_site: Option<String>,
-
-    /// Where Home Assistant discovers; empty: it is not told
-    #[arg(long, value_name = "TOPIC", default_value = "homeassistant", value_parser = prefix)]
-    home_assistant_prefix: String,
+    #[command(flatten)]
+    mqtt: MqttArguments,
 
     /// Keep what happens in this database, made if missing
     #[arg(long, value_name = "FILE")]
@@ -155,13 +100,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let silent = arguments.mqtt.is_some()
+    let silent = arguments.mqtt.is_given()
         || arguments.db.is_some()
         || arguments.record.is_some()
-        || arguments.http.is_some();
+        || arguments.http.is_given();
     let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
     let mut out = tracks_out.map(open).transpose()?;
-    let topics = topics(&arguments);
+    let mqtt = arguments.mqtt.broker(&arguments.site)?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -174,16 +119,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracing::warn!("{error}; cards of before are not known again");
         None
     });
-    let access = access(&arguments)?;
-    let certificate = certificate(&arguments)?;
-    let everywhere = arguments.tls || arguments.tls_cert.is_some();
-    let bind = |address: SocketAddr| Bind {
-        address,
-        certificate: certificate.clone().filter(|_| everywhere || is_reached(&address)),
-    };
-    let (map_bind, door_bind) = (arguments.http.map(bind), arguments.door_http.map(bind));
-    let scheme = |bind: &Option<Bind>| bind.as_ref().map_or("http", Bind::scheme);
-    let schemes = [scheme(&map_bind), scheme(&door_bind)];
+    let served = arguments.http.served(&arguments.site)?;
+    let map = arguments.http.map(&served, &arguments.site)?;
     let settings = Settings {
         site,
         modules,
@@ -191,34 +128,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         tracker: arguments.tracker,
         record: arguments.record,
         database: arguments.db.map(|file| Database { file, keep, restore: true }),
-        map: map_bind.map(|listen| Map {
-            listen,
-            doors: door_bind,
-            names: arguments.http_name,
-            access,
-            insecure: arguments.insecure,
-        }),
-        mqtt: arguments.mqtt.map(|broker| (broker, topics)),
+        map,
+        mqtt,
         card_key,
     };
-    let mut daemon = match Daemon::start(settings, |text| tracing::info!("{text}")) {
-        Err(error @ DaemonError::Open(_)) => {
-            let site = arguments.site.display();
-            let first = format!("kehai-tracker user add NAME --role admin --site {site}");
-            return Err(format!("{error}: {first} makes the first user (--insecure goes without)").into());
-        }
-        started => started?,
-    };
-    if let Some(address) = daemon.map_address() {
-        tracing::info!("live map at {}://{address}/", schemes[0]);
-    }
-    if let (Some(address), Some(_)) = (daemon.door_address(), arguments.door_http) {
-        tracing::info!("messages to doors at {}://{address}/api/door", schemes[1]);
-    }
-    if let Some(certificate) = certificate {
-        let (file, fingerprint) = (certificate.file().display(), certificate.fingerprint());
-        tracing::info!("certificate {file} has the SHA-256 fingerprint {fingerprint}");
-    }
+    let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
+        .map_err(|error| advised(error, &arguments.site))?;
+    served.say(&daemon);
     let mut supervisor = Supervisor::ready();
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut alarms = Alarms::default();
@@ -249,62 +165,6 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     drop(supervisor);
     daemon.stop()?;
     summary(&last, silent)
-}
-
-/// Who may do what; the first of them, if one is to be made.
-fn access(arguments: &Arguments) -> Result<Access, Failure> {
-    let file = AccessFile::beside(&arguments.site);
-    if arguments.first_admin
-        && let Some(password) = first_admin(&file)?
-    {
-        tracing::info!("the first user is {FIRST}, with the password {password}: it is not said again");
-    }
-    let access = Access::of(file);
-    if arguments.insecure {
-        let what = match access.is_open() {
-            true => "everybody who reaches the map may do everything",
-            false => "passwords and tokens go in clear over the network",
-        };
-        tracing::warn!("--insecure: {what}");
-    }
-    Ok(access)
-}
-
-/// What TLS shows, if it is spoken anywhere.
-fn certificate(arguments: &Arguments) -> Result<Option<Certificate>, Failure> {
-    if let (Some(certificate), Some(key)) = (&arguments.tls_cert, &arguments.tls_key) {
-        return Ok(Some(Certificate::from_files(certificate, key)?));
-    }
-    let reached = [arguments.http, arguments.door_http].iter().flatten().any(is_reached);
-    if !(arguments.tls || (reached && !arguments.insecure)) {
-        return Ok(None);
-    }
-    Ok(Some(Certificate::own(&arguments.site, &names_of_this_machine(&arguments.http_name))?))
-}
-
-/// Where to listen: on this machine alone if only a port is said.
-fn listen(text: &str) -> Result<SocketAddr, String> {
-    let port = |text: &str| text.parse().ok().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
-    text.parse()
-        .ok()
-        .or_else(|| port(text))
-        .ok_or_else(|| "PORT for this machine alone, or IP:PORT, as 0.0.0.0:8420 for everybody".to_owned())
-}
-
-fn prefix(text: &str) -> Result<String, String> {
-    if text.contains(['#', '+', '\0']) || text.starts_with('/') || text.ends_with('/') {
-        return Err("a topic has neither # nor +, and no / at its ends".to_owned());
-    }
-    Ok(text.to_owned())
-}
-
-fn topics(arguments: &Arguments) -> Topics {
-    let file = arguments.site.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    Topics {
-        title: arguments.mqtt_site.clone().or(file).unwrap_or_default(),
-        prefix: arguments.mqtt_prefix.clone(),
-        home_assistant: Some(arguments.home_assistant_prefix.clone()).filter(|prefix| !prefix.is_empty()),
-    }
 }
 
 fn open(file: &Path) -> Result<TracksOut<Box<dyn Write>>, String> {

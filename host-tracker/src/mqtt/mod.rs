@@ -32,6 +32,7 @@
 mod messages;
 mod outbox;
 mod publisher;
+pub mod trust;
 
 use std::str::FromStr;
 
@@ -39,8 +40,8 @@ pub use messages::{Topics, discovery, door_input, states};
 pub use outbox::{Outbox, Publication};
 pub use publisher::{Publisher, Settings};
 
-/// Port of a broker.
-const PORT: u16 = 1883;
+/// How the address of a broker begins, in clear and encrypted, and its port if none is said.
+const SCHEMES: [(&str, bool, u16); 2] = [("mqtt://", false, 1883), ("mqtts://", true, 8883)];
 
 /// A broker, and the login there.
 #[derive(Clone, PartialEq, Eq)]
@@ -49,6 +50,8 @@ pub struct Broker {
     pub host: String,
     /// Port.
     pub port: u16,
+    /// Whether the connection is encrypted.
+    pub encrypted: bool,
     /// User and password.
     pub login: Option<(String, String)>,
 }
@@ -70,13 +73,8 @@ impl std::fmt::Display for Broker {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum BrokerError {
     /// Not of the form.
-    #[error("a broker is mqtt://[USER:PASSWORD@]HOST[:PORT]")]
+    #[error("a broker is mqtt://[USER:PASSWORD@]HOST[:PORT], or mqtts://… for an encrypted connection")]
     Form,
-    /// Asked for encryption.
-    #[error(
-        "encrypted connections are not supported: use mqtt:// and a broker on this machine or in this network"
-    )]
-    Encrypted,
 }
 
 /// Not rumqttc's own reading of a URL: it demands a `client_id` in it, and hands on an IPv6 address with its
@@ -85,10 +83,10 @@ impl FromStr for Broker {
     type Err = BrokerError;
 
     fn from_str(text: &str) -> Result<Self, BrokerError> {
-        if text.starts_with("mqtts:") || text.starts_with("wss:") {
-            return Err(BrokerError::Encrypted);
-        }
-        let rest = text.strip_prefix("mqtt://").ok_or(BrokerError::Form)?.trim_end_matches('/');
+        let scheme = SCHEMES.iter().find_map(|(scheme, encrypted, port)| {
+            text.strip_prefix(scheme).map(|rest| (rest.trim_end_matches('/'), *encrypted, *port))
+        });
+        let (rest, encrypted, usual) = scheme.ok_or(BrokerError::Form)?;
         let (login, place) = match rest.rsplit_once('@') {
             None => (None, rest),
             Some((login, place)) => (Some(login.split_once(':').ok_or(BrokerError::Form)?), place),
@@ -97,14 +95,14 @@ impl FromStr for Broker {
             Some((host, port)) if !place.ends_with(']') => {
                 (host, port.parse().map_err(|_| BrokerError::Form)?)
             }
-            _ => (place, PORT),
+            _ => (place, usual),
         };
         let host = host.trim_start_matches('[').trim_end_matches(']');
         if host.is_empty() || host.contains(['/', '@', ' ']) {
             return Err(BrokerError::Form);
         }
         let login = login.map(|(user, password)| (user.to_owned(), password.to_owned()));
-        Ok(Self { host: host.to_owned(), port, login })
+        Ok(Self { host: host.to_owned(), port, encrypted, login })
     }
 }
 
@@ -126,7 +124,10 @@ mod tests {
         {
             assert_eq!(read(wrong), Err(BrokerError::Form), "{wrong}");
         }
-        assert_eq!(read("mqtts://here"), Err(BrokerError::Encrypted));
+        assert_eq!(read("mqtts://here"), Ok(("here".into(), 8883, None)));
+        let encrypted = |text: &str| text.parse::<Broker>().unwrap().encrypted;
+        assert!(encrypted("mqtts://here") && !encrypted("mqtt://here"));
+        assert_eq!(read("wss://here"), Err(BrokerError::Form));
     }
 
     #[test]

@@ -16,7 +16,8 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, TryRecvError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS};
+use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, TlsConfiguration, Transport};
+use rustls::ClientConfig;
 use serde_json::json;
 
 use super::Broker;
@@ -52,6 +53,8 @@ const FAREWELL: Duration = Duration::from_secs(2);
 pub struct Settings {
     /// The broker.
     pub broker: Broker,
+    /// Whom an encrypted connection trusts, if it is one.
+    pub trust: Option<Arc<ClientConfig>>,
     /// Where everything goes there.
     pub topics: Topics,
     /// The doors, if there are any: they receive the inputs for them.
@@ -159,13 +162,16 @@ fn run(
 }
 
 fn options(settings: &Settings) -> MqttOptions {
-    let Broker { host, port, login } = &settings.broker;
+    let Broker { host, port, login, .. } = &settings.broker;
     let id = format!("{}-{}", settings.topics.site().replace('/', "-"), std::process::id());
     let mut options = MqttOptions::new(id, host.clone(), *port);
     options.set_keep_alive(KEEP_ALIVE).set_max_packet_size(LONGEST, LONGEST);
     options.set_last_will(LastWill::new(settings.topics.status(), "offline", QoS::AtLeastOnce, true));
     if let Some((user, password)) = login {
         options.set_credentials(user, password);
+    }
+    if let Some(trust) = &settings.trust {
+        options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::clone(trust))));
     }
     options
 }

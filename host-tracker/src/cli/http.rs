@@ -1,0 +1,162 @@
+//! The options of `run` for HTTP: where the map and the doors are served, to whom, and over what.
+//!
+//! ```text
+//!   --http IP ─┬─ this machine's own ─▶ in clear, unless --tls; open until somebody is added
+//!              └─ others reach it ────▶ over TLS, and only with somebody who may log in, unless --insecure
+//! ```
+
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use host_tracker::access::file::AccessFile;
+use host_tracker::access::{Access, FIRST, first_admin};
+use host_tracker::certificate::Certificate;
+use host_tracker::daemon::{Daemon, DaemonError, Map, is_reached};
+use host_tracker::web::{Bind, names_of_this_machine};
+
+use super::failure::Failure;
+
+#[derive(Debug, Args)]
+pub(super) struct HttpArguments {
+    /// Serve the live map, for this machine alone unless an address is given: 0.0.0.0:8420 is for the whole network, which
+    /// has to log in [default: 127.0.0.1:8420]
+    #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8420", value_parser = listen)]
+    http: Option<SocketAddr>,
+
+    /// Take messages to doors at this address alone, by connections of their own: a flood of the map does not reach
+    /// them, and who sees the map need not reach them [default: at the map's address]
+    #[arg(long, value_name = "[IP:]PORT", requires = "http", value_parser = listen)]
+    door_http: Option<SocketAddr>,
+
+    /// A further name or address under which browsers may open the map: localhost, this machine's own name, and the
+    /// address that a connection reaches are allowed without
+    #[arg(long, value_name = "NAME", requires = "http")]
+    http_name: Vec<String>,
+
+    /// If nobody may log in yet, add the user admin, and say its password once in the log
+    #[arg(long)]
+    first_admin: bool,
+
+    /// Serve this machine over TLS, too: others are served over TLS anyway, by a certificate made beside the site's file
+    #[arg(long, requires = "http")]
+    tls: bool,
+
+    /// Serve over TLS by this certificate, with those between it and its authority, in PEM
+    #[arg(long, value_name = "FILE.pem", requires = "http", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+
+    /// The key of --tls-cert
+    #[arg(long, value_name = "FILE.pem", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+
+    /// Serve others than this machine in clear, and although nobody needs to log in: then everybody who reaches the map may do
+    /// everything
+    #[arg(long, requires = "http")]
+    insecure: bool,
+}
+
+/// What is served, and how.
+#[derive(Debug)]
+pub(super) struct Served {
+    map: Option<Bind>,
+    doors: Option<Bind>,
+    certificate: Option<Certificate>,
+}
+
+impl HttpArguments {
+    /// Whether anything is served.
+    pub(super) const fn is_given(&self) -> bool {
+        self.http.is_some()
+    }
+
+    /// What is to be served.
+    ///
+    /// # Errors
+    /// The certificate cannot be used, or made.
+    pub(super) fn served(&self, site: &Path) -> Result<Served, Failure> {
+        let certificate = self.certificate(site)?;
+        let everywhere = self.tls || self.tls_cert.is_some();
+        let bind = |address: SocketAddr| {
+            let certificate = certificate.clone().filter(|_| everywhere || is_reached(&address));
+            Bind { address, certificate }
+        };
+        Ok(Served { map: self.http.map(bind), doors: self.door_http.map(bind), certificate })
+    }
+
+    /// The map, for the daemon.
+    ///
+    /// # Errors
+    /// The file of users cannot be used.
+    pub(super) fn map(&self, served: &Served, site: &Path) -> Result<Option<Map>, Failure> {
+        let access = self.access(site)?;
+        let Some(listen) = served.map.clone() else { return Ok(None) };
+        let (doors, names) = (served.doors.clone(), self.http_name.clone());
+        Ok(Some(Map { listen, doors, names, access, insecure: self.insecure }))
+    }
+
+    /// Who may do what; the first of them, if one is to be made.
+    fn access(&self, site: &Path) -> Result<Access, Failure> {
+        let file = AccessFile::beside(site);
+        if self.first_admin
+            && let Some(password) = first_admin(&file)?
+        {
+            tracing::info!("the first user is {FIRST}, with the password {password}: it is not said again");
+        }
+        let access = Access::of(file);
+        if self.insecure {
+            let what = match access.is_open() {
+                true => "everybody who reaches the map may do everything",
+                false => "passwords and tokens go in clear over the network",
+            };
+            tracing::warn!("--insecure: {what}");
+        }
+        Ok(access)
+    }
+
+    /// What TLS shows, if it is spoken anywhere.
+    fn certificate(&self, site: &Path) -> Result<Option<Certificate>, Failure> {
+        if let (Some(certificate), Some(key)) = (&self.tls_cert, &self.tls_key) {
+            return Ok(Some(Certificate::from_files(certificate, key)?));
+        }
+        let reached = [self.http, self.door_http].iter().flatten().any(is_reached);
+        if !(self.tls || (reached && !self.insecure)) {
+            return Ok(None);
+        }
+        Ok(Some(Certificate::own(site, &names_of_this_machine(&self.http_name))?))
+    }
+}
+
+impl Served {
+    /// Logs where everything is.
+    pub(super) fn say(&self, daemon: &Daemon) {
+        if let Some((map, address)) = self.map.as_ref().zip(daemon.map_address()) {
+            tracing::info!("live map at {}://{address}/", map.scheme());
+        }
+        if let Some((doors, address)) = self.doors.as_ref().zip(daemon.door_address()) {
+            tracing::info!("messages to doors at {}://{address}/api/door", doors.scheme());
+        }
+        if let Some(certificate) = &self.certificate {
+            let (file, fingerprint) = (certificate.file().display(), certificate.fingerprint());
+            tracing::info!("certificate {file} has the SHA-256 fingerprint {fingerprint}");
+        }
+    }
+}
+
+/// Why the daemon does not start, and which command helps.
+pub(super) fn advised(error: DaemonError, site: &Path) -> Failure {
+    if matches!(error, DaemonError::Open(_)) {
+        let first = format!("kehai-tracker user add NAME --role admin --site {}", site.display());
+        return format!("{error}: {first} makes the first user (--insecure goes without)").into();
+    }
+    error.into()
+}
+
+/// Where to listen: on this machine alone if only a port is said.
+fn listen(text: &str) -> Result<SocketAddr, String> {
+    let port = |text: &str| text.parse().ok().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+    text.parse()
+        .ok()
+        .or_else(|| port(text))
+        .ok_or_else(|| "PORT for this machine alone, or IP:PORT, as 0.0.0.0:8420 for everybody".to_owned())
+}
