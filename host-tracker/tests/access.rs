@@ -5,6 +5,7 @@ mod http_client;
 
 use std::net::TcpStream;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use host_tracker::access::roles::Role;
 use house::{DOORS, House, PASSWORD, S, ZONE};
@@ -13,6 +14,9 @@ use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
+
+/// A hundred times what a loaded machine needs.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 const JSON: (&str, &str) = ("Content-Type", "application/json");
 
@@ -81,7 +85,7 @@ fn a_session_is_over_after_twelve_hours_and_takes_its_map_with_it() {
     // The frame that wakes it is the last that it may be sent.
     show(&house, 2);
     show(&house, 3);
-    while map.read().is_ok() {}
+    until_end(&mut map);
 }
 
 #[test]
@@ -98,7 +102,7 @@ fn a_map_ends_with_its_log_out_and_with_its_token() {
     house.pass(S);
     show(&house, 2);
     show(&house, 3);
-    maps.iter_mut().for_each(|map| while map.read().is_ok() {});
+    maps.iter_mut().for_each(until_end);
 }
 
 #[test]
@@ -336,7 +340,15 @@ fn socket(house: &House, headers: &[(&'static str, &String)]) -> Result<WebSocke
 fn show(house: &House, unix_ms: u64) {
     house.frames.send_replace(std::sync::Arc::new(Snapshot { unix_ms, ..Snapshot::default() }));
     // Each of them is one that the server sees.
-    std::thread::sleep(std::time::Duration::from_millis(50));
+    std::thread::sleep(Duration::from_millis(50));
+}
+
+/// Until the server has ended it. It pings a map that goes on, so that this does not wait for ever.
+fn until_end(map: &mut WebSocket<TcpStream>) {
+    let begun = Instant::now();
+    while map.read().is_ok() {
+        assert!(begun.elapsed() < PATIENCE, "the map goes on");
+    }
 }
 
 fn until_frame(map: &mut WebSocket<TcpStream>, unix_ms: u64) {
