@@ -45,6 +45,7 @@ mod outline;
 pub mod pipeline;
 pub mod scan;
 pub mod scip;
+pub mod seal;
 pub mod sensor;
 pub mod sensor_model;
 pub mod store;
