@@ -151,10 +151,11 @@ mod proof {
         use kehai::device::tiles::Tiles;
         use kehai::device::trial::{StoredAddressing, Trial};
         use kehai::device::{Module, Settings};
+        use kehai::seal::{Channel, Keyring};
         use kehai::wire::DATAGRAM_MAX;
         let mut module: Module<64> = opaque(at);
-        let bytes: [u8; DATAGRAM_MAX + 1] = opaque(at);
-        let datagram = bytes.get(..opaque(at)).unwrap_or(&bytes);
+        let mut bytes: [u8; DATAGRAM_MAX + 1] = opaque(at);
+        let datagram = bytes.get_mut(..opaque(at)).unwrap_or(&mut []);
         let from = core::net::SocketAddrV4::new(opaque::<u32>(at).into(), opaque(at));
         let restored = Settings::restored(datagram);
         let stored = StoredAddressing {
@@ -165,6 +166,9 @@ mod proof {
         };
         module.begin(opaque(at), restored.settings);
         keep(at, module.begin_addressing(stored).map(|trial| trial.bytes()));
+        let mut keyring = Keyring::restored(Ok(datagram));
+        keyring.set_label(&opaque(at));
+        module.begin_keys(keyring);
         module.receive(from, datagram, opaque(at), &mut Outbox);
         let session: kehai::sensor::Session = opaque(at);
         module.sensor(&session, opaque(at), &mut Outbox);
@@ -187,7 +191,14 @@ mod proof {
                 .settings_to_store()
                 .map(|(settings, trial)| (settings.text().len(), trial.map(|trial| trial.bytes()))),
         );
-        module.end_storing(opaque(at), opaque(at), opaque(at), &mut Outbox);
+        keep(at, module.keys_to_store().map(|keyring| keyring.bytes().len()));
+        module.end_storing(opaque(at), opaque(at), &mut Outbox);
+        // The host's end of a session.
+        let mut channel: Channel = opaque(at);
+        let mut request: [u8; DATAGRAM_MAX] = opaque(at);
+        keep(at, channel.seal(&mut request, opaque(at), opaque(at), opaque(at)));
+        keep(at, channel.take(datagram, opaque(at)));
+        keep(at, channel);
         keep(at, module);
     }
 

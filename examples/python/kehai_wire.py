@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Decodes what a kehai module sends: docs/wire.md in code. Standard library only.
+"""Decodes what a kehai module sends: docs/wire.md in code. Standard library only, but for modules with keys.
 
     kehai_wire.py FILE...                one datagram a file, raw bytes or hexadecimal text
     kehai_wire.py --listen HOST[:PORT]   subscribes to a module and prints what comes
+    kehai_wire.py --listen HOST[:PORT] --key ID:HEX
+                                         the same from a module with keys: kehai-tracker module key says one
 
 Prints one JSON object a line. As a library: decode(datagram) -> dict.
 """
@@ -31,12 +33,12 @@ SENSOR_CODES = ("searching", "booting", "starting", "streaming", "stalled", "abn
                 "refused", "paused")
 EVENTS = ("learn_started", "learned", "learn_restarted", "absorbed", "background_forgotten",
           "background_drifted", "settings_changed", "restarting", "address_unusable", "address_returned",
-          "address_default", "factory_reset")
+          "address_default", "factory_reset", "keys_set")
 ALARMS = ("no_scans", "no_background", "learning_waits", "suspects", "store_failed", "clock_uncertain",
           "watchdog")
 REFUSALS = ("version", "unsupported", "malformed", "bad_cookie", "full", "wrong_module", "wrong_boot",
             "not_allowed", "superseded", "moved", "no_background", "span", "report", "too_few_scans",
-            "no_sensor", "busy", "setting", "not_stored")
+            "no_sensor", "busy", "setting", "not_stored", "needs_key", "no_such_key", "bad_keys")
 COUNTERS = (
     "lost_scans", "scans_accepted", "scans_missing", "scans_damaged", "scans_repeated", "scans_unstable",
     "sensor_stalls", "sensor_resumes", "sensor_starts", "sensor_clock_restarts", "sensor_reboots",
@@ -51,7 +53,8 @@ COUNTERS = (
     "refused_bad_cookie", "refused_full", "refused_wrong_module", "refused_wrong_boot",
     "refused_not_allowed", "refused_superseded", "refused_absorb", "refused_learn", "refused_busy",
     "refused_setting", "store_failures", "watchdog_resets", "link_losses",
-    "datagrams_dropped", "discovery_dropped",
+    "datagrams_dropped", "discovery_dropped", "sessions_opened", "open_forged",
+    "open_replayed", "sealed_unknown", "sealed_replayed", "sealed_forged", "refused_key",
 )
 # fmt: on
 
@@ -364,7 +367,7 @@ def subscribe(request_id, value):
     return header + struct.pack("<I8sQ", request_id, value, time.monotonic_ns() // 1000)
 
 
-def listen(host):
+def listen(host, channel=None):
     """Subscribes to HOST[:PORT] every second; yields what the module sends."""
     host, _, port = host.partition(":")
     where = socket.getaddrinfo(host, int(port or PORT), type=socket.SOCK_DGRAM)[0]
@@ -374,11 +377,19 @@ def listen(host):
     while True:
         if time.monotonic() >= due:
             due, request_id = time.monotonic() + 1.0, (request_id + 1) % 2**32
-            link.send(subscribe(request_id, value))
+            request = subscribe(request_id, value)
+            link.send(channel.seal(request) if channel else request)
         if not select.select([link], [], [], max(0.0, due - time.monotonic()))[0]:
             continue
         try:
-            message = decode(link.recv(2048))
+            datagram = link.recv(2048)
+            if channel:
+                had_session, datagram = channel.session, channel.take(datagram)
+                if datagram is None:
+                    # A step towards a session: the next one follows at once.
+                    due = due if had_session else 0.0
+                    continue
+            message = decode(datagram)
         except (Malformed, ConnectionError) as error:
             print(f"kehai_wire.py: {error}", file=sys.stderr)
             continue
@@ -398,13 +409,22 @@ def main():
     parser = argparse.ArgumentParser(description="Decodes what a kehai module sends into JSON.")
     parser.add_argument("file", nargs="*", help="a datagram, raw bytes or hexadecimal text")
     parser.add_argument("--listen", metavar="HOST[:PORT]", help="subscribe to the module at this address")
+    parser.add_argument(
+        "--key", metavar="ID:HEX", help="a key of that module, as kehai-tracker module key says it"
+    )
     arguments = parser.parse_args()
     if not arguments.file and not arguments.listen:
         parser.error("give files, or --listen HOST[:PORT]")
     try:
         for path in arguments.file:
             print(json.dumps(decode(datagram_of(path)), ensure_ascii=False))
-        for message in listen(arguments.listen) if arguments.listen else ():
+        channel = None
+        if arguments.key:
+            from kehai_seal import Channel
+
+            key_id, _, key = arguments.key.partition(":")
+            channel = Channel(int(key_id), bytes.fromhex(key))
+        for message in listen(arguments.listen, channel) if arguments.listen else ():
             print(json.dumps(message, ensure_ascii=False), flush=True)
     except (OSError, ValueError) as error:
         sys.exit(f"kehai_wire.py: {error}")

@@ -2,6 +2,7 @@
 
 use core::net::SocketAddrV4;
 
+use crate::seal::Holder;
 use crate::wire::{Incoming, Message, Refusal};
 
 /// Answers kept: two for each of four hosts.
@@ -30,13 +31,15 @@ pub(crate) struct RequestKey {
     pub kind: u8,
     /// Its number, chosen by the sender.
     pub request_id: u32,
+    /// By which right it was asked: an answer leaves as its request came, sealed or in clear.
+    pub by: Holder,
 }
 
 impl RequestKey {
     /// Of a request as it came.
     #[must_use]
-    pub(crate) const fn of(from: SocketAddrV4, incoming: &Incoming<'_>) -> Self {
-        Self { from, kind: incoming.header.kind, request_id: incoming.request_id }
+    pub(crate) const fn of(from: SocketAddrV4, by: Holder, incoming: &Incoming<'_>) -> Self {
+        Self { from, kind: incoming.header.kind, request_id: incoming.request_id, by }
     }
 }
 
@@ -95,17 +98,19 @@ impl Default for Answers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::seal::Role;
     use core::net::Ipv4Addr;
 
     #[test]
     fn the_newest_eight_are_kept_and_told_apart_by_sender_kind_and_number() {
         let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 1);
-        let key = |request_id| RequestKey { from, kind: 5, request_id };
+        let key = |request_id| RequestKey { from, kind: 5, request_id, by: Holder::Nothing };
         let mut answers = Answers::new();
         (0..10).for_each(|id| answers.keep(key(id), Answer::Refused(Refusal::Unknown(id as u8))));
         assert_eq!(answers.of(key(1)), None);
         assert_eq!(answers.of(key(2)), Some(Answer::Refused(Refusal::Unknown(2))));
         assert_eq!(answers.of(RequestKey { kind: 6, ..key(9) }), None);
+        assert_eq!(answers.of(RequestKey { by: Holder::Key(Role::Control), ..key(9) }), None);
         assert_eq!(
             answers.of(RequestKey { from: SocketAddrV4::new(Ipv4Addr::LOCALHOST, 2), ..key(9) }),
             None

@@ -154,7 +154,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let encoded = Message::Health(health).encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
         let dropped = (&mut self.counters, Counter::HealthDropped);
-        self.subscribers.send(datagram, |_| true, dropped, now_us, out);
+        self.subscribers.send(datagram, |_| true, dropped, now_us, &mut self.guard.over(out));
     }
 }
 

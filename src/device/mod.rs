@@ -12,6 +12,7 @@
 //! | file | what |
 //! |---|---|
 //! | `requests` | which host may ask what, and what the module does |
+//! | `guard` | which datagrams are listened to, and what leaves sealed |
 //! | `subscribers`, `cookie`, `answers` | which hosts get the reports; whether a host's address is its own; what was answered |
 //! | `lanes` | by which way answers leave |
 //! | `panels` | a floor of panels in the place of a sensor |
@@ -30,6 +31,7 @@ mod answers;
 pub mod button;
 pub mod cookie;
 pub mod discovery;
+mod guard;
 mod health;
 mod lanes;
 pub mod led;
@@ -49,10 +51,12 @@ pub mod trial;
 
 pub use settings::{Addressing, Settings};
 pub use status::Status;
+pub use storing::Stored;
 pub use subscribers::{LEASE_US, PLACES};
 
 use answers::{Answers, RequestKey};
 use cookie::Cookies;
+use guard::Guard;
 use health::{Events, HealthSchedule};
 use lanes::AnswerLanes;
 use parts::Parts;
@@ -65,6 +69,7 @@ use crate::link::{NetworkLosses, Outbox};
 use crate::pipeline::Pipeline;
 use crate::scan::Scan;
 use crate::scip::Text;
+use crate::seal::Keyring;
 use crate::sensor::{SensorState, Session};
 use crate::wire::{Counter, Counters, DATAGRAM_MAX, EventKind, Identity, Message, ModuleId, Report};
 
@@ -96,11 +101,19 @@ pub enum Wish {
     Restart,
 }
 
-/// Settings that are being stored, and the request to answer afterwards.
+/// What is being stored for a host, and the request to answer afterwards.
 #[derive(Clone, Debug)]
-struct PendingSettings {
-    settings: Settings,
+struct Pending {
+    change: Change,
     key: RequestKey,
+}
+
+/// What a host has asked to be stored.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "one at a time, in fixed memory")]
+enum Change {
+    Settings(Settings),
+    Keys(Keyring),
 }
 
 /// Latest reports of the sensor and the pipeline.
@@ -147,7 +160,8 @@ pub struct Module<const BEAMS: usize> {
     events: Events,
     setup: Setup,
     observed: Observed,
-    pending_settings: Option<PendingSettings>,
+    pending: Option<Pending>,
+    guard: Guard,
     background_to_store: bool,
     storing: bool,
     storing_since_us: u64,
@@ -179,7 +193,8 @@ impl<const BEAMS: usize> Module<BEAMS> {
             events: Events::new(),
             setup: Setup::new(),
             observed: Observed::NONE,
-            pending_settings: None,
+            pending: None,
+            guard: Guard::new(about.secret),
             background_to_store: false,
             storing: false,
             storing_since_us: 0,
@@ -212,6 +227,11 @@ impl<const BEAMS: usize> Module<BEAMS> {
             self.say(kind, 0);
         }
         beginning.trial_to_store
+    }
+
+    /// Uses these keys from now on.
+    pub fn begin_keys(&mut self, keyring: Keyring) {
+        self.guard.set_keyring(keyring);
     }
 
     /// Settings and background were erased just before this start.
@@ -277,7 +297,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let encoded = Message::Report(report).encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
         let dropped = (&mut self.counters, Counter::ReportsDropped);
-        self.subscribers.send(datagram, |_| true, dropped, now_us, out);
+        self.subscribers.send(datagram, |_| true, dropped, now_us, &mut self.guard.over(out));
         self.send_profile_part(now_us, out);
         self.send_raw(scan, now_us, out);
         self.sensor(session, now_us, out);
@@ -350,7 +370,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub const fn wish(&self) -> Option<Wish> {
         if self.storing {
             None
-        } else if self.pending_settings.is_some() || self.addressing_to_store || self.background_to_store {
+        } else if self.pending.is_some() || self.addressing_to_store || self.background_to_store {
             Some(Wish::Store)
         } else if self.restarting {
             Some(Wish::Restart)

@@ -43,7 +43,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let encoded = Message::Pressed(pressed).encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
         let dropped = (&mut self.counters, Counter::ReportsDropped);
-        self.subscribers.send(datagram, |_| true, dropped, now_us, out);
+        self.subscribers.send(datagram, |_| true, dropped, now_us, &mut self.guard.over(out));
         self.poll(now_us, out);
     }
 

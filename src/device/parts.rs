@@ -153,7 +153,13 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let encoded = message.encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
         let dropped = (&mut self.counters, Counter::PartsDropped);
-        self.subscribers.send(datagram, |subscriber| subscriber.at == at, dropped, now_us, out);
+        self.subscribers.send(
+            datagram,
+            |subscriber| subscriber.at == at,
+            dropped,
+            now_us,
+            &mut self.guard.over(out),
+        );
     }
 
     /// Sends the scan to the subscribers to raw scans.
@@ -195,7 +201,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
                 },
                 dropped,
                 now_us,
-                out,
+                &mut self.guard.over(out),
             );
         }
     }

@@ -1,8 +1,8 @@
 //! Requests: the permissions of hosts, and the actions of the module.
 //!
 //! ```text
-//!   datagram ─▶ readable? ─▶ for this module, this start? ─▶ subscribe ──▶ cookie │ place │ Full
-//!     └ counted, dropped       └ refused by name              all others ─▶ cookie fits?
+//!   datagram ─▶ guard ─▶ readable? ─▶ for this module, this start? ─▶ subscribe ──▶ cookie │ place │ Full
+//!     └─────────┴ counted, dropped       └ refused by name           all others ─▶ cookie fits?
 //!                                                               came before? ─▶ the stored answer
 //!                                                               may control? ─▶ done │ refused
 //! ```
@@ -10,59 +10,80 @@
 use core::net::SocketAddrV4;
 
 use super::answers::{Answer, RequestKey};
+use super::guard::{self, Admitted};
 use super::subscribers::LEASE_US;
-use super::{Module, PendingSettings, text};
+use super::{Change, Module, Pending, text};
 use crate::background::{Absorb, LearnRequest, Learning};
 use crate::link::Outbox;
+use crate::seal::handshake::OPEN;
+use crate::seal::keyring::BadKeys;
+use crate::seal::{Holder, Role};
 use crate::wire::{
     Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, VERSION, VERSION_MIN,
 };
 
 impl<const BEAMS: usize> Module<BEAMS> {
     /// Handles a datagram that came from `from` at `now_us`, and answers it.
-    pub fn receive(&mut self, from: SocketAddrV4, datagram: &[u8], now_us: u64, out: &mut impl Outbox) {
+    ///
+    /// A sealed datagram is opened in its place.
+    pub fn receive(&mut self, from: SocketAddrV4, datagram: &mut [u8], now_us: u64, out: &mut impl Outbox) {
         self.subscribers.expire(now_us, &mut self.counters);
         self.lanes.choose(*from.ip(), now_us, &mut self.counters, out);
-        match Incoming::open(datagram) {
-            Ok(incoming) => self.answer(from, &incoming, now_us, out),
-            Err(unreadable) => self.counters.count(unreadable.counter()),
+        let cookie = self.cookies.cookie(from);
+        let admitted = self.guard.admit(datagram, (from, cookie), self.identity, now_us);
+        guard::count(&mut self.counters, &admitted);
+        match admitted {
+            Admitted::Request(by) => match Incoming::open(datagram) {
+                Ok(incoming) => self.answer(RequestKey::of(from, by, &incoming), &incoming, now_us, out),
+                Err(unreadable) => self.counters.count(unreadable.counter()),
+            },
+            Admitted::Opened(answer) => self.lanes.send(from, &answer, &mut self.counters, out),
+            Admitted::Refused(open, refusal) => {
+                let key = RequestKey { from, kind: OPEN, request_id: open.request_id, by: Holder::Nothing };
+                if let Some(message) = Answer::Refused(refusal).message(key) {
+                    self.send_answer(key, &message, out);
+                }
+            }
+            Admitted::Dropped(_) => {}
         }
         self.publish_health(now_us, out);
     }
 
-    fn answer(&mut self, from: SocketAddrV4, incoming: &Incoming<'_>, now_us: u64, out: &mut impl Outbox) {
-        let key = RequestKey::of(from, incoming);
+    fn answer(&mut self, key: RequestKey, incoming: &Incoming<'_>, now_us: u64, out: &mut impl Outbox) {
+        let from = key.from;
         let request = match incoming.request(self.identity) {
             Ok(request) => request,
             Err(refusal) => return self.refuse(key, refusal, out),
         };
         let has_cookie = self.cookies.fits(incoming.cookie, from);
-        if has_cookie && self.addressing.host_answered() {
+        let is_heard = self.is_heard(key.by);
+        if has_cookie && is_heard && self.addressing.host_answered() {
             self.addressing_to_store = true;
         }
         match request {
             Request::Subscribe { t1 } if !has_cookie => {
                 self.counters.count(Counter::CookiesGiven);
                 let cookie = self.cookies.cookie(from);
-                self.send_answer(from, &Message::Cookie { request_id: key.request_id, t1, cookie }, out);
+                self.send_answer(key, &Message::Cookie { request_id: key.request_id, t1, cookie }, out);
             }
             _ if !has_cookie => self.refuse(key, Refusal::BadCookie, out),
+            Request::Info => self.send_info(key, now_us, out),
+            _ if !is_heard => self.refuse(key, Refusal::NeedsKey, out),
+            _ if !self.may(key, &request) => self.refuse(key, Refusal::NotAllowed, out),
             Request::Subscribe { .. } if !incoming.speaks_our_version() => {
                 self.refuse(key, Refusal::VERSION, out);
             }
             Request::Subscribe { t1 } => self.subscribe(key, t1, now_us, out),
-            Request::Info => self.send_info(key, now_us, out),
             Request::GetSettings => {
                 let text = self.settings.text();
                 let message = Message::Settings { request_id: key.request_id, text: &text };
-                self.send_answer(from, &message, out);
+                self.send_answer(key, &message, out);
             }
             Request::Profile { version, parts } => {
                 if let Err(refusal) = self.want_profile(from, version, parts) {
                     self.refuse(key, refusal, out);
                 }
             }
-            Request::RawAgain { .. } if !self.may_control(from) => self.refuse(key, Refusal::NotAllowed, out),
             Request::RawAgain { object, parts } => {
                 if let Err(refusal) = self.raw_again(from, (object, parts), now_us, out) {
                     self.refuse(key, refusal, out);
@@ -77,16 +98,11 @@ impl<const BEAMS: usize> Module<BEAMS> {
         if let Some(answer) = self.answers.of(key) {
             self.counters.count(Counter::RequestsRepeated);
             if let Some(message) = answer.message(key) {
-                self.send_answer(key.from, &message, out);
+                self.send_answer(key, &message, out);
             }
             return;
         }
-        let result = if request.controls() && !self.may_control(key.from) {
-            Err(Refusal::NotAllowed)
-        } else {
-            self.carry_out(key, request, now_us)
-        };
-        match result {
+        match self.carry_out(key, request, now_us) {
             // The answer is not kept, so that the host can ask again.
             Err(Refusal::Busy) => self.refuse(key, Refusal::Busy, out),
             Err(refusal) => {
@@ -96,7 +112,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             Ok(answer) => {
                 self.answers.keep(key, answer);
                 if let Some(message) = answer.message(key) {
-                    self.send_answer(key.from, &message, out);
+                    self.send_answer(key, &message, out);
                 }
             }
         }
@@ -105,6 +121,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     fn carry_out(&mut self, key: RequestKey, request: Request<'_>, now_us: u64) -> Result<Answer, Refusal> {
         match request {
             Request::SetSettings { text } => self.set(key, text),
+            Request::SetKeys { keys } => self.set_keys(key, keys),
             Request::Learn { scans } => self.learn(key, scans, now_us),
             Request::Absorb(wish) => self.absorb(key, wish, now_us),
             Request::Raw { seconds } => {
@@ -123,7 +140,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
 
     /// Settings are answered once they are stored.
     fn set(&mut self, key: RequestKey, text: &str) -> Result<Answer, Refusal> {
-        if self.pending_settings.is_some() || self.storing {
+        if self.pending.is_some() || self.storing {
             return Err(Refusal::Busy);
         }
         let settings = self
@@ -133,7 +150,17 @@ impl<const BEAMS: usize> Module<BEAMS> {
         if settings == self.settings {
             return Ok(Answer::Done);
         }
-        self.pending_settings = Some(PendingSettings { settings, key });
+        self.pending = Some(Pending { change: Change::Settings(settings), key });
+        Ok(Answer::Pending)
+    }
+
+    /// Keys are answered once they are stored.
+    fn set_keys(&mut self, key: RequestKey, keys: &[u8]) -> Result<Answer, Refusal> {
+        if self.pending.is_some() || self.storing {
+            return Err(Refusal::Busy);
+        }
+        let keyring = self.guard.keyring().with(keys).map_err(|BadKeys| Refusal::BadKeys)?;
+        self.pending = Some(Pending { change: Change::Keys(keyring), key });
         Ok(Answer::Pending)
     }
 
@@ -162,7 +189,22 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.events.add(now_us, kind, self.pipeline.background().version(), by.from.ip().octets());
     }
 
-    /// Whether the host at this address may set, learn, absorb, restart and get raw scans: each, until some are listed.
+    /// Whether a host that asks by this right is listened to at all: once there are keys, only by one of them.
+    fn is_heard(&self, by: Holder) -> bool {
+        by != Holder::Nothing || !self.guard.keyring().is_claimed()
+    }
+
+    /// Whether a host that is heard may ask this. Without keys its address decides: any host may control, until some are
+    /// listed. Keys are never set in clear.
+    fn may(&self, key: RequestKey, request: &Request<'_>) -> bool {
+        let sets_keys = matches!(request, Request::SetKeys { .. });
+        match key.by {
+            Holder::Key(Role::Label) => sets_keys,
+            Holder::Key(role) => role >= request.needs(),
+            Holder::Nothing => !sets_keys && (request.needs() <= Role::Read || self.may_control(key.from)),
+        }
+    }
+
     fn may_control(&self, from: SocketAddrV4) -> bool {
         self.settings.hosts.is_empty() || self.settings.hosts.contains(from.ip())
     }
@@ -170,7 +212,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
     /// Ends the raw scans of hosts that may not have them any more.
     pub(super) fn withdraw_raw(&mut self) {
         let hosts = &self.settings.hosts;
-        if hosts.is_empty() {
+        if hosts.is_empty() || self.guard.keyring().is_claimed() {
             return;
         }
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| !hosts.contains(subscriber.at.ip()))
@@ -189,43 +231,68 @@ impl<const BEAMS: usize> Module<BEAMS> {
             t2_us: now_us,
             t3_us: now_us,
             lease_ms: (LEASE_US / 1000) as u16,
-            may_control: self.may_control(key.from),
+            may_control: self.may(key, &Request::Restart),
             subscribers: self.subscribers.len(),
         };
-        self.send_answer(key.from, &Message::Subscribed(subscribed), out);
+        self.send_answer(key, &Message::Subscribed(subscribed), out);
     }
 
+    /// To a host that is not heard it says who it is, and no more.
     fn send_info(&mut self, key: RequestKey, now_us: u64, out: &mut impl Outbox) {
         let host_name = text::host_name(self.identity.module);
-        let about = self.about;
-        let info = Info {
+        let name: &str = if self.settings.name.is_empty() { &host_name } else { &self.settings.name };
+        let stranger = Info {
             request_id: key.request_id,
             version_min: VERSION_MIN,
             version_max: VERSION,
-            firmware: about.firmware,
-            build: about.build,
-            board: about.board,
-            name: if self.settings.name.is_empty() { &host_name } else { &self.settings.name },
-            uptime_us: now_us,
-            setup: self.setup.number(),
-            background_version: self.pipeline.background().version(),
-            sensor: self.setup.info(self.pipeline.settings().open_range_mm),
+            firmware: "",
+            build: "",
+            board: "",
+            name,
+            uptime_us: 0,
+            setup: 0,
+            background_version: 0,
+            sensor: None,
         };
-        let encoded = Message::Info(info).encode(self.identity, &mut self.datagram);
-        let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
-        self.lanes.send(key.from, datagram, &mut self.counters, out);
+        let about = self.about;
+        let info = if self.is_heard(key.by) {
+            Info {
+                firmware: about.firmware,
+                build: about.build,
+                board: about.board,
+                uptime_us: now_us,
+                setup: self.setup.number(),
+                background_version: self.pipeline.background().version(),
+                sensor: self.setup.info(self.pipeline.settings().open_range_mm),
+                ..stranger
+            }
+        } else {
+            stranger
+        };
+        let length = Message::Info(info).encode(self.identity, &mut self.datagram).unwrap_or(0);
+        self.send_encoded(key, length, out);
     }
 
     pub(super) fn refuse(&mut self, key: RequestKey, refusal: Refusal, out: &mut impl Outbox) {
         self.counters.count(refusal.counter());
         if let Some(message) = Answer::Refused(refusal).message(key) {
-            self.send_answer(key.from, &message, out);
+            self.send_answer(key, &message, out);
         }
     }
 
-    pub(super) fn send_answer(&mut self, to: SocketAddrV4, message: &Message<'_>, out: &mut impl Outbox) {
-        let encoded = message.encode(self.identity, &mut self.datagram);
-        let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
-        self.lanes.send(to, datagram, &mut self.counters, out);
+    /// Sends an answer as its request came: sealed, or in clear.
+    pub(super) fn send_answer(&mut self, to: RequestKey, message: &Message<'_>, out: &mut impl Outbox) {
+        let length = message.encode(self.identity, &mut self.datagram).unwrap_or(0);
+        self.send_encoded(to, length, out);
+    }
+
+    fn send_encoded(&mut self, to: RequestKey, length: usize, out: &mut impl Outbox) {
+        let datagram = self.datagram.get(..length).unwrap_or(&[]);
+        match to.by {
+            Holder::Nothing => self.lanes.send(to.from, datagram, &mut self.counters, out),
+            Holder::Key(_) => {
+                self.lanes.send(to.from, datagram, &mut self.counters, &mut self.guard.over(out));
+            }
+        }
     }
 }

@@ -4,14 +4,26 @@
 //!   wish to store ─▶ begin: health says so ─▶ (the stream stops, flash is written) ─▶ end: settings count, hosts answered
 //! ```
 
-use super::answers::Answer;
+use super::answers::{Answer, RequestKey};
 use super::settings::Settings;
 use super::trial::Trial;
-use super::{Module, PendingSettings};
+use super::{Change, Module, Pending};
 use crate::background::Background;
 use crate::link::Outbox;
 use crate::scip::Text;
+use crate::seal::Keyring;
 use crate::wire::{EventKind, Refusal};
+
+/// Whether each thing was stored, if it was wished for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Stored {
+    /// The settings.
+    pub settings: Option<bool>,
+    /// The keys.
+    pub keys: Option<bool>,
+    /// The background.
+    pub background: Option<bool>,
+}
 
 impl<const BEAMS: usize> Module<BEAMS> {
     /// Reports that the stream is about to stop for storing.
@@ -25,8 +37,21 @@ impl<const BEAMS: usize> Module<BEAMS> {
     #[must_use]
     pub fn settings_to_store(&self) -> Option<(&Settings, Option<Trial>)> {
         let own = Some(&self.settings).filter(|_| self.addressing_to_store);
-        let settings = self.pending_settings.as_ref().map(|pending| &pending.settings).or(own)?;
+        let asked = match &self.pending {
+            Some(Pending { change: Change::Settings(settings), .. }) => Some(settings),
+            Some(Pending { change: Change::Keys(_), .. }) | None => None,
+        };
+        let settings = asked.or(own)?;
         Some((settings, self.addressing.trial_of(settings.addressing)))
+    }
+
+    /// Keys to be stored.
+    #[must_use]
+    pub const fn keys_to_store(&self) -> Option<&Keyring> {
+        match &self.pending {
+            Some(Pending { change: Change::Keys(keyring), .. }) => Some(keyring),
+            Some(Pending { change: Change::Settings(_), .. }) | None => None,
+        }
     }
 
     /// The background to be stored, and the serial number of its sensor.
@@ -36,15 +61,8 @@ impl<const BEAMS: usize> Module<BEAMS> {
         (self.background_to_store && background.is_known()).then_some((background, *self.setup.serial()))
     }
 
-    /// Storing is over; whether each of the two was stored, if it was wished for. Settings count from now
-    /// on, and the host that asked for them is answered.
-    pub fn end_storing(
-        &mut self,
-        settings_stored: Option<bool>,
-        background_stored: Option<bool>,
-        now_us: u64,
-        out: &mut impl Outbox,
-    ) {
+    /// Storing is over. Settings and keys count from now on, and the host that asked for them is answered.
+    pub fn end_storing(&mut self, stored: Stored, now_us: u64, out: &mut impl Outbox) {
         self.storing = false;
         self.background_to_store = false;
         self.addressing_to_store = false;
@@ -52,29 +70,49 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.observed.last_scan_us = self.observed.last_scan_us.map(|_| now_us);
         self.subscribers.extend(now_us.saturating_sub(self.storing_since_us));
         self.store_failed = false;
-        for stored in [settings_stored, background_stored].into_iter().flatten() {
+        for stored in [stored.settings, stored.keys, stored.background].into_iter().flatten() {
             if !stored {
                 self.store_failed();
             }
         }
-        if let Some(PendingSettings { settings, key }) = self.pending_settings.take() {
-            let stored = settings_stored == Some(true);
-            let answer = if stored { Answer::Done } else { Answer::Refused(Refusal::NotStored) };
-            if stored {
-                self.settings = settings;
-                self.withdraw_raw();
-                let max_mm = self.setup.geometry().map_or(u16::MAX, |geometry| geometry.range_max_mm());
-                self.pipeline.set(self.settings.pipeline(self.setup.model(), max_mm));
-                self.event(EventKind::SettingsChanged, key, now_us);
-            } else {
+        if let Some(Pending { change, key }) = self.pending.take() {
+            let is_stored = match change {
+                Change::Settings(_) => stored.settings == Some(true),
+                Change::Keys(_) => stored.keys == Some(true),
+            };
+            let answer = if is_stored { Answer::Done } else { Answer::Refused(Refusal::NotStored) };
+            if !is_stored {
                 self.counters.count(Refusal::NotStored.counter());
             }
             self.answers.keep(key, answer);
             self.lanes.choose(*key.from.ip(), now_us, &mut self.counters, out);
             if let Some(message) = answer.message(key) {
-                self.send_answer(key.from, &message, out);
+                // Before other keys count: they may end the session that asked for them.
+                self.send_answer(key, &message, out);
+            }
+            if is_stored {
+                self.change(change, key, now_us);
             }
         }
         self.publish_health(now_us, out);
+    }
+
+    /// Uses what has been stored.
+    fn change(&mut self, change: Change, key: RequestKey, now_us: u64) {
+        match change {
+            Change::Settings(settings) => {
+                self.settings = settings;
+                self.withdraw_raw();
+                let max_mm = self.setup.geometry().map_or(u16::MAX, |geometry| geometry.range_max_mm());
+                self.pipeline.set(self.settings.pipeline(self.setup.model(), max_mm));
+                self.event(EventKind::SettingsChanged, key, now_us);
+            }
+            Change::Keys(keyring) => {
+                self.guard.set_keyring(keyring);
+                let guard = &self.guard;
+                self.subscribers.keep_only(|at| guard.may_subscribe(at));
+                self.event(EventKind::KeysSet, key, now_us);
+            }
+        }
     }
 }

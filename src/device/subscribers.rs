@@ -141,6 +141,15 @@ impl Subscribers {
         }
     }
 
+    /// Removes the subscribers that are not to be `kept`.
+    pub fn keep_only(&mut self, kept: impl Fn(SocketAddrV4) -> bool) {
+        for slot in &mut self.places {
+            if slot.is_some_and(|subscriber| !kept(subscriber.at)) {
+                *slot = None;
+            }
+        }
+    }
+
     /// Keeps every subscriber `more_us` longer: the module did not listen for that time.
     pub fn extend(&mut self, more_us: u64) {
         self.iter_mut().for_each(|subscriber| {

@@ -6,6 +6,8 @@
 //!            2  baud        u32: speed at which the sensor answered last
 //!            3  background  slot u8, version u16, beams u16, fingerprint u32, sum u32, serial 16 u8
 //!            4  trial       starts u8, the addressing before, text; empty: none
+//!            5  keys        id u8, role u8, 32 bytes, each
+//!            6  label       16 bytes: its secret
 //!    16 … 31  slot 0: chunks of the background      version u16, 170 beams of 6 bytes
 //!    32 … 47  slot 1: the same
 //!
@@ -30,12 +32,16 @@ use crate::device::trial::{TRIAL_BYTES, Trial};
 use crate::link::{RECORD_MAX, Store, StoreError};
 use crate::scan::MAX_BEAMS;
 use crate::scip::Text;
+use crate::seal::{Keyring, LABEL_BYTES};
 
 const BOOT: u8 = 0;
 const SETTINGS: u8 = 1;
 const BAUD: u8 = 2;
 const BACKGROUND: u8 = 3;
 const TRIAL: u8 = 4;
+/// The record of the keys: [`Keyring::bytes`].
+pub const KEYS: u8 = 5;
+const LABEL: u8 = 6;
 const CHUNKS: [u8; 2] = [16, 32];
 
 /// Beams of a chunk.
@@ -58,6 +64,8 @@ pub struct Start {
     pub address_unusable: bool,
     /// The trial of the settings' addressing.
     pub trial: Option<Trial>,
+    /// The keys, and the label's.
+    pub keyring: Keyring,
     /// Speed at which the sensor answered last.
     pub last_baud: Option<u32>,
     /// Something could not be read or written.
@@ -75,6 +83,7 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
         settings: Settings::new(),
         address_unusable: false,
         trial: None,
+        keyring: Keyring::new(),
         last_baud: None,
         failed: false,
     };
@@ -101,11 +110,29 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
         Ok(length) => start.last_baud = number(record(&buffer, length)),
         Err(StoreError) => start.failed = true,
     }
+    let keys = store.load(KEYS, &mut buffer).await;
+    start.failed |= keys.is_err();
+    start.keyring = Keyring::restored(keys.map(|length| record(&buffer, length)));
+    match store.load(LABEL, &mut buffer).await {
+        Ok(length) => label(record(&buffer, length)).iter().for_each(|label| start.keyring.set_label(label)),
+        Err(StoreError) => start.failed = true,
+    }
     start
 }
 
+/// Stores the secret of the device's label: once, when it is made.
+///
+/// # Errors
+/// The store cannot be written.
+///
+/// # Cancellation
+/// It may have been stored.
+pub async fn save_label(store: &mut impl Store, label: &[u8; LABEL_BYTES]) -> Result<(), StoreError> {
+    store.save(LABEL, label).await
+}
+
 /// Erases everything but the number of the last start, so that hosts that know the module recognise its next start as
-/// a later one.
+/// a later one, and the label's secret, which opens it again.
 ///
 /// # Errors
 /// The flash cannot be erased or written.
@@ -115,7 +142,12 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
 pub async fn erase<F: NorFlash>(store: &mut flash::FlashStore<F>) -> Result<(), StoreError> {
     let mut bytes = [0; 4];
     let length = store.load(BOOT, &mut bytes).await.unwrap_or(None);
+    let mut secret = [0; LABEL_BYTES];
+    let secret_length = store.load(LABEL, &mut secret).await.unwrap_or(None);
     store.erase().await?;
+    if label(record(&secret, secret_length)).is_some() {
+        store.save(LABEL, &secret).await?;
+    }
     match number(record(&bytes, length)) {
         Some(boot) => count_from(store, boot).await,
         None => Ok(()),
@@ -137,6 +169,11 @@ pub async fn count_from(store: &mut impl Store, boot: u32) -> Result<(), StoreEr
 /// What was loaded into `buffer`: empty if there is no such record.
 fn record(buffer: &[u8], length: Option<usize>) -> &[u8] {
     buffer.get(..length.unwrap_or(0)).unwrap_or(&[])
+}
+
+/// A record that is the secret of a label.
+fn label(record: &[u8]) -> Option<[u8; LABEL_BYTES]> {
+    record.try_into().ok()
 }
 
 /// A record that is one number.

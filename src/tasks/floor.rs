@@ -14,7 +14,7 @@ use super::notices::Notices;
 use super::supervision::{self, Pulse, Waiting};
 use super::{FAREWELL_US, log};
 use crate::device::tiles::Tiles;
-use crate::device::{Module, Wish};
+use crate::device::{Module, Stored, Wish};
 use crate::floor::sensfloor::{BAUD, FRAME_LEN};
 use crate::link::{Baud, Clock, Datagrams, Store, Watchdog};
 use crate::store;
@@ -139,7 +139,7 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
                 self.read_us = now_us.saturating_add(RETRY_US);
             }
             Either3::Second((length, from)) => {
-                let received = datagram.get(..length).unwrap_or(&datagram);
+                let received = datagram.get_mut(..length).unwrap_or(&mut []);
                 self.module.receive(from, received, now_us, &mut self.datagrams);
             }
             Either3::Third(()) => {}
@@ -176,7 +176,12 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             }
             None => None,
         };
-        self.module.end_storing(settings, None, self.clock.now_us(), &mut self.datagrams);
+        let keys = match self.module.keys_to_store() {
+            Some(keyring) => Some(store.save(store::KEYS, &keyring.bytes()).await.is_ok()),
+            None => None,
+        };
+        let stored = Stored { settings, keys, background: None };
+        self.module.end_storing(stored, self.clock.now_us(), &mut self.datagrams);
         self.pulse.beat(Waiting::Sensor, self.clock.now_us());
     }
 }

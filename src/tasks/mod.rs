@@ -59,6 +59,7 @@ pub async fn begin<const BEAMS: usize>(
         short_starts,
     };
     module.begin(start.boot, start.settings);
+    module.begin_keys(start.keyring);
     let counted = match module.begin_addressing(stored) {
         Some(trial) => store::save_trial(store, trial).await,
         None => Ok(()),

@@ -8,7 +8,7 @@ use embedded_io_async::{Read, Write};
 use super::notices::Notices;
 use super::supervision::{Pulse, Waiting};
 use super::{FAREWELL_US, log};
-use crate::device::{Module, Wish};
+use crate::device::{Module, Stored, Wish};
 use crate::link::{Baud, Clock, Datagrams, Store};
 use crate::sensor::{Driver, LineSettings, SensorEvent, SensorState};
 use crate::store;
@@ -67,7 +67,7 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
                 match select3(sensor.as_mut(), datagrams.receive_from(&mut datagram), time).await {
                     Either3::First(event) => break event,
                     Either3::Second((length, from)) => {
-                        let received = datagram.get(..length).unwrap_or(&datagram);
+                        let received = datagram.get_mut(..length).unwrap_or(&mut []);
                         module.receive(from, received, clock.now_us(), datagrams);
                     }
                     Either3::Third(()) => {}
@@ -116,6 +116,10 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             }
             None => None,
         };
+        let keys = match self.module.keys_to_store() {
+            Some(keyring) => Some(store.save(store::KEYS, &keyring.bytes()).await.is_ok()),
+            None => None,
+        };
         let mut background = match self.module.background_to_store() {
             Some((background, serial)) => {
                 Some(store::save_background(store, background, serial).await.is_ok())
@@ -127,7 +131,8 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
         {
             background = Some(false);
         }
-        self.module.end_storing(settings, background, self.clock.now_us(), &mut self.datagrams);
+        let stored = Stored { settings, keys, background };
+        self.module.end_storing(stored, self.clock.now_us(), &mut self.datagrams);
         self.driver.resume_with(self.module.settings().sensor(self.line));
         self.pulse.beat(Waiting::Sensor, self.clock.now_us());
     }

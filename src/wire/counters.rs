@@ -153,6 +153,20 @@ counters! {
     DatagramsDropped = "datagrams_dropped";
     /// Datagrams of the service discovery that were dropped, in either direction.
     DiscoveryDropped = "discovery_dropped";
+    /// Sessions opened by the holder of a key.
+    SessionsOpened = "sessions_opened";
+    /// Wishes for a session dropped: not made by the holder of the key they name.
+    OpenForged = "open_forged";
+    /// Wishes for a session dropped: they have opened one already.
+    OpenReplayed = "open_replayed";
+    /// Sealed datagrams dropped: of no session with their sender.
+    SealedUnknown = "sealed_unknown";
+    /// Sealed datagrams dropped: their counter was taken before.
+    SealedReplayed = "sealed_replayed";
+    /// Sealed datagrams dropped: not made by the holder of the session's key, or changed on the way.
+    SealedForged = "sealed_forged";
+    /// Requests refused: [`NeedsKey`](super::Refusal::NeedsKey) or [`NoSuchKey`](super::Refusal::NoSuchKey).
+    RefusedKey = "refused_key";
 }
 
 /// Number of [`Counter`]s.

@@ -104,6 +104,8 @@ code_enum! {
         AddressDefault = 10, "three starts did not last: over DHCP";
         /// The board's button was held: settings and background are erased.
         FactoryReset = 11, "settings and background were erased by the button";
+        /// A host has set the keys.
+        KeysSet = 12, "keys were set";
     }
 }
 

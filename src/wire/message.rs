@@ -43,6 +43,7 @@ const _: () = assert!(COOKIE_LEN == COMMON_LEN + 8, "a first subscribe and its a
 
 /// A message of a module.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[allow(clippy::large_enum_variant, reason = "health has all counters, and there is no heap to box it on")]
 pub enum Message<'a> {
     /// A request was refused.
     Refused(Refused),

@@ -81,6 +81,12 @@ pub enum Refusal {
     },
     /// The store failed; the old settings are in use.
     NotStored,
+    /// The module listens to holders of a key only.
+    NeedsKey,
+    /// The module has no such key.
+    NoSuchKey,
+    /// These are no keys of a module.
+    BadKeys,
     /// A code of a newer module.
     Unknown(u8),
 }
@@ -108,6 +114,9 @@ impl Refusal {
             Self::Busy => [15, 0, 0],
             Self::Setting { line, fault } => [16, line, fault.into()],
             Self::NotStored => [17, 0, 0],
+            Self::NeedsKey => [18, 0, 0],
+            Self::NoSuchKey => [19, 0, 0],
+            Self::BadKeys => [20, 0, 0],
             Self::Unknown(code) => [code, 0, 0],
         }
     }
@@ -132,6 +141,9 @@ impl Refusal {
             15 => Self::Busy,
             16 => Self::Setting { line: one, fault: two.into() },
             17 => Self::NotStored,
+            18 => Self::NeedsKey,
+            19 => Self::NoSuchKey,
+            20 => Self::BadKeys,
             code => Self::Unknown(code),
         }
     }
@@ -152,7 +164,8 @@ impl Refusal {
             Self::Moved | Self::NoBackground | Self::Span | Self::Report => Counter::RefusedAbsorb,
             Self::TooFewScans | Self::NoSensor => Counter::RefusedLearn,
             Self::Busy => Counter::RefusedBusy,
-            Self::Setting { .. } | Self::NotStored => Counter::RefusedSetting,
+            Self::Setting { .. } | Self::NotStored | Self::BadKeys => Counter::RefusedSetting,
+            Self::NeedsKey | Self::NoSuchKey => Counter::RefusedKey,
         }
     }
 }
@@ -200,6 +213,9 @@ impl core::fmt::Display for Refusal {
             Self::TooFewScans => "a background needs at least 30 scans",
             Self::NoSensor => "no sensor is known yet",
             Self::NotStored => "it cannot be stored; nothing has changed",
+            Self::NeedsKey => "the module listens to holders of a key only",
+            Self::NoSuchKey => "the module has no such key",
+            Self::BadKeys => "these are no keys of a module",
             Self::Busy => "busy with an earlier request; ask again",
         })
     }

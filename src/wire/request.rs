@@ -16,6 +16,7 @@
 //!  08  raw scans        seconds   varint  to the sender only; 0: no more
 //!  09  raw scan again   object    varint, parts  varint, as above
 //!  0a  restart          –
+//!  0c  set keys         keys      bytes   34 a key; sealed only
 //! ```
 //!
 //! The first twelve bytes, subscribe and info are frozen for ever. Subscribe is as long as the cookie
@@ -27,6 +28,7 @@ use super::codec::{Malformed, Reader, TooLong, VARINT_U16, VARINT_U32, text_max}
 use super::header::{FROM_MODULE, HEADER_LEN, Header, Identity, ModuleId, Unreadable, VERSION, VERSION_MIN};
 use super::refusal::{Refusal, Refused};
 use crate::background::Absorb;
+use crate::seal::Role;
 
 /// Shows that a host receives what is sent to its address. All 0: none.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -97,6 +99,11 @@ pub enum Request<'a> {
     },
     /// Start anew.
     Restart,
+    /// Replace all keys: sealed only, by the holder of one that controls, or of the label of a module without keys.
+    SetKeys {
+        /// See `seal::keyring`.
+        keys: &'a [u8],
+    },
 }
 
 impl<'a> Request<'a> {
@@ -114,17 +121,21 @@ impl<'a> Request<'a> {
             Self::Raw { .. } => 0x08,
             Self::RawAgain { .. } => 0x09,
             Self::Restart => 0x0a,
+            Self::SetKeys { .. } => 0x0c,
         }
     }
 
-    /// Whether only hosts with the right to control the module may ask it.
+    /// What a key must allow for it.
     #[must_use]
-    pub const fn controls(&self) -> bool {
+    pub const fn needs(&self) -> Role {
         match self {
-            Self::SetSettings { .. } | Self::Learn { .. } | Self::Absorb(_) | Self::Restart => true,
-            // They show more of people than reports do.
-            Self::Raw { .. } | Self::RawAgain { .. } => true,
-            Self::Subscribe { .. } | Self::Info | Self::GetSettings | Self::Profile { .. } => false,
+            Self::SetSettings { .. }
+            | Self::Learn { .. }
+            | Self::Absorb(_)
+            | Self::Restart
+            | Self::SetKeys { .. } => Role::Control,
+            Self::Raw { .. } | Self::RawAgain { .. } => Role::Raw,
+            Self::Subscribe { .. } | Self::Info | Self::GetSettings | Self::Profile { .. } => Role::Read,
         }
     }
 
@@ -134,7 +145,7 @@ impl<'a> Request<'a> {
     }
 
     const fn is_known(kind: u8) -> bool {
-        matches!(kind, 0x01..=0x0a)
+        matches!(kind, 0x01..=0x0a | 0x0c)
     }
 
     fn read(kind: u8, reader: &mut Reader<'a>) -> Result<Self, Malformed> {
@@ -158,6 +169,7 @@ impl<'a> Request<'a> {
             0x08 => Self::Raw { seconds: reader.required()? },
             0x09 => Self::RawAgain { object: reader.required()?, parts: reader.required()? },
             0x0a => Self::Restart,
+            0x0c => Self::SetKeys { keys: reader.required()? },
             _ => return Err(Malformed),
         })
     }
@@ -189,6 +201,7 @@ impl<'a> Request<'a> {
             Self::Profile { version, parts } => writer.put(&(version, parts))?,
             Self::Raw { seconds } => writer.put(&seconds)?,
             Self::RawAgain { object, parts } => writer.put(&(object, parts))?,
+            Self::SetKeys { keys } => writer.put(keys)?,
         }
         Ok(HEADER_LEN + writer.finish())
     }

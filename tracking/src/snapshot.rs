@@ -206,6 +206,14 @@ pub struct Drops {
     pub foreign: u64,
     /// Of one of two devices that have the same place in the site.
     pub same_name: u64,
+    /// In clear, in the name of a device that has a key.
+    pub clear: u64,
+    /// Sealed, but not by the holder of the key, or changed on the way, or of a session that is over.
+    pub forged: u64,
+    /// Sealed, and taken before.
+    pub replayed: u64,
+    /// A device refuses the site's key.
+    pub key: u64,
 }
 
 impl Snapshot {
@@ -323,11 +331,19 @@ pub struct ModuleLine {
     /// Empty while it sees nothing. What lies outside is not seen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub free: Vec<[f64; 2]>,
+    /// Whether what it says is sealed with a key of the site.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub is_sealed: bool,
     /// What is wrong, worst first.
     pub alarms: Vec<AlarmLine>,
     /// What it has done within the last minute, oldest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<EventLine>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
+const fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 /// What a device did.
@@ -358,6 +374,8 @@ pub enum DeviceEvent {
     AddressDefault,
     /// The button erased settings and background.
     FactoryReset,
+    /// A host has set its keys.
+    KeysSet,
     /// An event of a newer device.
     #[default]
     #[serde(other)]
@@ -381,6 +399,7 @@ impl DeviceEvent {
             Self::AddressReturned => "address-returned",
             Self::AddressDefault => "address-default",
             Self::FactoryReset => "factory-reset",
+            Self::KeysSet => "keys-set",
             Self::Unknown => "unknown",
         }
     }
@@ -401,6 +420,7 @@ impl From<EventKind> for DeviceEvent {
             EventKind::AddressReturned => Self::AddressReturned,
             EventKind::AddressDefault => Self::AddressDefault,
             EventKind::FactoryReset => Self::FactoryReset,
+            EventKind::KeysSet => Self::KeysSet,
             EventKind::Unknown => Self::Unknown,
         }
     }

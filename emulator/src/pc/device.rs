@@ -15,6 +15,7 @@ use kehai::device::tiles::Tiles;
 use kehai::device::{About, Module};
 use kehai::link::Clock as _;
 use kehai::scan::MAX_BEAMS;
+use kehai::seal::LABEL_BYTES;
 use kehai::sensor::Driver;
 use kehai::store::flash::FlashStore;
 use kehai::tasks::{self, FloorHardware, Hardware, Notices};
@@ -92,6 +93,17 @@ pub fn forgotten(stop: &AtomicBool) -> Result<Flash, Box<dyn Error>> {
     let counted = Reactor::new().block_on(stop, kehai::store::count_from(&mut store, boot));
     counted.map_or(Ok(()), |done| done.map_err(|_| "the store cannot be written"))?;
     Ok(flash)
+}
+
+/// Gives a device the secret of its label, as whoever makes a board does.
+///
+/// # Errors
+/// The flash has no room, or cannot be written.
+pub fn set_label(flash: &Flash, label: &[u8; LABEL_BYTES], stop: &AtomicBool) -> Result<(), Box<dyn Error>> {
+    let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
+    let mut store = FlashStore::new(flash.clone(), range).ok_or("the store has no room")?;
+    let stored = Reactor::new().block_on(stop, kehai::store::save_label(&mut store, label));
+    stored.map_or(Ok(()), |done| done.map_err(|_| "the store cannot be written".into()))
 }
 
 impl Pc<'_> {

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use kehai::address::mac_from_unique_id;
-use kehai::device::{About, Module, Settings, Wish};
+use kehai::device::{About, Module, Settings, Stored, Wish};
 use kehai::floor::{Bits, Floor, READING_US};
 use kehai::link::{Dropped, Lane, Outbox};
 use kehai::wire::{DATAGRAM_MAX, Identity, ModuleId};
@@ -88,7 +88,7 @@ fn start(
         socket.set_read_timeout(Some(Duration::from_micros(wait_us)))?;
         // An error is how time passes, or says that a host has gone.
         if let Ok((length, SocketAddr::V4(from))) = socket.recv_from(&mut buffer) {
-            module.receive(from, buffer.get(..length).unwrap_or(&[]), now_us(), &mut port);
+            module.receive(from, buffer.get_mut(..length).unwrap_or(&mut []), now_us(), &mut port);
         }
         if now_us() >= reading_us {
             let stamp_us = now_us();
@@ -101,8 +101,11 @@ fn start(
         match module.wish() {
             Some(Wish::Store) => {
                 module.begin_storing(now_us(), &mut port);
-                let is_wanted = module.settings_to_store().is_some();
-                module.end_storing(is_wanted.then_some(true), None, now_us(), &mut port);
+                let settings = module.settings_to_store().map(|_| true);
+                // It forgets at its end, and its keys would be gone with the next start.
+                let keys = module.keys_to_store().map(|_| false);
+                let stored = Stored { settings, keys, background: None };
+                module.end_storing(stored, now_us(), &mut port);
             }
             Some(Wish::Restart) => return Ok(()),
             None => {}

@@ -118,8 +118,8 @@ impl FloorChain {
                 session.poll(self.now_us, |datagram| asked.push(datagram.to_vec()));
             }
             let host = SocketAddrV4::new([127, 0, 0, 1].into(), 4040);
-            for datagram in asked {
-                self.module.receive(host, &datagram, self.now_us, &mut self.sent);
+            for mut datagram in asked {
+                self.module.receive(host, &mut datagram, self.now_us, &mut self.sent);
             }
             if self.sent.0.is_empty() {
                 return;

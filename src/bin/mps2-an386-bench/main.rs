@@ -12,6 +12,7 @@
 //! |---|---|
 //! | `room` | where people walk, and what the sensor sees of it |
 //! | `counter` | instructions |
+//! | `sealing` | what sealed datagrams cost |
 //! | `console` | the table, over UART0 |
 //!
 //! The cost of candidates is that of the whole pipeline less that of the background alone with the same scans.
@@ -26,6 +27,7 @@ mod image {
     #[path = "../mps2-an386/mmio.rs"]
     mod mmio;
     mod room;
+    mod sealing;
 
     use core::fmt::Write;
     use core::hint::black_box;
@@ -106,6 +108,7 @@ mod image {
                 let _ = Console.write_str("\n");
             }
         }
+        sealing::run();
         end()
     }
 
