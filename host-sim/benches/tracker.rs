@@ -28,7 +28,9 @@ use host_sim::run::{Options, Record};
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
 use host_tracker::net::tracking::{Parts, TrackingLoop};
+use kehai::seal::{Nonces, Role};
 use kehai::wire::{HEADER_LEN, Incoming, Message, Request};
+use kehai_tracking::keys::{Clear, Keys, Links};
 use kehai_tracking::registry::Registry;
 use kehai_tracking::session::Session;
 use kehai_tracking::site_tracker::SiteTracker;
@@ -258,7 +260,8 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     let addresses: Vec<SocketAddr> = sockets.iter().map(UdpSocket::local_addr).collect::<Result<_, _>>()?;
     let registry = Registry::new(Arc::new(record.site.clone()), &addresses);
     let (socket, site_tracker) = (TrackingLoop::bind()?, site_tracker(&record, Choice::default()));
-    let mut tracking = TrackingLoop::new(socket, registry, None, site_tracker, Parts::default())?;
+    let links = Links::new(Arc::new(Keys::none()), Role::Read, Nonces::new([0; 16]), Clear::Believed);
+    let mut tracking = TrackingLoop::new(socket, (registry, links), None, site_tracker, Parts::default())?;
     let begun = Instant::now();
     let sent = std::thread::scope(|scope| {
         let sender = scope.spawn(|| send(&record, &sockets, begun));

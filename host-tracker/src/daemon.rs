@@ -29,6 +29,7 @@ use crate::web::{Bind, Limits, Listen, Server, ServerContext};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::geometry::Pose;
+use kehai_tracking::keys::Clear;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use kehai_tracking::tracker::Selected;
@@ -54,6 +55,10 @@ pub struct Settings {
     pub mqtt: Option<Mqtt>,
     /// The key by which cards are hashed.
     pub card_key: Option<CardKey>,
+    /// The file of the keys of the site's devices; it may not be there yet.
+    pub keys: Option<PathBuf>,
+    /// What becomes of devices without a key once others have one.
+    pub clear: Clear,
 }
 
 /// Where what happens is kept.
@@ -145,8 +150,19 @@ impl Daemon {
     /// # Errors
     /// [`DaemonError`].
     pub fn start(settings: Settings, say: fn(&str)) -> Result<Self, DaemonError> {
-        let Settings { site: file, modules, discover, tracker, record, database, map, mqtt, card_key } =
-            settings;
+        let Settings {
+            site: file,
+            modules,
+            discover,
+            tracker,
+            record,
+            database,
+            map,
+            mqtt,
+            card_key,
+            keys,
+            clear,
+        } = settings;
         if let Some(open) = map.as_ref().and_then(open_to_all) {
             return Err(DaemonError::Open(open));
         }
@@ -162,7 +178,7 @@ impl Daemon {
             store.happened(event);
         }
         let site = (*site).clone();
-        let options = Options { restore, site, modules, discover, tracker, record, card_key };
+        let options = Options { restore, site, modules, discover, tracker, record, card_key, keys, clear };
         let service = Service::start(options)?;
         let doors = service.doors();
         let publisher = mqtt.map(|Mqtt { broker, trust, topics }| {

@@ -191,6 +191,10 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         ("unasked", dropped.unasked),
         ("foreign", dropped.foreign),
         ("same_name", dropped.same_name),
+        ("clear", dropped.clear),
+        ("forged", dropped.forged),
+        ("replayed", dropped.replayed),
+        ("key", dropped.key),
         ("stranger", frame.strangers),
         ("overrun", frame.overrun),
     ];

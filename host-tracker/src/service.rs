@@ -23,6 +23,7 @@ use tokio::sync::watch;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::{DoorHandle, Hash, Watchdog};
+use crate::key_file::{self, Watched};
 use crate::net::discovery::Search;
 use crate::net::tracking::{Parts, TrackingLoop};
 use crate::record::Recorder;
@@ -30,7 +31,9 @@ use crate::reports::Reports;
 use crate::signs::SignHandle;
 use crate::store::card::CardKey;
 use crate::tracker_alarms::TrackerAlarms;
+use kehai::seal::Role;
 use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::keys::{Clear, Keys, Links};
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
@@ -57,6 +60,10 @@ pub struct Options {
     pub restore: Option<(TracksLine, f64)>,
     /// Makes of a card what may be kept of it; without it a key that is lost with the process does.
     pub card_key: Option<CardKey>,
+    /// The file of the keys of the site's devices; it may not be there yet.
+    pub keys: Option<PathBuf>,
+    /// What becomes of devices without a key once others have one.
+    pub clear: Clear,
 }
 
 /// The running tracker. It ends when it is dropped.
@@ -115,6 +122,7 @@ impl Service {
         let (changes, changed) = mpsc::channel();
         let shared = Arc::new(Shared::default());
         let socket = TrackingLoop::bind()?;
+        let nonces = key_file::nonces().map_err(io::Error::other)?;
         let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
         let alarms = TrackerAlarms::default();
         let connections = Connections::default();
@@ -138,15 +146,17 @@ impl Service {
             calibration: calibration.clone(),
             reports: reports.clone(),
             signs: Some(signs.clone()),
+            keys: options.keys.clone().map(Watched::new),
         };
         let (the_site, sharing) = (Arc::clone(&site), Arc::clone(&shared));
         let thread = std::thread::Builder::new().name("tracking".into()).spawn(move || {
             let registry = Registry::new(Arc::clone(&the_site), &options.modules);
+            let links = Links::new(Arc::new(Keys::none()), Role::Control, nonces, options.clear);
             let mut site_tracker = SiteTracker::new(&the_site, options.tracker);
             if let Some((line, age_s)) = &options.restore {
                 site_tracker.restore(line, *age_s);
             }
-            let mut tracking = TrackingLoop::new(socket, registry, search, site_tracker, parts)?;
+            let mut tracking = TrackingLoop::new(socket, (registry, links), search, site_tracker, parts)?;
             track(&mut tracking, &changed, &frames_in, &sharing)
         })?;
         let sites = Sites { site: watch::Sender::new(site), changes };

@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use host_tracker::store::reader::Reader;
-use kehai_emulator::pc::device::{Beside, PAGES, Pc};
+use kehai_emulator::pc::device::{Beside, PAGES, Pc, set_label};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::reactor::Reactor;
 use kehai_emulator::pc::udp::Udp;
@@ -53,6 +53,9 @@ impl RangeSource for Furnished {
     }
 }
 
+/// The secret on the module's label.
+const LABEL: [u8; 16] = [0x5a; 16];
+
 /// A sensor and a module in threads of their own.
 struct Bench {
     /// Whether there is a chair in the room.
@@ -83,6 +86,7 @@ impl Bench {
             let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
             let address: SocketAddr = port.local_addr().unwrap();
             let flash = Flash::new(PAGES);
+            set_label(&flash, &LABEL, &stopped).unwrap();
             let pc = Pc {
                 beside: Beside::Sensor,
                 sensor: &place,
@@ -371,4 +375,80 @@ fn the_tracker_follows_with_a_module_and_says_who_is_missing() {
     assert!(said.contains("module ghost: silent: it has not been found"), "{said}");
     assert!(said.contains(&format!("module {} (", bench.name)) && said.contains("watching"), "{said}");
     let _ = std::fs::remove_file(site);
+}
+
+/// A site of one module, and its file of keys beside it.
+fn site_of(bench: &Bench) -> (tempfile::TempDir, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("hall.toml");
+    let text = format!(
+        "[[module]]\nname = \"{}\"\nx = 0.0\ny = 0.0\n\n[[zone]]\nname = \"area\"\npolygon = [[0.3, -0.3], [0.6, -0.3], [0.6, 0.3], [0.3, 0.3]]\n",
+        bench.name
+    );
+    std::fs::write(&site, text).unwrap();
+    let path = |path: &std::path::Path| path.to_str().unwrap().to_owned();
+    let (site, keys) = (path(&site), path(&site.with_extension("keys")));
+    (folder, site, keys)
+}
+
+/// How many snapshots of a run say that the zone is known.
+fn known(site: &str, address: &str, more: &[&str]) -> usize {
+    let arguments =
+        ["run", "--site", site, "--module", address, "--no-mdns", "--tracks-out", "-", "--seconds", "6"];
+    let output = kehai_tracker(&[&arguments[..], more].concat());
+    let lines = text(&output.stdout);
+    lines.lines().map(json).filter(|line| line["zones"]["area"]["state"] == "known").count()
+}
+
+#[test]
+fn a_module_is_claimed_by_its_label_and_then_believed_and_ruled_by_its_key_alone() {
+    let bench = Bench::start("keyed");
+    let (folder, site, keys) = site_of(&bench);
+    let address = bench.address.to_string();
+    let (address, code) = (address.as_str(), kehai_tracking::keys::Label(LABEL).text());
+    let begin = Instant::now();
+    while json(&done(&["module", "info", address, "--json"]))["background_version"] == 0 {
+        assert!(begin.elapsed() < PATIENCE, "no background is learned");
+    }
+    let claim = |code: &str| ["module", "claim", address, "--keys", &keys, "--code", code].map(str::to_owned);
+
+    let wrong = claim("AAAAA-AAAAA-AAAAA-AAAAA-AAAAAA");
+    let (status, line) = refused(&wrong.each_ref().map(String::as_str));
+    assert!(status == 1 && line.contains("does not take this code"), "{line}");
+    assert!(known(&site, address, &[]) > 0, "without keys it is believed in clear");
+
+    done(&claim(&code).each_ref().map(String::as_str));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        assert_eq!(std::fs::metadata(&keys).unwrap().permissions().mode() & 0o777, 0o600);
+    }
+    let (_, line) = refused(&["module", "get", address]);
+    assert!(line.contains("holders of a key only"), "{line}");
+    let named = json(&done(&["module", "info", address, "--json"]));
+    assert!(named["sensor"].is_null() && named["name"] == bench.name.as_str(), "who it is, no more: {named}");
+    assert!(done(&["module", "get", address, "--keys", &keys]).contains("name"));
+    let (_, line) = refused(
+        &claim(&code)
+            .each_ref()
+            .map(String::as_str)
+            .map(|word| if word == keys.as_str() { "/tmp/no-such-folder/x.keys" } else { word }),
+    );
+    assert!(line.contains("x.keys"), "{line}");
+
+    assert!(known(&site, address, &[]) > 0, "the keys beside the site file are taken");
+    let copy = folder.path().join("copy.keys");
+    std::fs::copy(&keys, &copy).unwrap();
+    let other = folder.path().join("other.keys");
+    let stranger = std::fs::read_to_string(&keys).unwrap();
+    let secret = stranger.lines().find(|line| line.starts_with("secret")).unwrap();
+    std::fs::write(&other, stranger.replace(secret, &format!("secret = \"{}\"", "ab".repeat(32)))).unwrap();
+    assert_eq!(known(&site, address, &["--keys", other.to_str().unwrap()]), 0, "the keys of another site");
+
+    done(&["module", "rotate", address, "--keys", &keys]);
+    assert!(done(&["module", "get", address, "--keys", &keys]).contains("name"));
+    let (_, line) = refused(&["module", "get", address, "--keys", copy.to_str().unwrap()]);
+    assert!(line.contains("no such key"), "{line}");
+    let key = done(&["module", "key", &bench.name, "--role", "read", "--keys", &keys]);
+    assert_eq!(key.trim().len(), "7:".len() + 64, "{key}");
 }

@@ -8,11 +8,13 @@ use host_tracker::doors::DoorHandle;
 use host_tracker::net::tracking::{Parts, TrackingLoop};
 use host_tracker::reports::Reports;
 use kehai::scan::{Geometry, URG_04LX};
+use kehai::seal::{Nonces, Role};
 use kehai::wire::{
     Cookie, DATAGRAM_MAX, Identity, Incoming, Info, List, Message, ModuleId, Report, ReportHead, Request,
     SensorInfo, Subscribed,
 };
 use kehai_tracking::door::{Phase, Trouble};
+use kehai_tracking::keys::{Clear, Keys, Links};
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
@@ -39,7 +41,8 @@ fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
     let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
     let registry = Registry::new(Arc::clone(&site), devices);
     let site_tracker = SiteTracker::new(&site, Ideas::default());
-    TrackingLoop::new(TrackingLoop::bind().unwrap(), registry, None, site_tracker, parts).unwrap()
+    let links = Links::new(Arc::new(Keys::none()), Role::Read, Nonces::new([0; 16]), Clear::Believed);
+    TrackingLoop::new(TrackingLoop::bind().unwrap(), (registry, links), None, site_tracker, parts).unwrap()
 }
 
 /// What a device answers to a host's request, and then its reports.

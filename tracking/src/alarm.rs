@@ -71,6 +71,10 @@ pub enum AlarmKind {
     TracksOut,
     /// A part of the tracker has ended by itself, and was started again.
     Thread,
+    /// The file of keys cannot be read.
+    Keys,
+    /// The device has no key, in a site that has keys: it is not believed.
+    NoKey,
     /// A kind of a newer version.
     #[serde(other)]
     Unknown,
@@ -102,6 +106,8 @@ impl AlarmKind {
             Self::Recording => "recording",
             Self::TracksOut => "tracks-out",
             Self::Thread => "thread",
+            Self::Keys => "keys",
+            Self::NoKey => "no-key",
             Self::Unknown => "unknown",
         }
     }
@@ -110,10 +116,13 @@ impl AlarmKind {
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
-            Self::Silent | Self::Sensor | Self::Covered | Self::Blind | Self::SameName => Severity::Failed,
+            Self::Silent | Self::Sensor | Self::Covered | Self::Blind | Self::SameName | Self::NoKey => {
+                Severity::Failed
+            }
             Self::FloorSize | Self::Background | Self::Database | Self::Recording | Self::TracksOut => {
                 Severity::Failed
             }
+            Self::Keys => Severity::Failed,
             Self::Line | Self::Slow | Self::ClockOff | Self::Dirty | Self::Moved => Severity::Degraded,
             Self::RawScans | Self::Thread | Self::Panels => Severity::Degraded,
             Self::Store | Self::Suspect | Self::Watchdog | Self::Unknown => Severity::Notice,

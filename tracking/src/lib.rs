@@ -20,6 +20,7 @@ pub mod floor;
 pub mod fusion;
 pub mod geometry;
 pub mod jsonl;
+pub mod keys;
 pub mod names;
 pub mod observation;
 pub mod occupancy;

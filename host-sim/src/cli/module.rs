@@ -13,6 +13,7 @@ use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::line::Place;
 use kehai_emulator::pc::reactor::Reactor;
 use kehai_emulator::pc::udp::Udp;
+use kehai_tracking::keys::Label;
 
 /// A module on this PC: the very tasks of the firmware, beside any sensor or a SensFloor
 ///
@@ -41,6 +42,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     store: Option<PathBuf>,
 
+    /// The code of its label, by which kehai-tracker module claim gives it keys; kehai-tracker module label makes one
+    #[arg(long, value_name = "CODE", value_parser = label)]
+    label: Option<Label>,
+
     /// Do not announce the module by DNS-SD: only hosts that are told its address find it
     #[arg(long)]
     no_mdns: bool,
@@ -54,6 +59,10 @@ const EXAMPLES: &str = "Examples:
 
 pub(super) fn listen(text: &str) -> Result<SocketAddrV4, String> {
     text.parse().map_err(|_| "an address to listen at is IPv4:PORT, for example 0.0.0.0:4040".to_owned())
+}
+
+fn label(text: &str) -> Result<Label, String> {
+    Label::parse(text).ok_or_else(|| "a label's code has 26 letters and digits".to_owned())
 }
 
 pub(super) fn name(text: &str) -> Result<String, String> {
@@ -81,6 +90,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Some(file) => Flash::open(file, PAGES).map_err(|error| format!("{}: {error}", file.display()))?,
         None => device::forgotten(&stop)?,
     };
+    if let Some(Label(label)) = &arguments.label {
+        device::set_label(&flash, label, &stop)?;
+    }
     let port = Udp::bind(arguments.listen, &Reactor::new())
         .map_err(|error| format!("cannot listen at {}: {error}", arguments.listen))?;
     let address = port.local_addr()?;

@@ -9,10 +9,12 @@ use std::time::Duration;
 
 use clap::Args;
 use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
+use host_tracker::key_file;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use kehai_tracking::alarm::{AlarmKind, Alarms, Changes};
 use kehai_tracking::door::doors::Output;
+use kehai_tracking::keys::Clear;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use kehai_tracking::tracker::Selected;
 
@@ -37,6 +39,14 @@ pub struct Arguments {
     /// A module's address, beside those that are found; port 4040 if none is given
     #[arg(long, value_name = "HOST[:PORT]")]
     module: Vec<String>,
+
+    /// The keys of the site's modules, made by kehai-tracker module claim [default: beside the site file, as SITE.keys]
+    #[arg(long, value_name = "FILE", env = "KEHAI_KEYS")]
+    keys: Option<PathBuf>,
+
+    /// Believe modules without a key, too, when others of the site have one
+    #[arg(long)]
+    also_in_clear: bool,
 
     /// Look for no modules on the network: only those at --module
     #[arg(long, requires = "module")]
@@ -121,6 +131,10 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     });
     let served = arguments.http.served(&arguments.site)?;
     let map = arguments.http.map(&served, &arguments.site)?;
+    let keys_file = arguments.keys.clone().unwrap_or_else(|| key_file::beside(&arguments.site));
+    if key_file::load(&keys_file)?.is_none() && arguments.keys.is_some() {
+        return Err(format!("{}: there is no such file", keys_file.display()).into());
+    }
     let settings = Settings {
         site,
         modules,
@@ -131,6 +145,8 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         map,
         mqtt,
         card_key,
+        keys: Some(keys_file),
+        clear: if arguments.also_in_clear { Clear::Believed } else { Clear::Listed },
     };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
         .map_err(|error| advised(error, &arguments.site))?;

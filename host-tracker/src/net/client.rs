@@ -6,14 +6,22 @@
 //!   stay      subscribe, every second                  for requests that control, health and raw scans
 //! ```
 //!
+//! With the keys of a site it speaks sealed to modules that have one.
+//!
 //! It blocks, and takes no place among the subscribers unless it controls. The tracker has a
 //! [`Session`](kehai_tracking::session::Session) instead.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use kehai::seal::{Channel, Key, LABEL_ID, Role};
 use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Message, Refusal, Request, Unreadable};
+use kehai_tracking::keys::{Arrived, Clear, Keys, Links};
+use kehai_tracking::snapshot::Drops;
+
+use crate::key_file;
 
 /// Wait for an answer before the request is sent again.
 const AGAIN: Duration = Duration::from_millis(400);
@@ -69,6 +77,9 @@ pub struct Client {
     cookie: Cookie,
     next_id: u32,
     renewed: Option<Instant>,
+    links: Links,
+    drops: Drops,
+    begun: Instant,
 }
 
 impl Client {
@@ -77,19 +88,45 @@ impl Client {
     /// # Errors
     /// [`ClientError`]: nothing answers there.
     pub fn connect(address: SocketAddr) -> Result<Self, ClientError> {
+        Self::with_keys(address, Arc::new(Keys::none()))
+    }
+
+    /// The same with the keys of a site.
+    ///
+    /// # Errors
+    /// [`ClientError`].
+    pub fn with_keys(address: SocketAddr, keys: Arc<Keys>) -> Result<Self, ClientError> {
         let error = |error| ClientError::Io(address, error);
         let socket = UdpSocket::bind("0.0.0.0:0").map_err(error)?;
         socket.connect(address).map_err(error)?;
         // Requests of another run from the same port are not these.
         let next_id = std::process::id().wrapping_mul(1 << 12) | 1;
         let (identity, cookie) = (Identity::default(), Cookie::NONE);
-        let mut client = Self { socket, address, identity, cookie, next_id, renewed: None };
+        let nonces = key_file::nonces().map_err(|no| error(io::Error::other(no)))?;
+        let links = Links::new(keys, Role::Control, nonces, Clear::Believed);
+        let (renewed, drops, begun) = (None, Drops::default(), Instant::now());
+        let mut client = Self { socket, address, identity, cookie, next_id, renewed, links, drops, begun };
         (client.identity, client.cookie) =
             client.ask(Request::Subscribe { t1: [0; 8] }, |identity, message| match message {
                 Message::Cookie { cookie, .. } => Some((identity, *cookie)),
                 _ => None,
             })?;
         Ok(client)
+    }
+
+    /// Speaks from now on by the key of the module's label.
+    ///
+    /// # Errors
+    /// [`ClientError`].
+    pub fn open_by_label(&mut self, label: &Key) -> Result<(), ClientError> {
+        let device = self.identity.module;
+        let now_us = self.now_us();
+        self.links.open_by(self.address, Channel::new(device, LABEL_ID, *label), device, now_us);
+        Ok(())
+    }
+
+    fn now_us(&self) -> u64 {
+        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
     }
 
     /// Which device it is.
@@ -193,16 +230,19 @@ impl Client {
         self.send(request, id);
     }
 
-    fn send(&self, request: Request<'_>, id: u32) {
+    fn send(&mut self, request: Request<'_>, id: u32) {
         let mut datagram = [0; DATAGRAM_MAX];
         let length = request.encode(self.identity, id, self.cookie, &mut datagram).unwrap_or(0);
         // Refused while the port is not open; what is not sent is sent again.
-        let _ = self.socket.send(datagram.get(..length).unwrap_or(&[]));
+        let now_us = self.now_us();
+        let socket = &self.socket;
+        let send = |bytes: &[u8]| drop(socket.send(bytes));
+        self.links.send(datagram.get(..length).unwrap_or(&[]), self.address, now_us, send);
     }
 
     /// What `look` finds in a message of the module that comes before `end`.
     fn next_before<T>(
-        &self,
+        &mut self,
         end: Instant,
         mut look: impl FnMut(Identity, &Message<'_>) -> Option<T>,
     ) -> Result<Option<T>, ClientError> {
@@ -218,7 +258,17 @@ impl Client {
                 std::thread::sleep(Duration::from_millis(2));
                 continue;
             };
-            match Message::decode(buffer.get(..length).unwrap_or(&[])) {
+            let now_us = self.now_us();
+            let (socket, received) = (&self.socket, buffer.get_mut(..length).unwrap_or(&mut []));
+            let send = |bytes: &[u8]| drop(socket.send(bytes));
+            let arrived = self.links.take(received, self.address, now_us, &mut self.drops, send);
+            if arrived == Arrived::Dropped {
+                if self.drops.key > 0 {
+                    return Err(ClientError::Refused(Refusal::NoSuchKey));
+                }
+                continue;
+            }
+            match Message::decode(received) {
                 Ok((header, message)) => {
                     let known = self.cookie != Cookie::NONE;
                     if (!known || header.identity == self.identity)

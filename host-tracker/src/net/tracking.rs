@@ -14,8 +14,9 @@ use std::time::Duration;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
+use crate::key_file::Watched;
 use crate::net::clock::HostClock;
-use crate::net::discovery::Search;
+use crate::net::discovery::{self, Search};
 use crate::net::networks;
 use crate::net::poses::Poses;
 use crate::net::receiver::{self, Arrival, Receiver};
@@ -24,13 +25,14 @@ use crate::reports::{ReportLine, Reports};
 use crate::signs::SignHandle;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai::wire::Message;
-use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::alarm::{AlarmKind, AlarmLine};
 use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::keys::{Arrived, Links, Standing};
 use kehai_tracking::registry::{Networks, Registry};
 use kehai_tracking::session::Input;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::snapshot::{Refused, Snapshot, unix_ms};
+use kehai_tracking::snapshot::{ModuleLine, Refused, Snapshot, unix_ms};
 
 /// Between two snapshots, µs.
 pub const LINE_US: u64 = 100_000;
@@ -40,6 +42,9 @@ const NETWORKS_US: u64 = 1_000_000;
 
 /// Longest wait for a datagram: a tenth of that.
 const WAIT: Duration = Duration::from_millis(10);
+
+/// Between two looks at the file of keys, µs.
+const KEYS_US: u64 = 1_000_000;
 
 /// Devices are asked what is due so often at most, µs: hundreds are looked through each time.
 const POLL_US: u64 = 1000;
@@ -61,6 +66,8 @@ pub struct Parts {
     pub reports: Reports,
     /// Who is where.
     pub signs: Option<SignHandle>,
+    /// The file of the devices' keys.
+    pub keys: Option<Watched>,
 }
 
 /// Follows live devices.
@@ -68,6 +75,7 @@ pub struct TrackingLoop {
     socket: UdpSocket,
     search: Option<Search>,
     registry: Registry,
+    links: Links,
     site_tracker: SiteTracker,
     poses: Poses,
     clock: HostClock,
@@ -77,6 +85,8 @@ pub struct TrackingLoop {
     /// Time of what was used last, µs: none is used as if it had come before a snapshot that was made without it.
     used_us: u64,
     polled_us: u64,
+    /// When the file of keys is looked at next, µs.
+    keys_us: u64,
     next_line_us: u64,
     /// The host's networks, and until when they are taken as they were, µs.
     networks: Networks,
@@ -84,6 +94,19 @@ pub struct TrackingLoop {
     /// Datagrams from addresses that are no device of ours.
     strangers: u64,
     parts: Parts,
+}
+
+/// Says whether a device speaks sealed, and raises the alarm if it is not believed.
+fn stand(module: &mut ModuleLine, links: &Links) {
+    let Some(device) = discovery::id(&module.id) else { return };
+    match links.standing(device) {
+        Standing::Sealed => module.is_sealed = true,
+        Standing::InClear => {}
+        Standing::NotBelieved => {
+            let text = "it has no key, in a site whose modules have keys, and is not believed: kehai-tracker module claim";
+            module.alarms.insert(0, AlarmLine::new(AlarmKind::NoKey, text));
+        }
+    }
 }
 
 impl TrackingLoop {
@@ -103,7 +126,7 @@ impl TrackingLoop {
     /// There is no thread that receives.
     pub fn new(
         socket: UdpSocket,
-        registry: Registry,
+        (registry, links): (Registry, Links),
         search: Option<Search>,
         site_tracker: SiteTracker,
         parts: Parts,
@@ -114,10 +137,12 @@ impl TrackingLoop {
             pending: None,
             used_us: 0,
             polled_us: 0,
+            keys_us: 0,
             socket,
             search,
             poses: Poses::new(registry.site()),
             registry,
+            links,
             site_tracker,
             clock,
             next_line_us: LINE_US,
@@ -173,7 +198,7 @@ impl TrackingLoop {
                 return Ok(self.snapshot_at(at_us));
             }
             match arrival {
-                Some(arrival) => self.receive(&arrival),
+                Some(mut arrival) => self.receive(&mut arrival),
                 None => self.pending = self.receiver.next(WAIT)?,
             }
         }
@@ -188,24 +213,52 @@ impl TrackingLoop {
             }
             self.registry.find(finding, &self.networks, now_us);
         }
+        if now_us >= self.keys_us {
+            self.keys_us = now_us + KEYS_US;
+            self.look_at_keys();
+        }
         if now_us >= self.polled_us + POLL_US {
             self.polled_us = now_us;
             let socket = &self.socket;
             let sessions = self.site_tracker.sessions_mut();
-            self.registry.poll(sessions, now_us, |datagram, to| send(socket, datagram, to));
+            let links = &mut self.links;
+            self.registry.poll(sessions, now_us, |datagram, to| {
+                links.send(datagram, to, now_us, |sealed| send(socket, sealed, to));
+            });
         }
     }
 
-    fn receive(&mut self, arrival: &Arrival) {
-        let (bytes, from) = (&*arrival.bytes, arrival.from);
+    /// Takes the keys that are in their file by now.
+    fn look_at_keys(&mut self) {
+        let trouble = match self.parts.keys.as_mut().and_then(Watched::changed) {
+            None => return,
+            Some(Ok(keys)) => {
+                self.links.change(Arc::new(keys));
+                String::new()
+            }
+            Some(Err(error)) => error.to_string(),
+        };
+        self.parts.alarms.set(AlarmKind::Keys, &trouble);
+    }
+
+    fn receive(&mut self, arrival: &mut Arrival) {
+        let (bytes, from) = (&mut *arrival.bytes, arrival.from);
         self.used_us = self.used_us.max(arrival.at_us);
         let now_us = self.used_us;
         if !self.registry.knows(from) {
             self.strangers += 1;
             return;
         }
-        let sessions = self.site_tracker.sessions_mut();
+        let (socket, sessions) = (&self.socket, self.site_tracker.sessions_mut());
+        let answer = |datagram: &[u8]| send(socket, datagram, from);
+        let arrived = self.links.take(bytes, from, now_us, sessions.drops_mut(), answer);
+        if arrived == Arrived::Dropped {
+            return;
+        }
         let Some(datagram) = sessions.decode(bytes) else { return };
+        if arrived == Arrived::Clear && !self.links.believe(&datagram, sessions.drops_mut()) {
+            return;
+        }
         let admission = self.registry.admit(from, &datagram, sessions, now_us);
         if let Some(recorder) = self.parts.recorder.as_ref().filter(|_| admission.is_elsewhere) {
             recorder.elsewhere(now_us, datagram.device());
@@ -240,7 +293,10 @@ impl TrackingLoop {
         }
         let socket = &self.socket;
         let sessions = self.site_tracker.sessions_mut();
-        let answer = |datagram: &[u8], to| send(socket, datagram, to);
+        let links = &mut self.links;
+        let answer = |datagram: &[u8], to| {
+            links.send(datagram, to, now_us, |sealed| send(socket, sealed, to));
+        };
         self.registry.heard(from, &datagram, observation, sessions, now_us, answer);
     }
 
@@ -248,13 +304,14 @@ impl TrackingLoop {
         let now_us = self.now_us();
         let estimate = self.site_tracker.estimate(at_us as f64 * 1e-6);
         let line = TracksLine::from(&estimate);
-        let Self { registry, site_tracker, poses, parts, .. } = self;
+        let Self { registry, links, site_tracker, poses, parts, .. } = self;
         parts.calibration.tick(site_tracker.sessions(), at_us as f64 * 1e-6);
         if let Some(recorder) = &parts.recorder {
             recorder.line(at_us, &line);
             parts.alarms.set(AlarmKind::Recording, &recorder.trouble());
         }
         let mut modules = registry.lines(site_tracker.sessions_mut(), now_us);
+        modules.iter_mut().for_each(|module| stand(module, links));
         poses.raise(site_tracker.sessions(), &mut modules, now_us);
         let doors = parts.doors.as_ref().map(|doors| doors.observe(&estimate, &modules));
         let (names, signs) = parts.signs.as_ref().map(|signs| signs.observe(&estimate)).unwrap_or_default();

@@ -162,11 +162,11 @@ fn random() -> Result<[u8; KEY_LEN], CardKeyError> {
     }
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn from_hexadecimal(text: &str) -> Option<[u8; KEY_LEN]> {
+pub(crate) fn from_hexadecimal(text: &str) -> Option<[u8; KEY_LEN]> {
     if text.len() != 2 * KEY_LEN || !text.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return None;
     }

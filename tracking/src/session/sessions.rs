@@ -208,6 +208,11 @@ impl Sessions {
         &self.drops
     }
 
+    /// The same, for what is dropped before it is decoded.
+    pub const fn drops_mut(&mut self) -> &mut Drops {
+        &mut self.drops
+    }
+
     /// Sessions that were given up for newer ones.
     #[must_use]
     pub const fn forgotten(&self) -> u64 {

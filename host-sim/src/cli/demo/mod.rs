@@ -28,6 +28,7 @@ use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use kehai_emulator::pc::discovery;
+use kehai_tracking::keys::Clear;
 use kehai_tracking::registry::Finding;
 use kehai_tracking::tracker::Selected;
 
@@ -125,6 +126,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         map: map(arguments, &stage),
         mqtt: None,
         card_key: key.clone(),
+        keys: None,
+        clear: Clear::default(),
     };
     let mut daemon = Daemon::start(settings, |text| println!("{text}"))?;
     if let Some(address) = daemon.map_address().filter(|_| !arguments.headless) {

@@ -41,6 +41,8 @@ struct Listed {
     firmware: String,
     model: String,
     serial: String,
+    /// It has keys, and tells who has none its name only.
+    has_keys: bool,
 }
 
 impl Listed {
@@ -48,7 +50,10 @@ impl Listed {
         let info = meet(&found).and_then(|mut client| info::ask(&mut client).ok());
         let announced_id = (found.id != ModuleId::ANY).then(|| found.id.to_string());
         let announced = found.addresses.first().map_or_else(String::new, ToString::to_string);
+        // In clear a module with keys says neither its firmware nor its sensor.
+        let has_keys = info.as_ref().is_some_and(|info| info.firmware.is_empty());
         Self {
+            has_keys,
             answers: info.is_some(),
             name: info.as_ref().map_or_else(String::new, |info| info.name.clone()),
             id: info.as_ref().map(|info| info.id.clone()).or(announced_id),
@@ -72,7 +77,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .into());
     }
     if !arguments.json {
-        print(format_args!("{:<16} {:<18} {:<22} {:<9} SENSOR", "NAME", "IDENTITY", "ADDRESS", "FIRMWARE"))?;
+        print(format_args!(
+            "{:<16} {:<18} {:<22} {:<5} {:<9} SENSOR",
+            "NAME", "IDENTITY", "ADDRESS", "KEYS", "FIRMWARE"
+        ))?;
     }
     for found in found {
         let module = Listed::new(found);
@@ -82,10 +90,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         let name = if module.answers { &module.name } else { "(no answer)" };
         let sensor = if module.model.is_empty() { "none yet" } else { &module.model };
+        let keys = match (module.answers, module.has_keys) {
+            (false, _) => "?",
+            (true, true) => "yes",
+            (true, false) => "none",
+        };
         let id = module.id.as_deref().unwrap_or("(starting)");
         print(format_args!(
-            "{name:<16} {id:<18} {:<22} {:<9} {sensor} {}",
-            module.address, module.firmware, module.serial
+            "{name:<16} {id:<18} {:<22} {:<5} {:<9} {sensor} {}",
+            module.address, keys, module.firmware, module.serial
         ))?;
     }
     Ok(())

@@ -1,8 +1,10 @@
 //! `kehai-tracker module`: look after modules, one file a command.
 
 mod absorb;
+mod claim;
 mod get;
 mod info;
+mod label;
 mod learn;
 mod list;
 mod raw;
@@ -38,6 +40,10 @@ enum Command {
     Set(set::Arguments),
     Raw(raw::Arguments),
     Restart(restart::Arguments),
+    Claim(claim::Claim),
+    Rotate(claim::Rotate),
+    Key(claim::ShowKey),
+    Label(label::Arguments),
 }
 
 /// Does what the command line says.
@@ -54,6 +60,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Set(arguments) => set::run(arguments),
         Command::Raw(arguments) => raw::run(arguments),
         Command::Restart(arguments) => restart::run(arguments),
+        Command::Claim(arguments) => claim::claim(arguments),
+        Command::Rotate(arguments) => claim::rotate(arguments),
+        Command::Key(arguments) => claim::show(arguments),
+        Command::Label(arguments) => label::run(arguments),
     }
 }
 

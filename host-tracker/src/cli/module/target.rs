@@ -1,12 +1,16 @@
 //! The module that a command is for: found by name, identity or address.
 
 use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use host_tracker::key_file;
 use host_tracker::net::client::Client;
 use host_tracker::net::discovery::{self, Search};
 use kehai::wire::{Message, PORT, Request};
+use kehai_tracking::keys::Keys;
 use kehai_tracking::registry::{Finding, Found};
 use kehai_tracking::text::printable;
 
@@ -23,6 +27,10 @@ pub(super) struct Target {
     /// JSON, an object a line
     #[arg(long)]
     pub(super) json: bool,
+
+    /// The keys of the site, for a module that has been given one
+    #[arg(long, value_name = "FILE", env = "KEHAI_KEYS")]
+    pub(super) keys: Option<PathBuf>,
 }
 
 /// How long a module is looked for.
@@ -36,7 +44,9 @@ pub(super) struct NotFound(pub(super) String);
 impl Target {
     /// Meets the module.
     pub(super) fn connect(&self) -> Result<Client, Failure> {
-        Ok(Client::connect(find(&self.module)?)?)
+        let keys = self.keys.as_deref().map(key_file::load).transpose()?.flatten();
+        let keys = Arc::new(keys.unwrap_or_else(Keys::none));
+        Ok(Client::with_keys(find(&self.module)?, keys)?)
     }
 
     /// Meets the module and takes a place among its subscribers: what changes a module needs one.
@@ -55,7 +65,7 @@ impl Target {
 }
 
 /// The address of a module that is named in whatever way.
-fn find(module: &str) -> Result<SocketAddr, Failure> {
+pub(super) fn find(module: &str) -> Result<SocketAddr, Failure> {
     if let Ok(ip) = module.parse::<IpAddr>() {
         return Ok((ip, PORT).into());
     }

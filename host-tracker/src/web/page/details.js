@@ -65,6 +65,7 @@ function aboutModule(site, line, name) {
       ["lost", percent(line.lost_share)],
       ["checksum errors", String(line.checksum_errors)],
       ["beams not judged", percent(line.unknown_share)],
+      ["keys", line.is_sealed ? "sealed with the site's key" : "none: in clear"],
     );
     if (line.clock_offset_ms != null) {
       rows.push([

@@ -1,0 +1,183 @@
+//! `kehai-tracker module claim`, `rotate` and `key`: gives a module its keys, others in their place, and says one.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use host_tracker::key_file;
+use host_tracker::net::client::{Client, ClientError};
+use kehai::seal::{Key, Role};
+use kehai::wire::{Message, ModuleId, Refusal, Request};
+use kehai_tracking::keys::{Claimed, Keys, Label};
+
+use super::target::{self, Target};
+use crate::cli::failure::Failure;
+use crate::cli::output::print;
+
+/// Give a new module the keys of this site, by the code on its label
+#[derive(Debug, Args)]
+#[command(
+    after_help = "From then on the module listens to holders of these keys only, and all it says is encrypted.
+
+Examples:
+  kehai-tracker module claim hall --code ABCDE-FGHIJ-KLMNO-PQRST-UVWXYZ --keys door.keys
+  kehai-tracker run --site door.toml          takes door.keys by itself"
+)]
+pub struct Claim {
+    #[command(flatten)]
+    target: Target,
+
+    /// The code on its label, or what its QR code says
+    #[arg(long, value_name = "CODE", env = "KEHAI_CODE", hide_env_values = true)]
+    code: String,
+}
+
+/// Give a module new keys in the place of those it has
+#[derive(Debug, Args)]
+#[command(
+    after_help = "A tracker that runs takes the new keys by itself. For five seconds the old ones count, too.
+
+Examples:
+  kehai-tracker module rotate hall --keys door.keys"
+)]
+pub struct Rotate {
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Say the key of a module for another program
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  kehai-tracker module key hall --role read --keys door.keys")]
+pub struct ShowKey {
+    /// The module, by its name or identity in the file of keys
+    #[arg(value_name = "MODULE")]
+    module: String,
+
+    /// What the program is to do
+    #[arg(long, value_enum)]
+    role: RoleName,
+
+    /// The file of keys
+    #[arg(long, value_name = "FILE", env = "KEHAI_KEYS")]
+    keys: PathBuf,
+}
+
+/// A role, on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RoleName {
+    /// Reports, health and profiles
+    Read,
+    /// Raw scans, too
+    Raw,
+    /// Settings, learning, restarts and keys, too
+    Control,
+}
+
+impl From<RoleName> for Role {
+    fn from(name: RoleName) -> Self {
+        match name {
+            RoleName::Read => Self::Read,
+            RoleName::Raw => Self::Raw,
+            RoleName::Control => Self::Control,
+        }
+    }
+}
+
+/// A tracker looks at the file each second, and has a session under the new key within two more.
+const TAKEN: Duration = Duration::from_secs(5);
+
+/// Claims.
+pub fn claim(arguments: &Claim) -> Result<(), Failure> {
+    let label = Label::parse(&arguments.code).ok_or(
+        "this is no code of a label: it has 26 letters and digits, as ABCDE-FGHIJ-KLMNO-PQRST-UVWXYZ",
+    )?;
+    let file = keys_file(&arguments.target)?;
+    let mut keys = key_file::load_or_create(file)?;
+    let mut client = Client::connect(target::find(&arguments.target.module)?)?;
+    let (device, name) = (client.identity().module, name(&mut client)?);
+    let records = keys.records(device, &[1]);
+    client.open_by_label(&Key::of_label(&label.0))?;
+    match set(&mut client, &records) {
+        Ok(()) => {}
+        // What was interrupted after the module had stored them.
+        Err(_) if knows(&client, &keys, device, &name) => {}
+        Err(ClientError::Silent(_) | ClientError::Refused(Refusal::NoSuchKey)) => {
+            return Err(format!(
+                "{name} ({device}) does not take this code: it is another's, or the module has keys already. Holding its \
+                 button for ten seconds while it starts erases them"
+            )
+            .into());
+        }
+        Err(error) => return Err(error.into()),
+    }
+    keys.insert(device, Claimed { name: name.clone(), generation: 1 });
+    key_file::save(file, &keys)?;
+    check(&client, &keys)?;
+    print(format_args!("{name} ({device}) has its keys; they are in {}: keep a copy of it", file.display()))
+}
+
+/// Rotates.
+pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
+    let file = keys_file(&arguments.target)?;
+    let mut keys = key_file::load_or_create(file)?;
+    let mut client = arguments.target.control()?;
+    let device = client.identity().module;
+    let Some(claimed) = keys.get(device).cloned() else {
+        return Err(format!("{device} has no keys in {}: kehai-tracker module claim", file.display()).into());
+    };
+    let next = claimed.generation.checked_add(1).unwrap_or(1);
+    // Both count until the new ones have been used: a tracker that has the old ones goes on.
+    set(&mut client, &keys.records(device, &[claimed.generation, next]))?;
+    keys.insert(device, Claimed { generation: next, ..claimed });
+    key_file::save(file, &keys)?;
+    let mut client = check(&client, &keys)?;
+    std::thread::sleep(TAKEN);
+    set(&mut client, &keys.records(device, &[next]))?;
+    print(format_args!("{device} has new keys, number {next}: keep a copy of {}", file.display()))
+}
+
+/// Says a key.
+pub fn show(arguments: &ShowKey) -> Result<(), Failure> {
+    let keys = key_file::load(&arguments.keys)?
+        .ok_or_else(|| format!("{}: there is no such file", arguments.keys.display()))?;
+    let is_it = |id: &ModuleId, claimed: &Claimed| {
+        claimed.name == arguments.module || id.to_string() == arguments.module
+    };
+    let found = keys.devices().find(|(id, claimed)| is_it(id, claimed));
+    let (device, _) = found
+        .ok_or_else(|| format!("\"{}\" has no keys in {}", arguments.module, arguments.keys.display()))?;
+    let Some((id, Key(key))) = keys.key(device, arguments.role.into()) else { return Ok(()) };
+    let digits: String = key.iter().map(|byte| format!("{byte:02x}")).collect();
+    print(format_args!("{id}:{digits}"))
+}
+
+fn keys_file(target: &Target) -> Result<&Path, Failure> {
+    let file = target.keys.as_deref();
+    file.ok_or_else(|| "in which file? --keys SITE.keys, beside the site file".into())
+}
+
+fn name(client: &mut Client) -> Result<String, ClientError> {
+    client.ask(Request::Info, |_, message| target::name(message))
+}
+
+fn set(client: &mut Client, records: &[u8]) -> Result<(), ClientError> {
+    client.ask(Request::SetKeys { keys: records }, |_, message| {
+        matches!(message, Message::Done { .. }).then_some(())
+    })
+}
+
+/// Whether the module already has the keys that it was to be given.
+fn knows(client: &Client, keys: &Keys, device: ModuleId, name: &str) -> bool {
+    let mut with = keys.clone();
+    with.insert(device, Claimed { name: name.to_owned(), generation: 1 });
+    check(client, &with).is_ok()
+}
+
+/// Meets the module with these keys.
+fn check(client: &Client, keys: &Keys) -> Result<Client, Failure> {
+    let mut again = Client::with_keys(client.address(), keys.clone().into())?;
+    again
+        .ask(Request::GetSettings, |_, message| matches!(message, Message::Settings { .. }).then_some(()))?;
+    Ok(again)
+}

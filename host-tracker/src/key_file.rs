@@ -1,0 +1,219 @@
+//! The file of a site's keys: its secret, and which devices have been given keys made of it.
+//!
+//! ```toml
+//! secret = "64 hexadecimal digits"
+//!
+//! [[module]]
+//! id = "02:00:00:00:00:01"
+//! name = "left"
+//! generation = 1
+//! ```
+//!
+//! It lies beside the site file, as `SITE.keys`, readable by its owner alone. Whoever has it speaks for the site and reads
+//! everything; who loses it needs the button of each board. It is replaced as a whole, so that it is the old or the new one.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use kehai::seal::{Key, Nonces};
+use kehai::wire::ModuleId;
+use kehai_tracking::keys::{Claimed, Keys};
+use serde::{Deserialize, Serialize};
+
+use crate::net::discovery;
+use crate::store::card::{from_hexadecimal, hexadecimal};
+
+/// Why there are no keys.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyFileError {
+    /// The system.
+    #[error("{}: {error}", file.display())]
+    File {
+        /// The file, or where randomness comes from.
+        file: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// Something else is in the file.
+    #[error("{}: {what}: restore the file from a copy", file.display())]
+    Wrong {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    secret: String,
+    #[serde(default)]
+    module: Vec<WrittenModule>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenModule {
+    id: String,
+    name: String,
+    generation: u8,
+}
+
+/// Where the keys of a site are: beside its file.
+#[must_use]
+pub fn beside(site_file: &Path) -> PathBuf {
+    site_file.with_extension("keys")
+}
+
+/// The keys in `file`; none if there is no such file.
+///
+/// # Errors
+/// It cannot be read, or holds something else.
+pub fn load(file: &Path) -> Result<Option<Keys>, KeyFileError> {
+    let text = match fs::read_to_string(file) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(KeyFileError::File { file: file.to_path_buf(), error }),
+    };
+    let wrong = |what: String| KeyFileError::Wrong { file: file.to_path_buf(), what };
+    let written: Written = toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
+    let secret = from_hexadecimal(&written.secret)
+        .ok_or_else(|| wrong("its secret has not 64 hexadecimal digits".to_owned()))?;
+    let mut keys = Keys::new(Key(secret));
+    for module in written.module {
+        let id: ModuleId = discovery::id(&module.id)
+            .ok_or_else(|| wrong(format!("\"{}\" is no identity of a module", module.id)))?;
+        if module.generation == 0 {
+            return Err(wrong(format!("module {}: generations count from 1", module.id)));
+        }
+        keys.insert(id, Claimed { name: module.name, generation: module.generation });
+    }
+    Ok(Some(keys))
+}
+
+/// The keys in `file`; new ones, of no device yet, are made and written there if there are none.
+///
+/// # Errors
+/// As [`load`] and [`save`].
+pub fn load_or_create(file: &Path) -> Result<Keys, KeyFileError> {
+    if let Some(keys) = load(file)? {
+        return Ok(keys);
+    }
+    let keys = Keys::new(Key(random()?));
+    save(file, &keys)?;
+    Ok(keys)
+}
+
+/// Writes the keys, for their owner alone.
+///
+/// # Errors
+/// The file is the old or the new one.
+pub fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
+    let failed = |error| KeyFileError::File { file: file.to_path_buf(), error };
+    let module = |(id, claimed): (ModuleId, &Claimed)| WrittenModule {
+        id: id.to_string(),
+        name: claimed.name.clone(),
+        generation: claimed.generation,
+    };
+    let Key(secret) = keys.secret();
+    let written = Written { secret: hexadecimal(&secret), module: keys.devices().map(module).collect() };
+    let text = toml::to_string(&written).map_err(|error| failed(io::Error::other(error)))?;
+    let new = file.with_extension("keys.new");
+    let mut options = File::options();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut out = options.open(&new).map_err(failed)?;
+    let head = "# The keys of this site's modules. Whoever has this file speaks for the site: keep it, and a copy, in safe places.\n";
+    out.write_all(head.as_bytes()).and_then(|()| out.write_all(text.as_bytes())).map_err(failed)?;
+    out.sync_all().and_then(|()| fs::rename(&new, file)).map_err(failed)
+}
+
+/// A file of keys that is looked at again and again: modules are claimed, and keys rotated, while the tracker runs.
+#[derive(Debug)]
+pub struct Watched {
+    file: PathBuf,
+    modified: Option<SystemTime>,
+}
+
+impl Watched {
+    /// Looks at `file`, which may not be there yet.
+    #[must_use]
+    pub const fn new(file: PathBuf) -> Self {
+        Self { file, modified: None }
+    }
+
+    /// The keys, if the file has changed since they were asked for; with the error it counts as changed once.
+    pub fn changed(&mut self) -> Option<Result<Keys, KeyFileError>> {
+        let modified = fs::metadata(&self.file).and_then(|about| about.modified()).ok()?;
+        if self.modified == Some(modified) {
+            return None;
+        }
+        self.modified = Some(modified);
+        load(&self.file).transpose()
+    }
+}
+
+/// A row of nonces that nobody can foretell.
+///
+/// # Errors
+/// The system has no randomness.
+pub fn nonces() -> Result<Nonces, KeyFileError> {
+    random().map(Nonces::new)
+}
+
+/// Random bytes.
+///
+/// # Errors
+/// The system has none.
+pub fn random<const LEN: usize>() -> Result<[u8; LEN], KeyFileError> {
+    let source = Path::new("/dev/urandom");
+    let mut bytes = [0; LEN];
+    let read = File::open(source).and_then(|mut random| random.read_exact(&mut bytes));
+    read.map(|()| bytes).map_err(|error| KeyFileError::File { file: source.to_path_buf(), error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_read_as_they_were_written_and_for_their_owner_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = beside(&folder.path().join("door.toml"));
+        assert_eq!(load(&file).unwrap(), None);
+        let mut keys = load_or_create(&file).unwrap();
+        assert_eq!(load_or_create(&file).unwrap(), keys, "the same secret");
+        keys.insert(ModuleId([2, 0, 0, 0, 0, 1]), Claimed { name: "left".to_owned(), generation: 3 });
+        save(&file, &keys).unwrap();
+        assert_eq!(load(&file).unwrap(), Some(keys));
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        }
+    }
+
+    #[test]
+    fn what_are_no_keys_is_said_in_one_line_and_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("door.keys");
+        let digits = "ab".repeat(32);
+        for text in [
+            "",
+            "secret = \"12\"",
+            &format!("secret = \"{digits}\"\n[[module]]\nid = \"x\"\nname = \"a\"\ngeneration = 1"),
+            &format!(
+                "secret = \"{digits}\"\n[[module]]\nid = \"02:00:00:00:00:01\"\nname = \"a\"\ngeneration = 0"
+            ),
+        ] {
+            fs::write(&file, text).unwrap();
+            let error = load_or_create(&file).unwrap_err().to_string();
+            assert!(error.contains("door.keys") && error.lines().count() == 1, "{error}");
+            assert_eq!(fs::read_to_string(&file).unwrap(), text);
+        }
+    }
+}
