@@ -13,9 +13,8 @@
 //! everything; who loses it needs the button of each board. It is replaced as a whole, so that it is the old or the new one.
 
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use kehai::seal::{Key, Nonces};
 use kehai::wire::ModuleId;
@@ -23,7 +22,11 @@ use kehai_tracking::keys::{Claimed, Keys};
 use serde::{Deserialize, Serialize};
 
 use crate::net::discovery;
+use crate::owned_file::{self, Stamp};
 use crate::store::card::{from_hexadecimal, hexadecimal};
+
+/// First line of the file.
+const HEAD: &str = "# The keys of this site's modules. Whoever has this file speaks for the site: keep it, and a copy, in safe places.\n";
 
 /// Why there are no keys.
 #[derive(Debug, thiserror::Error)]
@@ -120,39 +123,32 @@ pub fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
     };
     let Key(secret) = keys.secret();
     let written = Written { secret: hexadecimal(&secret), module: keys.devices().map(module).collect() };
-    let text = toml::to_string(&written).map_err(|error| failed(io::Error::other(error)))?;
-    let new = file.with_extension("keys.new");
-    let mut options = File::options();
-    options.write(true).create(true).truncate(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut out = options.open(&new).map_err(failed)?;
-    let head = "# The keys of this site's modules. Whoever has this file speaks for the site: keep it, and a copy, in safe places.\n";
-    out.write_all(head.as_bytes()).and_then(|()| out.write_all(text.as_bytes())).map_err(failed)?;
-    out.sync_all().and_then(|()| fs::rename(&new, file)).map_err(failed)
+    let body = toml::to_string(&written).map_err(|error| failed(io::Error::other(error)))?;
+    let folder = owned_file::folder_of(file).map_err(failed)?;
+    owned_file::write(file, &folder, format!("{HEAD}{body}").as_bytes()).map_err(failed)
 }
 
 /// A file of keys that is looked at again and again: modules are claimed, and keys rotated, while the tracker runs.
 #[derive(Debug)]
 pub struct Watched {
     file: PathBuf,
-    modified: Option<SystemTime>,
+    stamp: Option<Stamp>,
 }
 
 impl Watched {
     /// Looks at `file`, which may not be there yet.
     #[must_use]
     pub const fn new(file: PathBuf) -> Self {
-        Self { file, modified: None }
+        Self { file, stamp: None }
     }
 
     /// The keys, if the file has changed since they were asked for; with the error it counts as changed once.
     pub fn changed(&mut self) -> Option<Result<Keys, KeyFileError>> {
-        let modified = fs::metadata(&self.file).and_then(|about| about.modified()).ok()?;
-        if self.modified == Some(modified) {
+        let stamp = Stamp::of(&self.file)?;
+        if self.stamp == Some(stamp) {
             return None;
         }
-        self.modified = Some(modified);
+        self.stamp = Some(stamp);
         load(&self.file).transpose()
     }
 }

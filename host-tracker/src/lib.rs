@@ -15,6 +15,7 @@ pub mod key_file;
 pub mod metrics;
 pub mod mqtt;
 pub mod net;
+pub mod owned_file;
 pub mod record;
 pub mod reports;
 pub mod service;

@@ -4,13 +4,12 @@
 //!   home.toml ─ beside it ─▶ home.access, mode 0600 ◀─ kehai-tracker user, token
 //!                                 └─▶ read by the tracker, again within a second after each change
 //! ```
-//!
-//! Written by root for a service, it belongs to whom the site's folder belongs to: who may put files there.
 
-use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+
+use crate::owned_file::{self, Stamp};
 
 use super::directory::{Directory, DirectoryError};
 
@@ -23,10 +22,6 @@ const HEAD: &str = "# Who may do what. Written by kehai-tracker user and kehai-t
 /// The file.
 #[derive(Clone, Debug)]
 pub struct AccessFile(PathBuf);
-
-/// By which a change of the file is seen: when it was changed, its length, and which file it is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Stamp(SystemTime, u64, u64);
 
 /// Why the file cannot be used, in one line.
 #[derive(Debug, thiserror::Error)]
@@ -73,12 +68,7 @@ impl AccessFile {
     /// Which state of the file this is; none if it is not there or cannot be asked.
     #[must_use]
     pub fn stamp(&self) -> Option<Stamp> {
-        let data = fs::metadata(&self.0).ok()?;
-        #[cfg(unix)]
-        let number = std::os::unix::fs::MetadataExt::ino(&data);
-        #[cfg(not(unix))]
-        let number = 0;
-        Some(Stamp(data.modified().ok()?, data.len(), number))
+        Stamp::of(&self.0)
     }
 
     /// Who is known; nobody if there is no file.
@@ -119,11 +109,7 @@ impl AccessFile {
     ) -> Result<T, AccessFileError> {
         let system = |error| AccessFileError::System { file: self.0.clone(), error };
         // The folder is locked, as the file itself is another one after each change.
-        let folder = match self.0.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let folder = File::open(folder).map_err(system)?;
+        let folder = owned_file::folder_of(&self.0).map_err(system)?;
         // A file system without locks: then nobody waits.
         let _ = folder.lock();
         let mut directory = self.load()?;
@@ -135,41 +121,7 @@ impl AccessFile {
 
     fn write(&self, directory: &Directory, folder: &File) -> io::Result<()> {
         let body = toml::to_string(directory).map_err(io::Error::other)?;
-        let name = self.0.file_name().unwrap_or_default().to_string_lossy();
-        let beside = self.0.with_file_name(format!(".{name}.new"));
-        // One that a power cut has left has other rights, perhaps.
-        let _ = fs::remove_file(&beside);
-        let mut options = File::options();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let written = options.open(&beside).and_then(|mut file| {
-            file.write_all(HEAD.as_bytes())?;
-            file.write_all(body.as_bytes())?;
-            file.sync_all()?;
-            #[cfg(unix)]
-            belongs_to_owner_of(&file, folder)?;
-            fs::rename(&beside, &self.0)
-        });
-        if written.is_err() {
-            // It may not even be there.
-            let _ = fs::remove_file(&beside);
-            return written;
-        }
-        folder.sync_all()
-    }
-}
-
-/// Gives a file that root has made to the owner of its folder.
-#[cfg(unix)]
-fn belongs_to_owner_of(file: &File, folder: &File) -> io::Result<()> {
-    use std::os::unix::fs::{MetadataExt, fchown};
-    let (own, folder) = (file.metadata()?, folder.metadata()?);
-    // Others than root write in their own folders, or in those of a group that they have in common.
-    if own.uid() == 0 && folder.uid() != 0 {
-        fchown(file, Some(folder.uid()), Some(folder.gid()))
-    } else {
-        Ok(())
+        owned_file::write(&self.0, folder, format!("{HEAD}{body}").as_bytes())
     }
 }
 
@@ -179,6 +131,7 @@ mod tests {
     use crate::access::directory::Token;
     use crate::access::roles::Role;
     use crate::access::secret::fingerprint;
+    use std::fs;
 
     fn token(name: &str) -> Token {
         Token { name: name.into(), roles: vec![Role::View], door: None, sha256: fingerprint(name) }

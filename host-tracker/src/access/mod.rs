@@ -35,9 +35,10 @@ use std::sync::Arc;
 use parking_lot::{Mutex, MutexGuard};
 
 use crate::net::clock::HostClock;
+use crate::owned_file::Stamp;
 use attempts::{Attempts, Wait};
 use directory::{Directory, User};
-use file::{AccessFile, AccessFileError, Stamp};
+use file::{AccessFile, AccessFileError};
 use password::PasswordError;
 use roles::{Action, Role, is_free, may};
 use secret::fingerprint;

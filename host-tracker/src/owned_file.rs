@@ -1,0 +1,81 @@
+//! Files with secrets, beside a site's: for their owner alone, written whole or not at all, and watched for changes.
+//!
+//! ```text
+//!   text ─▶ .NAME.new, mode 0600 ─▶ on disk ─▶ owner of the folder ─▶ NAME
+//! ```
+//!
+//! Written by root for a service, a file belongs to whom the site's folder belongs to: who may put files there.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::SystemTime;
+
+/// By which a change of a file is seen: when it was changed, its length, and which file it is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Stamp(SystemTime, u64, u64);
+
+impl Stamp {
+    /// Which state of the file this is; none if it is not there or cannot be asked.
+    #[must_use]
+    pub fn of(file: &Path) -> Option<Self> {
+        let data = fs::metadata(file).ok()?;
+        #[cfg(unix)]
+        let number = std::os::unix::fs::MetadataExt::ino(&data);
+        #[cfg(not(unix))]
+        let number = 0;
+        Some(Self(data.modified().ok()?, data.len(), number))
+    }
+}
+
+/// The folder of a file, to lock or to keep on disk.
+///
+/// # Errors
+/// There is none, or it may not be opened.
+pub fn folder_of(file: &Path) -> io::Result<File> {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => File::open(folder),
+        _ => File::open("."),
+    }
+}
+
+/// Writes `file`, in this folder, for its owner alone.
+///
+/// # Errors
+/// The file is the old or the new one.
+pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let beside = file.with_file_name(format!(".{name}.new"));
+    // One that a power cut has left has other rights, perhaps.
+    let _ = fs::remove_file(&beside);
+    let mut options = File::options();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let written = options.open(&beside).and_then(|mut new| {
+        new.write_all(text)?;
+        new.sync_all()?;
+        #[cfg(unix)]
+        belongs_to_owner_of(&new, folder)?;
+        fs::rename(&beside, file)
+    });
+    if written.is_err() {
+        // It may not even be there.
+        let _ = fs::remove_file(&beside);
+        return written;
+    }
+    folder.sync_all()
+}
+
+/// Gives a file that root has made to the owner of its folder.
+#[cfg(unix)]
+fn belongs_to_owner_of(file: &File, folder: &File) -> io::Result<()> {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    let (own, folder) = (file.metadata()?, folder.metadata()?);
+    // Others than root write in their own folders, or in those of a group that they have in common.
+    if own.uid() == 0 && folder.uid() != 0 {
+        fchown(file, Some(folder.uid()), Some(folder.gid()))
+    } else {
+        Ok(())
+    }
+}
