@@ -10,11 +10,12 @@
 
 use core::net::SocketAddrV4;
 
+use super::cookie::Cookies;
 use crate::link::{Dropped, Lane, Outbox};
 use crate::seal::handshake::{OPEN, OPENED_LEN, Open};
 use crate::seal::sessions::NotOpened;
 use crate::seal::{Holder, Keyring, Sessions, Unsealed, datagram};
-use crate::wire::{Cookie, Counter, Counters, DATAGRAM_MAX, Header, Identity, Refusal};
+use crate::wire::{Counter, DATAGRAM_MAX, Header, Identity, Refusal};
 
 /// Keys, sessions, and room to seal a datagram in.
 #[derive(Clone, Debug)]
@@ -58,18 +59,18 @@ impl Guard {
         !self.keyring.is_claimed() || self.sessions.has(at)
     }
 
-    /// Looks at a datagram of the host at `from`, whose cookie would be `cookie`.
+    /// Looks at a datagram of the host at `from`.
     pub(super) fn admit(
         &mut self,
         bytes: &mut [u8],
-        (from, cookie): (SocketAddrV4, Cookie),
+        (from, cookies): (SocketAddrV4, &Cookies),
         own: Identity,
         now_us: u64,
     ) -> Admitted {
         // What is no datagram of ours is counted by the reader of requests.
         let Ok((header, _)) = Header::open(bytes) else { return Admitted::Request(Holder::Nothing) };
         if header.kind == OPEN {
-            let to = header.identity;
+            let (to, cookie) = (header.identity, cookies.cookie(from));
             let opened = self.sessions.open(bytes, (from, cookie), (own, to), &self.keyring, now_us);
             return match opened {
                 Ok(answer) => Admitted::Opened(answer),
@@ -127,15 +128,5 @@ impl<O: Outbox> Outbox for Sealing<'_, O> {
 
     fn reopen(&mut self, lane: Lane) {
         self.out.reopen(lane);
-    }
-}
-
-/// Counts keys and sessions that are used as they are meant to be, and the other ones.
-pub(super) fn count(counters: &mut Counters, admitted: &Admitted) {
-    match admitted {
-        Admitted::Dropped(counter) => counters.count(*counter),
-        Admitted::Refused(_, refusal) => counters.count(refusal.counter()),
-        Admitted::Opened(_) => counters.count(Counter::SessionsOpened),
-        Admitted::Request(_) => {}
     }
 }

@@ -10,7 +10,7 @@
 use core::net::SocketAddrV4;
 
 use super::answers::{Answer, RequestKey};
-use super::guard::{self, Admitted};
+use super::guard::Admitted;
 use super::subscribers::LEASE_US;
 use super::{Change, Module, Pending, text};
 use crate::background::{Absorb, LearnRequest, Learning};
@@ -29,22 +29,20 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub fn receive(&mut self, from: SocketAddrV4, datagram: &mut [u8], now_us: u64, out: &mut impl Outbox) {
         self.subscribers.expire(now_us, &mut self.counters);
         self.lanes.choose(*from.ip(), now_us, &mut self.counters, out);
-        let cookie = self.cookies.cookie(from);
-        let admitted = self.guard.admit(datagram, (from, cookie), self.identity, now_us);
-        guard::count(&mut self.counters, &admitted);
-        match admitted {
+        match self.guard.admit(datagram, (from, &self.cookies), self.identity, now_us) {
             Admitted::Request(by) => match Incoming::open(datagram) {
                 Ok(incoming) => self.answer(RequestKey::of(from, by, &incoming), &incoming, now_us, out),
                 Err(unreadable) => self.counters.count(unreadable.counter()),
             },
-            Admitted::Opened(answer) => self.lanes.send(from, &answer, &mut self.counters, out),
+            Admitted::Opened(answer) => {
+                self.counters.count(Counter::SessionsOpened);
+                self.lanes.send(from, &answer, &mut self.counters, out);
+            }
             Admitted::Refused(open, refusal) => {
                 let key = RequestKey { from, kind: OPEN, request_id: open.request_id, by: Holder::Nothing };
-                if let Some(message) = Answer::Refused(refusal).message(key) {
-                    self.send_answer(key, &message, out);
-                }
+                self.refuse(key, refusal, out);
             }
-            Admitted::Dropped(_) => {}
+            Admitted::Dropped(counter) => self.counters.count(counter),
         }
         self.publish_health(now_us, out);
     }

@@ -72,13 +72,12 @@ pub fn run() {
         let (mut request, _) = pair.request(length);
         let mut forged = request;
         forged[length - 1] ^= 1;
-        let again = request;
+        let mut again = request;
         let (refuse, was_taken) = counter.count(|| pair.unseal(black_box(&mut forged[..length])));
         assert!(!was_taken, "a forged datagram was taken");
         let (open, was_taken) = counter.count(|| pair.unseal(black_box(&mut request[..length])));
         assert!(was_taken, "a genuine datagram was refused");
-        let mut twice = again;
-        let (repeated, was_taken) = counter.count(|| pair.unseal(black_box(&mut twice[..length])));
+        let (repeated, was_taken) = counter.count(|| pair.unseal(black_box(&mut again[..length])));
         assert!(!was_taken, "a datagram was taken twice");
         let mut report = [0; DATAGRAM_MAX];
         let (seal, was_sealed) = counter.count(|| pair.sessions.seal(HOST, black_box(&mut report[..length])));
