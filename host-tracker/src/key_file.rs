@@ -12,8 +12,8 @@
 //! It lies beside the site file, as `SITE.keys`, readable by its owner alone. Whoever has it speaks for the site and reads
 //! everything; who loses it needs the button of each board. It is replaced as a whole, so that it is the old or the new one.
 
-use std::fs::{self, File};
-use std::io::{self, Read};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use kehai::seal::{Key, Nonces};
@@ -34,11 +34,14 @@ pub enum KeyFileError {
     /// The system.
     #[error("{}: {error}", file.display())]
     File {
-        /// The file, or where randomness comes from.
+        /// The file.
         file: PathBuf,
         /// What the system says.
         error: io::Error,
     },
+    /// The system has no randomness.
+    #[error("no key can be made: {0}")]
+    Random(#[from] getrandom::Error),
     /// Something else is in the file.
     #[error("{}: {what}: restore the file from a copy", file.display())]
     Wrong {
@@ -166,10 +169,9 @@ pub fn nonces() -> Result<Nonces, KeyFileError> {
 /// # Errors
 /// The system has none.
 pub fn random<const LEN: usize>() -> Result<[u8; LEN], KeyFileError> {
-    let source = Path::new("/dev/urandom");
     let mut bytes = [0; LEN];
-    let read = File::open(source).and_then(|mut random| random.read_exact(&mut bytes));
-    read.map(|()| bytes).map_err(|error| KeyFileError::File { file: source.to_path_buf(), error })
+    getrandom::fill(&mut bytes)?;
+    Ok(bytes)
 }
 
 #[cfg(test)]

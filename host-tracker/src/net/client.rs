@@ -115,14 +115,10 @@ impl Client {
     }
 
     /// Speaks from now on by the key of the module's label.
-    ///
-    /// # Errors
-    /// [`ClientError`].
-    pub fn open_by_label(&mut self, label: &Key) -> Result<(), ClientError> {
+    pub fn open_by_label(&mut self, label: &Key) {
         let device = self.identity.module;
         let now_us = self.now_us();
         self.links.open_by(self.address, Channel::new(device, LABEL_ID, *label), device, now_us);
-        Ok(())
     }
 
     fn now_us(&self) -> u64 {
