@@ -51,5 +51,6 @@ pub mod sensor_model;
 pub mod store;
 pub mod tasks;
 pub mod unseen;
+pub mod update;
 pub mod visibility;
 pub mod wire;

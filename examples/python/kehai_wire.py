@@ -33,12 +33,13 @@ SENSOR_CODES = ("searching", "booting", "starting", "streaming", "stalled", "abn
                 "refused", "paused")
 EVENTS = ("learn_started", "learned", "learn_restarted", "absorbed", "background_forgotten",
           "background_drifted", "settings_changed", "restarting", "address_unusable", "address_returned",
-          "address_default", "factory_reset", "keys_set")
+          "address_default", "factory_reset", "keys_set", "image_on_trial", "image_confirmed", "image_reverted",
+          "image_forged", "image_damaged", "image_other", "image_too_old")
 ALARMS = ("no_scans", "no_background", "learning_waits", "suspects", "store_failed", "clock_uncertain",
           "watchdog")
 REFUSALS = ("version", "unsupported", "malformed", "bad_cookie", "full", "wrong_module", "wrong_boot",
             "not_allowed", "superseded", "moved", "no_background", "span", "report", "too_few_scans",
-            "no_sensor", "busy", "setting", "not_stored", "needs_key", "no_such_key", "bad_keys")
+            "no_sensor", "busy", "setting", "not_stored", "needs_key", "no_such_key", "bad_keys", "image")
 COUNTERS = (
     "lost_scans", "scans_accepted", "scans_missing", "scans_damaged", "scans_repeated", "scans_unstable",
     "sensor_stalls", "sensor_resumes", "sensor_starts", "sensor_clock_restarts", "sensor_reboots",
@@ -55,6 +56,7 @@ COUNTERS = (
     "refused_setting", "store_failures", "watchdog_resets", "link_losses",
     "datagrams_dropped", "discovery_dropped", "sessions_opened", "open_forged",
     "open_replayed", "sealed_unknown", "sealed_replayed", "sealed_forged", "refused_key",
+    "refused_image",
 )
 # fmt: on
 
@@ -249,6 +251,8 @@ def refused(reader):
         result["version_min"], result["version_max"] = one, two
     if code == 16:
         result["line"], result["fault"] = one, two
+    if code == 21:
+        result["fault"] = one
     return result
 
 
@@ -276,6 +280,10 @@ def done(reader):
 
 def settings(reader):
     return {"request_id": reader.fixed("I")[0], "text": reader.text()}
+
+
+def receiving(reader):
+    return dict(zip(("request_id", "next"), reader.fixed("II"), strict=True))
 
 
 def absorbed(reader):
@@ -335,6 +343,7 @@ MESSAGES = {
     0x84: done,
     0x85: settings,
     0x86: absorbed,
+    0x88: receiving,
     0x90: report,
     0x91: health,
     0x92: profile_part,

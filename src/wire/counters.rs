@@ -167,6 +167,8 @@ counters! {
     SealedForged = "sealed_forged";
     /// Requests refused: [`NeedsKey`](super::Refusal::NeedsKey) or [`NoSuchKey`](super::Refusal::NoSuchKey).
     RefusedKey = "refused_key";
+    /// Requests refused: [`Image`](super::Refusal::Image).
+    RefusedImage = "refused_image";
 }
 
 /// Number of [`Counter`]s.

@@ -106,6 +106,20 @@ code_enum! {
         FactoryReset = 11, "settings and background were erased by the button";
         /// A host has set the keys.
         KeysSet = 12, "keys were set";
+        /// A new image runs, on trial.
+        ImageOnTrial = 13, "a new image runs on trial";
+        /// The image has confirmed itself.
+        ImageConfirmed = 14, "the new image works and stays";
+        /// The image did not confirm itself: the one before is back.
+        ImageReverted = 15, "the new image did not work: the one before is back";
+        /// The image that came is not signed by a maker that the boot loader knows.
+        ImageForged = 16, "the image is not signed by its maker: not started";
+        /// The image that came is not what its manifest says.
+        ImageDamaged = 17, "the image is damaged: not started";
+        /// The image that came is for another board, or another program.
+        ImageOther = 18, "the image is for another board or program: not started";
+        /// The image that came is older than may start.
+        ImageTooOld = 19, "the image is older than may start: not started";
     }
 }
 

@@ -10,6 +10,7 @@
 //!  84  done          request id u32
 //!  85  settings      request id u32, text
 //!  86  absorbed      request id u32, beams u16, background version u16
+//!  88  receiving     request id u32, next offset u32
 //!  90  report        see `report`
 //!  91  health        see `health`
 //!  92  profile part  see `part`
@@ -81,6 +82,13 @@ pub enum Message<'a> {
         /// The background version from now on.
         background_version: u16,
     },
+    /// An image is being received.
+    Receiving {
+        /// The request this answers.
+        request_id: u32,
+        /// Where the next piece begins: all before it is stored.
+        next: u32,
+    },
     /// What a scan showed.
     Report(Report<'a>),
     /// How the module is.
@@ -129,6 +137,7 @@ impl<'a> Message<'a> {
             Self::Done { .. } => 0x84,
             Self::Settings { .. } => 0x85,
             Self::Absorbed { .. } => 0x86,
+            Self::Receiving { .. } => 0x88,
             Self::Report(_) => 0x90,
             Self::Health(_) => 0x91,
             Self::ProfilePart(_) => 0x92,
@@ -163,6 +172,10 @@ impl<'a> Message<'a> {
                     background_version: u16::from_le_bytes(background_version),
                 }
             }
+            0x88 => {
+                let (request_id, next) = reader.required()?;
+                Self::Receiving { request_id: u32::from_le_bytes(request_id), next: u32::from_le_bytes(next) }
+            }
             0x90 => Self::Report(Report::read(reader)?),
             0x91 => Self::Health(Health::read(reader)?),
             0x92 => Self::ProfilePart(ProfilePart::read(reader)?),
@@ -192,6 +205,9 @@ impl<'a> Message<'a> {
             Self::Absorbed { request_id, beams, background_version } => {
                 let numbers = (beams.to_le_bytes(), background_version.to_le_bytes());
                 writer.put(&(request_id.to_le_bytes(), numbers))?;
+            }
+            Self::Receiving { request_id, next } => {
+                writer.put(&(request_id.to_le_bytes(), next.to_le_bytes()))?;
             }
             Self::Report(report) => report.write(&mut writer)?,
             Self::Health(health) => health.write(&mut writer)?,

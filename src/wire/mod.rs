@@ -76,9 +76,9 @@ pub use part::{
     PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, ProfilePart, RAW_PART_BEAMS, RAW_PART_MAX, RawPart,
 };
 pub use pressed::{FaultyPanel, PRESSED_MAX, Pressed};
-pub use refusal::{Refusal, Refused, SettingFault};
+pub use refusal::{ImageFault, Refusal, Refused, SettingFault};
 pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead, SIZED_MAX, Size};
-pub use request::{Cookie, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
+pub use request::{CHUNK_MAX, Cookie, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
 
 /// The port modules listen at, and answer from.
 pub const PORT: u16 = 4040;

@@ -4,7 +4,7 @@
 //!    0  request id   u32    of the refused request
 //!    4  kind         u8     its kind
 //!    5  code         u8     see the table in the source; codes are only ever added
-//!    6  detail       2 u8   Version: oldest and newest version spoken; Setting: line and fault
+//!    6  detail       2 u8   Version: oldest and newest version spoken; Setting: line and fault; Image: fault
 //! ```
 //!
 //! Fixed, and so short that a refusal is never longer than the request: an attacker that forges a
@@ -28,6 +28,24 @@ code_enum! {
         Range = 4, "the value is out of range";
         /// It does not go together with another setting.
         Conflict = 5, "does not go together with another setting";
+    }
+}
+
+code_enum! {
+    /// Why an image is not received.
+    ImageFault {
+        /// The manifest is none.
+        Manifest = 1, "not the manifest of an image";
+        /// It is for another board, or another program.
+        Program = 2, "for another board, or another program";
+        /// Its version is below the least that may start.
+        TooOld = 3, "older than the module may go back to";
+        /// There is no room for it.
+        TooLarge = 4, "larger than there is room for";
+        /// That piece is not the next, or no image is being received.
+        Sequence = 5, "not the next piece of it";
+        /// The image that runs is on trial itself.
+        OnTrial = 6, "the running image is on trial itself";
     }
 }
 
@@ -87,6 +105,8 @@ pub enum Refusal {
     NoSuchKey,
     /// These are no keys of a module.
     BadKeys,
+    /// An image is not received.
+    Image(ImageFault),
     /// A code of a newer module.
     Unknown(u8),
 }
@@ -117,6 +137,7 @@ impl Refusal {
             Self::NeedsKey => [18, 0, 0],
             Self::NoSuchKey => [19, 0, 0],
             Self::BadKeys => [20, 0, 0],
+            Self::Image(fault) => [21, fault.into(), 0],
             Self::Unknown(code) => [code, 0, 0],
         }
     }
@@ -144,6 +165,7 @@ impl Refusal {
             18 => Self::NeedsKey,
             19 => Self::NoSuchKey,
             20 => Self::BadKeys,
+            21 => Self::Image(one.into()),
             code => Self::Unknown(code),
         }
     }
@@ -166,6 +188,7 @@ impl Refusal {
             Self::Busy => Counter::RefusedBusy,
             Self::Setting { .. } | Self::NotStored | Self::BadKeys => Counter::RefusedSetting,
             Self::NeedsKey | Self::NoSuchKey => Counter::RefusedKey,
+            Self::Image(_) => Counter::RefusedImage,
         }
     }
 }
@@ -198,6 +221,7 @@ impl core::fmt::Display for Refusal {
             }
             Self::Setting { line, fault } => return write!(f, "line {line} of the settings: {fault}"),
             Self::Unknown(code) => return write!(f, "refused by a newer module, code {code}"),
+            Self::Image(fault) => return write!(f, "the image: {fault}"),
             Self::Unsupported => "the module has no such request",
             Self::Malformed => "the request is malformed",
             Self::BadCookie => "not subscribed, or no longer",

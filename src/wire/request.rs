@@ -17,6 +17,9 @@
 //!  09  raw scan again   object    varint, parts  varint, as above
 //!  0a  restart          –
 //!  0c  set keys         keys      bytes   34 a key; sealed only
+//!  0d  update           manifest  bytes   192, see `update::manifest`: an image is about to come, or to go on
+//!  0e  update chunk     offset    varint, bytes  at most 1024
+//!  0f  update install   –                 all of it has come: start anew with it
 //! ```
 //!
 //! The first twelve bytes, subscribe and info are frozen for ever. Subscribe is as long as the cookie
@@ -29,6 +32,7 @@ use super::header::{FROM_MODULE, HEADER_LEN, Header, Identity, ModuleId, Unreada
 use super::refusal::{Refusal, Refused};
 use crate::background::Absorb;
 use crate::seal::Role;
+use crate::update::manifest::MANIFEST_LEN;
 
 /// Shows that a host receives what is sent to its address. All 0: none.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -47,10 +51,11 @@ pub(super) const COMMON_LEN: usize = 4 + 8;
 pub const SETTINGS_TEXT_MAX: usize = 1024;
 
 /// Most bytes of a request's message.
-pub const REQUEST_MAX: usize = COMMON_LEN + text_max(SETTINGS_TEXT_MAX);
+pub const REQUEST_MAX: usize = COMMON_LEN + VARINT_U32 + text_max(CHUNK_MAX);
 
 const _: () = assert!(HEADER_LEN + REQUEST_MAX <= DATAGRAM_MAX);
-const _: () = assert!(REQUEST_MAX >= COMMON_LEN + VARINT_U32 + 4 * VARINT_U16, "set settings is the longest");
+const _: () =
+    assert!(REQUEST_MAX >= COMMON_LEN + text_max(SETTINGS_TEXT_MAX), "a piece of an image is the longest");
 const _: () = assert!(Refused::LEN <= COMMON_LEN, "the shortest request and its refusal");
 
 /// A request.
@@ -104,7 +109,25 @@ pub enum Request<'a> {
         /// See `seal::keyring`.
         keys: &'a [u8],
     },
+    /// An image is about to come. One that had begun to come goes on if it is the same.
+    Update {
+        /// See [`Manifest`](crate::update::manifest::Manifest).
+        manifest: &'a [u8; MANIFEST_LEN],
+    },
+    /// A piece of the image, in order.
+    UpdateChunk {
+        /// Where it begins.
+        offset: u32,
+        /// At most [`CHUNK_MAX`] bytes, and a multiple of [`WORD_LEN`](crate::update::notes::WORD_LEN) but at the end of
+        /// the image.
+        bytes: &'a [u8],
+    },
+    /// All of the image has come: start anew, and let the boot loader look at it.
+    UpdateInstall,
 }
+
+/// Most bytes in a piece of an image.
+pub const CHUNK_MAX: usize = 1024;
 
 impl<'a> Request<'a> {
     /// Its kind in the header.
@@ -122,6 +145,9 @@ impl<'a> Request<'a> {
             Self::RawAgain { .. } => 0x09,
             Self::Restart => 0x0a,
             Self::SetKeys { .. } => 0x0c,
+            Self::Update { .. } => 0x0d,
+            Self::UpdateChunk { .. } => 0x0e,
+            Self::UpdateInstall => 0x0f,
         }
     }
 
@@ -133,7 +159,10 @@ impl<'a> Request<'a> {
             | Self::Learn { .. }
             | Self::Absorb(_)
             | Self::Restart
-            | Self::SetKeys { .. } => Role::Control,
+            | Self::SetKeys { .. }
+            | Self::Update { .. }
+            | Self::UpdateChunk { .. }
+            | Self::UpdateInstall => Role::Control,
             Self::Raw { .. } | Self::RawAgain { .. } => Role::Raw,
             Self::Subscribe { .. } | Self::Info | Self::GetSettings | Self::Profile { .. } => Role::Read,
         }
@@ -145,7 +174,7 @@ impl<'a> Request<'a> {
     }
 
     const fn is_known(kind: u8) -> bool {
-        matches!(kind, 0x01..=0x0a | 0x0c)
+        matches!(kind, 0x01..=0x0a | 0x0c..=0x0f)
     }
 
     fn read(kind: u8, reader: &mut Reader<'a>) -> Result<Self, Malformed> {
@@ -170,6 +199,18 @@ impl<'a> Request<'a> {
             0x09 => Self::RawAgain { object: reader.required()?, parts: reader.required()? },
             0x0a => Self::Restart,
             0x0c => Self::SetKeys { keys: reader.required()? },
+            0x0d => {
+                let manifest: &[u8] = reader.required()?;
+                Self::Update { manifest: manifest.try_into().map_err(|_| Malformed)? }
+            }
+            0x0e => {
+                let (offset, bytes): (_, &[u8]) = reader.required()?;
+                if bytes.is_empty() || bytes.len() > CHUNK_MAX {
+                    return Err(Malformed);
+                }
+                Self::UpdateChunk { offset, bytes }
+            }
+            0x0f => Self::UpdateInstall,
             _ => return Err(Malformed),
         })
     }
@@ -191,7 +232,7 @@ impl<'a> Request<'a> {
         writer.put(&(request_id.to_le_bytes(), cookie.0))?;
         match *self {
             Self::Subscribe { t1 } => writer.put(&t1)?,
-            Self::Info | Self::GetSettings | Self::Restart => {}
+            Self::Info | Self::GetSettings | Self::Restart | Self::UpdateInstall => {}
             Self::SetSettings { text } if text.len() > SETTINGS_TEXT_MAX => return Err(TooLong),
             Self::SetSettings { text } => writer.put(text)?,
             Self::Learn { scans } => writer.put(&scans)?,
@@ -202,6 +243,8 @@ impl<'a> Request<'a> {
             Self::Raw { seconds } => writer.put(&seconds)?,
             Self::RawAgain { object, parts } => writer.put(&(object, parts))?,
             Self::SetKeys { keys } => writer.put(keys)?,
+            Self::Update { manifest } => writer.put(manifest.as_slice())?,
+            Self::UpdateChunk { offset, bytes } => writer.put(&(offset, bytes))?,
         }
         Ok(HEADER_LEN + writer.finish())
     }

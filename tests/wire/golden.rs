@@ -14,9 +14,9 @@ use kehai::sensor::SensorState;
 use kehai::unseen::{UnseenReason, UnseenSpan};
 use kehai::wire::{
     Alarms, COUNTERS, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health,
-    HealthHead, Identity, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed,
-    ProfilePart, RawPart, Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault, Size,
-    Subscribed,
+    HealthHead, Identity, ImageFault, Incoming, Info, LearningProgress, List, Message, ModuleId, PartHead,
+    Pressed, ProfilePart, RawPart, Refusal, Refused, Report, ReportHead, Request, SensorInfo, SettingFault,
+    Size, Subscribed,
 };
 
 const MODULE: Identity = Identity { module: ModuleId([0x52, 0x54, 0x00, 0x12, 0x34, 0x01]), boot: 7 };
@@ -102,6 +102,11 @@ fn requests_have_their_bytes() {
     check_request("raw", MODULE, COOKIE, Request::Raw { seconds: 10 });
     check_request("raw-again", MODULE, COOKIE, Request::RawAgain { object: 1234, parts: 0b10 });
     check_request("restart", MODULE, COOKIE, Request::Restart);
+    let manifest = core::array::from_fn(|index| index as u8);
+    check_request("update", MODULE, COOKIE, Request::Update { manifest: &manifest });
+    let bytes = [0xde, 0xad, 0xbe, 0xef];
+    check_request("update-chunk", MODULE, COOKIE, Request::UpdateChunk { offset: 70_000, bytes: &bytes });
+    check_request("update-install", MODULE, COOKIE, Request::UpdateInstall);
 }
 
 #[test]
@@ -118,6 +123,9 @@ fn answers_have_their_bytes() {
     check_message("done", Message::Done { request_id });
     check_message("settings", Message::Settings { request_id, text: "name=door left\nskip=0\n" });
     check_message("absorbed", Message::Absorbed { request_id, beams: 38, background_version: 301 });
+    check_message("receiving", Message::Receiving { request_id, next: 70_000 });
+    let fault = ImageFault::TooOld;
+    check_message("refused-image", refused(0x0d, Refusal::Image(fault)));
     let geometry = Geometry::new(URG_04LX).unwrap();
     let info = Info {
         request_id,

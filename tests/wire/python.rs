@@ -152,6 +152,9 @@ fn object(datagram: &[u8]) -> Value {
                         json!({"refusal": "version", "version_min": min, "version_max": max}),
                     );
                 }
+                Refusal::Image(fault) => {
+                    extend(&mut object, json!({"refusal": "image", "fault": u8::from(fault)}));
+                }
                 Refusal::Setting { line, fault } => {
                     extend(
                         &mut object,
@@ -179,6 +182,9 @@ fn object(datagram: &[u8]) -> Value {
             let object =
                 json!({"request_id": request_id, "beams": beams, "background_version": background_version});
             ("absorbed", object)
+        }
+        Message::Receiving { request_id, next } => {
+            ("receiving", json!({"request_id": request_id, "next": next}))
         }
         Message::Report(it) => ("report", report(&it)),
         Message::Health(it) => ("health", health(&it)),

@@ -5,10 +5,12 @@ use kehai::candidate::{CONTOUR_POINTS_WIDE, Candidate, End, EndKind, NECKS, Neck
 use kehai::floor::Fault;
 use kehai::scan::{Geometry, GeometryParts, ScanTime};
 use kehai::unseen::{UnseenReason, UnseenSpan};
+use kehai::update::manifest::MANIFEST_LEN;
 use kehai::wire::{
-    Alarms, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health, HealthHead,
-    Identity, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed, ProfilePart, RawPart,
-    Refusal, Refused, Report, ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Size, Subscribed,
+    Alarms, CHUNK_MAX, Cookie, Counter, Counters, DATAGRAM_MAX, Event, EventKind, FaultyPanel, Health,
+    HealthHead, Identity, Info, LearningProgress, List, Message, ModuleId, PartHead, Pressed, ProfilePart,
+    RawPart, Refusal, Refused, Report, ReportHead, Request, SensorCode, SensorHealth, SensorInfo, Size,
+    Subscribed,
 };
 
 pub const MODULE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 9]), boot: 7 };
@@ -28,7 +30,7 @@ pub fn request(request: Request<'_>) -> Vec<u8> {
     out[..length].to_vec()
 }
 
-pub const REQUESTS: [Request<'_>; 10] = [
+pub const REQUESTS: [Request<'_>; 13] = [
     Request::Subscribe { t1: [9; 8] },
     Request::Info,
     Request::GetSettings,
@@ -39,6 +41,9 @@ pub const REQUESTS: [Request<'_>; 10] = [
     Request::Raw { seconds: 2 },
     Request::RawAgain { object: 8, parts: 1 },
     Request::Restart,
+    Request::Update { manifest: &[7; MANIFEST_LEN] },
+    Request::UpdateChunk { offset: 2048, bytes: &[3; CHUNK_MAX] },
+    Request::UpdateInstall,
 ];
 
 pub fn widest_candidate() -> Candidate {
@@ -180,6 +185,7 @@ pub fn samples() -> Vec<Vec<u8>> {
         Message::ProfilePart(ProfilePart { head, beams }),
         Message::RawPart(raw),
         Message::Pressed(Pressed { head: HEAD, columns: 3, rows: 3, down: List::new(&[1, 1]), faulty }),
+        Message::Receiving { request_id: 9, next: 2048 },
     ]
     .map(datagram)
     .to_vec()

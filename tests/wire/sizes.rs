@@ -7,10 +7,10 @@ use kehai::floor::{FAULTY, Fault, PANELS};
 use kehai::scan::ScanTime;
 use kehai::unseen::UNSEEN_SPANS;
 use kehai::wire::{
-    AUTHENTICATION_LEN, Cookie, DATAGRAM_MAX, EVENTS, FaultyPanel, HEADER_LEN, HEALTH_MAX, Health, INFO_MAX,
-    Info, List, Message, PRESSED_MAX, PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, Pressed, ProfilePart,
-    RAW_PART_BEAMS, RAW_PART_MAX, REPORT_MAX, REQUEST_MAX, RawPart, Refusal, Refused, Report, Request,
-    SETTINGS_MAX, SETTINGS_TEXT_MAX, SIZED_MAX, TooLong,
+    AUTHENTICATION_LEN, CHUNK_MAX, Cookie, DATAGRAM_MAX, EVENTS, FaultyPanel, HEADER_LEN, HEALTH_MAX, Health,
+    INFO_MAX, Info, List, Message, PRESSED_MAX, PROFILE_PART_BEAMS, PROFILE_PART_MAX, PartHead, Pressed,
+    ProfilePart, RAW_PART_BEAMS, RAW_PART_MAX, REPORT_MAX, REQUEST_MAX, RawPart, Refusal, Refused, Report,
+    Request, SETTINGS_MAX, SETTINGS_TEXT_MAX, SIZED_MAX, TooLong,
 };
 
 #[test]
@@ -50,9 +50,11 @@ fn the_largest_of_every_message_fits_a_datagram_and_has_the_stated_size() {
     let text = "x".repeat(SETTINGS_TEXT_MAX);
     let settings = Message::Settings { request_id: 1, text: &text };
     assert_eq!(datagram(settings).len(), HEADER_LEN + SETTINGS_MAX);
-    assert_eq!(request(Request::SetSettings { text: &text }).len(), HEADER_LEN + REQUEST_MAX);
     let longest = REQUESTS.iter().map(|&one| request(one).len()).max().unwrap();
-    assert!(longest < HEADER_LEN + REQUEST_MAX);
+    // The offset of the sample is a byte shorter than the longest.
+    assert!(longest <= HEADER_LEN + REQUEST_MAX);
+    let chunk = Request::UpdateChunk { offset: u32::MAX, bytes: &[0; CHUNK_MAX] };
+    assert_eq!(request(chunk).len(), HEADER_LEN + REQUEST_MAX);
     let longer = text + "x";
     let refused = Request::SetSettings { text: &longer }.encode(MODULE, 1, Cookie::NONE, &mut [0; 2000]);
     assert_eq!(refused, Err(TooLong));

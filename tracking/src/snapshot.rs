@@ -376,6 +376,20 @@ pub enum DeviceEvent {
     FactoryReset,
     /// A host has set its keys.
     KeysSet,
+    /// A new image runs, on trial.
+    ImageOnTrial,
+    /// It works, and stays.
+    ImageConfirmed,
+    /// It did not work: the one before is back.
+    ImageReverted,
+    /// An image was not started: not signed by its maker.
+    ImageForged,
+    /// The same: damaged.
+    ImageDamaged,
+    /// The same: for another board or program.
+    ImageOther,
+    /// The same: older than may start.
+    ImageTooOld,
     /// An event of a newer device.
     #[default]
     #[serde(other)]
@@ -400,6 +414,13 @@ impl DeviceEvent {
             Self::AddressDefault => "address-default",
             Self::FactoryReset => "factory-reset",
             Self::KeysSet => "keys-set",
+            Self::ImageOnTrial => "image-on-trial",
+            Self::ImageConfirmed => "image-confirmed",
+            Self::ImageReverted => "image-reverted",
+            Self::ImageForged => "image-forged",
+            Self::ImageDamaged => "image-damaged",
+            Self::ImageOther => "image-other",
+            Self::ImageTooOld => "image-too-old",
             Self::Unknown => "unknown",
         }
     }
@@ -421,6 +442,13 @@ impl From<EventKind> for DeviceEvent {
             EventKind::AddressDefault => Self::AddressDefault,
             EventKind::FactoryReset => Self::FactoryReset,
             EventKind::KeysSet => Self::KeysSet,
+            EventKind::ImageOnTrial => Self::ImageOnTrial,
+            EventKind::ImageConfirmed => Self::ImageConfirmed,
+            EventKind::ImageReverted => Self::ImageReverted,
+            EventKind::ImageForged => Self::ImageForged,
+            EventKind::ImageDamaged => Self::ImageDamaged,
+            EventKind::ImageOther => Self::ImageOther,
+            EventKind::ImageTooOld => Self::ImageTooOld,
             EventKind::Unknown => Self::Unknown,
         }
     }

@@ -286,7 +286,8 @@ const fn answers(message: &Message<'_>) -> Option<u32> {
         Message::Cookie { request_id, .. }
         | Message::Done { request_id }
         | Message::Settings { request_id, .. }
-        | Message::Absorbed { request_id, .. } => Some(*request_id),
+        | Message::Absorbed { request_id, .. }
+        | Message::Receiving { request_id, .. } => Some(*request_id),
         Message::Subscribed(subscribed) => Some(subscribed.request_id),
         Message::Info(info) => Some(info.request_id),
         Message::Refused(refused) => Some(refused.request_id),

@@ -99,7 +99,8 @@ const fn answer_to(message: &Message<'_>) -> Option<(u32, u8, Option<[u8; 8]>)> 
         // Sessions never ask for these: kind 0 is no request's.
         Message::Done { request_id }
         | Message::Settings { request_id, .. }
-        | Message::Absorbed { request_id, .. } => Some((*request_id, 0, None)),
+        | Message::Absorbed { request_id, .. }
+        | Message::Receiving { request_id, .. } => Some((*request_id, 0, None)),
         Message::Report(_)
         | Message::Health(_)
         | Message::ProfilePart(_)
