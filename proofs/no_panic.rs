@@ -146,6 +146,21 @@ mod proof {
         }
     }
 
+    /// What flash says of images, and what is written for a job.
+    fn image(at: usize, job: kehai::update::plan::ImageJob<'_>) {
+        use kehai::update::plan::Known;
+        use kehai::update::slots::Slots;
+        let slots: Slots = opaque(at);
+        let mut known = Known::NOTHING;
+        keep(at, known.least(opaque(at), &opaque(at)));
+        known.candidate(&opaque(at));
+        known.state(&opaque::<[u8; 16]>(at));
+        keep(at, known.standing(&slots));
+        for sizes in [(4096, 1), (8192, 16)] {
+            keep(at, known.plan(job, &slots, sizes).map(|plan| plan.iter().flatten().count()));
+        }
+    }
+
     fn module(at: usize) {
         use kehai::device::starts::ShortStarts;
         use kehai::device::tiles::Tiles;
@@ -169,7 +184,12 @@ mod proof {
         let mut keyring = Keyring::restored(Ok(datagram));
         keyring.set_label(&opaque(at));
         module.begin_keys(keyring);
-        module.receive(from, datagram, opaque(at), &mut Outbox);
+        if let Some(work) = module.receive(from, datagram, opaque(at), &mut Outbox) {
+            image(at, work.job(datagram));
+            module.image_done(&work, opaque(at), opaque(at), &mut Outbox);
+        }
+        keep(at, module.begin_images(opaque(at)));
+        module.confirmed(opaque(at), opaque(at), &mut Outbox);
         let session: kehai::sensor::Session = opaque(at);
         module.sensor(&session, opaque(at), &mut Outbox);
         let (geometry, ranges_mm): (kehai::scan::Geometry, [u16; 64]) = (opaque(at), opaque(at));

@@ -5,6 +5,9 @@
 
 use core::net::SocketAddrV4;
 
+use crate::update::plan::ImageJob;
+use crate::update::standing::Standing;
+
 /// Time as the module sees it: microseconds since boot, monotonic.
 #[allow(async_fn_in_trait, reason = "single-threaded executors: no Send bound is wanted")]
 pub trait Clock {
@@ -101,6 +104,20 @@ impl core::fmt::Display for StoreError {
 }
 
 impl core::error::Error for StoreError {}
+
+/// Images of the firmware in flash: where one is put that comes, and what the boot loader is told of it.
+#[allow(async_fn_in_trait, reason = "single-threaded executors: no Send bound is wanted")]
+pub trait Images {
+    /// Does a job; returns how the module stood with its images before it. May stop everything else for as long as a
+    /// page takes to erase.
+    ///
+    /// # Errors
+    /// [`StoreError`]: flash does not work, or there is no boot loader. An image that was coming cannot be completed.
+    ///
+    /// # Cancellation
+    /// As a loss of power: the job may be done, or begun.
+    async fn images(&mut self, job: ImageJob<'_>) -> Result<Standing, StoreError>;
+}
 
 /// Numbered records that survive a loss of power: at any moment a record has its old or its new value.
 #[allow(async_fn_in_trait, reason = "single-threaded executors: no Send bound is wanted")]

@@ -22,6 +22,7 @@
 //! | `setup`, `settings` | the sensor and its settings, and the settings of an installer |
 //! | `trial`, `starts`, `button` | the ways back from settings that do not work |
 //! | `reception` | how many frames at once, and a network that is dead |
+//! | `update` | which image is received, and whether the one that runs works |
 //! | `status`, `led`, `discovery` | its status: on its LED, and for hosts that look for modules |
 //!
 //! It waits for nothing and sends without waiting: what an [`Outbox`] does not take at once is dropped and
@@ -48,11 +49,13 @@ pub mod subscribers;
 mod text;
 pub mod tiles;
 pub mod trial;
+mod update;
 
 pub use settings::{Addressing, Settings};
 pub use status::Status;
 pub use storing::Stored;
 pub use subscribers::{LEASE_US, PLACES};
+pub use update::{ImageStep, ImageWork};
 
 use answers::{Answers, RequestKey};
 use cookie::Cookies;
@@ -63,6 +66,7 @@ use parts::Parts;
 use setup::Setup;
 use subscribers::Subscribers;
 use trial::{AddressingInUse, StoredAddressing, Trial};
+use update::Update;
 
 use crate::background::{Background, Learning};
 use crate::link::{NetworkLosses, Outbox};
@@ -97,6 +101,8 @@ pub enum Wish {
     /// Stop the stream and store settings or background; report this with [`Module::begin_storing`] and
     /// [`Module::end_storing`].
     Store,
+    /// Confirm to the boot loader that the image that runs works; report this with [`Module::confirmed`].
+    Confirm,
     /// Start anew.
     Restart,
 }
@@ -168,6 +174,7 @@ pub struct Module<const BEAMS: usize> {
     store_failed: bool,
     watchdog_reset: bool,
     restarting: bool,
+    update: Update,
     health: HealthSchedule,
     datagram: [u8; DATAGRAM_MAX],
 }
@@ -201,6 +208,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             store_failed: false,
             watchdog_reset: about.watchdog_reset,
             restarting: false,
+            update: Update::NONE,
             health: HealthSchedule::default(),
             datagram: [0; DATAGRAM_MAX],
         }
@@ -359,9 +367,12 @@ impl<const BEAMS: usize> Module<BEAMS> {
             self.restarting = true;
             self.say(EventKind::AddressReturned, now_us);
         }
+        self.poll_trial(now_us);
         self.publish_health(now_us, out);
         let alarm_us = Some(self.no_scan_us()).filter(|&at_us| at_us > now_us);
-        let due = [Some(self.health.due_us), alarm_us, self.subscribers.next_us(), self.addressing.ends_us()];
+        let trials_us = [self.addressing.ends_us(), self.trial_ends_us().filter(|&at_us| at_us > now_us)];
+        let [address_us, image_us] = trials_us;
+        let due = [Some(self.health.due_us), alarm_us, self.subscribers.next_us(), address_us, image_us];
         due.into_iter().flatten().min().unwrap_or(self.health.due_us)
     }
 
@@ -372,6 +383,8 @@ impl<const BEAMS: usize> Module<BEAMS> {
             None
         } else if self.pending.is_some() || self.addressing_to_store || self.background_to_store {
             Some(Wish::Store)
+        } else if self.wants_confirmation() {
+            Some(Wish::Confirm)
         } else if self.restarting {
             Some(Wish::Restart)
         } else {

@@ -12,7 +12,7 @@ use core::net::SocketAddrV4;
 use super::answers::{Answer, RequestKey};
 use super::guard::Admitted;
 use super::subscribers::LEASE_US;
-use super::{Change, Module, Pending, text};
+use super::{Change, ImageWork, Module, Pending, text};
 use crate::background::{Absorb, LearnRequest, Learning};
 use crate::link::Outbox;
 use crate::seal::handshake::OPEN;
@@ -25,13 +25,25 @@ use crate::wire::{
 impl<const BEAMS: usize> Module<BEAMS> {
     /// Handles a datagram that came from `from` at `now_us`, and answers it.
     ///
-    /// A sealed datagram is opened in its place.
-    pub fn receive(&mut self, from: SocketAddrV4, datagram: &mut [u8], now_us: u64, out: &mut impl Outbox) {
+    /// A sealed datagram is opened in its place. What an image's piece asks of flash is returned, to be done with this
+    /// datagram and reported by [`image_done`](Self::image_done); dropped, its host is never answered and asks again.
+    pub fn receive(
+        &mut self,
+        from: SocketAddrV4,
+        datagram: &mut [u8],
+        now_us: u64,
+        out: &mut impl Outbox,
+    ) -> Option<ImageWork> {
+        let mut work = None;
         self.subscribers.expire(now_us, &mut self.counters);
         self.lanes.choose(*from.ip(), now_us, &mut self.counters, out);
         match self.guard.admit(datagram, (from, &self.cookies), self.identity, now_us) {
             Admitted::Request(by) => match Incoming::open(datagram) {
-                Ok(incoming) => self.answer(RequestKey::of(from, by, &incoming), &incoming, now_us, out),
+                Ok(incoming) => {
+                    let begin = datagram.as_ptr().addr();
+                    let key = RequestKey::of(from, by, &incoming);
+                    work = self.answer(key, (&incoming, begin), now_us, out);
+                }
                 Err(unreadable) => self.counters.count(unreadable.counter()),
             },
             Admitted::Opened(answer) => {
@@ -45,13 +57,28 @@ impl<const BEAMS: usize> Module<BEAMS> {
             Admitted::Dropped(counter) => self.counters.count(counter),
         }
         self.publish_health(now_us, out);
+        work
     }
 
-    fn answer(&mut self, key: RequestKey, incoming: &Incoming<'_>, now_us: u64, out: &mut impl Outbox) {
+    /// Answers a request in a datagram that begins at this address.
+    fn answer(
+        &mut self,
+        key: RequestKey,
+        (incoming, begin): (&Incoming<'_>, usize),
+        now_us: u64,
+        out: &mut impl Outbox,
+    ) -> Option<ImageWork> {
+        let place = |bytes: &[u8]| {
+            let from = bytes.as_ptr().addr().wrapping_sub(begin);
+            from..from.saturating_add(bytes.len())
+        };
         let from = key.from;
         let request = match incoming.request(self.identity) {
             Ok(request) => request,
-            Err(refusal) => return self.refuse(key, refusal, out),
+            Err(refusal) => {
+                self.refuse(key, refusal, out);
+                return None;
+            }
         };
         let has_cookie = self.cookies.fits(incoming.cookie, from);
         let is_heard = self.is_heard(key.by);
@@ -87,8 +114,21 @@ impl<const BEAMS: usize> Module<BEAMS> {
                     self.refuse(key, refusal, out);
                 }
             }
+            Request::Update { manifest } => {
+                let wish = self.update(manifest, place(manifest));
+                return self.image_wish(key, wish, out);
+            }
+            Request::UpdateChunk { offset, bytes } => {
+                let wish = self.update_chunk(offset, place(bytes));
+                return self.image_wish(key, wish, out);
+            }
+            Request::UpdateInstall => {
+                let wish = self.update_install();
+                return self.image_wish(key, wish, out);
+            }
             _ => self.once(key, request, now_us, out),
         }
+        None
     }
 
     /// Carries out a request that changes something, unless it has been.
@@ -193,13 +233,17 @@ impl<const BEAMS: usize> Module<BEAMS> {
     }
 
     /// Whether a host that is heard may ask this. Without keys its address decides: any host may control, until some are
-    /// listed. Keys are never set in clear.
+    /// listed. Keys are never set in clear, and images never taken.
     fn may(&self, key: RequestKey, request: &Request<'_>) -> bool {
         let sets_keys = matches!(request, Request::SetKeys { .. });
+        let is_image =
+            matches!(request, Request::Update { .. } | Request::UpdateChunk { .. } | Request::UpdateInstall);
         match key.by {
             Holder::Key(Role::Label) => sets_keys,
             Holder::Key(role) => role >= request.needs(),
-            Holder::Nothing => !sets_keys && (request.needs() <= Role::Read || self.may_control(key.from)),
+            Holder::Nothing => {
+                !sets_keys && !is_image && (request.needs() <= Role::Read || self.may_control(key.from))
+            }
         }
     }
 

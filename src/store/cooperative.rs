@@ -29,6 +29,11 @@ impl<F> Cooperative<F> {
         Self { flash, reads: 0 }
     }
 
+    /// The flash itself, without turns.
+    pub const fn flash(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
     /// Gives the flash back.
     pub fn into_flash(self) -> F {
         self.flash

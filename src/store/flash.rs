@@ -17,6 +17,7 @@ use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::cooperative::Cooperative;
 use crate::link::{RECORD_MAX, Store, StoreError};
+use crate::update::slots::Slots;
 
 /// Room for a record, its key, and the padding of the largest word.
 const BUFFER: usize = RECORD_MAX + 1 + 32;
@@ -30,6 +31,7 @@ type Map<F> = MapStorage<u8, Cooperative<F>, Cache<Uncached, Uncached, Uncached,
 pub struct FlashStore<F: NorFlash> {
     map: Map<F>,
     buffer: [u8; BUFFER],
+    slots: Option<&'static Slots>,
 }
 
 impl<F: NorFlash> FlashStore<F> {
@@ -40,7 +42,23 @@ impl<F: NorFlash> FlashStore<F> {
         Some(Self {
             map: MapStorage::new(Cooperative::new(flash), config, Cache::new_uncached()),
             buffer: [0; BUFFER],
+            slots: None,
         })
+    }
+
+    /// The same, with slots for images on the same flash: there is a boot loader that knows them.
+    #[must_use]
+    pub const fn with_slots(mut self, slots: Option<&'static Slots>) -> Self {
+        self.slots = slots;
+        self
+    }
+
+    /// The flash, and where images are on it.
+    pub(super) const fn slots(&mut self) -> Option<(&mut F, &'static Slots)> {
+        match self.slots {
+            Some(slots) => Some((self.map.flash().flash(), slots)),
+            None => None,
+        }
     }
 
     /// Erases all records.

@@ -22,6 +22,7 @@
 mod cooperative;
 pub mod damaged;
 pub mod flash;
+mod images;
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -207,7 +208,7 @@ pub async fn save_settings_on_trial(
 ) -> Result<(), StoreError> {
     // A trial that names the addressing in use is none: cut off between the two, nothing has changed.
     if let Some(trial) = trial {
-        save_trial(store, trial).await?;
+        save_trial(store, &trial.bytes()).await?;
     }
     save_settings(store, settings).await?;
     let mut bytes = [0; TRIAL_BYTES];
@@ -217,15 +218,18 @@ pub async fn save_settings_on_trial(
     Ok(())
 }
 
-/// Stores the trial of the addressing that is stored.
+/// Stores the trial of the addressing that is stored: [`Trial::bytes`]. Not an `async fn`: each of those can panic once it is over.
 ///
 /// # Errors
 /// [`StoreError`]: the old one is still stored, or the new one.
 ///
 /// # Cancellation
 /// As an error.
-pub async fn save_trial(store: &mut impl Store, trial: Trial) -> Result<(), StoreError> {
-    store.save(TRIAL, &trial.bytes()).await
+pub fn save_trial<'a>(
+    store: &'a mut impl Store,
+    trial: &'a [u8],
+) -> impl Future<Output = Result<(), StoreError>> + 'a {
+    store.save(TRIAL, trial)
 }
 
 /// Stores the speed at which the sensor answered, if it is another one.

@@ -16,8 +16,9 @@ use super::{FAREWELL_US, log};
 use crate::device::tiles::Tiles;
 use crate::device::{Module, Stored, Wish};
 use crate::floor::sensfloor::{BAUD, FRAME_LEN};
-use crate::link::{Baud, Clock, Datagrams, Store, Watchdog};
+use crate::link::{Baud, Clock, Datagrams, Images, Store, Watchdog};
 use crate::store;
+use crate::update::plan::ImageJob;
 use crate::wire::{Counter, DATAGRAM_MAX};
 
 /// Bytes read from the line at once: what three tiles say in a tick.
@@ -59,7 +60,7 @@ pub async fn run_floor<L, C, D, S, W, const BEAMS: usize>(
     L: Read + Write + Baud,
     C: Clock,
     D: Datagrams,
-    S: Store,
+    S: Store + Images,
     W: Watchdog,
 {
     let FloorHardware { tiles, line, datagrams, store, watchdog, clock, notices } = hardware;
@@ -88,12 +89,16 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     ///
     /// # Cancellation
     /// As a loss of power.
-    async fn run(mut self, mut store: impl Store) {
+    async fn run(mut self, mut store: impl Store + Images) {
         self.line.set_baud(BAUD).await;
         loop {
             match self.module.wish() {
-                None => self.turn().await,
+                None => self.turn(&mut store).await,
                 Some(Wish::Store) => self.store(&mut store).await,
+                Some(Wish::Confirm) => {
+                    let done = store.images(ImageJob::Confirm).await.map(|_| ());
+                    self.module.confirmed(done, self.clock.now_us(), &mut self.datagrams);
+                }
                 Some(Wish::Restart) => break,
             }
         }
@@ -104,8 +109,8 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     /// Until one thing has come.
     ///
     /// # Cancellation
-    /// A request may be cut off in the middle.
-    async fn turn(&mut self) {
+    /// A request may be cut off in the middle; a piece of an image may be stored, or not.
+    async fn turn(&mut self, images: &mut impl Images) {
         self.module.network_lost(self.datagrams.losses());
         self.module.discovery_dropped(self.notices.discovery_drops());
         let now_us = self.clock.now_us();
@@ -140,7 +145,10 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             }
             Either3::Second((length, from)) => {
                 let received = datagram.get_mut(..length).unwrap_or(&mut []);
-                self.module.receive(from, received, now_us, &mut self.datagrams);
+                if let Some(work) = self.module.receive(from, received, now_us, &mut self.datagrams) {
+                    let done = images.images(work.job(received)).await.map(|_| ());
+                    self.module.image_done(&work, done, self.clock.now_us(), &mut self.datagrams);
+                }
             }
             Either3::Third(()) => {}
         }

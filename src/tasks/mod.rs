@@ -32,9 +32,10 @@ use embedded_io_async::{Read, Write};
 use crate::device::Module;
 use crate::device::starts::ShortStarts;
 use crate::device::trial::StoredAddressing;
-use crate::link::{Baud, Clock, Datagrams, Store, StoreError, Watchdog};
+use crate::link::{Baud, Clock, Datagrams, Images, Store, StoreError, Watchdog};
 use crate::sensor::{Driver, LineSettings};
 use crate::store;
+use crate::update::plan::ImageJob;
 use operation::Operation;
 
 /// Time for the last answers to leave before a restart, µs.
@@ -47,7 +48,7 @@ const FAREWELL_US: u64 = 200_000;
 /// # Cancellation
 /// The start may have been counted; begin anew with a new module.
 pub async fn begin<const BEAMS: usize>(
-    store: &mut impl Store,
+    store: &mut (impl Store + Images),
     module: &mut Module<BEAMS>,
     short_starts: ShortStarts,
 ) -> Option<u32> {
@@ -61,10 +62,14 @@ pub async fn begin<const BEAMS: usize>(
     module.begin(start.boot, start.settings);
     module.begin_keys(start.keyring);
     let counted = match module.begin_addressing(stored) {
-        Some(trial) => store::save_trial(store, trial).await,
+        Some(trial) => store::save_trial(store, &trial.bytes()).await,
         None => Ok(()),
     };
     if start.failed || counted.is_err() {
+        module.store_failed();
+    }
+    if module.begin_images(store.images(ImageJob::Look).await) && store.images(ImageJob::Told).await.is_err()
+    {
         module.store_failed();
     }
     match store::load_background(store, module.background_mut()).await {
@@ -83,7 +88,7 @@ pub struct Hardware<'a, L, C, D, S, W, const BEAMS: usize> {
     pub line: LineSettings,
     /// The module's port.
     pub datagrams: D,
-    /// Where settings and background are kept.
+    /// Where settings, background and images are kept.
     pub store: S,
     /// The watchdog.
     pub watchdog: W,
@@ -104,7 +109,7 @@ pub async fn run<L, C, D, S, W, const BEAMS: usize>(
     L: Read + Write + Baud,
     C: Clock,
     D: Datagrams,
-    S: Store,
+    S: Store + Images,
     W: Watchdog,
 {
     let Hardware { driver, line, datagrams, store, watchdog, clock, notices } = hardware;

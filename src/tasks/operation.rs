@@ -9,9 +9,10 @@ use super::notices::Notices;
 use super::supervision::{Pulse, Waiting};
 use super::{FAREWELL_US, log};
 use crate::device::{Module, Stored, Wish};
-use crate::link::{Baud, Clock, Datagrams, Store};
+use crate::link::{Baud, Clock, Datagrams, Images, Store};
 use crate::sensor::{Driver, LineSettings, SensorEvent, SensorState};
 use crate::store;
+use crate::update::plan::ImageJob;
 use crate::wire::DATAGRAM_MAX;
 
 /// The sensor is looked at so often when nothing comes from it, µs.
@@ -35,11 +36,15 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     ///
     /// # Cancellation
     /// As a loss of power.
-    pub(super) async fn run(mut self, mut store: impl Store) {
+    pub(super) async fn run(mut self, mut store: impl Store + Images) {
         loop {
             match self.module.wish() {
-                None => self.turn(u64::MAX).await,
+                None => self.turn(u64::MAX, &mut store).await,
                 Some(Wish::Store) => self.store(&mut store).await,
+                Some(Wish::Confirm) => {
+                    let done = store.images(ImageJob::Confirm).await.map(|_| ());
+                    self.module.confirmed(done, self.clock.now_us(), &mut self.datagrams);
+                }
                 Some(Wish::Restart) => break,
             }
         }
@@ -50,8 +55,8 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     /// Until the sensor has something to say, the module has a wish, or `limit_us`.
     ///
     /// # Cancellation
-    /// As [`Driver::event_until`].
-    async fn turn(&mut self, limit_us: u64) {
+    /// As [`Driver::event_until`]; a piece of an image may be stored, or not.
+    async fn turn(&mut self, limit_us: u64, images: &mut impl Images) {
         let Self { module, driver, datagrams, clock, pulse, notices, .. } = self;
         let mut datagram = [0; DATAGRAM_MAX + 1];
         let look_us = clock.now_us().saturating_add(LOOK_US).min(limit_us);
@@ -68,7 +73,10 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
                     Either3::First(event) => break event,
                     Either3::Second((length, from)) => {
                         let received = datagram.get_mut(..length).unwrap_or(&mut []);
-                        module.receive(from, received, clock.now_us(), datagrams);
+                        if let Some(work) = module.receive(from, received, clock.now_us(), datagrams) {
+                            let done = images.images(work.job(received)).await.map(|_| ());
+                            module.image_done(&work, done, clock.now_us(), datagrams);
+                        }
                     }
                     Either3::Third(()) => {}
                 }
@@ -101,13 +109,13 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
     ///
     /// # Cancellation
     /// As a loss of power.
-    async fn store(&mut self, store: &mut impl Store) {
+    async fn store(&mut self, store: &mut (impl Store + Images)) {
         self.module.begin_storing(self.clock.now_us(), &mut self.datagrams);
         self.notices.publish(self.module.status(self.clock.now_us()));
         self.driver.pause();
         let limit_us = self.clock.now_us().saturating_add(PAUSE_US);
         while self.driver.session().state() != SensorState::Paused && self.clock.now_us() < limit_us {
-            self.turn(limit_us).await;
+            self.turn(limit_us, store).await;
         }
         self.pulse.beat(Waiting::Storing, self.clock.now_us());
         let settings = match self.module.settings_to_store() {

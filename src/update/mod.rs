@@ -14,14 +14,18 @@
 //! |---|---|
 //! | `manifest` | what an image says of itself, and its signature |
 //! | `notes` | what image and boot loader tell each other over a restart |
+//! | `plan` | what is written to flash for an image |
 //! | `slots` | where on a flash the images are |
+//! | `standing` | how a module stands with them at its start |
 //!
 //! The signature alone decides what starts: the key by which a host may send an image only keeps strangers from filling
 //! flash and starting modules anew.
 
 pub mod manifest;
 pub mod notes;
+pub mod plan;
 pub mod slots;
+pub mod standing;
 
 /// A version of the firmware: major, minor, patch.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]

@@ -7,10 +7,11 @@
 //!           208  outcome      tried, or why not                    16               by the boot loader
 //!           224  reverted     it has not confirmed itself          16               by the boot loader
 //!           240  confirmed    it works                             16               by that image
+//!           256  told         a host was told of the outcome       16               by the image that runs
 //! ```
 //!
-//! Each word is written once and is the largest of all boards, so that a loss of power leaves it written or not. A word
-//! that is half written is not written.
+//! Each word is written once and is the largest of all boards. A word that a loss of power left half written is not
+//! written, but of the last three: what they say was true before they were begun, and they cannot be written again.
 
 use super::Version;
 use super::manifest::{MANIFEST_LEN, Manifest};
@@ -18,7 +19,7 @@ use super::manifest::{MANIFEST_LEN, Manifest};
 /// Bytes of a word: the largest of the boards'.
 pub const WORD_LEN: usize = 16;
 /// Bytes of page 1 that are used.
-pub const CANDIDATE_LEN: usize = MANIFEST_LEN + 4 * WORD_LEN;
+pub const CANDIDATE_LEN: usize = MANIFEST_LEN + 5 * WORD_LEN;
 
 /// Where its marks are in page 1.
 pub const COMPLETE: u32 = MANIFEST_LEN as u32;
@@ -28,6 +29,8 @@ pub const OUTCOME: u32 = COMPLETE + WORD_LEN as u32;
 pub const REVERTED: u32 = OUTCOME + WORD_LEN as u32;
 /// See [`COMPLETE`].
 pub const CONFIRMED: u32 = REVERTED + WORD_LEN as u32;
+/// See [`COMPLETE`].
+pub const TOLD: u32 = CONFIRMED + WORD_LEN as u32;
 
 /// What a mark is made of.
 const MARK: u8 = 0x5a;
@@ -90,6 +93,8 @@ pub struct Candidate {
     pub manifest: Manifest,
     /// How far it has come.
     pub stage: Stage,
+    /// Hosts were told of it.
+    pub is_told: bool,
 }
 
 impl Candidate {
@@ -98,19 +103,21 @@ impl Candidate {
     pub fn read(page: &[u8; CANDIDATE_LEN]) -> Option<Self> {
         let (manifest, marks) = page.split_first_chunk::<MANIFEST_LEN>()?;
         let manifest = Manifest::read(manifest).ok()?;
-        let word = |index: usize| marks.as_chunks::<WORD_LEN>().0.get(index).and_then(same);
-        let stage = match [word(0), word(1), word(2), word(3)] {
-            [_, _, _, Some(MARK)] => Stage::Confirmed,
-            [_, _, Some(MARK), _] => Stage::Reverted,
-            [_, Some(MARK), _, _] => Stage::Tried,
-            [Some(MARK), Some(code), _, _] => match Fault::ALL.iter().find(|(_, known)| *known == code) {
+        let words = marks.as_chunks::<WORD_LEN>().0;
+        let word = |index: usize| words.get(index).and_then(same);
+        let is_begun = |index: usize| words.get(index).is_some_and(|word| *word != [0xff; WORD_LEN]);
+        let stage = match [word(0), word(1)] {
+            _ if is_begun(3) => Stage::Confirmed,
+            _ if is_begun(2) => Stage::Reverted,
+            [_, Some(MARK)] => Stage::Tried,
+            [Some(MARK), Some(code)] => match Fault::ALL.iter().find(|(_, known)| *known == code) {
                 Some((fault, _)) => Stage::Refused(*fault),
                 None => Stage::Complete,
             },
-            [Some(MARK), None, _, _] => Stage::Complete,
+            [Some(MARK), None] => Stage::Complete,
             _ => Stage::Receiving,
         };
-        Some(Self { manifest, stage })
+        Some(Self { manifest, stage, is_told: is_begun(4) })
     }
 }
 
@@ -170,7 +177,7 @@ mod tests {
         };
         let (complete, tried) = ((COMPLETE, mark()), (OUTCOME, mark()));
         let too_old = (OUTCOME, Fault::TooOld.word());
-        let all: [(&[(u32, [u8; WORD_LEN])], Stage); 8] = [
+        let all: [(&[(u32, [u8; WORD_LEN])], Stage); 9] = [
             (&[], Stage::Receiving),
             (&[(COMPLETE, half)], Stage::Receiving),
             (&[complete], Stage::Complete),
@@ -178,7 +185,8 @@ mod tests {
             (&[complete, too_old], Stage::Refused(Fault::TooOld)),
             (&[complete, tried], Stage::Tried),
             (&[complete, tried, (REVERTED, mark())], Stage::Reverted),
-            (&[complete, tried, (CONFIRMED, mark())], Stage::Confirmed),
+            (&[complete, tried, (REVERTED, half)], Stage::Reverted),
+            (&[complete, tried, (CONFIRMED, half)], Stage::Confirmed),
         ];
         for (marks, stage) in all {
             assert_eq!(Candidate::read(&page(marks)).map(|candidate| candidate.stage), Some(stage));

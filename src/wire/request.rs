@@ -27,7 +27,7 @@
 //! have more bytes sent to an address than it spends, until it has shown that the address is its own.
 
 use super::DATAGRAM_MAX;
-use super::codec::{Malformed, Reader, TooLong, VARINT_U16, VARINT_U32, text_max};
+use super::codec::{Malformed, Reader, TooLong, VARINT_U32, text_max};
 use super::header::{FROM_MODULE, HEADER_LEN, Header, Identity, ModuleId, Unreadable, VERSION, VERSION_MIN};
 use super::refusal::{Refusal, Refused};
 use crate::background::Absorb;

@@ -156,7 +156,8 @@ fn made(attack: Attack, seen: &Recorded, dice: &mut Dice) -> (u16, Vec<u8>) {
         Attack::WrongDevice => bytes[8 + dice.below(6)] ^= dice.byte().max(1),
         Attack::WrongStart => bytes[4 + dice.below(4)] ^= dice.byte().max(1),
         Attack::Downgraded | Attack::Clear => {
-            let requests = super::requests(&[]);
+            let manifest = super::images::manifest(&[1; 16], [1, 0, 0]);
+            let requests = super::requests(&[], &manifest);
             let (_, request) = requests[dice.below(requests.len())];
             let mut room = [0; DATAGRAM_MAX];
             let to = Identity { module: if dice.below(2) == 0 { ID } else { ModuleId::ANY }, boot: 3 };
@@ -192,7 +193,8 @@ fn nothing_made_without_a_key_is_taken_and_each_is_counted_under_its_name() {
         let counters = *module.counters();
         let (length, kind) = (bytes.len(), Header::open(&bytes).map(|(header, _)| header.kind));
         let mut sent = Sent::default();
-        module.receive(host(port), &mut bytes, own.now_us, &mut sent);
+        let work = module.receive(host(port), &mut bytes, own.now_us, &mut sent);
+        assert_eq!(work, None, "{attack:?}, number {number}");
         assert_eq!(state(&module), before, "{attack:?}, number {number}");
         for (to, answer) in &sent.0 {
             // In clear: a cookie, a refusal, who it is, or the same answer to an open that was granted before.
@@ -222,7 +224,7 @@ fn a_module_with_keys_tells_a_stranger_who_it_is_and_no_more() {
     let mut module = claimed();
     let mut stranger = Program::in_clear(6000).met(&mut module);
     let mut heard = Vec::new();
-    for (_, request) in super::requests(&[]) {
+    for (_, request) in super::requests(&[], &[0; 192]) {
         heard.extend(stranger.send(&mut module, request));
     }
     let mut out = Sent::default();

@@ -8,12 +8,15 @@
 
 mod attack;
 mod exchange;
+mod images;
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
-use kehai::device::{About, Module, Settings, Stored};
+use kehai::device::{About, ImageWork, Module, Settings, Stored};
 use kehai::link::{Dropped, Lane, Outbox};
 use kehai::seal::{Channel, Incoming, Key, Keyring, LABEL_ID, Nonce, Role};
+use kehai::update::manifest::MANIFEST_LEN;
+use kehai::update::standing::Standing;
 use kehai::wire::{Cookie, Counter, DATAGRAM_MAX, Identity, Message, ModuleId, Refusal, Request};
 
 const ID: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
@@ -71,7 +74,9 @@ fn module(keyring: Keyring) -> Box<Module<1>> {
 fn claimed() -> Box<Module<1>> {
     let mut keyring = Keyring::restored(Ok(&records(&[Role::Read, Role::Raw, Role::Control])));
     keyring.set_label(&LABEL);
-    module(keyring)
+    let mut module = module(keyring);
+    module.begin_images(Ok(Standing { room: 16, ..Standing::NO_BOOT_LOADER }));
+    module
 }
 
 fn unclaimed() -> Box<Module<1>> {
@@ -87,11 +92,13 @@ struct Program {
     cookie: Cookie,
     requests: u32,
     now_us: u64,
+    /// What its last request asks of flash.
+    work: Option<ImageWork>,
 }
 
 impl Program {
     fn in_clear(port: u16) -> Self {
-        Self { at: host(port), channel: None, cookie: Cookie::NONE, requests: 0, now_us: 1000 }
+        Self { at: host(port), channel: None, cookie: Cookie::NONE, requests: 0, now_us: 1000, work: None }
     }
 
     fn with(port: u16, id: u8, key: Key) -> Self {
@@ -143,7 +150,7 @@ impl Program {
     fn send(&mut self, module: &mut Module<1>, request: Request<'_>) -> Vec<Vec<u8>> {
         let mut bytes = self.sealed(request);
         let mut sent = Sent::default();
-        module.receive(self.at, &mut bytes, self.now_us, &mut sent);
+        self.work = module.receive(self.at, &mut bytes, self.now_us, &mut sent);
         let at = self.at;
         let mine = sent.0.into_iter().filter(|(to, _)| *to == at);
         mine.filter_map(|(_, bytes)| self.opened(&bytes)).collect()
@@ -160,7 +167,8 @@ impl Program {
                     _ => return "done".into(),
                 }
             }
-            if module.keys_to_store().is_some() || module.settings_to_store().is_some() {
+            if self.work.is_some() || module.keys_to_store().is_some() || module.settings_to_store().is_some()
+            {
                 return "done".into();
             }
         }
@@ -180,7 +188,7 @@ impl Program {
     }
 }
 
-fn requests(keys: &[u8]) -> [(&'static str, Request<'_>); 11] {
+fn requests<'a>(keys: &'a [u8], manifest: &'a [u8; MANIFEST_LEN]) -> [(&'static str, Request<'a>); 14] {
     let absorb =
         kehai::background::Absorb { sequence: 1, first_step: 1, last_step: 1, nearest_mm: 1, farthest_mm: 1 };
     [
@@ -195,13 +203,16 @@ fn requests(keys: &[u8]) -> [(&'static str, Request<'_>); 11] {
         ("09 raw scan again", Request::RawAgain { object: 1, parts: 0 }),
         ("0a restart", Request::Restart),
         ("0c set keys", Request::SetKeys { keys }),
+        ("0d update", Request::Update { manifest }),
+        ("0e update chunk", Request::UpdateChunk { offset: 0, bytes: &[1; 16] }),
+        ("0f update install", Request::UpdateInstall),
     ]
 }
 
 /// Whether the module did what it was asked, or would have, had it a sensor.
 fn outcome(answer: &str) -> &str {
     match answer {
-        "NoBackground" | "NoSensor" | "Superseded" => "done",
+        "NoBackground" | "NoSensor" | "Superseded" | "Image(Sequence)" => "done",
         other => other,
     }
 }
@@ -214,10 +225,12 @@ fn each_request_by_each_right_has_the_outcome_of_the_table() {
         "| | no keys: in clear | keys: in clear | read | raw | control | label, no keys | label, keys |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
-    for (name, request) in requests(&keys) {
+    let manifest = images::manifest(&[1; 16], [1, 0, 0]);
+    for (name, request) in requests(&keys, &manifest) {
         let mut cells = Vec::new();
         for case in 0..7 {
             let mut module = if matches!(case, 0 | 5) { unclaimed() } else { claimed() };
+            module.begin_images(Ok(Standing { room: 16, ..Standing::NO_BOOT_LOADER }));
             let program = match case {
                 0 | 1 => Program::in_clear(5000),
                 2 => Program::of(5000, Role::Read),

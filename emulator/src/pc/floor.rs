@@ -88,7 +88,7 @@ fn start(
         socket.set_read_timeout(Some(Duration::from_micros(wait_us)))?;
         // An error is how time passes, or says that a host has gone.
         if let Ok((length, SocketAddr::V4(from))) = socket.recv_from(&mut buffer) {
-            module.receive(from, buffer.get_mut(..length).unwrap_or(&mut []), now_us(), &mut port);
+            let _ = module.receive(from, buffer.get_mut(..length).unwrap_or(&mut []), now_us(), &mut port);
         }
         if now_us() >= reading_us {
             let stamp_us = now_us();
@@ -108,7 +108,8 @@ fn start(
                 module.end_storing(stored, now_us(), &mut port);
             }
             Some(Wish::Restart) => return Ok(()),
-            None => {}
+            // It has no boot loader.
+            Some(Wish::Confirm) | None => {}
         }
     }
     Ok(())

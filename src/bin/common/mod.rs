@@ -30,6 +30,7 @@ use kehai::device::{About, Module};
 use kehai::link::Watchdog;
 use kehai::store::flash::FlashStore;
 use kehai::tasks::{self, Notices};
+use kehai::update::slots::Slots;
 use kehai::wire::ModuleId;
 
 use port::{PORT_SOCKETS, Port};
@@ -38,7 +39,7 @@ pub use watched::Watched;
 
 /// Version, source and board of this image.
 pub const BUILD: &str =
-    concat!("kehai ", env!("CARGO_PKG_VERSION"), " ", env!("KEHAI_GIT"), " ", env!("KEHAI_BOARD"));
+    concat!("kehai ", env!("CARGO_PKG_VERSION"), " ", env!("KEHAI_GIT"), " ", env!("CARGO_BIN_NAME"));
 
 /// Speed the sensor's line begins with.
 pub const FIRST_BAUD: u32 = 115_200;
@@ -61,6 +62,8 @@ pub struct Board<Line, Flash, Feed, Light, Pressed> {
     pub storage: Flash,
     /// See `storage`.
     pub storage_range: Range<u32>,
+    /// Where images are on that flash, if a boot loader starts this one.
+    pub slots: Option<&'static Slots>,
     /// Feeds the watchdog.
     pub feed: Feed,
     /// Lights the LED, or not: see [`kehai::device::led`].
@@ -106,13 +109,14 @@ where
     let [a, b, c, d, e, f] = board.mac;
     info!("mac {=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}:{=u8:02x}", a, b, c, d, e, f);
     info!("host {=str}", address::host_name(board.mac).as_str());
-    let mut store = FlashStore::new(board.storage, board.storage_range).expect("whole pages");
+    let store = FlashStore::new(board.storage, board.storage_range).expect("whole pages");
+    let mut store = store.with_slots(board.slots);
     let module = make(About {
         module: ModuleId(board.mac),
         secret: board.secret,
         firmware: env!("CARGO_PKG_VERSION"),
         build: env!("KEHAI_GIT"),
-        board: env!("KEHAI_BOARD"),
+        board: env!("CARGO_BIN_NAME"),
         watchdog_reset: board.watchdog_reset,
     });
     let was_reset =

@@ -17,7 +17,7 @@ use embassy_net::udp::{PacketMetadata, UdpMetadata, UdpSocket};
 use embassy_net::{IpAddress, Stack};
 use kehai::device::PLACES;
 use kehai::link::{ANSWER_LANES, Datagrams, Dropped, Lane, NetworkLosses, Outbox};
-use kehai::wire::{DATAGRAM_MAX, PORT};
+use kehai::wire::{DATAGRAM_MAX, HEADER_LEN, PORT, REQUEST_MAX};
 use static_cell::ConstStaticCell;
 
 use super::watched;
@@ -26,9 +26,9 @@ use super::watched;
 const WAITING: usize = 5;
 /// Bytes of them: two of the longest.
 const WAITING_LEN: usize = 2 * DATAGRAM_MAX;
-/// Requests that wait, and their bytes: every subscriber's and some of strangers.
+/// Requests that wait, and their bytes: every subscriber's and some of strangers, 68 bytes each, and two pieces of an image.
 const REQUESTS: usize = 16;
-const REQUESTS_LEN: usize = 4096;
+const REQUESTS_LEN: usize = 16 * 68 + 2 * (HEADER_LEN + REQUEST_MAX);
 
 /// Sending sockets: the lanes for answers come first.
 const LANES: usize = ANSWER_LANES + PLACES;

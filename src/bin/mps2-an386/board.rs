@@ -45,6 +45,7 @@ pub fn take(
         uart: Uart::new(FIRST_BAUD),
         storage: psram(),
         storage_range: 0..STORAGE_LEN as u32,
+        slots: None,
         feed: move || watchdog.feed(),
         led: |on| Led.set(on),
         button: led::button_pressed,

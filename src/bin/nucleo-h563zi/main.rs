@@ -128,6 +128,7 @@ mod image {
             uart: Uart::new(transmitter, receiver),
             storage: ecc::storage(BlockingAsync::new(Flash::new_blocking(pins.FLASH))),
             storage_range,
+            slots: None,
             feed: || watchdog.pet(),
             led: |on: bool| led.set_level(on.into()),
             button: || button.is_high(),

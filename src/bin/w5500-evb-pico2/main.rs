@@ -137,6 +137,7 @@ mod image {
             uart: Uart(line),
             storage: BlockingAsync::new(flash),
             storage_range: FLASH_LEN as u32 - STORAGE_LEN..FLASH_LEN as u32,
+            slots: None,
             feed: || watchdog.feed(WATCHDOG),
             led: |on: bool| led.set_level(on.into()),
             button: || button.is_low(),
