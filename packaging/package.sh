@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The Debian package of the tracker: packaging/package.sh makes target/package/kehai-tracker_VERSION_ARCH.deb and says
-# where it is. It needs cargo-deb; ./ci.sh package installs that, and tries the package in a bare Debian.
+# where it is, with the bill of materials in it. It needs cargo-deb and cargo-cyclonedx; ./ci.sh package installs them,
+# and tries the package in a bare Debian.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -12,6 +13,7 @@ tracker=target/release/kehai-tracker
 "$tracker" completions zsh >"$out/_kehai-tracker"
 "$tracker" completions fish >"$out/kehai-tracker.fish"
 "$tracker" man "$out/man"
+packaging/sbom.sh host-tracker/Cargo.toml "$(rustc -vV | sed -n 's/^host: //p')" "" "$out/kehai-tracker.cdx.json"
 # A release of the same commit is the same file.
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH

@@ -46,7 +46,8 @@ say "installed: $(inside dpkg-query --show --showformat '${Package} ${Version}, 
 inside kehai-tracker --version >/dev/null
 inside kehai-tracker check /etc/kehai/site.toml
 for file in usr/share/man/man1/kehai-tracker-run.1.gz usr/share/bash-completion/completions/kehai-tracker \
-    lib/systemd/system/kehai-tracker.service etc/default/kehai-tracker; do
+    lib/systemd/system/kehai-tracker.service etc/default/kehai-tracker \
+    usr/share/doc/kehai-tracker/kehai-tracker.cdx.json; do
     [ -s "$root/$file" ] || fail "no /$file"
 done
 
