@@ -26,17 +26,62 @@ fn is_chosen(board: &str) -> bool {
     env::var_os(format!("CARGO_FEATURE_BOARD_{}", board.to_uppercase().replace('-', "_"))).is_some()
 }
 
+fn has_feature(name: &str) -> bool {
+    env::var_os(format!("CARGO_FEATURE_{name}")).is_some()
+}
+
+/// The public keys of the makers whose images a boot loader starts: one or two, 64 hexadecimal digits each, with a comma.
+fn makers(board: &str, out: &Path) {
+    println!("cargo::rerun-if-env-changed=KEHAI_UPDATE_KEYS");
+    let text = match env::var("KEHAI_UPDATE_KEYS") {
+        Ok(keys) => {
+            let keys: Vec<String> = keys.split(',').map(|key| format!("{:?}", bytes(key.trim()))).collect();
+            assert!(keys.len() <= 2, "KEHAI_UPDATE_KEYS: a boot loader knows two makers at most");
+            format!("const MAKERS: &[[u8; 32]] = &[{}];\n", keys.join(", "))
+        }
+        Err(_) => {
+            if board != "mps2-an386" {
+                println!(
+                    "cargo::warning=this boot loader starts images signed by anybody: KEHAI_UPDATE_KEYS names makers"
+                );
+            }
+            "const MAKERS: &[[u8; 32]] = &[kehai::update::maker::DEVELOPMENT];\n".into()
+        }
+    };
+    fs::write(out.join("makers.rs"), text).expect("OUT_DIR can be written");
+}
+
+fn bytes(digits: &str) -> [u8; 32] {
+    let wrong =
+        || -> ! { panic!("KEHAI_UPDATE_KEYS: \"{digits}\" is no public key of 64 hexadecimal digits") };
+    if digits.len() != 64 || !digits.is_ascii() {
+        wrong();
+    }
+    std::array::from_fn(|at| u8::from_str_radix(&digits[2 * at..2 * at + 2], 16).unwrap_or_else(|_| wrong()))
+}
+
 fn build_image(board: &str) {
     let folder = Path::new("src/bin").join(board);
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    copy(&folder.join("memory.x"), &out.join("board.x"));
+    let boots = has_feature("BOOT");
+    let memory = match (boots, has_feature("IN_SLOT")) {
+        (true, _) => "boot.x",
+        // Only the QEMU board has an image elsewhere.
+        (false, true) if board == "mps2-an386" => "slot.x",
+        (false, _) => "memory.x",
+    };
+    copy(&folder.join(memory), &out.join("board.x"));
+    if boots {
+        makers(board, &out);
+    }
     if folder.join("device.x").exists() {
         copy(&folder.join("device.x"), &out.join("device.x"));
     }
     println!("cargo::rustc-link-search={}", out.display());
     // Beside the board's image, the one for a floor, and the program that counts instructions.
     let others: &[&str] = if board == "mps2-an386" { &["mps2-an386-floor", "mps2-an386-bench"] } else { &[] };
-    for image in [board].iter().chain(others) {
+    let boot = format!("{board}-boot");
+    for image in [board, &boot].iter().chain(others) {
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bin={image}={argument}");
         }

@@ -10,7 +10,7 @@
 #   doc       documentation, warnings denied
 #   embedded  the library for a Cortex-M4 without std, with lints
 #   no-panic  a program that links only if the core cannot panic
-#   boards    the image of each board, with lints
+#   boards    the image and the boot loader of each board, with lints
 #   budget    flash, static memory and calls of panicking functions of each image, instructions a scan on a
 #             Cortex-M4 and the stack in QEMU, against their budgets
 #   qemu      the real image in QEMU, through its tests
@@ -19,9 +19,11 @@
 #   figures   some seeds of every table in docs/, run by run as they were printed
 #   deny      licences and sources of the dependencies
 #   fuzz      every fuzz target, 10 s each (FUZZ_SECONDS=n for another time)
-#   package   the tracker's Debian package, installed in a bare Debian 12, its service run, purged
+#   package   the tracker's Debian package, installed in a bare Debian 12, its service run, purged; bills of materials
+#   reproducible  the firmware of one board, built in two places: the same bytes
 # and, slower, only when named:
 #   fallback  `embedded` and `no-panic` with the distribution's own Rust instead of rustup's
+#   advisories  known weaknesses of the dependencies, by cargo-deny and its database (github.com)
 #
 # What is missing on a fresh Debian or Ubuntu machine is installed, and said. After each step it says how long that
 # took. A check that could not judge is named last, and fails the run; with CI set it fails at once.
@@ -35,6 +37,10 @@ CORTEX_M4=thumbv7em-none-eabihf
 CORTEX_M33=thumbv8m.main-none-eabihf
 # The images; `mps2-an386-floor` is that board beside a SensFloor.
 BOARDS=(mps2-an386 mps2-an386-floor nucleo-h563zi w5500-evb-pico2)
+# Those with a boot loader of their own.
+LOADERS=(mps2-an386 nucleo-h563zi w5500-evb-pico2)
+# What there is in front of the slots.
+LOADER_BUDGET=$((48 * 1024))
 # The slot of an image, 256 KiB, less an eighth: a slot cannot grow in the field, images do.
 FLASH_BUDGET=$((224 * 1024))
 MEMORY_BUDGET=$((112 * 1024)) # without the stack
@@ -45,13 +51,13 @@ INSTRUCTIONS_BUDGET_1081=95000
 SEAL_BUDGET=15000
 REFUSE_BUDGET=4000
 # Calls of panicking functions in each image: what the proof of the core does not cover. Only ever lowered.
-declare -A PANICS_BUDGET=([mps2-an386]=235 [mps2-an386-floor]=228 [nucleo-h563zi]=278 [w5500-evb-pico2]=316)
+declare -A PANICS_BUDGET=([mps2-an386]=232 [mps2-an386-floor]=228 [nucleo-h563zi]=277 [w5500-evb-pico2]=316)
 # Both come from PyPI as one binary in a wheel: a bare Debian has Python, but no Node.js.
 LINTERS=(deno==2.9.8 ruff==0.17.6)
 # What the example of the sealed wire in Python needs.
 PYTHON_SEAL=cryptography==48.0.0
-USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package)
-EXTRA=(fallback)
+USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package reproducible)
+EXTRA=(fallback advisories)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'ci.sh: %s\n' "$*" >&2; exit 1; }
@@ -142,6 +148,20 @@ board_cargo() {
     embedded_cargo "$1" --locked --release -p kehai --bin "$2" --features "board-${2%-floor}" "${@:3}"
 }
 
+# loader_cargo COMMAND BOARD ARGUMENTS… — the same for a board's boot loader.
+loader_cargo() {
+    local EMBEDDED_TARGET=$CORTEX_M33
+    [[ $2 = mps2-an386* ]] && EMBEDDED_TARGET=$CORTEX_M4
+    embedded_cargo "$1" --locked --release -p kehai --bin "$2-boot" --features "board-$2,boot" "${@:3}"
+}
+
+# slot_cargo COMMAND ARGUMENTS… — the same for the QEMU board's image in the active slot, in a folder of its own.
+slot_cargo() {
+    embedded_cargo "$1" --locked --release -p kehai --bin mps2-an386 --features board-mps2-an386,in-slot \
+        --target-dir target/slot "${@:2}"
+}
+slot_image() { echo "$PWD/target/slot/$CORTEX_M4/release/mps2-an386"; }
+
 # image BOARD — where its image is once it is built.
 image() {
     local root=target target=$CORTEX_M33
@@ -159,9 +179,13 @@ need_qemu() {
     need_command qemu-system-arm qemu-system-arm
     board_cargo build mps2-an386
     board_cargo build mps2-an386-floor
+    loader_cargo build mps2-an386
+    slot_cargo build
     KEHAI_QEMU_IMAGE=$(image mps2-an386)
     KEHAI_QEMU_FLOOR_IMAGE=$(image mps2-an386-floor)
-    export KEHAI_QEMU_IMAGE KEHAI_QEMU_FLOOR_IMAGE
+    KEHAI_QEMU_BOOT=$(image mps2-an386-boot)
+    KEHAI_QEMU_SLOT_IMAGE=$(slot_image)
+    export KEHAI_QEMU_IMAGE KEHAI_QEMU_FLOOR_IMAGE KEHAI_QEMU_BOOT KEHAI_QEMU_SLOT_IMAGE
 }
 
 # The live map is clicked through in a real browser.
@@ -256,6 +280,11 @@ step_boards() {
             board_cargo clippy "$board" -- -D warnings
         fi
     done
+    for board in "${LOADERS[@]}"; do
+        say "$board, boot loader"
+        loader_cargo build "$board"
+        [ "$EMBEDDED_RUST" != rustup ] || loader_cargo clippy "$board" -- -D warnings
+    done
     if [ "$EMBEDDED_RUST" = rustup ]; then
         bench_cargo clippy -- -D warnings
     elif [ "${KEHAI_EMBEDDED_RUST:-}" != distribution ]; then
@@ -275,6 +304,13 @@ step_budget() {
         ' || over=1
     done
     printf '%-18s %9d %9d\n' 'at most' "$FLASH_BUDGET" "$MEMORY_BUDGET"
+    for board in "${LOADERS[@]}"; do
+        loader_cargo build "$board" 2>/dev/null || loader_cargo build "$board"
+        size -A "$(image "$board-boot")" | awk -v board="$board-boot" -v flash="$LOADER_BUDGET" '
+            $1 ~ /^\.(vector_table|start_block|text|rodata|data|gnu\.sgstubs)$/ { in_flash += $2 }
+            END { printf "%-18s %9d   of %d\n", board, in_flash, flash; exit in_flash > flash }
+        ' || over=1
+    done
     [ "$over" = 0 ] || fail "an image is over its budget"
     for board in "${BOARDS[@]}"; do
         budget_panics "$board" || over=1
@@ -387,8 +423,13 @@ step_deny() {
     python3 tests/dependencies.py
 }
 
-# What makes the package; another version may lay it out otherwise.
+# What makes the package and the bills of materials; other versions may lay them out otherwise.
 CARGO_DEB=3.8.0
+CARGO_CYCLONEDX=0.5.9
+need_cyclonedx() {
+    [[ "$(cargo cyclonedx --version 2>/dev/null)" == *" $CARGO_CYCLONEDX" ]] \
+        || cargo install --quiet --locked --force cargo-cyclonedx --version "$CARGO_CYCLONEDX"
+}
 step_package() {
     need_command dpkg-shlibdeps dpkg-dev
     need_command debootstrap debootstrap
@@ -396,12 +437,45 @@ step_package() {
     # One that is there and does not run, such as another machine's, is replaced.
     [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] \
         || cargo install --quiet --locked --force cargo-deb --version "$CARGO_DEB"
+    need_cyclonedx
     packaging/package.sh
+    python3 tests/sbom.py target/package/kehai-tracker.cdx.json host-tracker normal,build
+    packaging/sbom.sh Cargo.toml "$CORTEX_M33" "board-${BOARDS[-1]}" target/package/firmware.cdx.json
+    python3 tests/sbom.py target/package/firmware.cdx.json kehai normal --target "$CORTEX_M33" --features "board-${BOARDS[-1]}"
     if [ "$(id -u)" -ne 0 ]; then
         not_judged "the package in a bare Debian: it needs root"
         return
     fi
     tests/package.sh target/package/*.deb
+}
+
+# The same commit gives the same bytes: in this folder, and in a clone at another path.
+step_reproducible() {
+    local board=${BOARDS[-1]} elsewhere here
+    need_target
+    if [ "$EMBEDDED_RUST" != rustup ]; then
+        not_judged "the firmware's bytes: no rustup target"
+        return
+    fi
+    if [ -n "$(git status --porcelain)" ]; then
+        not_judged "the firmware's bytes: this folder has changes that are not committed"
+        return
+    fi
+    need_command arm-none-eabi-objcopy binutils-arm-none-eabi
+    packaging/firmware.sh "$board"
+    here=$(cat target/firmware/SHA256SUMS)
+    elsewhere=$(mktemp -d)
+    git clone --quiet . "$elsewhere/another/place"
+    "$elsewhere/another/place/packaging/firmware.sh" "$board"
+    cmp target/firmware/SHA256SUMS "$elsewhere/another/place/target/firmware/SHA256SUMS" \
+        || fail "the same commit gives other bytes at another path"
+    rm -rf "$elsewhere"
+    say "the same bytes in two places: $here"
+}
+
+step_advisories() {
+    command -v cargo-deny >/dev/null || cargo install --quiet --locked cargo-deny
+    cargo deny check advisories
 }
 
 step_fallback() {

@@ -16,6 +16,7 @@ use std::net::{Ipv4Addr, SocketAddrV4, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use kehai::update::maker::DEVELOPMENT;
 use kehai_emulator::pc::device::{Beside, Pc};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::line::Place;
@@ -204,6 +205,7 @@ pub fn run(
         flash: start.flash,
         name: Some(start.name),
         unique: Some("kehai-depth"),
+        maker: DEVELOPMENT,
         announced: start.announced,
         amend: Some(sizes),
     };

@@ -19,6 +19,7 @@ use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
 use kehai::floor::Floor;
+use kehai::update::maker::DEVELOPMENT;
 use kehai_emulator::pc::amended::Amend;
 use kehai_emulator::pc::device::{Beside, PAGES, Pc};
 use kehai_emulator::pc::flash::Flash;
@@ -94,6 +95,7 @@ impl Devices {
                 flash: &flash,
                 name,
                 unique: None,
+                maker: DEVELOPMENT,
                 announced,
                 amend,
             };

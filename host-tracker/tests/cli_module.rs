@@ -13,6 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use host_tracker::store::reader::Reader;
+use kehai::update::maker::DEVELOPMENT;
 use kehai_emulator::pc::device::{Beside, PAGES, Pc, set_label};
 use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::reactor::Reactor;
@@ -94,6 +95,7 @@ impl Bench {
                 flash: &flash,
                 name: Some(&own),
                 unique: None,
+                maker: DEVELOPMENT,
                 announced: true,
                 amend: None,
             };

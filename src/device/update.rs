@@ -252,7 +252,6 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub(super) const fn wants_confirmation(&self) -> bool {
         match self.update.run {
             Run::Confirmed => false,
-            Run::Unnoted => true,
             Run::OnTrial => self.update.works,
         }
     }
@@ -273,21 +272,19 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub(super) const fn trial_ends_us(&self) -> Option<u64> {
         match self.update.run {
             Run::OnTrial => Some(TRIAL_US),
-            Run::Confirmed | Run::Unnoted => None,
+            Run::Confirmed => None,
         }
     }
 
     /// The image that runs is confirmed, or could not be.
     pub fn confirmed(&mut self, done: Result<(), StoreError>, now_us: u64, out: &mut impl Outbox) {
-        let was_on_trial = self.update.run == Run::OnTrial;
         match done {
-            Ok(()) if was_on_trial => self.say(EventKind::ImageConfirmed, now_us),
-            Ok(()) => {}
-            // On trial it goes with the next start, as flash does not work.
+            Ok(()) => {
+                self.update.run = Run::Confirmed;
+                self.say(EventKind::ImageConfirmed, now_us);
+            }
+            // It goes with the next start, as flash does not work.
             Err(StoreError) => self.store_failed(),
-        }
-        if done.is_ok() || !was_on_trial {
-            self.update.run = Run::Confirmed;
         }
         self.update.works = false;
         self.publish_health(now_us, out);

@@ -63,11 +63,12 @@ impl<F: NorFlash, P: Fn(&F::Error) -> bool> NorFlash for ZeroDamaged<F, P> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
-        self.flash.erase(from, to).await
+    // No `async fn`: each of those can panic once it is over.
+    fn erase(&mut self, from: u32, to: u32) -> impl Future<Output = Result<(), F::Error>> {
+        self.flash.erase(from, to)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
-        self.flash.write(offset, bytes).await
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> impl Future<Output = Result<(), F::Error>> {
+        self.flash.write(offset, bytes)
     }
 }

@@ -12,6 +12,8 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `boot` | what a boot loader decides, with the feature of that name |
+//! | `maker` | whose signature an image needs |
 //! | `manifest` | what an image says of itself, and its signature |
 //! | `notes` | what image and boot loader tell each other over a restart |
 //! | `plan` | what is written to flash for an image |
@@ -21,6 +23,9 @@
 //! The signature alone decides what starts: the key by which a host may send an image only keeps strangers from filling
 //! flash and starting modules anew.
 
+#[cfg(feature = "boot")]
+pub mod boot;
+pub mod maker;
 pub mod manifest;
 pub mod notes;
 pub mod plan;

@@ -177,7 +177,8 @@ mod tests {
         };
         let (complete, tried) = ((COMPLETE, mark()), (OUTCOME, mark()));
         let too_old = (OUTCOME, Fault::TooOld.word());
-        let all: [(&[(u32, [u8; WORD_LEN])], Stage); 9] = [
+        type Marks<'a> = &'a [(u32, [u8; WORD_LEN])];
+        let all: [(Marks<'_>, Stage); 9] = [
             (&[], Stage::Receiving),
             (&[(COMPLETE, half)], Stage::Receiving),
             (&[complete], Stage::Complete),

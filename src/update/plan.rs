@@ -4,10 +4,11 @@
 //!   begin ────▶ notes page 1: erased, manifest
 //!   piece ────▶ spare: a page is erased as its first piece comes
 //!   complete ─▶ notes page 1: mark                       the module starts anew, the boot loader looks
-//!   confirm ──▶ state: booted; notes: least version, mark   the new image works
+//!   confirm ──▶ notes: least version, mark; state: booted   the new image works
 //! ```
 //!
-//! The state is `embassy-boot`'s: its first word names it, the words behind it count the steps of a swap.
+//! The state is `embassy-boot`'s: its first word names it, the words behind it count the steps of a swap. An image is
+//! confirmed from its mark on: the boot loader sets a state that power has kept from being set.
 //!
 //! Source: embassy-boot 0.7, `firmware_updater` (`set_magic`) and `boot_loader` (`read_state`).
 
@@ -24,7 +25,6 @@ use super::standing::{Run, Standing};
 /// Words by which the state is known.
 const BOOTED: u8 = 0xd0;
 const SWAPPED: u8 = 0xf0;
-const REVERTED: u8 = 0xc0;
 
 /// Most operations for one job: a state takes three, and two notes.
 const OPERATIONS: usize = 5;
@@ -117,11 +117,8 @@ impl Known {
     pub fn standing(&self, slots: &Slots) -> Standing {
         let stage = self.candidate.map(|candidate| candidate.stage);
         let run = match (self.state, stage) {
+            (SWAPPED, Some(Stage::Confirmed)) => Run::Confirmed,
             (SWAPPED, _) => Run::OnTrial,
-            // Power went after it had confirmed itself, and before that was noted.
-            // Anything that is no state counts as booted, also to the boot loader.
-            (REVERTED, _) => Run::Confirmed,
-            (_, Some(Stage::Tried)) => Run::Unnoted,
             _ => Run::Confirmed,
         };
         let outcome = self.candidate.filter(|candidate| !candidate.is_told).map(|candidate| candidate.stage);
@@ -177,16 +174,7 @@ impl Known {
             }
             ImageJob::Complete => add(note(COMPLETE))?,
             ImageJob::Confirm => {
-                if self.state != BOOTED {
-                    let at = slots.state.start;
-                    // Its count of steps first: half erased, it must not look like a swap that has just begun.
-                    let second = at.saturating_add(word_len as u32);
-                    add(Operation::Mark(second, [0; WORD_LEN], word_len))?;
-                    add(Operation::Erase(slots.state.clone()))?;
-                    add(Operation::Mark(at, [BOOTED; WORD_LEN], word_len))?;
-                }
                 if let Some(candidate) = self.candidate {
-                    // The least version first: as long as the mark is missing, both are done again at the next start.
                     let (least, room) = self.least;
                     if candidate.manifest.least > least {
                         add(Operation::Mark(
@@ -196,6 +184,14 @@ impl Known {
                         ))?;
                     }
                     add(note(CONFIRMED))?;
+                }
+                if self.state != BOOTED {
+                    let at = slots.state.start;
+                    // Its count of steps first: half erased, it must not look like a swap that has just begun.
+                    let second = at.saturating_add(word_len as u32);
+                    add(Operation::Mark(second, [0; WORD_LEN], word_len))?;
+                    add(Operation::Erase(slots.state.clone()))?;
+                    add(Operation::Mark(at, [BOOTED; WORD_LEN], word_len))?;
                 }
             }
             ImageJob::Told => add(note(TOLD))?,

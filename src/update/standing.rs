@@ -9,8 +9,6 @@ use super::notes::Stage;
 pub enum Run {
     /// It stays.
     Confirmed,
-    /// It has confirmed itself, but not all of that is noted.
-    Unnoted,
     /// It was swapped in and goes with the next start, unless it confirms itself.
     OnTrial,
 }

@@ -247,7 +247,7 @@ fn boots_are_counted_through_resets_and_power_cuts() {
 /// A board without a sensor on `switch`.
 fn on_switch(image: &Path, switch: &Switch, time: &GuestTime) -> Qemu {
     let (line, network) = (Line::Open, Network::Switch(switch));
-    Qemu::start(&Machine { image, mac: MAC, time, line, network, flash: None }).unwrap()
+    Qemu::start(&Machine { image, boot: None, mac: MAC, time, line, network, flash: None }).unwrap()
 }
 
 #[test]

@@ -206,7 +206,8 @@ fn a_subscriber_that_answers_no_arp_delays_nobodys_reports_and_nobodys_answers()
     let switch = Switch::new(time).unwrap();
     let segment = Segment::new(switch.port());
     let (line, network) = (Line::AnySpeed(&sensor), Network::Switch(&switch));
-    let _board = Qemu::start(&Machine { image, mac: MAC, time, line, network, flash: None }).unwrap();
+    let _board =
+        Qemu::start(&Machine { image, boot: None, mac: MAC, time, line, network, flash: None }).unwrap();
     let mut host = Host::at(segment.station([10, 1, 2, 2], true));
     host.settle();
     let before = segment.unanswered();

@@ -24,6 +24,7 @@ use kehai::background::{Background, BeamProfile};
 use kehai::scan::MAX_BEAMS;
 use kehai::store::flash::FlashStore;
 use kehai::store::load_background;
+use kehai::update::maker::DEVELOPMENT;
 use kehai_emulator::pc::device::{Beside, PAGES, Pc};
 use kehai_emulator::pc::flash::{Flash, PAGE_LEN};
 use kehai_emulator::pc::host::{Host, Seen, Way};
@@ -108,6 +109,7 @@ fn pc(sensor: SocketAddr, flash: &Path) -> (Running, SocketAddr) {
             flash: &flash,
             name: None,
             unique: None,
+            maker: DEVELOPMENT,
             announced: false,
             amend: None,
         };

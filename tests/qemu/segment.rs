@@ -61,7 +61,8 @@ impl Plugged {
         let sensor = UdpSensor::new(Urg::new(Config::new(URG_04LX_UG01), Box::new(room), 0)).unwrap();
         let line = Line::AnySpeed(&sensor);
         let (time, mac) = (&lan.time, mac(number));
-        let board = Qemu::start(&Machine { image, mac, time, line, network, flash: Some(&flash) });
+        let board =
+            Qemu::start(&Machine { image, boot: None, mac, time, line, network, flash: Some(&flash) });
         Self { board: board.unwrap(), _sensor: sensor, flash }
     }
 }

@@ -19,18 +19,19 @@ use kehai::seal::LABEL_BYTES;
 use kehai::sensor::Driver;
 use kehai::store::flash::FlashStore;
 use kehai::tasks::{self, FloorHardware, Hardware, Notices};
+use kehai::update::boot::{Policy, prepare};
+use kehai::update::manifest::program;
 use kehai::wire::{Identity, ModuleId, SensorCode};
 
 use super::Fed;
 use super::amended::{Amend, Amended};
 use super::discovery::Announcement;
+pub use super::flash::PAGES;
 use super::flash::{Flash, PAGE_LEN};
+use super::image::{Fault, Image, PAGES_WITH_IMAGES, SLOTS};
 use super::line::{Line, Place};
 use super::reactor::Reactor;
 use super::udp::Udp;
-
-/// Pages of the store: as many as on a board.
-pub const PAGES: usize = 32;
 
 /// What is at the end of a module's line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -58,6 +59,9 @@ impl Beside {
     }
 }
 
+/// The program, to those who sign images for it.
+pub const PROGRAM: &str = "pc";
+
 /// A module that is switched on.
 pub struct Pc<'a> {
     /// What it is beside.
@@ -66,7 +70,7 @@ pub struct Pc<'a> {
     pub sensor: &'a Place,
     /// Its port.
     pub port: &'a Udp,
-    /// [`PAGES`] pages for settings and background.
+    /// [`PAGES`] pages for settings and background, or [`PAGES_WITH_IMAGES`]: then it can be updated.
     pub flash: &'a Flash,
     /// Its name; it distinguishes several modules on this PC.
     pub name: Option<&'a str>,
@@ -74,6 +78,8 @@ pub struct Pc<'a> {
     pub unique: Option<&'a str>,
     /// Whether it is announced by DNS-SD.
     pub announced: bool,
+    /// Whose images it starts.
+    pub maker: [u8; 32],
     /// What adds to its datagrams.
     pub amend: Option<Arc<dyn Amend>>,
 }
@@ -84,7 +90,7 @@ pub struct Pc<'a> {
 /// # Errors
 /// It has no room, or cannot be written.
 pub fn forgotten(stop: &AtomicBool) -> Result<Flash, Box<dyn Error>> {
-    let flash = Flash::new(PAGES);
+    let flash = Flash::new(PAGES_WITH_IMAGES);
     let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
     let mut store = FlashStore::new(flash.clone(), range).ok_or("the store has no room")?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs();
@@ -115,7 +121,18 @@ impl Pc<'_> {
     pub fn start(&self, stop: &AtomicBool, on_start: impl FnOnce(Identity)) -> Result<(), Box<dyn Error>> {
         let reactor = Reactor::new();
         let range = 0..u32::try_from(PAGES * PAGE_LEN)?;
-        let mut store = FlashStore::new(self.flash.clone(), range).ok_or("the store has no room")?;
+        let store = FlashStore::new(self.flash.clone(), range).ok_or("the store has no room")?;
+        let has_images = self.flash.len() >= PAGES_WITH_IMAGES * PAGE_LEN;
+        if has_images {
+            let policy = Policy { program: program(PROGRAM), makers: &[self.maker] };
+            prepare(self.flash.clone(), &SLOTS, &policy);
+        }
+        let image = has_images.then(|| Image::active(self.flash)).flatten();
+        if image.as_ref().is_some_and(|image| image.fault == Fault::Hangs) {
+            let _ = reactor.block_on(stop, reactor.wait_until(WATCHDOG_US));
+            return Ok(());
+        }
+        let mut store = store.with_slots(has_images.then_some(&SLOTS));
         let mut secret = [0; 16];
         File::open("/dev/urandom")
             .and_then(|mut random| random.read_exact(&mut secret))
@@ -123,9 +140,10 @@ impl Pc<'_> {
         let mut module = Box::new(Module::<MAX_BEAMS>::new(About {
             module: self.id(),
             secret,
-            firmware: env!("CARGO_PKG_VERSION"),
+            // Leaked: a few bytes a start.
+            firmware: image.map_or(env!("CARGO_PKG_VERSION"), |image| image.version.leak()),
             build: concat!("kehai-sim ", env!("CARGO_PKG_VERSION")),
-            board: "pc",
+            board: PROGRAM,
             watchdog_reset: false,
         }));
         let begun = reactor.block_on(stop, async {
@@ -185,6 +203,9 @@ impl Pc<'_> {
         ModuleId(mac_from_unique_id(format!("{host}{name}{unique}").as_bytes()))
     }
 }
+
+/// After which a program that hangs starts anew, µs: the watchdog of the boards.
+const WATCHDOG_US: u64 = 4_000_000;
 
 /// Time without an answer after which a sensor is said to be silent, µs: at 19 200 baud, a stream left running may take
 /// this long to end.

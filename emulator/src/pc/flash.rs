@@ -16,6 +16,8 @@ use embedded_storage_async::nor_flash::{
 
 /// Bytes of a page.
 pub const PAGE_LEN: usize = 4096;
+/// Pages of a module's settings and background: as many as on a board.
+pub const PAGES: usize = 32;
 /// Bytes of a word: the largest of the boards'.
 pub const WORD_LEN: usize = 16;
 
@@ -89,7 +91,7 @@ impl Flash {
         Self(Rc::new(RefCell::new(state)))
     }
 
-    /// Flash of so many pages, kept in a file, which is made if there is none.
+    /// Flash of so many pages, kept in a file, which is made if there is none. A file of fewer pages gets more, erased.
     ///
     /// # Errors
     /// The file cannot be opened, or is not of this size.
@@ -99,7 +101,11 @@ impl Flash {
         let mut bytes = vec![0xff; length];
         match file.metadata()?.len() {
             0 => file.write_all_at(&bytes, 0)?,
-            held if held == length as u64 => file.read_exact_at(&mut bytes, 0)?,
+            held if held <= length as u64 && held.is_multiple_of(PAGE_LEN as u64) => {
+                let held = usize::try_from(held).unwrap_or(length);
+                file.read_exact_at(bytes.get_mut(..held).unwrap_or(&mut []), 0)?;
+                file.write_all_at(bytes.get(held..).unwrap_or(&[]), held as u64)?;
+            }
             held => {
                 let wrong = format!("{held} bytes; the settings of a module are {length}");
                 return Err(io::Error::new(io::ErrorKind::InvalidData, wrong));

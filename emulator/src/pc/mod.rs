@@ -18,6 +18,7 @@ pub mod discovery;
 pub mod flash;
 pub mod floor;
 pub mod host;
+pub mod image;
 pub mod line;
 pub mod network;
 pub mod reactor;

@@ -53,6 +53,8 @@ pub enum Network<'a> {
 pub struct Machine<'a> {
     /// From `image`.
     pub image: &'a Path,
+    /// The boot loader that starts it, if it is in the active slot of `flash`.
+    pub boot: Option<&'a Path>,
     /// Hardware address, which is the module's identity.
     pub mac: [u8; 6],
     /// The time it lives in.

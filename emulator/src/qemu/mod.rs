@@ -163,7 +163,7 @@ impl Qemu {
             .args(["-gdb", "chardev:debugger"])
             .args(network_arguments(machine, module.port())?)
             .arg("-kernel")
-            .arg(path::absolute(machine.image)?)
+            .arg(path::absolute(machine.boot.unwrap_or(machine.image))?)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(File::create(folder.join("stderr"))?);

@@ -4,6 +4,7 @@
 mod demo;
 mod experiment;
 mod floor;
+mod image;
 mod log;
 mod module;
 mod replay;
@@ -36,6 +37,7 @@ enum Command {
     Sensor(Box<sensor::Arguments>),
     Module(module::Arguments),
     Floor(floor::Arguments),
+    Image(image::Arguments),
     Replay(replay::Arguments),
     Scene(scene::Arguments),
     Score(score::Arguments),
@@ -53,6 +55,7 @@ pub fn run() -> ExitCode {
         Command::Sensor(arguments) => sensor::run(&arguments),
         Command::Module(arguments) => module::run(&arguments),
         Command::Floor(arguments) => floor::run(&arguments),
+        Command::Image(arguments) => image::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Score(arguments) => score::run(&arguments),

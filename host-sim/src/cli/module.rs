@@ -7,9 +7,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
+use kehai::update::maker::DEVELOPMENT;
 use kehai::wire::{Identity, NAME_MAX, PORT};
-use kehai_emulator::pc::device::{self, Beside, PAGES, Pc};
+use kehai_emulator::pc::device::{self, Beside, Pc};
 use kehai_emulator::pc::flash::Flash;
+use kehai_emulator::pc::image::PAGES_WITH_IMAGES;
 use kehai_emulator::pc::line::Place;
 use kehai_emulator::pc::reactor::Reactor;
 use kehai_emulator::pc::udp::Udp;
@@ -38,13 +40,18 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = name)]
     name: Option<String>,
 
-    /// Keep settings and background in this file [default: forgotten at the end]
+    /// Keep settings, background and images in this file [default: forgotten at the end]
     #[arg(long, value_name = "FILE")]
     store: Option<PathBuf>,
 
     /// The code of its label, by which kehai-tracker module claim gives it keys; kehai-tracker module label makes one
     #[arg(long, value_name = "CODE", value_parser = label)]
     label: Option<Label>,
+
+    /// The public key of those whose images it starts, 64 hexadecimal digits; kehai-tracker firmware key prints one
+    /// [default: the one whose secret is in the repository]
+    #[arg(long, value_name = "KEY", value_parser = maker)]
+    maker: Option<[u8; 32]>,
 
     /// Do not announce the module by DNS-SD: only hosts that are told its address find it
     #[arg(long)]
@@ -63,6 +70,11 @@ pub(super) fn listen(text: &str) -> Result<SocketAddrV4, String> {
 
 fn label(text: &str) -> Result<Label, String> {
     Label::parse(text).ok_or_else(|| "a label's code has 26 letters and digits".to_owned())
+}
+
+fn maker(text: &str) -> Result<[u8; 32], String> {
+    let key = data_encoding::HEXLOWER_PERMISSIVE.decode(text.as_bytes()).ok();
+    key.and_then(|key| key.try_into().ok()).ok_or_else(|| "a public key has 64 hexadecimal digits".to_owned())
 }
 
 pub(super) fn name(text: &str) -> Result<String, String> {
@@ -87,7 +99,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         (None, None) => return Err("--sensor or --floor says what the module is beside".into()),
     };
     let flash = match &arguments.store {
-        Some(file) => Flash::open(file, PAGES).map_err(|error| format!("{}: {error}", file.display()))?,
+        Some(file) => {
+            Flash::open(file, PAGES_WITH_IMAGES).map_err(|error| format!("{}: {error}", file.display()))?
+        }
         None => device::forgotten(&stop)?,
     };
     if let Some(Label(label)) = &arguments.label {
@@ -103,6 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         flash: &flash,
         name: arguments.name.as_deref(),
         unique: None,
+        maker: arguments.maker.unwrap_or(DEVELOPMENT),
         announced: !arguments.no_mdns,
         amend: None,
     };

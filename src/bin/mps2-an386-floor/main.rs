@@ -26,6 +26,13 @@ mod image {
     mod mmio;
     #[path = "../common/mod.rs"]
     mod module;
+    #[path = "../mps2-an386/nmi.rs"]
+    mod nmi;
+    #[path = "../mps2-an386/psram.rs"]
+    mod psram;
+    #[cfg(feature = "in-slot")]
+    #[path = "../mps2-an386/slots.rs"]
+    mod slots;
     #[path = "../mps2-an386/storage.rs"]
     mod storage;
     #[path = "../mps2-an386/time_driver.rs"]

@@ -8,10 +8,12 @@ use static_cell::StaticCell;
 use super::lan9118::Lan9118;
 use super::led::{self, Led};
 use super::module::{self, Board, FIRST_BAUD, SOCKETS, Watched};
-use super::storage::{self, Control, STORAGE_LEN};
+use super::nmi;
+use super::psram::psram;
+use super::storage::STORAGE_LEN;
 use super::time_driver;
 use super::uart::Uart;
-use super::watchdog::{self, Watchdog};
+use super::watchdog::Watchdog;
 
 /// The board; its network runs in a task of its own. To be called once.
 pub fn take(
@@ -20,7 +22,7 @@ pub fn take(
     static RESOURCES: StaticCell<StackResources<SOCKETS>> = StaticCell::new();
     static CHIP: StaticCell<Watched<Lan9118>> = StaticCell::new();
 
-    let watchdog_reset = watchdog::caused_reset();
+    let watchdog_reset = nmi::caused_reset();
     let mut watchdog = Watchdog::start();
     let chip = Lan9118::new().expect("no LAN9118 in this machine");
     let mac = chip.mac();
@@ -45,6 +47,10 @@ pub fn take(
         uart: Uart::new(FIRST_BAUD),
         storage: psram(),
         storage_range: 0..STORAGE_LEN as u32,
+        #[cfg(feature = "in-slot")]
+        slots: Some(&super::slots::SLOTS),
+        // Loaded by QEMU at every start: there is no boot loader.
+        #[cfg(not(feature = "in-slot"))]
         slots: None,
         feed: move || watchdog.feed(),
         led: |on| Led.set(on),
@@ -55,18 +61,4 @@ pub fn take(
 #[task]
 async fn network_task(mut runner: embassy_net::Runner<'static, &'static mut Watched<Lan9118>>) -> ! {
     runner.run().await
-}
-
-/// Where the PSRAM begins.
-const PSRAM: usize = 0x2100_0000;
-
-/// The part of the PSRAM that stands for flash, and what says how it fails behind it. To be called once.
-fn psram() -> impl NorFlash {
-    // SAFETY: memory of the board, outside of what the linker hands out, and borrowed only here.
-    let memory = unsafe {
-        core::slice::from_raw_parts_mut(core::ptr::with_exposed_provenance_mut(PSRAM), STORAGE_LEN)
-    };
-    // SAFETY: as above; any bits are a control, and a test that changes them changes atomics.
-    let control = unsafe { &*core::ptr::with_exposed_provenance::<Control>(PSRAM + STORAGE_LEN) };
-    storage::storage(memory, control)
 }

@@ -26,8 +26,12 @@ mod image {
     mod mmio;
     #[path = "../common/mod.rs"]
     mod module;
+    mod nmi;
+    mod psram;
     #[path = "../common/range_finder.rs"]
     mod range_finder;
+    #[cfg(feature = "in-slot")]
+    mod slots;
     mod storage;
     mod time_driver;
     mod uart;

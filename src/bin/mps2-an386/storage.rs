@@ -6,6 +6,9 @@
 //!            └──────────┴──────────┴─ … ─┴──────────┘   erase: a page to ones
 //!              words of 16 bytes                        write: ones to zeros
 //! 0x21020000 │ cut │ from erasure │ reached │ cut word │ a bit for each word that cannot be read │   Control
+//! 0x21040000 ┌──────── … ────────┐
+//!            │ images, slots.rs  │                          as flash, too; all of its words can be read
+//!            └──────── … ────────┘
 //! ```
 //!
 //! QEMU can keep that memory in a file of the host, so that it survives like flash. A test on the host says there at which
@@ -26,8 +29,10 @@ use kehai::store::damaged::ZeroDamaged;
 pub const PAGE_LEN: usize = 4096;
 /// Bytes of a word.
 pub const WORD_LEN: usize = 16;
-/// Bytes of the whole: the same on every board.
+/// Bytes of settings and background: the same on every board.
 pub const STORAGE_LEN: usize = 128 * 1024;
+/// Where images begin.
+pub const IMAGES_AT: usize = 0x4_0000;
 
 /// Bits of [`Control::damaged`] in one of its words.
 const BITS: usize = u32::BITS as usize;
@@ -83,6 +88,7 @@ impl Control {
 /// Memory that behaves like flash.
 pub struct Storage {
     memory: &'static mut [u8],
+    images: &'static mut [u8],
     control: &'static Control,
 }
 
@@ -105,12 +111,12 @@ impl NorFlashError for StorageError {
     }
 }
 
-/// Flash in `memory`: damaged words read as zeros.
+/// Flash in `memory`, and images: damaged words read as zeros.
 pub fn storage(
-    memory: &'static mut [u8],
+    (memory, images): (&'static mut [u8], &'static mut [u8]),
     control: &'static Control,
 ) -> ZeroDamaged<Storage, fn(&StorageError) -> bool> {
-    ZeroDamaged::new(Storage { memory, control }, |error| *error == StorageError::Damaged)
+    ZeroDamaged::new(Storage { memory, images, control }, |error| *error == StorageError::Damaged)
 }
 
 impl Storage {
@@ -120,7 +126,11 @@ impl Storage {
         if !offset.is_multiple_of(unit) || !len.is_multiple_of(unit) {
             return Err(StorageError::BadAddress);
         }
-        self.memory.get_mut(offset..).and_then(|rest| rest.get_mut(..len)).ok_or(StorageError::BadAddress)
+        let (memory, offset) = match offset.checked_sub(IMAGES_AT) {
+            Some(offset) => (&mut *self.images, offset),
+            None => (&mut *self.memory, offset),
+        };
+        memory.get_mut(offset..).and_then(|rest| rest.get_mut(..len)).ok_or(StorageError::BadAddress)
     }
 
     /// Changes whole words with `change`; never done if the power goes in the midst of them.
@@ -172,7 +182,7 @@ impl ReadNorFlash for Storage {
     }
 
     fn capacity(&self) -> usize {
-        self.memory.len()
+        IMAGES_AT + self.images.len()
     }
 }
 
@@ -212,7 +222,7 @@ mod tests {
 
     fn storage() -> Storage {
         let (memory, control) = erased();
-        Storage { memory, control }
+        Storage { memory, images: &mut [], control }
     }
 
     #[test]
@@ -287,7 +297,7 @@ mod tests {
         let (memory, control) = erased();
         control.damaged[0].store(1 << 1, Ordering::Relaxed);
         let mut bytes = [7; 3 * WORD_LEN];
-        block_on(super::storage(memory, control).read(0, &mut bytes)).unwrap();
+        block_on(super::storage((memory, &mut []), control).read(0, &mut bytes)).unwrap();
         let words: Vec<[u8; WORD_LEN]> = bytes.as_chunks().0.to_vec();
         assert_eq!(words, [[0xff; WORD_LEN], [0; WORD_LEN], [0xff; WORD_LEN]]);
     }

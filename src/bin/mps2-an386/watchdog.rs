@@ -5,15 +5,8 @@
 //! 0x000 LOAD  0x004 VALUE  0x008 CTRL (bit 0 count and NMI, bit 1 reset)  0x00c INTCLR  0xc00 LOCK
 //! ```
 //!
-//! This board does not record the cause of a reset, so the NMI leaves a note in memory that a reset spares.
-//!
 //! Source: ARM DDI 0479 (Cortex-M System Design Kit), part 4.6 "APB watchdog"; address ARM DAI 0386.
 
-use core::mem::MaybeUninit;
-
-use cortex_m_rt::exception;
-
-use super::log;
 use super::mmio::{Register, device};
 
 #[repr(C)]
@@ -40,24 +33,6 @@ fn registers() -> &'static Registers {
     unsafe { device(0x4000_8000) }
 }
 
-/// Value of the note; the memory of a board just switched on never holds it.
-const BITTEN: u32 = 0x5761_7463;
-
-/// Register of the note.
-fn note() -> &'static Register {
-    #[unsafe(link_section = ".uninit.watchdog")]
-    static mut NOTE: MaybeUninit<u32> = MaybeUninit::uninit();
-    // SAFETY: a word of memory that nothing else names, and that is only read and written as a register is.
-    unsafe { device((&raw const NOTE).expose_provenance()) }
-}
-
-/// Whether the watchdog caused this start. True once.
-pub fn caused_reset() -> bool {
-    let bitten = note().read() == BITTEN;
-    note().write(0);
-    bitten
-}
-
 /// The running watchdog.
 pub struct Watchdog {
     _only_one: (),
@@ -75,17 +50,5 @@ impl Watchdog {
     /// Starts its period anew.
     pub fn feed(&mut self) {
         registers().interrupt_clear.write(1);
-    }
-}
-
-/// First time-out: logs it, and waits for the second one.
-#[exception]
-unsafe fn NonMaskableInt() {
-    note().write(BITTEN);
-    if log::is_free() {
-        defmt::error!("watchdog: a task hangs");
-    }
-    loop {
-        cortex_m::asm::nop();
     }
 }

@@ -19,10 +19,10 @@ mod image {
     mod module;
     #[path = "../common/range_finder.rs"]
     mod range_finder;
+    mod slots;
     mod uart;
 
     use defmt_rtt as _;
-    use embassy_embedded_hal::adapter::BlockingAsync;
     use embassy_executor::{Spawner, task};
     use embassy_net::StackResources;
     use embassy_stm32::eth::{Ethernet, GenericPhy, PacketQueue, Sma};
@@ -126,9 +126,9 @@ mod image {
             watchdog_reset,
             stack,
             uart: Uart::new(transmitter, receiver),
-            storage: ecc::storage(BlockingAsync::new(Flash::new_blocking(pins.FLASH))),
+            storage: ecc::storage(Flash::new_blocking(pins.FLASH)),
             storage_range,
-            slots: None,
+            slots: Some(&slots::SLOTS),
             feed: || watchdog.pet(),
             led: |on: bool| led.set_level(on.into()),
             button: || button.is_high(),

@@ -19,6 +19,7 @@ mod image {
     mod module;
     #[path = "../common/range_finder.rs"]
     mod range_finder;
+    mod slots;
     mod uart;
 
     use defmt_rtt as _;
@@ -137,7 +138,7 @@ mod image {
             uart: Uart(line),
             storage: BlockingAsync::new(flash),
             storage_range: FLASH_LEN as u32 - STORAGE_LEN..FLASH_LEN as u32,
-            slots: None,
+            slots: Some(&slots::SLOTS),
             feed: || watchdog.feed(WATCHDOG),
             led: |on: bool| led.set_level(on.into()),
             button: || button.is_low(),

@@ -20,6 +20,13 @@ pub fn floor_image() -> Option<&'static Path> {
     IMAGE.get_or_init(|| build(Image::Floor)).as_deref()
 }
 
+/// The image for the active slot, and the boot loader that starts it.
+pub fn slot_image() -> Option<(&'static Path, &'static Path)> {
+    static IMAGES: OnceLock<Option<(PathBuf, PathBuf)>> = OnceLock::new();
+    let images = IMAGES.get_or_init(|| build(Image::InSlot).zip(build(Image::Boot))).as_ref();
+    images.map(|(image, boot)| (image.as_path(), boot.as_path()))
+}
+
 fn build(image: Image) -> Option<PathBuf> {
     match qemu::image(image) {
         Ok(image) => Some(image),
@@ -34,7 +41,7 @@ fn build(image: Image) -> Option<PathBuf> {
 /// A board with this sensor, on a network of its own, in a time of its own.
 pub fn start(image: &Path, line: Line<'_>, flash: Option<&Path>) -> Qemu {
     let (time, network) = (&GuestTime::new(), Network::User);
-    Qemu::start(&Machine { image, mac: MAC, time, line, network, flash }).unwrap()
+    Qemu::start(&Machine { image, boot: None, mac: MAC, time, line, network, flash }).unwrap()
 }
 
 /// Waits for `text` and fails with what QEMU and the log have to say.
