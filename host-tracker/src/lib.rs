@@ -11,6 +11,7 @@ pub mod certificate;
 pub mod connections;
 pub mod daemon;
 pub mod doors;
+pub mod firmware;
 pub mod key_file;
 pub mod metrics;
 pub mod mqtt;

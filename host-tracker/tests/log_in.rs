@@ -7,6 +7,7 @@ mod http_client;
 use std::sync::Arc;
 
 use host_tracker::access::roles::Role;
+use host_tracker::web::Limits;
 use house::{DOORS, House, PASSWORD, S, ZONE};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
@@ -67,6 +68,39 @@ fn a_visitor_logs_in_sees_what_it_may_and_logs_out() {
         house.frames.send_replace(Arc::new(Snapshot { unix_ms: unix_ms(), ..Snapshot::default() }));
         page.wait("a session that is over ends at the log-in page", "location.pathname === '/login.html'");
     }
+    assert_eq!(page.errors, Vec::<String>::new());
+}
+
+/// Over TLS, by the tracker's own certificate, which a visitor has taken.
+#[test]
+fn a_visitor_guesses_ten_times_over_tls_and_then_waits() {
+    let Some(mut page) = chromium::start() else { return };
+    let house = House::bound(ZONE, Limits::default(), true);
+    page.call("Security.setIgnoreCertificateErrors", serde_json::json!({"ignore": true}));
+    page.open(&format!("https://localhost:{}/", house.server.address().port()));
+    log_in(&mut page, "anna", PASSWORD);
+    page.wait("the map comes", "location.pathname === '/' && !document.querySelector('#log-out').hidden");
+    house.frames.send_replace(Arc::new(Snapshot { unix_ms: unix_ms(), ..Snapshot::default() }));
+    page.wait("it is live, over TLS too", "document.querySelector('#link').dataset.state === 'live'");
+    assert_eq!(page.value("location.protocol"), serde_json::json!("https:"));
+    page.click("#log-out");
+    for _ in 0..10 {
+        log_in(&mut page, "anna", "wrong");
+        page.wait(
+            "a wrong password is said",
+            "document.querySelector('#why').innerText.includes('do not belong')",
+        );
+        page.value("document.querySelector('#why').innerText = ''");
+    }
+    log_in(&mut page, "anna", PASSWORD);
+    page.wait(
+        "it says how long to wait",
+        "/too many|wait|again/i.test(document.querySelector('#why').innerText)",
+    );
+    assert_eq!(page.value("location.pathname"), serde_json::json!("/login.html"), "not even the right one");
+    house.pass(40 * S);
+    log_in(&mut page, "anna", PASSWORD);
+    page.wait("the map comes", "location.pathname === '/' && !document.querySelector('#log-out').hidden");
     assert_eq!(page.errors, Vec::<String>::new());
 }
 

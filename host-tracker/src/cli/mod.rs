@@ -6,6 +6,7 @@ mod calibrate;
 mod check;
 mod export;
 mod failure;
+mod firmware;
 mod http;
 mod log;
 mod manual;
@@ -45,6 +46,7 @@ enum Command {
     User(user::Arguments),
     Token(token::Arguments),
     Module(module::Arguments),
+    Firmware(firmware::Arguments),
     Replay(replay::Arguments),
     Export(export::Arguments),
     Check(check::Arguments),
@@ -63,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::User(arguments) => user::run(arguments),
         Command::Token(arguments) => token::run(arguments),
         Command::Module(arguments) => module::run(&arguments),
+        Command::Firmware(arguments) => firmware::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

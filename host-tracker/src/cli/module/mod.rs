@@ -11,6 +11,7 @@ mod raw;
 mod restart;
 mod set;
 mod target;
+mod update;
 
 use clap::{Args, Subcommand};
 use host_tracker::net::client::ClientError;
@@ -44,6 +45,7 @@ enum Command {
     Rotate(claim::Rotate),
     Key(claim::ShowKey),
     Label(label::Arguments),
+    Update(update::Arguments),
 }
 
 /// Does what the command line says.
@@ -64,6 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Rotate(arguments) => claim::rotate(arguments),
         Command::Key(arguments) => claim::show(arguments),
         Command::Label(arguments) => label::run(arguments),
+        Command::Update(arguments) => update::run(arguments),
     }
 }
 
