@@ -43,9 +43,9 @@ enum Method {
 
 /// All that are run, by name; ours first.
 const METHODS: [(&str, Method); 6] = [
-    ("kehai", Method::Kehai(Ideas { has_size: true, has_gain: true })),
-    ("kehai-without-size", Method::Kehai(Ideas { has_size: false, has_gain: true })),
-    ("kehai-without-gain", Method::Kehai(Ideas { has_size: true, has_gain: false })),
+    ("kehai", Method::Kehai(Ideas { has_size: true, has_gain: false })),
+    ("kehai-without-size", Method::Kehai(Ideas { has_size: false, has_gain: false })),
+    ("kehai-with-gain", Method::Kehai(Ideas { has_size: true, has_gain: true })),
     ("ukyo", Method::Ukyo(UkyoSettings { has_size: true, has_gain: true })),
     ("ukyo-without-size", Method::Ukyo(UkyoSettings { has_size: false, has_gain: true })),
     ("ukyo-without-gain", Method::Ukyo(UkyoSettings { has_size: true, has_gain: false })),

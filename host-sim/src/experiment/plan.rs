@@ -168,13 +168,13 @@ impl Table {
                 let last = if self == Self::Ideas { 10_049 } else { 10_199 };
                 return Work::Door(self.cases(trackers), seeds.cloned().unwrap_or(10_000..=last));
             }
-            Self::Floor => return Work::Floor(seeds.cloned().unwrap_or(10_000..=10_099)),
+            Self::Floor => return Work::Floor(seeds.cloned().unwrap_or(10_000..=10_199)),
             Self::FloorAndModules => {
                 return Work::FloorAndModules(seeds.cloned().unwrap_or(10_000..=10_199));
             }
             Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
             Self::FloorPoses => return Work::FloorPoses(seeds.cloned().unwrap_or(10_000..=10_099)),
-            Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_019)),
+            Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_199)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
             // Only our tracker reports unexplained measurements.
             Self::Touching => trial::touching(&own(&["kehai"])),
