@@ -148,6 +148,11 @@ impl Arguments {
         }
         client.subscribe()?;
         send(&mut client, &name, image)?;
+        // It is dark while it starts anew: somebody may be in transit by now.
+        self.wait(&BTreeSet::new())?;
+        client.ask(Request::UpdateInstall, |_, message| {
+            matches!(message, Message::Done { .. }).then_some(())
+        })?;
         let boot = client.identity().boot;
         match await_outcome(&client, boot, keys)? {
             (Outcome::Confirmed, _) => print(format_args!("{name}: runs {version}, and it stays")),
@@ -193,8 +198,7 @@ fn send(client: &mut Client, name: &str, image: &SignedImage) -> Result<(), Fail
         };
     }
     bar.finish_and_clear();
-    Ok(client
-        .ask(Request::UpdateInstall, |_, message| matches!(message, Message::Done { .. }).then_some(()))?)
+    Ok(())
 }
 
 /// What becomes of the image once the module has started anew, and what it says it runs then.
