@@ -54,6 +54,8 @@ fn there_is_a_manual_page_for_each_command() {
         "-calibrate",
         "-module",
         "-module-list",
+        "-module-update",
+        "-firmware-sign",
         "-user-add",
         "-token",
         "-replay",

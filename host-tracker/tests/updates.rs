@@ -236,6 +236,49 @@ fn a_module_takes_what_its_maker_signed_and_keeps_what_works() {
     assert!(line.contains("has keys, and they are not in"), "{line}");
 }
 
+#[test]
+fn a_maker_makes_a_key_signs_an_image_and_looks_at_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (key, image, signed) = (path("maker.key"), path("image.bin"), path("image.kehai"));
+    std::fs::write(&image, Image { version: "0.2.0".into(), fault: Fault::None }.bytes(5000)).unwrap();
+    let public = done(&["firmware", "key", "--make", &key]);
+    assert_eq!(public, done(&["firmware", "key", &key]));
+    assert!(refused(&["firmware", "key", "--make", &key]).contains("is there already"));
+    let sign = |program: &str, version: &str| {
+        [
+            "firmware",
+            "sign",
+            "--key",
+            &key,
+            "--program",
+            program,
+            "--image-version",
+            version,
+            &image,
+            "-o",
+            &signed,
+        ]
+        .map(str::to_owned)
+    };
+    done(&sign("pc", "0.2.0").each_ref().map(String::as_str));
+    let shown = done(&["firmware", "show", &signed, "--maker", public.trim(), "--json"]);
+    let shown: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!((&shown["program"], &shown["version"]), (&"pc".into(), &"0.2.0".into()));
+    assert_eq!(
+        (&shown["size"], &shown["signed_by_maker"], &shown["development"]),
+        (&5000.into(), &true.into(), &false.into())
+    );
+    let line = refused(&["firmware", "show", &signed, "--maker", &"ab".repeat(32)]);
+    assert!(line.contains("not signed by this maker"), "{line}");
+    let line = refused(&sign("a program with a long name", "0.2.0").each_ref().map(String::as_str));
+    assert!(line.contains("1 to 16"), "{line}");
+    std::fs::write(&image, b"\x7fELF and no more").unwrap();
+    let line = refused(&sign("pc", "0.2.0").each_ref().map(String::as_str));
+    assert!(line.contains("the ELF cannot be read"), "{line}");
+    assert_eq!(kehai_tracker(&["firmware", "show", &path("none.kehai")]).status.code(), Some(1));
+}
+
 /// A row of numbers.
 struct Dice(u64);
 

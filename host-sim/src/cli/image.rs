@@ -36,7 +36,7 @@ pub struct Arguments {
 
 const EXAMPLES: &str = "Examples:
   kehai-sim image --image-version 0.2.0 -o pc.bin
-  kehai-tracker firmware sign --key maker.key --program pc --version 0.2.0 pc.bin -o pc.kehai";
+  kehai-tracker firmware sign --key maker.key --program pc --image-version 0.2.0 pc.bin -o pc.kehai";
 
 fn version(text: &str) -> Result<String, String> {
     match Version::of_text(text) {

@@ -21,6 +21,7 @@
 //! way out stays open.
 
 mod attempts;
+mod credential;
 pub mod directory;
 pub mod file;
 pub mod password;
@@ -37,6 +38,7 @@ use parking_lot::{Mutex, MutexGuard};
 use crate::net::clock::HostClock;
 use crate::owned_file::Stamp;
 use attempts::{Attempts, Wait};
+pub use credential::Credential;
 use directory::{Directory, User};
 use file::{AccessFile, AccessFileError};
 use password::PasswordError;
@@ -49,17 +51,6 @@ const LOOK_US: u64 = 1_000_000;
 
 /// A clock that never goes back, µs.
 pub type Clock = Box<dyn Fn() -> u64 + Send + Sync>;
-
-/// What a request shows.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum Credential {
-    /// Nothing.
-    None,
-    /// A token.
-    Token(String),
-    /// A session.
-    Session(String),
-}
 
 /// Who asks.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -48,7 +48,7 @@ struct Key {
 /// Sign an image: what cargo has built for a board, or raw bytes
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  kehai-tracker firmware sign --key maker.key --program w5500-evb-pico2 --version 0.2.0 \\
+  kehai-tracker firmware sign --key maker.key --program w5500-evb-pico2 --image-version 0.2.0 \\
       target/thumbv8m.main-none-eabihf/release/w5500-evb-pico2 -o pico2.kehai")]
 struct Sign {
     /// The maker's key
@@ -61,7 +61,7 @@ struct Sign {
 
     /// Its version
     #[arg(long, value_name = "X.Y.Z", value_parser = version)]
-    version: Version,
+    image_version: Version,
 
     /// Once it works, no version below this starts any more
     #[arg(long, value_name = "X.Y.Z", value_parser = version, default_value = "0.0.0")]
@@ -142,14 +142,14 @@ fn sign(arguments: &Sign) -> Result<(), Failure> {
     let name = arguments.image.display();
     let file = fs::read(&arguments.image).map_err(|error| format!("{name}: {error}"))?;
     let bytes = flatten(file).map_err(|error| format!("{name}: {error}"))?;
-    let about = (arguments.program.as_str(), arguments.version, arguments.least);
+    let about = (arguments.program.as_str(), arguments.image_version, arguments.least);
     let image = SignedImage::sign(bytes, about, &key).map_err(|error| format!("{name}: {error}"))?;
     image.save(&arguments.output)?;
     print(format_args!(
         "{}: {} {}, {} bytes",
         arguments.output.display(),
         arguments.program,
-        arguments.version,
+        arguments.image_version,
         image.about.size
     ))
 }

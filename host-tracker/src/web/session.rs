@@ -59,20 +59,12 @@ pub struct LogIn {
 
 /// What a request shows of who it is from: a token before a session.
 pub fn credential(headers: &HeaderMap, line: Line) -> Credential {
-    let text = |value: &HeaderValue| value.to_str().ok().map(str::to_owned);
-    if let Some(shown) = headers.get(header::AUTHORIZATION) {
-        // What is no token is a wrong one: a program that tries to log in is not taken for somebody else.
-        let shown = text(shown).unwrap_or_default();
-        let token = shown.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
-        return Credential::Token(token.map_or(String::new(), |(_, token)| token.trim().to_owned()));
-    }
-    session(headers, line).map_or(Credential::None, Credential::Session)
+    let authorization = headers.get(header::AUTHORIZATION).map(|shown| shown.to_str().unwrap_or_default());
+    Credential::of(authorization, cookies(headers), cookie_name(line))
 }
 
-fn session(headers: &HeaderMap, line: Line) -> Option<String> {
-    let cookies = headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok());
-    let mut pairs = cookies.flat_map(|line| line.split(';')).filter_map(|pair| pair.trim().split_once('='));
-    pairs.find(|(name, _)| *name == cookie_name(line)).map(|(_, value)| value.to_owned())
+fn cookies(headers: &HeaderMap) -> impl Iterator<Item = &str> {
+    headers.get_all(header::COOKIE).into_iter().filter_map(|value| value.to_str().ok())
 }
 
 /// Who asks.
@@ -131,7 +123,8 @@ pub async fn end(
     Extension(ends): Extension<Ends>,
     headers: HeaderMap,
 ) -> Response {
-    if let Some(session) = session(&headers, ends.line) {
+    let shown = Credential::of(None, cookies(&headers), cookie_name(ends.line));
+    if let Credential::Session(session) = shown {
         shared.context.access.log_out(&session);
     }
     ([(header::SET_COOKIE, cookie(ends.line, "", 0))], Json(json!({}))).into_response()
