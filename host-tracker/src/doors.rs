@@ -22,7 +22,7 @@ use crate::net::clock::HostClock;
 use crate::store::card::plain;
 use crate::supervise;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Why};
+use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Watcher, Why};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::machine::DoorLine;
 use kehai_tracking::door::{Card, LockOrder};
@@ -89,9 +89,12 @@ impl DoorHandle {
     /// Shows the doors what is known, and says how they are after that: both belong to the same snapshot.
     #[must_use]
     pub fn observe(&self, estimate: &Estimate, modules: &[ModuleLine]) -> Vec<DoorLine> {
-        let unused_s = |name: &str| modules.iter().find(|module| module.name == name)?.unused_s;
+        let watcher = |name: &str| {
+            let module = modules.iter().find(|module| module.name == name)?;
+            Some(Watcher { unused_s: module.unused_s?, has_key: module.is_sealed })
+        };
         let mut shared = self.lock();
-        shared.step(|doors, _, now, outputs| doors.observe(estimate, unused_s, now, outputs));
+        shared.step(|doors, _, now, outputs| doors.observe(estimate, watcher, now, outputs));
         shared.doors.lines().collect()
     }
 

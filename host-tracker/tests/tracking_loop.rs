@@ -29,6 +29,7 @@ const SITE: &str = r#"
     name = "area"
     polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
     [[door]]
+    without_keys = true
     name = "front"
     zone = "area"
     line = [[-0.5, 1], [0.5, 1]]

@@ -35,6 +35,7 @@ polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
 secure = true
 
 [[door]]
+without_keys = true
 name = \"front\"
 zone = \"area\"
 line = [[-0.45, 1.0], [0.45, 1.0]]

@@ -24,6 +24,7 @@ pub const SITE: &str = r#"
     polygon = [[1, -0.5], [2, -0.5], [2, 0.5], [1, 0.5]]
     secure = true
     [[door]]
+    without_keys = true
     name = "front"
     zone = "area"
     line = [[2, -0.45], [2, 0.45]]

@@ -39,6 +39,15 @@ pub struct Now {
     pub unix_ms: u64,
 }
 
+/// How a device that watches a door is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Watcher {
+    /// For how long no report of it was used, s.
+    pub unused_s: f64,
+    /// Only a holder of its key can speak for it.
+    pub has_key: bool,
+}
+
 /// A door, and its last passages.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DoorState {
@@ -198,19 +207,24 @@ impl Doors {
         }
     }
 
-    /// Shows every door what the tracker knows. `unused_s` is for how long no report of a device was used, s; none: it is
-    /// not there.
+    /// Shows every door what the tracker knows, and how each device that watches it is; none: it is not there.
     pub fn observe(
         &mut self,
         estimate: &Estimate,
-        unused_s: impl Fn(&str) -> Option<f64>,
+        watcher: impl Fn(&str) -> Option<Watcher>,
         now: Now,
         outputs: &mut Vec<Output>,
     ) {
-        let is_lost = |name: &String| unused_s(name).is_none_or(|unused_s| unused_s > MODULE_LOST_S);
+        let is_lost = |name: &String| watcher(name).is_none_or(|watcher| watcher.unused_s > MODULE_LOST_S);
+        let has_key = |name: &String| watcher(name).is_some_and(|watcher| watcher.has_key);
         for unit in &mut self.units {
             unit.people = estimate.tracks.iter().map(|track| (track.id, track.at)).collect();
-            let trouble = unit.watched_by.iter().any(is_lost).then_some(Trouble::ModuleLost);
+            let believes_all = unit.door.without_keys || unit.watched_by.iter().all(has_key);
+            let trouble = if unit.watched_by.iter().any(is_lost) {
+                Some(Trouble::ModuleLost)
+            } else {
+                (!believes_all).then_some(Trouble::NoKey)
+            };
             let event = Event::Seen(Seen::of(&estimate.tracks, estimate.zones.get(&unit.door.zone), trouble));
             unit.turn(event, now, outputs);
         }
@@ -339,6 +353,8 @@ mod tests {
         Estimate { zones, ..Estimate::default() }
     }
 
+    const SEALED: Watcher = Watcher { unused_s: 0.0, has_key: true };
+
     fn phase(doors: &Doors) -> Phase {
         doors.lines().next().unwrap().phase
     }
@@ -349,15 +365,36 @@ mod tests {
         let mut outputs = Vec::new();
         for tenth in 0..=20 {
             assert_eq!(phase(&doors), Phase::Failed, "{tenth}");
-            doors.observe(&well(), |_| Some(0.0), now(f64::from(tenth) * 0.1), &mut outputs);
+            doors.observe(&well(), |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut outputs);
         }
         assert_eq!(
             phase(&doors),
             Phase::Idle,
             "well for 2 s: said with the very observation that makes it so"
         );
-        doors.observe(&well(), |_| Some(1.1), now(2.1), &mut outputs);
+        doors.observe(&well(), |_| Some(Watcher { unused_s: 1.1, ..SEALED }), now(2.1), &mut outputs);
         assert_eq!(phase(&doors), Phase::Failed, "the device that watches it is silent");
+    }
+
+    #[test]
+    fn a_door_believes_modules_without_keys_only_if_its_site_says_so() {
+        let clear = Watcher { has_key: false, ..SEALED };
+        for (site, end) in [
+            (SITE.to_owned(), (Phase::Failed, Some(Trouble::NoKey))),
+            (SITE.replace("fail = ", "without_keys = true\nfail = "), (Phase::Idle, None)),
+        ] {
+            let mut doors = Doors::new(&toml::from_str(&site).unwrap(), 1);
+            let mut outputs = Vec::new();
+            for tenth in 0..=30 {
+                doors.observe(&well(), |_| Some(clear), now(f64::from(tenth) * 0.1), &mut outputs);
+            }
+            let line = doors.lines().next().unwrap();
+            assert_eq!((line.phase, line.trouble), end);
+            let card = br#"{"id": 1, "at_ms": 1700000003100, "card": "1"}"#;
+            let _ = doors.tell("front", Input::Card, card, |_| Card(1), now(3.1), &mut outputs);
+            let asks = phase(&doors) == Phase::Asked;
+            assert_eq!(asks, end.1.is_none());
+        }
     }
 
     #[test]
@@ -365,7 +402,7 @@ mod tests {
         let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
         let mut outputs = Vec::new();
         for tenth in 0..=20 {
-            doors.observe(&well(), |_| Some(0.0), now(f64::from(tenth) * 0.1), &mut outputs);
+            doors.observe(&well(), |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut outputs);
         }
         assert_eq!(doors.may_change_site(), Ok(()));
         let wider: Site = toml::from_str(&SITE.replace("[-1, 1]]", "[-1, 1], [-3, 1], [-3, -1]]")).unwrap();
@@ -393,7 +430,7 @@ mod tests {
         let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
         let mut outputs = Vec::new();
         for tenth in 0..=20 {
-            doors.observe(&well(), |_| Some(0.0), now(f64::from(tenth) * 0.1), &mut outputs);
+            doors.observe(&well(), |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut outputs);
         }
         doors.pass_time(now(2.9), &mut outputs);
         assert_eq!(phase(&doors), Phase::Idle);

@@ -66,6 +66,8 @@ pub enum Trouble {
     NoFrames,
     /// No report of a module that watches the door is used any more.
     ModuleLost,
+    /// A module that watches the door has no key: what it says can be forged.
+    NoKey,
     /// Hardly anything of the zone is seen.
     Unseen,
     /// The site was changed during a passage.

@@ -6,6 +6,7 @@
 //! zone = "area"                       # the counted zone before it
 //! line = [[-0.45, 1.0], [0.45, 1.0]]  # what people cross; the far side of the zone is inside
 //! fail = "secure"                     # or "safe": what the lock does when it is unknown what happens
+//! without_keys = true                 # also by modules whose reports anybody on the network can forge
 //! ```
 
 use serde::{Deserialize, Serialize};
@@ -64,6 +65,14 @@ pub struct Door {
     /// How long the door stays open for a person who wants out, s.
     #[serde(default = "exit_s")]
     pub exit_s: f64,
+    /// Also modules without a key are believed: their reports can be forged.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub without_keys: bool,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "what serde asks for")]
+const fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 const fn people_max() -> u32 {
@@ -123,6 +132,7 @@ impl Door {
             close_s: close_s(),
             passback_s: passback_s(),
             exit_s: exit_s(),
+            without_keys: false,
         }
     }
 

@@ -17,7 +17,7 @@
 
 use std::collections::BTreeMap;
 
-use kehai_tracking::door::doors::{Doors, Now, Output};
+use kehai_tracking::door::doors::{Doors, Now, Output, Watcher};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::{Alarm, Card, DoorLine, Lock, LockOrder, Phase};
 use kehai_tracking::geometry::Point;
@@ -239,9 +239,9 @@ impl World {
                     self.judge.exit_s = Some(self.now_s);
                 }
             }
-            let unused_s = if self.hears_module { Some(0.0) } else { None };
+            let watcher = self.hears_module.then_some(Watcher { unused_s: 0.0, has_key: true });
             if has_frame {
-                doors.observe(&estimate, |_| unused_s, now, &mut outputs);
+                doors.observe(&estimate, |_| watcher, now, &mut outputs);
             } else {
                 doors.pass_time(now, &mut outputs);
             }
