@@ -13,6 +13,7 @@ pub mod daemon;
 pub mod doors;
 pub mod firmware;
 pub mod key_file;
+pub mod label_flash;
 pub mod metrics;
 pub mod mqtt;
 pub mod net;
