@@ -127,6 +127,43 @@ fn one_who_turns_round_in_a_gap_of_a_second_leaves_no_empty_zone() {
     }
 }
 
+/// An attacker on the way cannot change what is sealed, but can keep it: reports that come seconds late, all at once, are
+/// unseen. They neither make the hall known nor say that it is empty.
+#[test]
+fn genuine_reports_that_are_held_back_and_released_count_as_unseen() {
+    let (held_us, released_us) = (5 * SECOND_US, 12 * SECOND_US);
+    let mut hall = Hall::new(&[Kind::Laser]);
+    hall.meet(0, 1000);
+    let arrives_us = |number: u64| (number + 1) * Kind::Laser.period_us();
+    let late_us = |_, number| {
+        let at_us = arrives_us(number);
+        if (held_us..released_us).contains(&at_us) { released_us - at_us } else { 0 }
+    };
+    let mut events = events(&hall, 20 * SECOND_US, 0, late_us);
+    events.sort_unstable();
+    let (mut unknown, mut last) = (0, None);
+    for (now_us, event) in events {
+        match event {
+            Event::Back(_) => {}
+            Event::Exchange(source) => hall.exchange(source, now_us),
+            Event::Report(source, at_us) => {
+                let report = hall.sources[source].report(People::Pacing, at_us);
+                hall.hear(&report, now_us);
+            }
+            Event::Line => {
+                let zone = hall.zone(now_us);
+                assert_ne!(zone.count(), Some(0), "at {now_us} µs: {zone:?}");
+                if (held_us + 3 * SECOND_US..=released_us).contains(&now_us) {
+                    assert_eq!(zone.state(), ZoneKnown::Unknown, "at {now_us} µs");
+                    unknown += 1;
+                }
+                last = Some(zone);
+            }
+        }
+    }
+    assert!(unknown >= 40 && last.unwrap().count() == Some(1), "{unknown}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(192))]
 
