@@ -93,7 +93,7 @@ fn build_image(board: &str) {
     println!("cargo::rustc-env=KEHAI_BOARD={board}");
     println!(
         "cargo::rustc-env=KEHAI_GIT={}",
-        git(&["describe", "--always", "--dirty"]).unwrap_or("unknown".into())
+        git(&["describe", "--always", "--dirty", "--abbrev=12"]).unwrap_or("unknown".into())
     );
     println!("cargo::rerun-if-changed=src");
     for file in ["HEAD", "index"] {

@@ -457,7 +457,8 @@ step_reproducible() {
         not_judged "the firmware's bytes: no rustup target"
         return
     fi
-    if [ -n "$(git status --porcelain)" ]; then
+    # Files that git does not know are in no image.
+    if [ -n "$(git status --porcelain --untracked-files=no)" ]; then
         not_judged "the firmware's bytes: this folder has changes that are not committed"
         return
     fi
