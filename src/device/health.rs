@@ -7,6 +7,7 @@
 //! ```
 
 use super::Module;
+use super::panels::NO_READING_US;
 use crate::background::Learning;
 use crate::link::Outbox;
 use crate::sensor::Session;
@@ -84,13 +85,14 @@ pub(super) fn count_sensor(counters: &mut Counters, session: &Session) {
 }
 
 impl<const BEAMS: usize> Module<BEAMS> {
-    /// When the alarm for missing scans is due, µs.
+    /// When the alarm for missing scans, or readings of a floor, is due, µs; 0 before the first one.
     pub(super) fn no_scan_us(&self) -> u64 {
-        let limit_us =
-            self.setup.interval_us().map(|interval_us| interval_us.saturating_mul(NO_SCAN_INTERVALS));
+        let of_floor_us = self.has_floor().then_some(NO_READING_US);
+        let interval_us = self.setup.interval_us();
+        let limit_us = of_floor_us.or(interval_us.map(|us| us.saturating_mul(NO_SCAN_INTERVALS)));
         match (self.observed.last_scan_us, limit_us) {
             (Some(last_us), Some(limit_us)) => last_us.saturating_add(limit_us),
-            _ => self.no_reading_us().unwrap_or(0),
+            _ => 0,
         }
     }
 

@@ -9,6 +9,7 @@
 //!   working    ██                                           one flash
 //!   storing    ██████████████████████████████████  ████    on, with a gap
 //!   fault      ██  ██  ██  ██  ██  ██  ██  ██  ██  ██      flicker
+//!   identify   ██  ██  ██  ██  ██  ████████████████████    flicker, then on
 //! ```
 //!
 //! The picture repeats every two seconds. `docs/hardware.md` explains it to an installer.
@@ -44,10 +45,12 @@ pub enum LedState {
     Storing,
     /// The sensor cannot be used, or nothing can be stored: health has the cause.
     Fault,
+    /// A host has asked which box it is: for a person who looks for it.
+    Identify,
 }
 
 impl LedState {
-    /// What to show: a fault before everything else, then what an installer has to see to first.
+    /// What to show: which box it is while that is asked, then a fault, then what an installer has to see to first.
     #[must_use]
     pub const fn of(status: &Status, has_network: bool, uptime_us: u64) -> Self {
         let faulty = match status.sensor {
@@ -55,7 +58,9 @@ impl LedState {
             _ => status.alarms.has(Alarms::STORE_FAILED),
         };
         let has_scans = !status.alarms.has(Alarms::NO_SCANS);
-        if faulty {
+        if status.identifying {
+            Self::Identify
+        } else if faulty {
             Self::Fault
         } else if status.storing {
             Self::Storing
@@ -82,6 +87,7 @@ impl LedState {
             Self::Working => 0b0000_0000_0000_0000_0001,
             Self::Storing => 0b1101_1111_1111_1111_1111,
             Self::Fault => 0b0101_0101_0101_0101_0101,
+            Self::Identify => 0b1111_1111_1101_0101_0101,
         }
     }
 
@@ -100,7 +106,7 @@ mod tests {
     use std::string::String;
     use std::vec::Vec;
 
-    const ALL: [LedState; 7] = [
+    const ALL: [LedState; 8] = [
         LedState::Starting,
         LedState::NoNetwork,
         LedState::NoSensor,
@@ -108,6 +114,7 @@ mod tests {
         LedState::Working,
         LedState::Storing,
         LedState::Fault,
+        LedState::Identify,
     ];
     const LATER_US: u64 = STARTING_US;
 
@@ -143,6 +150,7 @@ mod tests {
         assert_eq!(flashes(LedState::NoNetwork), [1, 1]);
         assert_eq!(flashes(LedState::NoSensor), [1, 1, 1]);
         assert_eq!(flashes(LedState::Fault), [1; 10]);
+        assert_eq!(flashes(LedState::Identify), [1, 1, 1, 1, 1, 10]);
         assert_eq!(flashes(LedState::Learning), [10]);
         assert_eq!(flashes(LedState::Starting), [20]);
         assert_eq!(seen(LedState::Storing, 0, 1).matches('.').count(), 1);
@@ -180,7 +188,24 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_comes_before_everything_else() {
+    fn a_module_that_is_looked_for_shows_that_and_then_its_state_again() {
+        let states = [
+            (working(), LedState::Working),
+            (Status { storing: true, ..working() }, LedState::Storing),
+            (Status { sensor: SensorCode::Abnormal, ..working() }, LedState::Fault),
+        ];
+        for (status, state) in states {
+            let looked_for = Status { identifying: true, ..status };
+            for uptime_us in [0, LATER_US] {
+                assert_eq!(LedState::of(&looked_for, true, uptime_us), LedState::Identify);
+                assert_eq!(LedState::of(&looked_for, false, uptime_us), LedState::Identify);
+            }
+            assert_eq!(LedState::of(&status, true, LATER_US), state);
+        }
+    }
+
+    #[test]
+    fn a_fault_comes_before_every_other_state() {
         let codes = [SensorCode::Abnormal, SensorCode::TooLarge, SensorCode::Unusable, SensorCode::Refused];
         for sensor in codes {
             let status = Status { sensor, storing: true, ..Status::NEW };

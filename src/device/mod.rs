@@ -127,9 +127,8 @@ enum Change {
 struct Observed {
     sensor: SensorState,
     learning: Learning,
+    /// Or, with a floor, when that was read last.
     last_scan_us: Option<u64>,
-    /// When its floor was read last.
-    last_reading_us: Option<u64>,
     /// It has a floor instead of a sensor.
     has_floor: bool,
     /// How far the time of the last scan may be off.
@@ -141,7 +140,6 @@ impl Observed {
         sensor: SensorState::Searching,
         learning: Learning::Idle,
         last_scan_us: None,
-        last_reading_us: None,
         has_floor: false,
         uncertainty_us: 0,
     };
@@ -171,6 +169,8 @@ pub struct Module<const BEAMS: usize> {
     background_to_store: bool,
     storing: bool,
     storing_since_us: u64,
+    /// It blinks until then, so that a person finds it.
+    identify_until_us: u64,
     store_failed: bool,
     watchdog_reset: bool,
     restarting: bool,
@@ -205,6 +205,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             background_to_store: false,
             storing: false,
             storing_since_us: 0,
+            identify_until_us: 0,
             store_failed: false,
             watchdog_reset: about.watchdog_reset,
             restarting: false,

@@ -12,14 +12,14 @@ use crate::link::Outbox;
 use crate::wire::{Counter, FaultyPanel, List, Message, Pressed, ReportHead, SensorCode, SensorHealth};
 
 /// Without a reading for so long there are no scans, µs: four at 9 Hz, as the host takes a floor for silent.
-const NO_READING_US: u64 = 500_000;
+pub(super) const NO_READING_US: u64 = 500_000;
 
 impl<const BEAMS: usize> Module<BEAMS> {
     /// The newest reading of `floor` was made at `stamp_us`, in µs since boot: it is sent. From the first one on the
     /// device has a floor.
     pub fn panels(&mut self, floor: &Floor, stamp_us: u64, now_us: u64, out: &mut impl Outbox) {
         self.begin_floor();
-        self.observed.last_reading_us = Some(now_us);
+        self.observed.last_scan_us = Some(now_us);
         let down = floor.pressed();
         let mut faulty: Vec<FaultyPanel, FAULTY> = Vec::new();
         for (panel, fault) in floor.faulty() {
@@ -59,18 +59,13 @@ impl<const BEAMS: usize> Module<BEAMS> {
 
     /// What health says of the floor, where otherwise it speaks of the sensor; none without a floor.
     pub(super) fn floor_health(&self, now_us: u64) -> Option<SensorHealth> {
-        let code = match self.no_reading_us() {
-            None if !self.has_floor() => return None,
+        let code = match self.observed.last_scan_us {
+            _ if !self.has_floor() => return None,
             None => SensorCode::Searching,
-            Some(no_reading_us) if now_us < no_reading_us => SensorCode::Streaming,
+            Some(_) if now_us < self.no_scan_us() => SensorCode::Streaming,
             Some(_) => SensorCode::Stalled,
         };
         Some(SensorHealth { code, detail: (0, 0) })
-    }
-
-    /// When the alarm for missing readings is due, µs; none before the first one.
-    pub(super) fn no_reading_us(&self) -> Option<u64> {
-        self.observed.last_reading_us.map(|last_us| last_us.saturating_add(NO_READING_US))
     }
 }
 

@@ -19,7 +19,8 @@ use crate::seal::handshake::OPEN;
 use crate::seal::keyring::BadKeys;
 use crate::seal::{Holder, Role};
 use crate::wire::{
-    Counter, EventKind, Incoming, Info, Message, Refusal, Request, Subscribed, VERSION, VERSION_MIN,
+    Counter, EventKind, IDENTIFY_MAX_S, Incoming, Info, Message, Refusal, Request, Subscribed, VERSION,
+    VERSION_MIN,
 };
 
 impl<const BEAMS: usize> Module<BEAMS> {
@@ -165,6 +166,11 @@ impl<const BEAMS: usize> Module<BEAMS> {
             Request::Raw { seconds } => {
                 let subscriber = self.subscribers.of(key.from).ok_or(Refusal::BadCookie)?;
                 subscriber.raw_until_us = now_us.saturating_add(u64::from(seconds) * 1_000_000);
+                Ok(Answer::Done)
+            }
+            Request::Identify { seconds } => {
+                let us = u64::from(seconds.min(IDENTIFY_MAX_S)) * 1_000_000;
+                self.identify_until_us = now_us.saturating_add(us);
                 Ok(Answer::Done)
             }
             Request::Restart => {

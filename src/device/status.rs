@@ -16,6 +16,8 @@ pub struct Status {
     pub learning: bool,
     /// Something is being stored; the stream is stopped meanwhile.
     pub storing: bool,
+    /// It blinks, so that a person finds it.
+    pub identifying: bool,
     /// A host has subscribed since the start.
     pub had_subscriber: bool,
     /// Model of the sensor; empty until it has been found.
@@ -31,6 +33,7 @@ impl Status {
         alarms: Alarms::NO_SCANS.with(Alarms::NO_BACKGROUND),
         learning: false,
         storing: false,
+        identifying: false,
         had_subscriber: false,
         model: Text::EMPTY,
         serial: Text::EMPTY,
@@ -47,6 +50,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             alarms: self.alarms(now_us),
             learning: self.observed.learning != Learning::Idle,
             storing: self.storing,
+            identifying: now_us < self.identify_until_us,
             had_subscriber: self.subscribers.had_one(),
             model,
             serial,

@@ -78,7 +78,7 @@ pub use part::{
 pub use pressed::{FaultyPanel, PRESSED_MAX, Pressed};
 pub use refusal::{ImageFault, Refusal, Refused, SettingFault};
 pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead, SIZED_MAX, Size};
-pub use request::{CHUNK_MAX, Cookie, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
+pub use request::{CHUNK_MAX, Cookie, IDENTIFY_MAX_S, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
 
 /// The port modules listen at, and answer from.
 pub const PORT: u16 = 4040;

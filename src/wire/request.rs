@@ -20,6 +20,7 @@
 //!  0d  update           manifest  bytes   192, see `update::manifest`: an image is about to come, or to go on
 //!  0e  update chunk     offset    varint, bytes  at most 1024
 //!  0f  update install   –                 all of it has come: start anew with it
+//!  10  identify         seconds   varint  blink for so long; 0: no more
 //! ```
 //!
 //! The first twelve bytes, subscribe and info are frozen for ever. Subscribe is as long as the cookie
@@ -124,7 +125,15 @@ pub enum Request<'a> {
     },
     /// All of the image has come: start anew, and let the boot loader look at it.
     UpdateInstall,
+    /// Let the LED blink so that a person finds the module.
+    Identify {
+        /// For so long, at most [`IDENTIFY_MAX_S`]; 0: no more.
+        seconds: u16,
+    },
 }
+
+/// Longest time that a module blinks for one request, s: meanwhile its LED does not show how it is.
+pub const IDENTIFY_MAX_S: u16 = 60;
 
 /// Most bytes in a piece of an image.
 pub const CHUNK_MAX: usize = 1024;
@@ -148,6 +157,7 @@ impl<'a> Request<'a> {
             Self::Update { .. } => 0x0d,
             Self::UpdateChunk { .. } => 0x0e,
             Self::UpdateInstall => 0x0f,
+            Self::Identify { .. } => 0x10,
         }
     }
 
@@ -164,7 +174,11 @@ impl<'a> Request<'a> {
             | Self::UpdateChunk { .. }
             | Self::UpdateInstall => Role::Control,
             Self::Raw { .. } | Self::RawAgain { .. } => Role::Raw,
-            Self::Subscribe { .. } | Self::Info | Self::GetSettings | Self::Profile { .. } => Role::Read,
+            Self::Subscribe { .. }
+            | Self::Info
+            | Self::GetSettings
+            | Self::Profile { .. }
+            | Self::Identify { .. } => Role::Read,
         }
     }
 
@@ -174,7 +188,7 @@ impl<'a> Request<'a> {
     }
 
     const fn is_known(kind: u8) -> bool {
-        matches!(kind, 0x01..=0x0a | 0x0c..=0x0f)
+        matches!(kind, 0x01..=0x0a | 0x0c..=0x10)
     }
 
     fn read(kind: u8, reader: &mut Reader<'a>) -> Result<Self, Malformed> {
@@ -211,6 +225,7 @@ impl<'a> Request<'a> {
                 Self::UpdateChunk { offset, bytes }
             }
             0x0f => Self::UpdateInstall,
+            0x10 => Self::Identify { seconds: reader.required()? },
             _ => return Err(Malformed),
         })
     }
@@ -245,6 +260,7 @@ impl<'a> Request<'a> {
             Self::SetKeys { keys } => writer.put(keys)?,
             Self::Update { manifest } => writer.put(manifest.as_slice())?,
             Self::UpdateChunk { offset, bytes } => writer.put(&(offset, bytes))?,
+            Self::Identify { seconds } => writer.put(&seconds)?,
         }
         Ok(HEADER_LEN + writer.finish())
     }

@@ -188,7 +188,7 @@ impl Program {
     }
 }
 
-fn requests<'a>(keys: &'a [u8], manifest: &'a [u8; MANIFEST_LEN]) -> [(&'static str, Request<'a>); 14] {
+fn requests<'a>(keys: &'a [u8], manifest: &'a [u8; MANIFEST_LEN]) -> [(&'static str, Request<'a>); 15] {
     let absorb =
         kehai::background::Absorb { sequence: 1, first_step: 1, last_step: 1, nearest_mm: 1, farthest_mm: 1 };
     [
@@ -206,6 +206,7 @@ fn requests<'a>(keys: &'a [u8], manifest: &'a [u8; MANIFEST_LEN]) -> [(&'static 
         ("0d update", Request::Update { manifest }),
         ("0e update chunk", Request::UpdateChunk { offset: 0, bytes: &[1; 16] }),
         ("0f update install", Request::UpdateInstall),
+        ("10 identify", Request::Identify { seconds: 10 }),
     ]
 }
 

@@ -2,8 +2,10 @@
 
 use crate::on_host::{SECOND_US, World};
 use kehai::background::Absorb;
+use kehai::device::led::LedState;
 use kehai::wire::{
-    Alarms, Cookie, Counter, EventKind, Identity, Message, ModuleId, Refusal, Request, SensorCode,
+    Alarms, Cookie, Counter, EventKind, IDENTIFY_MAX_S, Identity, Message, ModuleId, Refusal, Request,
+    SensorCode,
 };
 
 #[test]
@@ -104,6 +106,35 @@ fn any_host_controls_until_some_are_listed_and_then_only_those() {
         assert_eq!(first.all(begin, raw).len(), 0, "the raw scans it had are withdrawn");
         assert_eq!(second.order(Request::Raw { seconds: 1 }).await, Ok(()));
         assert!(second.settings().await.contains("hosts=10.0.0.2\n"));
+    });
+}
+
+#[test]
+fn it_blinks_for_any_host_that_may_read_for_a_minute_at_most_and_ends_when_told() {
+    let world = World::urg();
+    world.run(async || {
+        let (first, second) = (world.host(1), world.host(2));
+        first.subscribe().await.unwrap();
+        first.learned().await;
+        second.subscribe().await.unwrap();
+        second.order(Request::SetSettings { text: "hosts=10.0.0.2" }).await.unwrap();
+        first.stay(2.0).await;
+        let shown = || LedState::of(&world.notices.status(), true, world.now_us());
+        assert_eq!(shown(), LedState::Working);
+        assert_eq!(first.order(Request::Identify { seconds: 5 }).await, Ok(()));
+        first.stay(4.0).await;
+        assert_eq!(shown(), LedState::Identify);
+        first.stay(1.5).await;
+        assert_eq!(shown(), LedState::Working, "after its time");
+        assert_eq!(first.order(Request::Identify { seconds: u16::MAX }).await, Ok(()));
+        first.stay(f64::from(IDENTIFY_MAX_S) - 1.0).await;
+        assert_eq!(shown(), LedState::Identify);
+        first.stay(1.5).await;
+        assert_eq!(shown(), LedState::Working, "after the longest time");
+        assert_eq!(first.order(Request::Identify { seconds: 60 }).await, Ok(()));
+        assert_eq!(shown(), LedState::Identify);
+        assert_eq!(first.order(Request::Identify { seconds: 0 }).await, Ok(()));
+        assert_eq!(shown(), LedState::Working, "once it is told to end");
     });
 }
 

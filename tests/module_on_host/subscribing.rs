@@ -78,6 +78,7 @@ fn the_answer_to_a_stranger_is_no_longer_than_his_request() {
             Request::Raw { seconds: 9 },
             Request::RawAgain { object: 1, parts: 0 },
             Request::Restart,
+            Request::Identify { seconds: 10 },
         ];
         for request in requests {
             let mut datagram = [0; 1400];

@@ -1,17 +1,23 @@
 //! The real firmware image, run in QEMU. Guest time is read from its log.
 
+use std::collections::BTreeSet;
 use std::net::UdpSocket;
 use std::path::Path;
 
 use crate::support::board::{MAC, host_of, image, start, wait_for};
 use crate::support::{dns, hostile, segment};
 use kehai::address;
+use kehai::device::led::{LedState, SLOT_US};
 use kehai::wire::{Counter, Message, ModuleId, Request};
 use kehai_emulator::qemu::{GuestTime, Line, Machine, Network, PATIENCE_US, Port, Qemu, STEP_US, Switch};
 use kehai_emulator::serve::UdpSensor;
 use kehai_emulator::source::StillRoom;
 use kehai_emulator::urg::model::URG_04LX;
 use kehai_emulator::urg::{Config, Urg};
+
+/// Slots of the LED's picture, and how late in a slot the LED may turn, µs.
+const SLOTS: u64 = 20;
+const LATE_US: u64 = 20_000;
 
 /// The module answers a subscriber; the number of its start.
 fn answers(board: &Qemu) -> u32 {
@@ -169,6 +175,50 @@ fn a_restart_asked_for_is_a_new_start() {
     wait_for(&mut board, "restart");
     wait_for(&mut board, "boot 2");
     assert_eq!(answers(&board), 2);
+}
+
+#[test]
+fn its_led_says_which_board_it_is_and_then_its_state_again() {
+    let Some(image) = image() else { return };
+    let sensor =
+        UdpSensor::new(Urg::new(Config::new(URG_04LX), Box::new(StillRoom::new(URG_04LX.geometry)), 0));
+    let sensor = sensor.unwrap();
+    let mut board = start(image, Line::AnySpeed(&sensor), None);
+    let mut host = host_of(&board);
+    // Learned, and stored.
+    while host.more(1).head.background_version != 1 {}
+    let time = board.time().clone();
+    time.until(3_000_000, || None::<()>);
+    shows(&mut board, LedState::Working);
+    host.ask(Request::Identify { seconds: 30 });
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
+    time.until(2 * SLOT_US, || None::<()>);
+    shows(&mut board, LedState::Identify);
+    host.ask(Request::Identify { seconds: 0 });
+    host.look(|_, message| matches!(message, Message::Done { .. }).then_some(()));
+    time.until(2 * SLOT_US, || None::<()>);
+    shows(&mut board, LedState::Working);
+}
+
+/// The LED shows this state, in every slot of its picture. Time goes on while QEMU is asked: what may have been seen in
+/// two slots says nothing.
+#[track_caller]
+fn shows(board: &mut Qemu, state: LedState) {
+    let time = board.time().clone();
+    let slot = |at_us: u64| at_us / SLOT_US % SLOTS;
+    let mut judged = BTreeSet::new();
+    let end_us = time.now_us() + PATIENCE_US;
+    while judged.len() < SLOTS as usize {
+        let from_us = time.now_us();
+        let lit = board.is_lit().unwrap();
+        let to_us = time.now_us();
+        assert!(to_us < end_us, "only {} slots were seen", judged.len());
+        if slot(from_us - LATE_US) == slot(to_us) {
+            assert_eq!(lit, state.is_lit(to_us), "{state:?} at {to_us} us");
+            judged.insert(slot(to_us));
+        }
+        time.step();
+    }
 }
 
 #[test]

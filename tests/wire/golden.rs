@@ -107,6 +107,7 @@ fn requests_have_their_bytes() {
     let bytes = [0xde, 0xad, 0xbe, 0xef];
     check_request("update-chunk", MODULE, COOKIE, Request::UpdateChunk { offset: 70_000, bytes: &bytes });
     check_request("update-install", MODULE, COOKIE, Request::UpdateInstall);
+    check_request("identify", MODULE, COOKIE, Request::Identify { seconds: 300 });
 }
 
 #[test]

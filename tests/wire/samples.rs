@@ -30,7 +30,7 @@ pub fn request(request: Request<'_>) -> Vec<u8> {
     out[..length].to_vec()
 }
 
-pub const REQUESTS: [Request<'_>; 13] = [
+pub const REQUESTS: [Request<'_>; 14] = [
     Request::Subscribe { t1: [9; 8] },
     Request::Info,
     Request::GetSettings,
@@ -44,6 +44,7 @@ pub const REQUESTS: [Request<'_>; 13] = [
     Request::Update { manifest: &[7; MANIFEST_LEN] },
     Request::UpdateChunk { offset: 2048, bytes: &[3; CHUNK_MAX] },
     Request::UpdateInstall,
+    Request::Identify { seconds: 10 },
 ];
 
 pub fn widest_candidate() -> Candidate {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use embassy_futures::select::select;
+use embassy_futures::select::{select, select3};
 use kehai::address::mac_from_unique_id;
 use kehai::device::starts::ShortStarts;
 use kehai::device::tiles::Tiles;
@@ -25,6 +25,7 @@ use kehai::wire::{Identity, ModuleId, SensorCode};
 
 use super::Fed;
 use super::amended::{Amend, Amended};
+use super::blink::Blink;
 use super::discovery::Announcement;
 pub use super::flash::PAGES;
 use super::flash::{Flash, PAGE_LEN};
@@ -189,7 +190,10 @@ impl Pc<'_> {
             }
             std::future::pending::<()>().await;
         };
-        let watching = select(announcing, watch_line(self.beside, self.sensor, &notices, &reactor));
+        let blink = Blink::new(self.id(), self.name);
+        let blinking = watch_blinking(blink, &notices, &reactor);
+        let watching =
+            select3(announcing, blinking, watch_line(self.beside, self.sensor, &notices, &reactor));
         let _ = reactor.block_on(stop, select(running, watching));
         Ok(())
     }
@@ -230,6 +234,22 @@ async fn watch_line(beside: Beside, place: &Place, notices: &Notices, reactor: &
             eprintln!("{name} at {place}: it answers");
         }
         is_silent = silent;
+    }
+}
+
+/// Between two looks at whether it blinks, µs: shorter than a person notices.
+const BLINK_US: u64 = 100_000;
+
+/// Says when it blinks, and when it ends. Never returns.
+///
+/// # Cancellation
+/// Nothing more is said.
+async fn watch_blinking(mut blink: Blink, notices: &Notices, reactor: &Reactor) {
+    loop {
+        reactor.wait_until(reactor.now_us() + BLINK_US).await;
+        if let Some(line) = blink.line(notices.status().identifying) {
+            eprintln!("{line}");
+        }
     }
 }
 

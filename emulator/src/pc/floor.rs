@@ -11,6 +11,7 @@ use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use super::blink::Blink;
 use kehai::address::mac_from_unique_id;
 use kehai::device::{About, Module, Settings, Stored, Wish};
 use kehai::floor::{Bits, Floor, READING_US};
@@ -63,7 +64,8 @@ pub fn run(
         module.begin(boot, Settings::new());
         module.rename(name);
         on_start(module.identity());
-        start(&mut module, socket, &mut floor.clone(), panels, stop, begin)?;
+        let blink = Blink::new(module.identity().module, Some(name));
+        start(&mut module, socket, (&mut floor.clone(), panels, blink), stop, begin)?;
         boot = boot.wrapping_add(1);
     }
     Ok(())
@@ -73,8 +75,7 @@ pub fn run(
 fn start(
     module: &mut Module<1>,
     socket: &UdpSocket,
-    floor: &mut Floor,
-    panels: &mut dyn Panels,
+    (floor, panels, mut blink): (&mut Floor, &mut dyn Panels, Blink),
     stop: &AtomicBool,
     begin: Instant,
 ) -> io::Result<()> {
@@ -97,6 +98,9 @@ fn start(
             let _ = floor.read(bits.bytes(floor.panels()));
             module.panels(floor, stamp_us, now_us(), &mut port);
             reading_us = (reading_us + READING_US).max(now_us());
+        }
+        if let Some(line) = blink.line(module.status(now_us()).identifying) {
+            eprintln!("{line}");
         }
         match module.wish() {
             Some(Wish::Store) => {

@@ -13,6 +13,7 @@
 //! `pc` puts the left column together; `host` is a client that listens to it.
 
 pub mod amended;
+pub mod blink;
 pub mod device;
 pub mod discovery;
 pub mod flash;

@@ -61,6 +61,9 @@ const PSRAM_LEN: u64 = 16 * 1024 * 1024;
 const STORAGE_LEN: usize = 128 * 1024;
 const STORAGE_ADDRESS: u32 = 0x2100_0000;
 
+/// Register of the board's LEDs, a bit each: FPGA LED0 (ARM DAI 0386).
+const LEDS_ADDRESS: u32 = 0x4002_8000;
+
 /// The image's memory: static variables at its beginning, the stack at its end.
 const RAM_ADDRESS: usize = 0x2000_0000;
 const RAM_LEN: usize = 4 * 1024 * 1024;
@@ -288,6 +291,16 @@ impl Qemu {
             }
         }
         Ok(used)
+    }
+
+    /// Whether the board's first LED is lit.
+    ///
+    /// # Errors
+    /// QEMU refuses or is gone.
+    pub fn is_lit(&mut self) -> Result<bool, Error> {
+        let path = self.folder.join("leds");
+        self.execute("pmemsave", serde_json::json!({ "val": LEDS_ADDRESS, "size": 4, "filename": path }))?;
+        Ok(fs::read(path)?.first().is_some_and(|leds| leds & 1 != 0))
     }
 
     fn execute(&mut self, command: &str, arguments: serde_json::Value) -> Result<(), Error> {
