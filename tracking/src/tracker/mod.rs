@@ -10,11 +10,13 @@
 //! | `kehai-without-…` | the same with one idea left out, to measure what it is worth (an ablation) |
 //! | `rendering` | experimental: one formula of how likely a scan is, given the bodies believed in |
 
+pub mod history;
 pub mod kalman;
 pub mod kehai;
 pub mod rendering;
 pub mod selected;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -26,11 +28,12 @@ use crate::geometry::Point;
 use crate::observation::Observation;
 use crate::site::Site;
 use crate::site::change::SiteChange;
+use history::History;
 pub use kehai::ablation::{Idea, Ideas};
 pub use selected::Selected;
 
 /// Where a track is in its life.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LifeCycle {
     /// It is not sure yet that the track is a person.
@@ -45,7 +48,7 @@ pub enum LifeCycle {
 pub type TrackId = u64;
 
 /// How a track came to be, and with that whether it is a person of its own.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
     /// It came in where people come in, or has moved like a person since.
@@ -99,6 +102,12 @@ pub trait Tracker {
 
     /// The same without any conclusion from the time that has passed: a look changes no existence and deletes no track.
     fn peek(&self, at_s: f64) -> Vec<TrackState>;
+
+    /// What a track has been through; none if there is no such track, or the tracker does not note it.
+    fn history(&self, id: TrackId) -> Option<History> {
+        let _ = id;
+        None
+    }
 
     /// Restores the tracks that another process followed, as they were `age_s` before `at_s`. The papers' trackers
     /// begin without tracks.

@@ -10,10 +10,11 @@ use super::ablation::Idea;
 use super::boxes::Faces;
 use super::size;
 use super::stir::Stirring;
-use super::track::{SURE, THIN_M, Track, bit};
+use super::track::{SURE, THIN_M, Track};
 use super::{Kehai, MOVED_M, PROCESS_NOISE, other_leg};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
+use crate::tracker::history::SeenBy;
 use crate::tracker::kalman::Kinematics;
 use nalgebra::Vector2;
 
@@ -72,7 +73,7 @@ impl Kehai {
             track.existence += gain;
             let (id, at) = (track.id, track.motion.place(track.last_hit_s));
             // A person who comes through a door is confirmed behind its leaf.
-            if track.existence >= CONFIRMED_FROM && track.width_m >= 0.2 && !self.moves_there(at) {
+            if track.existence >= CONFIRMED_FROM && track.width_m >= 0.2 && !self.confirms_nobody(at) {
                 ready.push(id);
             }
         }
@@ -83,6 +84,9 @@ impl Kehai {
         for index in 0..pieces.len() {
             if !taken[index] {
                 taken[index] = true;
+                if self.is_excluded(Point::new(pieces[index].centre.x, pieces[index].centre.y)) {
+                    continue;
+                }
                 let legs = other_leg(index, pieces[index].centre, pieces, |other| !taken[other]);
                 if let Some((other, _)) = legs {
                     taken[other] = true;
@@ -127,7 +131,7 @@ impl Kehai {
             last_hit_s: seen.at_s,
             first_at: centre,
             width_m: seen.width_m,
-            seen_by: bit(observation.view.module),
+            seen_by: SeenBy::of(observation.view.module, seen.at_s),
             hit_in: self.scan,
             near_in: self.scan,
             faded_s: seen.at_s,

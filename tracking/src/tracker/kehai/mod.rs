@@ -43,12 +43,13 @@ mod twins;
 mod vehicle;
 pub(super) mod walls;
 
-use super::{TrackState, Tracker};
+use super::history::History;
+use super::{TrackId, TrackState, Tracker};
 use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 use crate::site::change::SiteChange;
-use crate::site::{Mover, Site, Zone};
+use crate::site::{Mover, Site};
 use ablation::{Idea, Ideas};
 use associate::other_leg;
 use near::Near;
@@ -123,13 +124,19 @@ struct Grounds {
     /// Zones that are entered through entries alone.
     enclosed: Areas,
     movers: Areas,
+    /// Where no track begins.
+    excluded: Areas,
 }
 
 impl Grounds {
     fn of(site: &Site) -> Self {
-        let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
         let movers = site.movers.iter().map(Mover::corners).collect();
-        Self { walls: Walls::of(site), enclosed: Areas::of(enclosed), movers: Areas::of(movers) }
+        Self {
+            walls: Walls::of(site),
+            enclosed: site.enclosed(),
+            movers: Areas::of(movers),
+            excluded: site.excluded(),
+        }
     }
 }
 
@@ -189,9 +196,14 @@ impl Kehai {
         self.grounds.movers.one_holds(&seen.outline)
     }
 
-    /// Whether a door leaf or a curtain moves at a place.
-    fn moves_there(&self, place: Point) -> bool {
-        self.grounds.movers.hold(place)
+    /// Whether no track is confirmed at a place: a door leaf or a curtain moves there, or it is excluded.
+    fn confirms_nobody(&self, place: Point) -> bool {
+        self.grounds.movers.hold(place) || self.is_excluded(place)
+    }
+
+    /// Whether no track begins at a place.
+    fn is_excluded(&self, place: Point) -> bool {
+        self.grounds.excluded.hold(place)
     }
 
     /// The observation with everything before a door leaf or a curtain taken as empty, up to its outline: of a body
@@ -331,6 +343,10 @@ impl Tracker for Kehai {
         let reflections = self.reflections.iter().filter(|reflection| reflection.lasts(at_s));
         let somebody = self.tracks.iter().map(|track| track.state(at_s));
         somebody.chain(reflections.map(|reflection| reflection.state(at_s))).collect()
+    }
+
+    fn history(&self, id: TrackId) -> Option<History> {
+        self.tracks.iter().find(|track| TrackId::from(track.id) == id).map(Track::history)
     }
 
     fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {

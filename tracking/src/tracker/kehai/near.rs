@@ -45,7 +45,7 @@ impl Near {
     /// Over a site.
     #[must_use]
     pub fn over(site: &Site) -> Self {
-        let modules = site.modules.iter().map(|module| module.pose().at);
+        let modules = site.modules.iter().filter(|module| module.placed).map(|module| module.pose().at);
         let walls = site.walls.iter().flat_map(|wall| wall.points.iter().copied().map(Point::from));
         Self { cells: Cells::over(modules.chain(walls)), ..Self::default() }
     }
@@ -220,7 +220,7 @@ mod tests {
         let beams = usize::from(geometry.beams());
         let background_mm = (0..beams).map(|beam| if door.contains(&beam) { 9000 } else { 3000 }).collect();
         Observation {
-            view: Arc::new(View { module: 0, pose, height_m: 0.6, geometry }),
+            view: Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false }),
             start_s: 0.0,
             detections: Vec::new(),
             empty_mm: Vec::new(),

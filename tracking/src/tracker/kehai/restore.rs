@@ -14,6 +14,7 @@ use super::track::{SURE, Track};
 use super::{Kehai, PROCESS_NOISE};
 use crate::geometry::Point;
 use crate::tracker::TrackState;
+use crate::tracker::history::SeenBy;
 use crate::tracker::kalman::Kinematics;
 
 /// How fast a person's position gets lost, m/s: people at home and in offices stand or sit half of the time, and walk
@@ -44,7 +45,7 @@ impl Kehai {
                 last_hit_s: at_s,
                 first_at: at,
                 width_m: 0.0,
-                seen_by: 0,
+                seen_by: SeenBy::default(),
                 hit_in: 0,
                 near_in: 0,
                 faded_s: at_s,

@@ -36,7 +36,7 @@ impl Bench {
         let site: Site = toml::from_str(&(site.to_owned() + module)).unwrap();
         let pose = Pose { at: Point::new(0.0, -4.0), yaw_rad: core::f64::consts::FRAC_PI_2 };
         let geometry = Geometry::new(URG_04LX).unwrap();
-        let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry });
+        let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false });
         let mut bench = Self { tracker: Kehai::new(&site, Ideas::default()), view, now_s: 0.0 };
         bench.watch(11.0, |_| Vec::new());
         bench
@@ -107,6 +107,18 @@ fn a_leaf_that_opens_is_nobody_and_who_comes_from_behind_it_is_somebody() {
     let comes = |at_s: f64| vec![(0.0, 0.5 - at_s, TORSO_M + 0.7, 0.0)];
     assert!(bench.watch(0.4, comes).is_empty());
     assert_eq!(bench.watch(0.8, |at_s| comes(at_s + 0.4)).len(), 1, "a pace behind the leaf");
+}
+
+#[test]
+fn no_track_begins_in_an_excluded_area_and_one_that_comes_in_goes_on() {
+    let shelf = "[[exclude]]\npolygon = [[-0.5, 0], [0.5, 0], [0.5, 1], [-0.5, 1]]";
+    let stands = |_: f64| vec![(0.0, 0.5, TORSO_M, 0.0)];
+    assert_eq!(Bench::new("").watch(3.0, stands).len(), 1);
+    let mut bench = Bench::new(shelf);
+    assert!(bench.watch(3.0, stands).is_empty());
+    assert!(bench.tracker.tracks(bench.now_s).is_empty(), "not even a tentative one");
+    let walks = |at_s: f64| vec![(0.0, -1.0 + 0.8 * at_s.min(2.0), TORSO_M, 0.0)];
+    assert_eq!(Bench::new(shelf).watch(3.0, walks).len(), 1);
 }
 
 #[test]

@@ -9,6 +9,7 @@ use super::size;
 use super::stir::Stirring;
 use crate::geometry::Point;
 use crate::observation::{BodySize, Detection, LATE_S};
+use crate::tracker::history::{History, SeenBy};
 use crate::tracker::kalman::Kinematics;
 use crate::tracker::{LifeCycle, Origin, TrackState};
 
@@ -67,8 +68,8 @@ pub struct Track {
     pub first_at: Point,
     /// Widest candidate so far, m.
     pub width_m: f64,
-    /// Modules that have detected it, a bit each.
-    pub seen_by: u128,
+    /// Modules that have detected it, and when.
+    pub seen_by: SeenBy,
     /// Number of the observation that last detected it.
     pub hit_in: u64,
     /// Number of the last observation of a module that reaches it.
@@ -190,7 +191,7 @@ impl Track {
             self.still_s = self.last_hit_s;
         }
         self.width_m = self.width_m.max(seen.width_m);
-        self.seen_by |= bit(module);
+        self.seen_by.note(module, seen.at_s);
     }
 
     /// Comes out of hiding where an appearance was.
@@ -201,7 +202,7 @@ impl Track {
         self.hit_in = as_found.hit_in;
         self.emerged_s = as_found.last_hit_s;
         self.still_s = as_found.still_s;
-        self.seen_by |= as_found.seen_by;
+        self.seen_by.add(&as_found.seen_by);
         self.twin = 0;
         self.existence = SURE;
         self.reason = "came out of hiding";
@@ -209,18 +210,21 @@ impl Track {
 
     /// The modules have other numbers: by each number now, the one before.
     pub fn renumber(&mut self, before: &[Option<usize>]) {
-        let seen_by = std::mem::take(&mut self.seen_by);
-        let seen = |before: &Option<usize>| before.is_some_and(|before| seen_by & bit(before) != 0);
-        for (number, _) in before.iter().enumerate().filter(|(_, before)| seen(before)) {
-            self.seen_by |= bit(number);
-        }
+        self.seen_by.renumber(before);
         self.stirring.begin_anew();
     }
 
     /// Whether this module has ever detected it.
     #[must_use]
-    pub const fn known_to(&self, module: usize) -> bool {
-        self.seen_by & bit(module) != 0
+    pub fn known_to(&self, module: usize) -> bool {
+        self.seen_by.has(module)
+    }
+
+    /// What it has been through.
+    #[must_use]
+    pub fn history(&self) -> History {
+        let seen_by = self.seen_by.clone();
+        History { first_s: self.first_s, first_at: self.first_at, last_s: self.last_hit_s, seen_by }
     }
 
     /// Outside every field of view: no report that is still used can hold a detection of it.
@@ -260,9 +264,4 @@ impl Track {
             origin,
         }
     }
-}
-
-/// A module's bit in a set of them. Those beyond share a bit.
-pub const fn bit(module: usize) -> u128 {
-    1 << (module % 128)
 }

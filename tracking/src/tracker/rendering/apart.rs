@@ -6,7 +6,7 @@
 //!     ╰───╯╰───╯
 //! ```
 
-use super::body::{Body, SAMPLES};
+use super::body::Body;
 use crate::geometry::Point;
 
 /// Deviation of the overlap that two bodies may have, m: clothes.
@@ -20,7 +20,7 @@ const CORE_M: (f64, f64) = (0.235, 0.13);
 const ROOM_M: f64 = 0.40;
 
 /// Samples by which a body keeps others out.
-const KEEPERS: usize = 6;
+const KEEPERS: usize = 4;
 
 /// Bodies farther from a cloud than its spread and this cannot enter it, m.
 const NEAR_M: f64 = 1.1;
@@ -29,33 +29,34 @@ const NEAR_M: f64 = 1.1;
 #[derive(Clone, Debug)]
 pub struct Keeper {
     existence: f64,
-    /// Places and headings.
+    middle: Point,
+    /// No sample is farther from the middle, m.
+    spread_m: f64,
+    /// Places and headings of some.
     samples: Vec<(Point, Point)>,
 }
 
 impl Keeper {
     /// By some samples of a body.
     pub fn of(body: &Body) -> Self {
-        let some = body.samples.iter().step_by((SAMPLES / KEEPERS).max(1));
-        Self {
-            existence: body.existence(),
-            samples: some.map(|sample| (sample.at, sample.heading)).collect(),
-        }
+        let some = body.cloud.samples().iter().step_by((body.cloud.samples().len() / KEEPERS).max(1));
+        Self::new(body.existence(), some.map(|sample| (sample.at, sample.heading)).collect())
     }
-}
 
-/// The other bodies that one may enter.
-pub fn keepers(bodies: &[Body], index: usize) -> Vec<Keeper> {
-    let Some(own) = bodies.get(index) else { return Vec::new() };
-    let (at, [xx, _, yy], _) = own.moments();
-    let reach_m = NEAR_M + 2.0 * (xx + yy).sqrt();
-    let others = bodies.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, body)| body);
-    others.filter(|body| (body.moments().0 - at).length() < reach_m).map(Keeper::of).collect()
-}
+    fn new(existence: f64, samples: Vec<(Point, Point)>) -> Self {
+        let sum = samples.iter().fold(Point::default(), |sum, (at, _)| sum + *at);
+        let middle = sum * (1.0 / samples.len().max(1) as f64);
+        let spread_m = samples.iter().map(|(at, _)| (*at - middle).length()).fold(0.0, f64::max);
+        Self { existence, middle, spread_m, samples }
+    }
 
-/// Log likelihood of not overlapping the other bodies.
-pub fn apart(at: Point, heading: Point, keepers: &[Keeper]) -> f64 {
-    let other = |keeper: &Keeper| {
+    /// Log likelihood that a sample at a place does not overlap it.
+    fn apart(&self, at: Point, heading: Point) -> f64 {
+        let off = self.middle - at;
+        let near_m = self.spread_m + 2.0 * CORE_M.0;
+        if off.dot(off) > near_m * near_m {
+            return 0.0;
+        }
         let allowed = |&(other, other_heading): &(Point, Point)| {
             let offset = other - at;
             let square_m2 = offset.dot(offset);
@@ -68,10 +69,23 @@ pub fn apart(at: Point, heading: Point, keepers: &[Keeper]) -> f64 {
             let overlap_m = room_m - distance_m;
             if overlap_m <= 0.0 { 1.0 } else { libm::exp(-0.5 * (overlap_m / SOFT_M) * (overlap_m / SOFT_M)) }
         };
-        let mean = keeper.samples.iter().map(allowed).sum::<f64>() / keeper.samples.len().max(1) as f64;
-        if mean >= 1.0 { 0.0 } else { libm::log(1.0 - keeper.existence + keeper.existence * mean) }
-    };
-    keepers.iter().map(other).sum()
+        let mean = self.samples.iter().map(allowed).sum::<f64>() / self.samples.len().max(1) as f64;
+        if mean >= 1.0 { 0.0 } else { libm::log(1.0 - self.existence + self.existence * mean) }
+    }
+}
+
+/// The other bodies that one may enter.
+pub fn keepers(bodies: &[Body], index: usize) -> Vec<Keeper> {
+    let Some(own) = bodies.get(index) else { return Vec::new() };
+    let own = own.cloud.moments();
+    let reach_m = NEAR_M + 2.0 * own.variance_m2().sqrt();
+    let others = bodies.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, body)| body);
+    others.filter(|body| (body.cloud.moments().at - own.at).length() < reach_m).map(Keeper::of).collect()
+}
+
+/// Log likelihood of not overlapping the other bodies.
+pub fn apart(at: Point, heading: Point, keepers: &[Keeper]) -> f64 {
+    keepers.iter().map(|keeper| keeper.apart(at, heading)).sum()
 }
 
 /// Support radius of a body in a direction, m.
@@ -85,7 +99,7 @@ mod tests {
     use super::*;
 
     fn keeper(existence: f64) -> [Keeper; 1] {
-        [Keeper { existence, samples: vec![(Point::new(1.0, 0.0), Point::new(0.0, 1.0))] }]
+        [Keeper::new(existence, vec![(Point::new(1.0, 0.0), Point::new(0.0, 1.0))])]
     }
 
     #[test]
@@ -105,7 +119,7 @@ mod tests {
     #[test]
     fn bodies_stand_nearer_to_each_other_back_to_back_than_side_by_side() {
         let beside = apart(Point::new(0.59, 0.0), Point::new(0.0, 1.0), &keeper(1.0));
-        let behind = [Keeper { existence: 1.0, samples: vec![(Point::new(1.0, 0.0), Point::new(1.0, 0.0))] }];
+        let behind = [Keeper::new(1.0, vec![(Point::new(1.0, 0.0), Point::new(1.0, 0.0))])];
         let near = apart(Point::new(0.8, 0.0), Point::new(1.0, 0.0), &behind);
         let behind = apart(Point::new(0.59, 0.0), Point::new(1.0, 0.0), &behind);
         assert!(beside < -0.5 && behind == 0.0, "{beside} {behind}");

@@ -6,16 +6,13 @@
 //!                  ◌ cloud behind the contour
 //! ```
 
-use super::body::{Body, SAMPLES, Sample};
-use super::ground::Passage;
-use super::ray::{CLUTTER, Mixture, Surface};
+use super::body::Body;
+use super::cloud::{Cloud, SAMPLES};
+use super::ray::{Mixture, Surface};
+use super::sample::Sample;
 use super::scan::{Measured, Scan};
-use super::window::render;
 use super::{BODIES, Rendering};
 use crate::geometry::Point;
-
-/// Share of clutter in a beam's likelihood from which on no body explains it.
-const UNEXPLAINED: f64 = 0.5;
 
 /// Fewest beams, and least arc, of a run that begins a body, m.
 const BEAMS: usize = 3;
@@ -40,13 +37,7 @@ const INSIDE: f64 = -5.806;
 impl Rendering {
     /// Begins bodies where hits are not explained.
     pub(super) fn begin(&mut self, scan: &Scan, start_s: f64) {
-        let windows: Vec<_> = self.bodies.iter().map(|body| self.window(body, scan)).collect();
-        let fields: Vec<_> = self
-            .bodies
-            .iter()
-            .zip(&windows)
-            .filter_map(|(body, window)| Some(render(body, scan, (*window)?, self.tables)))
-            .collect();
+        let fields = &self.fields;
         let mut surfaces: Vec<Surface> = Vec::new();
         let mut run: Vec<Point> = Vec::new();
         let mut runs: Vec<Vec<Point>> = Vec::new();
@@ -57,9 +48,9 @@ impl Rendering {
                 Measured::Hit(range_m) => {
                     surfaces.clear();
                     surfaces.extend(fields.iter().filter_map(|field| field.at(beam)).copied());
-                    let mixture = Mixture::new(measured, &mut surfaces);
-                    let clutter = mixture.is_some_and(|mixture| CLUTTER / mixture.without > UNEXPLAINED);
-                    clutter.then_some(range_m)
+                    let held = surfaces.iter().any(|surface| surface.holds(range_m));
+                    let mixture = if held { None } else { Mixture::new(measured, &mut surfaces) };
+                    mixture.is_some_and(|mixture| mixture.is_clutter()).then_some(range_m)
                 }
                 _ => None,
             };
@@ -89,8 +80,8 @@ impl Rendering {
         let way = contour - origin;
         let way = way * (1.0 / way.length().max(1e-6));
         let middle = contour + way * (0.5 * (BEHIND_M.0 + BEHIND_M.1));
-        let near = |body: &Body| !body.confirmed && (body.moments().0 - middle).length() < APART_M;
-        if self.bodies.len() >= BODIES || self.bodies.iter().any(near) {
+        let near = |body: &Body| !body.confirmed && (body.cloud.moments().at - middle).length() < APART_M;
+        if self.excluded.hold(middle) || self.bodies.len() >= BODIES || self.bodies.iter().any(near) {
             return;
         }
         let random = &mut self.random;
@@ -104,24 +95,14 @@ impl Rendering {
                 velocity: Point::new(x, y) * SPEED_MPS,
                 heading: Point::towards(heading),
                 size: 1.0,
+                depth: 1.0,
+                hand: None,
             }
         };
         let samples: Vec<Sample> = (0..SAMPLES).map(sample).collect();
-        let prior = if self.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
+        let prior = if self.terrain.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
         let id = self.next_id;
         self.next_id += 1;
-        self.bodies.push(Body {
-            id,
-            confirmed: false,
-            log_odds: prior,
-            prior,
-            weights: vec![1.0 / samples.len() as f64; samples.len()],
-            samples,
-            at_s: start_s,
-            begun_s: start_s,
-            supported_s: start_s,
-            may_leave: true,
-            passage: Passage::InView,
-        });
+        self.bodies.push(Body::begin(id, prior, Cloud::new(samples, start_s)));
     }
 }

@@ -1,4 +1,4 @@
-//! The formulas of [`super::ray`] and [`super::window`] against brute force: two bodies and thirty beams.
+//! The formulas of [`super::ray`] and [`super::field`] against brute force: two bodies and thirty beams.
 //!
 //! The sum over all surfaces is written down anew here, without tables, prefix sums or mean fields.
 
@@ -7,12 +7,15 @@ use std::sync::Arc;
 use ::kehai::scan::{Geometry, URG_04LX};
 
 use super::SPEAKS;
-use super::body::{Body, SAMPLES, Sample};
-use super::ground::Passage;
+use super::body::Body;
+use super::cloud::{Cloud, SAMPLES};
+use super::ellipse::{ALONG_M, Opacity, Outline};
+use super::field::render;
 use super::random::Random;
-use super::ray::{ALONG_M, Ellipse, Mixture, Surface, Tables};
+use super::ray::{Mixture, Noise, Surface};
+use super::sample::Sample;
 use super::scan::{Measured, Scan};
-use super::window::{render, window};
+use super::window::window;
 use crate::geometry::{Point, Pose};
 use crate::observation::View;
 
@@ -44,34 +47,29 @@ fn density(measured: Measured, mut surfaces: Vec<(f64, f64)>) -> f64 {
 fn scan() -> Scan {
     let geometry = Geometry::new(URG_04LX).unwrap();
     let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-    Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry }))
+    Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }))
 }
 
 fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
     let sample = |_| {
         let (x, y) = random.pair();
         let at = middle + Point::new(x, y) * sd_m;
-        Sample { at, velocity: Point::default(), heading: Point::new(0.0, 1.0), size: 1.0 }
+        Sample {
+            at,
+            velocity: Point::default(),
+            heading: Point::new(0.0, 1.0),
+            size: 1.0,
+            depth: 1.0,
+            hand: None,
+        }
     };
-    Body {
-        id: 1,
-        confirmed: true,
-        log_odds: 20.0,
-        samples: (0..SAMPLES).map(sample).collect(),
-        weights: vec![1.0 / SAMPLES as f64; SAMPLES],
-        at_s: 0.0,
-        begun_s: 0.0,
-        supported_s: 0.0,
-        may_leave: true,
-        prior: 0.0,
-        passage: Passage::InView,
-    }
+    Body::begin(1, 20.0, Cloud::new((0..SAMPLES).map(sample).collect(), 0.0))
 }
 
 /// What thirty beams see of one body, half of them of nothing.
 fn results(scan: &Scan, seen: &Sample) -> Vec<Measured> {
-    let ellipse = seen.ellipse(Point::default(), 0.0);
-    let result = |beam| match ellipse.meet(scan.towards(beam), Tables::get()) {
+    let ellipse = seen.torso().before(Point::default(), Point::default());
+    let result = |beam| match ellipse.meet_one(scan.towards(beam), Opacity::of(true)) {
         (opacity, range_m) if opacity > 0.5 => Measured::Hit(range_m + 0.01),
         _ => Measured::Free(3.5),
     };
@@ -80,20 +78,21 @@ fn results(scan: &Scan, seen: &Sample) -> Vec<Measured> {
 
 #[test]
 fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
-    let (scan, tables) = (scan(), Tables::get());
+    let (scan, table, noise) = (scan(), Opacity::of(true), Noise::get());
     let heading = Point::new(0.0, 1.0);
     for at in [Point::new(1.2, 0.05), Point::new(1.9, -0.1), Point::new(2.6, 0.2)] {
-        let (own, other) = (Ellipse::new(at, heading, 1.0), Ellipse::new(Point::new(2.0, 0.1), heading, 1.1));
+        let (own, other) =
+            (Outline::body(at, heading, 1.0, 1.0), Outline::body(Point::new(2.0, 0.1), heading, 1.1, 1.0));
         let (mut fast, mut slow) = (0.0, 0.0);
         for beam in BEAMS {
             let towards = scan.towards(beam);
-            let (own, other) = (own.meet(towards, tables), other.meet(towards, tables));
+            let (own, other) = (own.meet_one(towards, table), other.meet_one(towards, table));
             for measured in
                 [Measured::Hit(2.0 - ALONG_M), Measured::Hit(1.3), Measured::Free(2.2), Measured::Free(3.9)]
             {
                 let surface = Surface { opacity: other.0, range_m: other.1, variance_m2: 0.0 };
                 let mixture = Mixture::new(measured, &mut [surface]).unwrap();
-                fast += libm::log(mixture.ratio(own.0, own.1, tables));
+                fast += libm::log(mixture.ratio(own.0, own.1, noise));
                 slow += libm::log(density(measured, vec![own, other]) / density(measured, vec![other]));
             }
         }
@@ -118,28 +117,28 @@ fn the_likelihood_of_all_ranges_is_what_does_not_pass() {
 
 #[test]
 fn the_mean_field_of_a_seen_body_is_the_mean_over_its_cloud() {
-    let (scan, tables, mut random) = (scan(), Tables::get(), Random::new(3));
+    let (scan, table, noise, mut random) = (scan(), Opacity::of(true), Noise::get(), Random::new(3));
     let other = cloud(Point::new(2.0, 0.1), 0.015, &mut random);
-    let measured = results(&scan, &other.samples[0]);
+    let measured = results(&scan, &other.cloud.samples()[0]);
     let window = window(&other, &scan).unwrap();
-    let field = render(&other, &scan, window, tables);
+    let field = render(&other, &scan, &window, table);
     for at in [Point::new(1.3, 0.0), Point::new(2.5, 0.1), Point::new(2.0, -0.5)] {
-        let own = Ellipse::new(at, Point::new(0.0, 1.0), 1.0);
+        let own = Outline::body(at, Point::new(0.0, 1.0), 1.0, 1.0);
         let mut fast = 0.0;
         for (beam, &measured) in BEAMS.zip(&measured) {
             let mut surfaces: Vec<Surface> = field.at(beam).copied().into_iter().collect();
-            let (opacity, range_m) = own.meet(scan.towards(beam), tables);
-            fast += libm::log(Mixture::new(measured, &mut surfaces).unwrap().ratio(opacity, range_m, tables));
+            let (opacity, range_m) = own.meet_one(scan.towards(beam), table);
+            fast += libm::log(Mixture::new(measured, &mut surfaces).unwrap().ratio(opacity, range_m, noise));
         }
         // Exactly: the likelihood of all beams together, on the average over the other's places.
         let (mut with, mut without) = (0.0, 0.0);
-        for sample in &other.samples {
-            let other = sample.ellipse(Point::default(), 0.0);
+        for sample in other.cloud.samples() {
+            let other = sample.torso().before(Point::default(), Point::default());
             let (mut both, mut alone) = (0.0, 0.0);
             for (beam, &measured) in BEAMS.zip(&measured) {
                 let towards = scan.towards(beam);
-                let other = other.meet(towards, tables);
-                both += libm::log(density(measured, vec![own.meet(towards, tables), other]));
+                let other = other.meet_one(towards, table);
+                both += libm::log(density(measured, vec![own.meet_one(towards, table), other]));
                 alone += libm::log(density(measured, vec![other]));
             }
             with += libm::exp(both);

@@ -8,7 +8,8 @@
 //! Clouds are updated one after another, so the first may take an outline that is the next one's. Where two bodies are
 //! follows from the scan; which of them is which, from where both were.
 
-use super::body::{Body, Sample};
+use super::body::Body;
+use super::sample::Sample;
 use crate::geometry::Point;
 
 /// A body that moved less in one scan may well have walked, m: 1.5 m/s for a tenth of a second.
@@ -26,6 +27,9 @@ const CLEAR: f64 = 1.0;
 /// Least density, so that the comparison does not depend on the tails of two clouds, 1/m².
 const FLOOR: f64 = 1e-6;
 
+/// One sample in so many stands for its cloud.
+const SOME: usize = 3;
+
 /// Where a number was before the scan.
 #[derive(Clone, Debug)]
 pub struct Before {
@@ -38,7 +42,10 @@ impl Before {
     /// Of a body.
     pub fn of(body: &Body) -> Self {
         let place = |sample: &Sample| sample.at;
-        Self { mean: body.moments().0, places: body.samples.iter().step_by(6).map(place).collect() }
+        Self {
+            mean: body.cloud.moments().at,
+            places: body.cloud.samples().iter().step_by(SOME).map(place).collect(),
+        }
     }
 
     /// Log density of being at a place now.
@@ -57,7 +64,7 @@ impl Before {
 /// Exchanges the numbers of pairs of bodies. `before` holds where each of the first bodies was.
 pub fn rename(bodies: &mut [Body], before: &mut [Before]) {
     let count = bodies.len().min(before.len());
-    let now: Vec<Point> = bodies.iter().map(|body| body.moments().0).collect();
+    let now: Vec<Point> = bodies.iter().map(|body| body.cloud.moments().at).collect();
     for one in 0..count {
         if !bodies[one].confirmed || (now[one] - before[one].mean).length() < WALKED_M {
             continue;
@@ -83,7 +90,7 @@ pub fn rename(bodies: &mut [Body], before: &mut [Before]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ground::Passage;
+    use super::super::cloud::Cloud;
     use super::*;
 
     /// A confirmed body, all of it at one place.
@@ -93,20 +100,10 @@ mod tests {
             velocity: Point::default(),
             heading: Point::new(0.0, 1.0),
             size: 1.0,
+            depth: 1.0,
+            hand: None,
         };
-        Body {
-            id,
-            confirmed: true,
-            log_odds: 5.0,
-            samples: vec![sample; 6],
-            weights: vec![1.0 / 6.0; 6],
-            at_s: 0.0,
-            begun_s: 0.0,
-            supported_s: 0.0,
-            may_leave: true,
-            prior: 0.0,
-            passage: Passage::InView,
-        }
+        Body { confirmed: true, ..Body::begin(id, 5.0, Cloud::new(vec![sample; 6], 0.0)) }
     }
 
     /// Numbers after a scan, of two bodies that were and are at these places.

@@ -6,9 +6,11 @@
 //!   ┄ entry                  · ─▶    a seen body crosses it to where a module sees
 //! ```
 
+use super::model::{Part, RenderingModel};
 use super::scan::Scan;
 use crate::cells::Areas;
 use crate::geometry::Point;
+use crate::site::Site;
 use crate::tracker::kehai::walls::Walls;
 
 /// A body whose middle is nearer to an entry than this, m, would be in the leaf if a door were closed there: half of a
@@ -34,6 +36,27 @@ pub enum Passage {
     Through,
 }
 
+/// The walls of a site, and the newest rays of its modules.
+pub struct Terrain {
+    pub walls: Walls,
+    /// Zones that nobody leaves but by an entry.
+    pub enclosed: Areas,
+    /// Of each module.
+    pub scans: Vec<Option<Scan>>,
+}
+
+impl Terrain {
+    pub fn of(site: &Site) -> Self {
+        Self { walls: Walls::of(site), enclosed: site.enclosed(), scans: vec![None; site.modules.len()] }
+    }
+
+    /// The ground while a scan is taken, which is not among `scans` meanwhile.
+    pub fn ground<'a>(&'a self, model: RenderingModel, newest: &'a Scan) -> Ground<'a> {
+        let guards = model.has(Part::Entries);
+        Ground { walls: &self.walls, enclosed: &self.enclosed, guards, scans: &self.scans, newest }
+    }
+}
+
 /// The walls of the site, and what its modules see when nothing stands before them.
 #[derive(Clone, Copy)]
 pub struct Ground<'a> {
@@ -47,6 +70,20 @@ pub struct Ground<'a> {
     pub newest: &'a Scan,
 }
 
+/// The ground for one body.
+#[derive(Clone, Copy)]
+pub struct Way<'a> {
+    pub ground: Ground<'a>,
+    pub passage: Passage,
+}
+
+impl Way<'_> {
+    /// Whether a small step is not possible.
+    pub fn stops(&self, from: Point, to: Point) -> bool {
+        self.ground.stops(from, to, self.passage)
+    }
+}
+
 impl Ground<'_> {
     /// Whether a small step is not possible for a body.
     pub fn stops(&self, from: Point, to: Point, passage: Passage) -> bool {
@@ -55,19 +92,19 @@ impl Ground<'_> {
         if !was_beside && !is_beside && (to - from).length() < SHORT_M {
             return self.guards && passage == Passage::None && self.leaves(from, to);
         }
-        if self.walls.wall_between(from, to) || (self.touches_wall(to) && !self.touches_wall(from)) {
+        let crosses = self.walls.between(from, to);
+        if (crosses && self.walls.wall_between(from, to))
+            || (is_beside && self.touches_wall(to) && !(was_beside && self.touches_wall(from)))
+        {
             return true;
         }
         match passage {
             _ if !self.guards => false,
             Passage::Through => false,
-            Passage::InView => {
-                self.walls.between(from, to)
-                    && (!self.covers(to) || (self.comes_out(from, to) && !self.sees(to)))
-            }
-            Passage::None => {
-                self.walls.stop(from, to) || self.walls.between(from, to) || self.leaves(from, to)
-            }
+            Passage::InView => crosses && (!self.covers(to) || (self.comes_out(from, to) && !self.sees(to))),
+            // People come in hidden behind others.
+            Passage::None if crosses && self.walls.enters(from, to) => false,
+            Passage::None => crosses || self.walls.stop(from, to) || self.leaves(from, to),
         }
     }
 
@@ -79,9 +116,9 @@ impl Ground<'_> {
         if leads_out { Passage::Through } else { Passage::InView }
     }
 
-    /// Whether the middle of a body cannot be there, because half of it would be in a wall.
+    /// Whether the middle of a body cannot be at a place beside a wall or an entry, because half of it would be in a wall.
     fn touches_wall(&self, place: Point) -> bool {
-        self.walls.beside(place) && self.walls.entry_m(place) > NEAR_M
+        self.walls.entry_m(place) > NEAR_M
     }
 
     fn comes_out(&self, from: Point, to: Point) -> bool {
@@ -99,8 +136,13 @@ impl Ground<'_> {
 
     /// Whether a module sees a place when nothing stands before it.
     fn covers(&self, place: Point) -> bool {
-        self.newest.covers(place) || self.scans.iter().flatten().any(|scan| scan.covers(place))
+        covered(place, self.newest, self.scans)
     }
+}
+
+/// Whether a module sees a place when nothing stands before it; `newest` is not among `scans` while it is taken.
+pub fn covered(place: Point, newest: &Scan, scans: &[Option<Scan>]) -> bool {
+    newest.covers(place) || scans.iter().flatten().any(|scan| scan.covers(place))
 }
 
 #[cfg(test)]
@@ -113,7 +155,7 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::observation::View;
-    use crate::site::{Site, Zone};
+    use crate::site::Site;
 
     const SITE: &str = "[[zone]]\nname = 'a'\npolygon = [[0, -1], [2, -1], [2, 1], [0, 1]]\n\
         [[entry]]\nname = 'e'\nline = [[2, -1], [2, 1]]\nzone = 'a'\n\
@@ -127,11 +169,12 @@ mod tests {
             pose: Pose { at: Point::default(), yaw_rad: 0.0 },
             height_m: 1.0,
             geometry: Geometry::new(URG_04LX).unwrap(),
+            upside_down: false,
         };
         let mut scan = Scan::of(&Arc::new(view));
         scan.reach(reach_mm);
         let walls = Walls::of(&site);
-        let enclosed = Areas::of(site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect());
+        let enclosed = site.enclosed();
         Ground { walls: &walls, enclosed: &enclosed, guards: true, scans: &[], newest: &scan }
             .stops(from, to, passage)
     }
@@ -155,12 +198,13 @@ mod tests {
     fn nobody_comes_out_of_an_enclosed_zone_into_the_shadow_of_another() {
         let site: Site =
             toml::from_str(&SITE.replace("1]]\n[[entry]]", "1]]\nenclosed = true\n[[entry]]")).unwrap();
-        let enclosed = Areas::of(site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect());
+        let enclosed = site.enclosed();
         let view = View {
             module: 0,
             pose: Pose { at: Point::default(), yaw_rad: 0.0 },
             height_m: 1.0,
             geometry: Geometry::new(URG_04LX).unwrap(),
+            upside_down: false,
         };
         let mut scan = Scan::of(&Arc::new(view));
         let walls = Walls::of(&site);

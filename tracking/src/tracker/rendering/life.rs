@@ -5,7 +5,9 @@
 //!      └──── in an enclosed zone: the unseen body that is most likely there comes into view
 //! ```
 
-use super::body::{Body, Sample};
+use super::body::{Body, SURE};
+use super::ground::{Passage, covered};
+use super::sample::Sample;
 use super::scan::Scan;
 use super::{Part, Rendering};
 use crate::geometry::Point;
@@ -17,31 +19,107 @@ const DELETED: f64 = -0.847;
 /// A tentative body is deleted below the log odds it began with, less this.
 const TENTATIVE: f64 = 1.5;
 
-/// Outside enclosed zones an unseen body's log odds fall by so much a second: it may have left.
+/// Hazard of having left for a sample of an unseen body outside enclosed zones, 1/s; and where no module would see it
+/// if it stood alone: forgotten within a second.
 const LEAVES: f64 = 0.5;
-
-/// The same where no module would see it if it stood alone: it has left. Forgotten within a second.
 const GONE: f64 = 10.0;
+
+/// Share that is left in a scan of the weight of a sample outside, when its body was last seen in an enclosed zone.
+const STRAYED: f64 = 0.01;
+
+/// Most that a scan takes from the existence of such a body: it is inside, where its samples are not.
+const KEPT: f64 = 0.9;
+
+/// A tentative body nearer than this to a confirmed one is in its company, m: a stretched arm. Half of the people in a
+/// dense crowd have a neighbour who is nearer.
+const COMPANY_M: f64 = 0.5;
+
+/// For so long it must have been elsewhere to be a person, s: five scans of a module.
+const ALONE_S: f64 = 0.5;
+
+/// Bodies that began within this time came together, s: the second is no arm of the first.
+const TOGETHER_S: f64 = 0.4;
 
 /// A newborn inside an enclosed zone waits so long for an unseen body to be it, s.
 const WAITS_S: f64 = 2.0;
 
 impl Rendering {
-    /// Deletes what is not believed any more.
+    /// Deletes what is not believed any more. The number of a body that vanishes inside an enclosed zone goes to a
+    /// tentative one there.
     pub(super) fn forget(&mut self, newest: &Scan, start_s: f64) {
-        let enclosed = &self.enclosed;
-        self.bodies.retain_mut(|body| {
-            let step_s = (start_s - body.supported_s).clamp(0.0, 0.05);
-            if body.is_unseen(start_s) && !enclosed.hold(body.moments().0) {
-                let mean = body.moments().0;
-                let is_covered =
-                    newest.covers(mean) || self.scans.iter().flatten().any(|scan| scan.covers(mean));
-                body.log_odds -= if is_covered { LEAVES } else { GONE } * step_s;
+        for index in 0..self.bodies.len() {
+            if self.bodies[index].is_unseen(start_s) {
+                self.doubt_outside(index, newest, start_s);
             }
+        }
+        let enclosed = &self.terrain.enclosed;
+        let mut vanished: Vec<(u64, Point)> = Vec::new();
+        let mut keeps = Vec::new();
+        self.bodies.retain(|body| {
             let least = if body.confirmed { DELETED } else { body.prior - TENTATIVE };
-            body.log_odds > least && (body.confirmed || !body.is_unseen(start_s))
+            let kept = body.log_odds > least && (body.confirmed || !body.is_unseen(start_s));
+            if !kept && body.confirmed {
+                let mean = body.cloud.moments().at;
+                if enclosed.hold(mean) {
+                    vanished.push((body.id, mean));
+                }
+            }
+            keeps.push(kept);
+            kept
         });
-        self.fields.clear();
+        let mut keeps = keeps.into_iter();
+        self.fields.retain(|_| keeps.next().unwrap_or(false));
+        if self.model.has(Part::Conservation) {
+            for (id, at) in vanished {
+                self.hand_on(id, at);
+            }
+        }
+    }
+
+    /// An unseen body may have left where its samples are outside enclosed zones: their weight falls, and existence with it.
+    fn doubt_outside(&mut self, index: usize, newest: &Scan, start_s: f64) {
+        let (enclosed, scans) = (&self.terrain.enclosed, &self.terrain.scans);
+        let has_inside = self.model.has(Part::Inside);
+        let body = &mut self.bodies[index];
+        let step_s = (start_s - body.supported_s).clamp(0.0, 0.05);
+        let stays = has_inside && body.inside && body.passage != Passage::Through;
+        let stays_there = |sample: &Sample| {
+            if enclosed.hold(sample.at) {
+                return 1.0;
+            }
+            let hazard = if covered(sample.at, newest, scans) { LEAVES } else { GONE };
+            libm::exp(-step_s * hazard) * if stays { STRAYED } else { 1.0 }
+        };
+        let left = body.cloud.thin(stays_there);
+        let kept = if stays { left.max(KEPT) } else { left };
+        body.log_odds = (body.log_odds + libm::log(kept.max(1e-9))).clamp(-SURE, SURE);
+    }
+
+    /// Who vanishes inside an enclosed zone has not left it: the nearest tentative body there is that person.
+    fn hand_on(&mut self, id: u64, at: Point) {
+        let enclosed = &self.terrain.enclosed;
+        let distance_m = |body: &Body| (body.cloud.moments().at - at).length();
+        let heirs = self.bodies.iter_mut().filter(|body| {
+            !body.confirmed && body.log_odds >= CONFIRMED && enclosed.hold(body.cloud.moments().at)
+        });
+        if let Some(heir) = heirs.min_by(|one, other| distance_m(one).total_cmp(&distance_m(other))) {
+            heir.id = id;
+            heir.confirmed = true;
+        }
+    }
+
+    /// Whether a body is in the company of an older one, or was until a moment ago: it may be an arm.
+    fn is_accompanied(&mut self, index: usize, start_s: f64) -> bool {
+        if !self.model.has(Part::Company) {
+            return false;
+        }
+        let (at, begun_s) = (self.bodies[index].cloud.moments().at, self.bodies[index].begun_s);
+        let mut older =
+            self.bodies.iter().filter(|body| body.confirmed && body.begun_s < begun_s - TOGETHER_S);
+        if older.any(|body| (body.cloud.moments().at - at).length() < COMPANY_M) {
+            self.bodies[index].accompanied_s = start_s;
+        }
+        start_s - self.bodies[index].accompanied_s < ALONE_S
     }
 
     /// Confirms bodies. Inside an enclosed zone a new one is an unseen one that comes into view, or waits.
@@ -51,8 +129,11 @@ impl Rendering {
             if body.confirmed || body.log_odds < CONFIRMED {
                 continue;
             }
-            let at = body.moments().0;
-            if !self.enclosed.hold(at) || !self.model.has(Part::Conservation) {
+            let at = body.cloud.moments().at;
+            if self.is_accompanied(index, start_s) {
+                continue;
+            }
+            if !self.terrain.enclosed.hold(at) || !self.model.has(Part::Conservation) {
                 self.bodies[index].confirmed = true;
                 continue;
             }
@@ -81,9 +162,9 @@ impl Rendering {
 /// How likely it is that an unseen body comes into view at a place: the kernel density of its cloud there.
 fn density(ghost: &Body, at: Point, at_s: f64) -> f64 {
     let kernel_m = 0.15 + 0.25 * (at_s - ghost.supported_s).clamp(0.0, 2.0);
-    let kernel = |(sample, weight): (&Sample, &f64)| {
+    let kernel = |(sample, weight): (&Sample, f64)| {
         let off_m = (sample.at - at).length() / kernel_m;
         weight * libm::exp(-0.5 * off_m * off_m)
     };
-    ghost.samples.iter().zip(&ghost.weights).map(kernel).sum::<f64>() / (kernel_m * kernel_m)
+    ghost.cloud.weighted().map(kernel).sum::<f64>() / (kernel_m * kernel_m)
 }

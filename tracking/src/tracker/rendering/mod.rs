@@ -13,31 +13,38 @@
 mod apart;
 mod birth;
 mod body;
+mod cloud;
+mod ellipse;
 mod exchange;
+mod field;
 mod ground;
 mod life;
 mod model;
 mod random;
 mod ray;
+mod sample;
 mod scan;
+mod surfaces;
 mod weigh;
 mod window;
 
 use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
-use crate::site::{Mover, Site, Zone};
-use crate::tracker::kehai::walls::Walls;
+use crate::site::{Mover, Site};
 use crate::tracker::{LifeCycle, Origin, TrackState, Tracker};
 use body::{Body, SURE};
+use cloud::Moments;
+use ellipse::Opacity;
 use exchange::{Before, rename};
-use ground::Ground;
+use field::{Field, render};
+use ground::Terrain;
 pub use model::{Part, RenderingModel, UnknownVariant};
 use random::Random;
-use ray::Tables;
+use ray::Noise;
 use scan::Scan;
-use weigh::Look;
-use window::{Field, Window, render, window};
+use weigh::{Look, Looked};
+use window::{Window, window};
 
 /// A scan speaks for a body from this log likelihood ratio on, and against it below its negative.
 const SPEAKS: f64 = 0.7;
@@ -58,94 +65,88 @@ const BODIES: usize = 1024;
 /// See the module.
 pub struct Rendering {
     model: RenderingModel,
-    walls: Walls,
-    enclosed: Areas,
+    terrain: Terrain,
     movers: Areas,
-    /// Newest rays of each module.
-    scans: Vec<Option<Scan>>,
+    /// Where no body begins.
+    excluded: Areas,
     bodies: Vec<Body>,
     fields: Vec<Field>,
     next_id: u64,
     now_s: f64,
     random: Random,
-    tables: Tables,
+    opacity: Opacity,
+    noise: Noise,
 }
 
 impl Rendering {
     /// A tracker without tracks.
     #[must_use]
     pub fn new(site: &Site, model: RenderingModel) -> Self {
-        let enclosed = site.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect();
         let movers = site.movers.iter().map(Mover::corners).collect();
         Self {
             model,
-            walls: Walls::of(site),
-            enclosed: Areas::of(enclosed),
+            terrain: Terrain::of(site),
             movers: Areas::of(movers),
-            scans: vec![None; site.modules.len()],
+            excluded: site.excluded(),
             bodies: Vec::new(),
             fields: Vec::new(),
             next_id: 1,
             now_s: 0.0,
             random: Random::new(model.seed),
-            tables: Tables::of(model.has(Part::SoftEdge)),
+            opacity: Opacity::of(model.has(Part::SoftEdge)),
+            noise: Noise::get(),
         }
     }
 
     /// Updates all bodies by one scan, and begins new ones.
     fn update(&mut self, scan: &Scan, start_s: f64) {
         self.now_s = self.now_s.max(start_s);
-        let ground = Ground {
-            walls: &self.walls,
-            enclosed: &self.enclosed,
-            guards: self.model.has(Part::Entries),
-            scans: &self.scans,
-            newest: scan,
-        };
+        let ground = self.terrain.ground(self.model, scan);
         for body in &mut self.bodies {
             let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
-            body.predict(start_s, standing, ground, &mut self.random);
+            if self.model.has(Part::Depth) {
+                body.cloud.deepen(start_s, &mut self.random);
+            }
+            let way = body.way(ground, start_s);
+            if standing {
+                body.cloud.spread(way, &mut self.random);
+            }
+            body.cloud.predict(start_s, standing, way, &mut self.random);
         }
         let mut before: Vec<Before> = self.bodies.iter().map(Before::of).collect();
         let windows: Vec<Option<Window>> = self.bodies.iter().map(|body| self.window(body, scan)).collect();
         let field = |(body, window): (&Body, &Option<Window>)| {
-            window.map_or_else(Field::default, |window| render(body, scan, window, self.tables))
+            window.as_ref().map_or_else(Field::default, |window| render(body, scan, window, self.opacity))
         };
         self.fields = self.bodies.iter().zip(&windows).map(field).collect();
         let order = self.order();
-        let mut evidence = vec![0.0; self.bodies.len()];
+        let mut looked = vec![Looked::default(); self.bodies.len()];
         let looks =
             if self.model.has(Part::Annealing) { &[Look::Coarse, Look::Fine][..] } else { &[Look::Fine] };
         for &look in looks {
             for &index in &order {
-                if look == Look::Coarse && self.is_standing(index, start_s) {
-                    continue;
-                }
-                if let Some(window) = windows[index] {
-                    evidence[index] = self.look(index, scan, window, look);
-                    self.fields[index] = render(&self.bodies[index], scan, window, self.tables);
+                let Some(window) = &windows[index] else { continue };
+                let waits = look == Look::Coarse && self.is_standing(index, start_s);
+                if !looked[index].done && !waits {
+                    looked[index] = self.look(index, scan, window, look);
+                    self.fields[index] = render(&self.bodies[index], scan, window, self.opacity);
                 }
             }
         }
-        let ground = Ground {
-            walls: &self.walls,
-            enclosed: &self.enclosed,
-            guards: self.model.has(Part::Entries),
-            scans: &self.scans,
-            newest: scan,
-        };
-        for (body, evidence) in self.bodies.iter_mut().zip(&evidence) {
+        let ground = self.terrain.ground(self.model, scan);
+        for (body, Looked { evidence, .. }) in self.bodies.iter_mut().zip(&looked) {
             let against = if body.may_leave || !self.model.has(Part::Exits) { AGAINST.0 } else { AGAINST.1 };
             body.log_odds += evidence.clamp(against, FOR);
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
             if *evidence >= SPEAKS {
                 body.supported_s = start_s;
-                let (at, _, velocity) = body.moments();
+                let Moments { at, velocity, .. } = *body.cloud.moments();
                 body.passage = ground.passage(at, velocity);
-                body.may_leave = !self.enclosed.hold(at) || self.walls.entry_m(at) < STRIDE_M;
+                body.inside = ground.enclosed.hold(at);
+                body.may_leave = !body.inside || ground.walls.entry_m(at) < STRIDE_M;
             } else if *evidence < -SPEAKS && self.model.has(Part::Surprise) {
                 let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
-                body.surprise(standing, ground, &mut self.random);
+                body.cloud.surprise(standing, body.way(ground, start_s), &mut self.random);
             }
         }
         if self.model.has(Part::Names) {
@@ -163,16 +164,17 @@ impl Rendering {
 
     /// The beams that a body may concern.
     fn window(&self, body: &Body, scan: &Scan) -> Option<Window> {
-        let window = window(body, scan)?;
-        Some(if self.model.has(Part::Datum) { window } else { Window { weight: 1.0, ..window } })
+        let mut window = window(body, scan)?;
+        if !self.model.has(Part::Datum) {
+            window.weight = 1.0;
+        }
+        Some(window)
     }
 
     /// Compact and confirmed bodies first: what they explain, the others need not.
     fn order(&self) -> Vec<usize> {
-        let spread = |body: &Body| {
-            let (_, [xx, _, yy], _) = body.moments();
-            xx + yy + if body.confirmed { 0.0 } else { 100.0 }
-        };
+        let spread =
+            |body: &Body| body.cloud.moments().variance_m2() + if body.confirmed { 0.0 } else { 100.0 };
         let mut order: Vec<(f64, usize)> =
             self.bodies.iter().enumerate().map(|(index, body)| (spread(body), index)).collect();
         order.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
@@ -180,12 +182,12 @@ impl Rendering {
     }
 
     fn state(&self, body: &Body, at_s: f64) -> TrackState {
-        let (mean, covariance_m2, velocity) = body.moments();
+        let Moments { at, covariance_m2, velocity } = *body.cloud.moments();
         let seen = !body.is_unseen(at_s);
-        let ahead_s = if seen { (at_s - body.at_s).clamp(0.0, 0.3) } else { 0.0 };
+        let ahead_s = if seen { (at_s - body.cloud.at_s()).clamp(0.0, 0.3) } else { 0.0 };
         TrackState {
             id: body.id,
-            at: mean + velocity * ahead_s,
+            at: at + velocity * ahead_s,
             velocity: if seen { velocity } else { Point::default() },
             covariance_m2,
             state: match (body.confirmed, seen) {
@@ -203,12 +205,12 @@ impl Rendering {
 impl Tracker for Rendering {
     fn observe(&mut self, observation: &Observation) {
         let view = &observation.view;
-        let Some(slot) = self.scans.get_mut(view.module) else { return };
+        let Some(slot) = self.terrain.scans.get_mut(view.module) else { return };
         let mut scan = slot.take().filter(|scan| scan.is_of(view)).unwrap_or_else(|| Scan::of(view));
         let movers = &self.movers;
         scan.measure(observation, |seen: &Detection| movers.one_holds(&seen.outline));
         self.update(&scan, observation.start_s);
-        if let Some(slot) = self.scans.get_mut(view.module) {
+        if let Some(slot) = self.terrain.scans.get_mut(view.module) {
             *slot = Some(scan);
         }
     }

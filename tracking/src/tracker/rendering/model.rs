@@ -31,13 +31,21 @@ pub enum Part {
     Names,
     /// Unseen bodies cross no entry.
     Entries,
+    /// Arms and what is carried make a body deeper.
+    Depth,
+    /// A body may stretch out an arm.
+    Arms,
+    /// What is beside an older body from its birth on is an arm of that one until it has been elsewhere.
+    Company,
+    /// A body last seen in an enclosed zone is there until it is seen outside.
+    Inside,
     /// A body that no entry was near cannot have left, and is doubted less.
     Exits,
 }
 
 impl Part {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 11] = [
+    pub const NAMED: [(Self, &str); 15] = [
         (Self::Annealing, "annealing"),
         (Self::BestQuarter, "best-quarter"),
         (Self::Apart, "apart"),
@@ -48,6 +56,10 @@ impl Part {
         (Self::SoftEdge, "soft-edge"),
         (Self::Names, "names"),
         (Self::Entries, "entries"),
+        (Self::Depth, "depth"),
+        (Self::Arms, "arms"),
+        (Self::Company, "company"),
+        (Self::Inside, "inside"),
         (Self::Exits, "exits"),
     ];
 }

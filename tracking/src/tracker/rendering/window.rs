@@ -1,43 +1,31 @@
-//! Which beams concern a body, and what its cloud puts in their way on the average (its mean field).
+//! Which beams concern a body.
 //!
 //! ```text
 //!            ·:·.            window: every `stride`-th beam from the first to the last that a sample may cover
 //!   ●╌╌╌╌╌╌╌·:·:·╌╌╌╌╌
-//!     ╲       ·.·            field: opacity, range and its variance, for each of them
+//!     ╲       ·.·            on both sides those that a stretched arm would cover
 //! ```
 
-use super::body::{Body, SAMPLES};
-use super::ray::{ACROSS_M, Ellipse, MISS, Mixture, Surface, Tables};
+use std::ops::Range;
+
+use super::body::Body;
+use super::ellipse::{Fan, MISS, Outline};
 use super::scan::Scan;
 use crate::geometry::Point;
 
 /// Arc of silhouette that is one independent datum, m: neighbouring beams share the error of the shape.
 const DATUM_M: f64 = 0.08;
 
-/// Beams nearer to each other than this at a body are left out, m.
-const GRAIN_M: f64 = 0.04;
+/// Beams nearer to each other than this at a body are left out, m; at one that is not seen, of which a sliver may come
+/// into view, every one counts that is this far from the next.
+const GRAIN_M: f64 = 0.06;
+const GRAIN_UNSEEN_M: f64 = 0.03;
 
-/// Samples by which a body enters the others' mixture.
-const FIELD: usize = 24;
-
-/// What one body puts in the way of a range of beams: every `stride`-th of them, from `first`.
-#[derive(Clone, Debug, Default)]
-pub struct Field {
-    first: usize,
-    stride: usize,
-    surfaces: Vec<Surface>,
-}
-
-impl Field {
-    /// At a beam; none where it is nothing.
-    pub fn at(&self, beam: usize) -> Option<&Surface> {
-        let place = (beam + self.stride / 2).checked_sub(self.first)? / self.stride.max(1);
-        self.surfaces.get(place).filter(|surface| surface.opacity > 0.001)
-    }
-}
+/// An arm reaches so far beyond the torso, m.
+const REACH_M: f64 = 0.45;
 
 /// Beams that a body may concern.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Window {
     pub first: usize,
     pub last: usize,
@@ -46,93 +34,92 @@ pub struct Window {
     pub weight: f64,
     /// When its middle beam passes after step 0, s.
     pub delay_s: f64,
+    /// Directions of its beams.
+    pub fan: Fan,
+    aim: Aim,
 }
 
 /// The beams of a body's window; none where no beam points.
 pub fn window(body: &Body, scan: &Scan) -> Option<Window> {
-    let (mut first, mut last, mut nearest_m) = (f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY);
-    for sample in &body.samples {
-        let (middle, reach) = shadow(sample.at, scan);
-        first = first.min(middle - reach);
-        last = last.max(middle + reach);
-        nearest_m = nearest_m.min((sample.at - scan.origin()).length());
+    let aim = Aim::at(body.cloud.moments().at, scan);
+    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+    for sample in body.cloud.samples() {
+        for outline in [Some(sample.torso()), sample.arm()].into_iter().flatten() {
+            let (middle, reach) = aim.shadow(&outline, scan);
+            first = first.min(middle - reach);
+            last = last.max(middle + reach);
+        }
     }
+    let reach = REACH_M / aim.distance_m.max(0.3) / scan.beam_rad();
+    (first, last) = (first - reach, last + reach);
     let beams = scan.beams() as f64;
     if last < 0.0 || first >= beams || scan.beams() == 0 {
         return None;
     }
-    let (mean, _, _) = body.moments();
-    let (middle, distance_m) = scan.beam_at(mean);
-    let grain_m = distance_m.max(0.2) * scan.beam_rad();
-    let stride = ((GRAIN_M / grain_m) as usize).max(1);
-    let aligned = first.max(0.0) as usize / stride * stride;
+    let grain_m = aim.distance_m.max(0.2) * scan.beam_rad();
+    let grain = if body.is_unseen(body.cloud.at_s()) { GRAIN_UNSEEN_M } else { GRAIN_M };
+    let stride = ((grain / grain_m) as usize).max(1);
+    let (first, last) = (first.max(0.0) as usize / stride * stride, last.min(beams - 1.0) as usize);
     Some(Window {
-        first: aligned,
-        last: (last.min(beams - 1.0)) as usize,
+        first,
+        last,
         stride,
         weight: (stride as f64 * grain_m / DATUM_M).min(1.0),
-        delay_s: scan.delay_s(middle),
+        delay_s: scan.delay_s(aim.beam),
+        fan: Fan::of((first..=last).step_by(stride).map(|beam| scan.towards(beam))),
+        aim,
     })
 }
 
-/// Middle beam of what a body at a place covers, and how many beams on each side.
-pub fn shadow(at: Point, scan: &Scan) -> (f64, f64) {
-    let (middle, distance_m) = scan.beam_at(at);
-    let half = MISS * ACROSS_M * 1.1 / distance_m.max(0.3);
-    (middle, libm::asin(half.min(1.0)) / scan.beam_rad())
-}
+impl Window {
+    /// How many beams it has.
+    pub fn len(&self) -> usize {
+        (self.last - self.first) / self.stride + 1
+    }
 
-/// The beams of a window that a sample covers.
-#[derive(Clone, Copy)]
-pub struct Covered {
-    window: Window,
-    from: usize,
-    to: usize,
-}
+    /// Its beams.
+    pub fn beams(&self) -> impl Iterator<Item = usize> {
+        (self.first..=self.last).step_by(self.stride)
+    }
 
-pub fn covered(window: Window, middle: f64, reach: f64) -> Covered {
-    let place = |beam: f64| ((beam - window.first as f64) / window.stride as f64).max(0.0);
-    Covered { window, from: place(middle - reach).ceil() as usize, to: place(middle + reach) as usize + 1 }
-}
-
-impl Covered {
-    pub fn zip_mixtures(self, mixtures: &[Option<Mixture>]) -> impl Iterator<Item = (usize, &Mixture)> {
-        let to = self.to.min(mixtures.len());
-        let own = mixtures.get(self.from.min(to)..to).unwrap_or_default();
-        own.iter().enumerate().filter_map(move |(place, mixture)| {
-            Some((self.window.first + (self.from + place) * self.window.stride, mixture.as_ref()?))
-        })
+    /// Which of its beams an outline covers, counted from its first.
+    pub fn covered(&self, outline: &Outline, scan: &Scan) -> Range<usize> {
+        let (middle, reach) = self.aim.shadow(outline, scan);
+        let place = |beam: f64| ((beam - self.first as f64) / self.stride as f64).max(0.0);
+        let to = (place(middle + reach) as usize + 1).min(self.len());
+        (place(middle - reach).ceil() as usize).min(to)..to
     }
 }
 
-/// What a body puts in the way of the beams of its window, on the average of some of its samples.
-pub fn render(body: &Body, scan: &Scan, window: Window, tables: Tables) -> Field {
-    let places = (window.last - window.first) / window.stride + 1;
-    // Opacity, and its products with range and square of range.
-    let mut sums = vec![(0.0, 0.0, 0.0); places];
-    let mut total = 0.0;
-    let some = body.samples.iter().zip(&body.weights).step_by(SAMPLES / FIELD);
-    for (sample, weight) in some {
-        total += weight;
-        let ellipse: Ellipse = sample.ellipse(scan.origin(), window.delay_s);
-        let (middle, reach) = shadow(sample.at, scan);
-        let covered = covered(window, middle, reach);
-        for (place, sums) in sums.iter_mut().enumerate().take(covered.to).skip(covered.from) {
-            let beam = window.first + place * window.stride;
-            let (opacity, range_m) = ellipse.meet(scan.towards(beam), tables);
-            let opacity = weight * opacity;
-            let (sum, first, second) = *sums;
-            *sums = (sum + opacity, first + opacity * range_m, second + opacity * range_m * range_m);
-        }
+/// A direction: beams near it are found without an arc tangent each.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    towards: Point,
+    beam: f64,
+    distance_m: f64,
+}
+
+impl Aim {
+    fn at(place: Point, scan: &Scan) -> Self {
+        let (beam, distance_m) = scan.beam_at(place);
+        let towards = (place - scan.origin()) * (1.0 / distance_m.max(1e-6));
+        Self { towards, beam, distance_m }
     }
-    let existence = body.existence();
-    let surface = |(sum, first, second): (f64, f64, f64)| {
-        if sum <= 0.0 || total <= 0.0 {
-            return Surface::default();
-        }
-        let range_m = first / sum;
-        let variance_m2 = (second / sum - range_m * range_m).max(0.0);
-        Surface { opacity: existence * sum / total, range_m, variance_m2 }
-    };
-    Field { first: window.first, stride: window.stride, surfaces: sums.into_iter().map(surface).collect() }
+
+    /// Middle beam of what an outline covers, and how many beams on each side.
+    fn shadow(&self, outline: &Outline, scan: &Scan) -> (f64, f64) {
+        let offset = outline.middle - scan.origin();
+        let (ahead_m, aside_m) = (offset.dot(self.towards), self.towards.cross(offset));
+        let half = 1.05 * MISS * outline.half_width_m(offset) / offset.dot(offset).max(0.09);
+        // Series of the arc sine and of the arc tangent: off by a third of a beam at most.
+        let half_rad = if half < 0.5 { half + half * half * half / 6.0 } else { libm::asin(half.min(1.0)) };
+        let middle = if aside_m.abs() < 0.5 * ahead_m {
+            let slope = aside_m / ahead_m;
+            let square = slope * slope;
+            self.beam + slope * (1.0 - square * (1.0 / 3.0 - 0.2 * square)) / scan.beam_rad()
+        } else {
+            scan.beam_at(outline.middle).0
+        };
+        (middle, half_rad / scan.beam_rad())
+    }
 }

@@ -1,0 +1,238 @@
+//! A sample: one possible state of a body, and how it moves.
+//!
+//! ```text
+//!      heading ↑  ╭──╮ depth
+//!          ╭──────┴──┴─╮          torso: an ellipse, `size` times the ordinary one, `depth` times as deep
+//!          ╰───────────╯▬▬▬▬ hand     arm: a narrow ellipse from the middle to a hand that is stretched out
+//! ```
+
+use super::ellipse::{ACROSS_M, ALONG_M, Outline};
+use super::ground::Way;
+use super::random::Random;
+use crate::geometry::Point;
+
+/// Time in which a velocity is forgotten, s: a stride and a half; and of a body that is not seen.
+const KEEPS_S: f64 = 1.2;
+const KEEPS_UNSEEN_S: f64 = 0.6;
+
+/// Process noise of the velocity, m/s per √s: people in a crowd reverse within 0.2 s; and of a body that is not seen,
+/// which mostly stands.
+const PROCESS_NOISE: f64 = 2.0;
+const PROCESS_NOISE_UNSEEN: f64 = 0.7;
+
+/// Process noise of the place, m per √s: model error.
+const DRIFT: f64 = 0.02;
+
+/// Process noise of the heading, rad per √s: people turn on the spot.
+const TURNS: f64 = 0.8;
+
+/// Way after which the heading follows the velocity, m.
+const TURN_WAY_M: f64 = 0.3;
+
+/// Process noise of the size per √s, and the time in which it goes back to 1, s.
+const GROWS: f64 = 0.03;
+const ORDINARY_S: f64 = 2.0;
+
+/// Process noise of the depth per √s: arms are folded, or a box is lifted, within two seconds; and depths, up to a box of
+/// 0.3 m before the belly.
+const DEEPENS: f64 = 0.15;
+const DEPTHS: std::ops::RangeInclusive<f64> = 0.8..=2.0;
+
+/// Process noise of a stretched hand, m per √s, and the time in which an arm is drawn back, s: a gesture.
+const HAND_DRIFT: f64 = 0.2;
+const STRETCHED_S: f64 = 1.0;
+
+/// Fingers are so far beyond what is seen of a hand, m: mean and deviation.
+const FINGERS_M: (f64, f64) = (0.03, 0.02);
+
+/// Distances of a stretched hand from the middle of a body, m: beyond the torso, up to the length of an arm.
+const REACH: std::ops::Range<f64> = 0.25..0.75;
+
+/// Half the width of an arm, m.
+const ARM_M: f64 = 0.05;
+
+/// Sizes: a child to a coat.
+const SIZES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
+
+/// A possible state of a body.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub at: Point,
+    pub velocity: Point,
+    /// Unit vector.
+    pub heading: Point,
+    pub size: f64,
+    /// Factor of the half axis along the heading: what is carried before the belly, and folded arms, make a body deeper.
+    pub depth: f64,
+    /// The hand of an arm that is stretched out, in the frame of the heading and its left, m.
+    pub hand: Option<Point>,
+}
+
+/// How much a resampled cloud is roughened.
+#[derive(Clone, Copy, Debug)]
+pub struct Roughness {
+    pub place_m: f64,
+    pub velocity_mps: f64,
+    pub heading_rad: f64,
+}
+
+/// After the first look.
+pub const COARSE: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.25, heading_rad: 0.2 };
+/// After the second.
+pub const FINE: Roughness = Roughness { place_m: 0.008, velocity_mps: 0.02, heading_rad: 0.03 };
+/// Of a body that is not seen, which has nothing to walk to.
+pub const HIDDEN: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.05, heading_rad: 0.1 };
+/// When a scan contradicts the whole cloud.
+pub const SURPRISED: Roughness = Roughness { place_m: 0.12, velocity_mps: 0.3, heading_rad: 0.2 };
+
+/// A step of time, and what is the same for all samples of a cloud.
+pub struct Step {
+    step_s: f64,
+    root: f64,
+    slower: f64,
+    process_noise: f64,
+    stays_out: f64,
+}
+
+impl Step {
+    /// Of a body that mostly stands, or of another.
+    pub fn new(step_s: f64, standing: bool) -> Self {
+        let (keeps_s, process_noise) =
+            if standing { (KEEPS_UNSEEN_S, PROCESS_NOISE_UNSEEN) } else { (KEEPS_S, PROCESS_NOISE) };
+        Self {
+            step_s,
+            root: step_s.sqrt(),
+            slower: libm::exp(-step_s / keeps_s),
+            process_noise,
+            stays_out: libm::exp(-step_s / STRETCHED_S),
+        }
+    }
+}
+
+impl Sample {
+    /// Lets the depth change within a time.
+    pub fn deepen(&mut self, step_s: f64, random: &mut Random) {
+        let (deeper, _) = random.pair();
+        let depth = self.depth + (1.0 - self.depth) * step_s / ORDINARY_S + DEEPENS * step_s.sqrt() * deeper;
+        self.depth = depth.clamp(*DEPTHS.start(), *DEPTHS.end());
+    }
+
+    /// Moves it by a step, as far as the ground allows. `lively`: with three times the process noise.
+    pub fn predict(&mut self, step: &Step, lively: bool, way: Way<'_>, random: &mut Random) {
+        let &Step { step_s, root, slower, process_noise, stays_out } = step;
+        let noise = if lively { 3.0 } else { 1.0 } * process_noise * root;
+        let (x, y) = random.pair();
+        self.velocity = self.velocity * slower + Point::new(x, y) * noise;
+        let (x, y) = random.pair();
+        let next = self.at + self.velocity * step_s + Point::new(x, y) * (DRIFT * root);
+        if way.stops(self.at, next) {
+            self.velocity = Point::default();
+        } else {
+            self.at = next;
+        }
+        let (turn, growth) = random.pair();
+        let speed = self.velocity.length();
+        let follows = (speed * step_s / TURN_WAY_M).min(1.0);
+        let forwards = self.heading.cross(self.velocity) * self.heading.dot(self.velocity);
+        let towards = if speed > 0.0 { follows * forwards / (speed * speed) } else { 0.0 };
+        self.heading = turned(self.heading, towards + TURNS * root * turn);
+        let size = self.size + (1.0 - self.size) * step_s / ORDINARY_S + GROWS * root * growth;
+        self.size = size.clamp(*SIZES.start(), *SIZES.end());
+        if let Some(hand) = self.hand {
+            let (x, y) = random.pair();
+            let moved = hand + Point::new(x, y) * (HAND_DRIFT * root);
+            self.hand = (random.uniform() < stays_out).then_some(moved);
+        }
+    }
+
+    /// Stretches out an arm to what is seen of a hand. Returns whether it reaches so far.
+    pub fn reach(&mut self, place: Point, random: &mut Random) -> bool {
+        let off = place - self.at;
+        let distance_m = off.length();
+        if !REACH.contains(&distance_m) {
+            return false;
+        }
+        let (beyond, _) = random.pair();
+        let hand = off * (1.0 + (FINGERS_M.0 + FINGERS_M.1 * beyond) / distance_m);
+        self.hand = Some(Point::new(hand.dot(self.heading), hand.dot(self.heading.left())));
+        true
+    }
+
+    /// It, roughened on its side of walls.
+    pub fn roughened(self, roughness: Roughness, way: Way<'_>, random: &mut Random) -> Self {
+        let mut sample = self;
+        let (x, y) = random.pair();
+        let next = sample.at + Point::new(x, y) * roughness.place_m;
+        if !way.stops(sample.at, next) {
+            sample.at = next;
+        }
+        let (x, y) = random.pair();
+        sample.velocity = sample.velocity + Point::new(x, y) * roughness.velocity_mps;
+        let (turn, _) = random.pair();
+        sample.heading = turned(sample.heading, turn * roughness.heading_rad);
+        sample
+    }
+
+    /// Torso and hanging arms.
+    pub fn torso(&self) -> Outline {
+        let (across_m, along_m) = (ACROSS_M * self.size, ALONG_M * self.size * self.depth);
+        Outline { middle: self.at, along: self.heading, across_m, along_m }
+    }
+
+    /// The arm that is stretched out, from the middle of the body to the hand.
+    pub fn arm(&self) -> Option<Outline> {
+        let hand = self.hand?;
+        let hand = self.heading * hand.x + self.heading.left() * hand.y;
+        let along = hand * (1.0 / hand.length().max(1e-6));
+        Some(Outline {
+            middle: self.at + hand * 0.5,
+            along,
+            across_m: ARM_M,
+            along_m: (0.5 * hand.length()).max(ARM_M),
+        })
+    }
+}
+
+/// A unit vector turned by a small angle.
+fn turned(heading: Point, angle_rad: f64) -> Point {
+    let next = heading + heading.left() * angle_rad.clamp(-1.0, 1.0);
+    next * (1.0 / next.length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Sample {
+        let (at, heading) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
+        Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand: None }
+    }
+
+    #[test]
+    fn a_hand_is_stretched_out_to_where_something_is_and_turns_with_the_body() {
+        let mut sample = sample();
+        assert!(sample.arm().is_none());
+        assert!(sample.reach(Point::new(1.5, 0.0), &mut Random::new(1)));
+        let arm = sample.arm().unwrap();
+        let hand = |arm: Outline| arm.middle + arm.along * arm.along_m;
+        assert!((hand(arm) - Point::new(1.53, 0.0)).length() < 0.1, "{arm:?}");
+        sample.heading = Point::new(-1.0, 0.0);
+        assert!((hand(sample.arm().unwrap()) - Point::new(1.0, 0.53)).length() < 0.1);
+    }
+
+    #[test]
+    fn nobody_reaches_farther_than_an_arm_nor_into_his_own_torso() {
+        let mut sample = sample();
+        for x in [1.1, 1.8, 9.0] {
+            assert!(!sample.reach(Point::new(x, 0.0), &mut Random::new(1)), "{x}");
+            assert!(sample.arm().is_none());
+        }
+    }
+
+    #[test]
+    fn a_sample_that_looks_along_the_ray_is_as_wide_as_it_is_across() {
+        let torso = sample().torso();
+        assert!((torso.half_width_m(Point::new(0.0, 1.0)) - ACROSS_M).abs() < 1e-12);
+        assert!((torso.half_width_m(Point::new(1.0, 0.0)) - ALONG_M).abs() < 1e-12);
+    }
+}
