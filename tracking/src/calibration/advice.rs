@@ -54,6 +54,21 @@ pub enum Advice {
     Enough,
 }
 
+impl Advice {
+    /// The same with some modules the other way up, `turned` by module: what one of them sees on its left is on its right.
+    #[must_use]
+    pub fn with_turned(&self, turned: &[bool]) -> Self {
+        match *self {
+            Self::Together { modules, common_s, place: Some(place) }
+                if turned.get(modules.0) == Some(&true) =>
+            {
+                Self::Together { modules, common_s, place: Some(Point::new(place.x, -place.y)) }
+            }
+            other => other,
+        }
+    }
+}
+
 /// Says where to walk next, second by second.
 #[derive(Clone, Debug, Default)]
 pub struct Guide {

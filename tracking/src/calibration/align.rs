@@ -54,20 +54,7 @@ impl Link {
 pub fn link(walk: &Walk, one: usize, other: usize) -> Option<Link> {
     let common: Vec<(Point, Point)> =
         walk.common(one, other).map(|(here, there)| (here.place(), there.place())).collect();
-    if common.len() < 3 {
-        return None;
-    }
-    let mut weights = vec![1.0; common.len()];
-    let mut pose = fit(&common, &weights);
-    // What lies far off counts little from the first round on, and ever less.
-    for round in 0..ROUNDS {
-        let scale_m = FITS_M * (1.0 + 3.0 * (1.0 - (round as f64 / 10.0).min(1.0)));
-        for (weight, (here, there)) in weights.iter_mut().zip(&common) {
-            let off = (pose.to_site(*there) - *here).length() / scale_m;
-            *weight = 1.0 / (1.0 + off * off).powi(2);
-        }
-        pose = fit(&common, &weights);
-    }
+    let pose = registered(&common)?;
     let fits = common.iter().filter(|(here, there)| (pose.to_site(*there) - *here).length() < FITS_M).count();
     let middle =
         common.iter().fold(Point::default(), |sum, (here, _)| sum + *here) * (1.0 / common.len() as f64);
@@ -78,6 +65,37 @@ pub fn link(walk: &Walk, one: usize, other: usize) -> Option<Link> {
         spread_m: (spread / common.len() as f64).sqrt(),
         common_s: walk.common_s(one, other),
     })
+}
+
+/// How far apart two modules see the walker once their walks are laid upon each other, m: median; `mirrored` takes one of the
+/// two for its mirror image. None without a common walk.
+pub(super) fn apart_m(walk: &Walk, (one, other): (usize, usize), mirrored: bool) -> Option<f64> {
+    let there = |glimpse: Glimpse| if mirrored { glimpse.mirrored() } else { glimpse };
+    let common: Vec<(Point, Point)> =
+        walk.common(one, other).map(|(here, seen)| (here.place(), there(seen).place())).collect();
+    let pose = registered(&common)?;
+    let mut apart: Vec<f64> =
+        common.iter().map(|(here, there)| (pose.to_site(*there) - *here).length()).collect();
+    Some(median(&mut apart))
+}
+
+/// The turn and shift that lay the second places upon the first, whatever a few of them are; None of fewer than three.
+fn registered(common: &[(Point, Point)]) -> Option<Pose> {
+    if common.len() < 3 {
+        return None;
+    }
+    let mut weights = vec![1.0; common.len()];
+    let mut pose = fit(common, &weights);
+    // What lies far off counts little from the first round on, and ever less.
+    for round in 0..ROUNDS {
+        let scale_m = FITS_M * (1.0 + 3.0 * (1.0 - (round as f64 / 10.0).min(1.0)));
+        for (weight, (here, there)) in weights.iter_mut().zip(common) {
+            let off = (pose.to_site(*there) - *here).length() / scale_m;
+            *weight = 1.0 / (1.0 + off * off).powi(2);
+        }
+        pose = fit(common, &weights);
+    }
+    Some(pose)
 }
 
 /// The turn and shift that bring the second places upon the first: in the plane the best turn is the angle of the

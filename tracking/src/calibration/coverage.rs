@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::geometry::{Point, bounds};
@@ -19,7 +20,7 @@ const CELL_M: f64 = 0.25;
 const MOST: f64 = 400_000.0;
 
 /// A grid of which modules see what.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Coverage {
     /// Lower left corner.
     pub x: f64,
@@ -38,7 +39,8 @@ pub struct Coverage {
 }
 
 /// What is seen by the same modules.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CoverageArea")]
 pub struct Area {
     /// Their names, in the order of the site; at least one.
     pub modules: Vec<String>,
@@ -111,7 +113,7 @@ mod tests {
         let geometry = Geometry::new(URG_04LX).unwrap();
         let module = |name: &str, x: f64, yaw_rad: f64| {
             let pose = Pose { at: Point::new(x, 0.0), yaw_rad };
-            let view = View { module: 0, pose, height_m: 0.6, geometry };
+            let view = View { module: 0, pose, height_m: 0.6, geometry, upside_down: false };
             (name.to_owned(), view, vec![3.0; 2000])
         };
         let found = coverage(&[module("left", 0.0, 0.0), module("right", 4.0, std::f64::consts::PI)]);

@@ -5,6 +5,8 @@
 //!                     │
 //!                     ├─▶ advice   where to walk next, until every pair has seen enough
 //!                     ▼
+//!                  upside_down   which modules hang head down: theirs is the mirror image of what the others saw
+//!                     ▼
 //!                  align    registration of two devices at a time: one walk, seen twice, is laid upon itself
 //!                     ▼
 //!                  joint    bundle adjustment: all poses, clocks and the walk at once, with their covariance
@@ -29,6 +31,7 @@ pub mod coverage;
 mod equations;
 pub mod joint;
 mod limits;
+mod names;
 mod result;
 pub mod room;
 mod row;
@@ -36,7 +39,9 @@ pub mod session;
 mod spline;
 mod statistics;
 mod steps;
+pub mod told;
 mod turned;
+pub mod upside_down;
 pub mod walk;
 pub mod walker;
 pub mod watch;
@@ -46,7 +51,8 @@ use nalgebra::{DMatrix, Matrix3};
 
 use crate::geometry::Pose;
 pub use limits::{ENOUGH_S, LEAST_S, LEAST_SPREAD_M, SIGMAS_95, WORST_M, WORST_RAD};
-pub use result::{Calibration, Pair, Placed, Refusal};
+pub use names::Names;
+pub use result::{Calibration, Hang, Pair, Placed, Refusal};
 use room::Outline;
 pub(crate) use statistics::median;
 use walk::Walk;
@@ -61,10 +67,15 @@ pub fn calibrate(walk: &Walk, first: Pose, rooms: &[Option<Outline>]) -> Result<
     if modules < 2 {
         return Err(Refusal::Alone);
     }
+    let hangs = upside_down::find(walk);
+    let turned: Vec<bool> = hangs.iter().map(|hang| hang.turned).collect();
+    let walk = &walk.with_turned(&turned);
+    let rooms: Vec<Option<Outline>> =
+        rooms.iter().zip(&turned).map(|(room, turned)| over(room, *turned)).collect();
     let glimpses = walk.glimpses();
     let start = align::all(walk, first)?;
     let joint = joint::solve(&glimpses, &start).ok_or(Refusal::Unsolved)?;
-    let (state, covariance, shared_wall_m) = match room::refine(&joint, rooms) {
+    let (state, covariance, shared_wall_m) = match room::refine(&joint, &rooms) {
         Some(refined) => (refined.poses, refined.covariance, refined.shared_wall_m),
         None => (joint.poses.clone(), joint.pose_covariance(), 0.0),
     };
@@ -74,6 +85,7 @@ pub fn calibrate(walk: &Walk, first: Pose, rooms: &[Option<Outline>]) -> Result<
         clock_s: joint.clocks_s[module],
         clock_sigma_s: joint.clock_sigmas_s[module],
         residual_m: joint.residual_m(module),
+        hang: hangs[module],
     };
     let calibration = Calibration {
         modules: (0..modules).map(placed).collect(),
@@ -86,6 +98,12 @@ pub fn calibrate(walk: &Walk, first: Pose, rooms: &[Option<Outline>]) -> Result<
         Some((module, (within_m, within_rad))) => Err(Refusal::Vague { module, within_m, within_rad }),
         None => Ok(calibration),
     }
+}
+
+/// The background of a module that hangs the other way up.
+fn over(room: &Option<Outline>, turned: bool) -> Option<Outline> {
+    let room = room.as_ref()?;
+    Some(if turned { room.mirrored() } else { room.clone() })
 }
 
 /// The covariance of one module's x, y and yaw, out of that of all modules but the first.

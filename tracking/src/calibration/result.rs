@@ -5,6 +5,16 @@ use nalgebra::Matrix3;
 use super::limits::SIGMAS_95;
 use crate::geometry::Pose;
 
+/// How a module hangs, as the walk says.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Hang {
+    /// The other way up than it was observed with.
+    pub turned: bool,
+    /// How far apart it and another module see the walker, m: this way up, and the other way; None where the walk does not
+    /// say it.
+    pub apart_m: Option<(f64, f64)>,
+}
+
 /// The place of one module, as found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
@@ -18,6 +28,8 @@ pub struct Placed {
     pub clock_sigma_s: f64,
     /// How far the walk it saw is from the walk all saw, m: median.
     pub residual_m: f64,
+    /// Whether it hangs the other way up than it was observed with; its pose is of that way up.
+    pub hang: Hang,
 }
 
 impl Placed {
@@ -27,6 +39,12 @@ impl Placed {
         let (xx, xy, yy) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
         let (middle, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
         (radius_95(middle + half, middle - half), SIGMAS_95 * self.covariance[(2, 2)].max(0.0).sqrt())
+    }
+
+    /// Within which its clock is with 95 %, s.
+    #[must_use]
+    pub fn clock_within_s(&self) -> f64 {
+        self.clock_s.abs() + SIGMAS_95 * self.clock_sigma_s
     }
 }
 
@@ -58,6 +76,22 @@ pub struct Calibration {
     pub pairs: Vec<Pair>,
     /// Metres of wall that two backgrounds share, over all pairs; 0 without any.
     pub shared_wall_m: f64,
+}
+
+impl Calibration {
+    /// Of a single module, whose place needs no walk: it says itself where the site's axes are.
+    #[must_use]
+    pub fn of_one(pose: Pose) -> Self {
+        let only = Placed {
+            pose,
+            covariance: Matrix3::zeros(),
+            clock_s: 0.0,
+            clock_sigma_s: 0.0,
+            residual_m: 0.0,
+            hang: Hang::default(),
+        };
+        Self { modules: vec![only], pairs: Vec::new(), shared_wall_m: 0.0 }
+    }
 }
 
 /// Why nothing was found. [`words`](super::words) says it to the installer.

@@ -80,6 +80,25 @@ impl Outline {
         }
         Self { points: runs.iter().flat_map(|run| surfaces(run)).collect() }
     }
+
+    /// The same of a module that hangs the other way up.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let over = |point: Point| Point::new(point.x, -point.y);
+        let over = |surface: &Surface| Surface { at: over(surface.at), normal: over(surface.normal) };
+        Self { points: self.points.iter().map(over).collect() }
+    }
+
+    /// The direction of most walls, from -45° to 45° to the module's front, rad: walls stand at right angles, so four times
+    /// their direction is the same of all of them. 0 without walls.
+    #[must_use]
+    pub fn direction_rad(&self) -> f64 {
+        let sum = self
+            .points
+            .iter()
+            .fold(Point::default(), |sum, surface| sum + Point::towards(4.0 * surface.normal.angle_rad()));
+        if sum.length() > 0.0 { sum.angle_rad() / 4.0 } else { 0.0 }
+    }
 }
 
 /// Points of one run of beams, thinned out, with the direction of their neighbourhood.

@@ -7,23 +7,28 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::advice::{Advice, Guide, OVERLAP_S};
 use super::coverage::{Coverage, Seer, coverage};
+use super::names::Names;
 use super::room::Outline;
+use super::told::{Quality, ToldAdvice, ToldRefusal};
 use super::walk::Walk;
-use super::words::Names;
-use super::{Calibration, ENOUGH_S, Refusal, align, calibrate, words};
+use super::{Calibration, ENOUGH_S, Placed, Refusal, align, calibrate, upside_down, words};
 use crate::floor::Reading;
 use crate::geometry::{Point, Pose};
 use crate::observation::{Observation, View};
 use crate::session::Sessions;
-use crate::site::floor::Floor;
-use crate::site::{Module, Site};
+use crate::session::upside_down::Beams;
+use crate::site::Site;
 
 /// Between two looks at backgrounds and advice, s.
 const LOOK_S: f64 = 0.5;
+
+/// Advice to walk where two modules see the walker stands for so long, s: it is read, and followed some steps.
+const STEADY_S: f64 = 6.0;
 
 /// One calibration after the other. A clone is a picture of the moment.
 #[derive(Clone, Debug, Default)]
@@ -44,12 +49,17 @@ struct Active {
     rooms: Vec<Option<Outline>>,
     views: Vec<Option<(View, Vec<f64>)>>,
     looked_s: f64,
+    /// Modules that hang the other way up than the site has it, by the walk so far.
+    turned: Vec<bool>,
+    /// When the advice was another last.
+    advised_s: f64,
     begun_s: f64,
     result: Option<Result<Calibration, Refusal>>,
 }
 
 /// How far it is.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CalibrationStatus")]
 pub struct Status {
     /// Whether a calibration has begun.
     pub active: bool,
@@ -61,6 +71,8 @@ pub struct Status {
     pub enough: bool,
     /// What to do now, in words.
     pub advice: String,
+    /// The same, for pages that say it in another language; null before it has begun.
+    pub advice_is: Option<ToldAdvice>,
     /// A place to go to, in the site as it was before.
     pub place: Option<[f64; 2]>,
     /// Modules that see the walker now.
@@ -73,10 +85,13 @@ pub struct Status {
     pub found: Option<FoundStatus>,
     /// Why nothing was found, after `finish`.
     pub refused: Option<String>,
+    /// The same, for pages that say it in another language.
+    pub refused_is: Option<ToldRefusal>,
 }
 
 /// A pair of modules.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CalibrationPair")]
 pub struct PairStatus {
     /// Their names.
     pub modules: [String; 2],
@@ -89,18 +104,45 @@ pub struct PairStatus {
 }
 
 /// What was found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CalibrationFound")]
 pub struct FoundStatus {
     /// How good it is, in a sentence.
     pub quality: String,
+    /// By which figures; null of a single module, whose place is by definition.
+    pub quality_is: Option<Quality>,
     /// Each module's place.
     pub modules: Vec<ModuleStatus>,
     /// Which modules see what from there.
     pub coverage: Coverage,
 }
 
+/// Which way up a module hangs, as the walk says.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CalibrationHang")]
+pub struct HangStatus {
+    /// Whether that is not as the site had it.
+    pub turned: bool,
+    /// How far apart it and another module see the walker so, m; null: the walk does not say.
+    pub right_m: Option<f64>,
+    /// And the other way up, m.
+    pub wrong_m: Option<f64>,
+}
+
+/// Where a module or a floor was found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Mounting {
+    /// Its name in the site.
+    pub name: String,
+    /// Where it is; of a floor its outer corner.
+    pub pose: Pose,
+    /// Whether it hangs head down; a floor never does.
+    pub upside_down: bool,
+}
+
 /// A module's place.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CalibrationModule")]
 pub struct ModuleStatus {
     /// Its name.
     pub name: String,
@@ -110,16 +152,25 @@ pub struct ModuleStatus {
     pub y: f64,
     /// See `x`.
     pub yaw_deg: f64,
+    /// Whether it hangs head down; of a floor false.
+    pub upside_down: bool,
+    /// How clearly the walk says so; absent of the first module, which is held fixed, and of a floor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hang: Option<HangStatus>,
     /// Within which it is with 95 %, m.
     pub within_m: f64,
     /// The same for its direction, degrees.
     pub within_deg: f64,
-    /// How far that is from where the site had it, m.
-    pub moved_m: f64,
+    /// How far that is from where the site had it, m; absent if it had no place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moved_m: Option<f64>,
     /// How far what it saw is from the walk, m: median.
     pub residual_m: f64,
     /// How far its clock is behind, ms.
     pub clock_ms: f64,
+    /// Within which its clock is with 95 %, ms; absent of a floor, which has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clock_within_ms: Option<f64>,
     /// All that in words.
     pub text: String,
 }
@@ -128,6 +179,12 @@ impl Session {
     /// The site in use.
     pub fn set_site(&mut self, site: &Arc<Site>) {
         self.site = Arc::clone(site);
+    }
+
+    /// The site in use.
+    #[must_use]
+    pub fn site(&self) -> &Site {
+        &self.site
     }
 
     /// Adds an observation to the walk, if a calibration is under way.
@@ -171,10 +228,12 @@ impl Session {
     #[must_use]
     pub fn solve(&self) -> Option<Result<Calibration, Refusal>> {
         let active = self.active.as_ref()?;
-        let Some(first) = active.site.modules.first() else {
-            return (!active.site.floors.is_empty()).then_some(Err(Refusal::Alone));
+        let Some(first) = active.first() else {
+            return Some(Err(Refusal::Alone));
         };
-        let first = first.pose();
+        if active.walk.modules() == 1 && !active.site.is_placed(0) {
+            return Some(Ok(Calibration::of_one(first)));
+        }
         Some(calibrate(&active.walk, first, &active.rooms))
     }
 
@@ -192,12 +251,17 @@ impl Session {
         }
     }
 
-    /// The poses found, by the names of the site's modules and floors; of a floor that of its outer corner.
+    /// Where the site's modules and floors were found.
     #[must_use]
-    pub fn poses(&self) -> Option<Vec<(String, Pose)>> {
+    pub fn mountings(&self) -> Option<Vec<Mounting>> {
         let active = self.active.as_ref()?;
         let Some(Ok(found)) = &active.result else { return None };
-        Some(active.names().all.into_iter().zip(found.modules.iter().map(|placed| placed.pose)).collect())
+        let mounting = |(number, (name, placed)): (usize, (String, &Placed))| Mounting {
+            name,
+            pose: placed.pose,
+            upside_down: active.is_upside_down(number) != placed.hang.turned,
+        };
+        Some(active.names().all.into_iter().zip(&found.modules).enumerate().map(mounting).collect())
     }
 
     /// How far it is. After a result it says which beams see what, which takes some time: on a clone, too.
@@ -221,7 +285,9 @@ impl Active {
             progress: 0.0,
             rooms: vec![None; modules],
             views: vec![None; modules],
+            turned: vec![false; modules],
             looked_s: now_s,
+            advised_s: now_s,
             begun_s: now_s,
             result: None,
         }
@@ -245,14 +311,24 @@ impl Active {
                 let empty_m: Vec<f64> = beams().map(|(_, mm)| f64::from(*mm) * 1e-3).collect();
                 let height_m = self.site.modules.get(place).map_or(0.0, |module| module.height_m);
                 let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-                let view = View { module: place, pose, height_m, geometry: *geometry };
+                let upside_down = self.is_upside_down(place);
+                let view = View { module: place, pose, height_m, geometry: *geometry, upside_down };
                 if let Some(known) = self.views.get_mut(place) {
                     *known = Some((view, empty_m));
                 }
             }
         }
-        self.advice = self.guide.advise(&self.walk, now_s);
+        let next = self.guide.advise(&self.walk, now_s);
+        if !is_same(&self.advice, &next) || now_s >= self.advised_s + STEADY_S {
+            (self.advice, self.advised_s) = (next, now_s);
+        }
         self.progress = self.guide.progress(&self.walk);
+        self.turned = upside_down::find(&self.walk).iter().map(|hang| hang.turned).collect();
+    }
+
+    /// Whether the site has the module of this number head down.
+    fn is_upside_down(&self, number: usize) -> bool {
+        self.site.modules.get(number).is_some_and(|module| module.upside_down)
     }
 
     fn names(&self) -> Names {
@@ -261,10 +337,22 @@ impl Active {
         Names { all: names.cloned().collect(), modules: modules.len() }
     }
 
-    /// Where modules and floors are by the site.
-    fn poses(&self) -> impl Iterator<Item = Pose> {
+    /// Where modules and floors are by the site; of a module that is not placed none.
+    fn poses(&self) -> impl Iterator<Item = Option<Pose>> {
         let (modules, floors) = (&self.site.modules, &self.site.floors);
-        modules.iter().map(Module::pose).chain(floors.iter().map(Floor::corner))
+        let modules = modules.iter().map(|module| module.placed.then(|| module.pose()));
+        modules.chain(floors.iter().map(|floor| Some(floor.corner())))
+    }
+
+    /// Where the first module is, which says where the site's axes are. While no module is placed that is the origin, turned
+    /// so that the walls it has learned go along the axes.
+    fn first(&self) -> Option<Pose> {
+        let module = self.site.modules.first()?;
+        if self.site.modules.iter().any(|module| module.placed) {
+            return Some(module.pose());
+        }
+        let room = self.rooms.first().and_then(Option::as_ref);
+        Some(Pose { at: Point::default(), yaw_rad: room.map_or(0.0, |room| -room.direction_rad()) })
     }
 
     fn status(&self, now_s: f64) -> Status {
@@ -287,58 +375,85 @@ impl Active {
             since_s: rounded(now_s - self.begun_s, 10.0),
             progress: rounded(self.progress, 100.0),
             enough: self.advice == Advice::Enough,
-            advice: words::advice(&self.advice, &names),
+            advice: match self.walk.modules() {
+                1 => "one module alone needs no walk: work it out".to_owned(),
+                _ => words::advice(&self.advice.with_turned(&self.turned), &names),
+            },
+            advice_is: Some(ToldAdvice::of(&self.advice.with_turned(&self.turned), &names)),
             place: self.place(),
             sees: sees.into_iter().map(name).collect(),
             crowded_s: self.walk.crowded().0,
             pairs: self.walk.pairs().into_iter().filter(|pair| pair.1 >= OVERLAP_S).map(pair).collect(),
             found: found.map(|found| self.found(found, &names)),
             refused: refused.map(|refusal| words::refusal(refusal, &names)),
+            refused_is: refused.map(|refusal| ToldRefusal::of(refusal, &names)),
         }
     }
 
     /// Where to go, by the modules' poses from the walk so far; before there are any, by the site's.
     fn place(&self) -> Option<[f64; 2]> {
-        let Advice::Together { modules: (one, _), place: Some(place), .. } = &self.advice else {
+        let Advice::Together { modules: (one, _), place: Some(place), .. } =
+            &self.advice.with_turned(&self.turned)
+        else {
             return None;
         };
-        let first = self.site.modules.first()?.pose();
-        let pose = match align::all(&self.walk, first) {
+        let pose = match align::all(&self.walk.with_turned(&self.turned), self.first()?) {
             Ok(poses) => *poses.get(*one)?,
-            Err(_) => self.poses().nth(*one)?,
+            Err(_) => self.poses().nth(*one)??,
         };
         let at = pose.to_site(*place);
         Some([rounded(at.x, 100.0), rounded(at.y, 100.0)])
     }
 
     fn found(&self, found: &Calibration, names: &Names) -> FoundStatus {
-        let module = |(number, (placed, before)): (usize, (&super::Placed, Pose))| {
+        let module = |(number, (placed, before)): (usize, (&Placed, Option<Pose>))| {
             let (within_m, within_rad) = placed.bounds();
             ModuleStatus {
                 name: names.of(number).to_owned(),
                 x: rounded(placed.pose.at.x, 1000.0),
                 y: rounded(placed.pose.at.y, 1000.0),
                 yaw_deg: rounded(placed.pose.yaw_rad.to_degrees(), 100.0),
+                upside_down: self.is_upside_down(number) != placed.hang.turned,
                 within_m: rounded(within_m, 1000.0),
                 within_deg: rounded(within_rad.to_degrees(), 100.0),
-                moved_m: rounded((placed.pose.at - before.at).length(), 1000.0),
+                moved_m: before.map(|before| rounded((placed.pose.at - before.at).length(), 1000.0)),
                 residual_m: rounded(placed.residual_m, 1000.0),
                 clock_ms: rounded(placed.clock_s * 1e3, 10.0),
-                text: words::placed(placed, number, names),
+                clock_within_ms: (!names.is_floor(number))
+                    .then(|| rounded(placed.clock_within_s() * 1e3, 10.0)),
+                hang: (number > 0 && !names.is_floor(number)).then(|| HangStatus {
+                    turned: placed.hang.turned,
+                    right_m: placed.hang.apart_m.map(|(right_m, _)| rounded(right_m, 1000.0)),
+                    wrong_m: placed.hang.apart_m.map(|(_, wrong_m)| rounded(wrong_m, 1000.0)),
+                }),
+                text: words::placed(placed, number, self.is_upside_down(number), names),
             }
         };
         let placed_views = self.views.iter().zip(&found.modules).zip(&names.all);
         let seers: Vec<Seer> = placed_views
             .filter_map(|((view, placed), name)| {
                 let (view, empty_m) = view.as_ref()?;
-                Some((name.clone(), View { pose: placed.pose, ..view.clone() }, empty_m.clone()))
+                let (view, mut empty_m) = (View { pose: placed.pose, ..view.clone() }, empty_m.clone());
+                let beams = Beams::new(view.geometry, placed.hang.turned)?;
+                beams.order(&mut empty_m);
+                let upside_down = view.upside_down != placed.hang.turned;
+                Some((name.clone(), View { geometry: *beams.used(), upside_down, ..view }, empty_m))
             })
             .collect();
         FoundStatus {
             quality: words::quality(found),
+            quality_is: Quality::of(found),
             modules: found.modules.iter().zip(self.poses()).enumerate().map(module).collect(),
             coverage: coverage(&seers),
         }
+    }
+}
+
+/// Whether advice is the same but for the place, which follows the walker.
+fn is_same(before: &Advice, next: &Advice) -> bool {
+    match (before, next) {
+        (Advice::Together { .. }, Advice::Together { .. }) => true,
+        _ => before == next,
     }
 }
 

@@ -107,7 +107,7 @@ fn the_same_walk_gives_the_same_bits() {
 
 #[test]
 fn too_little_is_refused_and_the_pair_is_named() {
-    let names = words::Names { all: ["hall", "kitchen", "study"].map(str::to_owned).into(), modules: 3 };
+    let names = Names { all: ["hall", "kitchen", "study"].map(str::to_owned).into(), modules: 3 };
     let short = calibrate(&walk(5, 0.0, 0.0, 1), poses()[0], &[]).unwrap_err();
     let text = words::refusal(&short, &names);
     assert!(
@@ -301,7 +301,7 @@ fn a_floor_is_placed_by_steps_and_the_modules_stay_where_they_were() {
 #[test]
 fn a_walk_that_misses_a_floor_or_leaves_it_early_is_refused_and_the_floor_is_named() {
     let all = ["hall", "kitchen", "study", "mat"].map(str::to_owned).into();
-    let names = words::Names { all, modules: 3 };
+    let names = Names { all, modules: 3 };
     let said = |from_s: f64| {
         let refusal = calibrate(&walk_on_floor(60, from_s), poses()[0], &[]).unwrap_err();
         words::refusal(&refusal, &names)
@@ -311,4 +311,98 @@ fn a_walk_that_misses_a_floor_or_leaves_it_early_is_refused_and_the_floor_is_nam
     let early = said(52.0);
     assert!(early.contains("has seen you walk on the floor mat for ") && early.contains("s only"), "{early}");
     assert!([missed, early].iter().all(|text| !text.contains('\n')));
+}
+
+#[test]
+fn a_room_that_stands_askew_says_how_much() {
+    for askew_deg in [-40.0_f64, -10.0, 0.0, 20.0, 44.0] {
+        // A square of 4 m about the module, turned.
+        let beams = (0..720).map(|beam| {
+            let bearing_rad = f64::from(beam) * std::f64::consts::TAU / 720.0 - std::f64::consts::PI;
+            let (sine, cosine) = libm::sincos(bearing_rad - askew_deg.to_radians());
+            (bearing_rad, 2.0 / sine.abs().max(cosine.abs()))
+        });
+        let found_deg = Outline::of(beams).direction_rad().to_degrees();
+        assert!((found_deg - askew_deg).abs() < 0.5, "{found_deg} for {askew_deg}");
+    }
+    assert_eq!(Outline::default().direction_rad(), 0.0);
+}
+
+#[test]
+fn a_single_module_without_a_place_needs_no_walk_and_no_module_is_refused() {
+    use crate::session::Sessions;
+    use crate::site::{Module, Site};
+    let session = |modules: Vec<Module>| {
+        let site = std::sync::Arc::new(Site { modules, ..Site::default() });
+        let mut session = session::Session::default();
+        session.set_site(&site);
+        session.begin();
+        session.tick(&Sessions::new(site, kehai::centre::Estimator::default()), 1.0);
+        let result = session.solve().unwrap();
+        session.conclude(result);
+        session
+    };
+    let alone = session(vec![Module::unplaced("hall".into())]);
+    let origin = Pose { at: Point::default(), yaw_rad: 0.0 };
+    let found = session::Mounting { name: "hall".to_owned(), pose: origin, upside_down: false };
+    assert_eq!(alone.mountings(), Some(vec![found]));
+    assert_eq!(alone.status().found.unwrap().modules[0].moved_m, None);
+    for modules in [vec![], vec![Module { placed: true, ..Module::unplaced("hall".into()) }]] {
+        assert!(session(modules).status().refused.is_some(), "it says why");
+    }
+}
+
+/// The walk as these modules see it that hang head down.
+fn hung(walk: &Walk, down: [bool; 3]) -> Walk {
+    walk.with_turned(&down)
+}
+
+#[test]
+fn a_module_that_hangs_head_down_is_found_and_placed_as_well() {
+    for down in [[false, true, false], [false, false, true], [false, true, true], [false; 3]] {
+        let walk = hung(&walk(40, 0.03, 0.05, 7), down);
+        let found = calibrate(&walk, poses()[0], &[]).unwrap();
+        assert_eq!(found.modules.iter().map(|placed| placed.hang.turned).collect::<Vec<_>>(), down);
+        for ((metres, radians), placed) in errors(&found).into_iter().zip(&found.modules).skip(1) {
+            assert!(metres < 0.06 && radians < 0.02, "{down:?}: {metres} m, {radians} rad");
+            let (right_m, wrong_m) = placed.hang.apart_m.unwrap();
+            assert!(right_m < 0.1 && wrong_m > 0.4, "{down:?}: {right_m} m, {wrong_m} m");
+        }
+    }
+}
+
+#[test]
+fn a_walk_along_a_line_does_not_say_which_way_up() {
+    let mut walk = Walk::new(2);
+    for scan in 0..300 {
+        let at = Point::new(1.0 + 0.01 * f64::from(scan), 1.0);
+        for (module, pose) in poses().into_iter().take(2).enumerate() {
+            let local = pose.to_sensor(at);
+            walk.add(Glimpse {
+                module,
+                by: By::Beams,
+                at_s: f64::from(scan) * 0.1,
+                range_m: local.length(),
+                bearing_rad: if module == 1 { -local.angle_rad() } else { local.angle_rad() },
+                radial_m: 0.04,
+                tangential_m: 0.03,
+            });
+        }
+    }
+    assert_eq!(upside_down::find(&walk), [Hang::default(); 2]);
+}
+
+#[test]
+fn which_way_up_is_said_with_both_figures() {
+    let found = calibrate(&hung(&walk(40, 0.03, 0.05, 7), [false, true, false]), poses()[0], &[]).unwrap();
+    let names = Names { all: ["hall", "kitchen", "study"].map(str::to_owned).into(), modules: 3 };
+    let text =
+        |module: usize, upside_down| words::placed(&found.modules[module], module, upside_down, &names);
+    assert!(
+        text(1, false)
+            .contains("; head down if hall hangs as the site has it, other than the site had it: so it fits")
+    );
+    assert!(text(1, true).contains("; upright if hall hangs as the site has it, other than the site had it"));
+    assert!(text(2, false).contains("; upright if hall hangs as the site has it: so it fits within"));
+    assert!(text(0, false).ends_with("held fixed"), "{}", text(0, false));
 }

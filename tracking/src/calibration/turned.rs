@@ -222,6 +222,7 @@ mod tests {
             pose: Pose { at: crate::geometry::Point::default(), yaw_rad: 0.0 },
             height_m: 0.6,
             geometry,
+            upside_down: false,
         }
     }
 
@@ -320,7 +321,15 @@ mod tests {
 
     #[test]
     fn the_watch_names_a_turned_module_although_nobody_walks() {
-        let module = crate::site::Module { name: "hall".into(), x: 0.0, y: 0.0, yaw_deg: 0.0, height_m: 0.6 };
+        let module = crate::site::Module {
+            name: "hall".into(),
+            x: 0.0,
+            y: 0.0,
+            yaw_deg: 0.0,
+            height_m: 0.6,
+            upside_down: false,
+            placed: true,
+        };
         let mut watch = PoseWatch::new(&Site { modules: vec![module], ..Site::default() });
         watch.know_walls(0, &walls(0));
         let mut found = Vec::new();

@@ -57,6 +57,12 @@ impl Glimpse {
     pub fn place(&self) -> Point {
         Point::towards(self.bearing_rad) * self.range_m
     }
+
+    /// The same of a module that hangs the other way up.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        Self { bearing_rad: -self.bearing_rad, ..self }
+    }
 }
 
 /// What a module saw in one scan.
@@ -138,6 +144,29 @@ impl Walk {
         }
         all.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         all
+    }
+
+    /// What a module measures by; None of one that has not seen the walker.
+    #[must_use]
+    pub fn measures(&self, module: usize) -> Option<By> {
+        self.scans.get(module)?.values().find_map(|scan| match scan {
+            Scan::One(glimpse) => Some(glimpse.by),
+            _ => None,
+        })
+    }
+
+    /// The same walk with some modules the other way up: `turned` by module.
+    #[must_use]
+    pub fn with_turned(&self, turned: &[bool]) -> Self {
+        let mut walk = self.clone();
+        for (scans, _) in walk.scans.iter_mut().zip(turned).filter(|(_, turned)| **turned) {
+            for scan in scans.values_mut() {
+                if let Scan::One(glimpse) = scan {
+                    *glimpse = glimpse.mirrored();
+                }
+            }
+        }
+        walk
     }
 
     /// Moments at which two modules saw the walker and no other person was about: what each of them saw.

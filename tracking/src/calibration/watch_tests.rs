@@ -19,13 +19,27 @@ fn pose(module: usize) -> Pose {
 fn site(modules: usize) -> Site {
     let module = |number: usize| {
         let (x, y, yaw_rad) = POSES[number];
-        crate::site::Module { name: number.to_string(), x, y, yaw_deg: yaw_rad.to_degrees(), height_m: 0.6 }
+        crate::site::Module {
+            name: number.to_string(),
+            x,
+            y,
+            yaw_deg: yaw_rad.to_degrees(),
+            height_m: 0.6,
+            upside_down: false,
+            placed: true,
+        }
     };
     Site { modules: (0..modules).map(module).collect(), ..Site::default() }
 }
 
 fn view(module: usize) -> Arc<View> {
-    Arc::new(View { module, pose: pose(module), height_m: 0.6, geometry: Geometry::new(URG_04LX).unwrap() })
+    Arc::new(View {
+        module,
+        pose: pose(module),
+        height_m: 0.6,
+        geometry: Geometry::new(URG_04LX).unwrap(),
+        upside_down: false,
+    })
 }
 
 /// A person at `place` as the site has it, seen at `at_s`; every module sees 4 m far where no person stands.

@@ -1,37 +1,12 @@
 //! Calibration as an installer hears it: where to walk, how good it is, why it is not.
 
 use crate::alarm::AlarmKind;
-use crate::geometry::Point;
 
 use super::advice::Advice;
+use super::names::Names;
+use super::told::{Grade, Place, Quality, Side};
 use super::watch::Finding;
-use super::{Calibration, ENOUGH_S, Placed, Refusal, SIGMAS_95, median};
-
-/// Names of the modules and of the floors behind them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Names {
-    /// All.
-    pub all: Vec<String>,
-    /// How many are modules; the others are floors.
-    pub modules: usize,
-}
-
-impl Names {
-    /// That of a module or a floor.
-    #[must_use]
-    pub fn of(&self, module: usize) -> &str {
-        self.all.get(module).map_or("a module", String::as_str)
-    }
-
-    const fn is_floor(&self, module: usize) -> bool {
-        module >= self.modules
-    }
-
-    /// Those of two; a floor comes second.
-    fn pair(&self, (one, other): (usize, usize)) -> (&str, &str) {
-        (self.of(one.min(other)), self.of(one.max(other)))
-    }
-}
+use super::{Calibration, ENOUGH_S, Placed, Refusal};
 
 /// Where to walk next.
 #[must_use]
@@ -53,37 +28,34 @@ pub fn advice(advice: &Advice, names: &Names) -> String {
             "nothing links {0} with the others yet: walk from them to {0} and back, through where both can see you",
             names.of(*module)
         ),
-        Advice::Together { modules, common_s, .. } if names.is_floor(modules.0.max(modules.1)) => {
+        Advice::Together { modules, .. } if names.has_floor(*modules) => {
             let (one, floor) = names.pair(*modules);
             format!(
-                "walk across the floor {floor} where {one} sees you, straight on beyond its edges, each time another way: \
-                 {common_s:.0} of {ENOUGH_S:.0} s"
+                "walk across the floor {floor} where {one} sees you, straight on beyond its edges, each time another way"
             )
         }
-        Advice::Together { modules: (one, other), common_s, place } => format!(
-            "walk where {} and {} both see you{}, in wide loops: {common_s:.0} of {ENOUGH_S:.0} s",
+        Advice::Together { modules: (one, other), place, .. } => format!(
+            "walk where {} and {} both see you{}, in wide loops",
             names.of(*one),
             names.of(*other),
             place.map_or_else(String::new, |at| format!(
                 ", for example {}",
-                place_in_words(at, names.of(*one))
+                place_in_words(Place::of(at), names.of(*one))
             )),
         ),
         Advice::Enough => "enough: you may stop".to_owned(),
     }
 }
 
-/// A place in a module's frame: how far, and on which side.
-fn place_in_words(at: Point, of: &str) -> String {
-    let (range_m, degrees) = (at.length(), at.angle_rad().to_degrees());
-    let side = match degrees.abs() {
-        ..20.0 => "straight ahead",
-        20.0..70.0 if degrees > 0.0 => "ahead to its left",
-        20.0..70.0 => "ahead to its right",
-        _ if degrees > 0.0 => "on its left",
-        _ => "on its right",
+fn place_in_words(Place { steps, side }: Place, of: &str) -> String {
+    let side = match side {
+        Side::Ahead => "straight ahead",
+        Side::AheadLeft => "ahead to its left",
+        Side::AheadRight => "ahead to its right",
+        Side::Left => "on its left",
+        Side::Right => "on its right",
     };
-    format!("{range_m:.1} m from {of}, {side}")
+    format!("{steps} step{} from {of}, {side}", if steps == 1 { "" } else { "s" })
 }
 
 /// Why there is no result, and what to do.
@@ -103,7 +75,7 @@ pub fn refusal(refusal: &Refusal, names: &Names) -> String {
              view of both, it needs a ruler, or a module between",
             names.of(*module)
         ),
-        Refusal::Short { modules, common_s } if names.is_floor(modules.0.max(modules.1)) => {
+        Refusal::Short { modules, common_s } if names.has_floor(*modules) => {
             let (one, floor) = names.pair(*modules);
             format!(
                 "{one} has seen you walk on the floor {floor} for {common_s:.0} s only, and nothing else links them: walk across \
@@ -117,7 +89,7 @@ pub fn refusal(refusal: &Refusal, names: &Names) -> String {
             names.of(*other),
             ENOUGH_S,
         ),
-        Refusal::Narrow { modules, spread_m } if names.is_floor(modules.0.max(modules.1)) => {
+        Refusal::Narrow { modules, spread_m } if names.has_floor(*modules) => {
             let (one, floor) = names.pair(*modules);
             format!(
                 "{one} has seen you on one part of the floor {floor} only ({spread_m:.1} m about its middle): walk across all of \
@@ -151,30 +123,30 @@ pub fn refusal(refusal: &Refusal, names: &Names) -> String {
 /// How good the whole is, in one sentence.
 #[must_use]
 pub fn quality(calibration: &Calibration) -> String {
-    let mut apart: Vec<f64> = calibration.pairs.iter().map(|pair| pair.residual_m).collect();
-    let apart_m = median(&mut apart);
-    let worst = calibration.modules.iter().map(|placed| placed.bounds().0).fold(0.0, f64::max);
-    let grade = match worst {
-        ..0.06 => "very good",
-        ..0.12 => "good",
-        ..0.18 => "fair: people are followed, and a longer walk would make it better",
-        _ => "poor: walk longer, in wide loops",
+    let Some(Quality { grade, apart_m, wall_m, within_m }) = Quality::of(calibration) else {
+        return "one module alone: x and y are measured from it".to_owned();
     };
-    let walls = if calibration.shared_wall_m > 1.0 {
-        format!(", {:.0} m of wall seen by two fit, too", calibration.shared_wall_m)
-    } else {
-        ", the backgrounds share too little wall to help".to_owned()
+    let grade = match grade {
+        Grade::VeryGood => "very good",
+        Grade::Good => "good",
+        Grade::Fair => "fair: people are followed, and a longer walk would make it better",
+        Grade::Poor => "poor: walk longer, in wide loops",
     };
+    let walls = wall_m.map_or_else(
+        || ", the backgrounds share too little wall to help".to_owned(),
+        |wall_m| format!(", {wall_m:.0} m of wall seen by two fit, too"),
+    );
     format!(
         "{grade}: two modules see you {:.0} cm apart{walls}; every module is within {:.0} cm of where it is said to be",
         apart_m * 100.0,
-        worst * 100.0
+        within_m * 100.0
     )
 }
 
-/// A module's or a floor's place, how well it is known, and how far the module's clock may be off.
+/// A module's or a floor's place, how well it is known, how far the module's clock may be off, and which way up it hangs;
+/// `upside_down` is how the site has it.
 #[must_use]
-pub fn placed(placed: &Placed, module: usize, names: &Names) -> String {
+pub fn placed(placed: &Placed, module: usize, upside_down: bool, names: &Names) -> String {
     let (within_m, within_rad) = placed.bounds();
     let (pose, name) = (&placed.pose, names.of(module));
     let place =
@@ -186,8 +158,28 @@ pub fn placed(placed: &Placed, module: usize, names: &Names) -> String {
     if names.is_floor(module) {
         return format!("{place}, its outer corner within {within_cm:.0} cm and {within_deg:.1}°");
     }
-    let clock_ms = (placed.clock_s.abs() + SIGMAS_95 * placed.clock_sigma_s) * 1e3;
-    format!("{place}, within {within_cm:.0} cm and {within_deg:.1}°; its clock within {clock_ms:.0} ms")
+    let clock_ms = placed.clock_within_s() * 1e3;
+    let hangs = hang(placed, upside_down, names.of(0));
+    format!(
+        "{place}, within {within_cm:.0} cm and {within_deg:.1}°; its clock within {clock_ms:.0} ms; {hangs}"
+    )
+}
+
+/// Which way up a module hangs, and how clearly the walk says so.
+fn hang(placed: &Placed, upside_down: bool, first: &str) -> String {
+    let way = |upside_down: bool| if upside_down { "head down" } else { "upright" };
+    let is = way(upside_down != placed.hang.turned);
+    match placed.hang.apart_m {
+        None => format!("{is}, as the site has it: the walk does not say"),
+        Some((right_m, wrong_m)) => {
+            let news = if placed.hang.turned { ", other than the site had it" } else { "" };
+            let [right_cm, wrong_cm] = [right_m, wrong_m].map(|apart_m| apart_m * 100.0);
+            format!(
+                "{is} if {first} hangs as the site has it{news}: so it fits within {right_cm:.0} cm, the other way up within \
+                 {wrong_cm:.0} cm"
+            )
+        }
+    }
 }
 
 /// What was found about a module's place: the alarm's name and what it says.
