@@ -24,7 +24,8 @@ impl<'a> SiteChange<'a> {
     pub fn stands(&self, number: usize) -> Option<usize> {
         let module = self.now.modules.get(number)?;
         let before = self.number_before(module)?;
-        (self.before.modules.get(before)?.pose() == module.pose()).then_some(before)
+        let was = self.before.modules.get(before)?;
+        (looks_alike(was, module) && was.placed == module.placed).then_some(before)
     }
 
     /// Modules that have moved: as they were, with their number then, and as they are.
@@ -33,13 +34,19 @@ impl<'a> SiteChange<'a> {
         now.modules.iter().filter_map(move |module| {
             let number = self.number_before(module)?;
             let was = before.modules.get(number)?;
-            (was.pose() != module.pose()).then_some((number, was, module))
+            // By one that was not placed nothing was known.
+            (was.placed && (!looks_alike(was, module) || !module.placed)).then_some((number, was, module))
         })
     }
 
     fn number_before(&self, module: &Module) -> Option<usize> {
         self.before.modules.iter().position(|was| was.name == module.name)
     }
+}
+
+/// Whether what a module sees is where it was.
+fn looks_alike(was: &Module, is: &Module) -> bool {
+    was.pose() == is.pose() && was.upside_down == is.upside_down
 }
 
 #[cfg(test)]
@@ -58,6 +65,10 @@ mod tests {
         now.modules[1].height_m = 0.9;
         let change = SiteChange { before: &before, now: &now };
         assert_eq!([0, 1, 2, 3].map(|number| change.stands(number)), [None, Some(0), None, None]);
+        let mut turned = before.clone();
+        turned.modules[0].upside_down = true;
+        let over = SiteChange { before: &before, now: &turned };
+        assert_eq!((over.stands(0), over.stands(1), over.moved().count()), (None, Some(1), 1));
         let moved: Vec<_> = change.moved().map(|(number, was, is)| (number, was.x, is.x)).collect();
         assert_eq!(moved, [(1, 1.0, 1.5)]);
     }

@@ -13,17 +13,19 @@
 //!
 //! Source: the panels of Ota et al. 2006 (docs/bibliography.md, B): 8 cm.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Site;
 use super::limits::FARTHEST_M;
+use super::wrong::Wrongs;
 use crate::geometry::{Point, Pose};
 
 /// Side of a panel, m: smaller ones tell nothing more of a foot; in one of half a metre two people stand.
 const PITCH_M: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 /// A floor of pressure panels.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Floor {
     /// Its name, MAC or instance name.
@@ -56,46 +58,31 @@ impl Floor {
         Pose { at: Point::new(self.x, self.y), yaw_rad: self.yaw_deg.to_radians() }
     }
 
-    /// What is wrong with it, as one sentence without its name.
-    fn fault(&self) -> Option<String> {
+    /// What is wrong with it: the key, if it is one, and a sentence without its name.
+    fn fault(&self) -> Option<(Option<&'static str>, String)> {
         let panels = usize::from(self.columns) * usize::from(self.rows);
         if [self.x, self.y].iter().any(|metres| metres.is_nan() || metres.abs() > FARTHEST_M) {
-            return Some(format!("x and y must be metres, at most {FARTHEST_M} from the origin"));
+            return Some((None, format!("x and y must be metres, at most {FARTHEST_M} from the origin")));
         }
         if !self.yaw_deg.is_finite() {
-            return Some("yaw_deg must be a number".to_owned());
+            return Some((Some("yaw_deg"), "yaw_deg must be a number".to_owned()));
         }
         if !(1..=kehai::floor::PANELS).contains(&panels) {
             let most = kehai::floor::PANELS;
-            return Some(format!("columns and rows: 1 to {most} panels in all, not {panels}"));
+            return Some((None, format!("columns and rows: 1 to {most} panels in all, not {panels}")));
         }
         let (low, high) = (PITCH_M.start(), PITCH_M.end());
         (!PITCH_M.contains(&self.pitch_m))
-            .then(|| format!("pitch_m: must be from {low} to {high}, is {}", self.pitch_m))
+            .then(|| (Some("pitch_m"), format!("pitch_m: must be from {low} to {high}, is {}", self.pitch_m)))
     }
 }
 
-/// What is wrong with the floors of a site, as one sentence that names the floor and what to do.
-///
-/// # Errors
-/// The first found.
-pub(super) fn check(site: &Site) -> Result<(), String> {
+/// What is wrong with the floors of a site beside their names.
+pub(super) fn check(site: &Site, said: &mut Wrongs) {
     for (index, floor) in site.floors.iter().enumerate() {
-        let name = &floor.name;
-        if name.trim().is_empty() {
-            return Err(format!("floor {}: has no name", index + 1));
+        if let Some((key, what)) = floor.fault() {
+            said.part(index, floor, key, &what);
         }
-        if site.floors.iter().take(index).any(|other| other.name == *name) {
-            return Err(format!("two floors are named \"{name}\": rename one"));
-        }
-        if let Some(fault) = floor.fault() {
-            return Err(format!("floor \"{name}\": {fault}"));
-        }
-    }
-    let shared = site.floors.iter().find(|floor| site.modules.iter().any(|module| module.name == floor.name));
-    match shared {
-        Some(floor) => Err(format!("a floor and a module are named \"{}\": rename one", floor.name)),
-        None => Ok(()),
     }
 }
 

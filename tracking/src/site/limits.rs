@@ -4,7 +4,9 @@
 
 use crate::geometry::{Point, bounds};
 use crate::site::Site;
+use crate::site::part::Part;
 use crate::site::reader::Reads;
+use crate::site::wrong::Wrongs;
 
 /// Farthest place from the origin along each axis, m.
 pub(crate) const FARTHEST_M: f64 = 10_000.0;
@@ -22,7 +24,8 @@ pub(crate) fn beside_m(site: &Site, at: Point) -> f64 {
     let walls = site.walls.iter().flat_map(|wall| &wall.points).copied();
     let zones = site.zones.iter().flat_map(|zone| &zone.polygon).copied();
     let entries = site.entries.iter().flat_map(|entry| &entry.line).copied();
-    let points = modules.chain(walls).chain(zones).chain(entries).map(|[x, y]| Point::new(x, y));
+    let lines = site.lines.iter().flat_map(|line| [line.from, line.to]);
+    let points = modules.chain(walls).chain(zones).chain(entries).chain(lines).map(|[x, y]| Point::new(x, y));
     let readers = site.readers.iter().filter_map(|reader| match reader.reads {
         Reads::Near { at, .. } => Some(at),
         Reads::Pixels { .. } => None,
@@ -36,58 +39,37 @@ pub(crate) fn beside_m(site: &Site, at: Point) -> f64 {
     Point::new(beyond(at.x, low.x, high.x), beyond(at.y, low.y, high.y)).length()
 }
 
-/// What is too much or no place at all, as one sentence that names the part and what to do.
-///
-/// # Errors
-/// The first found.
-pub fn check(site: &Site) -> Result<(), String> {
-    for module in &site.modules {
-        if module.name.trim().is_empty() {
-            return Err("a module has no name: give it its name or identity".to_owned());
-        }
-        places(&format!("module \"{}\"", module.name), &[[module.x, module.y]])?;
-    }
-    for (index, wall) in site.walls.iter().enumerate() {
-        places(&format!("wall {}", index + 1), &wall.points)?;
-    }
+/// What is too much or no place at all.
+pub(super) fn check(site: &Site, said: &mut Wrongs) {
+    check_places(&site.modules, said);
+    check_places(&site.walls, said);
+    check_places(&site.zones, said);
+    check_places(&site.entries, said);
+    check_places(&site.movers, said);
+    check_places(&site.excludes, said);
+    check_places(&site.readers, said);
     let mut area_m2 = 0.0;
     for (index, zone) in site.zones.iter().enumerate() {
-        if zone.name.trim().is_empty() {
-            return Err(format!("zone {}: has no name", index + 1));
-        }
-        if site.zones.iter().take(index).any(|other| other.name == zone.name) {
-            return Err(format!("two zones are named \"{}\": rename one", zone.name));
-        }
-        places(&format!("zone \"{}\"", zone.name), &zone.polygon)?;
         area_m2 += extent_m(&zone.polygon, 0) * extent_m(&zone.polygon, 1);
         if area_m2 > ZONES_M2 {
-            return Err(format!(
-                "zone \"{}\": all zones together are larger than {ZONES_M2} m²: make them smaller",
-                zone.name
-            ));
+            let what = format!("all zones together are larger than {ZONES_M2} m²: make them smaller");
+            said.part(index, zone, "polygon", &what);
         }
     }
-    for entry in &site.entries {
-        places(&format!("entry \"{}\"", entry.name), &entry.line)?;
-    }
-    for mover in &site.movers {
-        places(&format!("mover \"{}\"", mover.name), &mover.polygon)?;
-    }
-    for reader in &site.readers {
-        if let Reads::Near { at, .. } = reader.reads {
-            places(&format!("reader \"{}\"", reader.name), &[[at.x, at.y]])?;
-        }
-    }
-    Ok(())
 }
 
-fn places(what: &str, places: &[[f64; 2]]) -> Result<(), String> {
-    match places.iter().flatten().find(|metres| metres.is_nan() || metres.abs() > FARTHEST_M) {
-        None => Ok(()),
-        Some(metres) => {
-            Err(format!("{what}: {metres} is no place: metres, at most {FARTHEST_M} from the origin"))
+fn check_places<P: Part>(parts: &[P], said: &mut Wrongs) {
+    for (index, part) in parts.iter().enumerate() {
+        if let Some(what) = no_place(&part.corners()) {
+            said.part(index, part, None, &what);
         }
     }
+}
+
+/// What is said of the first number that is no place, if there is one.
+pub(super) fn no_place(places: &[[f64; 2]]) -> Option<String> {
+    let metres = places.iter().flatten().find(|metres| metres.is_nan() || metres.abs() > FARTHEST_M)?;
+    Some(format!("{metres} is no place: metres, at most {FARTHEST_M} from the origin"))
 }
 
 fn extent_m(polygon: &[[f64; 2]], axis: usize) -> f64 {
@@ -102,7 +84,8 @@ mod tests {
     use super::*;
 
     fn said(text: &str) -> String {
-        check(&toml::from_str(text).unwrap()).unwrap_err()
+        let site: Site = toml::from_str(text).unwrap();
+        site.check().unwrap_err()
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! y = 0.0
 //! yaw_deg = 0.0
 //! height_m = 0.6
+//! upside_down = false # whether it hangs head down
 //!
 //! [[wall]]
 //! points = [[-1.0, -1.0], [-1.0, 1.0]]
@@ -21,8 +22,17 @@
 //! line = [[-1, -1], [1, -1]]
 //! zone = "area"
 //!
+//! [[line]]            # counts who walks across it: `site::line`
+//! name = "front"
+//! from = [-1, -1]
+//! to = [1, -1]
+//!
 //! [[mover]]           # the area a door leaf or a curtain sweeps
 //! polygon = [[0.4, 1.0], [1.2, 1.0], [0.4, 1.8]]
+//!
+//! [[exclude]]         # nobody is counted there
+//! name = "shelf"
+//! polygon = [[0.6, -1.0], [1.0, -1.0], [1.0, -0.6]]
 //!
 //! [[door]]            # lets in as many people as it was told: `site::door`
 //! name = "front"
@@ -50,21 +60,31 @@ pub mod change;
 mod check;
 pub mod door;
 pub mod floor;
+mod kinds;
 mod limits;
+pub mod line;
+pub mod merge;
+pub mod pairs;
+pub mod part;
 pub mod reader;
+mod shape;
+pub mod wrong;
 
 use self::door::Door;
 use self::floor::Floor;
 pub(crate) use self::limits::{BESIDE_M, FARTHEST_M, beside_m};
+use self::line::CountingLine;
 use self::reader::Reader;
+use crate::cells::Areas;
 use crate::geometry::{Point, Pose};
 use kehai::address::host_name;
 use kehai::wire::ModuleId;
+use schemars::JsonSchema;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-/// Modules with their poses, walls, zones, entries, movers, doors, readers and floors.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Modules with their poses, walls, zones, entries, lines, movers, doors, readers and floors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Site {
     /// The modules.
@@ -79,9 +99,15 @@ pub struct Site {
     /// Lines across which people come and go.
     #[serde(default, rename = "entry")]
     pub entries: Vec<Entry>,
+    /// Lines across which people are counted.
+    #[serde(default, rename = "line", skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<CountingLine>,
     /// Areas in which things move that are not people.
     #[serde(default, rename = "mover")]
     pub movers: Vec<Mover>,
+    /// Areas in which nobody is counted.
+    #[serde(default, rename = "exclude", skip_serializing_if = "Vec::is_empty")]
+    pub excludes: Vec<Exclude>,
     /// Doors that let in as many people as were entered.
     #[serde(default, rename = "door", skip_serializing_if = "Vec::is_empty")]
     pub doors: Vec<Door>,
@@ -103,7 +129,7 @@ pub enum Place {
 }
 
 /// A module and where it is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Module {
     /// Its name, MAC or instance name.
@@ -118,6 +144,12 @@ pub struct Module {
     /// Height of its plane above the floor.
     #[serde(default = "default_height_m")]
     pub height_m: f64,
+    /// Whether it hangs head down: what it has on its left is on its right.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub upside_down: bool,
+    /// Whether its place is known. One that is not placed is asked and calibrated, and nothing that it sees is used.
+    #[serde(default = "placed", skip_serializing_if = "is_placed")]
+    pub placed: bool,
 }
 
 /// Paper A's height of the plane: the waist.
@@ -125,7 +157,35 @@ const fn default_height_m() -> f64 {
     0.6
 }
 
+const fn placed() -> bool {
+    true
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
+const fn is_placed(placed: &bool) -> bool {
+    *placed
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
+const fn is_false(value: &bool) -> bool {
+    !*value
+}
+
 impl Module {
+    /// One whose place is not known yet.
+    #[must_use]
+    pub const fn unplaced(name: String) -> Self {
+        Self {
+            name,
+            x: 0.0,
+            y: 0.0,
+            yaw_deg: 0.0,
+            height_m: default_height_m(),
+            upside_down: false,
+            placed: false,
+        }
+    }
+
     /// Its place and direction.
     #[must_use]
     pub fn pose(&self) -> Pose {
@@ -134,7 +194,7 @@ impl Module {
 }
 
 /// What a wall stops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Blocks {
     /// No person walks through.
@@ -144,7 +204,7 @@ pub enum Blocks {
 }
 
 /// A wall: a line of straight pieces.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "WallText")]
 pub struct Wall {
     /// Its corners, at least two.
@@ -156,16 +216,20 @@ pub struct Wall {
 }
 
 /// A wall as a file has it.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct WallText {
+    /// Its corners, at least two.
     points: Vec<[f64; 2]>,
+    /// What it stops.
     #[serde(default = "everything")]
     blocks: Vec<Blocks>,
+    /// Beams do not end at it but go on as its image shows.
     #[serde(default)]
     mirror: bool,
     /// Site files that earlier maps saved have it; a scene has its own, `wall_reflectance`.
     #[serde(default, rename = "reflectance")]
+    #[schemars(with = "serde_json::Value", extend("deprecated" = true))]
     _reflectance: IgnoredAny,
 }
 
@@ -176,6 +240,12 @@ impl From<WallText> for Wall {
 }
 
 impl Wall {
+    /// One that stops people and beams.
+    #[must_use]
+    pub fn of(points: Vec<[f64; 2]>) -> Self {
+        Self { points, blocks: everything(), mirror: false }
+    }
+
     /// Its straight pieces.
     pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> {
         self.points.windows(2).map(|ends| (Point::from(ends[0]), Point::from(ends[1])))
@@ -187,7 +257,7 @@ fn everything() -> Vec<Blocks> {
 }
 
 /// An area with a meaning.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Zone {
     /// Its name.
@@ -203,6 +273,9 @@ pub struct Zone {
     /// Walls and entries surround it.
     #[serde(default)]
     pub enclosed: bool,
+    /// More people in it than this raise an alarm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub people_max: Option<u32>,
 }
 
 impl Zone {
@@ -218,7 +291,7 @@ fn corners(polygon: &[[f64; 2]]) -> Vec<Point> {
 }
 
 /// A line across which people come and go.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
     /// Its name.
@@ -238,7 +311,7 @@ impl Entry {
 }
 
 /// An area in which a door leaf, a curtain or a fan moves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mover {
     /// Its name.
@@ -249,6 +322,25 @@ pub struct Mover {
 }
 
 impl Mover {
+    /// Its polygon.
+    #[must_use]
+    pub fn corners(&self) -> Vec<Point> {
+        corners(&self.polygon)
+    }
+}
+
+/// An area in which nobody is counted and no track begins: of shelves, machines, a neighbour's ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Exclude {
+    /// Its name.
+    #[serde(default)]
+    pub name: String,
+    /// Its corners, at least three.
+    pub polygon: Vec<[f64; 2]>,
+}
+
+impl Exclude {
     /// Its polygon.
     #[must_use]
     pub fn corners(&self) -> Vec<Point> {
@@ -276,6 +368,18 @@ impl Site {
         Ok(site)
     }
 
+    /// Zones that people enter and leave through entries alone.
+    #[must_use]
+    pub fn enclosed(&self) -> Areas {
+        Areas::of(self.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect())
+    }
+
+    /// Areas in which nobody is counted.
+    #[must_use]
+    pub fn excluded(&self) -> Areas {
+        Areas::of(self.excludes.iter().map(Exclude::corners).collect())
+    }
+
     /// The site's module that has the name `name` (empty: not reported) and this identity.
     #[must_use]
     pub fn place_of(&self, name: &str, id: ModuleId) -> Option<usize> {
@@ -287,6 +391,12 @@ impl Site {
     pub fn place_of_device(&self, name: &str, id: ModuleId) -> Option<Place> {
         let floor = || position(self.floors.iter().map(|floor| floor.name.as_str()), name, id);
         self.place_of(name, id).map(Place::Module).or_else(|| floor().map(Place::Floor))
+    }
+
+    /// Whether it is known where the module of this number is.
+    #[must_use]
+    pub fn is_placed(&self, module: usize) -> bool {
+        self.modules.get(module).is_some_and(|module| module.placed)
     }
 
     /// All places for devices with their names: modules, then floors.

@@ -16,8 +16,10 @@
 //! Source: the projection of a camera's pixels to the floor by a homography, Ota et al. 2006 (docs/bibliography.md, B).
 
 use nalgebra::Matrix3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::wrong::Wrongs;
 use crate::geometry::Point;
 
 /// Spread of a place that a camera found, unless its reader says otherwise, m: half a body's width. Calibration on the
@@ -28,7 +30,7 @@ const SIGMA_M: f64 = 0.2;
 const REACH_MAX_M: f64 = 100.0;
 
 /// A reader.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "ReaderText", into = "ReaderText")]
 pub struct Reader {
     /// Its name.
@@ -68,18 +70,24 @@ impl Reads {
 }
 
 /// A reader as a file has it.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ReaderText {
+    /// Its name.
     name: String,
+    /// Its place, m, with `y` and `reach_m`; or else it has a `homography`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     x: Option<f64>,
+    /// See `x`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     y: Option<f64>,
+    /// How far it reads, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reach_m: Option<f64>,
+    /// Of a camera: pixel (u, v, 1) to a place on the floor, row by row.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     homography: Option<[f64; 9]>,
+    /// Spread of such a place along each axis, m; 0.2 if it is not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sigma_m: Option<f64>,
 }
@@ -118,31 +126,23 @@ impl From<Reader> for ReaderText {
     }
 }
 
-/// What is wrong with the readers of a site, as one sentence that names the reader and the key.
-pub(super) fn check(readers: &[Reader]) -> Result<(), String> {
-    for (index, Reader { name, reads }) in readers.iter().enumerate() {
-        if name.trim().is_empty() {
-            return Err(format!("reader {}: has no name", index + 1));
-        }
-        if readers.iter().take(index).any(|other| other.name == *name) {
-            return Err(format!("two readers are named \"{name}\": rename one"));
-        }
-        let (key, metres) = match reads {
+/// What is wrong with the readers of a site beside their names.
+pub(super) fn check(readers: &[Reader], said: &mut Wrongs) {
+    for (index, reader) in readers.iter().enumerate() {
+        let (key, metres) = match &reader.reads {
             Reads::Near { reach_m, .. } => ("reach_m", reach_m),
             Reads::Pixels { homography, .. } if !is_one_to_one(homography) => {
-                return Err(format!(
-                    "reader \"{name}\": homography: maps the picture to a line, or is no numbers"
-                ));
+                let what = "homography: maps the picture to a line, or is no numbers";
+                said.part(index, reader, "homography", what);
+                continue;
             }
             Reads::Pixels { sigma_m, .. } => ("sigma_m", sigma_m),
         };
         if !(*metres > 0.0 && *metres <= REACH_MAX_M) {
-            return Err(format!(
-                "reader \"{name}\": {key}: must be above 0 and at most {REACH_MAX_M}, is {metres}"
-            ));
+            let what = format!("{key}: must be above 0 and at most {REACH_MAX_M}, is {metres}");
+            said.part(index, reader, key, &what);
         }
     }
-    Ok(())
 }
 
 /// Whether no two pixels have the same place. A homography is known up to a factor, so its size decides nothing.
