@@ -2,18 +2,20 @@
 //!
 //! ```text
 //!   device monitor, pose watch ─▶ ModuleLine.alarms ╮
-//!   database, recording ────────▶ Snapshot.alarms   ├─▶ Active ─▶ Alarms: which have begun, which are over
-//!   door machine ───────────────▶ DoorLine.alarm    ╯
+//!   database, recording ────────▶ the tracker's own ├─▶ Active ─▶ AlarmList: since when, who has acknowledged
+//!   door machine ───────────────▶ DoorLine.alarm    │
+//!   people in a zone ───────────▶ Capacity          ╯
 //! ```
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::door;
 
 /// How much an alarm takes away; the order is that of the enum, the least first.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// Nothing yet: something is to be looked after.
@@ -26,7 +28,7 @@ pub enum Severity {
 }
 
 /// What is wrong.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AlarmKind {
     /// Nothing comes from the device.
@@ -75,6 +77,8 @@ pub enum AlarmKind {
     Keys,
     /// The device has no key, in a site that has keys: it is not believed.
     NoKey,
+    /// More people are in a zone than may be.
+    Crowded,
     /// A kind of a newer version.
     #[serde(other)]
     Unknown,
@@ -108,6 +112,7 @@ impl AlarmKind {
             Self::Thread => "thread",
             Self::Keys => "keys",
             Self::NoKey => "no-key",
+            Self::Crowded => "crowded",
             Self::Unknown => "unknown",
         }
     }
@@ -125,7 +130,7 @@ impl AlarmKind {
             Self::Keys => Severity::Failed,
             Self::Line | Self::Slow | Self::ClockOff | Self::Dirty | Self::Moved => Severity::Degraded,
             Self::RawScans | Self::Thread | Self::Panels => Severity::Degraded,
-            Self::Store | Self::Suspect | Self::Watchdog | Self::Unknown => Severity::Notice,
+            Self::Store | Self::Suspect | Self::Watchdog | Self::Crowded | Self::Unknown => Severity::Notice,
         }
     }
 }
@@ -137,7 +142,7 @@ impl fmt::Display for AlarmKind {
 }
 
 /// An alarm of a device or of the tracker, as it is written.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AlarmLine {
     /// What is wrong, for programs. When a device raises which: `tracking/src/session/health/alarms.rs`.
     #[serde(rename = "name")]
@@ -158,7 +163,7 @@ impl AlarmLine {
 }
 
 /// What an alarm is about.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Source {
     /// The tracker itself.
     Tracker,
@@ -166,6 +171,8 @@ pub enum Source {
     Device(String),
     /// The door of this name.
     Door(String),
+    /// The zone of this name.
+    Zone(String),
 }
 
 impl fmt::Display for Source {
@@ -174,17 +181,40 @@ impl fmt::Display for Source {
             Self::Tracker => f.write_str("the tracker"),
             Self::Device(name) => write!(f, "module {name}"),
             Self::Door(name) => write!(f, "door {name}"),
+            Self::Zone(name) => write!(f, "zone {name}"),
         }
     }
 }
 
-/// Why there is an alarm.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+/// Why there is an alarm; by its name in JSON. No two of both kinds have the same.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(rename = "AlarmName")]
 pub enum Cause {
-    /// Something is wrong with a device or with the tracker.
-    Fault(AlarmKind),
     /// Something has happened at a door.
     Door(door::Alarm),
+    /// Something is wrong with a device or with the tracker.
+    Fault(AlarmKind),
+}
+
+impl Cause {
+    /// Its name, for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Door(alarm) => alarm.name(),
+            Self::Fault(kind) => kind.name(),
+        }
+    }
+
+    /// How much it takes away. A door in alarm lets nobody in until somebody has looked after it.
+    #[must_use]
+    pub const fn severity(self) -> Severity {
+        match self {
+            Self::Door(_) => Severity::Failed,
+            Self::Fault(kind) => kind.severity(),
+        }
+    }
 }
 
 /// An alarm that is on.
@@ -198,66 +228,9 @@ pub struct Active {
     pub text: String,
 }
 
-impl Active {
-    /// Name of the alarm beside its source.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self.cause {
-            Cause::Fault(kind) => kind.name(),
-            Cause::Door(_) => "alarm",
-        }
-    }
-
-    fn is_same(&self, other: &Self) -> bool {
-        self.source == other.source && self.cause == other.cause
-    }
-}
-
-/// The alarms that are on, from one snapshot to the next.
-#[derive(Clone, Debug, Default)]
-pub struct Alarms(Vec<Active>);
-
-/// What a snapshot changed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Changes {
-    /// Alarms that have begun.
-    pub begun: Vec<Active>,
-    /// Alarms that are over.
-    pub over: Vec<Active>,
-}
-
-impl Alarms {
-    /// Goes on to the alarms that are on `now`; what has changed. An alarm that goes on with another text has not.
-    pub fn update(&mut self, now: impl Iterator<Item = Active>) -> Changes {
-        let now: Vec<Active> = now.collect();
-        let missing = |from: &[Active], of: &[Active]| -> Vec<Active> {
-            of.iter().filter(|alarm| !from.iter().any(|other| other.is_same(alarm))).cloned().collect()
-        };
-        let changes = Changes { begun: missing(&self.0, &now), over: missing(&now, &self.0) };
-        self.0 = now;
-        changes
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn alarm(kind: AlarmKind, text: &str) -> Active {
-        Active { source: Source::Device("left".into()), cause: Cause::Fault(kind), text: text.into() }
-    }
-
-    #[test]
-    fn an_alarm_begins_once_and_ends_once_whatever_its_text() {
-        let mut alarms = Alarms::default();
-        let (slow, slower) = (alarm(AlarmKind::Slow, "4 of 10"), alarm(AlarmKind::Slow, "3 of 10"));
-        let begun = alarms.update([slow.clone()].into_iter());
-        assert_eq!(begun, Changes { begun: vec![slow], over: vec![] });
-        assert_eq!(alarms.update([slower.clone()].into_iter()), Changes::default());
-        let other = Active { source: Source::Tracker, ..slower.clone() };
-        let moved = alarms.update([other.clone()].into_iter());
-        assert_eq!(moved, Changes { begun: vec![other], over: vec![slower] });
-    }
 
     #[test]
     fn every_kind_is_written_by_its_name() {
@@ -266,5 +239,14 @@ mod tests {
             assert_eq!((kind.name(), serde_json::to_value(kind).unwrap()), (name, name.into()));
         }
         assert_eq!(serde_json::from_value::<AlarmKind>("of-tomorrow".into()).unwrap(), AlarmKind::Unknown);
+    }
+
+    #[test]
+    fn a_cause_is_read_as_it_is_written_whichever_it_is_of() {
+        for cause in [Cause::Door(door::Alarm::HeldOpen), Cause::Fault(AlarmKind::Silent)] {
+            let written = serde_json::to_value(cause).unwrap();
+            assert_eq!(written, cause.name());
+            assert_eq!(serde_json::from_value::<Cause>(written).unwrap(), cause);
+        }
     }
 }

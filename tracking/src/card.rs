@@ -4,10 +4,11 @@
 //!   "04:A2:2B:…" ─▶ keyed hash, by the daemon ─▶ Card(16 bytes) ─▶ label: its first four digits
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A card or a tag, as a hash that only this site can make: the number on it is never kept.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(into = "String", try_from = "String")]
 pub struct Card(pub u128);
 

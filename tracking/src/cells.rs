@@ -161,6 +161,18 @@ impl Areas {
             && self.around(*first).any(|number| places.iter().all(|place| self.is_in(number, *place)))
     }
 
+    /// The corners of one of them; none if there are not so many.
+    #[must_use]
+    pub fn corners(&self, number: usize) -> &[Point] {
+        self.polygons.get(number).map_or(&[], Vec::as_slice)
+    }
+
+    /// How many.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.polygons.len()
+    }
+
     /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -14,6 +14,7 @@ use std::fmt;
 use std::io::{self, BufRead, Write};
 use std::marker::PhantomData;
 
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,7 @@ pub use crate::occupancy::{ZoneKnown, ZoneLine};
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
 
 /// A line of `tracks.jsonl`: what the tracker says at one time, from the datagrams that had arrived by then.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TracksLine {
     /// Time the states are predicted to, s.
     pub t: f64,
@@ -34,7 +35,7 @@ pub struct TracksLine {
 }
 
 /// One track.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrackLine {
     /// Never used for another track.
     pub id: TrackId,

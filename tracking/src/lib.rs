@@ -8,19 +8,25 @@
 #![forbid(unsafe_code)]
 
 pub mod alarm;
+pub mod alarm_list;
 mod assignment;
 pub mod calibration;
+pub mod capacity;
 pub mod card;
 mod cells;
 pub mod clock;
 pub mod depth;
 pub mod door;
+pub mod explain;
 pub mod explanation;
 pub mod floor;
 pub mod fusion;
 pub mod geometry;
+pub mod ground;
 pub mod jsonl;
 pub mod keys;
+pub mod lines;
+pub mod mounts;
 pub mod names;
 pub mod observation;
 pub mod occupancy;
@@ -29,6 +35,9 @@ pub mod session;
 pub mod site;
 pub mod site_tracker;
 pub mod snapshot;
+pub mod stays;
+pub mod survey;
 pub mod text;
+pub mod total;
 pub mod tracker;
 pub mod zones;

@@ -34,8 +34,10 @@ pub struct View {
     pub pose: Pose,
     /// Its plane above the floor, m.
     pub height_m: f64,
-    /// Its beams.
+    /// Its beams, from right to left.
     pub geometry: Geometry,
+    /// Whether it hangs head down: its mirror turns from left to right.
+    pub upside_down: bool,
 }
 
 impl View {
@@ -70,7 +72,13 @@ impl View {
     /// Time of a beam after step 0, s.
     #[must_use]
     pub fn delay_s(&self, beam: u16) -> f64 {
-        f64::from(self.geometry.beam_delay_us(beam)) * 1e-6
+        if !self.upside_down {
+            return f64::from(self.geometry.beam_delay_us(beam)) * 1e-6;
+        }
+        let (parts, half_steps) = (self.geometry.parts(), f64::from(self.geometry.half_steps(beam)));
+        let half_steps_a_turn = 2.0 * f64::from(parts.steps_per_turn);
+        // Its step in the sensor: both together are one less than the steps of a turn.
+        f64::from(parts.period_us) * (half_steps_a_turn - 2.0 - half_steps) / half_steps_a_turn * 1e-6
     }
 
     /// A place in the site, from a bearing in the sensor's frame and a range, m.

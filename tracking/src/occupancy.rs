@@ -10,10 +10,11 @@
 //!
 //! In JSON `count` and `p` are null together. Lines of older versions, which said 0 there, are read as null.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How much of a zone is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ZoneKnown {
     /// All of it is observed, or no person can have come in without a detection.
@@ -22,6 +23,33 @@ pub enum ZoneKnown {
     Partly,
     /// None of it is seen.
     Unknown,
+}
+
+impl ZoneKnown {
+    /// Its name, for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Known => "known",
+            Self::Partly => "partly",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+/// How many people are in the whole site.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Total {
+    /// People; null where that is not known.
+    pub count: Option<u32>,
+    /// How much of the site's zones is known.
+    pub state: ZoneKnown,
+}
+
+impl Default for Total {
+    fn default() -> Self {
+        Self { count: None, state: ZoneKnown::Unknown }
+    }
 }
 
 /// People who were found.
@@ -44,7 +72,7 @@ impl Found {
 }
 
 /// What is known of a zone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "Flat", into = "Flat")]
 pub struct ZoneLine {
     state: ZoneKnown,
@@ -103,11 +131,15 @@ impl ZoneLine {
 }
 
 /// As it is written.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 struct Flat {
+    /// Number of people found; null where 0 would say more than is known.
     count: Option<u32>,
+    /// Probability of no person, of one, of two, …; null with the count.
     p: Option<Vec<f64>>,
+    /// Share of the zone that some module sees.
     seen_share: f64,
+    /// How much the count can be trusted.
     state: ZoneKnown,
 }
 

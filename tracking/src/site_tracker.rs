@@ -11,18 +11,25 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::explain::glance::Glance;
+use crate::explain::person::PersonFacts;
+use crate::explain::{Facts, FactsOf, Question};
 use crate::explanation::Explanation;
 use crate::floor::{Floors, Reading};
 use crate::fusion::Fusion;
-use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
+use crate::geometry::inside;
+use crate::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
+use crate::lines::{CrossedLine, Crossing, Lines, Totals};
 use crate::observation::Observation;
 use crate::session::datagram::Datagram;
 use crate::session::{Input, Sessions};
 use crate::site::Site;
 use crate::site::change::SiteChange;
 use crate::snapshot::FloorLine;
+use crate::stays::{Change, DwellLine, Stays};
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::Zones;
+use crate::zones::verdict::Verdict;
 
 /// No device has seen anything for so long, or one of them has not, s: as long as zones stay known.
 const GAP_S: f64 = 2.0;
@@ -53,12 +60,18 @@ pub struct Estimate {
     pub zones: BTreeMap<String, ZoneLine>,
     /// Other places of those tracks whom only floors show; the likeliest first, whose places are the tracks'. None without floors.
     pub explanations: Vec<Explanation>,
+    /// Who has crossed a counting line since the estimate before.
+    pub crossings: Vec<Crossing>,
+    /// Who has entered and left zones since then.
+    pub stays: Vec<Change>,
 }
 
 impl From<&Estimate> for TracksLine {
     fn from(estimate: &Estimate) -> Self {
         let tracks = estimate.tracks.iter().map(TrackLine::from).collect();
-        Self { t: estimate.t_s, tracks, zones: estimate.zones.clone() }
+        // To the microsecond, as clocks are: 0.1, not 0.09999999999999999.
+        let t = (estimate.t_s * 1e6).round() / 1e6;
+        Self { t, tracks, zones: estimate.zones.clone() }
     }
 }
 
@@ -71,6 +84,8 @@ pub struct SiteTracker {
     /// Where there are floors: who of both is who.
     fusion: Fusion,
     zones: Zones,
+    lines: Lines,
+    stays: Stays,
     model: Box<dyn Model>,
     /// Added to the tracker's numbers: those of the trackers before it.
     numbers: TrackId,
@@ -80,6 +95,8 @@ pub struct SiteTracker {
     begun_s: f64,
     /// The same of each module.
     looked: BTreeMap<usize, Looked>,
+    /// The newest scan of each module.
+    glances: BTreeMap<usize, Glance>,
 }
 
 /// When a module has looked, s.
@@ -101,12 +118,15 @@ impl SiteTracker {
             floors: Floors::default(),
             fusion: Fusion::default(),
             zones: Zones::new(site),
+            lines: Lines::new(site),
+            stays: Stays::new(site),
             model: Box::new(model),
             numbers: 0,
             newest: 0,
             seen_s: f64::NEG_INFINITY,
             begun_s: f64::NEG_INFINITY,
             looked: BTreeMap::new(),
+            glances: BTreeMap::new(),
         }
     }
 
@@ -121,7 +141,11 @@ impl SiteTracker {
             (0..before.floors.len()).for_each(|floor| self.zones.forget(floor));
             self.floors.clear();
         }
+        // Modules may have other numbers, and see it all again at once.
+        self.glances.clear();
         self.zones.change_site(&change, self.seen_s + FOUND_S);
+        self.lines.change_site(site);
+        self.stays.change_site(site);
         if !self.tracker.change_site(&change) {
             self.tracker = self.model.build(site);
             self.numbers = self.newest;
@@ -140,6 +164,11 @@ impl SiteTracker {
         let sure = |track: &&TrackLine| track.state != LifeCycle::Tentative;
         let people: Vec<TrackState> = line.tracks.iter().filter(sure).map(TrackState::from).collect();
         self.tracker.restore(&people, age_s, 0.0);
+    }
+
+    /// Goes on from what an earlier process has counted at lines, by their names.
+    pub fn restore_lines(&mut self, totals: &BTreeMap<String, Totals>) {
+        self.lines.restore(totals);
     }
 
     /// Decodes and uses a datagram that arrived at `now_us` on the host's clock; an observation, if it was a report that
@@ -171,9 +200,14 @@ impl SiteTracker {
         }
     }
 
-    /// Takes an observation.
+    /// Takes an observation. What a module sees whose place is not known says nothing of the site.
     pub fn observe(&mut self, observation: &Observation) {
+        if !self.site.is_placed(observation.view.module) {
+            return;
+        }
         self.resume(observation.start_s);
+        let module = observation.view.module;
+        self.glances.entry(module).or_insert_with(|| Glance::of(observation)).take(observation);
         self.tracker.observe(observation);
         if self.has_found(observation) {
             self.zones.observe(observation);
@@ -227,11 +261,16 @@ impl SiteTracker {
         let (tracks, explanations) = self.with_floors(&mut fusion, self.numbered(tracks), at_s);
         self.fusion = fusion;
         let mut zones = self.zones.lines(&tracks, at_s);
-        if at_s - self.begun_s < FOUND_S {
+        let begins = at_s - self.begun_s < FOUND_S;
+        if begins {
             zones.values_mut().for_each(|zone| *zone = ZoneLine::unknown());
         }
+        let known = self.zones.counting_lines(at_s);
+        let known = known.map(|known| if begins { ZoneKnown::Unknown } else { known });
+        let crossings = self.lines.observe(&tracks, known, at_s);
+        let stays = self.stays.observe(&tracks, at_s);
         self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
-        Estimate { t_s: at_s, tracks, zones, explanations }
+        Estimate { t_s: at_s, tracks, zones, explanations, crossings, stays }
     }
 
     /// The same, to be written.
@@ -247,11 +286,55 @@ impl SiteTracker {
         tracks.iter().map(TrackLine::from).collect()
     }
 
+    /// What is known at `at_s`, the time of the newest estimate, to be explained; an alarm of a device is asked of the registry.
+    #[must_use]
+    pub fn facts(&self, question: &Question, at_s: f64) -> Facts {
+        let tracks = self.numbered(self.tracker.peek(at_s));
+        let mut fusion = self.fusion.clone();
+        let (tracks, _) = self.with_floors(&mut fusion, tracks, at_s);
+        let of = match question {
+            Question::Zone(name) => self.zones.zone_facts(name, &tracks, at_s).map(|mut zone| {
+                let for_s = self.begun_s + FOUND_S - at_s;
+                if for_s > 0.0 {
+                    let verdict = Verdict::Begins { for_s };
+                    (zone.state, zone.count, zone.verdict) = (verdict.known(), None, Some(verdict));
+                }
+                FactsOf::Zone(zone)
+            }),
+            Question::Line(name) => {
+                let number = self.site.lines.iter().position(|line| line.name == *name);
+                number.and_then(|number| self.zones.line_facts(number, at_s)).map(FactsOf::Zone)
+            }
+            Question::Person(id) => tracks.iter().find(|track| track.id == *id).map(|state| {
+                let own = if self.site.floors.is_empty() { Some(*id) } else { fusion.track_of(*id) };
+                let history = own.and_then(|own| self.tracker.history(own.checked_sub(self.numbers)?));
+                let zones = self.site.zones.iter().filter(|zone| inside(state.at, &zone.corners()));
+                let zones = zones.map(|zone| zone.name.clone()).collect();
+                FactsOf::Person(PersonFacts { state: *state, history, zones })
+            }),
+            Question::Alarm(_) | Question::Views => None,
+        };
+        let glances = self.glances.values().cloned().collect();
+        Facts { at_s, site: Arc::clone(&self.site), tracks, glances, of }
+    }
+
     /// What each floor that is read shows.
     #[must_use]
     pub fn floors(&self) -> Vec<FloorLine> {
         self.floors
             .lines(|number| self.site.floors.get(number).map_or_else(String::new, |floor| floor.name.clone()))
+    }
+
+    /// How often each counting line was crossed.
+    #[must_use]
+    pub fn lines(&self) -> Vec<CrossedLine> {
+        self.lines.counted()
+    }
+
+    /// How long people have stayed in each zone.
+    #[must_use]
+    pub fn dwell(&self) -> Vec<DwellLine> {
+        self.stays.dwell()
     }
 
     /// The tracks of the modules and the bodies on floors, as people; and where else those may be whom only floors show.
@@ -287,5 +370,17 @@ impl SiteTracker {
     /// The sessions with all devices, to be met and polled.
     pub const fn sessions_mut(&mut self) -> &mut Sessions {
         &mut self.sessions
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Estimate, TracksLine};
+
+    #[test]
+    fn a_time_is_written_to_the_microsecond() {
+        let t_s = 100_000.0 * 1e-6;
+        assert_ne!(t_s, 0.1, "what computing in microseconds gives");
+        assert_eq!(TracksLine::from(&Estimate { t_s, ..Estimate::default() }).t, 0.1);
     }
 }

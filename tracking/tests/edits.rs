@@ -161,3 +161,29 @@ fn where_a_moved_module_looks_nothing_is_known_until_people_can_have_been_found(
     world.seconds(3);
     assert_eq!((world.zone().state(), world.zone().count()), (ZoneKnown::Known, Some(2)));
 }
+
+#[test]
+fn nothing_is_known_by_modules_without_a_place_until_they_have_one() {
+    let mut world = World::new(BOTH, SEED);
+    let mut site = room();
+    site.modules.iter_mut().for_each(|module| module.placed = false);
+    edit(&mut world, &site);
+    world.seconds(10);
+    look(&mut world, "no module is placed");
+    let at_s = world.now_us as f64 * 1e-6;
+    assert_eq!(
+        (world.zone().state(), world.site_tracker.estimate(at_s).tracks.len()),
+        (ZoneKnown::Unknown, 0)
+    );
+    let lines = world.registry.lines(world.site_tracker.sessions_mut(), world.now_us);
+    assert!(
+        lines.iter().any(|line| !line.sees.is_empty()),
+        "each says what it sees in its own frame: {lines:?}"
+    );
+    site.modules.iter_mut().for_each(|module| module.placed = true);
+    edit(&mut world, &site);
+    world.seconds(4);
+    assert_eq!((world.zone().state(), world.zone().count()), (ZoneKnown::Known, Some(2)));
+    let lines = world.registry.lines(world.site_tracker.sessions_mut(), world.now_us);
+    assert!(lines.iter().all(|line| line.sees.is_empty()), "{lines:?}");
+}

@@ -71,7 +71,7 @@ fn tracked(walks: &[(f64, f64)], signs: Option<&[Said]>) -> (Vec<Estimate>, Sign
     let site = site();
     let geometry = Geometry::new(URG_04LX).unwrap();
     let pose = Pose { at: Point::new(0.0, -4.0), yaw_rad: FRAC_PI_2 };
-    let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry });
+    let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false });
     let mut site_tracker = SiteTracker::new(&site, Ideas::default());
     let mut names = Names::default();
     let (mut known, mut counts) = (Vec::new(), SignCounts::default());

@@ -37,6 +37,16 @@ name = "camera"
 homography = [1, 0, 0, 0, 1, 0, 0, 0, 1]
 "#;
 
+/// A module with the keys that are left out where they say nothing.
+const HUNG: &str = r#"
+[[module]]
+name = "hung"
+x = 0.0
+y = 0.0
+upside_down = true
+placed = false
+"#;
+
 const FLOOR: &str = r#"
 [[floor]]
 name = "mat"
@@ -54,8 +64,28 @@ fn the_example_is_a_site() {
 }
 
 #[test]
+fn how_a_module_hangs_is_read_and_written() {
+    let site = Site::parse("hung.toml", HUNG).unwrap();
+    assert!(site.modules[0].upside_down && site.check().is_ok());
+    let text = toml::to_string(&site).unwrap();
+    assert!(text.contains("upside_down = true"), "{text}");
+    assert_eq!(Site::parse("hung.toml", &text).unwrap(), site);
+    let upright = Site::parse("upright.toml", &HUNG.replace("true", "false")).unwrap();
+    assert!(
+        !toml::to_string(&upright).unwrap().contains("upside_down"),
+        "it is left out where it says nothing"
+    );
+    assert!(
+        Site::parse("hung.toml", &HUNG.replace("true", "180"))
+            .unwrap_err()
+            .to_string()
+            .contains("hung.toml:6")
+    );
+}
+
+#[test]
 fn the_page_names_every_key() {
-    let site = Site::parse("docs/site.md", &format!("{}\n{DOOR}{READERS}", example())).unwrap();
+    let site = Site::parse("docs/site.md", &format!("{}\n{DOOR}{READERS}{HUNG}", example())).unwrap();
     let floors = Site::parse("docs/site.md", FLOOR).unwrap().floors;
     let site = Site { floors, ..site };
     let toml::Value::Table(parts) = toml::Value::try_from(&site).unwrap() else {

@@ -9,6 +9,7 @@
 //! No I/O and no clock of its own. Without observations the machines still get the time, so that a dead tracker becomes
 //! trouble.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::MODULE_LOST_S;
@@ -49,7 +50,7 @@ pub struct Watcher {
 }
 
 /// A door, and its last passages.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct DoorState {
     /// How it is.
     #[serde(flatten)]
@@ -61,7 +62,7 @@ pub struct DoorState {
 }
 
 /// A passage, with its time of day.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Passed {
     /// ms since 1970.
     pub begun_ms: u64,
@@ -319,7 +320,9 @@ impl Passed {
 /// The devices that watch a door, by their names.
 fn watching(door: &door::Door, site: &Site) -> Vec<String> {
     let (from, to) = door.ends();
-    let near = |module: &&Module| distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M;
+    let near = |module: &&Module| {
+        module.placed && distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M
+    };
     site.modules.iter().filter(near).map(|module| module.name.clone()).collect()
 }
 

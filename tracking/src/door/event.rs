@@ -4,6 +4,7 @@
 //!   card · number · contact · exit · seen · acknowledged · reset · time ─▶ machine ─▶ lock · alarm · refused · passage · named
 //! ```
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::passage::Passage;
@@ -119,7 +120,7 @@ pub enum Event {
 }
 
 /// What the lock is to be, and for how long.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, JsonSchema)]
 pub struct LockOrder {
     /// Number of the output.
     pub id: u64,

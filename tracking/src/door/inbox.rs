@@ -19,7 +19,9 @@
 //!
 //! A number that is far ahead stops a device for ten seconds at most: what is older than that is late by its stamp.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
+use serde_json::{Value, json};
 
 use super::event::Event;
 use super::terms::{Card, Contact, Nonce};
@@ -38,6 +40,9 @@ pub const LONGEST: usize = 1024;
 
 /// Longest card number, characters.
 const CARD_MAX: usize = 128;
+
+/// What a message may say of itself, whatever it is about.
+const STAMP: [&str; 3] = ["id", "boot", "at_ms"];
 
 /// The inputs of a door.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -78,6 +83,54 @@ impl Input {
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMED.iter().find(|(_, known)| *known == name).map(|(input, _)| *input)
     }
+
+    /// What its message must say; beside that, it may have a stamp.
+    #[must_use]
+    pub const fn fields(self) -> &'static [&'static str] {
+        match self {
+            Self::Card => &["id", "at_ms", "card"],
+            Self::Number => &["id", "at_ms", "number"],
+            Self::Contact => &["id", "at_ms", "contact"],
+            Self::Reset => &["id", "at_ms"],
+            Self::LockReady => &["nonce"],
+            Self::LockTaken | Self::AlarmTaken => &["taken"],
+            Self::Exit => &[],
+        }
+    }
+
+    /// The schema of its message. A request to leave is taken whatever it says.
+    #[must_use]
+    pub fn schema(self, generator: &mut SchemaGenerator) -> Schema {
+        if self == Self::Exit {
+            return Schema::default();
+        }
+        let fields = self.fields();
+        let mut schema = Message::json_schema(generator);
+        schema.insert("required".to_owned(), json!(fields));
+        if let Some(Value::Object(known)) = schema.get_mut("properties") {
+            known.retain(|name, _| fields.contains(&name.as_str()) || STAMP.contains(&name.as_str()));
+            for (name, property) in known.iter_mut().filter(|(name, _)| fields.contains(&name.as_str())) {
+                *property = required(name, property.take());
+            }
+        }
+        schema
+    }
+}
+
+/// The schema of a field that is never left out nor null.
+fn required(name: &str, mut property: Value) -> Value {
+    if let Some(either) = property.get("anyOf").and_then(|either| either.get(0)).cloned() {
+        property["$ref"] = either["$ref"].clone();
+        if let Some(property) = property.as_object_mut() {
+            property.remove("anyOf");
+        }
+    } else {
+        property["type"] = property["type"][0].clone();
+    }
+    if name == "id" {
+        property["minimum"] = json!(1);
+    }
+    property
 }
 
 /// Why a message is not taken.
@@ -105,16 +158,25 @@ pub enum NotTaken {
     },
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Message {
+    /// Counts the device's messages, from 1.
     id: Option<u64>,
+    /// Any number that the device makes at its start; messages count for each by themselves.
     boot: Option<u64>,
+    /// When it was sent, ms since 1970; at most 5 s ago or ahead.
     at_ms: Option<u64>,
+    /// The card's number, 1 to 128 characters: only a keyed hash of it is kept.
+    #[schemars(length(min = 1, max = 128))]
     card: Option<String>,
+    /// How many people go in.
     number: Option<u32>,
+    /// How the leaf is.
     contact: Option<Contact>,
+    /// A number of the lock's own, another each time.
     nonce: Option<Nonce>,
+    /// The number of the output that was taken.
     taken: Option<u64>,
 }
 

@@ -35,6 +35,7 @@ pub mod names;
 pub mod output;
 pub mod passage;
 mod progress;
+pub mod prompt;
 pub mod terms;
 pub mod transition;
 

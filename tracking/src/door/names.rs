@@ -14,6 +14,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::terms::Card;
@@ -33,7 +34,8 @@ const TOLD: f64 = 0.05;
 const KEPT: f64 = 0.01;
 
 /// A track and a card.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "DoorName")]
 pub struct Name {
     /// The track.
     pub track: u64,

@@ -5,13 +5,15 @@
 //!   └ begun_s                                     └ ended_s      its time span is its address on the time line
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::terms::{Alarm, Card};
 
 /// How a passage ended.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "PassageOutcome")]
 pub enum Outcome {
     /// All went through, and the door is locked.
     Complete,
@@ -30,7 +32,7 @@ pub enum Outcome {
 }
 
 /// One group from its card to the lock.
-#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Passage {
     /// The door.
     pub door: String,

@@ -4,17 +4,18 @@
 //!   Alarm::PassedBack ◀─▶ "passed-back"
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::card::Card;
 
 /// A number that a lock makes for each time it says that it is ready, of any sort that does not come again soon.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Nonce(pub u64);
 
 /// Whether the leaf is shut.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contact {
     /// It is not.
@@ -24,7 +25,7 @@ pub enum Contact {
 }
 
 /// What the lock is to be. It inhibits entry only: from inside the handle always opens.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lock {
     /// No person may enter.
@@ -37,8 +38,9 @@ pub enum Lock {
 }
 
 /// Why there is an alarm.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DoorAlarm")]
 pub enum Alarm {
     /// More went in than were let in.
     Followed,
@@ -56,9 +58,52 @@ pub enum Alarm {
     Trouble,
 }
 
+impl Alarm {
+    /// Its name, for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Followed => "followed",
+            Self::RanIn => "ran-in",
+            Self::TurnedBack => "turned-back",
+            Self::PassedBack => "passed-back",
+            Self::WentIn => "went-in",
+            Self::HeldOpen => "held-open",
+            Self::Trouble => "trouble",
+        }
+    }
+
+    /// What it is, in words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Followed => "more went in than were let in",
+            Self::RanIn => "somebody came into the zone while the door was unlocked",
+            Self::TurnedBack => "somebody of the group turned back while the door was unlocked",
+            Self::PassedBack => "a card that had just gone in was shown again",
+            Self::WentIn => "somebody went in whom nobody had let in",
+            Self::HeldOpen => "the leaf does not shut",
+            Self::Trouble => "what happens at the door is not known",
+        }
+    }
+
+    /// What to do, in words.
+    #[must_use]
+    pub const fn advice(self) -> &'static str {
+        match self {
+            Self::HeldOpen => "shut it",
+            Self::Trouble => "look after what its trouble names",
+            Self::Followed | Self::RanIn | Self::TurnedBack | Self::PassedBack | Self::WentIn => {
+                "look who it is, then reset the door"
+            }
+        }
+    }
+}
+
 /// Why a door does not know what happens.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DoorTrouble")]
 pub enum Trouble {
     /// Nothing has been seen since the start.
     Starting,

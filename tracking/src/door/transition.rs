@@ -5,10 +5,11 @@
 //!                 ▲──mismatch────┘                  └──── followed, ran-in, … ──▶ alarmed ─reset▶ idle
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Where a door is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
     /// Locked; no card has been shown.

@@ -134,6 +134,12 @@ impl Fusion {
         fused
     }
 
+    /// The track of the modules that is the person of this number.
+    #[must_use]
+    pub fn track_of(&self, number: TrackId) -> Option<TrackId> {
+        self.tracks.iter().find(|(_, known)| known.number == number).map(|(track, _)| *track)
+    }
+
     /// Explanations of the floors with the numbers that [`fuse`](Self::fuse) has given. Only of people whom no track of the
     /// modules shows: of the others those know who is where.
     #[must_use]

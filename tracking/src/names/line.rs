@@ -6,6 +6,7 @@
 //!       └ the first digits of the ID's keyed hash: the ID itself is kept nowhere
 //! ```
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::card::Card;
@@ -14,7 +15,7 @@ use crate::site::Site;
 use crate::tracker::TrackId;
 
 /// A track that may be the one of an ID.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Likelihood {
     /// The track.
     pub track: TrackId,
@@ -23,7 +24,7 @@ pub struct Likelihood {
 }
 
 /// An ID, and the tracks that may be it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NameLine {
     /// The whole hash, for the database; not written.
     #[serde(skip)]
@@ -40,7 +41,7 @@ pub struct NameLine {
 }
 
 /// Where an ID is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Whereabouts {
     /// The ID and its tracks.
     #[serde(flatten)]

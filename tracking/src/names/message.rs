@@ -10,6 +10,7 @@
 //!
 //! A message that comes twice is one more reading of the same: it needs no number, unlike a door's.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sign::{NotTaken, Read};
@@ -33,16 +34,27 @@ pub(super) const LATE_MS: u64 = 2000;
 /// Clocks that are set from the network differ by less, ms.
 const AHEAD_MS: u64 = 500;
 
-#[derive(Deserialize)]
+/// What a reader has read, and where.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Message {
+#[schemars(rename = "Sign")]
+pub struct Message {
+    /// The ID that was read: 1 to 128 characters, of which only a keyed hash is kept.
+    #[schemars(length(min = 1, max = 128))]
     id: String,
+    /// When, ms since 1970; without it, now.
     at_ms: Option<u64>,
+    /// The reader of the site that has read it.
     reader: Option<String>,
+    /// Of a camera: the pixel's column, with `v`.
     u: Option<f64>,
+    /// Of a camera: the pixel's row.
     v: Option<f64>,
+    /// Without a reader: where, m, with `y`.
     x: Option<f64>,
+    /// See `x`.
     y: Option<f64>,
+    /// Spread of that place along each axis, m.
     sigma_m: Option<f64>,
 }
 

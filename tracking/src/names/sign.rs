@@ -7,6 +7,7 @@
 //! ```
 
 use nalgebra::Matrix2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::card::Card;
@@ -105,7 +106,7 @@ pub enum NotTaken {
 }
 
 /// Signs since the start, by what became of them.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct SignCounts {
     /// Used.

@@ -13,6 +13,8 @@ use std::collections::btree_map::Entry;
 use kehai::wire::ModuleId;
 
 use super::Registry;
+use crate::alarm::AlarmKind;
+use crate::explain::alarm::DeviceCondition;
 use crate::observation::Observation;
 use crate::session::Sessions;
 use crate::session::health::Monitor;
@@ -52,6 +54,9 @@ impl Registry {
             let Some(mut line) = session.line(&name, now_us) else { continue };
             line.address = answered.address.to_string();
             show_view(&mut line, answered.newest.as_ref(), now_us);
+            if !matches!(place, Some(Place::Module(module)) if !site.is_placed(module)) {
+                line.sees.clear();
+            }
             if line.state != DeviceState::Missing && !subscribed {
                 line.state = DeviceState::Found;
             }
@@ -91,6 +96,30 @@ impl Registry {
         }
         placed.into_values().chain(others).collect()
     }
+
+    /// What an alarm is decided on at each device of the site, at the time of the last [`lines`](Self::lines).
+    #[must_use]
+    pub fn conditions(&self, kind: AlarmKind, sessions: &Sessions, now_us: u64) -> Vec<DeviceCondition> {
+        let session = |place: Place| {
+            let devices = self.answered.keys().filter_map(|device| Some((*device, sessions.get(*device)?)));
+            let placed = devices.filter(|(device, session)| {
+                self.site.place_of_device(session.name(), *device) == Some(place)
+            });
+            // Of two with one place the one that is heard.
+            placed.map(|(_, session)| session).max_by_key(|session| session.is_heard(now_us))
+        };
+        let condition = |(place, name): (Place, &str)| DeviceCondition {
+            device: name.to_owned(),
+            condition: match session(place) {
+                Some(session) => session.condition(kind, now_us),
+                None => {
+                    let since_us = self.missing.get(name).copied().unwrap_or(now_us);
+                    Monitor::new(since_us).condition(kind, None, now_us)
+                }
+            },
+        };
+        self.site.places().map(condition).collect()
+    }
 }
 
 fn is_there(line: &ModuleLine) -> bool {
@@ -120,6 +149,8 @@ fn show_view(line: &mut ModuleLine, newest: Option<&Observation>, now_us: u64) {
     };
     line.free = vec![[cm(view.pose.at.x), cm(view.pose.at.y)]];
     line.free.extend(observation.empty_mm.chunks(each).enumerate().map(corner));
+    let seen = observation.detections.iter().filter(|seen| !seen.candidate.narrow);
+    line.sees = seen.map(|seen| [cm(seen.centre.x), cm(seen.centre.y)]).collect();
 }
 
 fn cm(value_m: f64) -> f64 {

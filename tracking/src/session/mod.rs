@@ -23,14 +23,19 @@ mod sequence;
 mod sessions;
 pub mod start;
 pub mod subscription;
+pub(crate) mod upside_down;
 
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai::scan::Geometry;
-use kehai::wire::{Identity, Info, Message, ModuleId, ProfilePart, Refusal, Subscribed};
+use kehai::wire::{
+    Event, EventKind, Health, Identity, Info, Message, ModuleId, ProfilePart, Refusal, Subscribed,
+};
 
+use crate::alarm::AlarmKind;
 use crate::clock::{Exchange, ModuleClock, Verdict};
+use crate::explain::alarm::AlarmCondition;
 use crate::floor::{Plan, Reading};
 use crate::observation::{Observation, View};
 use crate::site::{Place, Site};
@@ -44,6 +49,7 @@ use sequence::Sequences;
 pub use sessions::Sessions;
 use start::{BootFilter, SILENT_US};
 use subscription::{Need, Subscription};
+use upside_down::Beams;
 
 /// Where devices stand and how the centres of bodies are found: the same for all sessions.
 #[derive(Clone, Debug)]
@@ -80,12 +86,16 @@ pub struct Session {
     identity: Identity,
     /// The name the device gives itself. It outlives restarts; empty until the first info.
     name: String,
+    /// The version it runs; empty until the first info of this start.
+    firmware: String,
     clock: ModuleClock,
     boots: BootFilter,
     /// When this start of the device answered a request last, µs.
     answered_us: Option<u64>,
     /// Number of the setup that the newest info describes, usable or not.
     described: Option<u16>,
+    /// Number of the newest change of its settings, and whether the newest info is from before: its name may be another.
+    changed: (Option<u32>, bool),
     setup: Option<Setup>,
     /// Its number and panels, if it is a floor of the site.
     floor: Option<(usize, Plan)>,
@@ -106,7 +116,10 @@ pub struct Session {
 #[derive(Clone, Debug)]
 struct Setup {
     number: u16,
+    /// As the sensor has them.
     geometry: Geometry,
+    /// As they are used, where the module hangs.
+    beams: Option<Beams>,
     view: Option<Arc<View>>,
     open_range_mm: u16,
 }
@@ -212,6 +225,7 @@ impl Session {
             }
             Message::Pressed(pressed) => return self.read(pressed, now_us, drops).map(Input::Floor),
             Message::Health(health) => {
+                self.notice_change(health);
                 if let Some(monitor) = &mut self.monitor {
                     monitor.health(health, boot, now_us);
                 }
@@ -259,9 +273,20 @@ impl Session {
         }
     }
 
+    /// A change of its settings makes it be asked again who it is.
+    fn notice_change(&mut self, health: &Health<'_>) {
+        let is_change = |event: &Event| event.kind == EventKind::SettingsChanged;
+        let newest = health.events.iter().filter(is_change).map(|event| event.number).max();
+        if newest > self.changed.0 {
+            self.changed = (newest, true);
+        }
+    }
+
     fn describe(&mut self, info: &Info<'_>, now_us: u64, site: &Site) {
         self.name = printable(info.name);
+        self.firmware = printable(info.firmware);
         self.described = Some(info.setup);
+        self.changed.1 = false;
         // Now the profile. But an info that is late, or early, is asked for again in its time only: as fast as answers
         // come would be without end.
         if self.knows_setup() {
@@ -274,7 +299,7 @@ impl Session {
         let Some(sensor) = info.sensor else { return };
         let Ok(geometry) = sensor.geometry() else { return };
         let open_range_mm = sensor.open_range_mm;
-        self.setup = Some(Setup { number: info.setup, geometry, view: None, open_range_mm });
+        self.setup = Some(Setup { number: info.setup, geometry, beams: None, view: None, open_range_mm });
         self.place(site);
     }
 
@@ -283,10 +308,13 @@ impl Session {
         self.stand(site);
         let Some(setup) = &mut self.setup else { return };
         let place = site.place_of(&self.name, self.identity.module);
-        setup.view = place.and_then(|module| {
-            let placed = site.modules.get(module)?;
-            let (pose, height_m, geometry) = (placed.pose(), placed.height_m, setup.geometry);
-            Some(Arc::new(View { module, pose, height_m, geometry }))
+        let placed = place.and_then(|module| Some((module, site.modules.get(module)?)));
+        let upside_down = placed.is_some_and(|(_, placed)| placed.upside_down);
+        self.profile.hang(upside_down);
+        setup.beams = Beams::new(setup.geometry, upside_down);
+        setup.view = placed.zip(setup.beams.as_ref()).map(|((module, placed), beams)| {
+            let (pose, height_m, geometry) = (placed.pose(), placed.height_m, *beams.used());
+            Arc::new(View { module, pose, height_m, geometry, upside_down })
         });
     }
 
@@ -314,7 +342,7 @@ impl Session {
     /// What is to be asked for next.
     fn need(&self) -> Need {
         // A background means nothing while it is not known where the beams point.
-        if !self.knows_setup() {
+        if !self.knows_setup() || self.changed.1 {
             return Need::Info;
         }
         let Some(version) = self.current.map(|(_, version)| version).filter(|&version| version != 0) else {
@@ -357,7 +385,20 @@ impl Session {
         let monitor = self.monitor.as_mut()?;
         let unused_us = (self.reports > 0).then(|| now_us.saturating_sub(self.used_us));
         let line = monitor.line(name, self.identity.module, Some(&self.clock), now_us);
-        Some(ModuleLine { unused_s: unused_us.map(|unused_us| unused_us as f64 * 1e-6), ..line })
+        let unused_s = unused_us.map(|unused_us| unused_us as f64 * 1e-6);
+        Some(ModuleLine { unused_s, firmware: self.firmware.clone(), ..line })
+    }
+
+    /// What an alarm is decided on, at the time of the last [`line`](Self::line); none where nothing is measured for it.
+    #[must_use]
+    pub fn condition(&self, kind: AlarmKind, now_us: u64) -> Option<AlarmCondition> {
+        self.monitor.as_ref()?.condition(kind, Some(&self.clock), now_us)
+    }
+
+    /// Whether its device has been heard lately; false while its health is not monitored.
+    #[must_use]
+    pub fn is_heard(&self, now_us: u64) -> bool {
+        self.monitor.as_ref().is_some_and(|monitor| monitor.is_heard(now_us))
     }
 
     /// The name the device gives itself; empty until the first info.
@@ -372,10 +413,22 @@ impl Session {
         self.profile.walls_mm()
     }
 
-    /// Where the beams point, after the first info with a sensor.
+    /// Up to which range each beam is empty when nothing stands before it, mm; none before the background is whole.
+    #[must_use]
+    pub fn empty_mm(&self) -> Option<&Arc<[u16]>> {
+        self.profile.newest_empty_mm()
+    }
+
+    /// Where it is and where its beams point, if it is a module of the site.
+    #[must_use]
+    pub fn view(&self) -> Option<&View> {
+        self.setup.as_ref()?.view.as_deref()
+    }
+
+    /// Where the beams point, after the first info with a sensor; of a module that hangs head down as from below.
     #[must_use]
     pub fn geometry(&self) -> Option<&Geometry> {
-        self.setup.as_ref().map(|setup| &setup.geometry)
+        Some(self.setup.as_ref()?.beams.as_ref()?.used())
     }
 
     /// The device's number in the site, if it has a place there.

@@ -44,7 +44,7 @@ impl Session {
             drops.early += 1;
             return None;
         }
-        let Some(view) = &setup.view else {
+        let Some((view, beams)) = setup.view.as_ref().zip(setup.beams.as_ref()) else {
             drops.unplaced += 1;
             return None;
         };
@@ -56,14 +56,21 @@ impl Session {
         self.sequences = sequences;
         // Nothing but arrivals moves the clock of what follows.
         let start_s = start_s.min(now_s);
-        let candidates: Vec<_> = report.candidates.iter().collect();
+        let sizes = report.sizes.iter().map(BodySize::of).chain(std::iter::repeat(None));
+        let mut candidates: Vec<_> =
+            report.candidates.iter().map(|candidate| beams.candidate(candidate)).zip(sizes).collect();
+        beams.order(&mut candidates);
         let background_mm = self.profile.empty_mm(head.background_version, setup.geometry.beams());
         let mut empty_mm = background_mm.to_vec();
-        visibility::cover(&view.geometry, candidates.iter(), report.unseen.iter(), &mut empty_mm);
-        let sizes = report.sizes.iter().map(BodySize::of).chain(std::iter::repeat(None));
+        let unseen = report.unseen.iter().map(|span| beams.span(span));
+        visibility::cover(
+            &view.geometry,
+            candidates.iter().map(|(candidate, _)| candidate),
+            unseen,
+            &mut empty_mm,
+        );
         let detections = candidates
             .into_iter()
-            .zip(sizes)
             .map(|(candidate, size)| Detection {
                 size,
                 ..Detection::new(candidate, view, start_s, estimator)

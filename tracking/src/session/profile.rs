@@ -16,6 +16,8 @@ pub struct Profile {
     version: u16,
     empty_mm: Arc<[u16]>,
     walls_mm: Arc<[u16]>,
+    /// Whether the module hangs head down: both lists are turned round.
+    upside_down: bool,
     arriving: Option<Arriving>,
 }
 
@@ -27,6 +29,20 @@ struct Arriving {
 }
 
 impl Profile {
+    /// How the module hangs.
+    pub fn hang(&mut self, upside_down: bool) {
+        if self.upside_down != upside_down {
+            self.upside_down = upside_down;
+            self.turn_round();
+        }
+    }
+
+    fn turn_round(&mut self) {
+        for list in [&mut self.empty_mm, &mut self.walls_mm] {
+            *list = list.iter().rev().copied().collect();
+        }
+    }
+
     /// Stores a part of a background of `beams` beams.
     pub fn store(&mut self, part: &ProfilePart<'_>, beams: u16, open_range_mm: u16) {
         let Ok(version) = u16::try_from(part.head.object) else { return };
@@ -52,6 +68,9 @@ impl Profile {
             self.empty_mm = empty_mm.into();
             let wall = |beam: &BeamProfile| if beam.state == BeamState::Wall { beam.far_mm } else { 0 };
             self.walls_mm = whole.iter().map(wall).collect();
+            if self.upside_down {
+                self.turn_round();
+            }
         }
     }
 
@@ -74,6 +93,11 @@ impl Profile {
     /// Range of the wall behind each beam, mm; 0 where there is none. Empty before a background is whole.
     pub const fn walls_mm(&self) -> &Arc<[u16]> {
         &self.walls_mm
+    }
+
+    /// The same as [`empty_mm`](Self::empty_mm), of the newest background that is whole.
+    pub fn newest_empty_mm(&self) -> Option<&Arc<[u16]>> {
+        (self.version != 0).then_some(&self.empty_mm)
     }
 
     /// Up to which range each beam is empty when nothing stands before it; nothing is known of another version.

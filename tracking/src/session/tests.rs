@@ -1,7 +1,9 @@
 //! What a session asks for, and what it remembers over a restart.
 
 use super::*;
-use kehai::wire::{Cookie, DATAGRAM_MAX, List, Report, ReportHead};
+use kehai::wire::{
+    Alarms, Cookie, Counters, DATAGRAM_MAX, HealthHead, List, Report, ReportHead, SensorCode, SensorHealth,
+};
 
 const DEVICE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
 
@@ -67,6 +69,41 @@ fn a_report_of_another_setup_makes_the_session_ask_what_it_is() {
     assert_eq!(session.need(), Need::Info);
     sent(&mut session, 1, &[report(4, 1)]);
     assert_eq!(session.need(), Need::Info, "an overtaken report says nothing of the present");
+}
+
+#[test]
+fn a_change_of_its_settings_makes_the_session_ask_again_who_it_is() {
+    let mut session = Session::new(DEVICE, Subscription::default());
+    sent(&mut session, 1, &[COOKIE, info(1), report(5, 1)]);
+    assert_eq!(session.need(), Need::Nothing);
+    let event = |number, kind| Event { number, at_us: 0, kind, background_version: 0, by: [0; 4] };
+    let events = [event(1, EventKind::Learned), event(2, EventKind::SettingsChanged)];
+    let health = |events| {
+        let sensor = SensorHealth { code: SensorCode::Streaming, detail: (0, 0) };
+        let (alarms, learning) = (Alarms::default(), None);
+        let (uptime_us, sequence, setup, background_version) = (0, 0, 1, 0);
+        let (storing, subscribers, counters) = (false, 1, Counters::new());
+        let head = HealthHead {
+            uptime_us,
+            sequence,
+            setup,
+            background_version,
+            sensor,
+            alarms,
+            storing,
+            subscribers,
+            learning,
+        };
+        Message::Health(Health { head, counters, suspects: List::default(), events: List::new(events) })
+    };
+    sent(&mut session, 1, &[health(&events[..1])]);
+    assert_eq!(session.need(), Need::Nothing);
+    sent(&mut session, 1, &[health(&events)]);
+    assert_eq!(session.need(), Need::Info);
+    sent(&mut session, 1, &[info(1)]);
+    assert_eq!(session.need(), Need::Nothing);
+    sent(&mut session, 1, &[health(&events)]);
+    assert_eq!(session.need(), Need::Nothing, "the same change");
 }
 
 #[test]

@@ -15,27 +15,32 @@
 //!
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
+mod facts;
 mod panels;
 mod presence;
 mod reach;
+mod strip;
+pub mod verdict;
 mod zone;
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::cells::Areas;
+use crate::explain::zone::ZoneFacts;
 use crate::floor::Reading;
 use crate::geometry::Point;
 use crate::observation::{Observation, View};
-use crate::occupancy::ZoneLine;
+use crate::occupancy::{ZoneKnown, ZoneLine};
 use crate::site::Site;
 use crate::site::change::SiteChange;
 use crate::tracker::TrackState;
 use panels::Panels;
+use presence::Presence;
 use reach::{InView, Reach};
 use zone::Zone;
 
-/// In the zone of a door, cells so near to the middle of a candidate are seen, m: a body hides what is under it, and
+/// In the zone of a door and on a counting line, cells so near to the middle of a candidate are seen, m: a body hides what is under it, and
 /// that it is there is what is to be seen.
 const BODY_M: f64 = 0.3;
 
@@ -45,10 +50,13 @@ const WIDE_M: f64 = 0.15;
 /// The zones of a site.
 #[derive(Debug)]
 pub struct Zones {
+    /// Those of the site, then its counting lines.
     zones: Vec<Zone>,
-    /// Their polygons, in the same order.
+    /// The polygons of the site's zones, in the same order.
     areas: Areas,
-    /// Those before a door, which unlocks only if nearly all of them is seen.
+    /// Where nobody is counted, and nothing has to be seen.
+    excluded: Areas,
+    /// Those before a door, which unlocks only if nearly all of them is seen, and counting lines.
     guarded: Vec<usize>,
     /// What each module can see of them, by its number in the site.
     reaches: BTreeMap<usize, Reach>,
@@ -62,10 +70,18 @@ impl Zones {
     pub fn new(site: &Site) -> Self {
         let guarded = |zone: &crate::site::Zone| site.doors.iter().any(|door| door.zone == zone.name);
         let guarded = (0..).zip(&site.zones).filter(|(_, zone)| guarded(zone)).map(|(number, _)| number);
+        let lines = (0..site.lines.len()).map(|line| site.zones.len() + line);
+        let excluded = site.excluded();
+        let zone = |zone: &crate::site::Zone| {
+            let mut zone = Zone::new(zone);
+            zone.cells.retain(|cell| !excluded.hold(cell.middle));
+            zone
+        };
         Self {
-            guarded: guarded.collect(),
+            guarded: guarded.chain(lines).collect(),
             areas: Areas::of(site.zones.iter().map(crate::site::Zone::corners).collect()),
-            zones: site.zones.iter().map(Zone::new).collect(),
+            zones: site.zones.iter().map(zone).chain(site.lines.iter().map(strip::of)).collect(),
+            excluded,
             reaches: BTreeMap::new(),
             floors: BTreeMap::new(),
         }
@@ -79,22 +95,26 @@ impl Zones {
             |time_s: fn(&Zone) -> f64| self.zones.iter().map(time_s).fold(f64::NEG_INFINITY, f64::max);
         let (unknown_until_s, found_s) = (latest(|zone| zone.known_s), latest(|zone| zone.found_s));
         new.zones.iter_mut().for_each(|zone| (zone.known_s, zone.found_s) = (unknown_until_s, found_s));
+        let is_excluded_alike = change.before.excludes == change.now.excludes;
         let mut seen_s: HashMap<(i64, i64), f64> = HashMap::new();
         for cell in self.zones.iter().flat_map(|zone| &zone.cells) {
             let latest_s = seen_s.entry(cell.place()).or_insert(cell.seen_s);
             *latest_s = latest_s.min(cell.seen_s);
         }
         for (zone, now) in new.zones.iter_mut().zip(&change.now.zones) {
-            let same = |was: &crate::site::Zone| was.name == now.name && was.polygon == now.polygon;
+            let same = |was: &crate::site::Zone| {
+                is_excluded_alike && was.name == now.name && was.polygon == now.polygon
+            };
             let number = change.before.zones.iter().position(same);
             if let Some(was) = number.and_then(|number| self.zones.get_mut(number)) {
                 zone.cells = std::mem::take(&mut was.cells);
                 zone.occupied_s = was.occupied_s;
                 continue;
             }
-            for cell in &mut zone.cells {
-                cell.seen_s = seen_s.get(&cell.place()).copied().unwrap_or(f64::NEG_INFINITY);
-            }
+            inherit(&mut zone.cells, &seen_s);
+        }
+        for line in new.zones.iter_mut().skip(change.now.zones.len()) {
+            inherit(&mut line.cells, &seen_s);
         }
         for (number, was, is) in change.moved() {
             // A module that was not heard yet has not seen anything.
@@ -142,9 +162,7 @@ impl Zones {
             let Some(zone) = zones.get_mut(number) else { continue };
             for seen in observation.detections.iter().filter(|seen| seen.width_m > WIDE_M) {
                 let middle = Point::new(seen.centre.x, seen.centre.y);
-                for cell in zone.cells.iter_mut().filter(|cell| (cell.middle - middle).length() < BODY_M) {
-                    cell.seen_s = cell.seen_s.max(observation.start_s);
-                }
+                strip::note_body(&mut zone.cells, middle, BODY_M, observation.start_s);
             }
         }
     }
@@ -170,12 +188,44 @@ impl Zones {
     /// What is known of each zone at `at_s`, by its name.
     #[must_use]
     pub fn lines(&mut self, tracks: &[TrackState], at_s: f64) -> BTreeMap<String, ZoneLine> {
-        let mut inside = vec![Vec::new(); self.zones.len()];
-        for track in tracks {
-            presence::place(track, &self.areas, &mut inside);
-        }
+        let inside = self.inside(tracks);
         let lines = self.zones.iter_mut().zip(inside);
         lines.map(|(zone, inside)| (zone.name.clone(), zone.line(&inside, at_s))).collect()
+    }
+
+    /// Who may be in each zone, in their order; nobody is where nobody is counted.
+    fn inside<'a>(&self, tracks: &'a [TrackState]) -> Vec<Vec<Presence<'a>>> {
+        let mut inside = vec![Vec::new(); self.areas.len()];
+        for track in tracks.iter().filter(|track| !self.excluded.hold(track.at)) {
+            presence::place(track, &self.areas, &mut inside);
+        }
+        inside
+    }
+
+    /// Of a zone, to be explained; none if there is none of this name.
+    #[must_use]
+    pub fn zone_facts(&self, name: &str, tracks: &[TrackState], at_s: f64) -> Option<ZoneFacts> {
+        let inside = self.inside(tracks);
+        let mut all = self.zones.iter().zip(&inside);
+        all.find(|(zone, _)| zone.name == name).map(|(zone, inside)| facts::of_zone(zone, inside, at_s))
+    }
+
+    /// Of the counting line of this number, to be explained.
+    #[must_use]
+    pub fn line_facts(&self, number: usize, at_s: f64) -> Option<ZoneFacts> {
+        self.zones.get(self.areas.len() + number).map(|line| facts::of_line(line, at_s))
+    }
+
+    /// How much of each counting line is known at `at_s`, in the order of the site.
+    pub fn counting_lines(&self, at_s: f64) -> impl Iterator<Item = ZoneKnown> {
+        self.zones.iter().skip(self.areas.len()).map(move |line| strip::known(line, at_s))
+    }
+}
+
+/// Cells of a new shape were seen when the cells before that lay there were.
+fn inherit(cells: &mut [zone::Cell], seen_s: &HashMap<(i64, i64), f64>) {
+    for cell in cells {
+        cell.seen_s = seen_s.get(&cell.place()).copied().unwrap_or(f64::NEG_INFINITY);
     }
 }
 

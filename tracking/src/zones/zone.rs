@@ -14,16 +14,17 @@
 //! at: a track that is predicted out of it while no report comes leaves it *partly* known.
 
 use super::presence::{Presence, WHOLE};
+use super::verdict::{Role, Verdict};
 use crate::geometry::{Point, bounds, inside};
 use crate::occupancy::{Found, ZoneKnown, ZoneLine};
 use crate::site;
-use crate::tracker::{LifeCycle, Origin};
+use crate::tracker::{LifeCycle, Origin, TrackState};
 
 /// Side of a cell, m: a body.
 pub const CELL_M: f64 = 0.2;
 
 /// A cell that was last seen so long ago is not seen, s.
-const SEEN_S: f64 = 2.0;
+pub const SEEN_S: f64 = 2.0;
 
 /// What a range finder saw so long ago may be the newest: a scan of 0.1 s, its way, and the time until the next one, s.
 const FRESH_S: f64 = 0.3;
@@ -82,7 +83,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    const fn new(middle: Point) -> Self {
+    pub const fn new(middle: Point) -> Self {
         Self { middle, seen_s: f64::NEG_INFINITY, was_seen: false }
     }
 
@@ -114,11 +115,16 @@ impl Zone {
                 }
             }
         }
+        Self::of_cells(zone.name.clone(), zone.secure, cells, (low, high))
+    }
+
+    /// Of these cells, in the rectangle `around` them.
+    pub const fn of_cells(name: String, secure: bool, cells: Vec<Cell>, around: (Point, Point)) -> Self {
         Self {
-            name: zone.name.clone(),
-            secure: zone.secure,
+            name,
+            secure,
             cells,
-            around: (low, high),
+            around,
             known_s: f64::NEG_INFINITY,
             found_s: f64::NEG_INFINITY,
             occupied_s: f64::NEG_INFINITY,
@@ -137,41 +143,96 @@ impl Zone {
         if at_s < self.known_s {
             return ZoneLine::unknown();
         }
+        let (found, is_found_again) = self.found(tracks, at_s);
+        let (seen_share, seen_s) = (self.seen_share(at_s), self.newest_s());
+        self.note(seen_share < KNOWN, at_s);
+        if found.count > 0 {
+            self.occupied_s = seen_s;
+        }
+        let verdict = self.judge(found.count, is_found_again, (seen_share, seen_s), at_s);
+        ZoneLine::new(found, seen_share, verdict.known())
+    }
+
+    /// Why it is as known as its line of `at_s` says, from the same tracks.
+    pub fn verdict(&self, tracks: &[Presence<'_>], at_s: f64) -> Verdict {
+        if at_s < self.known_s {
+            return Verdict::Moved { for_s: self.known_s - at_s };
+        }
+        let (found, is_found_again) = self.found(tracks, at_s);
+        self.judge(found.count, is_found_again, (self.seen_share(at_s), self.newest_s()), at_s)
+    }
+
+    /// How many are counted in it where so much is known.
+    pub fn count(&self, tracks: &[Presence<'_>], state: ZoneKnown, at_s: f64) -> Option<u32> {
+        let (found, _) = self.found(tracks, at_s);
+        ZoneLine::new(found, 0.0, state).count()
+    }
+
+    /// `seen_share`: how much of it is seen; `seen_s`: when anything of it was seen last.
+    fn judge(
+        &self,
+        count: u32,
+        is_found_again: bool,
+        (seen_share, seen_s): (f64, f64),
+        at_s: f64,
+    ) -> Verdict {
+        match seen_share {
+            share if share < UNKNOWN => Verdict::HardlySeen,
+            share if share < KNOWN => Verdict::PartlySeen,
+            _ if count > 0 => Verdict::Seen,
+            _ if !is_found_again => Verdict::NotFoundAgain { for_s: (self.found_s - at_s).max(0.0) },
+            _ if seen_s <= self.occupied_s && at_s - seen_s >= FRESH_S => Verdict::LeftUnseen,
+            _ => match self.may_hide(at_s) {
+                cells if cells >= BODY => Verdict::MayHide { m2: cells as f64 * CELL_M * CELL_M },
+                _ => Verdict::Seen,
+            },
+        }
+    }
+
+    /// What a track inside is to its count.
+    pub const fn role(&self, track: &TrackState) -> Role {
+        match (track.origin, track.state) {
+            // Shown, and never counted: the track that it is a part of stands for both.
+            (Origin::PartOf(_), _) => Role::Part,
+            (Origin::Unexplained, _) if !self.secure => Role::Unexplained,
+            (Origin::Entered, LifeCycle::Tentative) => Role::Tentative,
+            (Origin::Unexplained | Origin::Entered, _) => Role::Counted,
+        }
+    }
+
+    /// Who is found inside, and whether all have been found that may have been lost in a gap.
+    fn found(&self, tracks: &[Presence<'_>], at_s: f64) -> (Found, bool) {
         let mut found = Found { count: 0, p: vec![1.0], counted_p: vec![1.0] };
         let mut is_found_again = true;
         for Presence { track, is_inside, parts } in tracks {
-            let (is_counted, existence) = match track.origin {
-                // Shown, and never counted: the track that it is a part of stands for both.
-                Origin::PartOf(_) => continue,
+            let role = self.role(track);
+            let existence = match role {
+                Role::Part => continue,
                 // Perhaps a thing: the count may be higher by one.
-                Origin::Unexplained if !self.secure => (false, UNEXPLAINED * track.existence),
-                Origin::Unexplained => (true, track.existence),
-                Origin::Entered => (track.state != LifeCycle::Tentative, track.existence),
+                Role::Unexplained => UNEXPLAINED * track.existence,
+                Role::Tentative | Role::Counted => track.existence,
             };
             add(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE));
             is_found_again &= !(*is_inside && track.state == LifeCycle::Tentative && at_s < self.found_s);
             // A tentative track is not believed in yet; at a door it is what its passage is judged by.
-            let may_count = is_counted || track.origin == Origin::Unexplained;
+            let may_count = role == Role::Counted || track.origin == Origin::Unexplained;
             if may_count && *is_inside {
                 add(&mut found.counted_p, existence);
-                found.count += u32::from(is_counted);
+                found.count += u32::from(role == Role::Counted);
             }
         }
+        (found, is_found_again)
+    }
+
+    /// Share of its cells that are seen.
+    pub fn seen_share(&self, at_s: f64) -> f64 {
         let seen = self.cells.iter().filter(|cell| at_s - cell.seen_s < SEEN_S).count();
-        let seen_share = seen as f64 / self.cells.len().max(1) as f64;
-        self.note(seen_share < KNOWN, at_s);
-        let seen_s = self.cells.iter().map(|cell| cell.seen_s).fold(f64::NEG_INFINITY, f64::max);
-        if found.count > 0 {
-            self.occupied_s = seen_s;
-        }
-        let was_seen_empty = seen_s > self.occupied_s || at_s - seen_s < FRESH_S;
-        let is_empty = is_found_again && was_seen_empty && !self.may_hide_a_body(at_s);
-        let state = match seen_share {
-            share if share < UNKNOWN => ZoneKnown::Unknown,
-            share if share >= KNOWN && (found.count > 0 || is_empty) => ZoneKnown::Known,
-            _ => ZoneKnown::Partly,
-        };
-        ZoneLine::new(found, seen_share, state)
+        seen as f64 / self.cells.len().max(1) as f64
+    }
+
+    /// When its most recently seen cell was, s.
+    fn newest_s(&self) -> f64 {
+        self.cells.iter().map(|cell| cell.seen_s).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Notes whether too little of it is seen to know it.
@@ -187,10 +248,10 @@ impl Zone {
         }
     }
 
-    /// Whether a body finds room where nothing has been seen since the newest gap.
-    fn may_hide_a_body(&self, at_s: f64) -> bool {
-        let Some(gap) = self.gap.filter(|gap| at_s - gap.newest_s < HELD_S) else { return false };
-        self.cells.iter().filter(|cell| cell.was_seen && cell.seen_s < gap.begun_s).count() >= BODY
+    /// How many cells have not been seen since the newest gap, and were before.
+    fn may_hide(&self, at_s: f64) -> usize {
+        let Some(gap) = self.gap.filter(|gap| at_s - gap.newest_s < HELD_S) else { return 0 };
+        self.cells.iter().filter(|cell| cell.was_seen && cell.seen_s < gap.begun_s).count()
     }
 }
 

@@ -5,9 +5,10 @@
 //!             Alarmed ── reset ─▶ Idle                          a card that is inside: an alarm
 //! ```
 
-use super::{Machine, READY};
+use super::Machine;
 use crate::door::event::Action;
 use crate::door::progress::Progress;
+use crate::door::prompt::Prompt;
 use crate::door::terms::{Alarm, Card, Refusal};
 use crate::door::transition::{Cause, Phase};
 
@@ -21,7 +22,7 @@ impl Machine {
                 self.passages += 1;
                 self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, Some(card)));
                 self.identify(card, actions);
-                self.go(Cause::Card, Phase::Asked, "How many people go in?");
+                self.go(Cause::Card, Phase::Asked, Prompt::HowMany);
             }
             Phase::Asked | Phase::Checking if own == Some(card) => {
                 actions.push(Action::Refused(Refusal::SameCard));
@@ -48,7 +49,7 @@ impl Machine {
                     progress.passage.entered = number;
                     progress.passage.tries += 1;
                 }
-                self.go(Cause::Number, Phase::Checking, "Please wait: counting");
+                self.go(Cause::Number, Phase::Checking, Prompt::Counting);
                 return;
             }
             Phase::Idle => Refusal::NoCard,
@@ -66,7 +67,7 @@ impl Machine {
         self.standing = None;
         self.leaf.begin_anew(self.now_s);
         if self.phase == Phase::Alarmed {
-            self.go(Cause::Reset, Phase::Idle, READY);
+            self.go(Cause::Reset, Phase::Idle, Prompt::Ready);
         }
     }
 }

@@ -1,14 +1,16 @@
 //! The state of a door, for every client that shows it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Machine;
 use crate::door::names::Name;
+use crate::door::prompt::Prompt;
 use crate::door::terms::{Alarm, Contact, Lock, Trouble};
 use crate::door::transition::Phase;
 
 /// The state of a door, for every client that shows it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DoorLine {
     /// Its name.
     pub name: String,
@@ -40,7 +42,10 @@ pub struct DoorLine {
     pub tries_left: u32,
     /// Counts passages.
     pub passage: u64,
-    /// What the entrant is to do, in words.
+    /// What the entrant is to do, for programs.
+    #[serde(default)]
+    pub prompt_name: Prompt,
+    /// The same, in words.
     pub prompt: String,
     /// Which track showed which card, so probably.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -69,7 +74,8 @@ impl Machine {
             through: passage.map_or(0, |passage| number(passage.through.len())),
             tries_left: self.door.tries_max.saturating_sub(passage.map_or(0, |passage| passage.tries)),
             passage: self.passages,
-            prompt: self.prompt.clone(),
+            prompt_name: self.prompt,
+            prompt: self.prompt.words().to_owned(),
             names: Vec::new(),
         }
     }

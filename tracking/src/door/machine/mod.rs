@@ -25,6 +25,7 @@ use crate::door::crossing::Doorway;
 use crate::door::event::{Action, Event, Seen};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
+use crate::door::prompt::Prompt;
 use crate::door::terms::{Alarm, Card, Lock, Refusal, Trouble};
 use crate::door::transition::{Cause, Phase};
 use crate::site::Site;
@@ -81,7 +82,7 @@ pub struct Machine {
     seen: Option<(f64, Seen)>,
     leaf: Leaf,
     exit_until_s: f64,
-    prompt: String,
+    prompt: Prompt,
     taken: Vec<(Phase, Cause, Phase)>,
 }
 
@@ -106,7 +107,7 @@ impl Machine {
             seen: None,
             leaf: Leaf::default(),
             exit_until_s: f64::NEG_INFINITY,
-            prompt: "The door is starting: please wait".to_owned(),
+            prompt: Prompt::Starting,
             taken: Vec::new(),
         };
         machine.orders.lock.set(machine.wanted());
@@ -224,7 +225,7 @@ impl Machine {
         }
     }
 
-    fn go(&mut self, cause: Cause, to: Phase, prompt: &str) {
+    fn go(&mut self, cause: Cause, to: Phase, prompt: Prompt) {
         // A running door never reads them: the last few are enough for a reader.
         if self.taken.len() >= 64 {
             self.taken.clear();
@@ -233,7 +234,7 @@ impl Machine {
         self.phase = to;
         self.since_s = self.now_s;
         self.count.match_since_s = None;
-        self.prompt = prompt.to_owned();
+        self.prompt = prompt;
     }
 
     /// What time alone brings.
@@ -250,13 +251,13 @@ impl Machine {
         match self.phase {
             Phase::Asked if passed_s >= self.door.ask_s => {
                 self.end(Outcome::GaveUp, "nobody entered a number", actions);
-                self.go(Cause::Timeout, Phase::Idle, READY);
+                self.go(Cause::Timeout, Phase::Idle, Prompt::Ready);
             }
             Phase::Checking if passed_s >= self.door.check_s => self.mismatch(actions),
             Phase::Unlocked => {
                 let more = self.progress.as_ref().map_or(0, |progress| progress.let_in.saturating_sub(1));
                 if passed_s >= self.door.pass_s + self.door.next_s * more as f64 {
-                    self.go(Cause::Timeout, Phase::Closing, "The door is closing");
+                    self.go(Cause::Timeout, Phase::Closing, Prompt::Closing);
                 }
             }
             _ => {}
@@ -273,7 +274,7 @@ impl Machine {
             if self.phase != Phase::Closing {
                 self.end(Outcome::HeldOpen, "the leaf does not shut", actions);
             }
-            self.go(Cause::HeldOpen, Phase::HeldOpen, "Please let the door shut");
+            self.go(Cause::HeldOpen, Phase::HeldOpen, Prompt::LetShut);
         }
     }
 
@@ -307,8 +308,8 @@ impl Machine {
         self.trust.trouble = None;
         self.leaf.begin_anew(self.now_s);
         match self.standing {
-            Some(_) => self.go(Cause::StillAlarmed, Phase::Alarmed, CALL),
-            None => self.go(Cause::Recovered, Phase::Idle, READY),
+            Some(_) => self.go(Cause::StillAlarmed, Phase::Alarmed, Prompt::Called),
+            None => self.go(Cause::Recovered, Phase::Idle, Prompt::Ready),
         }
     }
 
@@ -317,7 +318,7 @@ impl Machine {
         self.trust.trouble = Some(trouble);
         self.trust.well_since_s = None;
         self.end(Outcome::Trouble, "what happens at the door was not known any more", actions);
-        self.go(Cause::Trouble, Phase::Failed, "The door is out of order: please call somebody");
+        self.go(Cause::Trouble, Phase::Failed, Prompt::OutOfOrder);
     }
 
     fn alarmed(&mut self, alarm: Alarm, card: Option<Card>, actions: &mut Vec<Action>) {
@@ -337,8 +338,8 @@ impl Machine {
         if let Some(progress) = &mut self.progress {
             progress.passage.alarm = Some(alarm);
         }
-        self.end(Outcome::Alarmed, words(alarm), actions);
-        self.go(cause, Phase::Alarmed, CALL);
+        self.end(Outcome::Alarmed, alarm.words(), actions);
+        self.go(cause, Phase::Alarmed, Prompt::Called);
     }
 
     /// Ends the passage under way, if there is one.
@@ -359,21 +360,6 @@ impl Machine {
 fn doorway(door: &Door, site: &Site) -> Option<Doorway> {
     let zone = site.zones.iter().find(|zone| zone.name == door.zone)?;
     Some(Doorway::new(door.ends(), zone.corners()))
-}
-
-const READY: &str = "Please show your card";
-const CALL: &str = "Alarm: somebody has been called";
-
-const fn words(alarm: Alarm) -> &'static str {
-    match alarm {
-        Alarm::Followed => "more went in than were let in",
-        Alarm::RanIn => "somebody came into the zone while the door was unlocked",
-        Alarm::TurnedBack => "somebody of the group turned back while the door was unlocked",
-        Alarm::PassedBack => "a card that had just gone in was shown again",
-        Alarm::WentIn => "somebody went in whom nobody had let in",
-        Alarm::HeldOpen => "the leaf does not shut",
-        Alarm::Trouble => "what happens at the door is not known",
-    }
 }
 
 fn refuse(is_good: bool, why: Refusal, actions: &mut Vec<Action>) {

@@ -1,10 +1,11 @@
 //! What a door concludes from the tracks: whether the number matches, which tracks go through, which are too many.
 
-use super::{Machine, NOBODY, REACH_M, READY, SEEN, SHUT_S, STEADY_S, SURE};
+use super::{Machine, NOBODY, REACH_M, SEEN, SHUT_S, STEADY_S, SURE};
 use crate::door::crossing::{Crossing, is_apart};
 use crate::door::event::{Action, Body};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
+use crate::door::prompt::Prompt;
 use crate::door::terms::{Alarm, Card, Contact};
 use crate::door::transition::{Cause, Phase};
 
@@ -56,7 +57,7 @@ impl Machine {
             (_, false) => (Outcome::Fewer, "fewer went through than were let in"),
         };
         self.end(outcome, reason, actions);
-        self.go(Cause::Shut, Phase::Idle, READY);
+        self.go(Cause::Shut, Phase::Idle, Prompt::Ready);
     }
 
     /// Notes since when a doubtful track is in the zone: perhaps a person who touches another, or crouches.
@@ -80,7 +81,7 @@ impl Machine {
         let since_s = *self.count.match_since_s.get_or_insert(self.now_s);
         if self.now_s - since_s >= STEADY_S {
             progress.unlock(entered, &seen.bodies, &self.doorway);
-            self.go(Cause::Match, Phase::Unlocked, "Please go in");
+            self.go(Cause::Match, Phase::Unlocked, Prompt::GoIn);
         }
     }
 
@@ -88,24 +89,16 @@ impl Machine {
         let Some(progress) = &self.progress else { return };
         let passage = &progress.passage;
         let best = passage.count_p.iter().copied().enumerate().max_by(|one, other| one.1.total_cmp(&other.1));
-        let text = match best {
-            _ if passage.seen_share < SEEN => {
-                "Not all of the area is seen: please move a little and enter the number again"
-            }
-            Some((count, p)) if p >= SURE && count as u32 != passage.entered => {
-                "The number does not match: please count again and enter it"
-            }
-            _ => "The count is not sure yet: please stand a little apart and enter the number again",
+        let prompt = match best {
+            _ if passage.seen_share < SEEN => Prompt::NotSeen,
+            Some((count, p)) if p >= SURE && count as u32 != passage.entered => Prompt::CountAgain,
+            _ => Prompt::StandApart,
         };
         if passage.tries >= self.door.tries_max {
             self.end(Outcome::Refused, "the number never matched the count", actions);
-            self.go(
-                Cause::TooOften,
-                Phase::Idle,
-                "The number did not match: please begin again with the card",
-            );
+            self.go(Cause::TooOften, Phase::Idle, Prompt::BeginAgain);
         } else {
-            self.go(Cause::Mismatch, Phase::Asked, text);
+            self.go(Cause::Mismatch, Phase::Asked, prompt);
         }
     }
 
@@ -120,7 +113,7 @@ impl Machine {
         if let Some(alarm) = alarm {
             self.alarmed(alarm, None, actions);
         } else if self.phase == Phase::Unlocked && is_complete {
-            self.go(Cause::AllThrough, Phase::Closing, "The door is closing");
+            self.go(Cause::AllThrough, Phase::Closing, Prompt::Closing);
         }
     }
 }

@@ -25,9 +25,11 @@
 use kehai::wire::{Alarms, HealthHead, SensorCode};
 
 use super::doubt::Doubt;
+use super::figures::seconds;
 use super::panels::Panels;
 use super::statistics::{RATE_US, Statistics};
 use crate::alarm::{AlarmKind, AlarmLine};
+use crate::explain::alarm::{AlarmCondition, Measured, Unit};
 use crate::observation::LATE_S;
 
 const SECOND_US: u64 = 1_000_000;
@@ -58,6 +60,13 @@ const COVERED_SHARE: f64 = 0.25;
 
 /// Share of the beams that return nothing usable, to raise and to clear.
 const DIRTY: (f64, f64) = (0.15, 0.10);
+
+/// Conditions must hold for so long before they are alarms, µs: what passes within seconds needs nobody.
+const FAULT_US: u64 = 2 * SECOND_US;
+const LINE_US: u64 = 10 * SECOND_US;
+const SLOW_US: u64 = 10 * SECOND_US;
+const CLOCK_US: u64 = 10 * SECOND_US;
+const BACKGROUND_US: u64 = 60 * SECOND_US;
 
 /// Share of damaged scans, to raise and to clear: losing one in fifty costs nothing yet, but a good line loses none.
 const LINE: (f64, f64) = (0.02, 0.01);
@@ -107,9 +116,33 @@ impl Alarm {
         self.on
     }
 
+    /// What it is decided on, of a condition that holds or not.
+    fn condition(self, kind: AlarmKind, now_us: u64, raise_us: u64, holds: Holds) -> AlarmCondition {
+        let Holds { holds, measured } = holds;
+        let for_s = self.since_us.map_or(0.0, |since_us| seconds(since_us, now_us));
+        AlarmCondition { kind, is_on: self.on, holds, measured, for_s, raise_s: raise_us as f64 * 1e-6 }
+    }
+
     /// `raise` from below, `clear` from above.
     fn bound(self, (raise, clear): (f64, f64)) -> f64 {
         if self.on { clear } else { raise }
+    }
+}
+
+/// Whether the condition of an alarm holds, and by which figure.
+#[derive(Clone, Copy, Debug)]
+struct Holds {
+    holds: bool,
+    measured: Option<Measured>,
+}
+
+impl Holds {
+    const fn simply(holds: bool) -> Self {
+        Self { holds, measured: None }
+    }
+
+    const fn by(holds: bool, value: f64, limit: f64, unit: Unit) -> Self {
+        Self { holds, measured: Some(Measured { value, limit, unit }) }
     }
 }
 
@@ -152,16 +185,75 @@ impl AlarmSet {
         lines
     }
 
+    /// What an alarm is decided on, as `update` has just decided; none where nothing is measured for it.
+    pub fn condition(&self, kind: AlarmKind, facts: &Facts<'_>) -> Option<AlarmCondition> {
+        let now_us = facts.now_us;
+        if kind == AlarmKind::Silent {
+            return Some(silent_condition(facts));
+        }
+        // A module that is silent says nothing about itself.
+        if silent(facts).is_some() {
+            return None;
+        }
+        let of = |alarm: Alarm, raise_us, holds| Some(alarm.condition(kind, now_us, raise_us, holds));
+        let at_once = |holds| {
+            Some(Alarm { on: holds, since_us: None }.condition(kind, now_us, 0, Holds::simply(holds)))
+        };
+        match kind {
+            AlarmKind::Sensor => {
+                let code = facts.health?.sensor.code;
+                let (alarm, raise_us) =
+                    if is_faulty(code) { (self.fault, FAULT_US) } else { (self.sensor, SENSOR_US) };
+                of(alarm, raise_us, Holds::simply(is_faulty(code) || is_idle(code)))
+            }
+            AlarmKind::Line => of(self.line, LINE_US, self.line_holds(facts)),
+            AlarmKind::Covered => of(self.covered, 0, self.covered_holds(facts.doubt?)),
+            AlarmKind::Slow => of(self.slow, SLOW_US, self.slow_holds(facts)?),
+            AlarmKind::ClockOff => of(self.clock, CLOCK_US, clock_holds(facts)),
+            AlarmKind::Dirty => of(self.dirty, 0, self.dirty_holds(facts.doubt?)),
+            AlarmKind::Store => of(self.store, 0, Holds::simply(says(facts, Alarms::STORE_FAILED))),
+            AlarmKind::Background => {
+                of(self.background, BACKGROUND_US, Holds::simply(has_no_background(facts.health?)))
+            }
+            AlarmKind::Suspect => at_once(suspect(facts).is_some()),
+            AlarmKind::Watchdog => at_once(watchdog(facts).is_some()),
+            AlarmKind::FloorSize => at_once(facts.panels?.misfit().is_some()),
+            AlarmKind::Panels => at_once(facts.panels?.fault().is_some()),
+            _ => None,
+        }
+    }
+
+    fn line_holds(&self, facts: &Facts<'_>) -> Holds {
+        let (share, limit) = (facts.statistics.checksum_share(), self.line.bound(LINE));
+        Holds::by(share > limit, share, limit, Unit::DamagedShare)
+    }
+
+    fn covered_holds(&self, doubt: &Doubt) -> Holds {
+        let (lost_rad, view_rad) = doubt.lost_rad();
+        let limit_rad = COVERED_RAD.min(COVERED_SHARE * view_rad);
+        let bound_rad = self.covered.bound((limit_rad, 0.5 * limit_rad));
+        Holds::by(lost_rad > bound_rad, lost_rad.to_degrees(), bound_rad.to_degrees(), Unit::CoveredDeg)
+    }
+
+    fn slow_holds(&self, facts: &Facts<'_>) -> Option<Holds> {
+        let (expected_hz, health) = (facts.expected_hz?, facts.health?);
+        let measures = health.sensor.code == SensorCode::Streaming && !health.storing;
+        let (_, arrived_hz) = facts.statistics.rates_hz();
+        let known = facts.statistics.span_us() >= RATE_US;
+        let bound_hz = self.slow.bound(SLOW) * expected_hz;
+        Some(Holds::by(measures && known && arrived_hz < bound_hz, arrived_hz, bound_hz, Unit::ScansHz))
+    }
+
+    fn dirty_holds(&self, doubt: &Doubt) -> Holds {
+        let (share, limit) = (doubt.missing_share(), self.dirty.bound(DIRTY));
+        Holds::by(share > limit && !self.covered.on, share, limit, Unit::MissingShare)
+    }
+
     fn sensor(&mut self, facts: &Facts<'_>) -> Option<String> {
         let health = facts.health?;
         let code = health.sensor.code;
-        let faulty = matches!(
-            code,
-            SensorCode::Abnormal | SensorCode::TooLarge | SensorCode::Unusable | SensorCode::Refused
-        );
-        let idle = !matches!(code, SensorCode::Streaming | SensorCode::Paused);
-        let fault = self.fault.step(faulty, facts.now_us, 2 * SECOND_US, 0);
-        let silent = self.sensor.step(idle, facts.now_us, SENSOR_US, 0);
+        let fault = self.fault.step(is_faulty(code), facts.now_us, FAULT_US, 0);
+        let silent = self.sensor.step(is_idle(code), facts.now_us, SENSOR_US, 0);
         if !fault && !silent {
             return None;
         }
@@ -179,8 +271,8 @@ impl AlarmSet {
 
     fn line(&mut self, facts: &Facts<'_>) -> Option<String> {
         let share = facts.statistics.checksum_share();
-        let holds = share > self.line.bound(LINE);
-        self.line.step(holds, facts.now_us, 10 * SECOND_US, 0).then(|| {
+        let holds = self.line_holds(facts).holds;
+        self.line.step(holds, facts.now_us, LINE_US, 0).then(|| {
             let percent = share * 100.0;
             format!("{percent:.0} % of the sensor's scans arrive damaged: check its cable, and keep it off motors and mains")
         })
@@ -188,9 +280,8 @@ impl AlarmSet {
 
     fn covered(&mut self, facts: &Facts<'_>) -> Option<String> {
         let doubt = facts.doubt?;
-        let (lost_rad, view_rad) = doubt.lost_rad();
-        let limit_rad = COVERED_RAD.min(COVERED_SHARE * view_rad);
-        let holds = lost_rad > self.covered.bound((limit_rad, 0.5 * limit_rad));
+        let (lost_rad, _) = doubt.lost_rad();
+        let holds = self.covered_holds(doubt).holds;
         self.covered.step(holds, facts.now_us, 0, 0).then(|| {
             let (first, last) = doubt.lost_between_rad().unwrap_or_default();
             format!(
@@ -206,12 +297,9 @@ impl AlarmSet {
 
     fn slow(&mut self, facts: &Facts<'_>) -> Option<String> {
         let expected_hz = facts.expected_hz?;
-        let health = facts.health?;
-        let measures = health.sensor.code == SensorCode::Streaming && !health.storing;
         let (taken_hz, arrived_hz) = facts.statistics.rates_hz();
-        let known = facts.statistics.span_us() >= RATE_US;
-        let holds = measures && known && arrived_hz < self.slow.bound(SLOW) * expected_hz;
-        if !self.slow.step(holds, facts.now_us, 10 * SECOND_US, 5 * SECOND_US) {
+        let holds = self.slow_holds(facts)?.holds;
+        if !self.slow.step(holds, facts.now_us, SLOW_US, 5 * SECOND_US) {
             return None;
         }
         let what = format!("{arrived_hz:.1} of {expected_hz:.1} scans a second arrive");
@@ -223,12 +311,10 @@ impl AlarmSet {
     }
 
     fn clock(&mut self, facts: &Facts<'_>) -> Option<String> {
-        let uncertain = facts.health.is_some_and(|health| health.alarms.has(Alarms::CLOCK_UNCERTAIN));
         let jitter_s = facts.jitter_s.unwrap_or(0.0);
         let age_s = facts.age_s.unwrap_or(0.0);
-        let odd = !(-EARLY_S..=LATE_S).contains(&age_s);
-        let holds = uncertain || jitter_s > CLOCK_S || odd;
-        if !self.clock.step(holds, facts.now_us, 10 * SECOND_US, 10 * SECOND_US) {
+        let odd = is_odd(age_s);
+        if !self.clock.step(clock_holds(facts).holds, facts.now_us, CLOCK_US, 10 * SECOND_US) {
             return None;
         }
         Some(if age_s > LATE_S {
@@ -250,7 +336,7 @@ impl AlarmSet {
 
     fn dirty(&mut self, facts: &Facts<'_>) -> Option<String> {
         let share = facts.doubt?.missing_share();
-        let holds = share > self.dirty.bound(DIRTY) && !self.covered.on;
+        let holds = self.dirty_holds(facts.doubt?).holds;
         self.dirty.step(holds, facts.now_us, 0, 0).then(|| {
             let percent = share * 100.0;
             format!("{percent:.0} % of its beams return nothing usable: clean its window; if it is clean, let it learn anew")
@@ -258,8 +344,7 @@ impl AlarmSet {
     }
 
     fn store(&mut self, facts: &Facts<'_>) -> Option<String> {
-        let holds = facts.health.is_some_and(|health| health.alarms.has(Alarms::STORE_FAILED));
-        self.store.step(holds, facts.now_us, 0, 0).then(|| {
+        self.store.step(says(facts, Alarms::STORE_FAILED), facts.now_us, 0, 0).then(|| {
             "it cannot store settings and background: after a restart it learns anew; replace its board"
                 .to_owned()
         })
@@ -267,10 +352,7 @@ impl AlarmSet {
 
     fn background(&mut self, facts: &Facts<'_>) -> Option<String> {
         let health = facts.health?;
-        let measures = health.sensor.code == SensorCode::Streaming;
-        let none = health.alarms.has(Alarms::NO_BACKGROUND) && health.learning.is_none();
-        let holds = measures && (none || health.alarms.has(Alarms::LEARNING_WAITS));
-        if !self.background.step(holds, facts.now_us, 60 * SECOND_US, 0) {
+        if !self.background.step(has_no_background(health), facts.now_us, BACKGROUND_US, 0) {
             return None;
         }
         Some(match health.learning.and_then(|learning| learning.moved) {
@@ -283,6 +365,45 @@ impl AlarmSet {
             ),
         })
     }
+}
+
+const fn is_faulty(code: SensorCode) -> bool {
+    matches!(code, SensorCode::Abnormal | SensorCode::TooLarge | SensorCode::Unusable | SensorCode::Refused)
+}
+
+const fn is_idle(code: SensorCode) -> bool {
+    !matches!(code, SensorCode::Streaming | SensorCode::Paused)
+}
+
+fn is_odd(age_s: f64) -> bool {
+    !(-EARLY_S..=LATE_S).contains(&age_s)
+}
+
+fn clock_holds(facts: &Facts<'_>) -> Holds {
+    let jitter_s = facts.jitter_s.unwrap_or(0.0);
+    let odd = is_odd(facts.age_s.unwrap_or(0.0));
+    let holds = says(facts, Alarms::CLOCK_UNCERTAIN) || jitter_s > CLOCK_S || odd;
+    Holds::by(holds, jitter_s, CLOCK_S, Unit::ClockS)
+}
+
+/// Whether the device itself says so.
+fn says(facts: &Facts<'_>, alarm: Alarms) -> bool {
+    facts.health.is_some_and(|health| health.alarms.has(alarm))
+}
+
+fn has_no_background(health: &HealthHead) -> bool {
+    let measures = health.sensor.code == SensorCode::Streaming;
+    let none = health.alarms.has(Alarms::NO_BACKGROUND) && health.learning.is_none();
+    measures && (none || health.alarms.has(Alarms::LEARNING_WAITS))
+}
+
+fn silent_condition(facts: &Facts<'_>) -> AlarmCondition {
+    let (since_us, limit_us) =
+        facts.last_heard_us.map_or((facts.since_us, FIRST_US), |last_us| (last_us, SILENT_US));
+    let (value, limit) = (seconds(since_us, facts.now_us), limit_us as f64 * 1e-6);
+    let is_on = silent(facts).flatten().is_some();
+    let measured = Some(Measured { value, limit, unit: Unit::SilentS });
+    AlarmCondition { kind: AlarmKind::Silent, is_on, holds: is_on, measured, for_s: value, raise_s: limit }
 }
 
 /// Some(None): silent, but not for long enough to be said.

@@ -20,7 +20,9 @@ mod statistics;
 use kehai::wire::{EventKind, Health, HealthHead, Info, ModuleId, Report, ReportHead, SensorCode};
 
 use super::sequence::Arrival;
+use crate::alarm::AlarmKind;
 use crate::clock::ModuleClock;
+use crate::explain::alarm::AlarmCondition;
 use crate::snapshot::{DeviceState, ModuleLine};
 use alarms::{AlarmSet, Facts, SILENT_US};
 use doubt::Doubt;
@@ -159,22 +161,9 @@ impl Monitor {
     pub fn line(&mut self, name: &str, id: ModuleId, clock: Option<&ModuleClock>, now_us: u64) -> ModuleLine {
         self.statistics.poll(now_us);
         let jitter_s = clock.and_then(ModuleClock::jitter_s);
-        let expected_hz = self.pace.and_then(|pace| pace.expected_hz);
-        let facts = Facts {
-            now_us,
-            name,
-            since_us: self.since_us,
-            last_heard_us: self.last_heard_us,
-            health: self.health.as_ref().map(|health| &health.head),
-            suspects: self.health.map_or(0, |health| health.suspects),
-            expected_hz,
-            statistics: &self.statistics,
-            doubt: self.doubt.as_ref(),
-            panels: self.panels.as_ref(),
-            jitter_s,
-            age_s: clock.and_then(|clock| self.age_s(clock)),
-        };
-        let alarms = self.alarms.update(&facts);
+        let mut set = std::mem::take(&mut self.alarms);
+        let alarms = set.update(&self.facts(name, clock, now_us));
+        self.alarms = set;
         ModuleLine {
             name: name.to_owned(),
             id: if id == ModuleId::ANY { String::new() } else { id.to_string() },
@@ -188,10 +177,39 @@ impl Monitor {
                 .map(|offset_s| rounded(offset_s * 1e3, 10.0)),
             clock_jitter_ms: rounded(jitter_s.unwrap_or(0.0) * 1e3, 100.0),
             background_age_s: self.background_age_s(now_us),
+            learned_share: self.learned_share(),
             silent_s: self.last_heard_us.map(|last_us| rounded(seconds(last_us, now_us), 10.0)),
             alarms,
             events: self.events.lines(now_us),
             ..ModuleLine::default()
+        }
+    }
+
+    /// What an alarm is decided on, at the time of the last line; none where nothing is measured for it.
+    #[must_use]
+    pub fn condition(
+        &self,
+        kind: AlarmKind,
+        clock: Option<&ModuleClock>,
+        now_us: u64,
+    ) -> Option<AlarmCondition> {
+        self.alarms.condition(kind, &self.facts("", clock, now_us))
+    }
+
+    fn facts<'a>(&'a self, name: &'a str, clock: Option<&ModuleClock>, now_us: u64) -> Facts<'a> {
+        Facts {
+            now_us,
+            name,
+            since_us: self.since_us,
+            last_heard_us: self.last_heard_us,
+            health: self.health.as_ref().map(|health| &health.head),
+            suspects: self.health.map_or(0, |health| health.suspects),
+            expected_hz: self.pace.and_then(|pace| pace.expected_hz),
+            statistics: &self.statistics,
+            doubt: self.doubt.as_ref(),
+            panels: self.panels.as_ref(),
+            jitter_s: clock.and_then(ModuleClock::jitter_s),
+            age_s: clock.and_then(|clock| self.age_s(clock)),
         }
     }
 
@@ -223,6 +241,12 @@ impl Monitor {
         let newest = self.newest?;
         let scan_s = self.pace?.scan_s;
         Some(newest.at_us as f64 * 1e-6 - clock.host_s(newest.stamp_us)? - scan_s)
+    }
+
+    /// How much of what it learns from it has.
+    fn learned_share(&self) -> Option<f64> {
+        let learning = self.health?.head.learning?;
+        Some(rounded(f64::from(learning.scans) / f64::from(learning.of.max(1)), 100.0))
     }
 
     /// Since it was learned; of one that is older than the module's start, since that.

@@ -4,6 +4,7 @@ use super::doubt::tests::{geometry, report, standing, unseen};
 use super::*;
 use crate::alarm::AlarmKind;
 use crate::clock::Exchange;
+use crate::explain::alarm::{Measured, Unit};
 use crate::session::datagram::Datagram;
 use crate::session::subscription::Subscription;
 use crate::session::{Placement, Session};
@@ -438,4 +439,38 @@ fn a_restart_begins_anew_without_an_alarm() {
     let now_us = module.now_us;
     module.send(&Message::Health(health), now_us);
     assert_eq!(module.alarms(), [""; 0]);
+}
+
+#[test]
+fn why_an_alarm_rings_or_not_is_said_by_what_it_is_decided_on() {
+    let mut module = Module::well();
+    let condition = |module: &mut Module, kind| {
+        module.line();
+        let (clock, now_us) = (module.clock.clone(), module.now_us);
+        module.monitor().condition(kind, Some(&clock), now_us)
+    };
+    let slow = condition(&mut module, AlarmKind::Slow).unwrap();
+    let Measured { value, limit, unit } = slow.measured.unwrap();
+    assert_eq!((slow.is_on, slow.holds, unit), (false, false, Unit::ScansHz));
+    assert!((value - 10.0).abs() < 0.2 && (limit - 8.0).abs() < 0.01, "{slow:?}");
+    // Four scans in ten are not made: within ten seconds the rate is too low, and the alarm rings ten later.
+    module.made = 60;
+    module.tenths = 60;
+    let mut before = None;
+    while !condition(&mut module, AlarmKind::Slow).unwrap().is_on {
+        let slow = condition(&mut module, AlarmKind::Slow).unwrap();
+        before = if slow.holds { Some(slow) } else { before };
+        module.tenth();
+        assert!(module.tenths < 1000, "{before:?}");
+    }
+    let before = before.unwrap();
+    assert!(before.for_s > 0.0 && before.for_s <= before.raise_s && !before.is_on, "{before:?}");
+    assert_eq!(before.raise_s, 10.0);
+    assert!(module.alarms().contains(&"slow".to_owned()));
+    // A module that says nothing has no other alarm, and the reason for that one is how long.
+    module.now_us += 4_000_000;
+    let silent = condition(&mut module, AlarmKind::Silent).unwrap();
+    assert!(silent.is_on && silent.measured.unwrap().value > 3.0, "{silent:?}");
+    assert_eq!(condition(&mut module, AlarmKind::Slow), None);
+    assert_eq!(condition(&mut module, AlarmKind::Moved), None, "the watch of poses raises it");
 }

@@ -46,6 +46,23 @@ fn a_zone_nobody_looks_at_is_unknown() {
     assert_eq!(zone.line(&[], 10.0).state(), ZoneKnown::Unknown);
 }
 
+#[test]
+fn what_is_excluded_needs_not_be_seen_and_who_is_there_is_not_counted() {
+    let zone = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]\n";
+    let shelf = "[[exclude]]\npolygon = [[0.4, 0], [1, 0], [1, 1], [0.4, 1]]\n";
+    let known = |text: &str| {
+        let mut zones = crate::zones::Zones::new(&toml::from_str(text).unwrap());
+        let left = zones.zones[0].cells.iter_mut().filter(|cell| cell.middle.x < 0.4);
+        left.for_each(|cell| cell.seen_s = 10.0);
+        let line = zones.lines(&[PERSON], 10.0).remove("hall").unwrap();
+        (line.state(), line.count(), line.p().to_vec())
+    };
+    assert_eq!(known(zone), (ZoneKnown::Partly, Some(1), vec![0.0, 1.0]));
+    assert_eq!(known(&format!("{zone}{shelf}")), (ZoneKnown::Known, Some(0), vec![1.0]));
+    let all = known(&format!("{zone}{}", shelf.replace("0.4", "-1")));
+    assert_eq!(all, (ZoneKnown::Unknown, None, vec![]), "nothing of it is left to be known");
+}
+
 fn seen_square(at_s: f64) -> Zone {
     let zone = toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
     let mut zone = Zone::new(&zone);
@@ -72,6 +89,7 @@ fn nobody_leaves_a_zone_that_is_not_looked_at() {
     // The track was predicted out of it: at once, as long as the newest report may be on its way; not later.
     assert_eq!(zone.line(&[], 10.2).count(), Some(0));
     assert_eq!(zone.line(&[], 10.4).state(), ZoneKnown::Partly);
+    assert_eq!(zone.verdict(&[], 10.4), Verdict::LeftUnseen);
     assert_eq!(zone.line(&[person], 10.5).count(), Some(1));
     zone.cells.iter_mut().for_each(|cell| cell.seen_s = 10.6);
     assert_eq!(zone.line(&[], 11.5).count(), Some(0), "seen since");
@@ -85,6 +103,9 @@ fn after_a_short_gap_a_zone_is_not_empty_while_somebody_in_it_is_being_found() {
     assert_eq!(zone.line(&[new], 10.1).count(), Some(0), "one who comes in is not there before being found");
     zone.found_s = 11.0;
     assert_eq!(zone.line(&[new], 10.1).state(), ZoneKnown::Partly);
+    assert!(
+        matches!(zone.verdict(&[new], 10.1), Verdict::NotFoundAgain { for_s } if (for_s - 0.9).abs() < 1e-9)
+    );
     assert_eq!(zone.line(&[], 10.1).count(), Some(0));
     assert_eq!(zone.line(&[new], 11.0).count(), Some(0));
 }
@@ -107,6 +128,7 @@ fn after_a_gap_a_zone_is_known_only_where_it_was_seen_again() {
     );
     assert_eq!(zone.line(&[], 7.0).state(), ZoneKnown::Unknown);
     assert_eq!(look(&mut zone, 4, 8.0), ZoneKnown::Partly, "a body finds room where nothing was seen since");
+    assert!(matches!(zone.verdict(&[], 8.0), Verdict::MayHide { m2 } if (m2 - 0.16).abs() < 1e-9));
     assert_eq!(look(&mut zone, 2, 9.0), ZoneKnown::Known, "none finds room in two cells");
     assert_eq!(zone.line(&[], 20.0).state(), ZoneKnown::Unknown);
     assert_eq!(look(&mut zone, 4, 21.0), ZoneKnown::Partly);

@@ -1,0 +1,197 @@
+//! The newest scan of a module, and why it does not show a place.
+//!
+//! ```text
+//!   module ●───────────(person)───── place      behind a person
+//!          ●────────────────────│─── place      behind a thing that belongs to the room, or a wall of the site
+//!          ●──── range ────)         place      too far · beside the view · silent for 2 s · not judged
+//! ```
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Point, cross};
+use crate::observation::{Observation, View};
+use crate::site::{Blocks, Site, Wall};
+use crate::tracker::{LifeCycle, TrackId, TrackState};
+
+/// A module that has sent nothing for so long sees nothing, s: as long as what was seen counts as seen.
+pub const SILENT_S: f64 = 2.0;
+
+/// What stands so near to a place, along the beam, stands there, m: half a body, and what its place is unsure by.
+const THERE_M: f64 = 0.45;
+
+/// A track so near to what a module sees is what it sees, m: the gate of the tracker's association.
+const SAME_M: f64 = 0.5;
+
+/// The newest scan of a module.
+#[derive(Clone, Debug)]
+pub struct Glance {
+    /// Its view.
+    pub view: Arc<View>,
+    /// When it began, s.
+    pub start_s: f64,
+    empty_mm: Vec<u16>,
+    background_mm: Arc<[u16]>,
+    bodies: Vec<Body>,
+}
+
+/// Something that stood out.
+#[derive(Clone, Copy, Debug)]
+struct Body {
+    beams: (u16, u16),
+    near_m: f64,
+    at: Point,
+}
+
+/// Why a module does not see a place; the order is from what passes by itself to what only another module changes.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", tag = "is")]
+pub enum Why {
+    /// It sees it.
+    Seen,
+    /// A person stands before it.
+    Person {
+        /// Who, if that is a track.
+        track: Option<TrackId>,
+    },
+    /// It says nothing.
+    Silent,
+    /// It does not know that direction: it returns nothing, or no background is learned there.
+    NotJudged,
+    /// A thing that belongs to the room stands before it: furniture, a shelf, a wall that is not in the site.
+    Thing,
+    /// A wall of the site stands before it.
+    Wall,
+    /// It is beside its view.
+    OutOfView,
+    /// It is farther than it sees.
+    TooFar,
+    /// There is no module.
+    NoModule,
+}
+
+impl Glance {
+    /// Of an observation.
+    #[must_use]
+    pub fn of(observation: &Observation) -> Self {
+        let mut glance = Self {
+            view: Arc::clone(&observation.view),
+            start_s: f64::NEG_INFINITY,
+            empty_mm: Vec::new(),
+            background_mm: Arc::clone(&observation.background_mm),
+            bodies: Vec::new(),
+        };
+        glance.take(observation);
+        glance
+    }
+
+    /// Goes on to a newer one.
+    pub fn take(&mut self, observation: &Observation) {
+        if observation.start_s < self.start_s {
+            return;
+        }
+        self.start_s = observation.start_s;
+        self.view = Arc::clone(&observation.view);
+        self.background_mm = Arc::clone(&observation.background_mm);
+        self.empty_mm.clone_from(&observation.empty_mm);
+        let geometry = &observation.view.geometry;
+        let body = |seen: &crate::observation::Detection| Body {
+            beams: (geometry.beam(seen.candidate.first_step), geometry.beam(seen.candidate.last_step)),
+            near_m: f64::from(seen.candidate.near_mm) * 1e-3,
+            at: Point::new(seen.centre.x, seen.centre.y),
+        };
+        self.bodies.clear();
+        self.bodies.extend(observation.detections.iter().map(body));
+    }
+
+    /// Number of the module in the site.
+    #[must_use]
+    pub fn module(&self) -> usize {
+        self.view.module
+    }
+
+    /// Whether its range reaches a place.
+    #[must_use]
+    pub fn reaches(&self, place: Point) -> bool {
+        (place - self.view.pose.at).length() <= f64::from(self.view.geometry.parts().range_max_mm) * 1e-3
+    }
+
+    /// Whether it sees a place while nobody is there: it lies before the background.
+    #[must_use]
+    pub fn sees_empty(&self, place: Point) -> bool {
+        let (distance_m, beam) = self.view.beam_at(place);
+        let background_mm = beam.and_then(|beam| self.background_mm.get(usize::from(beam)));
+        background_mm.is_some_and(|background_mm| distance_m < f64::from(*background_mm) * 1e-3)
+    }
+
+    /// Why the module does not see what is `slack_m` before a place, or the body that stands there.
+    #[must_use]
+    pub fn why(&self, place: Point, slack_m: f64, scene: &Scene<'_>) -> Why {
+        if !self.reaches(place) {
+            return Why::TooFar;
+        }
+        let (distance_m, beam) = self.view.beam_at(place);
+        let Some(beam) = beam else { return Why::OutOfView };
+        if scene.walls.iter().any(|wall| cross(*wall, (self.view.pose.at, place))) {
+            return Why::Wall;
+        }
+        let range_m = |ranges_mm: &[u16]| {
+            ranges_mm.get(usize::from(beam)).map_or(0.0, |range_mm| f64::from(*range_mm) * 1e-3)
+        };
+        let background_m = range_m(&self.background_mm);
+        let is_behind = background_m > 0.0 && background_m < distance_m;
+        if scene.at_s - self.start_s > SILENT_S {
+            return if is_behind { Why::Thing } else { Why::Silent };
+        }
+        let empty_m = range_m(&self.empty_mm);
+        if empty_m > distance_m - slack_m {
+            return Why::Seen;
+        }
+        let on_beam = self.bodies.iter().filter(|body| (body.beams.0..=body.beams.1).contains(&beam));
+        if let Some(body) = on_beam.min_by(|one, other| one.near_m.total_cmp(&other.near_m)) {
+            if body.near_m > distance_m - THERE_M {
+                return Why::Seen;
+            }
+            return Why::Person { track: scene.track_at(body.at) };
+        }
+        if is_behind { Why::Thing } else { Why::NotJudged }
+    }
+}
+
+/// What stands about at a time.
+#[derive(Clone, Debug)]
+pub struct Scene<'a> {
+    /// The time, s.
+    pub at_s: f64,
+    walls: Vec<(Point, Point)>,
+    tracks: &'a [TrackState],
+}
+
+impl<'a> Scene<'a> {
+    /// The walls of a site that stop beams, and tracks.
+    #[must_use]
+    pub fn of(site: &Site, tracks: &'a [TrackState], at_s: f64) -> Self {
+        let stops = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
+        let walls = site.walls.iter().filter(stops).flat_map(Wall::sides).collect();
+        Self { at_s, walls, tracks }
+    }
+
+    /// The nearest track to what a module sees.
+    fn track_at(&self, at: Point) -> Option<TrackId> {
+        let far_m = |track: &TrackState| (track.at - at).length();
+        let near =
+            self.tracks.iter().filter(|track| track.state != LifeCycle::Occluded && far_m(track) < SAME_M);
+        near.min_by(|one, other| far_m(one).total_cmp(&far_m(other))).map(|track| track.id)
+    }
+}
+
+/// Which module is nearest to seeing a place, and why it does not; the module is none where none reaches it.
+#[must_use]
+pub fn best(glances: &[Glance], place: Point, slack_m: f64, scene: &Scene<'_>) -> (Why, Option<usize>) {
+    let each = glances.iter().map(|glance| (glance.why(place, slack_m, scene), Some(glance.module())));
+    // Of a module that is too far nobody asks which.
+    let told = each.map(|(why, module)| (why, module.filter(|_| why < Why::OutOfView)));
+    told.min_by_key(|(why, _)| *why).unwrap_or((Why::NoModule, None))
+}

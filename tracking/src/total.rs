@@ -1,0 +1,116 @@
+//! How many people are in the whole site, as the map's large number has it.
+//!
+//! ```text
+//!   zones with `count`, or else all of them     is said
+//!   each has a count                            people in all zones, `known`
+//!   some have none, people are found            the same, `partly`: at least so many
+//!   some have none, nobody is found             null: a person may be where nobody looks
+//!   none has a count                            null, `unknown`
+//! ```
+//!
+//! A person in two zones is one. A site without zones is known while a module watches.
+
+use crate::geometry::{Point, inside};
+use crate::jsonl::TracksLine;
+use crate::occupancy::{Total, ZoneKnown};
+use crate::site::{Exclude, Site, Zone};
+use crate::snapshot::{DeviceState, ModuleLine};
+use crate::tracker::LifeCycle;
+
+/// The total of a line.
+#[must_use]
+pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
+    let counts = |zone: &&Zone| site.zones.iter().all(|zone| !zone.count) || zone.count;
+    let asked: Vec<&Zone> = site.zones.iter().filter(counts).collect();
+    let has_count = |zone: &&&Zone| line.zones.get(&zone.name).is_some_and(|zone| zone.count().is_some());
+    let known = asked.iter().filter(has_count).count();
+    let is_open =
+        |zone: &&Zone| line.zones.get(&zone.name).is_none_or(|zone| zone.state() != ZoneKnown::Known);
+    let watched = modules.iter().any(|module| module.state == DeviceState::Watching);
+    let state = match () {
+        () if asked.is_empty() && watched => ZoneKnown::Known,
+        () if asked.is_empty() || known == 0 => ZoneKnown::Unknown,
+        () if asked.iter().any(is_open) => ZoneKnown::Partly,
+        () => ZoneKnown::Known,
+    };
+    let found = people(site, line);
+    let is_said = match state {
+        ZoneKnown::Known => true,
+        ZoneKnown::Partly => found > 0 || known == asked.len(),
+        ZoneKnown::Unknown => false,
+    };
+    Total { count: is_said.then_some(found), state }
+}
+
+/// Confirmed and occluded tracks in a zone, without zones anywhere, but where nobody is counted.
+fn people(site: &Site, line: &TracksLine) -> u32 {
+    let zones: Vec<Vec<Point>> = site.zones.iter().map(Zone::corners).collect();
+    let excluded: Vec<Vec<Point>> = site.excludes.iter().map(Exclude::corners).collect();
+    let counted = line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative).filter(|track| {
+        let is_in = |area: &Vec<Point>| inside(Point::new(track.x, track.y), area);
+        !excluded.iter().any(is_in) && (zones.is_empty() || zones.iter().any(is_in))
+    });
+    u32::try_from(counted.count()).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jsonl::{TrackLine, ZoneLine};
+    use crate::occupancy::Found;
+
+    const SITE: &str = "
+        [[zone]]
+        name = \"hall\"
+        polygon = [[0, 0], [4, 0], [4, 4], [0, 4]]
+        count = true
+        [[zone]]
+        name = \"desk\"
+        polygon = [[0, 0], [2, 0], [2, 2], [0, 2]]
+        count = true
+        [[zone]]
+        name = \"street\"
+        polygon = [[9, 0], [10, 0], [10, 1]]
+        [[exclude]]
+        name = \"mirror\"
+        polygon = [[3, 3], [4, 3], [4, 4], [3, 4]]";
+
+    fn line(places: &[(f64, f64)], zones: &[(&str, u32, ZoneKnown)]) -> TracksLine {
+        let track = |(id, &(x, y)): (u64, &(f64, f64))| -> TrackLine {
+            let text = format!("{{\"id\":{id},\"x\":{x},\"y\":{y},\"state\":\"confirmed\"}}");
+            serde_json::from_str(&text).unwrap()
+        };
+        let zone = |&(name, count, state): &(&str, u32, ZoneKnown)| {
+            (name.to_owned(), ZoneLine::new(Found::inside(count, vec![1.0]), 1.0, state))
+        };
+        let (tracks, zones) = ((1..).zip(places).map(track).collect(), zones.iter().map(zone).collect());
+        TracksLine { tracks, zones, ..TracksLine::default() }
+    }
+
+    #[test]
+    fn who_is_in_two_zones_is_one_and_what_is_not_known_is_not_empty() {
+        use ZoneKnown::{Known, Partly, Unknown};
+        let site = Site::parse("site", SITE).unwrap();
+        let said = |line: &TracksLine| {
+            let Total { count, state } = total(&site, line, &[]);
+            (count, state)
+        };
+        // In both zones, in one, where nobody is counted, beside all.
+        let people = [(1.0, 1.0), (3.0, 1.0), (3.5, 3.5), (7.0, 7.0)];
+        assert_eq!(said(&line(&people, &[("hall", 2, Known), ("desk", 1, Known)])), (Some(2), Known));
+        assert_eq!(said(&line(&people, &[("hall", 2, Partly), ("desk", 1, Known)])), (Some(2), Partly));
+        assert_eq!(said(&line(&people, &[("hall", 2, Known), ("desk", 1, Unknown)])), (Some(2), Partly));
+        assert_eq!(said(&line(&[], &[("hall", 0, Known), ("desk", 0, Unknown)])), (None, Partly));
+        assert_eq!(said(&line(&[], &[("hall", 0, Known), ("desk", 0, Known)])), (Some(0), Known));
+        assert_eq!(said(&line(&people, &[("hall", 2, Unknown), ("desk", 1, Unknown)])), (None, Unknown));
+        assert_eq!(said(&line(&people, &[])), (None, Unknown));
+    }
+
+    #[test]
+    fn a_site_without_zones_is_known_while_a_module_watches() {
+        let (site, people) = (Site::default(), line(&[(1.0, 1.0)], &[]));
+        let module = ModuleLine { state: DeviceState::Watching, ..ModuleLine::default() };
+        assert_eq!(total(&site, &people, &[module]).count, Some(1));
+        assert_eq!(total(&site, &people, &[ModuleLine::default()]), Total::default());
+    }
+}

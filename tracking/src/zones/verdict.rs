@@ -1,0 +1,79 @@
+//! Why a zone is known, partly known or unknown: what is said of a zone follows from this.
+//!
+//! ```text
+//!   gap of all modules ─▶ Begins          │ unknown
+//!   a module was moved ─▶ Moved           │
+//!   seen < 10 %        ─▶ HardlySeen      │
+//!   seen < 80 %        ─▶ PartlySeen      │ partly
+//!   nobody found, and  ─▶ NotFoundAgain   │        a gap is just over, and somebody is being found
+//!                         LeftUnseen      │        who was in it is gone, and nobody has looked since
+//!                         MayHide         │        a body finds room where nothing was seen since the gap
+//!   else               ─▶ Seen            │ known
+//! ```
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::occupancy::ZoneKnown;
+
+/// Why so much is known of a zone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", tag = "is")]
+pub enum Verdict {
+    /// Enough of it is seen.
+    Seen,
+    /// Nobody had looked; in so long, s, all who stand in view have been found.
+    Begins {
+        /// s.
+        for_s: f64,
+    },
+    /// A module that looks there was moved; in so long, s, all have been found.
+    Moved {
+        /// s.
+        for_s: f64,
+    },
+    /// Too little is seen to say anything.
+    HardlySeen,
+    /// A part is not seen.
+    PartlySeen,
+    /// A module looks there again after a gap, and a track in it is not sure yet.
+    NotFoundAgain {
+        /// s until that is over.
+        for_s: f64,
+    },
+    /// Who was counted in it is predicted to be gone, and nobody has looked since.
+    LeftUnseen,
+    /// After a gap a body finds room where nothing was seen since.
+    MayHide {
+        /// That room, m².
+        m2: f64,
+    },
+}
+
+impl Verdict {
+    /// How much is known.
+    #[must_use]
+    pub const fn known(self) -> ZoneKnown {
+        match self {
+            Self::Seen => ZoneKnown::Known,
+            Self::Begins { .. } | Self::Moved { .. } | Self::HardlySeen => ZoneKnown::Unknown,
+            Self::PartlySeen | Self::NotFoundAgain { .. } | Self::LeftUnseen | Self::MayHide { .. } => {
+                ZoneKnown::Partly
+            }
+        }
+    }
+}
+
+/// What a track is to the number of people in a zone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// It is a person of the count.
+    Counted,
+    /// It is not sure yet.
+    Tentative,
+    /// It was never seen to come in and has not moved: perhaps a thing.
+    Unexplained,
+    /// It is a part of another track.
+    Part,
+}
