@@ -15,6 +15,7 @@ pub mod floor;
 pub mod jsonl;
 pub mod passage;
 pub mod picture;
+pub mod plan;
 pub mod replay;
 pub mod run;
 pub mod score;

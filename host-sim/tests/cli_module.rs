@@ -49,6 +49,10 @@ fn a_host_gets_the_reports_of_a_module_beside_a_sensor_over_tcp() {
         _ => None,
     });
     assert_eq!(name, ("hall".to_owned(), "pc".to_owned()));
+    host.ask(Request::Identify { seconds: 1 });
+    let said = module.says(" blinks: it is this one");
+    assert!(said.starts_with("module hall ("), "{said}");
+    module.says(" blinks no more");
     // It learns, and stores what it has learned.
     host.health(|health| health.head.storing);
     while host.more(1).head.background_version != 1 {}

@@ -247,7 +247,13 @@ mod tests {
 
     fn view() -> View {
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        View { module: 0, pose, height_m: 0.6, geometry: Geometry::new(URG_04LX).unwrap() }
+        View {
+            module: 0,
+            pose,
+            height_m: 0.6,
+            geometry: Geometry::new(URG_04LX).unwrap(),
+            upside_down: false,
+        }
     }
 
     /// Nine beams with a range, `apart` from each other, the middle one straight ahead.

@@ -111,7 +111,13 @@ mod tests {
     }
 
     fn view(pose: Pose) -> View {
-        View { module: 0, pose, height_m: 0.6, geometry: Geometry::new(URG_04LX).unwrap() }
+        View {
+            module: 0,
+            pose,
+            height_m: 0.6,
+            geometry: Geometry::new(URG_04LX).unwrap(),
+            upside_down: false,
+        }
     }
 
     #[test]

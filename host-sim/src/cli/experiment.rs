@@ -125,7 +125,7 @@ struct Docs {
     seeds: Option<RangeInclusive<u64>>,
 }
 
-fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
+pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let bounds =
         text.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
     match bounds {

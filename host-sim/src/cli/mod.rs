@@ -7,6 +7,7 @@ mod floor;
 mod image;
 mod log;
 mod module;
+mod plan;
 mod replay;
 mod replay_floor;
 mod replay_site;
@@ -41,6 +42,7 @@ enum Command {
     Replay(replay::Arguments),
     Scene(scene::Arguments),
     Score(score::Arguments),
+    Plan(plan::Arguments),
     Experiment(experiment::Arguments),
     Soak(soak::Arguments),
     #[cfg(feature = "daemon")]
@@ -59,6 +61,7 @@ pub fn run() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Score(arguments) => score::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Experiment(arguments) => experiment::run(&arguments),
         Command::Soak(arguments) => soak::run(&arguments),
         #[cfg(feature = "daemon")]

@@ -3,6 +3,7 @@
 //! ```text
 //!   Share 1 of 1 + Share 0 of 1 + …  ─▶ 99.5 [97–100]     Wilson's interval at 95 %
 //!   Mean [3.4]   + Mean [3.6]   + …  ─▶ 3.5 [3.4–3.6]     Student's
+//!   Median [0.1] + Median [0.3] + … ─▶ 0.20               of all values together
 //!   Sum, Hours, Least, Most          ─▶ without an interval
 //! ```
 
@@ -33,6 +34,8 @@ pub enum Figure {
         /// Whether the values are shares in %, and so between 0 and 100.
         shares: bool,
     },
+    /// The median of all values of all runs.
+    Median(Vec<f64>),
     /// The smallest of all.
     Least(f64),
     /// The largest of all.
@@ -69,7 +72,8 @@ impl Figure {
                 *yes += more;
                 *of += all;
             }
-            (Self::Mean { values, .. }, Self::Mean { values: more, .. }) => values.extend(more),
+            (Self::Mean { values, .. }, Self::Mean { values: more, .. })
+            | (Self::Median(values), Self::Median(more)) => values.extend(more),
             (Self::Least(least), Self::Least(other)) => *least = least.min(*other),
             (Self::Most(most), Self::Most(other)) => *most = most.max(*other),
             (Self::Sum(sum), Self::Sum(more)) | (Self::Hours(sum), Self::Hours(more)) => *sum += more,
@@ -92,6 +96,12 @@ impl Figure {
                 let finite = interval.0.is_finite() && interval.1.is_finite();
                 (mean.mean, finite.then_some(interval), Some(mean.number as u64))
             }
+            Self::Median(values) => {
+                let mut sorted = values.clone();
+                sorted.sort_by(f64::total_cmp);
+                let median = sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN);
+                (median, None, Some(values.len() as u64))
+            }
             Self::Least(value) | Self::Most(value) | Self::Sum(value) | Self::Hours(value) => {
                 (*value, None, None)
             }
@@ -107,7 +117,7 @@ impl Figure {
                 format!("{value:.digits$} [{low:.digits$}–{high:.digits$}]")
             }
             (Self::Mean { digits, .. }, None) => format!("{value:.digits$}"),
-            (Self::Least(_) | Self::Most(_), _) => format!("{value:.2}"),
+            (Self::Least(_) | Self::Most(_) | Self::Median(_), _) => format!("{value:.2}"),
             (Self::Hours(_), _) => format!("{value:.1}"),
             _ => format!("{value:.0}"),
         }

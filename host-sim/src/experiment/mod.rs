@@ -8,6 +8,7 @@
 //!       ├▶ entrance: a depth camera ───┤
 //!       ├▶ floor, silences: paper B ───┤
 //!       ├▶ both: floor and modules ────┤
+//!       ├▶ lines: people counted ──────┤
 //!       └▶ worlds, cases: other worlds ┘
 //! ```
 
@@ -19,6 +20,7 @@ pub mod findings;
 pub mod floor;
 pub mod jobs;
 pub mod line;
+pub mod lines;
 pub mod log;
 pub mod pages;
 pub mod paper;

@@ -74,6 +74,7 @@ const fn layout(table: Table) -> Layout {
         | Table::FloorPoses
         | Table::Floor
         | Table::FloorAndModules
+        | Table::Lines
         | Table::HomeHard => Layout::AsRun,
     }
 }

@@ -106,6 +106,8 @@ pub enum Table {
     Poses,
     /// Where a floor is, found by walking over it; of docs/calibration.md
     FloorPoses,
+    /// Counting lines: crossings counted, missed and false, in a home and in the door area
+    Lines,
 }
 
 /// Runs of a table.
@@ -127,6 +129,8 @@ pub enum Work {
     FloorPoses(RangeInclusive<u64>),
     /// The entrance before a depth camera.
     Entrance(RangeInclusive<u64>),
+    /// Counting lines.
+    Lines(RangeInclusive<u64>),
 }
 
 impl std::fmt::Display for Table {
@@ -174,6 +178,7 @@ impl Table {
             }
             Self::Poses => return Work::Poses(seeds.cloned().unwrap_or(10_000..=10_039)),
             Self::FloorPoses => return Work::FloorPoses(seeds.cloned().unwrap_or(10_000..=10_099)),
+            Self::Lines => return Work::Lines(seeds.cloned().unwrap_or(10_000..=10_199)),
             Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_199)),
             Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
             // Only our tracker reports unexplained measurements.
@@ -256,6 +261,7 @@ mod tests {
             Table::PaperA,
             Table::Poses,
             Table::FloorPoses,
+            Table::Lines,
         ]) {
             let published = |seeds: &RangeInclusive<u64>| {
                 assert!(*seeds.start() == 10_000 && *seeds.end() < 10_200 && !seeds.is_empty(), "{table}");
@@ -274,7 +280,7 @@ mod tests {
                     let first = *seeds.start();
                     published(&(first..=first + QUIET_SEEDS * seeds.count() as u64 - 1));
                 }
-                Work::Entrance(seeds) => published(&seeds),
+                Work::Entrance(seeds) | Work::Lines(seeds) => published(&seeds),
                 Work::Trials(trials) => {
                     assert!(!trials.is_empty());
                     for trial in &trials {

@@ -5,6 +5,7 @@
 //!                  ├─ trials ──────▶ pooled ├─▶ Results: lines of the full table, what every run gave, a picture
 //!                  ├─ passages ────▶ pooled │
 //!                  ├─ entrance ────▶ pooled │
+//!                  ├─ lines ───────▶ pooled ┤
 //!                  ├─ poses ───────▶ found ─┤
 //!                  ├─ both ────────▶ rows ──┤
 //!                  └─ floor ───────▶ found ─┘
@@ -20,7 +21,7 @@ use super::jobs::Runs;
 use super::line::{Line, Run};
 use super::plan::{Table, Work};
 use super::table::{self, Row};
-use super::{both, entrance, floor, passages, picture, poses, runner, silences, sources};
+use super::{both, entrance, floor, lines, passages, picture, poses, runner, silences, sources};
 use crate::run::{Conditions, Options};
 
 /// Results of a table.
@@ -85,6 +86,9 @@ pub fn run(
             let mut results = Results::of(&pooled)?;
             results.lines.extend(entrance::paper(&results.lines));
             Ok(results)
+        }
+        Work::Lines(seeds) => {
+            Results::of(&lines::run(&seeds, trackers.first().copied().unwrap_or_default(), runs)?)
         }
         Work::Poses(seeds) => Ok(Results::of_poses(&poses::run(&seeds, runs)?)),
         Work::FloorPoses(seeds) => Ok(Results::of_poses(&poses::floors(&seeds, runs)?)),

@@ -12,6 +12,7 @@
 //! ```
 
 mod content;
+pub mod coverage;
 pub mod exposure;
 mod map;
 mod palette;

@@ -47,7 +47,7 @@ pub struct SitePicture<'a> {
 }
 
 /// From metres to the picture.
-struct Frame {
+pub(super) struct Frame {
     left_m: f64,
     top_m: f64,
     pixels_per_m: f64,
@@ -55,14 +55,12 @@ struct Frame {
 }
 
 impl Frame {
-    fn around(picture: &SitePicture<'_>, width: f64) -> Self {
-        let site = picture.site;
+    /// Around walls and modules of a site and some more places, at most `width` wide.
+    pub(super) fn around(site: &Site, more: impl Iterator<Item = [f64; 2]>, width: f64) -> Self {
         let walls = site.walls.iter().flat_map(|wall| wall.points.iter().copied());
         let modules = site.modules.iter().map(|module| [module.x, module.y]);
-        let people =
-            picture.truth.iter().flat_map(|line| line.people.iter().map(|person| [person.x, person.y]));
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for place in walls.chain(modules).chain(people) {
+        for place in walls.chain(modules).chain(more) {
             for ((low, high), value) in low.iter_mut().zip(&mut high).zip(place) {
                 (*low, *high) = (low.min(value), high.max(value));
             }
@@ -81,11 +79,20 @@ impl Frame {
         }
     }
 
-    fn place(&self, x_m: f64, y_m: f64) -> (f64, f64) {
+    pub(super) const fn height(&self) -> f64 {
+        self.height
+    }
+
+    /// A length in the picture.
+    pub(super) const fn pixels(&self, metres: f64) -> f64 {
+        metres * self.pixels_per_m
+    }
+
+    pub(super) fn place(&self, x_m: f64, y_m: f64) -> (f64, f64) {
         ((x_m - self.left_m) * self.pixels_per_m, (self.top_m - y_m) * self.pixels_per_m)
     }
 
-    fn line(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {
+    pub(super) fn line(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {
         let mut path = String::new();
         for ([x_m, y_m], first) in
             points.into_iter().zip(std::iter::once(true).chain(std::iter::repeat(false)))
@@ -95,6 +102,11 @@ impl Frame {
         }
         path
     }
+}
+
+/// A line without a filling.
+pub(super) fn stroke(path: String, colour: &str, width: f64) -> Line {
+    Line::new().set("d", path).set("fill", "none").set("stroke", colour).set("stroke-width", width)
 }
 
 impl SitePicture<'_> {
@@ -110,7 +122,8 @@ impl SitePicture<'_> {
     #[must_use]
     pub fn to_svg(&self) -> Document {
         let width = WIDTH - 2.0 * MARGIN;
-        let frame = Frame::around(self, width);
+        let people = self.truth.iter().flat_map(|line| line.people.iter().map(|person| [person.x, person.y]));
+        let frame = Frame::around(self.site, people, width);
         let timeline_top = TITLE_HEIGHT + frame.height + 2.0 * MARGIN;
         let height = timeline_top + TIMELINE_HEIGHT + MARGIN;
         page(&self.title, &self.subtitle, height)
@@ -119,9 +132,6 @@ impl SitePicture<'_> {
     }
 
     fn map(&self, frame: &Frame) -> Group {
-        let stroke = |path: String, colour: &str, width: f64| {
-            Line::new().set("d", path).set("fill", "none").set("stroke", colour).set("stroke-width", width)
-        };
         let mut group = Group::new();
         for zone in &self.site.zones {
             let area = frame.line(zone.polygon.iter().copied()) + "Z";

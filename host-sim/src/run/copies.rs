@@ -7,7 +7,7 @@
 //! ```
 
 use kehai::wire::{Message, ModuleId};
-use kehai_tracking::site::{Entry, Module, Mover, Site, Wall, Zone};
+use kehai_tracking::site::{Entry, Exclude, Module, Mover, Site, Wall, Zone};
 
 use super::unit::module_id;
 use super::{Arrival, ModuleName, Moment, Record};
@@ -95,5 +95,8 @@ fn add(to: &mut Site, from: &Site, [x_m, y_m]: [f64; 2], copy: usize, id: impl F
     }));
     to.movers.extend(
         from.movers.iter().map(|mover| Mover { name: named(&mover.name), polygon: all(&mover.polygon) }),
+    );
+    to.excludes.extend(
+        from.excludes.iter().map(|area| Exclude { name: named(&area.name), polygon: all(&area.polygon) }),
     );
 }

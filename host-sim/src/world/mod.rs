@@ -38,6 +38,7 @@ pub mod trajectory;
 pub mod upright;
 pub mod variation;
 pub(crate) mod visit;
+pub mod walkable;
 pub mod walker;
 pub mod wandering;
 
@@ -187,20 +188,19 @@ impl World {
         let fans = scene.fans.iter().cloned().map(Moving::Fan);
         let moving: Arc<[Moving]> =
             doors.chain(curtains).chain(fans).chain(props).chain(placed).chain(more.moving).collect();
-        let mut things: Vec<Thing> =
-            scene.site.walls.iter().flat_map(|wall| opaque(wall, scene.wall_reflectance)).collect();
-        things.extend(scene.furniture.iter().flat_map(furniture));
+        let things = things(scene);
         let sensor = |(index, module): (usize, &site::Module)| {
             let spec = scene.sensors.iter().find(|spec| spec.module == module.name);
             let (model, level) = spec.map_or_else(Default::default, |spec| (spec.model, spec.noise));
-            let caster = Caster::new(module.pose(), module.height_m, model.optics().geometry, &things);
+            let (upside_down, geometry) = (module.upside_down, model.optics().geometry);
+            let caster = Caster::hung(module.pose(), module.height_m, upside_down, geometry, &things);
             let seen = (Arc::clone(&people), Arc::clone(&moving));
             let mut sensor = WorldSensor::new(model, level, caster, seen, seed, index as u64);
             for mishap in more.mishaps.iter().filter(|mishap| mishap.module == index) {
                 let (pose, height_m) = mishap.place(module.pose(), module.height_m);
                 let mut around = things.clone();
                 around.extend(mishap.cover(pose.at));
-                let caster = Caster::new(pose, height_m, model.optics().geometry, &around);
+                let caster = Caster::hung(pose, height_m, upside_down, geometry, &around);
                 sensor.replace_caster(mishap.from_s, caster);
             }
             (module.name.clone(), sensor)
@@ -339,6 +339,13 @@ fn wanderer(scene: &Scene, index: usize, spec: &PersonSpec, seed: u64) -> Wander
     let carried = scene.carried.iter().enumerate().filter(|(_, carried)| carried.by == spec.name);
     carried.for_each(|(number, carried)| carried.lead(&mut points, seed, number));
     Wanderer { body, points, habit }
+}
+
+/// What beams meet of all that stands still.
+#[must_use]
+pub fn things(scene: &Scene) -> Vec<Thing> {
+    let walls = scene.site.walls.iter().flat_map(|wall| opaque(wall, scene.wall_reflectance));
+    walls.chain(scene.furniture.iter().flat_map(furniture)).collect()
 }
 
 /// What people cannot walk through.

@@ -63,6 +63,12 @@ impl SensorModel {
     pub const ALL: [Self; 5] =
         [Self::Urg04lx, Self::Urg04lxUg01, Self::Uhg08lx, Self::Utm30lx, Self::Ust10lx];
 
+    /// The model of that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|model| model.emulated().name == name)
+    }
+
     /// The emulated sensor of this model.
     #[must_use]
     pub const fn emulated(self) -> Model {

@@ -85,6 +85,35 @@ const fn ordinary_sway() -> f64 {
 }
 
 impl PersonSpec {
+    /// A person on a route, with everything else as in a file that says nothing of it.
+    #[must_use]
+    pub fn along(route: Vec<Vec<f64>>) -> Self {
+        Self {
+            name: String::new(),
+            section: Section::default(),
+            route,
+            speed_m_s: ordinary_walk(),
+            repeat: Repeat::default(),
+            from_s: 0.0,
+            until_s: None,
+            heading_deg: 0.0,
+            turn_deg_s: 0.0,
+            sway_mm: ordinary_sway(),
+            shift_mm: 0.0,
+            shift_every_s: some_minutes(),
+            scatter_m: 0.0,
+            group: None,
+            top_m: None,
+            crouches_s: None,
+            reaches_at: Vec::new(),
+            half_width_m: None,
+            half_depth_m: None,
+            thigh_radius_m: None,
+            reflectance: None,
+            clothing_bias_mm: None,
+        }
+    }
+
     /// What is wrong with it, in a line.
     pub(super) fn check(&self) -> Result<(), String> {
         if self.route.is_empty() {

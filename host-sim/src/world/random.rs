@@ -41,6 +41,8 @@ pub enum Purpose {
     Entrance = 13,
     /// Where one sensor's light falsifies another's readings.
     CrossTalk = 9,
+    /// Where people stand about while places for modules are compared, and where they walk to.
+    Plan = 14,
     /// What the network does to one module's datagrams, and how its clock runs.
     Network = 8,
 }

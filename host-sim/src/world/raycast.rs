@@ -85,6 +85,8 @@ const ROUNDING_M: f64 = 1e-6;
 pub struct Caster {
     pose: Pose,
     height_m: f64,
+    /// Whether it hangs head down: its mirror turns to the right.
+    upside_down: bool,
     geometry: SensorGeometry,
     /// Per step: direction of the beam in the site.
     directions: Vec<Point>,
@@ -108,9 +110,22 @@ impl Caster {
     /// A sensor at `pose`, its plane `height_m` above the floor, among `things`.
     #[must_use]
     pub fn new(pose: Pose, height_m: f64, geometry: SensorGeometry, things: &[Thing]) -> Self {
+        Self::hung(pose, height_m, false, geometry, things)
+    }
+
+    /// The same of a sensor that hangs head down, if it does.
+    #[must_use]
+    pub fn hung(
+        pose: Pose,
+        height_m: f64,
+        upside_down: bool,
+        geometry: SensorGeometry,
+        things: &[Thing],
+    ) -> Self {
         let steps = geometry.first_step..=geometry.last_step;
-        let directions: Vec<Point> =
-            steps.map(|step| Point::towards(pose.yaw_rad + geometry.bearing_rad(step))).collect();
+        let side = if upside_down { -1.0 } else { 1.0 };
+        let way = |step| pose.yaw_rad + side * geometry.bearing_rad(step);
+        let directions: Vec<Point> = steps.map(|step| Point::towards(way(step))).collect();
         let nearest = |beam: &Beam, except: Option<u16>| {
             let cut = |thing: &&Thing| (thing.low_m..=thing.high_m).contains(&height_m);
             let seen = |(number, thing): (usize, &Thing)| {
@@ -146,7 +161,7 @@ impl Caster {
             Some(Seen { range_m: first.range_m + behind.range_m, ..behind })
         };
         let fixed = directions.iter().enumerate().map(&mut look).collect();
-        Self { pose, height_m, geometry, directions, fixed, straight_m, reflections }
+        Self { pose, height_m, upside_down, geometry, directions, fixed, straight_m, reflections }
     }
 
     /// Where the sensor is.
@@ -155,15 +170,20 @@ impl Caster {
         self.pose
     }
 
+    /// A place's bearing as the sensor counts, and its distance.
+    fn bearing(&self, at: Point) -> (f64, f64) {
+        let place = self.pose.to_sensor(at);
+        (if self.upside_down { -place.angle_rad() } else { place.angle_rad() }, place.length())
+    }
+
     /// The entry that points at a place, and how far that is; nothing if something fixed stands between.
     #[must_use]
     pub fn entry_of(&self, at: Point) -> Option<(usize, f64)> {
-        let place = self.pose.to_sensor(at);
+        let (bearing_rad, distance_m) = self.bearing(at);
         let steps_a_rad = f64::from(self.geometry.steps_per_turn) / std::f64::consts::TAU;
         let front = f64::from(self.geometry.front_step) - f64::from(self.geometry.first_step);
-        let entry = (front + place.angle_rad() * steps_a_rad).round();
+        let entry = (front + bearing_rad * steps_a_rad).round();
         let fixed = (entry >= 0.0).then(|| self.fixed.get(entry as usize))??;
-        let distance_m = place.length();
         let hidden = fixed.is_some_and(|seen| seen.range_m < distance_m - 0.05);
         (!hidden).then_some((entry as usize, distance_m))
     }
@@ -312,8 +332,7 @@ impl Caster {
 
     /// The entries whose beams can pass within `reach_m` of a place.
     fn sector(&self, at: Point, reach_m: f64, entries: usize) -> std::ops::Range<usize> {
-        let place = self.pose.to_sensor(at);
-        let distance_m = place.length();
+        let (bearing_rad, distance_m) = self.bearing(at);
         if distance_m <= reach_m {
             return 0..entries;
         }
@@ -322,7 +341,7 @@ impl Caster {
         let front = f64::from(self.geometry.front_step) - f64::from(self.geometry.first_step);
         let turn = f64::from(self.geometry.steps_per_turn);
         let entry = |angle_rad: f64| front + angle_rad * steps_a_rad;
-        let (mut low, mut high) = (entry(place.angle_rad() - half_rad), entry(place.angle_rad() + half_rad));
+        let (mut low, mut high) = (entry(bearing_rad - half_rad), entry(bearing_rad + half_rad));
         // Straight behind the sensor, angles jump by a turn.
         if high < 0.0 {
             (low, high) = (low + turn, high + turn);
@@ -387,19 +406,21 @@ mod tests {
         }
     }
 
-    fn caster(yaw_deg: f64) -> Caster {
+    fn caster(yaw_deg: f64, upside_down: bool) -> Caster {
         let wall = Outline::Segment(Point::new(4.0, -9.0), Point::new(4.0, 9.0));
         let wall = Thing { outline: wall, reflectance: 0.53, low_m: 0.0, high_m: 2.5, mirror: false };
         let pose = Pose { at: Point::default(), yaw_rad: yaw_deg.to_radians() };
-        Caster::new(pose, 0.6, SensorModel::Urg04lx.optics().geometry, &[wall])
+        Caster::hung(pose, 0.6, upside_down, SensorModel::Urg04lx.optics().geometry, &[wall])
     }
 
     const REVOLUTION: Revolution = Revolution { start_us: 5_000_000, period_us: 100_000, earliest_us: 0 };
 
     #[test]
     fn nobody_is_overlooked_wherever_they_stand() {
-        for yaw_deg in [0.0, 90.0, 175.0, -140.0] {
-            let caster = caster(yaw_deg);
+        for (yaw_deg, upside_down) in
+            [(0.0, false), (90.0, true), (175.0, false), (175.0, true), (-140.0, true)]
+        {
+            let caster = caster(yaw_deg, upside_down);
             for angle_deg in (0..360).step_by(5) {
                 for distance_m in [0.4, 0.9, 2.5] {
                     let at = Point::towards(f64::from(angle_deg).to_radians()) * distance_m;
@@ -426,9 +447,28 @@ mod tests {
         let person = person(&positions);
         let front = 384 - 44;
         let range_m =
-            caster(0.0).cast(REVOLUTION, std::slice::from_ref(&person), &[])[front].unwrap().range_m;
+            caster(0.0, false).cast(REVOLUTION, std::slice::from_ref(&person), &[])[front].unwrap().range_m;
         let expected_m = 1.5 + 2.0 * 0.0375 - person.body.half_depth_m;
         assert!((range_m - expected_m).abs() < 0.001, "{range_m} {expected_m}");
+    }
+
+    #[test]
+    fn a_sensor_that_hangs_head_down_sees_on_its_right_what_is_on_its_left() {
+        let at = Point::new(1.5, 1.0);
+        let person = person(&[at; 30]);
+        let middle = |upside_down: bool| {
+            let caster = caster(0.0, upside_down);
+            let seen = caster.cast(REVOLUTION, std::slice::from_ref(&person), &[]);
+            let hit = seen.iter().flatten().filter(|seen| seen.thing == FIRST_PERSON).count();
+            let first = seen.iter().position(|seen| seen.is_some_and(|seen| seen.thing == FIRST_PERSON));
+            let middle = first.unwrap() + hit / 2;
+            assert_eq!(caster.entry_of(at).map(|(entry, _)| entry.abs_diff(middle) < 3), Some(true));
+            (hit, middle)
+        };
+        let ((upright, left), (hung, right)) = (middle(false), middle(true));
+        let front = 384 - 44;
+        assert!(upright.abs_diff(hung) <= 2 && left > front + 80, "{upright} {hung}, at {left}");
+        assert!((left + right).abs_diff(2 * front) < 4, "{left} and {right} about {front}");
     }
 
     #[test]
@@ -436,7 +476,7 @@ mod tests {
         let mut child = person(&[Point::new(1.0, 0.0); 30]);
         child.body.top_m = 0.5;
         let beams = |child: &Person| {
-            let seen = caster(0.0).cast(REVOLUTION, std::slice::from_ref(child), &[]);
+            let seen = caster(0.0, false).cast(REVOLUTION, std::slice::from_ref(child), &[]);
             seen.iter().flatten().filter(|seen| seen.thing == FIRST_PERSON).count()
         };
         assert_eq!(beams(&child), 0);

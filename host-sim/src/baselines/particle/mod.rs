@@ -306,7 +306,7 @@ mod tests {
     fn observation(start_s: f64, x: Option<f64>) -> Observation {
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
         let geometry = Geometry::new(URG_04LX).unwrap();
-        let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry });
+        let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false });
         let seen = |x: f64| Detection::new(round(x, &view), &view, start_s, Estimator::default());
         let detections = x.map(seen).into_iter().collect();
         Observation { view, start_s, detections, empty_mm: Vec::new(), background_mm: Arc::from([]) }

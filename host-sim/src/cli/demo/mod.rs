@@ -124,6 +124,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         record: None,
         database: Some(Database { file: database.clone(), keep: Keep::USUAL, restore: false }),
         map: map(arguments, &stage),
+        webhook: None,
         mqtt: None,
         card_key: key.clone(),
         keys: None,
@@ -146,8 +147,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             Next::Waiting => {}
             Next::Ended => return Err("the tracker has ended".into()),
         }
-        // The database has the passages then; the map shows the rest.
+        // The database has the passages and the alarms then; the map shows the rest.
         daemon.outputs();
+        daemon.alarm_changes();
         if let Ok(found) = found.try_recv() {
             println!("{found}");
         }

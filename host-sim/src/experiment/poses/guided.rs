@@ -7,7 +7,7 @@ use kehai::centre::Estimator;
 use kehai_tracking::calibration::advice::{Advice, Guide, LONGEST_S};
 use kehai_tracking::calibration::room::Outline;
 use kehai_tracking::calibration::walk::Walk;
-use kehai_tracking::calibration::{Calibration, Placed, Refusal, calibrate};
+use kehai_tracking::calibration::{Calibration, Placed, Refusal, calibrate, upside_down};
 use kehai_tracking::geometry::wrapped;
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::session::Sessions;
@@ -59,6 +59,46 @@ pub fn floor(name: &str, seed: u64) -> Result<Placing, Box<dyn Error>> {
     Ok(Placing { scene: name.to_owned(), of: Of::Floor, short, ..placing(&walked, &truth, truth.len() - 1) })
 }
 
+/// What the walk says of how modules hang.
+#[derive(Clone, Debug, Default)]
+pub struct Hung {
+    /// Which hang head down; the first never does.
+    pub truth: Vec<bool>,
+    /// Which do by the walk; empty: refused.
+    pub found: Vec<bool>,
+    /// How far apart the walks of two modules are, the wrong way up over the right one, least of all modules; 1: it does not
+    /// say.
+    pub clearly: f64,
+    /// Of all modules but the first.
+    pub off: Vec<Off>,
+}
+
+/// One seed in one scene, some modules but the first hanging head down without anybody having said so.
+///
+/// # Errors
+/// A fault of the scene or of the simulation.
+pub fn hung(name: &str, seed: u64) -> Result<Hung, Box<dyn Error>> {
+    let mut scene = scene(name, seed)?;
+    let mut stream = Stream::new(seed, Purpose::Network, [6, 1]);
+    // None, some, or all of the others.
+    let share = stream.uniform();
+    for module in scene.site.modules.iter_mut().skip(1) {
+        module.upside_down = stream.chance(share);
+    }
+    let truth: Vec<bool> = scene.site.modules.iter().map(|module| module.upside_down).collect();
+    let poses = poses(&scene.site);
+    let (walk, rooms) = walked(&scene, seed, &poses)?;
+    let Ok(found) = calibrate(&walk, poses[0], &rooms) else { return Ok(Hung { truth, ..Hung::default() }) };
+    let clearly = |placed: &Placed| placed.hang.apart_m.map_or(1.0, |(right_m, wrong_m)| wrong_m / right_m);
+    let others = || found.modules.iter().skip(1);
+    Ok(Hung {
+        truth,
+        found: found.modules.iter().map(|placed| placed.hang.turned).collect(),
+        clearly: others().map(clearly).fold(f64::INFINITY, f64::min),
+        off: others().zip(poses.iter().skip(1)).map(|(placed, truth)| off(placed, truth)).collect(),
+    })
+}
+
 /// What the walk makes of modules and floors from number `judged` on.
 fn placing((walk, rooms): &Walked, truth: &[Pose], judged: usize) -> Placing {
     let plain = calibrate(walk, truth[0], &[]);
@@ -105,6 +145,7 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
     let mut site: Site = scene.site.clone();
     for module in &mut site.modules {
         (module.x, module.y, module.yaw_deg) = (0.0, 0.0, 0.0);
+        module.upside_down = false;
     }
     let mut mats = Mats::new(&site, run.world().people().len());
     let mut sessions = Sessions::new(Arc::new(site), Estimator::default());
@@ -130,7 +171,8 @@ fn walked(scene: &crate::world::scene::Scene, seed: u64, truth: &[Pose]) -> Resu
         if (advice == Advice::Enough && now_s > LEARNS_S) || now_s > LEARNS_S + LONGEST_S {
             break;
         }
-        let to = walker.follow(&advice, at);
+        let turned: Vec<bool> = upside_down::find(&walk).iter().map(|hang| hang.turned).collect();
+        let to = walker.follow(&advice.with_turned(&turned), at);
         led_by.go(&walker.floor.way(at, to));
     }
     let rooms = |index: usize| {

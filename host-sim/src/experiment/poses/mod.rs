@@ -12,7 +12,7 @@ mod mats;
 mod table;
 mod watched;
 
-pub use guided::floor;
+pub use guided::{Hung, floor, hung};
 pub use table::{Error as Off, Found, Placing, Watching};
 
 use std::error::Error;
