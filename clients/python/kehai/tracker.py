@@ -1,0 +1,134 @@
+"""A tracker, asked over HTTP and heard over its WebSocket.
+
+    Tracker ─┬─ people(), frames(), reports() ─▶ ws://…/ws     again and again, until the caller has had enough
+             └─ state(), get(), post() ────────▶ http://…/api/…
+
+Nobody has to know whether the connection is there: while it is not, nothing is known, and that is what is said.
+"""
+
+import json
+import ssl
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from typing import Any, cast
+
+from websockets.exceptions import InvalidStatus, WebSocketException
+from websockets.sync.client import ClientConnection, connect
+
+from kehai.types import Frame, ReportLine
+
+# Between two tries, s: doubled from one to the other.
+AGAIN_S = (0.5, 8.0)
+
+# Longer than a frame of a thousand modules.
+LONGEST = 1 << 26
+
+# Frames come ten times a second, and a ping every 20 s: a connection that is silent for longer is none.
+SILENT_S = 5.0
+
+
+class Refused(Exception):
+    """The tracker will not: its status and its reason in words."""
+
+    def __init__(self, status: int, why: str):
+        super().__init__(f"{status}: {why}")
+        self.status = status
+        self.why = why
+
+
+class Tracker:
+    """A tracker by its address, as `http://127.0.0.1:8420`, and a token if it has users."""
+
+    def __init__(self, url: str, token: str | None = None, tls: ssl.SSLContext | None = None):
+        self._url = url.rstrip("/")
+        self._headers = {} if token is None else {"Authorization": f"Bearer {token}"}
+        self._tls = tls
+
+    def people(self) -> Iterator[dict[str, int | None]]:
+        """How many people are in each zone, whenever that changes. None: it is not known."""
+        known: dict[str, int | None] = {}
+        said = None
+        for frame in self.frames():
+            if frame is None:
+                known = dict.fromkeys(known)
+            else:
+                known = {name: zone["count"] for name, zone in frame["zones"].items()}
+            if known != said:
+                said = known
+                yield dict(known)
+
+    def frames(self) -> Iterator[Frame | None]:
+        """All that is known, ten times a second. None, once, when the tracker cannot be reached any more."""
+        for message in self._messages({"frames": True}):
+            if message is None:
+                yield None
+            elif "frame" in message:
+                yield cast(Frame, message["frame"])
+
+    def reports(self) -> Iterator[ReportLine | None]:
+        """All tracks right after each report of a module. None, once, when the tracker cannot be reached any more."""
+        for message in self._messages({"frames": False, "reports": True}, patient=True):
+            if message is None:
+                yield None
+            elif "report" in message:
+                yield cast(ReportLine, message["report"])
+
+    def state(self) -> Frame:
+        """The newest frame."""
+        return cast(Frame, self.get("/api/state"))
+
+    def get(self, path: str) -> Any:
+        """What a `GET` of this path is answered with. Raises `Refused`, or `OSError` if nobody answers."""
+        return self._ask("GET", path, None)
+
+    def post(self, path: str, body: Any) -> Any:
+        """What a `POST` of this path and body is answered with. Raises `Refused`, or `OSError` if nobody answers."""
+        return self._ask("POST", path, json.dumps(body).encode())
+
+    def _ask(self, method: str, path: str, body: bytes | None) -> Any:
+        headers = {**self._headers, "Content-Type": "application/json"}
+        request = urllib.request.Request(self._url + path, data=body, headers=headers, method=method)
+        try:
+            with urllib.request.urlopen(request, timeout=30, context=self._tls) as answer:
+                return json.load(answer)
+        except urllib.error.HTTPError as error:
+            raise Refused(error.code, _reason(error.read())) from None
+
+    def _messages(self, wish: dict[str, bool], patient: bool = False) -> Iterator[dict[str, Any] | None]:
+        """Every message; None when a connection ends, or the first one does not come about."""
+        pause_s, is_known = AGAIN_S[0], True
+        while True:
+            try:
+                with self._connect() as socket:
+                    socket.send(json.dumps(wish))
+                    while True:
+                        message = json.loads(socket.recv(timeout=None if patient else SILENT_S))
+                        pause_s, is_known = AGAIN_S[0], True
+                        yield message
+            except InvalidStatus as error:
+                status = error.response.status_code
+                # A token that is wrong stays so; a tracker that is full or starts may not.
+                if 400 <= status < 500:
+                    raise Refused(status, _reason(error.response.body or b"")) from None
+            except (OSError, TimeoutError, WebSocketException):
+                pass
+            if is_known:
+                is_known = False
+                yield None
+            time.sleep(pause_s)
+            pause_s = min(2 * pause_s, AGAIN_S[1])
+
+    def _connect(self) -> ClientConnection:
+        # http to ws, https to wss.
+        url = f"ws{self._url.removeprefix('http')}/ws"
+        tls = self._tls if url.startswith("wss") else None
+        return connect(url, additional_headers=self._headers, ssl=tls, max_size=LONGEST)
+
+
+def _reason(body: bytes) -> str:
+    try:
+        return json.loads(body)["error"]
+    except (ValueError, KeyError, TypeError):
+        return body.decode(errors="replace")
