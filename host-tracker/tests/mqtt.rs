@@ -99,6 +99,16 @@ struct Listener {
     all: Vec<(String, String)>,
 }
 
+/// What a test leaves at the broker as if an earlier tracker had.
+const OLD: &str = "old";
+
+#[track_caller]
+fn is_described(topic: &str, payload: &str) {
+    if payload != OLD {
+        described::published(topic, payload);
+    }
+}
+
 impl Listener {
     fn new(port: u16) -> Self {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
@@ -131,6 +141,7 @@ impl Listener {
             let Ok((topic, payload)) = self.messages.recv_timeout(left) else {
                 panic!("{topic} does not come; known: {:#?}", self.known);
             };
+            is_described(&topic, &payload);
             self.all.push((topic.clone(), payload.clone()));
             self.known.insert(topic, payload);
         }
@@ -147,6 +158,7 @@ impl Listener {
             let Ok((topic, payload)) = self.messages.recv_timeout(left) else {
                 panic!("nothing more comes of {wanted}; known: {:#?}", self.known);
             };
+            is_described(&topic, &payload);
             self.all.push((topic.clone(), payload.clone()));
             self.known.insert(topic.clone(), payload.clone());
             if topic == wanted {
@@ -198,6 +210,8 @@ fn settings(port: u16) -> Settings {
         broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(),
         trust: None,
         topics,
+        site: tokio::sync::watch::Sender::new(Arc::default()).subscribe(),
+        map_url: None,
         doors: None,
         signs: None,
         alarms: TrackerAlarms::default(),
@@ -209,6 +223,7 @@ fn frame() -> Snapshot {
     Snapshot { unix_ms: 1, modules: vec![module], ..Snapshot::default() }
 }
 
+mod described;
 mod door_fixture;
 mod http_client;
 
@@ -400,11 +415,11 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
     let mut broker = Broker::start(&program);
     // A zone was removed while no tracker ran; topics of another site must stay.
     let mut listener = Listener::new(broker.port);
-    let keep = |topic: &str| listener.client.publish(topic, QoS::AtLeastOnce, true, "old").unwrap();
+    let keep = |topic: &str| listener.client.publish(topic, QoS::AtLeastOnce, true, OLD).unwrap();
     keep("kehai/door/zone/cellar");
     keep("kehai/other/zone/cellar");
     keep("homeassistant/device/kehai_door_right/config");
-    listener.hears("homeassistant/device/kehai_door_right/config", |payload| payload == "old");
+    listener.hears("homeassistant/device/kehai_door_right/config", |payload| payload == OLD);
 
     let (frames, queue) = Frames::new(frame());
     frames.zone(2, ZoneKnown::Known);
@@ -419,7 +434,7 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
     frames.zone(5, ZoneKnown::Unknown);
     listener.hears(ZONE, |payload| payload.contains("\"count\":null"));
     listener.hears(&format!("{ZONE}/availability"), |payload| payload == "offline");
-    assert_eq!(listener.known["kehai/other/zone/cellar"], "old");
+    assert_eq!(listener.known["kehai/other/zone/cellar"], OLD);
 
     broker.go();
     for count in [7, 8, 9, 3] {
@@ -441,6 +456,35 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
 }
 
 #[test]
+fn home_assistant_is_told_of_the_site_its_limits_its_doors_and_where_the_map_is() {
+    let Some(program) = mosquitto() else { return };
+    let broker = Broker::start(&program);
+    let mut listener = Listener::new(broker.port);
+    let server = door_fixture::DoorServer::new();
+    server.people(&[[0.0, 0.4]]);
+    let text = door_fixture::SITE.replace("[[zone]]", "[[zone]]\npeople_max = 3");
+    let site = Arc::new(kehai_tracking::site::Site::parse("site", &text).unwrap());
+    let (changed, site) = tokio::sync::watch::channel(site);
+    let map_url = Some("https://hall.local:8420/".to_owned());
+    let settings = Settings { site, map_url, ..settings(broker.port) };
+    let publisher = Publisher::start(settings, server.frames(), None, |_| {}).unwrap();
+    const SITE: &str = "homeassistant/device/kehai_door/config";
+    listener.hears(SITE, |payload| payload.contains("zone_area_crowded") && payload.contains("total_count"));
+    assert!(listener.known[SITE].contains("\"configuration_url\":\"https://hall.local:8420/\""));
+    listener.hears("homeassistant/device/kehai_door_door_front/config", |payload| {
+        payload.contains("\"suggested_area\":\"area\"") && payload.contains("kehai_door_door_front_phase")
+    });
+    listener.hears("kehai/door/tracker", |payload| payload.contains("\"alarms\":[]"));
+    listener.hears("kehai/door/total", |payload| payload.contains("\"state\":"));
+    // The limit goes from the site.
+    changed.send_replace(Arc::new(kehai_tracking::site::Site::parse("site", door_fixture::SITE).unwrap()));
+    listener.hears(SITE, |payload| !payload.contains("zone_area_crowded"));
+    drop(publisher);
+    let commands = listener.all.iter().filter(|(_, payload)| payload.contains("command_topic"));
+    assert_eq!(commands.count(), 0, "nothing that opens a door");
+}
+
+#[test]
 fn of_a_tracker_that_is_killed_the_broker_says_that_it_is_gone() {
     let Some(program) = mosquitto() else { return };
     let broker = Broker::start(&program);
@@ -456,7 +500,8 @@ fn of_a_tracker_that_is_killed_the_broker_says_that_it_is_gone() {
         .unwrap();
     let mut listener = Listener::new(broker.port);
     listener.hears(STATUS, |payload| payload == "online");
-    listener.hears(ZONE, |payload| payload == r#"{"count":null,"occupied":null,"state":"unknown"}"#);
+    listener
+        .hears(ZONE, |payload| payload == r#"{"alarms":[],"count":null,"occupied":null,"state":"unknown"}"#);
     listener.hears("kehai/door/module/left", |payload| payload.contains("it has not been found"));
     tracker.kill().unwrap();
     tracker.wait().unwrap();

@@ -2,115 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value, json};
-
+use super::payloads::{Availability, Line, Module, Name, Total, Tracker, Zone, written};
+use super::topics::{State, Topics, slugs};
+use kehai_tracking::alarm::{AlarmKind, Cause};
+use kehai_tracking::alarm_list::{About, ListedAlarm};
 use kehai_tracking::door::{DoorLine, Input};
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::names::NameLine;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
-/// Where everything goes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Topics {
-    /// The site's name, as people read it.
-    pub title: String,
-    /// In front of everything.
-    pub prefix: String,
-    /// Prefix of the topics of Home Assistant's discovery; none: nothing is published there.
-    pub home_assistant: Option<String>,
-}
-
-/// A state: what is sent, and the part of it that is sent at once when it changes; the rest waits.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct State {
-    pub payload: String,
-    pub urgent: String,
-}
-
-impl State {
-    fn at_once(payload: String) -> Self {
-        Self { urgent: payload.clone(), payload }
-    }
-}
-
-impl Topics {
-    /// Of the site itself: whether the tracker runs.
-    #[must_use]
-    pub fn status(&self) -> String {
-        format!("{}/status", self.site())
-    }
-
-    /// In front of everything about this site.
-    #[must_use]
-    pub fn site(&self) -> String {
-        format!("{}/{}", self.prefix, slug(&self.title))
-    }
-
-    /// Where readers of cards and tags publish what they have read.
-    #[must_use]
-    pub fn sign(&self) -> String {
-        format!("{}/sign", self.site())
-    }
-
-    /// The site among Home Assistant's devices. Slugs have no `_`: one site's devices are never another's.
-    fn device(&self) -> String {
-        format!("kehai_{}", slug(&self.title))
-    }
-
-    /// Whether a topic is one of this site's, by any sender at any time.
-    #[must_use]
-    pub fn owns(&self, topic: &str) -> bool {
-        if topic.strip_prefix(&self.site()).is_some_and(|rest| rest.starts_with('/')) {
-            return true;
-        }
-        let Some(prefix) = &self.home_assistant else { return false };
-        let device = topic
-            .strip_prefix(prefix)
-            .and_then(|rest| rest.strip_prefix("/device/"))
-            .and_then(|rest| rest.strip_suffix("/config"))
-            .and_then(|id| id.strip_prefix(&self.device()));
-        device.is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
-    }
-
-    /// What to subscribe to, to see everything that [`owns`](Self::owns) is true of.
-    #[must_use]
-    pub fn filters(&self) -> Vec<String> {
-        let discovery = self.home_assistant.iter().map(|prefix| format!("{prefix}/device/+/config"));
-        std::iter::once(format!("{}/#", self.site())).chain(discovery).collect()
-    }
-}
-
-/// Letters and digits of ASCII in lower case, `-` for the rest of it, other letters by their number: what every
-/// topic and identifier may hold.
-fn slug(name: &str) -> String {
-    let mut slug = String::new();
-    for letter in name.chars() {
-        if letter.is_ascii_alphanumeric() {
-            slug.push(letter.to_ascii_lowercase());
-        } else if letter.is_ascii() {
-            slug.push('-');
-        } else {
-            slug.push_str(&format!("u{:x}", u32::from(letter)));
-        }
-    }
-    slug
-}
-
-/// Names with their slugs, each its own: the second of two that are alike gets a number.
-fn slugs<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, String)> {
-    let mut slugs: Vec<(&str, String)> = Vec::new();
-    for name in names {
-        let plain = slug(name);
-        let taken = |slug: &str| slugs.iter().any(|(_, known)| known == slug);
-        let numbered = (2..).map(|number| format!("{plain}-{number}"));
-        let own = std::iter::once(plain.clone()).chain(numbered).find(|slug| !taken(slug));
-        slugs.push((name, own.unwrap_or_default()));
-    }
-    slugs
-}
-
 /// The modules that are published: those of the site. A module that was only found is not this site's.
-fn modules(frame: &Snapshot) -> Vec<(String, &ModuleLine)> {
+pub(super) fn modules(frame: &Snapshot) -> Vec<(String, &ModuleLine)> {
     let lines = frame.modules.iter().filter(|line| line.state != DeviceState::Found);
     let lines: Vec<&ModuleLine> = lines.collect();
     let slugs = slugs(lines.iter().map(|line| line.name.as_str()));
@@ -118,19 +21,28 @@ fn modules(frame: &Snapshot) -> Vec<(String, &ModuleLine)> {
 }
 
 fn availability(is: bool) -> State {
-    State::at_once(if is { "online" } else { "offline" }.to_owned())
+    State::at_once(if is { Availability::Online } else { Availability::Offline }.name().to_owned())
 }
 
 /// Every state of a frame by its topic, but for [`Topics::status`].
 #[must_use]
 pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
     let mut states = BTreeMap::new();
-    for ((_, slug), zone) in
-        slugs(frame.line.zones.keys().map(String::as_str)).iter().zip(frame.line.zones.values())
-    {
+    states.insert(format!("{}/tracker", topics.site()), tracker_state(frame));
+    let (topic, total) = (format!("{}/total", topics.site()), frame.total);
+    states.insert(format!("{topic}/availability"), availability(total.state != ZoneKnown::Unknown));
+    let occupied = total.count.map(|count| count > 0);
+    let payload = Total { count: total.count, occupied, state: total.state };
+    states.insert(topic, State::at_once(written(&payload)));
+    for ((name, slug), zone) in zones(frame).iter().zip(frame.line.zones.values()) {
         let topic = format!("{}/zone/{slug}", topics.site());
         states.insert(format!("{topic}/availability"), availability(zone.state() != ZoneKnown::Unknown));
-        states.insert(topic, State::at_once(zone_payload(zone)));
+        states.insert(topic, State::at_once(zone_payload(zone, faults(frame, About::Zone, name))));
+    }
+    for (line, (_, slug)) in frame.lines.iter().zip(lines(frame)) {
+        let topic = format!("{}/line/{slug}", topics.site());
+        states.insert(format!("{topic}/availability"), availability(line.state != ZoneKnown::Unknown));
+        states.insert(topic, line_state(line));
     }
     for (slug, module) in modules(frame) {
         let topic = format!("{}/module/{slug}", topics.site());
@@ -140,8 +52,7 @@ pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
     for (door, (_, slug)) in frame.doors.iter().zip(doors(frame)) {
         // Which track shows which card is private, and left out.
         let line = DoorLine { names: Vec::new(), ..door.clone() };
-        let payload = serde_json::to_string(&line).unwrap_or_default();
-        states.insert(format!("{}/door/{slug}", topics.site()), State::at_once(payload));
+        states.insert(format!("{}/door/{slug}", topics.site()), State::at_once(written(&line)));
     }
     states.extend(named(frame, topics));
     states
@@ -154,23 +65,40 @@ fn named(frame: &Snapshot, topics: &Topics) -> Vec<(String, State)> {
         let likeliest = name.tracks.first();
         let track = likeliest
             .and_then(|likeliest| frame.line.tracks.iter().find(|track| track.id == likeliest.track));
-        let payload = json!({
-            "track": likeliest.map(|likeliest| likeliest.track),
-            "probability": likeliest.map(|likeliest| likeliest.probability),
-            "x": track.map(|track| track.x),
-            "y": track.map(|track| track.y),
-            "zones": name.zones,
-            "heard_s": name.heard_s,
-        });
+        let payload = Name {
+            heard_s: name.heard_s,
+            probability: likeliest.map(|likeliest| likeliest.probability),
+            track: likeliest.map(|likeliest| likeliest.track),
+            x: track.map(|track| track.x),
+            y: track.map(|track| track.y),
+            zones: name.zones.clone(),
+        };
         let urgent = format!("{:?} {:?}", likeliest.map(|likeliest| likeliest.track), name.zones);
-        (format!("{}/name/{slug}", topics.site()), State { payload: payload.to_string(), urgent })
+        (format!("{}/name/{slug}", topics.site()), State { payload: written(&payload), urgent })
     };
     frame.names.iter().zip(slugs(frame.names.iter().map(|name| name.label.as_str()))).map(state).collect()
 }
 
+/// The counting lines of a frame with their slugs, in its order.
+pub(super) fn lines(frame: &Snapshot) -> Vec<(&str, String)> {
+    slugs(frame.lines.iter().map(|line| line.name.as_str()))
+}
+
+/// Crossings are told at once; for how long the line was not seen waits.
+fn line_state(line: &CrossedLine) -> State {
+    let &CrossedLine { inward, outward, state, unknown_s, .. } = line;
+    let payload = Line { inward, outward, state, unknown_s };
+    State { payload: written(&payload), urgent: format!("{state:?} {inward:?} {outward:?}") }
+}
+
 /// The doors of a frame with their slugs, in its order.
-fn doors(frame: &Snapshot) -> Vec<(&str, String)> {
+pub(super) fn doors(frame: &Snapshot) -> Vec<(&str, String)> {
     slugs(frame.doors.iter().map(|door| door.name.as_str()))
+}
+
+/// Zones with the word of each in topics.
+pub(super) fn zones(frame: &Snapshot) -> Vec<(&str, String)> {
+    slugs(frame.line.zones.keys().map(String::as_str))
 }
 
 /// Each door with the topic in front of its outputs.
@@ -189,148 +117,72 @@ pub fn door_input(frame: &Snapshot, topics: &Topics, topic: &str) -> Option<(Str
 }
 
 /// What is not known is null, never 0.
-fn zone_payload(zone: &ZoneLine) -> String {
+fn zone_payload(zone: &ZoneLine, alarms: Vec<AlarmKind>) -> String {
     let count = zone.count();
-    json!({ "state": zone.state(), "occupied": count.map(|count| count > 0), "count": count }).to_string()
+    written(&Zone { alarms, count, occupied: count.map(|count| count > 0), state: zone.state() })
+}
+
+/// The alarms that stand about something of this name, but for what happens at doors.
+fn listed<'a>(
+    frame: &'a Snapshot,
+    about: About,
+    name: &'a str,
+) -> impl Iterator<Item = (AlarmKind, &'a ListedAlarm)> {
+    let of = frame.alarms.iter().filter(move |alarm| alarm.about == about && alarm.of == name);
+    of.filter_map(|alarm| match alarm.cause {
+        Cause::Fault(kind) => Some((kind, alarm)),
+        Cause::Door(_) => None,
+    })
+}
+
+fn faults(frame: &Snapshot, about: About, name: &str) -> Vec<AlarmKind> {
+    listed(frame, about, name).map(|(kind, _)| kind).collect()
+}
+
+/// The words of alarms change with their figures, which wait.
+fn tracker_state(frame: &Snapshot) -> State {
+    let alarms = faults(frame, About::Tracker, "");
+    let texts = listed(frame, About::Tracker, "").map(|(_, alarm)| alarm.text.as_str());
+    let urgent = format!("{alarms:?}");
+    let payload = Tracker { alarm: in_one(texts), alarms, version: env!("CARGO_PKG_VERSION") };
+    State { payload: written(&payload), urgent }
+}
+
+/// Several texts as one, none if there are none. Home Assistant accepts no longer states.
+fn in_one<'a>(texts: impl Iterator<Item = &'a str>) -> Option<String> {
+    let texts: Vec<&str> = texts.collect();
+    (!texts.is_empty()).then(|| texts.join("; ").chars().take(250).collect())
 }
 
 fn module_state(module: &ModuleLine) -> State {
     let there = module.state != DeviceState::Missing;
     let of = |value: f64| there.then_some(value);
     let percent = |share: f64| of((share * 1e3).round() / 10.0);
-    let names: Vec<&str> = module.alarms.iter().map(|alarm| alarm.kind.name()).collect();
-    let texts: Vec<&str> = module.alarms.iter().map(|alarm| alarm.text.as_str()).collect();
-    let payload = json!({
-        "state": module.state,
-        "alarms": names,
-        // Home Assistant accepts no longer states.
-        "alarm": (!texts.is_empty()).then(|| texts.join("; ").chars().take(250).collect::<String>()),
-        "scans_hz": of(module.scans_hz),
-        "lost_percent": percent(module.lost_share),
-        "unknown_percent": percent(module.unknown_share),
-        "checksum_errors": module.checksum_errors,
-        "clock_offset_ms": module.clock_offset_ms.and_then(of),
-        "clock_jitter_ms": of(module.clock_jitter_ms),
-        "background_age_s": module.background_age_s.and_then(of),
-        "address": module.address,
-        "id": module.id,
-    });
-    State { payload: payload.to_string(), urgent: format!("{} {names:?}", module.state) }
-}
-
-/// The discovery messages for Home Assistant, by topic; none if there is no prefix.
-#[must_use]
-pub fn discovery(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, String> {
-    let Some(prefix) = &topics.home_assistant else { return BTreeMap::new() };
-    let site = topics.device();
-    let mut configs = BTreeMap::new();
-    let mut add = |device: Value, id: &str, components: Value| {
-        let config = json!({ "device": device, "origin": origin(), "components": components });
-        configs.insert(format!("{prefix}/device/{id}/config"), config.to_string());
+    let alarms: Vec<AlarmKind> = module.alarms.iter().map(|alarm| alarm.kind).collect();
+    let urgent = format!("{} {alarms:?}", module.state);
+    let payload = Module {
+        address: module.address.clone(),
+        alarm: in_one(module.alarms.iter().map(|alarm| alarm.text.as_str())),
+        alarms,
+        background_age_s: module.background_age_s.and_then(of),
+        checksum_errors: module.checksum_errors,
+        clock_jitter_ms: of(module.clock_jitter_ms),
+        clock_offset_ms: module.clock_offset_ms.and_then(of),
+        id: module.id.clone(),
+        lost_percent: percent(module.lost_share),
+        scans_hz: of(module.scans_hz),
+        state: module.state,
+        unknown_percent: percent(module.unknown_share),
     };
-    let device =
-        json!({ "identifiers": [site], "name": topics.title, "manufacturer": "kehai", "model": "tracker" });
-    add(device, &site, zone_components(frame, topics));
-    for (slug, module) in modules(frame) {
-        let id = format!("{site}_{slug}");
-        let device = json!({
-            "identifiers": [id],
-            "name": format!("{} {}", topics.title, module.name),
-            "manufacturer": "kehai",
-            "model": "module",
-            "via_device": site,
-        });
-        add(device, &id, module_components(&id, &slug, topics));
-    }
-    configs
-}
-
-fn origin() -> Value {
-    json!({ "name": "kehai", "sw_version": env!("CARGO_PKG_VERSION") })
-}
-
-fn available(topics: &Topics, own: Option<String>) -> Value {
-    let topics = std::iter::once(topics.status()).chain(own).map(|topic| json!({ "topic": topic }));
-    Value::Array(topics.collect())
-}
-
-fn zone_components(frame: &Snapshot, topics: &Topics) -> Value {
-    let mut components = serde_json::Map::new();
-    for (name, slug) in slugs(frame.line.zones.keys().map(String::as_str)) {
-        let topic = format!("{}/zone/{slug}", topics.site());
-        let component = |kind: &str, more: Value| {
-            let mut component = json!({
-                "unique_id": format!("{}_zone_{slug}_{kind}", topics.device()),
-                "name": format!("{name} {kind}"),
-                "state_topic": topic,
-                "json_attributes_topic": topic,
-                "availability": available(topics, Some(format!("{topic}/availability"))),
-                "availability_mode": "all",
-            });
-            merge(&mut component, more);
-            component
-        };
-        let occupied =
-            "{{ 'None' if value_json.occupied is none else 'ON' if value_json.occupied else 'OFF' }}";
-        let occupancy =
-            json!({ "platform": "binary_sensor", "device_class": "occupancy", "value_template": occupied });
-        let count = json!({
-            "platform": "sensor",
-            "state_class": "measurement",
-            "icon": "mdi:account-multiple",
-            "value_template": "{{ value_json.count }}",
-        });
-        components.insert(format!("zone_{slug}_occupancy"), component("occupancy", occupancy));
-        components.insert(format!("zone_{slug}_count"), component("count", count));
-    }
-    Value::Object(components)
-}
-
-fn module_components(id: &str, slug: &str, topics: &Topics) -> Value {
-    let topic = format!("{}/module/{slug}", topics.site());
-    let component = |kind: &str, name: &str, always: bool, more: Value| {
-        let own = (!always).then(|| format!("{topic}/availability"));
-        let mut component = json!({
-            "unique_id": format!("{id}_{kind}"),
-            "name": name,
-            "state_topic": topic,
-            "entity_category": "diagnostic",
-            "availability": available(topics, own),
-            "availability_mode": "all",
-        });
-        merge(&mut component, more);
-        component
-    };
-    let value = |key: &str| format!("{{{{ value_json.{key} }}}}");
-    let number = |unit: &str, key: &str| json!({ "platform": "sensor", "state_class": "measurement", "unit_of_measurement": unit, "value_template": value(key) });
-    let problem = json!({
-        "platform": "binary_sensor",
-        "device_class": "problem",
-        "json_attributes_topic": topic,
-        "value_template": "{{ 'ON' if value_json.alarms else 'OFF' }}",
-    });
-    json!({
-        // That something is wrong is known of a module that is missing, too.
-        "problem": component("problem", "problem", true, problem),
-        "alarm": component("alarm", "alarm", true, json!({ "platform": "sensor", "value_template": value("alarm") })),
-        "state": component("state", "state", true, json!({ "platform": "sensor", "value_template": value("state") })),
-        "scans": component("scans", "scans", false, number("Hz", "scans_hz")),
-        "lost": component("lost", "lost scans", false, number("%", "lost_percent")),
-        "unknown": component("unknown", "unknown beams", false, number("%", "unknown_percent")),
-    })
-}
-
-fn merge(into: &mut Value, more: Value) {
-    if let (Value::Object(into), Value::Object(more)) = (into, more) {
-        into.extend(more);
-    }
+    State { payload: written(&payload), urgent }
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use kehai_tracking::alarm::{AlarmKind, AlarmLine};
+    use kehai_tracking::alarm::AlarmLine;
     use kehai_tracking::occupancy::Found;
+    use serde_json::{Value, json};
 
     pub fn topics() -> Topics {
         Topics {
@@ -369,13 +221,39 @@ pub(super) mod tests {
         frame.line.zones.insert("part".into(), zone(0, ZoneKnown::Partly));
         let states = states(&frame, &topics());
         let hall = "kehai/front-door/zone/hall";
-        assert_eq!(json_of(&states, hall), json!({ "state": "known", "occupied": true, "count": 2 }));
+        assert_eq!(
+            json_of(&states, hall),
+            json!({ "alarms": [], "state": "known", "occupied": true, "count": 2 })
+        );
         assert_eq!(states[&format!("{hall}/availability")].payload, "online");
         let part = json_of(&states, "kehai/front-door/zone/part");
-        assert_eq!(part, json!({ "state": "partly", "occupied": null, "count": null }));
+        assert_eq!(part, json!({ "alarms": [], "state": "partly", "occupied": null, "count": null }));
         let unknown = "kehai/front-door/zone/u7384u95a2";
-        assert_eq!(json_of(&states, unknown), json!({ "state": "unknown", "occupied": null, "count": null }));
+        let nothing = json!({ "alarms": [], "state": "unknown", "occupied": null, "count": null });
+        assert_eq!(json_of(&states, unknown), nothing);
         assert_eq!(states[&format!("{unknown}/availability")].payload, "offline");
+    }
+
+    #[test]
+    fn a_line_is_told_with_both_counts() {
+        let line = |counted, state, unknown_s| CrossedLine {
+            name: "Front".into(),
+            inward: counted,
+            outward: counted,
+            state,
+            unknown_s,
+            unfollowed: 0,
+        };
+        let frame = |line| Snapshot { lines: vec![line], ..Snapshot::default() };
+        let topic = "kehai/front-door/line/front";
+        let known = states(&frame(line(Some(3), ZoneKnown::Known, 0.0)), &topics());
+        let told = json!({ "state": "known", "in": 3, "out": 3, "unknown_s": 0.0 });
+        assert_eq!(json_of(&known, topic), told);
+        let unknown = states(&frame(line(None, ZoneKnown::Unknown, 1.0)), &topics());
+        assert_eq!(json_of(&unknown, topic)["in"], Value::Null);
+        assert_eq!(unknown[&format!("{topic}/availability")].payload, "offline");
+        let later = states(&frame(line(None, ZoneKnown::Unknown, 2.0)), &topics());
+        assert_eq!(later[topic].urgent, unknown[topic].urgent, "time alone is not told at once");
     }
 
     #[test]
@@ -397,66 +275,5 @@ pub(super) mod tests {
         assert_eq!((&told["scans_hz"], &told["lost_percent"]), (&Value::Null, &Value::Null));
         assert_eq!(missing[&format!("{topic}/availability")].payload, "offline");
         assert_ne!(missing[topic].urgent, known[topic].urgent);
-    }
-
-    #[test]
-    fn home_assistant_gets_a_device_for_the_site_and_one_for_each_module() {
-        let configs = discovery(&frame(), &topics());
-        let topics_of: Vec<&String> = configs.keys().collect();
-        let (site, left) = (
-            "homeassistant/device/kehai_front-door/config",
-            "homeassistant/device/kehai_front-door_left/config",
-        );
-        assert_eq!(topics_of, [site, left]);
-        let config: Value = serde_json::from_str(&configs[site]).unwrap();
-        let states = states(&frame(), &topics());
-        let mut ids = Vec::new();
-        for config in configs.values() {
-            let config: Value = serde_json::from_str(config).unwrap();
-            for component in config["components"].as_object().unwrap().values() {
-                assert!(states.contains_key(component["state_topic"].as_str().unwrap()), "{component}");
-                for topic in component["availability"].as_array().unwrap() {
-                    let topic = topic["topic"].as_str().unwrap();
-                    assert!(topic == "kehai/front-door/status" || states.contains_key(topic), "{topic}");
-                }
-                ids.push(component["unique_id"].as_str().unwrap().to_owned());
-            }
-        }
-        let many = ids.len();
-        ids.sort();
-        ids.dedup();
-        assert_eq!((ids.len(), many), (10, 10));
-        let occupancy = &config["components"]["zone_hall_occupancy"];
-        assert_eq!(
-            (&occupancy["platform"], &occupancy["device_class"]),
-            (&json!("binary_sensor"), &json!("occupancy"))
-        );
-        assert_eq!(occupancy["availability"][1]["topic"], "kehai/front-door/zone/hall/availability");
-        let silent = Topics { home_assistant: None, ..topics() };
-        assert_eq!(discovery(&frame(), &silent), BTreeMap::new());
-    }
-
-    #[test]
-    fn names_that_are_alike_get_topics_of_their_own() {
-        let names = ["Hall 1", "hall-1", "hall_1", "hall/1/#"];
-        let slugs: Vec<String> = slugs(names.into_iter()).into_iter().map(|(_, slug)| slug).collect();
-        assert_eq!(slugs, ["hall-1", "hall-1-2", "hall-1-3", "hall-1--"]);
-    }
-
-    #[test]
-    fn a_site_owns_its_own_topics_and_no_other_site_s() {
-        let topics = topics();
-        for own in ["kehai/front-door/zone/x", "homeassistant/device/kehai_front-door/config"] {
-            assert!(topics.owns(own), "{own}");
-        }
-        assert!(topics.owns("homeassistant/device/kehai_front-door_left/config"));
-        for other in [
-            "kehai/front-door-2/zone/x",
-            "homeassistant/device/kehai_front-door-2/config",
-            "homeassistant/device/shelly/config",
-            "homeassistant/status",
-        ] {
-            assert!(!topics.owns(other), "{other}");
-        }
     }
 }

@@ -1,16 +1,20 @@
 //! What is known, published to a broker, with discovery for Home Assistant.
 //!
 //! ```text
-//!   frames ─▶ messages     frame → topics and payloads, pure
+//!   frames ─▶ messages     frame → topics and payloads, pure; which topics: `topics`
 //!             └▶ outbox    what has changed, what is new to this broker, what is stale, pure
 //!                └▶ publisher ─▶ broker        a thread; a new connection begins with everything
 //!
 //!   kehai/SITE/status                      online │ offline (also the last will)
-//!   kehai/SITE/zone/ZONE                   {"state":"known","occupied":true,"count":2}
+//!   kehai/SITE/tracker                     {"alarm":null,"alarms":[],"version":"…"}
+//!   kehai/SITE/total                       {"state":"known","occupied":true,"count":5}
+//!   kehai/SITE/total/availability
+//!   kehai/SITE/zone/ZONE                   {"alarms":[],"state":"known","occupied":true,"count":2}
 //!   kehai/SITE/zone/ZONE/availability      online │ offline: nothing is known of it
 //!   kehai/SITE/module/MODULE               {"state":"watching","alarm":null,"alarms":[],"scans_hz":10.0,…}
 //!   kehai/SITE/module/MODULE/availability
 //!   kehai/SITE/door/DOOR                   {"phase":"unlocked","lock":"unlocked","alarm":null,…}
+//!   kehai/SITE/alarms, kehai/SITE/alarm/…   as `alarms` says
 //!   kehai/SITE/name/LABEL                  {"track":4,"probability":0.93,"x":1.2,…}     LABEL: four digits of an ID's hash
 //!   homeassistant/device/kehai_SITE…/config
 //!
@@ -29,16 +33,24 @@
 //!
 //! Sources: MQTT 3.1.1; Home Assistant's MQTT discovery, *device discovery payload*.
 
+mod alarms;
+pub(crate) mod channels;
+mod entities;
+mod home_assistant;
 mod messages;
 mod outbox;
+pub(crate) mod payloads;
 mod publisher;
+mod topics;
 pub mod trust;
 
 use std::str::FromStr;
 
-pub use messages::{Topics, discovery, door_input, states};
+pub use home_assistant::{About, discovery};
+pub use messages::{door_input, states};
 pub use outbox::{Outbox, Publication};
 pub use publisher::{Publisher, Settings};
+pub use topics::Topics;
 
 /// How the address of a broker begins, in clear and encrypted, and its port if none is said.
 const SCHEMES: [(&str, bool, u16); 2] = [("mqtt://", false, 1883), ("mqtts://", true, 8883)];

@@ -8,7 +8,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::messages::{State, Topics, discovery, states};
+use super::alarms;
+use super::home_assistant::{About, discovery};
+use super::messages::states;
+use super::topics::{State, Topics};
 use kehai_tracking::snapshot::Snapshot;
 
 /// Least time between two publications of figures that change all the time, ms.
@@ -36,6 +39,7 @@ struct Told {
 #[derive(Debug)]
 pub struct Outbox {
     topics: Topics,
+    about: About,
     told: BTreeMap<String, Told>,
     /// Topics of this site that the broker holds from an earlier time.
     earlier: BTreeSet<String>,
@@ -46,8 +50,14 @@ pub struct Outbox {
 impl Outbox {
     /// With nothing published.
     #[must_use]
-    pub const fn new(topics: Topics) -> Self {
-        Self { topics, told: BTreeMap::new(), earlier: BTreeSet::new(), newest_ms: None, online: None }
+    pub fn new(topics: Topics) -> Self {
+        let (about, told, earlier) = (About::default(), BTreeMap::new(), BTreeSet::new());
+        Self { topics, about, told, earlier, newest_ms: None, online: None }
+    }
+
+    /// Tells Home Assistant from now on also what no frame says.
+    pub fn set_about(&mut self, about: About) {
+        self.about = about;
     }
 
     /// Where everything goes.
@@ -95,12 +105,13 @@ impl Outbox {
     }
 
     fn compare(&mut self, frame: &Snapshot, now_ms: u64, out: &mut Vec<Publication>) {
-        let configs = discovery(frame, &self.topics)
+        let configs = discovery(frame, &self.about, &self.topics)
             .into_iter()
             .map(|(topic, payload)| (topic, State { urgent: payload.clone(), payload }));
         let mut now: BTreeMap<String, State> = configs.collect();
         // The states come first: what is discovered is there already.
-        let states = states(frame, &self.topics);
+        let mut states = states(frame, &self.topics);
+        states.extend(alarms::states(frame, &self.topics));
         let order: Vec<String> = states.keys().chain(now.keys()).cloned().collect();
         now.extend(states);
         let status = self.topics.status();
@@ -139,7 +150,7 @@ mod tests {
     fn a_new_broker_is_told_everything_and_then_only_what_changes() {
         let mut outbox = Outbox::new(topics());
         let first = outbox.due(Some(&frame()), 0);
-        assert_eq!(first.len(), 6 + 2 + 1);
+        assert_eq!(first.len(), 6 + 3 + 1 + 2 + 1);
         assert_eq!(first.last(), Some(&Publication { topic: topics().status(), payload: "online".into() }));
         assert_eq!(outbox.due(Some(&frame()), 100), []);
         let mut changed = frame();

@@ -18,16 +18,20 @@ use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, TlsConfiguration, Transport};
 use rustls::ClientConfig;
-use serde_json::json;
+use tokio::sync::watch;
 
 use super::Broker;
-use super::messages::{Topics, door_input, door_topics};
+use super::home_assistant::About;
+use super::messages::{door_input, door_topics};
 use super::outbox::{Outbox, Publication};
+use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
+use super::topics::Topics;
 use crate::doors::DoorHandle;
 use crate::signs::SignHandle;
 use crate::supervise;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::door::doors::Output;
+use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// Between two connections.
@@ -57,6 +61,10 @@ pub struct Settings {
     pub trust: Option<Arc<ClientConfig>>,
     /// Where everything goes there.
     pub topics: Topics,
+    /// The site in use.
+    pub site: watch::Receiver<Arc<Site>>,
+    /// Where the live map is for others than this machine.
+    pub map_url: Option<String>,
     /// The doors, if there are any: they receive the inputs for them.
     pub doors: Option<DoorHandle>,
     /// Who is where: it receives the signs.
@@ -132,8 +140,20 @@ fn run(
         let doors = settings.doors.as_ref();
         let door_topics = BTreeMap::new();
         let signs = settings.signs.as_ref();
-        let mut session =
-            Session { client, outbox: &mut outbox, connected: false, newest, door_topics, doors, signs };
+        let mut site = settings.site.clone();
+        site.mark_changed();
+        let map_url = settings.map_url.as_deref();
+        let mut session = Session {
+            client,
+            site,
+            map_url,
+            outbox: &mut outbox,
+            connected: false,
+            newest,
+            door_topics,
+            doors,
+            signs,
+        };
         let end = session.run(frames, told, &news, stop, begun);
         let was_connected = session.connected;
         drop(session);
@@ -204,6 +224,8 @@ fn link(mut connection: Connection, tell: &mpsc::Sender<News>) {
 /// One connection.
 struct Session<'a> {
     client: Client,
+    site: watch::Receiver<Arc<Site>>,
+    map_url: Option<&'a str>,
     outbox: &'a mut Outbox,
     connected: bool,
     /// The newest frame.
@@ -241,6 +263,10 @@ impl Session<'_> {
             let fresh = frames.try_iter().last().or(fresh);
             if let Some(frame) = &fresh {
                 self.newest = Arc::clone(frame);
+                if self.site.has_changed().unwrap_or(false) {
+                    let site = Arc::clone(&self.site.borrow_and_update());
+                    self.outbox.set_about(About { site, map_url: self.map_url.map(str::to_owned) });
+                }
                 self.door_topics.extend(door_topics(frame, self.outbox.topics()));
             }
             loop {
@@ -287,7 +313,7 @@ impl Session<'_> {
         let sign_topic = self.outbox.topics().sign();
         if let Some(signs) = self.signs.filter(|_| topic == sign_topic) {
             if let Err(why) = signs.tell(payload) {
-                let refused = json!({ "at_ms": unix_ms(), "why": why.to_string() }).to_string();
+                let refused = written(&Refused { at_ms: unix_ms(), why: why.to_string() });
                 // Without room for it the count in the metrics says so.
                 let _ =
                     self.client.try_publish(format!("{sign_topic}/refused"), QoS::AtMostOnce, false, refused);
@@ -304,23 +330,19 @@ impl Session<'_> {
     fn order(&self, order: &Output) -> Result<(), String> {
         let at_ms = unix_ms();
         let (door, kind, payload) = match order {
-            Output::Lock { door, order } => {
-                let mut payload = json!(order);
-                if let Some(fields) = payload.as_object_mut() {
-                    fields.insert("at_ms".to_owned(), json!(at_ms));
-                }
-                (door, "lock", payload)
-            }
+            Output::Lock { door, order } => (door, "lock", written(&Lock { at_ms, order: *order })),
             Output::Alarm { door, id, alarm } => {
-                (door, "alarm", json!({ "id": id, "at_ms": at_ms, "alarm": alarm }))
+                (door, "alarm", written(&DoorAlarmOrder { alarm: *alarm, at_ms, id: *id }))
             }
-            Output::NotTaken { door, why } => (door, "refused", json!({ "at_ms": at_ms, "why": why })),
+            Output::NotTaken { door, why } => {
+                (door, "refused", written(&Refused { at_ms, why: why.clone() }))
+            }
             Output::Passage(_) => return Ok(()),
         };
         let Some(topic) = self.door_topics.get(door) else { return Ok(()) };
         // Said again while it holds: a broker that kept it for a lock that is away would deliver an old one.
         self.client
-            .try_publish(format!("{topic}/{kind}"), QoS::AtMostOnce, false, payload.to_string())
+            .try_publish(format!("{topic}/{kind}"), QoS::AtMostOnce, false, payload)
             .map_err(|error| error.to_string())
     }
 

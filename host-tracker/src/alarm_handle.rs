@@ -1,0 +1,148 @@
+//! The list of alarms of a running tracker, shared by the tracking loop, whoever acknowledges, and whoever is told.
+//!
+//! ```text
+//!   tracking loop ─ observe, at each snapshot ─▶ ╭────────────╮ ─▶ Snapshot.alarms
+//!   HTTP ────────── acknowledge ───────────────▶ │ alarm list │ ─▶ changes      database, log, webhook: a queue each
+//!   database ────── resume, at the start ──────▶ ╰────────────╯
+//! ```
+//!
+//! Who is told too slowly misses changes, which are counted, and holds up nobody.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+
+use parking_lot::Mutex;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use kehai_tracking::alarm::Active;
+use kehai_tracking::alarm_list::{AlarmList, Became, ListedAlarm, NotAcknowledged};
+use kehai_tracking::snapshot::unix_ms;
+
+/// Changes that wait for a listener: all alarms of a hundred modules at once.
+const QUEUE: usize = 1024;
+
+/// What became of an alarm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AlarmChange {
+    /// What.
+    pub became: Became,
+    /// The alarm after that.
+    pub alarm: ListedAlarm,
+}
+
+/// The list. Clones are the same.
+#[derive(Clone, Debug)]
+pub struct AlarmHandle(Arc<Mutex<Shared>>);
+
+#[derive(Debug)]
+struct Shared {
+    list: AlarmList,
+    listeners: Vec<SyncSender<AlarmChange>>,
+    missed: u64,
+    told: Told,
+}
+
+/// What has been told to the webhook, and what it did not take.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, JsonSchema)]
+pub struct Told {
+    /// Changes that it has taken.
+    pub sent: u64,
+    /// Changes that were given up.
+    pub failed: u64,
+}
+
+impl Default for AlarmHandle {
+    fn default() -> Self {
+        // Seconds since 1970, and room for a thousand alarms each of them: numbers of another process are not given again.
+        let list = AlarmList::new((unix_ms() / 1000) << 10);
+        Self(Arc::new(Mutex::new(Shared { list, listeners: Vec::new(), missed: 0, told: Told::default() })))
+    }
+}
+
+impl AlarmHandle {
+    /// Goes on with the alarms of a process that knew something at `known_ms` last.
+    pub fn resume(&self, alarms: Vec<ListedAlarm>, known_ms: u64) {
+        self.0.lock().list.resume(alarms, known_ms);
+    }
+
+    /// Goes on to the alarms that are on at `now_ms`, since 1970; those that stand.
+    #[must_use]
+    pub fn observe(&self, now_ms: u64, now: impl IntoIterator<Item = Active>) -> Vec<ListedAlarm> {
+        let mut shared = self.0.lock();
+        let changes = shared.list.observe(now_ms, now);
+        shared.tell(changes.into_iter().map(|(became, alarm)| AlarmChange { became, alarm }));
+        shared.list.standing().to_vec()
+    }
+
+    /// Notes that somebody has seen these; all of them or none.
+    ///
+    /// # Errors
+    /// The first that does not stand.
+    pub fn acknowledge(&self, ids: &[u64], by: &str) -> Result<Vec<ListedAlarm>, NotAcknowledged> {
+        let mut shared = self.0.lock();
+        let acknowledged = shared.list.acknowledge(ids, by, unix_ms())?;
+        let change = |alarm: &ListedAlarm| AlarmChange { became: Became::Acknowledged, alarm: alarm.clone() };
+        shared.tell(acknowledged.iter().map(change));
+        Ok(acknowledged)
+    }
+
+    /// Those that stand, the oldest first.
+    #[must_use]
+    pub fn standing(&self) -> Vec<ListedAlarm> {
+        self.0.lock().list.standing().to_vec()
+    }
+
+    /// Those that ended within the last day, the newest first.
+    #[must_use]
+    pub fn ended(&self) -> Vec<ListedAlarm> {
+        self.0.lock().list.ended().cloned().collect()
+    }
+
+    /// Every change from now on.
+    #[must_use]
+    pub fn listen(&self) -> Receiver<AlarmChange> {
+        let (sender, receiver) = sync_channel(QUEUE);
+        self.0.lock().listeners.push(sender);
+        receiver
+    }
+
+    /// Counts a change that the webhook has taken or not; how many it has not, by now.
+    pub fn count_told(&self, taken: bool) -> u64 {
+        let told = &mut self.0.lock().told;
+        if taken {
+            told.sent += 1;
+        } else {
+            told.failed += 1;
+        }
+        told.failed
+    }
+
+    /// What has been told to the webhook.
+    #[must_use]
+    pub fn told(&self) -> Told {
+        self.0.lock().told
+    }
+
+    /// Changes that a listener's queue had no room for.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.0.lock().missed
+    }
+}
+
+impl Shared {
+    fn tell(&mut self, changes: impl Iterator<Item = AlarmChange>) {
+        for change in changes {
+            let missed = &mut self.missed;
+            self.listeners.retain(|listener| match listener.try_send(change.clone()) {
+                Ok(()) => true,
+                Err(TrySendError::Full(_)) => {
+                    *missed += 1;
+                    true
+                }
+                Err(TrySendError::Disconnected(_)) => false,
+            });
+        }
+    }
+}

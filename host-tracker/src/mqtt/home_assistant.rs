@@ -1,0 +1,199 @@
+//! A frame as devices of Home Assistant.
+//!
+//! ```text
+//!   site ──▶ homeassistant/device/kehai_SITE/config            the whole site, zones, lines, alarms
+//!   module ▶ homeassistant/device/kehai_SITE_MODULE/config     what it measures and what is wrong with it
+//!   door ──▶ homeassistant/device/kehai_SITE_door_DOOR/config  its phase, lock, leaf and alarm
+//!              └ device: map, version, identity, room; components: `entities`
+//! ```
+//!
+//! Source: Home Assistant's MQTT discovery, *device discovery payload*, and its device registry.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::entities::{Components, of_door, of_module, of_site};
+use super::messages::{doors, modules};
+use super::payloads::{Device, Discovery, Origin, written};
+use super::topics::Topics;
+use kehai_tracking::geometry::{Point, inside};
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{ModuleLine, Snapshot};
+
+/// Our version, for Home Assistant.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What no frame says, and Home Assistant is told.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// The site in use.
+    pub site: Arc<Site>,
+    /// Where the live map is, for others than this machine.
+    pub map_url: Option<String>,
+}
+
+/// The discovery messages for Home Assistant, by topic; none if there is no prefix.
+#[must_use]
+pub fn discovery(frame: &Snapshot, about: &About, topics: &Topics) -> BTreeMap<String, String> {
+    let Some(prefix) = &topics.home_assistant else { return BTreeMap::new() };
+    let (id, site) = (topics.device(), &*about.site);
+    let mut configs = BTreeMap::new();
+    let mut add = |device: Device, components: Components| {
+        let [id] = &device.identifiers;
+        let topic = format!("{prefix}/device/{id}/config");
+        let origin = Origin { name: "kehai", sw_version: VERSION };
+        configs.insert(topic, written(&Discovery { components, device, origin }));
+    };
+    let device = |id: String, name: String, model| Device {
+        configuration_url: about.map_url.clone(),
+        identifiers: [id],
+        manufacturer: "kehai",
+        model,
+        name,
+        ..Device::default()
+    };
+    let tracker = Device {
+        sw_version: Some(VERSION.to_owned()),
+        ..device(id.clone(), topics.title.clone(), "tracker")
+    };
+    add(tracker, of_site(frame, site, topics));
+    for (slug, module) in modules(frame) {
+        let own = format!("{id}_{slug}");
+        let said = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+        let device = Device {
+            // An identity is the address of its network interface.
+            connections: said(&module.id).map(|mac| ["mac".to_owned(), mac]).into_iter().collect(),
+            serial_number: said(&module.id),
+            suggested_area: room_of(module, site),
+            sw_version: said(&module.firmware),
+            via_device: Some(id.clone()),
+            ..device(own.clone(), format!("{} {}", topics.title, module.name), "module")
+        };
+        add(device, of_module(&own, &slug, topics));
+    }
+    for (name, slug) in doors(frame) {
+        let own = format!("{id}_door_{slug}");
+        let zone = site.doors.iter().find(|door| door.name == name).map(|door| door.zone.clone());
+        let device = Device {
+            suggested_area: zone,
+            via_device: Some(id.clone()),
+            ..device(own.clone(), format!("{} {name}", topics.title), "door")
+        };
+        add(device, of_door(&own, &slug, topics));
+    }
+    configs
+}
+
+/// The zone in which a module stands: the first that the site has there.
+fn room_of(line: &ModuleLine, site: &Site) -> Option<String> {
+    let module = site.modules.iter().find(|module| module.name == line.name)?;
+    let at = Point::new(module.x, module.y);
+    site.zones.iter().find(|zone| inside(at, &zone.corners())).map(|zone| zone.name.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::messages::states;
+    use super::super::messages::tests::{frame, topics};
+    use super::*;
+    use kehai_tracking::jsonl::ZoneKnown;
+    use kehai_tracking::lines::CrossedLine;
+    use serde_json::{Value, json};
+
+    #[test]
+    fn a_line_is_two_sensors_that_only_grow() {
+        let line = CrossedLine {
+            name: "Front".into(),
+            inward: Some(3),
+            outward: Some(3),
+            state: ZoneKnown::Known,
+            unknown_s: 0.0,
+            unfollowed: 0,
+        };
+        let topic = "kehai/front-door/line/front";
+        let configs =
+            discovery(&Snapshot { lines: vec![line], ..Snapshot::default() }, &About::default(), &topics());
+        let site: Value =
+            serde_json::from_str(&configs["homeassistant/device/kehai_front-door/config"]).unwrap();
+        let inward = &site["components"]["line_front_in"];
+        assert_eq!(inward["state_class"], "total_increasing");
+        assert_eq!(
+            (&inward["state_topic"], &inward["value_template"]),
+            (&json!(topic), &json!("{{ value_json['in'] }}"))
+        );
+        assert!(site["components"]["line_front_out"].is_object());
+    }
+
+    #[test]
+    fn home_assistant_gets_a_device_for_the_site_and_one_for_each_module() {
+        let configs = discovery(&frame(), &About::default(), &topics());
+        let topics_of: Vec<&String> = configs.keys().collect();
+        let (site, left) = (
+            "homeassistant/device/kehai_front-door/config",
+            "homeassistant/device/kehai_front-door_left/config",
+        );
+        assert_eq!(topics_of, [site, left]);
+        let config: Value = serde_json::from_str(&configs[site]).unwrap();
+        let mut states = states(&frame(), &topics());
+        states.extend(super::super::alarms::states(&frame(), &topics()));
+        let mut ids = Vec::new();
+        for config in configs.values() {
+            let config: Value = serde_json::from_str(config).unwrap();
+            for component in config["components"].as_object().unwrap().values() {
+                assert!(states.contains_key(component["state_topic"].as_str().unwrap()), "{component}");
+                for topic in component["availability"].as_array().unwrap() {
+                    let topic = topic["topic"].as_str().unwrap();
+                    assert!(topic == "kehai/front-door/status" || states.contains_key(topic), "{topic}");
+                }
+                ids.push(component["unique_id"].as_str().unwrap().to_owned());
+            }
+        }
+        let many = ids.len();
+        ids.sort();
+        ids.dedup();
+        assert_eq!((ids.len(), many), (16, 16));
+        let occupancy = &config["components"]["zone_hall_occupancy"];
+        assert_eq!(
+            (&occupancy["platform"], &occupancy["device_class"]),
+            (&json!("binary_sensor"), &json!("occupancy"))
+        );
+        assert_eq!(occupancy["availability"][1]["topic"], "kehai/front-door/zone/hall/availability");
+        let silent = Topics { home_assistant: None, ..topics() };
+        assert_eq!(discovery(&frame(), &About::default(), &silent), BTreeMap::new());
+    }
+    const SITE: &str = "[[module]]\nname = \"left\"\nx = 0\ny = 0.5\n\
+        [[zone]]\nname = \"hall\"\nsecure = true\npeople_max = 4\npolygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]\n\
+        [[door]]\nname = \"front\"\nzone = \"hall\"\nline = [[-0.45, 1.0], [0.45, 1.0]]\nfail = \"secure\"\n";
+
+    #[test]
+    fn a_device_says_where_it_is_looked_after_which_it_is_and_in_which_room() {
+        let site = Arc::new(Site::parse("site", SITE).unwrap());
+        let about = About { site: Arc::clone(&site), map_url: Some("https://hall.local:8420/".into()) };
+        let mut frame = frame();
+        frame.modules[0].id = "02:00:00:00:00:01".into();
+        frame.modules[0].firmware = "0.2.0".into();
+        let doors = crate::doors::DoorHandle::new(&site, None).states();
+        frame.doors = doors.into_iter().map(|door| door.line).collect();
+        let configs = discovery(&frame, &about, &topics());
+        let config = |id: &str| -> Value {
+            serde_json::from_str(&configs[&format!("homeassistant/device/{id}/config")]).unwrap()
+        };
+        let device = config("kehai_front-door_left")["device"].clone();
+        let expected = json!({
+            "configuration_url": "https://hall.local:8420/", "connections": [["mac", "02:00:00:00:00:01"]],
+            "identifiers": ["kehai_front-door_left"], "manufacturer": "kehai", "model": "module",
+            "name": "Front Door left", "serial_number": "02:00:00:00:00:01", "suggested_area": "hall",
+            "sw_version": "0.2.0", "via_device": "kehai_front-door",
+        });
+        assert_eq!(device, expected);
+        let door = config("kehai_front-door_door_front");
+        assert_eq!(door["device"]["suggested_area"], "hall");
+        assert!(door["components"].as_object().unwrap().values().all(|entity| {
+            entity["platform"].as_str().unwrap().ends_with("sensor") && entity.get("command_topic").is_none()
+        }));
+        let zones = config("kehai_front-door")["components"].clone();
+        assert!(zones["zone_hall_crowded"].is_object(), "it has a limit");
+        assert!(zones["zone_u7384u95a2_crowded"].is_null());
+        assert!(zones["total_count"].is_object() && zones["tracker_problem"].is_object());
+    }
+}
