@@ -9,6 +9,7 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::broadcast::{self, Receiver, Sender};
@@ -19,7 +20,7 @@ use kehai_tracking::jsonl::TrackLine;
 const WAITING: usize = 256;
 
 /// All tracks, right after a report.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReportLine {
     /// When the report had arrived and was used, s on the tracker's clock: that of frames.
     pub t: f64,

@@ -19,6 +19,7 @@ use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_tracker::access::Access;
+use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::Reports;
@@ -138,7 +139,10 @@ impl Show {
             names: Vec::new(),
             doors: None,
             signs: None,
+            questions: None,
             alarms: TrackerAlarms::default(),
+            keys: None,
+            listed: AlarmHandle::default(),
             connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();

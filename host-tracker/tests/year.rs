@@ -16,6 +16,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use host_tracker::store::Store;
+use host_tracker::store::figures::{edges, figures};
+use host_tracker::store::heat::{Frame, heat};
 use host_tracker::store::reader::Reader;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use people::{keep, site, walker};
@@ -100,7 +102,8 @@ fn a_year_at_home_is_written_asked_killed_and_aged() {
     for plan in reader.plans().unwrap() {
         assert!(plan.contains("INDEX") || plan.contains("PRIMARY KEY"), "{plan}");
         let scans = plan.lines().filter(|line| line.starts_with("SCAN")).collect::<Vec<_>>();
-        assert!(scans.iter().all(|line| line.starts_with("SCAN zone")), "{plan}");
+        let are_few = |line: &&str| ["SCAN zone", "SCAN line USING"].iter().any(|few| line.starts_with(few));
+        assert!(scans.iter().all(are_few), "{plan}");
     }
     let (from_ms, to_ms) = reader.span_ms().unwrap().unwrap();
     assert!(from_ms <= first_ms + FROM_MS && to_ms >= today_ms - DAY_MS + FROM_MS);
@@ -127,6 +130,26 @@ fn a_year_at_home_is_written_asked_killed_and_aged() {
         );
     }
     ask("the year", first_ms, today_ms);
+    let month = (first_ms, first_ms + 31 * DAY_MS);
+    let begun = Instant::now();
+    let found = heat(&reader, month, &Frame::around(&site())).unwrap();
+    println!("where people were in a month: in {} ms", begun.elapsed().as_millis());
+    // Three people each evening, to the end of the last line; a walker is in the hall or beside it.
+    let all_s = found.cells.iter().sum::<f64>() + found.outside_s + found.hidden_s;
+    let people_s = (31 * 3 * minutes * 60) as f64;
+    assert!(
+        (all_s / people_s - 1.0).abs() < 0.01 && found.outside_s > 0.1 * all_s,
+        "{all_s} of {people_s} s"
+    );
+    let begun = Instant::now();
+    let bins = figures(&reader, &edges(month, 3_600_000)).unwrap().bins;
+    println!("{} hours of it in {} ms", bins.len(), begun.elapsed().as_millis());
+    let known_h = bins.iter().filter(|bin| bin.zones["hall"].mean.is_some()).count() as u64;
+    assert_eq!(
+        (bins.len() as u64, known_h),
+        (31 * 24, 31 * 24 - FROM_MS / 3_600_000),
+        "since the first line"
+    );
     drop(reader);
 
     let program = std::env::current_exe().unwrap();

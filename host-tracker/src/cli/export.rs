@@ -38,6 +38,12 @@ pub struct Arguments {
 /// # Errors
 /// One line: what cannot be read or written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    // Said once: what follows would say it each in its own words.
+    if let Err(error) = std::fs::metadata(&arguments.db) {
+        return Err(
+            format!("{}: {error}; kehai-tracker run --db FILE makes one", arguments.db.display()).into()
+        );
+    }
     let now_ms = unix_ms();
     if let Err(error) = raw::forget_expired(&arguments.db, now_ms) {
         tracing::warn!("raw scans that have expired are not deleted: {error}");

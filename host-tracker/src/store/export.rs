@@ -2,7 +2,10 @@
 //!
 //! ```text
 //!   paths    run,track,time,x_m,y_m,hidden     the stored points; between two, people went straight
-//!   counts   zone,time,count,state
+//!   counts   zone,time,count,state             from then on; where a tracker ended, that nothing is known
+//!   crossings   line,time,direction
+//!   lines    line,time,state      from then on a line was seen, or not
+//!   stays    zone,track,entered,left,stay_s
 //!   events   time,kind,subject,track,text
 //!   poses    time,module,x_m,y_m,yaw_deg,source
 //!   health   time,module,state,scans_hz,lost_percent,checksum_errors,unknown_percent,clock_offset_ms,clock_jitter_ms
@@ -12,6 +15,7 @@
 //!
 //! Sources: RFC 4180 (CSV); <https://parquet.apache.org/docs/file-format/>.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File as Output;
 use std::io;
@@ -27,8 +31,10 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::parser::parse_message_type;
 
 use super::error::StoreError;
+use super::figures::{Stay, stays};
 use super::numbers::integer;
-use super::reader::Reader;
+use super::reader::{Count, LineSeen, Reader};
+use kehai_tracking::occupancy::ZoneKnown;
 
 /// What a file looks like.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -108,15 +114,37 @@ pub fn export(
     tables.iter().map(write).collect()
 }
 
-fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table; 5]> {
+fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table; 8]> {
     let paths = reader.paths(from_ms, to_ms)?;
     let points = || paths.iter().flat_map(|path| path.places.iter().map(move |place| (path, place)));
-    let counts = reader.counts(from_ms, to_ms)?;
+    let lives = reader.lives(from_ms, to_ms)?;
+    let mut counts = reader.counts(from_ms, to_ms)?;
+    end(
+        &mut counts,
+        (&lives, from_ms, to_ms),
+        |row| (&row.zone, row.at_ms, row.state == ZoneKnown::Unknown.name()),
+        |row, at_ms| Count {
+            zone: row.zone.clone(),
+            at_ms,
+            count: None,
+            state: ZoneKnown::Unknown.name().to_owned(),
+        },
+    );
+    let crossings = reader.crossings(from_ms, to_ms)?;
+    let mut lines = reader.line_states(from_ms, to_ms)?;
+    end(
+        &mut lines,
+        (&lives, from_ms, to_ms),
+        |row| (&row.line, row.at_ms, row.state == ZoneKnown::Unknown),
+        |row, at_ms| LineSeen { line: row.line.clone(), at_ms, state: ZoneKnown::Unknown },
+    );
     let events = reader.events(from_ms, to_ms)?;
+    let stays = stays(&events, &lives);
     let poses = reader.poses()?;
     let health = reader.health(from_ms, to_ms)?;
     let metres = |mm: i32| f64::from(mm) * 1e-3;
     let number = integer;
+    let stay_s = |stay: &Stay| stay.ended_ms.saturating_sub(stay.begun_ms) as f64 * 1e-3;
     Ok([
         Table {
             name: "paths",
@@ -136,6 +164,35 @@ fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table;
                 ("time", Column::Time(counts.iter().map(|row| row.at_ms).collect())),
                 ("count", Column::MaybeNumber(counts.iter().map(|row| row.count.map(i64::from)).collect())),
                 ("state", Column::Text(counts.iter().map(|row| row.state.clone()).collect())),
+            ],
+        },
+        Table {
+            name: "crossings",
+            columns: vec![
+                ("line", Column::Text(crossings.iter().map(|row| row.line.clone()).collect())),
+                ("time", Column::Time(crossings.iter().map(|row| row.at_ms).collect())),
+                (
+                    "direction",
+                    Column::Text(crossings.iter().map(|row| row.direction.name().to_owned()).collect()),
+                ),
+            ],
+        },
+        Table {
+            name: "lines",
+            columns: vec![
+                ("line", Column::Text(lines.iter().map(|row| row.line.clone()).collect())),
+                ("time", Column::Time(lines.iter().map(|row| row.at_ms).collect())),
+                ("state", Column::Text(lines.iter().map(|row| row.state.name().to_owned()).collect())),
+            ],
+        },
+        Table {
+            name: "stays",
+            columns: vec![
+                ("zone", Column::Text(stays.iter().map(|stay| stay.zone.clone()).collect())),
+                ("track", Column::Number(stays.iter().map(|stay| number(stay.track)).collect())),
+                ("entered", Column::Time(stays.iter().map(|stay| stay.begun_ms).collect())),
+                ("left", Column::Time(stays.iter().map(|stay| stay.ended_ms).collect())),
+                ("stay_s", Column::Real(stays.iter().map(stay_s).collect())),
             ],
         },
         Table {
@@ -183,6 +240,28 @@ fn tables(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table;
             ],
         },
     ])
+}
+
+/// What a tracker said last holds no longer than it ran: adds that nothing is known from then on. Who reads a table alone knows
+/// of no lives. `of`: the name of a row, its time and whether it says that already; `unknown`: the same name at another time.
+fn end<T>(
+    rows: &mut Vec<T>,
+    (lives, from_ms, to_ms): (&[(u64, u64)], u64, u64),
+    of: impl Fn(&T) -> (&str, u64, bool),
+    unknown: impl Fn(&T, u64) -> T,
+) {
+    // A row from before the time asked for may be of a life that was over by then.
+    let is_alive = |at_ms| lives.iter().any(|(begun_ms, ended_ms)| (*begun_ms..=*ended_ms).contains(&at_ms));
+    rows.retain(|row| of(row).1 >= from_ms || is_alive(of(row).1));
+    let mut ends = Vec::new();
+    for &(begun_ms, ended_ms) in lives.iter().filter(|(_, ended_ms)| *ended_ms < to_ms) {
+        let mut last: BTreeMap<&str, &T> = BTreeMap::new();
+        let own = rows.iter().filter(|row| (begun_ms..=ended_ms).contains(&of(row).1));
+        last.extend(own.map(|row| (of(row).0, row)));
+        ends.extend(last.into_values().filter(|row| !of(row).2).map(|row| unknown(row, ended_ms + 1)));
+    }
+    rows.extend(ends);
+    rows.sort_by_key(|row| of(row).1);
 }
 
 impl Table {
@@ -294,8 +373,10 @@ fn there<T: Copy>(values: &[Option<T>]) -> (Vec<i16>, Vec<T>) {
 mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
 
-    use super::super::{Keep, Store};
+    use super::super::figures::figures;
+    use super::super::{Keep, Store, counted_before};
     use super::*;
+    use kehai_tracking::lines::{CrossedLine, Totals};
     use kehai_tracking::site::Site;
     use kehai_tracking::snapshot::{DeviceEvent, DeviceState, EventLine, ModuleLine, Snapshot, unix_ms};
 
@@ -343,5 +424,42 @@ mod tests {
             rows[0].contains("clock_offset_ms: -4.5") && rows[1].contains("clock_offset_ms: null"),
             "{rows:?}"
         );
+    }
+
+    #[test]
+    fn crossings_survive_a_restart_and_are_exported() {
+        let folder = tempfile::tempdir().unwrap();
+        let (database, out) = (folder.path().join("kehai.db"), folder.path().join("out"));
+        let now_ms = unix_ms();
+        assert!(counted_before(&database).is_empty());
+        let store = Store::open(&database, &Arc::new(Site::default()), Keep::USUAL).unwrap();
+        for (later_ms, inward) in [(500, 7), (1500, 8)] {
+            let line = CrossedLine {
+                name: "front".into(),
+                inward: Some(inward),
+                outward: Some(3),
+                state: ZoneKnown::Known,
+                unknown_s: 0.0,
+                unfollowed: 0,
+            };
+            let frame = Snapshot { unix_ms: now_ms + later_ms, lines: vec![line], ..Snapshot::default() };
+            store.record(Arc::new(frame));
+        }
+        drop(store);
+        let totals = Totals { inward: 8, outward: 3 };
+        assert_eq!(counted_before(&database), [("front".to_owned(), totals)].into());
+        export(&database, &out, (0, now_ms + 3000), Format::Csv).unwrap();
+        let read = |file: &str| std::fs::read_to_string(out.join(file)).unwrap();
+        let crossings = read("crossings.csv");
+        assert_eq!(crossings.lines().count(), 2, "{crossings}");
+        assert!(
+            crossings.lines().nth(1).unwrap().starts_with("front,") && crossings.trim_end().ends_with(",in")
+        );
+        assert_eq!(read("lines.csv").lines().count(), 3);
+        let reader = Reader::open(&database).unwrap();
+        let found = figures(&reader, &[now_ms, now_ms + 3000]).unwrap();
+        let line = found.bins[0].lines["front"];
+        assert_eq!((line.inward, line.outward), (Some(1), Some(0)));
+        assert!((1.9..2.1).contains(&line.unknown_s), "{line:?}");
     }
 }

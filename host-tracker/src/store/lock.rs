@@ -5,24 +5,30 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::owned_file;
+
 const END: &str = "-lock";
 
 /// Held as long as the database is written.
 #[derive(Debug)]
-pub(super) struct Lock(File);
+pub(crate) struct Lock(File);
 
 /// Another tracker has it.
-pub(super) struct Taken;
+pub(crate) struct Taken;
 
 /// Takes the lock; none where no lock file can be made, as on a disk that is read-only or full.
 ///
 /// # Errors
 /// [`Taken`].
-pub(super) fn acquire(database: &Path) -> Result<Option<Lock>, Taken> {
+pub(crate) fn acquire(database: &Path) -> Result<Option<Lock>, Taken> {
     let options = OpenOptions::new().write(true).create(true).truncate(false).clone();
     let Ok(file) = options.open(beside(database, END)) else { return Ok(None) };
     match file.try_lock() {
-        Ok(()) => Ok(Some(Lock(file))),
+        Ok(()) => {
+            // Made by root for a service, it must be the service's to take.
+            let given = owned_file::folder_of(database).and_then(|folder| owned_file::give(&file, &folder));
+            Ok(Some(Lock(file)).filter(|_| given.is_ok()))
+        }
         Err(TryLockError::WouldBlock) => Err(Taken),
         // A file system without locks.
         Err(TryLockError::Error(_)) => Ok(None),
@@ -50,7 +56,7 @@ pub(super) fn remove_unused(database: &Path) {
 }
 
 /// The file's name with this at its end.
-pub(super) fn beside(file: &Path, end: &str) -> PathBuf {
+pub(crate) fn beside(file: &Path, end: &str) -> PathBuf {
     let mut name = OsString::from(file.as_os_str());
     name.push(end);
     name.into()

@@ -12,12 +12,16 @@
 //! what came since the last transaction, half a second; a power cut may lose the last transactions before that,
 //! and never the file.
 
+mod alarm_rows;
 mod aside;
 pub mod card;
 mod connection;
+pub mod copy;
 mod error;
 pub mod export;
-mod lock;
+pub mod figures;
+pub mod heat;
+pub(crate) mod lock;
 mod numbers;
 pub mod path;
 pub mod pose;
@@ -32,6 +36,7 @@ pub mod timeline;
 mod work;
 mod writer;
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -50,7 +55,9 @@ use work::Work;
 use writer::Writer;
 
 use crate::supervise;
+use kehai_tracking::alarm_list::{LISTED_MS, ListedAlarm};
 use kehai_tracking::door::doors::Passed;
+use kehai_tracking::lines::Totals;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
@@ -79,6 +86,7 @@ enum Message {
     Snapshot(Arc<Snapshot>),
     Event(Event),
     Passage(Box<Passed>),
+    Alarm(Box<ListedAlarm>),
     Site(Arc<Site>, u64, Source),
 }
 
@@ -162,6 +170,11 @@ impl Store {
         self.send(Message::Passage(passed));
     }
 
+    /// Keeps an alarm as it is now.
+    pub fn alarm(&self, alarm: ListedAlarm) {
+        self.send(Message::Alarm(Box::new(alarm)));
+    }
+
     /// Notes that the site has changed, and the source of the change.
     pub fn set_site(&self, site: &Arc<Site>, source: Source) {
         self.send(Message::Site(Arc::clone(site), unix_ms(), source));
@@ -211,6 +224,23 @@ pub fn known_before(file: &Path, now_ms: u64) -> (Option<Snapshot>, Option<Event
     };
     let event = Event { at_ms: now_ms, kind: kind.into(), subject: String::new(), track: None, text };
     (is_fresh.then_some(frame), Some(event))
+}
+
+/// How often each counting line has been crossed, by its name. A database that cannot be read has counted nothing:
+/// [`Store::open`] says why.
+#[must_use]
+pub fn counted_before(file: &Path) -> BTreeMap<String, Totals> {
+    Reader::open(file).ok().and_then(|reader| reader.line_totals().ok()).unwrap_or_default()
+}
+
+/// The alarms that stood when the database was written last, those that ended within the day before `now_ms`, and when it was
+/// written last, ms since 1970. A database that cannot be read has none.
+#[must_use]
+pub fn alarms_before(file: &Path, now_ms: u64) -> (Vec<ListedAlarm>, u64) {
+    let Ok(reader) = Reader::open(file) else { return (Vec::new(), 0) };
+    let alarms = reader.alarms(now_ms.saturating_sub(LISTED_MS)).unwrap_or_default();
+    let written = reader.span_ms().ok().flatten().map_or(0, |(_, last_ms)| last_ms);
+    (alarms, written)
 }
 
 /// Opens the database, or makes it. A damaged one of a tracker is set aside before, which is an event of the new one.

@@ -15,7 +15,7 @@ use rusqlite::{Transaction, params};
 use super::connection::open_and_expire;
 use super::error::StoreError;
 use super::numbers::integer;
-use kehai_tracking::geometry::Pose;
+use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::site::Site;
 
 /// Where a module's pose comes from.
@@ -61,7 +61,7 @@ pub struct PoseRow {
 impl PoseRow {
     /// Where a site's modules are.
     pub fn of(site: &Site, at_ms: u64, source: Source) -> impl Iterator<Item = Self> + '_ {
-        site.modules.iter().map(move |module| Self {
+        site.modules.iter().filter(|module| module.placed).map(move |module| Self {
             at_ms,
             module: module.name.clone(),
             x_m: module.x,
@@ -77,11 +77,11 @@ impl PoseRow {
 ///
 /// # Errors
 /// The database cannot be opened or written.
-pub fn note(database: &File, poses: &[(String, Pose)], at_ms: u64, source: Source) -> Result<(), StoreError> {
+pub fn note(database: &File, poses: &[Mounting], at_ms: u64, source: Source) -> Result<(), StoreError> {
     let mut connection = open_and_expire(database, at_ms)?;
     let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
     let transaction = connection.transaction().map_err(failed)?;
-    for (module, pose) in poses {
+    for Mounting { name: module, pose, .. } in poses {
         // As a site's file has it: millimetres, hundredths of a degree.
         let [x_m, y_m] = [pose.at.x, pose.at.y].map(|value_m| (value_m * 1e3).round() / 1e3);
         let yaw_deg = (pose.yaw_rad.to_degrees() * 100.0).round() / 100.0;

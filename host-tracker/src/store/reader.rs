@@ -4,23 +4,36 @@
 //!   between a and b ─▶ paths that touch it · counts, with the one before a · events · health
 //! ```
 
+use std::collections::BTreeMap;
 use std::path::Path as File;
 
+use rusqlite::Error::FromSqlConversionFailure;
+use rusqlite::types::Type;
 use rusqlite::{Connection, OpenFlags, Row, params};
+use schemars::JsonSchema;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::de::value::{Error as ValueError, StrDeserializer};
 
+use super::alarm_rows;
 use super::error::StoreError;
 use super::numbers::integer;
 use super::path::{Place, decode};
 use super::raw_rows::{self, RawKept};
-use super::recorder::PART_MS;
+use super::recorder::{HEALTH_MS, PART_MS};
 use super::row::Event;
+use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
-use kehai_tracking::snapshot::Snapshot;
+use kehai_tracking::lines::{Direction, Totals};
+use kehai_tracking::occupancy::ZoneKnown;
+use kehai_tracking::snapshot::{DeviceState, Snapshot};
 
 const PATHS: &str = "SELECT run, track, points FROM path
     WHERE begun_ms BETWEEN ?1 AND ?2 AND ended_ms >= ?3 ORDER BY run, track, part";
+const POINTS: &str = "SELECT points FROM path WHERE begun_ms BETWEEN ?1 AND ?2 AND ended_ms >= ?3";
+const WATCHED: &str = "SELECT module.name, COUNT(*) FROM health
+    CROSS JOIN module ON module.module = health.module WHERE health.at_ms BETWEEN ?1 AND ?2 AND state = ?3 GROUP BY module.name";
 const COUNTS: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM count
     JOIN zone USING (zone) WHERE count.at_ms BETWEEN ?1 AND ?2 ORDER BY count.at_ms";
 const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM zone
@@ -29,6 +42,13 @@ const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.s
 const LIVES: &str = "SELECT begun_ms, ended_ms FROM run
     WHERE begun_ms <= ?2 AND ended_ms >= ?1 ORDER BY run";
 const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
+const CROSSINGS: &str = "SELECT line.name, crossing.at_ms, crossing.direction FROM crossing
+    JOIN line USING (line) WHERE crossing.at_ms BETWEEN ?1 AND ?2 ORDER BY crossing.at_ms";
+const LINE_STATES: &str = "SELECT line.name, line_state.at_ms, line_state.state FROM line_state
+    JOIN line USING (line) WHERE line_state.at_ms BETWEEN ?1 AND ?2 ORDER BY line_state.at_ms";
+const LINE_STATES_BEFORE: &str = "SELECT line.name, line_state.at_ms, line_state.state FROM line
+    CROSS JOIN line_state ON line_state.line = line.line
+        AND line_state.at_ms = (SELECT MAX(at_ms) FROM line_state WHERE line = line.line AND at_ms < ?1)";
 const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
     WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 const HEALTH: &str =
@@ -51,7 +71,7 @@ pub struct Walked {
 }
 
 /// How many people were in a zone from some time on.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Count {
     /// Its name.
     pub zone: String,
@@ -63,8 +83,30 @@ pub struct Count {
     pub state: String,
 }
 
+/// Somebody crossed a counting line.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct CrossedAt {
+    /// Its name.
+    pub line: String,
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// Which way.
+    pub direction: Direction,
+}
+
+/// Whether a counting line was seen from some time on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct LineSeen {
+    /// Its name.
+    pub line: String,
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// Whether it is.
+    pub state: ZoneKnown,
+}
+
 /// Where a module was from some time on.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Posed {
     /// ms since 1970.
     pub at_ms: u64,
@@ -81,7 +123,7 @@ pub struct Posed {
 }
 
 /// How a module was at some time: once a minute.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Was {
     /// ms since 1970.
     pub at_ms: u64,
@@ -149,6 +191,36 @@ impl Reader {
         Ok(paths)
     }
 
+    /// Calls `each` with the places of every part of a path that touches the time from `from_ms` to `to_ms`, one after the other.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn each_path(
+        &self,
+        from_ms: u64,
+        to_ms: u64,
+        mut each: impl FnMut(&[Place]),
+    ) -> rusqlite::Result<()> {
+        let mut statement = self.0.prepare_cached(POINTS)?;
+        let earliest_ms = from_ms.saturating_sub(PART_MS);
+        let mut rows = statement.query(params![integer(earliest_ms), integer(to_ms), integer(from_ms)])?;
+        while let Some(row) = rows.next()? {
+            each(&decode(row.get_ref(0)?.as_blob()?));
+        }
+        Ok(())
+    }
+
+    /// For about how long each module was watching from `from_ms` to `to_ms`, s: to the minute.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn watched(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<BTreeMap<String, u64>> {
+        let mut asked = self.0.prepare_cached(WATCHED)?;
+        let watching = DeviceState::Watching.name();
+        let watched = |row: &Row<'_>| Ok((row.get(0)?, time(row, 1)? * HEALTH_MS / 1000));
+        asked.query_map(params![integer(from_ms), integer(to_ms), watching], watched)?.collect()
+    }
+
     /// Counts from `from_ms` to `to_ms`, and the last of each zone before that.
     ///
     /// # Errors
@@ -163,6 +235,44 @@ impl Reader {
             .query_map(params![integer(from_ms)], count)?
             .chain(during.query_map(params![integer(from_ms), integer(to_ms)], count)?)
             .collect()
+    }
+
+    /// Crossings of lines from `from_ms` to `to_ms`.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn crossings(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<CrossedAt>> {
+        let crossing = |row: &Row<'_>| {
+            Ok(CrossedAt { line: row.get(0)?, at_ms: time(row, 1)?, direction: named(row, 2)? })
+        };
+        let mut asked = self.0.prepare_cached(CROSSINGS)?;
+        asked.query_map(params![integer(from_ms), integer(to_ms)], crossing)?.collect()
+    }
+
+    /// Whether lines were seen from `from_ms` to `to_ms`, and the last of each line before that.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn line_states(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<LineSeen>> {
+        let seen =
+            |row: &Row<'_>| Ok(LineSeen { line: row.get(0)?, at_ms: time(row, 1)?, state: named(row, 2)? });
+        let mut before = self.0.prepare_cached(LINE_STATES_BEFORE)?;
+        let mut during = self.0.prepare_cached(LINE_STATES)?;
+        before
+            .query_map(params![integer(from_ms)], seen)?
+            .chain(during.query_map(params![integer(from_ms), integer(to_ms)], seen)?)
+            .collect()
+    }
+
+    /// How often each line has been crossed, of all time, by its name.
+    ///
+    /// # Errors
+    /// What SQLite says; also of a file of a version without lines.
+    pub fn line_totals(&self) -> rusqlite::Result<BTreeMap<String, Totals>> {
+        let mut asked = self.0.prepare("SELECT name, inward, outward FROM line")?;
+        let total =
+            |row: &Row<'_>| Ok((row.get(0)?, Totals { inward: time(row, 1)?, outward: time(row, 2)? }));
+        asked.query_map([], total)?.collect()
     }
 
     /// Events from `from_ms` to `to_ms`.
@@ -290,6 +400,14 @@ impl Reader {
         })
     }
 
+    /// Alarms that stood when the file was written last, and those that ended at `from_ms` or later.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn alarms(&self, from_ms: u64) -> rusqlite::Result<Vec<ListedAlarm>> {
+        alarm_rows::read(&self.0, from_ms)
+    }
+
     /// What was known last.
     ///
     /// # Errors
@@ -308,7 +426,21 @@ impl Reader {
     /// What SQLite says.
     pub fn plans(&self) -> rusqlite::Result<Vec<String>> {
         let mut plans = Vec::new();
-        for asked in [PATHS, COUNTS, COUNTS_BEFORE, EVENTS, HEALTH, PASSAGES, CARDS] {
+        for asked in [
+            PATHS,
+            POINTS,
+            WATCHED,
+            COUNTS,
+            COUNTS_BEFORE,
+            CROSSINGS,
+            LINE_STATES,
+            LINE_STATES_BEFORE,
+            EVENTS,
+            HEALTH,
+            PASSAGES,
+            CARDS,
+            alarm_rows::ASKED,
+        ] {
             let mut statement = self.0.prepare(&format!("EXPLAIN QUERY PLAN {asked}"))?;
             let blanks = vec![0_i64; statement.parameter_count()];
             let lines = statement.query_map(rusqlite::params_from_iter(blanks), |row| row.get(3))?;
@@ -320,4 +452,11 @@ impl Reader {
 
 fn time(row: &Row<'_>, column: usize) -> rusqlite::Result<u64> {
     row.get::<_, i64>(column).map(i64::unsigned_abs)
+}
+
+/// What a name stands for, as it is written in JSON, too.
+fn named<T: DeserializeOwned>(row: &Row<'_>, column: usize) -> rusqlite::Result<T> {
+    let name: String = row.get(column)?;
+    let text = StrDeserializer::<ValueError>::new(&name);
+    T::deserialize(text).map_err(|error| FromSqlConversionFailure(column, Type::Text, Box::new(error)))
 }

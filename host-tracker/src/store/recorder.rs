@@ -3,41 +3,46 @@
 //! ```text
 //!   Snapshot ─▶ tracks   ─▶ path parts, simplified, five minutes each; the open part again at every batch
 //!         ├▶ zones    ─▶ counts, when they change          ─▶ enter, leave
+//!         │              at once when less is known or a zone is no longer empty, else at most once a second
+//!         ├▶ lines    ─▶ crossings, and whether each line is seen, when that changes
 //!         ├▶ names    ─▶ which ID each track has, when that changes
 //!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
 //!   Site  ─▶ poses    ─▶ where modules are, when that changes
 //!         └▶ itself   ─▶ snapshot, the newest only
 //! ```
 //!
-//! It does no I/O. Rows that could not be written stay here and are handed out again.
+//! It does no I/O. Rows that could not be written stay here and are handed out again. What a row says holds until the next
+//! one of the same zone; so where frames are missing, or rows are dropped, a row says that nothing is known.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::card::CardHash;
 use super::path::{Path, Place, encode};
 use super::pose::{PoseRow, Source};
 use super::row::{Event, PathRow, Row};
 use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::card::Card;
 use kehai_tracking::door::doors::Passed;
-use kehai_tracking::geometry::{Point, distance_to_segment, inside};
 use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::lines::{CrossedLine, Direction, Totals};
 use kehai_tracking::names::{Likelihood, NameLine};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
+use kehai_tracking::stays::Stays;
 use kehai_tracking::tracker::{LifeCycle, TrackState};
 
 /// Longest part of a path, ms: what is asked for by time is found in parts that began at most this long before.
 pub const PART_MS: u64 = 300_000;
 
 /// Between two rows of a module's health, ms.
-const HEALTH_MS: u64 = 60_000;
+pub const HEALTH_MS: u64 = 60_000;
 
-/// How far into a zone, or out of it, a person must be to have crossed its edge, m: half a body. Noise is less.
-const CROSSED_M: f64 = 0.15;
-
-/// Between two counts of a zone, ms, however often it changes.
+/// Between two counts of a zone, ms, however often it changes; but for those that take back what the one before says.
 const COUNT_MS: u64 = 1000;
+
+/// So long after a frame without another nothing is known any more, ms: as MQTT says, too.
+const STALE_MS: u64 = 3000;
 
 /// Most rows kept while the database cannot be written: an hour of three people in a home, some MB. Older ones
 /// are dropped, and counted.
@@ -47,9 +52,15 @@ const ROWS_MAX: usize = 50_000;
 struct Walk {
     part: u32,
     path: Path,
-    zones: BTreeSet<usize>,
     changed: bool,
     seen_ms: u64,
+}
+
+/// Of what something is known or not.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+enum Counted {
+    Zone,
+    Line,
 }
 
 #[derive(Debug, Default)]
@@ -64,14 +75,18 @@ struct Known {
 /// Keeps what frames say.
 #[derive(Debug, Default)]
 pub struct ChangeRecorder {
-    zones: Vec<(String, Vec<Point>)>,
+    stays: Stays,
     walks: BTreeMap<u64, Walk>,
     /// And when that was kept, ms since 1970.
     counts: BTreeMap<String, (Option<u32>, ZoneKnown, u64)>,
+    /// What was kept last of each counting line, and when its state was, ms since 1970.
+    lines: BTreeMap<String, (Totals, ZoneKnown, u64)>,
     modules: BTreeMap<String, Known>,
     poses: BTreeMap<String, [f64; 3]>,
     /// The track that each ID was last kept with.
     names: BTreeMap<Card, u64>,
+    /// When the newest frame was made, ms since 1970.
+    newest_ms: Option<u64>,
     rows: Vec<Row>,
     /// By track and part, from 0.
     paths: BTreeMap<(u64, u32), PathRow>,
@@ -95,9 +110,7 @@ impl ChangeRecorder {
                 self.rows.push(Row::Pose(row));
             }
         }
-        let corners = |corners: &[[f64; 2]]| corners.iter().map(|&corner| corner.into()).collect();
-        self.zones = site.zones.iter().map(|zone| (zone.name.clone(), corners(&zone.polygon))).collect();
-        self.walks.values_mut().for_each(|walk| walk.zones.clear());
+        self.stays.change_site(site);
     }
 
     /// Takes a frame.
@@ -113,37 +126,103 @@ impl ChangeRecorder {
         for id in gone {
             if let Some(mut walk) = self.walks.remove(&id) {
                 self.paths.extend(walk.row(id));
-                for &zone in &walk.zones {
-                    self.crossed("leave", zone, id, walk.seen_ms);
-                }
             }
         }
+        for change in self.stays.observe(&frame.tracks, at_ms as f64 * 1e-3) {
+            self.rows.push(Row::Event(Event {
+                at_ms: (change.at_s * 1e3).round() as u64,
+                kind: if change.since_s.is_some() { "leave" } else { "enter" }.into(),
+                subject: change.zone,
+                track: Some(change.track),
+                text: String::new(),
+            }));
+        }
+        if let Some(newest_ms) = self.newest_ms.replace(at_ms)
+            && at_ms.saturating_sub(newest_ms) > STALE_MS
+        {
+            self.forget(newest_ms + STALE_MS, |_, _| true);
+        }
+        let has_zone = |name: &str| frame.line.zones.contains_key(name);
+        let has_line = |name: &str| frame.lines.iter().any(|line| line.name == name);
+        self.forget(at_ms, |kind, name| match kind {
+            Counted::Zone => !has_zone(name),
+            Counted::Line => !has_line(name),
+        });
         for (name, zone) in &frame.line.zones {
             let (count, state) = (zone.count(), zone.state());
             let due = self.counts.get(name).is_none_or(|&(before, known, kept_ms)| {
-                (before, known) != (count, state) && at_ms.saturating_sub(kept_ms) >= COUNT_MS
+                let takes_back = count.is_none() || before == Some(0);
+                (before, known) != (count, state)
+                    && (takes_back && before != count || at_ms.saturating_sub(kept_ms) >= COUNT_MS)
             });
             if due {
                 self.counts.insert(name.clone(), (count, state, at_ms));
                 self.rows.push(Row::Count { zone: name.clone(), at_ms, count, state });
             }
         }
+        for line in &frame.lines {
+            self.line(line, at_ms);
+        }
+        self.counts.retain(|name, _| has_zone(name));
+        self.lines.retain(|name, _| has_line(name));
         for module in &frame.modules {
             self.module(module, at_ms);
         }
         self.names(&frame.names, at_ms);
-        let over = self.rows.len().saturating_sub(ROWS_MAX);
-        self.rows.drain(..over);
-        self.dropped += over as u64;
+        self.make_room();
         while self.paths.len() > ROWS_MAX {
             self.paths.pop_first();
             self.dropped += 1;
         }
     }
 
+    /// Keeps that from `at_ms` on nothing is known of those zones and lines.
+    fn forget(&mut self, at_ms: u64, is_forgotten: impl Fn(Counted, &str) -> bool) {
+        let unknown = ZoneKnown::Unknown;
+        for (zone, kept) in self.counts.iter_mut().filter(|(zone, _)| is_forgotten(Counted::Zone, zone)) {
+            if kept.1 != unknown {
+                *kept = (None, unknown, at_ms);
+                self.rows.push(Row::Count { zone: zone.clone(), at_ms, count: None, state: unknown });
+            }
+        }
+        for (name, kept) in self.lines.iter_mut().filter(|(name, _)| is_forgotten(Counted::Line, name)) {
+            if kept.1 != unknown {
+                (kept.1, kept.2) = (unknown, at_ms);
+                self.rows.push(Row::Line { name: name.clone(), at_ms, totals: kept.0, state: unknown });
+            }
+        }
+    }
+
+    /// Drops the oldest rows of too many. From the first of them on nothing is known of its zone or line.
+    fn make_room(&mut self) {
+        let over = self.rows.len().saturating_sub(ROWS_MAX);
+        let mut unknown: BTreeMap<(Counted, String), Row> = BTreeMap::new();
+        let state = ZoneKnown::Unknown;
+        for row in self.rows.drain(..over) {
+            match row {
+                Row::Count { zone, at_ms, .. } => {
+                    let key = (Counted::Zone, zone.clone());
+                    unknown.entry(key).or_insert(Row::Count { zone, at_ms, count: None, state });
+                }
+                Row::Line { name, at_ms, totals, .. } => {
+                    let key = (Counted::Line, name.clone());
+                    unknown.entry(key).or_insert(Row::Line { name, at_ms, totals, state });
+                }
+                _ => {}
+            }
+        }
+        self.dropped += (over - unknown.len()) as u64;
+        self.rows.splice(0..0, unknown.into_values());
+    }
+
     /// Notes that something happened.
     pub fn happened(&mut self, event: Event) {
         self.rows.push(Row::Event(event));
+    }
+
+    /// Notes an alarm as it is now.
+    pub fn alarm(&mut self, alarm: ListedAlarm) {
+        self.rows.push(Row::Alarm(Box::new(alarm)));
     }
 
     /// Notes a passage, and that it happened; its card apart from it.
@@ -206,7 +285,6 @@ impl ChangeRecorder {
         let walk = self.walks.entry(track.id).or_insert_with(|| Walk {
             part: 0,
             path: Path::beginning(place),
-            zones: BTreeSet::new(),
             changed: true,
             seen_ms: at_ms,
         });
@@ -219,34 +297,28 @@ impl ChangeRecorder {
             walk.part += 1;
             walk.path = Path::beginning(place);
         }
-        let at = track.at;
-        let before = walk.zones.clone();
-        let within: BTreeSet<usize> = (0..)
-            .zip(&self.zones)
-            .filter(|(zone, (_, corners))| {
-                let inside = inside(at, corners);
-                if edge_m(at, corners) > CROSSED_M { inside } else { before.contains(zone) }
-            })
-            .map(|(zone, _)| zone)
-            .collect();
-        walk.zones.clone_from(&within);
-        for &zone in within.difference(&before) {
-            self.crossed("enter", zone, track.id, at_ms);
-        }
-        for &zone in before.difference(&within) {
-            self.crossed("leave", zone, track.id, at_ms);
-        }
     }
 
-    fn crossed(&mut self, kind: &str, zone: usize, track: u64, at_ms: u64) {
-        let Some((name, _)) = self.zones.get(zone) else { return };
-        self.rows.push(Row::Event(Event {
-            at_ms,
-            kind: kind.into(),
-            subject: name.clone(),
-            track: Some(track),
-            text: String::new(),
-        }));
+    /// Keeps each crossing since the frame before, by the counts: frames may be missed. The first frame says what was counted
+    /// before this process.
+    fn line(&mut self, line: &CrossedLine, at_ms: u64) {
+        let known = self.lines.get(&line.name).copied();
+        let (before, state, kept_ms) = known.unwrap_or((line.totals().unwrap_or_default(), line.state, 0));
+        let totals = line.totals().unwrap_or(before);
+        for (direction, more) in [
+            (Direction::In, totals.inward.saturating_sub(before.inward)),
+            (Direction::Out, totals.outward.saturating_sub(before.outward)),
+        ] {
+            let row = || Row::Crossing { line: line.name.clone(), at_ms, direction };
+            self.rows.extend((0..more.min(ROWS_MAX as u64)).map(|_| row()));
+        }
+        let is_due =
+            line.state != state && (state == ZoneKnown::Known || at_ms.saturating_sub(kept_ms) >= COUNT_MS);
+        let (state, kept_ms) = if is_due { (line.state, at_ms) } else { (state, kept_ms) };
+        if known.is_none() || is_due || totals != before {
+            self.rows.push(Row::Line { name: line.name.clone(), at_ms, totals, state });
+        }
+        self.lines.insert(line.name.clone(), (totals, state, kept_ms));
     }
 
     fn module(&mut self, module: &ModuleLine, at_ms: u64) {
@@ -283,12 +355,6 @@ impl ChangeRecorder {
             self.rows.push(Row::Health { at_ms, module: Box::new(module.clone()) });
         }
     }
-}
-
-/// Distance to the nearest side of a polygon, m.
-fn edge_m(at: Point, corners: &[Point]) -> f64 {
-    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
-    sides.map(|(&from, &to)| distance_to_segment(at, from, to)).fold(f64::INFINITY, f64::min)
 }
 
 impl Walk {

@@ -6,8 +6,10 @@
 
 use super::card::CardHash;
 use super::pose::PoseRow;
+use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::lines::{Direction, Totals};
 use kehai_tracking::snapshot::ModuleLine;
 
 /// Something to be kept, beside paths.
@@ -24,10 +26,32 @@ pub enum Row {
         /// How far that can be trusted.
         state: ZoneKnown,
     },
+    /// Somebody has crossed a counting line.
+    Crossing {
+        /// Its name.
+        line: String,
+        /// ms since 1970.
+        at_ms: u64,
+        /// Which way.
+        direction: Direction,
+    },
+    /// How often a line has been crossed in all, and whether it is seen from now on.
+    Line {
+        /// Its name.
+        name: String,
+        /// ms since 1970.
+        at_ms: u64,
+        /// Both counts.
+        totals: Totals,
+        /// Whether it is seen.
+        state: ZoneKnown,
+    },
     /// Something happened.
     Event(Event),
     /// A group went through a door, or did not.
     Passage(Box<Passed>),
+    /// An alarm, as it is now.
+    Alarm(Box<ListedAlarm>),
     /// How a module was.
     Health {
         /// ms since 1970.
@@ -71,7 +95,7 @@ pub struct PathRow {
 }
 
 /// Something that happened.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Event {
     /// ms since 1970.
     pub at_ms: u64,

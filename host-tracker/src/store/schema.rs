@@ -3,9 +3,12 @@
 //! ```text
 //!   run ─ 1:n ─ path (track, part) ── begun_ms ◀─ index ── "what happened between a and b"
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
+//!   alarm: since when, until when, who has acknowledged it       until_ms ◀─ index
 //!   passage: one group through a door, its record as JSON, without its card       begun_ms ◀─ index
 //!   pose (module, at_ms): where modules were said to be, and the source   snapshot: one row, what was known last
 //!   name (at_ms, run, track, hash): from then on that track is probably this ID
+//!   line ─ 1:n ─ crossing (line, at_ms, direction)      line_state (line, at_ms): from then on the line is seen, or not
+//!   crossing_hour: a view, crossings of each hour
 //!   card (at_ms, place, hash): of a passage the door and when it began   raw_request ─ 1:n ─ raw: each with an end of its own
 //! ```
 //!
@@ -14,8 +17,10 @@
 
 use rusqlite::Connection;
 
+use super::alarm_rows::ALARMS;
+
 /// Written into the file; a newer one is refused rather than damaged.
-const VERSION: i64 = 5;
+pub(super) const VERSION: i64 = 6;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -162,12 +167,49 @@ ALTER TABLE count_5 RENAME TO count;
 CREATE INDEX count_at ON count (at_ms);
 ";
 
+/// What version 6 has more: counting lines. A line's own counts are of all time, also of crossings that were too old to be kept.
+const TABLES_6: &str = "
+CREATE TABLE line (
+    line INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE,
+    inward INTEGER NOT NULL DEFAULT 0,
+    outward INTEGER NOT NULL DEFAULT 0
+);
+CREATE TABLE crossing (
+    crossing INTEGER PRIMARY KEY,
+    line INTEGER NOT NULL REFERENCES line,
+    at_ms INTEGER NOT NULL,
+    direction TEXT NOT NULL
+);
+CREATE INDEX crossing_at ON crossing (at_ms);
+CREATE TABLE line_state (
+    line INTEGER NOT NULL REFERENCES line,
+    at_ms INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    PRIMARY KEY (line, at_ms)
+) WITHOUT ROWID;
+CREATE INDEX line_state_at ON line_state (at_ms);
+CREATE VIEW crossing_hour AS
+    SELECT line.name AS line, at_ms / 3600000 * 3600000 AS hour_ms,
+        SUM(direction = 'in') AS inward, SUM(direction = 'out') AS outward
+    FROM crossing JOIN line USING (line) GROUP BY crossing.line, hour_ms;
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
     "it was written by a newer version (layout {0}, this one knows {VERSION}): use that one, or another file"
 )]
 pub struct Newer(i64);
+
+/// The number of a database's layout.
+///
+/// # Errors
+/// What SQLite says.
+pub(super) fn layout(connection: &Connection) -> rusqlite::Result<Result<i64, Newer>> {
+    let version: i64 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    Ok(if version > VERSION { Err(Newer(version)) } else { Ok(version) })
+}
 
 /// Makes `connection` ready: settings, and the tables if there are none.
 ///
@@ -182,12 +224,15 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
     // What has expired is overwritten, not only given up.
     connection.pragma_update(None, "secure_delete", "ON")?;
     let transaction = connection.transaction()?;
-    let version: i64 = transaction.pragma_query_value(None, "user_version", |row| row.get(0))?;
-    if version > VERSION {
-        return Ok(Err(Newer(version)));
-    }
+    let version = match layout(&transaction)? {
+        Ok(version) => version,
+        Err(newer) => return Ok(Err(newer)),
+    };
     transaction.execute_batch(PASSAGES)?;
-    for (older, tables) in [(1, TABLES), (2, TABLES_2), (3, TABLES_3), (4, TABLES_4), (5, TABLES_5)] {
+    transaction.execute_batch(ALARMS)?;
+    for (older, tables) in
+        [(1, TABLES), (2, TABLES_2), (3, TABLES_3), (4, TABLES_4), (5, TABLES_5), (6, TABLES_6)]
+    {
         if version < older {
             transaction.execute_batch(tables)?;
         }

@@ -4,11 +4,13 @@
 //!   from ├──────┬──────┬──────┬──────┬──────┬──────┤ to
 //!   bins │  2   │  3   │  0   │ null │ null │  1   │   most people at once in the zones that count
 //!   lives ━━━━━━━━━━━━━━━━━━━━━━━┥           ┝━━━━━━━   null: no tracker ran, or nothing was known of any zone
+//!                          0: nobody was found, and that was known for at least 80 % of the time
 //!   events                 ▲ alarm           ▲ started
 //! ```
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::reader::{Count, Reader};
@@ -20,11 +22,14 @@ pub const BINS_MAX: usize = 1000;
 /// Most events of an overview; of more, the newest.
 pub const EVENTS_MAX: usize = 500;
 
+/// Share of a bin of which it must be known that nobody was there, before it says so: as of a zone's area.
+const KNOWN: f64 = 0.8;
+
 /// Events that are too many to be shown of a long time: the counts show how people moved between zones.
 const SMALL: [&str; 3] = ["enter", "leave", "state"];
 
 /// A time at a glance.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Overview {
     /// When it begins, ms since 1970.
     pub from_ms: u64,
@@ -73,7 +78,12 @@ fn binned(
     let whole_ms = to_ms.saturating_sub(from_ms).max(1);
     let edge_ms = |bin: usize| from_ms + (whole_ms as f64 * bin as f64 / bins as f64) as u64;
     let mut zones: BTreeMap<&str, Option<u32>> = BTreeMap::new();
-    let mut rows = rows.iter().peekable();
+    // A tracker that begins knows nothing of what the one before has said.
+    let begins = lives.iter().map(|(begun_ms, _)| (*begun_ms, None));
+    let mut changes: Vec<(u64, Option<&Count>)> =
+        begins.chain(rows.iter().map(|row| (row.at_ms, Some(row)))).collect();
+    changes.sort_by_key(|(at_ms, row)| (*at_ms, row.is_some()));
+    let mut changes = changes.into_iter().peekable();
     // Of none it is only known that they are not there if that is known of every zone.
     let known = |zones: &BTreeMap<&str, Option<u32>>| {
         let found = zones.values().flatten().copied().reduce(|one, other| one + other)?;
@@ -83,19 +93,36 @@ fn binned(
         .map(|bin| {
             let (begin_ms, end_ms) = (edge_ms(bin), edge_ms(bin + 1));
             let mut most: Option<u32> = None;
+            let mut known_ms = 0;
+            let mut from_ms = begin_ms;
             loop {
-                let next = rows.next_if(|row| row.at_ms < end_ms);
+                let next = changes.next_if(|(at_ms, _)| *at_ms < end_ms);
                 // What held when the bin began holds until the first change within it.
-                if next.is_none_or(|row| row.at_ms > begin_ms) {
-                    most = most.max(known(&zones));
+                let until_ms = next.map_or(end_ms, |(at_ms, _)| at_ms.max(begin_ms));
+                if next.is_none_or(|(at_ms, _)| at_ms > begin_ms)
+                    && let Some(people) = known(&zones)
+                {
+                    let alive_ms = alive_ms(lives, (from_ms, until_ms));
+                    known_ms += alive_ms;
+                    most = most.max((alive_ms > 0).then_some(people));
                 }
-                let Some(row) = next else { break };
-                zones.insert(&row.zone, row.count);
+                from_ms = until_ms;
+                match next {
+                    None => break,
+                    Some((_, None)) => zones.clear(),
+                    Some((_, Some(row))) => drop(zones.insert(&row.zone, row.count)),
+                }
             }
-            let alive = lives.iter().any(|&(begun_ms, ended_ms)| begun_ms < end_ms && ended_ms >= begin_ms);
-            most.filter(|_| alive)
+            most.filter(|most| *most > 0 || known_ms as f64 >= KNOWN * (end_ms - begin_ms) as f64)
         })
         .collect()
+}
+
+/// For how long of this time a tracker ran, ms.
+fn alive_ms(lives: &[(u64, u64)], (from_ms, until_ms): (u64, u64)) -> u64 {
+    let within =
+        |&(begun_ms, ended_ms): &(u64, u64)| until_ms.min(ended_ms).saturating_sub(from_ms.max(begun_ms));
+    lives.iter().map(within).sum()
 }
 
 #[cfg(test)]
@@ -131,11 +158,14 @@ mod tests {
     fn what_nobody_knew_is_not_zero() {
         let rows =
             [count("hall", 0, 2, "known"), count("hall", 150, 0, "unknown"), count("hall", 350, 0, "known")];
-        // No tracker ran from 420 to 510.
-        let bins = binned(&rows, &[(0, 420), (510, 900)], (0, 600), 6);
-        assert_eq!(bins, [Some(2), Some(2), None, Some(0), Some(0), Some(0)]);
-        let bins = binned(&rows, &[(0, 410), (501, 900)], (410, 510), 10);
+        // No tracker ran from 480 to 510. From 300 to 350 nobody knew.
+        let bins = binned(&rows, &[(0, 480), (510, 900)], (0, 700), 7);
+        assert_eq!(bins, [Some(2), Some(2), None, None, Some(0), Some(0), Some(0)]);
+        let bins = binned(&rows, &[(0, 419), (501, 900)], (410, 510), 10);
         assert_eq!(bins, [Some(0), None, None, None, None, None, None, None, None, Some(0)]);
+        // One that begins has said nothing yet.
+        let bins = binned(&rows[..2], &[(0, 160), (200, 900)], (0, 400), 4);
+        assert_eq!(bins, [Some(2), Some(2), None, None]);
         assert_eq!(binned(&[], &[], (5, 5), 1), [None]);
     }
 }

@@ -121,6 +121,7 @@ impl Work {
             }
             Message::Event(event) => self.recorder.happened(event),
             Message::Passage(passed) => self.recorder.passed(*passed),
+            Message::Alarm(alarm) => self.recorder.alarm(*alarm),
             Message::Site(site, now_ms, source) => self.recorder.set_site(&site, now_ms, source),
         }
     }

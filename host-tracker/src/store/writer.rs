@@ -5,6 +5,7 @@ use std::path::Path as File;
 
 use rusqlite::{Connection, Transaction, params};
 
+use super::alarm_rows;
 use super::connection;
 use super::error::StoreError;
 use super::numbers::integer;
@@ -12,7 +13,6 @@ use super::pose;
 use super::raw_rows::{self, RawKept};
 use super::retention::{DAY_MS, Doubt, Keep, may_delete};
 use super::row::{PathRow, Row};
-use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::snapshot::Snapshot;
 
 /// Most rows of a table deleted in one go, so that no batch waits for them.
@@ -120,8 +120,11 @@ impl Writer {
         for (table, column, key, days) in [
             ("path", "begun_ms", "run, track, part", keep.days),
             ("count", "at_ms", "zone, at_ms", keep.days),
+            ("crossing", "at_ms", "crossing", keep.days),
+            ("line_state", "at_ms", "line, at_ms", keep.days),
             ("event", "at_ms", "event", keep.days),
             ("passage", "begun_ms", "passage", keep.days),
+            ("alarm", "until_ms", "alarm", keep.days),
             ("health", "at_ms", "module, at_ms", keep.days),
             ("run", "ended_ms", "run", keep.days),
             ("card", "at_ms", "card", keep.card_days),
@@ -163,7 +166,28 @@ fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Re
                     "INSERT OR REPLACE INTO count (zone, at_ms, count, state)
                      VALUES ((SELECT zone FROM zone WHERE name = ?1), ?2, ?3, ?4)",
                 )?
-                .execute(params![zone, integer(*at_ms), count, state_name(*state)])?;
+                .execute(params![zone, integer(*at_ms), count, state.name()])?;
+        }
+        Row::Crossing { line, at_ms, direction } => {
+            named(transaction, "line", line)?;
+            transaction
+                .prepare_cached(
+                    "INSERT INTO crossing (line, at_ms, direction)
+                     VALUES ((SELECT line FROM line WHERE name = ?1), ?2, ?3)",
+                )?
+                .execute(params![line, integer(*at_ms), direction.name()])?;
+        }
+        Row::Line { name, at_ms, totals, state } => {
+            named(transaction, "line", name)?;
+            transaction
+                .prepare_cached("UPDATE line SET inward = ?2, outward = ?3 WHERE name = ?1")?
+                .execute(params![name, integer(totals.inward), integer(totals.outward)])?;
+            transaction
+                .prepare_cached(
+                    "INSERT OR REPLACE INTO line_state (line, at_ms, state)
+                     VALUES ((SELECT line FROM line WHERE name = ?1), ?2, ?3)",
+                )?
+                .execute(params![name, integer(*at_ms), state.name()])?;
         }
         Row::Event(event) => {
             transaction
@@ -194,6 +218,7 @@ fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Re
                     serde_json::to_string(passed).unwrap_or_default()
                 ])?;
         }
+        Row::Alarm(alarm) => alarm_rows::write(transaction, alarm)?,
         Row::Pose(row) => {
             pose::write(transaction, row)?;
         }
@@ -237,12 +262,4 @@ fn named(transaction: &Transaction<'_>, table: &str, name: &str) -> rusqlite::Re
     transaction
         .prepare_cached(&format!("INSERT OR IGNORE INTO {table} (name) VALUES (?1)"))?
         .execute(params![name])
-}
-
-const fn state_name(state: ZoneKnown) -> &'static str {
-    match state {
-        ZoneKnown::Known => "known",
-        ZoneKnown::Partly => "partly",
-        ZoneKnown::Unknown => "unknown",
-    }
 }

@@ -179,3 +179,94 @@ fn a_database_that_cannot_be_written_for_long_costs_rows_and_says_how_many() {
     recorder.record(&frame(1, vec![]));
     assert_eq!((recorder.rows().0.len(), recorder.dropped()), (ROWS_MAX, 10));
 }
+
+#[test]
+fn each_crossing_is_a_row_though_frames_were_missed_and_what_was_counted_before_is_none() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    let mut see = |at_ms: u64, inward: u64, outward: u64, state: ZoneKnown| {
+        let (name, unknown_s) = ("front".to_owned(), 0.0);
+        let line = CrossedLine {
+            name,
+            inward: Some(inward),
+            outward: Some(outward),
+            state,
+            unknown_s,
+            unfollowed: 0,
+        };
+        recorder.record(&Snapshot { lines: vec![line], ..frame(at_ms, vec![]) });
+        let row = |row: &Row| match row {
+            Row::Crossing { direction, .. } => Some(direction.name().to_owned()),
+            Row::Line { totals, state, .. } => {
+                Some(format!("{} {} {state:?}", totals.inward, totals.outward))
+            }
+            _ => None,
+        };
+        let rows: Vec<String> = recorder.rows().0.iter().filter_map(row).collect();
+        recorder.written();
+        rows
+    };
+    assert_eq!(see(1000, 7, 3, ZoneKnown::Known), ["7 3 Known"], "counted by an earlier process");
+    assert!(see(1100, 7, 3, ZoneKnown::Known).is_empty());
+    assert_eq!(see(1900, 9, 4, ZoneKnown::Known), ["in", "in", "out", "9 4 Known"]);
+    assert_eq!(see(3000, 9, 4, ZoneKnown::Unknown), ["9 4 Unknown"]);
+    assert!(see(3100, 9, 4, ZoneKnown::Known).is_empty(), "at most once a second");
+    assert_eq!(see(4100, 9, 4, ZoneKnown::Known), ["9 4 Known"]);
+}
+
+/// What is kept of the zone and the line: times and counts.
+fn kept(recorder: &mut ChangeRecorder) -> Vec<(u64, Option<u32>)> {
+    let row = |row: &Row| match row {
+        Row::Count { at_ms, count, .. } => Some((*at_ms, *count)),
+        Row::Line { at_ms, state, .. } => Some((*at_ms, (*state == ZoneKnown::Known).then_some(0))),
+        _ => None,
+    };
+    recorder.rows().0.iter().filter_map(row).collect()
+}
+
+fn counted(unix_ms: u64, count: u32, state: ZoneKnown) -> Snapshot {
+    let mut frame = frame(unix_ms, vec![]);
+    frame.line.zones.insert("hall".into(), ZoneLine::new(Found::inside(count, vec![1.0]), 1.0, state));
+    frame
+}
+
+#[test]
+fn that_a_zone_is_empty_is_taken_back_at_once() {
+    use ZoneKnown::{Known, Unknown};
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    for (at_ms, count, state) in [
+        (1000, 0, Known),
+        (1100, 0, Unknown),
+        (1200, 0, Known),
+        (2100, 0, Known),
+        (2200, 1, Known),
+        (2300, 2, Known),
+        (2400, 2, Unknown),
+    ] {
+        recorder.record(&counted(at_ms, count, state));
+    }
+    let all = [(1000, Some(0)), (1100, None), (2100, Some(0)), (2200, Some(1)), (2400, None)];
+    assert_eq!(kept(&mut recorder), all);
+}
+
+#[test]
+fn while_there_are_no_frames_and_of_a_zone_that_is_gone_nothing_is_known() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&counted(1000, 0, ZoneKnown::Known));
+    recorder.record(&counted(9000, 0, ZoneKnown::Known));
+    recorder.record(&frame(9100, vec![]));
+    let all = [(1000, Some(0)), (4000, None), (9000, Some(0)), (9100, None)];
+    assert_eq!(kept(&mut recorder), all);
+}
+
+#[test]
+fn where_rows_were_dropped_nothing_is_known() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&counted(1000, 0, ZoneKnown::Known));
+    recorder.written();
+    for number in 0..ROWS_MAX as u64 + 10 {
+        recorder.record(&counted(2000 + number * 1000, (number % 2) as u32, ZoneKnown::Known));
+    }
+    let kept = kept(&mut recorder);
+    assert_eq!((kept[0], kept[1].0), ((3000, None), 13_000));
+    assert_eq!(recorder.dropped(), 10);
+}

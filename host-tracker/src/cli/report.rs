@@ -1,0 +1,145 @@
+//! `kehai-tracker report`: what a database says of a day or of some hours, by the hour.
+
+use std::io;
+use std::path::PathBuf;
+
+use clap::Args;
+use host_tracker::store::figures::{BINS_MAX, Bin, Figures, edges, figures};
+use host_tracker::store::reader::Reader;
+use jiff::civil::Date;
+use jiff::tz::TimeZone;
+use jiff::{Timestamp, ToSpan as _};
+use kehai_tracking::snapshot::unix_ms;
+
+use super::failure::Failure;
+use super::output::{print, print_json};
+
+/// An hour, ms.
+const HOUR_MS: u64 = 3_600_000;
+
+/// Say how many people crossed each line, were in each zone and how long they stayed, hour by hour
+///
+/// A bin in which nothing was known has no numbers; beside each stands for how long it was unknown.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  kehai-tracker report door.db                        the last 24 hours
+  kehai-tracker report door.db --day 2026-03-14       a day, by this machine's time zone
+  kehai-tracker report door.db --hours 168 --csv")]
+pub struct Arguments {
+    /// From kehai-tracker run --db
+    #[arg(value_name = "FILE")]
+    db: PathBuf,
+
+    /// A day, by this machine's time zone
+    #[arg(long, value_name = "YYYY-MM-DD", conflicts_with = "hours")]
+    day: Option<Date>,
+
+    /// The last so many hours
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=BINS_MAX))]
+    hours: u64,
+
+    /// Print one JSON object
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+
+    /// Print CSV: a row for each line and zone of each hour
+    #[arg(long)]
+    csv: bool,
+}
+
+/// Reports.
+///
+/// # Errors
+/// One line: what cannot be read or written.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let now_ms = unix_ms();
+    let (from_ms, to_ms) = match arguments.day {
+        Some(day) => span_of(day)?,
+        // Whole hours, and the one that has begun.
+        None => ((now_ms / HOUR_MS + 1).saturating_sub(arguments.hours) * HOUR_MS, now_ms),
+    };
+    let found = figures(&Reader::open(&arguments.db)?, &edges((from_ms, to_ms.min(now_ms)), HOUR_MS))?;
+    if arguments.json {
+        print_json(&found)
+    } else if arguments.csv {
+        write_csv(&found)
+    } else {
+        found.bins.iter().try_for_each(print_bin)
+    }
+}
+
+/// When a day begins and ends here, ms since 1970; it may have 23 or 25 hours.
+fn span_of(day: Date) -> Result<(u64, u64), Failure> {
+    let begins = |day: Date| -> Result<u64, Failure> {
+        let begins = day.to_zoned(TimeZone::system())?.timestamp().as_millisecond();
+        Ok(u64::try_from(begins).map_err(|_| format!("{day}: before 1970"))?)
+    };
+    Ok((begins(day)?, begins(day.checked_add(1.day())?)?))
+}
+
+/// In this machine's time zone.
+fn clock(at_ms: u64) -> String {
+    let at = i64::try_from(at_ms).ok().and_then(|at_ms| Timestamp::from_millisecond(at_ms).ok());
+    let at = at.map(|at| at.to_zoned(TimeZone::system()));
+    at.map_or_else(String::new, |at| at.strftime("%Y-%m-%d %H:%M").to_string())
+}
+
+fn number(value: Option<impl ToString>) -> String {
+    value.map_or_else(|| "–".to_owned(), |value| value.to_string())
+}
+
+fn print_bin(bin: &Bin) -> Result<(), Failure> {
+    print(clock(bin.from_ms))?;
+    let unknown =
+        |unknown_s: f64| if unknown_s < 0.5 { String::new() } else { format!(", unknown {unknown_s:.0} s") };
+    for (name, line) in &bin.lines {
+        let (inward, outward) = (number(line.inward), number(line.outward));
+        print(format_args!("  line {name}: in {inward}, out {outward}{}", unknown(line.unknown_s)))?;
+    }
+    for (name, zone) in &bin.zones {
+        let mean = number(zone.mean.map(|mean| format!("{mean:.1}")));
+        let dwell = zone.dwell_s.map_or_else(String::new, |dwell_s| format!(", median {dwell_s:.1} s"));
+        let (most, entered, stays) = (number(zone.most), number(zone.entered), zone.stays);
+        let unknown = unknown(zone.unknown_s);
+        print(format_args!(
+            "  zone {name}: mean {mean}, most {most}, entered {entered}, stays {stays}{dwell}{unknown}"
+        ))?;
+    }
+    Ok(())
+}
+
+fn write_csv(found: &Figures) -> Result<(), Failure> {
+    let mut out = csv::Writer::from_writer(io::stdout());
+    out.write_record([
+        "time",
+        "kind",
+        "name",
+        "in",
+        "out",
+        "mean",
+        "most",
+        "stays",
+        "dwell_s",
+        "unknown_s",
+        "entered",
+    ])?;
+    let text = |value: Option<String>| value.unwrap_or_default();
+    let whole = |value: Option<u32>| text(value.map(|value| value.to_string()));
+    let real = |value: Option<f64>| text(value.map(|value| format!("{value:.3}")));
+    for bin in &found.bins {
+        let time = real(Some(bin.from_ms as f64 * 1e-3));
+        for (name, line) in &bin.lines {
+            let (inward, outward) = (whole(line.inward), whole(line.outward));
+            let unknown = real(Some(line.unknown_s));
+            out.write_record([&time, "line", name, &inward, &outward, "", "", "", "", &unknown, ""])?;
+        }
+        for (name, zone) in &bin.zones {
+            let (mean, most, stays) = (real(zone.mean), whole(zone.most), zone.stays.to_string());
+            let (dwell, unknown) = (real(zone.dwell_s), real(Some(zone.unknown_s)));
+            let entered = whole(zone.entered);
+            let row = [&time, "zone", name, "", "", &mean, &most, &stays, &dwell, &unknown, &entered];
+            out.write_record(row)?;
+        }
+    }
+    Ok(out.flush()?)
+}
