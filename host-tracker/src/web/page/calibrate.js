@@ -1,13 +1,66 @@
 // The calibration view: tells the visitor where to walk, pair by pair; the result is shown on the map and accepted with a click.
 
 import { WISH } from "./names.js";
-import { ask } from "./net.js";
+import { ask, send } from "./net.js";
 import { html, svg } from "./shapes.js";
+import { centimetres, degrees, list, metres, number, percent, say, squareMetres, tell } from "./words.js";
 
 const LOOK_MS = 500;
 const SHADES = ["#3b82f633", "#3b82f666", "#3b82f699"]; // seen by one, two, more
 const AREAS = 4; // the largest, in words; all are on the map
 const shade = (modules) => SHADES[Math.min(modules.length, SHADES.length) - 1];
+
+/** What the walker is to do, or how good the result is, or why there is none. */
+function advised({ advice_is, refused_is, found }) {
+  if (refused_is) return refused(refused_is);
+  if (found) return quality(found.quality_is);
+  const { is, place, ...names } = advice_is;
+  return place ? say(`advice.${is}-${place.side}`, { ...names, n: place.steps }) : say(`advice.${is}`, names);
+}
+
+const refused = ({ is, ...facts }) =>
+  say(`refused.${is}`, {
+    ...facts,
+    s: number(facts.common_s ?? 0),
+    needed: number(facts.needed_s ?? 0),
+    spread: metres(facts.spread_m ?? 0, 1),
+    share: percent(facts.share ?? 0),
+    within: centimetres(facts.within_m ?? 0),
+    angle: degrees(facts.within_deg ?? 0),
+  });
+
+function quality(by) {
+  if (!by) return say("quality.single");
+  return say(by.wall_m === null ? "quality.no-walls" : "quality.walls", {
+    grade: say(`grade.${by.grade}`),
+    apart: centimetres(by.apart_m),
+    wall: metres(by.wall_m ?? 0, 0),
+    within: centimetres(by.within_m),
+  });
+}
+
+/** Which way up a module hangs, and how clearly the walk says so, behind its place. */
+function hung({ hang, upside_down, ...module }, first) {
+  if (!hang) return placed(module);
+  const facts = { placed: placed(module), way: upside_down ? say("hang.down") : say("hang.upright") };
+  if (hang.right_m == null) return say("hang.unsaid", facts);
+  Object.assign(facts, { first, right: centimetres(hang.right_m), wrong: centimetres(hang.wrong_m) });
+  return hang.turned ? say("hang.turned", facts) : say("hang.as-before", facts);
+}
+
+/** Where a module or a floor is, and how well that is known. */
+function placed({ name, x, y, yaw_deg, within_m, within_deg, clock_within_ms }) {
+  const kind = within_m === 0 ? "fixed" : clock_within_ms === undefined ? "floor" : "module";
+  return say(`placed.${kind}`, {
+    name,
+    x: metres(x),
+    y: metres(y),
+    yaw: degrees(yaw_deg, 1),
+    within: centimetres(within_m),
+    angle: degrees(within_deg, 1),
+    ms: number(clock_within_ms ?? 0),
+  });
+}
 
 export class Calibration {
   /** `on.form` with an element for the panel or null, `on.close` when it is over. */
@@ -20,22 +73,23 @@ export class Calibration {
     this.result = html("div", { id: "calibrate-result" });
     const button = (id, text, wish) =>
       html("button", { id, type: "button", className: "button", onclick: () => this.wish(wish) }, text);
-    this.finish = button("calibrate-finish", "Work it out", WISH.FINISH);
-    this.again = button("calibrate-again", "Walk on", WISH.GO_ON);
-    this.accept = button("calibrate-accept", "Accept and save", WISH.ACCEPT);
-    this.stop = button("calibrate-stop", "Stop", WISH.STOP);
+    this.finish = button("calibrate-finish", say("walk.finish"), WISH.FINISH);
+    this.again = button("calibrate-again", say("walk.again"), WISH.GO_ON);
+    this.accept = button("calibrate-accept", say("walk.accept"), WISH.ACCEPT);
+    this.stop = button("calibrate-stop", say("walk.stop"), WISH.STOP);
     this.form = html(
       "section",
       { className: "detail walk", id: "calibrate" },
-      html("header", {}, html("h2", {}, "Find the modules by walking")),
+      html("header", {}, html("h2", {}, say("walk.title"))),
       this.advice,
       this.sees,
       this.bar,
-      this.pairs,
-      this.result,
+      // Above all that grows with the number of modules.
       html("div", { className: "walk-buttons" }, this.finish, this.again, this.accept, this.stop),
+      this.result,
+      this.pairs,
     );
-    this.form.setAttribute("aria-label", "Calibration");
+    this.form.setAttribute("aria-label", say("walk.label"));
   }
 
   start() {
@@ -47,15 +101,11 @@ export class Calibration {
 
   async wish(what) {
     try {
-      const answer = await ask("/api/calibration", {
-        method: "POST",
-        headers: { "Content-Type": "application/json" },
-        body: JSON.stringify({ do: what }),
-      });
+      const answer = await send("POST", "/api/calibration", { do: what });
       if (what === WISH.ACCEPT || what === WISH.STOP) this.close(what === WISH.ACCEPT);
       else this.show(answer);
     } catch (error) {
-      this.advice.textContent = error.message;
+      tell(this.advice, error);
     }
   }
 
@@ -63,7 +113,7 @@ export class Calibration {
     try {
       this.show(await ask("/api/calibration"));
     } catch (error) {
-      this.advice.textContent = error.message;
+      tell(this.advice, error);
     }
   }
 
@@ -81,7 +131,7 @@ export class Calibration {
     const text = JSON.stringify(status);
     if (text === this.text) return;
     this.text = text;
-    this.advice.textContent = status.refused ?? status.found?.quality ?? status.advice;
+    tell(this.advice, { message: advised(status) });
     this.advice.classList.toggle("alarm", Boolean(status.refused));
     this.form.dataset.state = status.found
       ? "found"
@@ -90,19 +140,17 @@ export class Calibration {
       : status.enough
       ? "enough"
       : "walking";
-    const crowd = status.crowded_s > 0.5
-      ? ` ${status.crowded_s.toFixed(0)} s with several people are not used.`
-      : "";
+    const crowd = status.crowded_s > 0.5 ? say("walk.crowded", { s: number(status.crowded_s) }) : "";
     this.sees.textContent = done
       ? ""
-      : (status.sees.length ? `Seen by ${status.sees.join(", ")}.` : "No module sees you now.") + crowd;
+      : (status.sees.length ? say("walk.sees", { modules: list(status.sees) }) : say("walk.unseen")) + crowd;
     this.bar.hidden = done;
     this.bar.firstChild.style.width = `${Math.round(status.progress * 100)}%`;
     this.pairs.replaceChildren(...status.pairs.map(({ modules, common_s, needed_s, residual_m }) => {
       const share = Math.min(common_s / needed_s, 1);
       const words = residual_m != null
-        ? `${(residual_m * 100).toFixed(0)} cm apart`
-        : `${Math.min(common_s, needed_s).toFixed(0)} of ${needed_s} s`;
+        ? say("walk.apart", { apart: centimetres(residual_m) })
+        : say("walk.common", { s: number(Math.min(common_s, needed_s)), of: needed_s });
       return html(
         "li",
         { className: share >= 1 ? "done" : "" },
@@ -111,11 +159,13 @@ export class Calibration {
         html("div", { className: "meter" }, html("i", { style: `width:${Math.round(share * 100)}%` })),
       );
     }));
-    this.result.replaceChildren(...(status.found?.modules ?? []).map((module) => html("p", {}, module.text)));
+    this.result.replaceChildren(
+      ...(status.found?.modules ?? []).map((module, _, [{ name }]) => html("p", {}, hung(module, name))),
+    );
     if (status.found) {
       const { seen_m2: [one, two], areas } = status.found.coverage;
       this.result.append(
-        html("p", {}, `At least one module sees ${one.toFixed(0)} m², two see ${two.toFixed(0)} m².`),
+        html("p", {}, say("walk.coverage", { one: squareMetres(one, 0), two: squareMetres(two, 0) })),
         html(
           "ul",
           { className: "walk-areas" },
@@ -124,7 +174,7 @@ export class Calibration {
               "li",
               {},
               html("i", { style: `background:${shade(modules)}` }),
-              `${modules.join(" + ")}: ${m2.toFixed(1)} m²`,
+              say("walk.area", { modules: modules.join(" + "), area: squareMetres(m2) }),
             )
           ),
         ),
@@ -150,7 +200,7 @@ export class Calibration {
       areas.forEach(({ modules }, index) => {
         const path = svg("path", { d: cells[index].join(""), fill: shade(modules), class: "coverage" });
         const title = svg("title", {});
-        title.textContent = `Seen by ${modules.join(", ")}`;
+        title.textContent = say("walk.seen-by", { modules: list(modules) });
         path.append(title);
         parts.push(path);
       });

@@ -1,25 +1,19 @@
 // What is known about the chosen module or person, as a table in the panel.
 
-import { MODULE_WORDS, TRACK_WORDS } from "./names.js";
-import { html } from "./shapes.js";
-
-const MINUTE_S = 60, HOUR_S = 3600, DAY_S = 86_400;
-
-export const percent = (share) => `${Math.round(share * 100)} %`;
-
-/** A time span in its largest unit of which there are at least one and a half. */
-function age(s) {
-  if (s < 1.5 * MINUTE_S) return `${Math.round(s)} s`;
-  if (s < 1.5 * HOUR_S) return `${Math.round(s / MINUTE_S)} min`;
-  if (s < 2 * DAY_S) return `${Math.round(s / HOUR_S)} h`;
-  return `${Math.round(s / DAY_S)} days`;
-}
+import { alarmText } from "./alarm-words.js";
+import { html, isPlaced } from "./shapes.js";
+import { age, ago, centimetres, degrees, metres, number, percent, say, word } from "./words.js";
 
 export class Details {
   /** `close` is called when the visitor closes them. */
   constructor(close) {
     this.close = close;
-    this.root = html("section", { className: "detail", id: "detail", hidden: true, "aria-label": "Details" });
+    this.root = html("section", {
+      className: "detail",
+      id: "detail",
+      hidden: true,
+      "aria-label": say("details.label"),
+    });
   }
 
   show(site, line, lines, chosen, names) {
@@ -30,13 +24,18 @@ export class Details {
       const close = html("button", {
         className: "close",
         type: "button",
-        "aria-label": "Close the details",
+        "aria-label": say("details.close"),
         onclick: () => this.close(),
       }, "×");
       this.body = html("div");
       delete this.root.dataset.text;
       this.root.replaceChildren(
-        html("header", {}, html("h2", {}, chosen?.module ?? `Person ${chosen?.person}`), close),
+        html(
+          "header",
+          {},
+          html("h2", {}, chosen?.module ?? say("map.person-n", { id: String(chosen?.person) })),
+          close,
+        ),
         this.body,
       );
     }
@@ -47,7 +46,9 @@ export class Details {
     const text = JSON.stringify(parts);
     if (this.root.dataset.text === text) return;
     this.root.dataset.text = text;
-    const rows = parts.rows.flatMap(([term, value]) => [html("dt", {}, term), html("dd", {}, value)]);
+    const rows = parts.rows.flatMap((
+      [term, value, lang = ""],
+    ) => [html("dt", {}, term), html("dd", lang ? { lang } : {}, value)]);
     this.body.replaceChildren(
       ...parts.alarms.map((alarm) => html("p", { className: "alarm" }, alarm)),
       html("dl", {}, ...rows),
@@ -59,52 +60,53 @@ function aboutModule(site, line, name) {
   const place = (site.module ?? []).find((module) => module.name === name);
   const rows = [];
   if (line) {
+    const { background_age_s, clock_offset_ms, silent_s } = line;
     rows.push(
-      ["doing", MODULE_WORDS[line.state] ?? line.state],
-      ["scans", `${line.scans_hz.toFixed(1)} a second`],
-      ["lost", percent(line.lost_share)],
-      ["checksum errors", String(line.checksum_errors)],
-      ["beams not judged", percent(line.unknown_share)],
-      ["keys", line.is_sealed ? "sealed with the site's key" : "none: in clear"],
+      [say("details.doing"), word("module", line.state)],
+      [say("details.scans"), say("details.scans-value", { n: number(line.scans_hz, 1) })],
+      [say("details.lost"), percent(line.lost_share)],
+      [say("details.checksum"), number(line.checksum_errors)],
+      [say("details.unjudged"), percent(line.unknown_share)],
+      [say("details.keys"), say(line.is_sealed ? "details.sealed" : "details.clear")],
     );
-    if (line.clock_offset_ms != null) {
-      rows.push([
-        "clock",
-        `${Math.round(line.clock_offset_ms).toLocaleString()} ± ${line.clock_jitter_ms.toFixed(1)} ms`,
-      ]);
+    if (clock_offset_ms != null) {
+      rows.push([say("details.clock"), `${number(clock_offset_ms)} ± ${number(line.clock_jitter_ms, 1)} ms`]);
     }
     rows.push([
-      "background",
-      line.background_age_s == null ? "none yet" : `${age(line.background_age_s)} old`,
+      say("details.background"),
+      background_age_s == null ? say("details.none-yet") : say("details.old", { age: age(background_age_s) }),
     ], [
-      "last heard",
-      line.silent_s == null ? "never" : line.silent_s < 1.5 ? "now" : `${age(line.silent_s)} ago`,
+      say("details.heard"),
+      silent_s == null ? say("details.never") : silent_s < 1.5 ? say("age.now") : ago(silent_s),
     ]);
-    if (line.address) rows.push(["address", line.address]);
-    if (line.id) rows.push(["identity", line.id]);
+    if (line.address) rows.push([say("details.address"), line.address]);
+    if (line.id) rows.push([say("details.identity"), line.id]);
   }
-  rows.push(
-    place
-      ? ["place", `${place.x.toFixed(2)}, ${place.y.toFixed(2)} m, ${Math.round(place.yaw_deg)}°`]
-      : ["place", "not in the site yet"],
-  );
-  if (place) rows.push(["plane", `${place.height_m.toFixed(2)} m above the floor`]);
-  return {
-    alarms: line ? line.alarms.map(({ text }) => text) : ["This module has not been heard."],
-    rows,
-  };
+  rows.push([
+    say("details.place"),
+    !place
+      ? say("details.place-none")
+      : isPlaced(place)
+      ? `${number(place.x, 2)}, ${metres(place.y)}, ${degrees(place.yaw_deg)}`
+      : say("details.place-unknown"),
+  ]);
+  if (place) {
+    rows.push([say("details.plane"), say("details.plane-value", { height: metres(place.height_m) })]);
+  }
+  return { alarms: line ? line.alarms.map(alarmText) : [say("details.unheard")], rows };
 }
 
 function aboutPerson(track, card) {
-  if (!track) return { alarms: [], rows: [["state", "gone"]] };
-  const rows = [["state", TRACK_WORDS[track.state] ?? track.state]];
-  if (track.reason) rows.push(["because", track.reason]);
-  if (card) rows.push(["probably has", card]);
-  if (track.existence !== undefined) rows.push(["existence", percent(track.existence)]);
-  rows.push(["walks", `${Math.hypot(track.vx, track.vy).toFixed(1)} m/s`]);
+  if (!track) return { alarms: [], rows: [[say("details.state"), say("details.gone")]] };
+  const rows = [[say("details.state"), word("track", track.state)]];
+  // What happened to it last is the tracker's own note.
+  if (track.reason) rows.push([say("details.because"), track.reason, "en"]);
+  if (card) rows.push([say("details.has"), card]);
+  if (track.existence !== undefined) rows.push([say("details.existence"), percent(track.existence)]);
+  rows.push([say("details.walks"), `${number(Math.hypot(track.vx, track.vy), 1)} m/s`]);
   if (track.cov) {
-    rows.push(["place within", `${Math.round(200 * Math.sqrt(Math.max(track.cov[0], track.cov[2])))} cm`]);
+    rows.push([say("details.within"), centimetres(2 * Math.sqrt(Math.max(track.cov[0], track.cov[2])))]);
   }
-  rows.push(["place", `${track.x.toFixed(2)}, ${track.y.toFixed(2)} m`]);
+  rows.push([say("details.place"), `${number(track.x, 2)}, ${metres(track.y)}`]);
   return { alarms: [], rows };
 }

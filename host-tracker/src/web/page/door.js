@@ -1,13 +1,30 @@
 // The screen beside a door: asks the entrant how many people go in, and says what happens.
 
 import { LINK, PHASE } from "/names.js";
-import { ask } from "/net.js";
+import { ask, send } from "/net.js";
+import { say, tell, word } from "/words.js";
 
 const EVERY_MS = 300;
 const name = decodeURIComponent(location.pathname.split("/").pop());
 const path = `/api/door/${encodeURIComponent(name)}`;
 const find = (id) => document.getElementById(id);
 const MOST = 9;
+/** All that a door can ask for; the room for the longest is reserved, so that no key ever moves. */
+const PROMPTS = [
+  "starting",
+  "ready",
+  "how-many",
+  "counting",
+  "go-in",
+  "closing",
+  "let-shut",
+  "out-of-order",
+  "called",
+  "not-seen",
+  "count-again",
+  "stand-apart",
+  "begin-again",
+].map((name) => word("prompt", name));
 let ahead_ms = 0;
 let shown = "";
 
@@ -15,7 +32,7 @@ let shown = "";
 const given = /^#token=(\w+)$/.exec(location.hash)?.[1];
 if (given) {
   localStorage.setItem("token", given);
-  history.replaceState(null, "", location.pathname);
+  history.replaceState(null, "", location.pathname + location.search);
 }
 const token = localStorage.getItem("token");
 const rights = token ? { Authorization: `Bearer ${token}` } : {};
@@ -25,6 +42,8 @@ const keys = Array.from({ length: MOST }, (_, index) => {
   key.type = "button";
   key.textContent = index + 1;
   key.disabled = true;
+  // How many there are is known by the first answer.
+  key.classList.add("unknown");
   key.addEventListener("click", () => enter(index + 1));
   find("keys").append(key);
   return key;
@@ -36,21 +55,25 @@ async function enter(number) {
   });
   // Stamps are in the tracker's time: a tablet's clock may be anything. They number the messages as well.
   const at_ms = Date.now() + ahead_ms;
-  const body = JSON.stringify({ id: at_ms, at_ms, number });
   try {
-    const headers = { "Content-Type": "application/json", ...rights };
-    await ask(`${path}/number`, { method: "POST", headers, body });
-    say("");
+    await send("POST", `${path}/number`, { id: at_ms, at_ms, number }, rights);
+    tell(find("why"), null);
   } catch (error) {
-    say(error.message);
+    tell(find("why"), error);
   }
   shown = "";
   look();
 }
 
-function say(why) {
-  find("why").hidden = why === "";
-  find("why").textContent = why;
+/** Sentences that are not said, in the place of the one that is: they take the room of the longest. */
+function reserve(place, sentences) {
+  find(place).parentElement.append(...sentences.map((sentence) => {
+    const unsaid = document.createElement("span");
+    unsaid.className = "unsaid";
+    unsaid.ariaHidden = "true";
+    unsaid.textContent = sentence;
+    return unsaid;
+  }));
 }
 
 function show(door) {
@@ -59,22 +82,24 @@ function show(door) {
   shown = text;
   document.body.dataset.phase = door.phase;
   find("name").textContent = door.name;
-  find("prompt").textContent = door.prompt;
-  find("tries").hidden = door.phase !== PHASE.ASKED;
-  find("tries").textContent = door.tries_left === 1
-    ? "The last try with this card"
-    : `${door.tries_left} tries with this card`;
+  find("prompt").textContent = word("prompt", door.prompt_name);
+  const tries = say("screen.tries", { n: door.tries_left });
+  find("tries").textContent = door.phase === PHASE.ASKED ? tries : "";
   const asks = door.phase === PHASE.ASKED;
   keys.forEach((key, index) => {
     key.disabled = !asks;
     key.hidden = index >= Math.max(3, door.people_max);
+    key.classList.remove("unknown");
     key.classList.toggle("entered", !asks && door.entered === index + 1);
   });
-  find("people").replaceChildren(...Array.from({ length: door.entered }, (_, index) => {
-    const person = document.createElement("li");
-    person.classList.toggle("in", index < door.through);
-    return person;
-  }));
+  find("people").replaceChildren(
+    ...Array.from({ length: Math.max(door.entered, door.people_max) }, (_, index) => {
+      const person = document.createElement("li");
+      person.classList.toggle("in", index < door.through);
+      person.classList.toggle("none", index >= door.entered);
+      return person;
+    }),
+  );
 }
 
 function link(state, words) {
@@ -86,16 +111,18 @@ async function look() {
   try {
     const door = await ask(path, { headers: rights });
     ahead_ms = door.unix_ms - Date.now();
+    if (document.body.dataset.phase === PHASE.LOST) tell(find("why"), null);
     show(door);
-    link(LINK.LIVE, "connected");
+    link(LINK.LIVE, say("screen.connected"));
   } catch (error) {
     shown = "";
     document.body.dataset.phase = PHASE.LOST;
-    find("prompt").textContent = "The door does not answer: please call for help";
+    find("prompt").textContent = say("screen.lost");
+    tell(find("why"), error);
     keys.forEach((key) => {
       key.disabled = true;
     });
-    link(LINK.LOST, error.message);
+    link(LINK.LOST, say("screen.not-connected"));
   }
 }
 
@@ -103,5 +130,7 @@ addEventListener("keydown", ({ key, repeat }) => {
   const button = keys[Number(key) - 1];
   if (button && !button.disabled && !repeat) enter(Number(key));
 });
+reserve("prompt", [...PROMPTS, say("screen.wait"), say("screen.lost")]);
+reserve("tries", [1, 2, 9].map((n) => say("screen.tries", { n })));
 look();
 setInterval(look, EVERY_MS);

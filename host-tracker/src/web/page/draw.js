@@ -1,7 +1,10 @@
-// The map: floor, fields of view, walls, zones, entries, movers, modules, and people with their trails.
+// The map: floor, fields of view, walls, zones, entries, lines, movers, modules, and people with their trails.
 
+import { drawCounts, drawLines } from "./lines.js";
 import { BLOCKS, TRACK } from "./names.js";
-import { health, isCounted, path, svg } from "./shapes.js";
+import { Motion } from "./motion.js";
+import { box, health, isCounted, isPlaced, middle, path, put, stripes, svg } from "./shapes.js";
+import { say } from "./words.js";
 
 const TRAIL_MS = 12_000;
 const FADES = [0.2, 0.4, 0.65, 0.9];
@@ -33,27 +36,37 @@ export class Drawing {
   constructor(root) {
     this.root = root;
     this.people = new Map();
+    this.motion = new Motion();
     this.layers = {};
+    this.waiting = new Set();
     const dot = svg("circle", { class: "dots", cx: 0.5, cy: 0.5, r: 0.025 });
     const grid = svg("pattern", { id: "grid", width: 1, height: 1, patternUnits: "userSpaceOnUse" }, dot);
     root.append(
-      svg("defs", {}, grid),
+      svg("defs", {}, grid, stripes("hatch", "hatch", 0.12, 0.03)),
       svg("rect", { x: -5000, y: -5000, width: 10000, height: 10000, fill: "url(#grid)" }),
     );
     for (
       const name of [
         "fields",
         "rims",
+        "picture",
         "zones",
+        "heat",
+        "unseen",
         "panels",
         "movers",
+        "excludes",
         "trails",
         "walls",
         "entries",
+        "lines",
+        "doors",
         "modules",
         "labels",
         "people",
+        "things",
         "walk",
+        "survey",
         "edit",
       ]
     ) {
@@ -63,7 +76,7 @@ export class Drawing {
 
   /** Draws the site; needed again when the site or the zoom changes. */
   site(site, px, chosen) {
-    const { zones, movers, walls, entries, modules, labels } = this.layers;
+    const { zones, movers, excludes, walls, entries, modules, labels } = this.layers;
     const counted = (site.zone ?? []).some((zone) => zone.count);
     zones.replaceChildren(
       ...(site.zone ?? []).map((zone) =>
@@ -78,6 +91,24 @@ export class Drawing {
     movers.replaceChildren(
       ...(site.mover ?? []).map((mover) => svg("path", { class: "mover", d: path(mover.polygon, true) })),
     );
+    excludes.replaceChildren(
+      ...(site.exclude ?? []).flatMap(({ name = "", polygon }) => {
+        const [left, low, right, high] = box(polygon);
+        return [
+          svg(
+            "path",
+            { class: "exclude", d: path(polygon, true) },
+            svg("title", {}, say("map.nobody-counted", { name })),
+          ),
+          svg("text", {
+            class: "entry-name",
+            x: (left + right) / 2,
+            y: -(low + high) / 2,
+            "text-anchor": "middle",
+          }, say("map.not-counted")),
+        ];
+      }),
+    );
     walls.replaceChildren(...(site.wall ?? []).map((wall) =>
       svg("path", {
         class: `wall${wall.blocks.includes(BLOCKS.BEAMS) ? "" : " glass"}${wall.mirror ? " mirror" : ""}`,
@@ -87,29 +118,29 @@ export class Drawing {
     entries.replaceChildren(
       ...(site.entry ?? []).map((entry) => svg("path", { class: "entry", d: path(entry.line) })),
     );
-    modules.replaceChildren(...(site.module ?? []).map((module) => this.module(module, px, chosen)));
+    drawLines(this.layers.lines, site, px);
+    // One that is not placed waits in the tray, and what it sees is in its own frame.
+    const placed = (site.module ?? []).filter(isPlaced);
+    const waiting = (site.module ?? []).filter((module) => !isPlaced(module));
+    this.waiting = new Set(waiting.map(({ name }) => name));
+    modules.replaceChildren(...placed.map((module) => this.module(module, px, chosen)));
     labels.replaceChildren(
       ...(site.zone ?? []).filter((zone) => zone.count || !counted).map((zone) => {
-        const xs = zone.polygon.map(([x]) => x), ys = zone.polygon.map(([, y]) => y);
+        const [left, , right, high] = box(zone.polygon);
         return svg("text", {
           class: "zone-name",
-          x: Math.min(...xs),
-          y: -Math.max(...ys),
+          x: left,
+          y: -high,
           dx: ".8em",
           dy: "1.7em",
           "data-zone": zone.name,
-          "data-right": Math.max(...xs),
+          "data-right": right,
         }, zone.name);
       }),
-      ...(site.entry ?? []).map(({ name, line: [[ax, ay], [bx, by]] }) =>
-        svg("text", {
-          class: "entry-name",
-          x: (ax + bx) / 2,
-          y: -(ay + by) / 2,
-          dy: "1.5em",
-          "text-anchor": "middle",
-        }, name)
-      ),
+      ...(site.entry ?? []).map(({ name, line }) => {
+        const [x, y] = middle(line);
+        return svg("text", { class: "entry-name", x, y: -y, dy: "1.5em", "text-anchor": "middle" }, name);
+      }),
     );
   }
 
@@ -125,7 +156,7 @@ export class Drawing {
         "data-module": module.name,
         tabindex: 0,
         role: "button",
-        "aria-label": `Module ${module.name}`,
+        "aria-label": say("map.module", { name: module.name }),
         transform: `translate(${module.x} ${-module.y})`,
       },
       svg("circle", { class: "halo", r: 3 * r }),
@@ -155,8 +186,8 @@ export class Drawing {
 
   /** Draws what was seen within the last two seconds; the field of the chosen module stands out. */
   fields(recent, chosen) {
-    const all = recent.flatMap((fields) => Object.entries(fields)).filter(([, corners]) =>
-      corners.length > 2
+    const all = recent.flatMap((fields) => Object.entries(fields)).filter(([name, corners]) =>
+      corners.length > 2 && !this.waiting.has(name)
     );
     const one = ([name, corners]) => svg("path", { d: path(corners, true), "data-field": name });
     this.layers.fields.replaceChildren(...all.map(one));
@@ -205,21 +236,30 @@ export class Drawing {
     }
   }
 
-  /** Draws tracks, their trails and covariances; `names`: the ID that each track may have, in words. */
-  tracks(tracks, past, chosen, names) {
-    const there = new Set();
+  /** Writes how often each line was crossed. */
+  crossed(lines) {
+    drawCounts(this.layers.lines, lines);
+  }
+
+  /** Draws tracks, their trails and covariances; `names`: the ID that each track may have, in words; `ms`: the time of them on a
+   * clock that goes on, by which they walk, or null. */
+  tracks(tracks, past, chosen, names, ms) {
+    const there = new Set(), places = [];
     for (const track of tracks) {
       there.add(track.id);
       let person = this.people.get(track.id);
       if (!person) this.people.set(track.id, person = this.person(track.id));
-      person.group.style.transform = `translate(${track.x}px, ${-track.y}px)`;
+      places.push([track.id, person.group, track.x, track.y]);
       const shown = `person ${track.state}${chosen === track.id ? " chosen" : ""}`;
       if (person.group.getAttribute("class") !== shown) person.group.setAttribute("class", shown);
-      const word = track.state === TRACK.OCCLUDED ? "occluded" : "";
+      const occluded = track.state === TRACK.OCCLUDED, word = occluded ? say("map.hidden") : "";
       const label = [chosen === track.id ? track.id : "", names.get(track.id) ?? "", word].filter(Boolean)
         .join(" · ");
-      if (person.text.textContent !== label) person.text.textContent = label;
-      person.group.setAttribute("aria-label", `Person ${track.id}${word && `, ${word}`}`);
+      put(person.text, label);
+      person.group.setAttribute(
+        "aria-label",
+        say(occluded ? "map.person-occluded" : "map.person-n", { id: String(track.id) }),
+      );
       this.ellipse(person.ellipse, track.cov);
       const speed = Math.hypot(track.vx, track.vy);
       const reach = speed > 0.25 && track.state === TRACK.CONFIRMED
@@ -234,6 +274,7 @@ export class Drawing {
         this.people.delete(id);
       }
     }
+    this.motion.show(ms, places);
     this.trails(tracks, past);
   }
 

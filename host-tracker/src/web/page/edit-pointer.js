@@ -7,6 +7,8 @@ import { corners, GRID_M, KINDS, SELECT, setCorners } from "./shapes.js";
 const SNAP_PX = 10;
 /** A click this near to the first corner closes the shape, in pixels. */
 const CLOSE_PX = 8;
+/** With Shift sides stand at multiples of this, in degrees: thirds and halves of a right angle are among them. */
+const LOCK_DEG = 15;
 
 /** Begins a drag; returns true if the editor keeps the pointer, so that the map does not move. */
 export function down(editor, place, event) {
@@ -44,16 +46,19 @@ export function down(editor, place, event) {
 }
 
 /** Drags what was pressed; `moved` is false within the distance of a click. */
-export function move(editor, place, moved) {
+export function move(editor, place, moved, event) {
   if (editor.tool !== SELECT) {
+    editor.cursor = null;
     if (editor.drag && moved && KINDS[editor.tool].closed && !editor.draft?.points.length) {
       editor.drag.to = snap(editor, place);
     }
     const { from, to } = editor.drag ?? {};
     if (to) editor.draft = { points: [], rectangle: [from, [to[0], from[1]], to, [from[0], to[1]]] };
-    else if (editor.draft) editor.draft.next = snap(editor, place);
+    else if (editor.draft) {
+      editor.draft.next = snap(editor, place, null, event?.shiftKey && editor.draft.points.at(-1));
+    }
     if (!editor.draft) return;
-    const shown = editor.draft.rectangle ? { points: editor.draft.rectangle } : editor.draft;
+    const shown = editor.draft.rectangle ? { points: editor.draft.rectangle, closes: true } : editor.draft;
     const draft = editor.draft;
     editor.draft = shown;
     editor.showShapes();
@@ -67,7 +72,9 @@ export function move(editor, place, moved) {
     setCorners(
       kind,
       part,
-      points.map((point, index) => (index === corner ? snap(editor, place, part) : point)),
+      points.map((point, index) =>
+        index === corner ? snap(editor, place, part, event?.shiftKey && beside(kind, points, corner)) : point
+      ),
     );
   } else {
     const by = [0, 1].map((axis) => Math.round((place[axis] - from[axis]) / GRID_M) * GRID_M);
@@ -96,24 +103,49 @@ export function up(editor, place, event) {
       : editor.use(editor.tool);
   }
   if (event.type === "pointercancel") return;
-  const point = snap(editor, place);
+  const locked = event.shiftKey && editor.draft?.points.at(-1);
+  setCorner(editor, snap(editor, place, null, locked), CLOSE_PX * editor.view.px);
+}
+
+/** The corner before one of a part, or after the first of an open one. */
+function beside(kind, points, corner) {
+  return points[corner - 1] ?? (KINDS[kind].closed ? points.at(-1) : points[corner + 1]);
+}
+
+/** Sets the next corner of the draft; corners nearer to another than `near` are that one. */
+export function setCorner(editor, point, near) {
   editor.draft ??= { points: [] };
   const first = editor.draft.points[0], { least, most, closed } = KINDS[editor.tool];
-  const again = (other) =>
-    other && Math.hypot(other[0] - point[0], other[1] - point[1]) < CLOSE_PX * editor.view.px;
+  const again = (other) => other && Math.hypot(other[0] - point[0], other[1] - point[1]) < near;
   if (
     editor.draft.points.length >= least && (again(editor.draft.points.at(-1)) || (closed && again(first)))
   ) {
     return editor.finish();
   }
-  if (again(editor.draft.points.at(-1))) return;
+  if (again(editor.draft.points.at(-1))) return editor.finish(rectangle(editor) ?? []);
   editor.draft.points.push(point);
   if (editor.draft.points.length === most) editor.finish();
   else editor.show();
 }
 
-/** Onto a corner nearby, in line with the corner before, or onto the grid. */
-function snap(editor, [x, y], except = null) {
+/** The rectangle whose opposite corners are both that were set of an area; null of anything else. */
+export function rectangle({ draft, tool }) {
+  const [from, to] = draft?.points ?? [];
+  if (!KINDS[tool]?.closed || draft?.points.length !== 2) return null;
+  return from[0] !== to[0] && from[1] !== to[1] ? [from, [to[0], from[1]], to, [from[0], to[1]]] : null;
+}
+
+/** At one of a few angles from `from`, as far as the grid has it. */
+function lock([x, y], from) {
+  const step = (LOCK_DEG * Math.PI) / 180;
+  const angle = Math.round(Math.atan2(y - from[1], x - from[0]) / step) * step;
+  const far = Math.round(Math.hypot(x - from[0], y - from[1]) / GRID_M) * GRID_M;
+  return [from[0] + Math.cos(angle) * far, from[1] + Math.sin(angle) * far];
+}
+
+/** At an angle from `locked`, or onto a corner nearby, in line with the corner before, or onto the grid. */
+function snap(editor, [x, y], except = null, locked = null) {
+  if (locked) return lock([x, y], locked);
   const near = SNAP_PX * editor.view.px;
   for (const kind of Object.keys(KINDS)) {
     for (const part of editor.site[kind] ?? []) {

@@ -1,12 +1,16 @@
 // What the editor draws over the map: every part that can be chosen, the handles of the chosen one, and the draft.
 
+import { cursorMark } from "./edit-keys.js";
+import { lengths } from "./edit-lengths.js";
+import { theirShapes } from "./edit-merge.js";
 import { BLOCKS, KIND } from "./names.js";
 import { corners, KINDS, path, SELECT, svg } from "./shapes.js";
+import { say, word } from "./words.js";
 
 /** Distance of the handle that turns a module, in pixels. */
 const TURN_PX = 44;
 /** From the lowest to the topmost. */
-const ORDER = [KIND.ZONE, KIND.MOVER, KIND.WALL, KIND.ENTRY, KIND.MODULE];
+const ORDER = [KIND.ZONE, KIND.MOVER, KIND.EXCLUDE, KIND.WALL, KIND.ENTRY, KIND.LINE, KIND.MODULE];
 
 /** All elements of the editor's layer. */
 export function editable(editor) {
@@ -22,12 +26,12 @@ export function editable(editor) {
           class: kind === KIND.WALL && !part.blocks.includes(BLOCKS.BEAMS) ? "wall glass" : kind,
         });
       const group = svg("g", {
-        class: `shape${chosen ? " chosen" : ""}`,
+        class: `shape${chosen ? " chosen" : ""}${editor.check.of(kind, index).length ? " wrong" : ""}`,
         "data-kind": kind,
         "data-index": index,
         tabindex: 0,
         role: "button",
-        "aria-label": `${KINDS[kind].word} ${part.name ?? index + 1}`,
+        "aria-label": say("edit.part", { kind: word("kind", kind), name: part.name || index + 1 }),
       }, shape);
       if (kind !== KIND.MODULE) group.append(svg("path", { class: "grab", d }));
       group.addEventListener("focus", () => {
@@ -36,7 +40,13 @@ export function editable(editor) {
       groups.push(group);
     });
   }
-  return [...groups, ...handles(editor, px), ...drafted(editor, px)];
+  return [
+    ...groups,
+    ...theirShapes(editor, px),
+    ...handles(editor, px),
+    ...drafted(editor, px),
+    ...cursorMark(editor, px),
+  ];
 }
 
 /** Corners, places for new corners, and the handle that turns a module. */
@@ -66,6 +76,7 @@ function handles(editor, px) {
   }
   if (kind !== KIND.MODULE) {
     points.forEach((point, index) => all.push(handle("", point, 7.5, { "data-corner": index })));
+    all.push(...lengths(points, closed, px));
   }
   return all;
 }
@@ -80,6 +91,7 @@ function drafted(editor, px) {
       d: path(points, KINDS[editor.tool].closed),
       style: KINDS[editor.tool].closed ? "" : "fill:none",
     }),
+    ...lengths(points, Boolean(editor.draft.closes), px, true),
     ...editor.draft.points.map(([x, y]) => svg("circle", { class: "handle", cx: x, cy: -y, r: 6 * px })),
   ];
 }

@@ -1,57 +1,79 @@
-// Drawing: zones, walls, entries, movers and module poses, with undo; saved to the site file, or not at all.
+// Drawing: zones, walls, entries, lines, movers and module poses, with undo; saved to the site file, or not at all.
 
+import { Check } from "./edit-check.js";
+import { Draft } from "./edit-draft.js";
 import { form } from "./edit-form.js";
-import { down, move, up } from "./edit-pointer.js";
+import { drawKey, KEYS, showCursor } from "./edit-keys.js";
+import { question, sentence } from "./edit-merge.js";
+import { down, move, rectangle, up } from "./edit-pointer.js";
 import { editable } from "./edit-shapes.js";
-import { KIND } from "./names.js";
-import { ask } from "./net.js";
-import { corners, create, GRID_M, html, KINDS, SELECT, setCorners } from "./shapes.js";
+import { Together } from "./edit-together.js";
+import { corners, create, freeName, GRID_M, html, KINDS, SELECT, setCorners } from "./shapes.js";
+import { saveSite } from "./site-file.js";
+import { say, word } from "./words.js";
 
 const UNDO_MOST = 100;
+/** A copy lies so far beside what it was made of, in metres. */
+const BESIDE_M = 0.5;
 
-const HINTS = {
-  [SELECT]: "Drag shapes and their corners. Small corners between add new ones.",
-  [KIND.ZONE]: "Drag a rectangle, or click corner after corner; Enter or the first corner closes it.",
-  [KIND.MOVER]: "Where a door leaf or curtain moves: drag a rectangle, or click its corners.",
-  [KIND.WALL]: "Click corner after corner; Enter or Finish ends the wall.",
-  [KIND.ENTRY]: "Click both ends of the line that people cross to come and go.",
-  [KIND.MODULE]: "Click where the module is, then turn it by its handle.",
-};
-
-export class Editor {
-  /** `on.close(saved)`, `on.change(site)` after every change, `on.form(element)` for what is chosen. */
+export class Editor extends Together {
+  /** `on.close(said)` with what is to be said about it, if anything, `on.change(site)` after every change, `on.form(element)` for what is chosen. */
   constructor(layer, view, on) {
+    super();
     Object.assign(this, { layer, view, on, open: false });
     this.tools = document.getElementById("tools");
     this.hint = document.getElementById("hint");
+    this.check = new Check(this);
+    this.kept = new Draft();
+    this.spoken = html("div", { className: "for-screen-readers", id: "edit-spoken", role: "status" });
+    this.hint.after(this.spoken);
     globalThis.addEventListener("keydown", (event) => this.open && this.key(event));
+    // Before the map, which the same keys move.
+    globalThis.addEventListener("keydown", (event) => {
+      if (!this.open || !drawKey(this, event)) return;
+      event.preventDefault();
+      event.stopPropagation();
+    }, true);
+  }
+
+  say(words) {
+    this.spoken.textContent = words;
   }
 
   start({ site, revision, file }) {
     Object.assign(this, {
       site: structuredClone(site),
+      base: structuredClone(site),
       revision,
       file,
+      newer: false,
+      taken: [],
+      conflicts: null,
+      cursor: null,
+      left: this.kept.found(file),
       undone: [],
       done: [],
       chosen: null,
       draft: null,
       drag: null,
-      error: "",
+      error: null,
       open: true,
       saving: false,
     });
     this.saved = JSON.stringify(this.site);
+    if (JSON.stringify(this.left?.site) === this.saved) this.left = null;
+    this.check.clear();
+    this.say("");
     this.hint.hidden = this.tools.hidden = false;
     this.use(SELECT);
   }
 
-  stop(saved) {
+  stop(said) {
     this.open = false;
     this.hint.hidden = this.tools.hidden = true;
     this.layer.replaceChildren();
     this.view.svg.classList.remove("drawing");
-    this.on.close(saved);
+    this.on.close(said);
   }
 
   changed() {
@@ -77,37 +99,67 @@ export class Editor {
     return chosen && this.site[chosen.kind]?.[chosen.index];
   }
 
-  use(tool) {
+  /** Takes a tool; `byKey`: it was chosen by the keyboard, which goes on to draw. */
+  use(tool, byKey = false) {
+    const left = this.tool;
     this.tool = tool;
     this.draft = null;
+    this.cursor = null;
     if (tool !== SELECT) this.chosen = null;
     this.view.svg.classList.toggle("drawing", tool !== SELECT);
     this.show();
+    if (tool === SELECT) {
+      if (left !== SELECT && document.activeElement === this.view.svg) {
+        document.getElementById(`tool-${left}`)?.focus();
+      }
+      return;
+    }
+    // Enter and arrow keys are for the map now.
+    this.view.svg.focus({ preventScroll: true });
+    if (byKey) showCursor(this);
   }
 
   show() {
     this.showTools();
-    this.hint.textContent = HINTS[this.tool];
+    this.hint.textContent = say(this.cursor ? KEYS : `hint.${this.tool}`);
     this.on.change(this.site);
     this.showShapes();
-    this.on.form(form(this));
+    const shown = this.conflicts ? question(this, () => this.settled()) : form(this);
+    this.check.tell(shown);
+    this.on.form(shown);
+    this.check.ask();
+    if (this.changed()) this.kept.keep(this);
+    else if (!this.left) this.kept.forget(this.file);
   }
 
   showTools() {
     const button = (label, does, more = {}) =>
       html("button", { type: "button", onclick: does, ...more }, label);
     const tool = (name, label) =>
-      button(label, () => this.use(name), { id: `tool-${name}`, "aria-pressed": String(this.tool === name) });
+      button(label, (event) => this.use(name, event.detail === 0), {
+        disabled: Boolean(this.conflicts),
+        id: `tool-${name}`,
+        "aria-pressed": String(this.tool === name),
+      });
     const focused = document.activeElement?.id;
     const parts = [
-      tool(SELECT, "Select"),
-      ...Object.entries(KINDS).map(([kind, { word }]) => tool(kind, word)),
+      tool(SELECT, say("edit.select")),
+      ...Object.keys(KINDS).map((kind) => tool(kind, word("kind", kind))),
       html("hr"),
-      button("Undo", () => this.back(this.done, this.undone), { id: "undo", disabled: !this.done.length }),
-      button("Redo", () => this.back(this.undone, this.done), { id: "redo", disabled: !this.undone.length }),
+      button(say("edit.undo"), () => this.back(this.done, this.undone), {
+        id: "undo",
+        disabled: !this.done.length,
+      }),
+      button(say("edit.redo"), () => this.back(this.undone, this.done), {
+        id: "redo",
+        disabled: !this.undone.length,
+      }),
     ];
+    const box = rectangle(this);
     if (this.draft?.points.length >= KINDS[this.tool]?.least) {
-      parts.push(button("Finish", () => this.finish(), { id: "finish" }));
+      parts.push(button(say("edit.finish"), () => this.finish(), { id: "finish" }));
+    } else if (box) {
+      parts.push(button(say("edit.finish-rectangle"), () => this.finish(box), { id: "finish" }));
     }
     this.tools.replaceChildren(...parts);
     if (focused && this.tools.querySelector(`#${focused}`)) document.getElementById(focused).focus();
@@ -118,15 +170,15 @@ export class Editor {
   }
 
   down(place, event) {
-    return this.open && down(this, place, event);
+    return this.open && !this.conflicts && down(this, place, event);
   }
 
-  move(place, moved) {
-    if (this.open) move(this, place, moved);
+  move(place, moved, event) {
+    if (this.open && !this.conflicts) move(this, place, moved, event);
   }
 
   up(place, event) {
-    if (this.open) up(this, place, event);
+    if (this.open && !this.conflicts) up(this, place, event);
   }
 
   choose(chosen) {
@@ -145,8 +197,12 @@ export class Editor {
     const kind = this.tool;
     this.site[kind] = [...(this.site[kind] ?? []), create(kind, points, this.site)];
     this.draft = null;
+    this.cursor = null;
     this.tool = SELECT;
     this.view.svg.classList.remove("drawing");
+    const drawn = say("edit.part", { kind: word("kind", kind), name: this.site[kind].at(-1).name ?? "" })
+      .trim();
+    this.say(say("edit.drawn", { part: drawn, n: points.length }));
     this.choose({ kind, index: this.site[kind].length - 1 });
     const name = document.getElementById("part-name");
     if (name && matchMedia("(pointer: fine)").matches) {
@@ -162,7 +218,20 @@ export class Editor {
     this.choose(null);
   }
 
+  /** A copy of the chosen part beside it, under another name. */
+  duplicate() {
+    const { kind } = this.chosen, part = structuredClone(this.part(this.chosen));
+    this.note();
+    if (part.name !== undefined) {
+      part.name = freeName(kind, part.name.replace(/ \d+$/, "") || kind, this.site);
+    }
+    setCorners(kind, part, corners(kind, part).map(([x, y]) => [x + BESIDE_M, y - BESIDE_M]));
+    this.site[kind].push(part);
+    this.choose({ kind, index: this.site[kind].length - 1 });
+  }
+
   key(event) {
+    if (this.conflicts) return;
     const typing = ["INPUT", "SELECT"].includes(event.target.tagName);
     const ctrl = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
     const step = { arrowleft: [-1, 0], arrowright: [1, 0], arrowup: [0, 1], arrowdown: [0, -1] }[key];
@@ -171,6 +240,7 @@ export class Editor {
     else if (ctrl && key === "z") {
       event.shiftKey ? this.back(this.undone, this.done) : this.back(this.done, this.undone);
     } else if (ctrl && key === "y") this.back(this.undone, this.done);
+    else if (ctrl && key === "d" && this.part(this.chosen)) this.duplicate();
     else if (key === "escape") this.draft || this.tool !== SELECT ? this.use(SELECT) : this.choose(null);
     else if (key === "enter" && this.draft) this.finish();
     else if ((key === "delete" || key === "backspace") && this.part(this.chosen)) this.remove();
@@ -196,22 +266,23 @@ export class Editor {
   }
 
   cancel() {
-    if (this.changed() && !confirm("Discard what you have drawn?")) return;
-    this.stop(false);
+    if (this.changed() && !confirm(say("edit.discard-ask"))) return;
+    if (!this.left) this.kept.forget(this.file);
+    this.stop("");
   }
 
   async save() {
     if (this.saving || !this.changed()) return;
     this.saving = true;
     try {
-      const body = JSON.stringify({ revision: this.revision, site: this.site });
-      await ask("/api/site", { method: "PUT", headers: { "Content-Type": "application/json" }, body });
-      this.stop(true);
+      const { merged } = await saveSite(this);
+      this.kept.forget(this.file);
+      this.stop(merged ? say("edit.saved", { kept: sentence(merged) }) : "");
     } catch (error) {
-      this.error = error.message;
       this.saving = false;
-      this.show();
-      this.error = "";
+      // Both are in the answer.
+      if (error.answer?.merged) this.take(error.answer);
+      this.fail(error);
     }
   }
 }

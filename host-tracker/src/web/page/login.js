@@ -1,21 +1,24 @@
 // The page to log in. The session is a cookie that no script can read.
 
-import { ask } from "./net.js";
+import { ask, send } from "./net.js";
+import { has, say, tell } from "./words.js";
 
 const find = (id) => document.getElementById(id);
 /** The map, at the time that the visitor came from. */
 const leave = () => location.replace(`/${location.hash}`);
 
+// Until the script is here the form would be sent as a page's own.
+find("send").disabled = false;
 find("form").addEventListener("submit", async (event) => {
   event.preventDefault();
   find("send").disabled = true;
-  const body = JSON.stringify({ name: find("name").value.trim(), password: find("password").value });
   try {
-    await ask("/api/session", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+    const [name, password] = [find("name").value.trim(), find("password").value];
+    await send("POST", "/api/session", { name, password });
     leave();
   } catch (error) {
-    find("why").textContent = error.message;
-    find("why").hidden = false;
+    // The tracker's sentence has how long to wait; why a log-in fails is told by the status.
+    tell(find("why"), has(`login.${error.status}`) ? { message: say(`login.${error.status}`) } : error);
     find("password").value = "";
     find("password").focus();
   }

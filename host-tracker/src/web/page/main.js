@@ -1,28 +1,45 @@
 // The live map: receives frames from the tracker and clicks from the visitor, and passes both to the parts of the page.
 
 import { Calibration } from "./calibrate.js";
+import { DoorMarks } from "./doors.js";
 import { Drawing } from "./draw.js";
 import { Editor } from "./edit.js";
-import { LINK, LINK_WORDS } from "./names.js";
+import { LINK } from "./names.js";
 import { ask, connect } from "./net.js";
+import { STAGE, stage } from "./next.js";
 import { Panel } from "./panel.js";
 import { Past } from "./past.js";
+import { Picture } from "./picture.js";
 import { bounds, total } from "./shapes.js";
+import { readSite } from "./site-file.js";
+import { Survey } from "./survey.js";
 import { TimeLine } from "./timeline.js";
+import { Tray } from "./tray.js";
 import { View } from "./view.js";
 import { who } from "./who.js";
+import { clockTime, exactly, say } from "./words.js";
 
 const TRAIL_FRAMES = 120;
 const TRAIL_MS = 12_000;
 const FIELDS = 4; // two seconds
 const PANEL_MS = 250;
 const SPEAK_MS = 5000;
+const SAID_MS = 20_000;
+const PLAYED_SMOOTHLY = 5; // times as fast as life
 
 const get = (id) => document.getElementById(id);
 const body = document.body.classList;
+/** What has the map and the panel; the class of the body while it has. */
+const MODE = {
+  EDITING: "editing",
+  CALIBRATING: "calibrating",
+  SURVEYING: "surveying",
+  LAYING: "laying",
+};
+let mode = null;
 const state = {
   site: {},
-  revision: 0,
+  revision: null,
   file: "",
   frame: null,
   recent: [],
@@ -33,7 +50,6 @@ const state = {
   doors: [],
 };
 
-const panel = new Panel(get("panel"), { choose, seek: (at) => time.go(at) });
 const past = new Past({
   ready: () => {
     time.ready();
@@ -44,54 +60,114 @@ const time = new TimeLine(past, { seek });
 const view = new View(get("map"), {
   change: () => redraw(),
   click: (element) => {
-    if (body.contains("editing")) return;
-    const target = element.closest("[data-module],[data-person]");
-    choose(
-      !target
-        ? null
-        : target.dataset.module
-        ? { module: target.dataset.module }
-        : { person: Number(target.dataset.person) },
-    );
+    if (mode) return;
+    const why = reason(element);
+    if (why) return panel.why.open(why);
+    choose(meant(element.closest("[data-module],[data-person],[data-door]")));
   },
   down: (place, event) => editor?.down(place, event),
-  move: (place, _event, moved) => editor?.move(place, moved),
+  move: (place, event, moved) => editor?.move(place, moved, event),
   up: (place, event, moved) => editor?.up(place, event, moved),
 });
 const drawing = new Drawing(get("map"));
+const doorMarks = new DoorMarks(drawing.layers.doors);
+const panel = new Panel(get("panel"), {
+  choose,
+  seek: (at) => time.go(at),
+  mark: drawing.layers.things,
+  unseen: drawing.layers.unseen,
+  heat: drawing.layers.heat,
+  plan: () => begin(MODE.SURVEYING, survey),
+  picture: () => begin(MODE.LAYING, picture),
+});
 const editor = new Editor(drawing.layers.edit, view, {
   change: (site) => drawing.site(site, view.px, null),
   form: (form) => panel.edit(form),
-  close: (saved) => {
-    body.remove("editing");
+  close: (said) => {
     panel.edit(null);
-    get("edit-open").hidden = get("calibrate-open").hidden = false;
-    get("edit-open").focus();
-    saved ? loadSite() : redraw();
+    end("edit-open");
+    loadSite();
+    if (said) tellDone(said);
   },
 });
 
 const calibration = new Calibration(drawing.layers.walk, {
   form: (form) => panel.edit(form),
   close: (saved) => {
-    body.remove("calibrating");
-    get("edit-open").hidden = get("calibrate-open").hidden = false;
-    get("calibrate-open").focus();
-    saved ? loadSite() : redraw();
+    end("calibrate-open");
+    if (saved) loadSite().then(planned);
   },
 });
+
+const survey = new Survey(drawing.layers.survey, {
+  form: (form) => panel.edit(form),
+  bounds: (corners) => {
+    const all = bounds({ ...state.site, wall: [...(state.site.wall ?? []), { points: corners }] });
+    if (corners.length && all) view.fit(all);
+  },
+  close: (saved) => {
+    state.fitted &&= !saved;
+    end("survey-open");
+    if (saved) loadSite();
+  },
+});
+
+const tray = new Tray(get("tray"), {
+  site: (revision) => loadSite(revision),
+  walk: () => begin(MODE.CALIBRATING, calibration),
+  plan: () => begin(MODE.SURVEYING, survey),
+  draw: () => begin(MODE.EDITING, editor),
+});
+
+const picture = new Picture(drawing.layers.picture, view, {
+  form: (form) => panel.edit(form),
+  close: () => {
+    end("picture-open");
+  },
+});
+
+/** After a walk, what the modules have measured is shown at once if there is nothing to count in yet. */
+function planned() {
+  if (stage(state.site, state.frame?.modules ?? []) === STAGE.NO_ZONE) {
+    begin(MODE.SURVEYING, survey);
+  }
+}
+
+/** One thing at a time has the map and the panel, from here to `end`. */
+function begin(what, work) {
+  if (mode) return;
+  tellDone.over?.();
+  time.seek(null);
+  choose(null);
+  mode = what;
+  body.add(mode);
+  get("edit-open").hidden = get("calibrate-open").hidden = true;
+  work.start(state);
+}
+
+/** The map and the panel are as before; the focus goes where it came from. */
+function end(opener) {
+  body.remove(mode);
+  mode = null;
+  get("edit-open").hidden = get("calibrate-open").hidden = false;
+  get(opener).focus();
+  redraw();
+}
 
 function redraw() {
   if (!drawing || !editor) return;
   if (editor.open) {
     drawing.site(editor.site, view.px, null);
+    doorMarks.site(editor.site, view.px, null);
     editor.showShapes();
   } else {
     drawing.site(state.site, view.px, state.chosen?.module);
+    doorMarks.site(state.site, view.px, state.chosen?.door);
   }
-  const metres = [0.5, 1, 2, 5, 10, 20, 50].find((metres) => metres / view.px > 60) ?? 100;
-  get("scale").firstElementChild.style.width = `${metres / view.px}px`;
-  get("scale").lastElementChild.textContent = `${metres} m`;
+  picture?.open && picture.draw();
+  const length = [0.5, 1, 2, 5, 10, 20, 50].find((m) => m / view.px > 60) ?? 100;
+  get("scale").firstElementChild.style.width = `${length / view.px}px`;
+  get("scale").lastElementChild.textContent = exactly(length);
   show();
 }
 
@@ -105,17 +181,22 @@ function show(quick = false) {
   const modules = state.frame?.modules ?? [];
   const trail = back ? time.before(time.at, TRAIL_MS) : state.recent;
   const names = back ? new Map() : panel.where.names(state.frame);
-  drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names);
+  // What is played at once a time is placed, not walked.
+  const walks = back ? time.playing && time.speed <= PLAYED_SMOOTHLY : true;
+  const ms = !walks ? null : back ? performance.now() : line?.unix_ms ?? null;
+  drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names, ms);
   const known = Boolean(line) && !line.noTracker && (back || state.link === LINK.LIVE);
   drawing.panels(state.site, back || !known ? [] : state.frame?.floors ?? []);
+  drawing.crossed(back || !known ? [] : state.frame?.lines ?? []);
   drawing.states(back || !known ? [] : modules, known ? line.zones ?? {} : {});
+  doorMarks.states(back || !known ? [] : state.frame?.doors ?? []);
+  tray.show(state.site, modules, known && !back);
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();
   const events = back && past.kept ? past.eventsBefore(time.at) : [];
   panel.show({
     site: state.site,
     line,
-    alarmed: state.frame?.alarms,
     modules: back ? [] : modules,
     chosen: state.chosen,
     known,
@@ -138,26 +219,50 @@ async function loadDoors(frame) {
 /** A link to a time of the map: #at=1700000000000, ms since 1970. */
 function jump() {
   const at = Number(/^#at=(\d+)$/.exec(location.hash)?.[1]);
-  if (at) time.go(at);
+  if (at && !mode) time.go(at);
+}
+
+/** What an element of the map stands for. */
+function meant(element) {
+  const { module, person, door } = element?.dataset ?? {};
+  if (module) return { module };
+  if (door) return { door };
+  return person ? { person: Number(person) } : null;
+}
+
+/** The figure on the map that an element is. */
+function reason(element) {
+  const { zone, line } = element.closest("text.zone-name,.line-group")?.dataset ?? {};
+  return zone !== undefined ? { zone } : line !== undefined ? { line } : null;
 }
 
 function choose(chosen) {
   state.chosen = chosen;
+  panel.why.open(chosen?.person ? { person: chosen.person } : null);
   drawing.fields(state.fields, chosen?.module);
   redraw();
-  if (chosen) get("detail").scrollIntoView({ block: "nearest" });
+  if (chosen) get(chosen.door ? "door-card" : "detail").scrollIntoView({ block: "nearest" });
 }
 
 function seek(at) {
   body.toggle("past", at !== null);
-  body.toggle("jump", at !== null && (!time.playing || time.speed > 5));
   if (at === null && location.hash) history.replaceState(null, "", location.pathname);
   show();
 }
 
-async function loadSite() {
+let loading = null;
+/** Loads the site, unless it is of this revision already: several say that there is a new one. */
+async function loadSite(revision = null) {
+  while (loading) await loading;
+  if (revision !== null && revision === state.revision) return;
+  loading = takeSite();
+  await loading;
+  loading = null;
+}
+
+async function takeSite() {
   try {
-    const answer = await ask("/api/site");
+    const answer = await readSite();
     Object.assign(state, { site: answer.site, revision: answer.revision, file: answer.file });
     get("site-name").textContent = answer.file.replace(/\.toml$/, "");
     time.site = answer.site;
@@ -169,13 +274,24 @@ async function loadSite() {
     }
     if (all) view.bounds = all;
     redraw();
+    // It may have been opened before this was here.
+    if (editor.open) editor.told(answer.revision);
   } catch (error) {
     notice(error.message);
   }
 }
 
+/** Says what was done, for a while. */
+function tellDone(said) {
+  notice(said);
+  get("notice").classList.add("said");
+  tellDone.over = () => get("notice").textContent === said && notice("");
+  setTimeout(tellDone.over, SAID_MS);
+}
+
 function notice(text) {
   get("notice").textContent = text;
+  get("notice").classList.remove("said");
   get("notice").hidden = !text;
 }
 
@@ -183,17 +299,14 @@ function link(next) {
   state.link = next;
   const live = next === LINK.LIVE;
   get("link").dataset.state = live ? LINK.LIVE : LINK.LOST;
-  get("link").lastElementChild.textContent = LINK_WORDS[next];
+  get("link").lastElementChild.textContent = say(`link.${next}`);
   body.toggle("lost", !live);
+  if (!live) panel.alarms.update(null);
   // Fields of view that were seen are not seen any more.
   if (!live) drawing.fields(state.fields = [], null);
-  const since = state.frame ? ` The map shows ${new Date(state.frame.unix_ms).toLocaleTimeString()}.` : "";
+  const since = state.frame ? say("link.shows", { time: clockTime(state.frame.unix_ms) }) : "";
   notice(
-    live
-      ? ""
-      : next === LINK.LOST
-      ? `Connection lost.${since} Trying again…`
-      : `The tracker says nothing.${since}`,
+    live ? "" : say(next === LINK.LOST ? "link.lost-notice" : "link.silent-notice", { since }),
   );
   if (live) loadHistory();
   else show();
@@ -210,21 +323,24 @@ async function loadHistory() {
 
 let spoken = { at: 0, total: null };
 function speak(frame) {
-  const { count } = total(frame, state.site, frame.modules), now = performance.now();
+  const now = performance.now(), found = total(frame, state.site, frame.modules).count;
+  // With nothing to count in, nobody is not 0 people.
+  const count = (state.site.zone ?? []).length ? found : found || null;
   if (count === spoken.total || now - spoken.at < SPEAK_MS) return;
   spoken = { at: now, total: count };
-  get("spoken").textContent = count === null
-    ? "number of people not known"
-    : `${count} ${count === 1 ? "person" : "people"}`;
+  get("spoken").textContent = count === null ? say("spoken.unknown") : say("spoken.people", { n: count });
 }
 
 who();
+picture.load();
 connect({
   frame: (frame) => {
     if (state.frame && frame.unix_ms < state.frame.unix_ms) state.recent = [];
+    frame.came_ms = Date.now();
     state.frame = frame;
     state.recent.push(frame);
     if (state.recent.length > TRAIL_FRAMES) state.recent.shift();
+    panel.alarms.update(frame.alarms ?? []);
     time.add(frame);
     loadDoors(frame);
     if (time.at === null) show(true);
@@ -233,9 +349,13 @@ connect({
   fields: (fields) => {
     state.fields = [...state.fields.slice(1 - FIELDS), fields];
     drawing.fields(state.fields, state.chosen?.module);
+    tray.fields(fields);
   },
+  // A hidden page gets these, and no frames.
+  alarms: (standing) => panel.alarms.update(standing),
   site: (revision) => {
-    if (revision !== state.revision && !editor.open) loadSite();
+    if (editor.open) editor.told(revision);
+    else loadSite(revision);
   },
   link,
 });
@@ -243,30 +363,19 @@ connect({
 get("zoom-in").onclick = () => view.zoom(0.75);
 get("zoom-out").onclick = () => view.zoom(1.33);
 get("zoom-all").onclick = () => view.bounds && view.fit(view.bounds);
-get("edit-open").onclick = () => {
-  time.seek(null);
-  choose(null);
-  body.add("editing");
-  get("edit-open").hidden = get("calibrate-open").hidden = true;
-  editor.start(state);
-};
-get("calibrate-open").onclick = () => {
-  time.seek(null);
-  choose(null);
-  body.add("calibrating");
-  get("edit-open").hidden = get("calibrate-open").hidden = true;
-  calibration.start();
-};
-for (const layer of ["modules", "people"]) {
+get("edit-open").onclick = () => begin(MODE.EDITING, editor);
+get("calibrate-open").onclick = () => begin(MODE.CALIBRATING, calibration);
+for (const layer of ["modules", "people", "doors"]) {
   drawing.layers[layer].addEventListener("keydown", (event) => {
     if (event.key !== "Enter" && event.key !== " ") return;
-    const { module, person } = event.target.dataset;
     event.preventDefault();
-    choose(module ? { module } : { person: Number(person) });
+    if (!mode) choose(meant(event.target));
   });
 }
 globalThis.addEventListener("keydown", (event) => {
-  if (event.key === "Escape" && !editor.open && state.chosen) choose(null);
+  if (event.key !== "Escape" || editor.open) return;
+  if (state.chosen) choose(null);
+  else panel.why.open(null);
 });
 globalThis.addEventListener("hashchange", jump);
 globalThis.addEventListener("beforeunload", (event) => {

@@ -1,42 +1,29 @@
-// Names that the tracker's JSON gives to states and kinds, each written here once, with the words the page has for it.
+// Names that the tracker's JSON gives to states and kinds, each written here once. The words for them are in the dictionaries.
 
 /** Life cycle of a track. */
 export const TRACK = { CONFIRMED: "confirmed", OCCLUDED: "occluded", TENTATIVE: "tentative" };
 
-export const TRACK_WORDS = {
-  [TRACK.CONFIRMED]: "seen",
-  [TRACK.OCCLUDED]: "occluded, believed to be there",
-  [TRACK.TENTATIVE]: "not sure yet",
-};
-
 /** How much of a zone is seen. */
 export const ZONE = { KNOWN: "known", PARTLY: "partly", UNKNOWN: "unknown" };
-
-export const ZONE_WORDS = {
-  [ZONE.KNOWN]: "all of it seen",
-  [ZONE.PARTLY]: "partly seen",
-  [ZONE.UNKNOWN]: "no module looks there",
-};
 
 /** State of a module. */
 export const MODULE = {
   MISSING: "missing",
+  FOUND: "found",
   SEARCHING: "searching",
   LEARNING: "learning",
   WATCHING: "watching",
   STORING: "storing",
 };
 
-export const MODULE_WORDS = {
-  [MODULE.MISSING]: "not found",
-  [MODULE.SEARCHING]: "looks for its sensor",
-  [MODULE.LEARNING]: "learns the empty room",
-  [MODULE.WATCHING]: "watches",
-  [MODULE.STORING]: "stores what it learned",
-};
-
 /** Alarms of a module that sees nothing while they last. */
 export const BLINDING_ALARMS = new Set(["silent", "sensor", "covered"]);
+
+/** What an alarm is about. */
+export const ABOUT = { TRACKER: "tracker", MODULE: "module", DOOR: "door" };
+
+/** How much an alarm takes away, the least first. */
+export const SEVERITY = ["notice", "degraded", "failed"];
 
 /** Health of a module as the page colours it, in `data-health`. */
 export const HEALTH = { NONE: "none", GOOD: "good", WARN: "warn", BAD: "bad" };
@@ -47,11 +34,8 @@ export const EVENT = { ENTER: "enter", LEAVE: "leave", ALARM: "alarm", CLEARED: 
 /** State of the connection, in `data-state`. */
 export const LINK = { LIVE: "live", SILENT: "silent", LOST: "lost" };
 
-export const LINK_WORDS = {
-  [LINK.LIVE]: "live",
-  [LINK.SILENT]: "tracker silent",
-  [LINK.LOST]: "connection lost",
-};
+/** What the lock of a door is to be. */
+export const LOCK = { LOCKED: "locked", UNLOCKED: "unlocked", EXIT: "exit" };
 
 /** Phases of a door that its screen treats apart; LOST is the screen's own, without an answer. */
 export const PHASE = { ASKED: "asked", LOST: "lost" };
@@ -60,7 +44,15 @@ export const PHASE = { ASKED: "asked", LOST: "lost" };
 export const WISH = { BEGIN: "begin", FINISH: "finish", GO_ON: "go-on", ACCEPT: "accept", STOP: "stop" };
 
 /** Kinds of parts of a site; the keys of its lists. */
-export const KIND = { ZONE: "zone", WALL: "wall", ENTRY: "entry", MOVER: "mover", MODULE: "module" };
+export const KIND = {
+  ZONE: "zone",
+  WALL: "wall",
+  ENTRY: "entry",
+  LINE: "line",
+  MOVER: "mover",
+  EXCLUDE: "exclude",
+  MODULE: "module",
+};
 
 /** What a wall stops; glass stops people only. */
 export const BLOCKS = { PEOPLE: "people", BEAMS: "beams" };

@@ -1,6 +1,7 @@
 // The connection to the tracker: receives frames, reports its own state, and connects again by itself.
 
 import { LINK } from "./names.js";
+import { say } from "./words.js";
 
 const AGAIN_MS = [300, 1000, 2000, 4000];
 const SILENT_MS = 3000;
@@ -8,10 +9,10 @@ const SILENT_MS = 3000;
 /** The event of an answer that says that nobody is logged in. */
 export const LOGGED_OUT = "logged-out";
 
-/** Calls `on.frame`, `on.fields`, `on.site` with what arrives, and `on.link` with a LINK. */
+/** Calls `on.frame`, `on.fields`, `on.alarms`, `on.site` with what arrives, and `on.link` with a LINK. */
 export function connect(on) {
   let socket = null, tries = 0, last = 0, state = "";
-  const say = (next) => {
+  const tell = (next) => {
     if (next !== state) on.link(state = next);
   };
   const open = () => {
@@ -26,15 +27,16 @@ export function connect(on) {
       const message = JSON.parse(data);
       if (message.frame) {
         last = performance.now();
-        say(LINK.LIVE);
+        tell(LINK.LIVE);
         on.frame(message.frame);
       }
       if (message.fields) on.fields(message.fields);
+      if (message.alarms) on.alarms(message.alarms);
       if (message.site) on.site(message.site);
       if (message.error) console.warn(message.error);
     };
     socket.onclose = () => {
-      say(LINK.LOST);
+      tell(LINK.LOST);
       setTimeout(open, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
     };
   };
@@ -46,7 +48,7 @@ export function connect(on) {
   document.addEventListener("visibilitychange", wish);
   setInterval(() => {
     const open = socket.readyState === WebSocket.OPEN;
-    if (open && !document.hidden && performance.now() - last > SILENT_MS) say(LINK.SILENT);
+    if (open && !document.hidden && performance.now() - last > SILENT_MS) tell(LINK.SILENT);
   }, 500);
   open();
 }
@@ -57,10 +59,27 @@ export async function ask(path, options) {
   try {
     response = await fetch(path, options);
   } catch {
-    throw new Error("The tracker does not answer. Nothing was changed.");
+    throw new Error(say("net.no-answer"));
   }
   if (response.status === 401) dispatchEvent(new Event(LOGGED_OUT));
   const answer = await response.json().catch(() => ({}));
-  if (!response.ok) throw new Error(answer.error ?? `The tracker says ${response.status}.`);
+  if (!response.ok) {
+    const { status } = response, error = new Error(answer.error ?? say("net.status", { status }));
+    throw Object.assign(error, { answer, status, isOfTracker: Boolean(answer.error) });
+  }
   return answer;
+}
+
+/** The answer to a body of JSON. */
+export const send = (method, path, body, headers = {}) =>
+  ask(path, {
+    method,
+    headers: { "Content-Type": "application/json", ...headers },
+    body: JSON.stringify(body),
+  });
+
+/** Asks a module to do something, or, without a body, for what it knows. */
+export function askModule(name, action, body) {
+  const path = `/api/module/${encodeURIComponent(name)}${action ? `/${action}` : ""}`;
+  return body === undefined ? ask(path) : send("POST", path, body);
 }

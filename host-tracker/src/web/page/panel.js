@@ -1,10 +1,18 @@
 // The side panel: the number of people, zone by zone, what happened, and the state of the modules.
 
-import { Details, percent } from "./details.js";
-import { MODULE_WORDS, TRACK, ZONE, ZONE_WORDS } from "./names.js";
+import { alarmText } from "./alarm-words.js";
+import { Alarms } from "./alarms.js";
+import { Details } from "./details.js";
+import { DoorPanel, passed } from "./doors.js";
+import { More } from "./more.js";
+import { ModuleActions } from "./module-actions.js";
+import { TRACK, ZONE } from "./names.js";
+import { STAGE, stage, words as nextWords } from "./next.js";
 import { words } from "./past.js";
-import { health, html, isCounted, people, total } from "./shapes.js";
+import { countedZones, health, html, isCounted, isPlaced, people, put, total } from "./shapes.js";
 import { Where } from "./where.js";
+import { Why } from "./why.js";
+import { clockTime, list, percent, say, word } from "./words.js";
 
 const PASSAGES = 6;
 
@@ -24,87 +32,134 @@ function keyed(parent, keys, make, update) {
   for (const child of old.values()) child.remove();
 }
 
-const put = (element, text) => {
-  if (element.textContent !== text) element.textContent = text;
-};
-
 /** What stands beside the number of people. */
 function headline(line, site, { count, open, past }) {
-  if (line?.noTracker) return "no tracker ran then";
-  const [then, of] = past ? ["then", "of then"] : ["here", "now"];
-  if (!open) return `nothing is known ${of}`;
-  const unknown = open.length > 2 ? `${open.length} zones` : open.join(" and ");
-  if (count === null) return open.length ? `not known ${of}: ${unknown}` : "no module looks";
+  if (line?.noTracker) return say("total.no-tracker");
+  if (!open) return say(past ? "total.nothing-then" : "total.nothing");
+  const zones = open.length > 2 ? say("total.zones", { n: open.length }) : list(open);
+  if (count === null && !open.length) return say("total.no-module");
+  if (count === null) return say(past ? "total.unknown-then" : "total.unknown", { zones });
   const occluded = people(line, site).filter((track) => track.state === TRACK.OCCLUDED).length;
-  return `${count === 1 ? "person" : "people"} ${then}${occluded ? `, ${occluded} of them occluded` : ""}${
-    open.length ? `; not known: ${unknown}` : ""
-  }`;
+  return [
+    say(past ? "total.then" : "total.here", { n: count }),
+    occluded ? say("total.occluded", { n: occluded }) : "",
+    open.length ? say("total.open", { zones }) : "",
+  ].join("");
 }
 
 /** How much of a zone is seen. */
 function seen({ state, seen_share }) {
   return state === ZONE.UNKNOWN || seen_share === undefined || seen_share > 0.995
-    ? ZONE_WORDS[state]
-    : `${percent(seen_share)} of it seen`;
+    ? word("zone", state)
+    : say("zone.share", { share: percent(seen_share) });
 }
 
 export class Panel {
-  /** `on.choose` with {module} or {person}, or null; `on.seek` with a time. */
+  /** `on.choose` with {module}, {door} or {person}, or null; `on.seek` with a time; `on.mark`, `on.unseen`, `on.heat`: layers of the map. */
   constructor(root, on) {
+    this.why = new Why(on.unseen);
+    on.why = (of) => this.why.open(of);
+    this.more = new More(on.heat);
+    this.actions = new ModuleActions(on);
     this.on = on;
     this.form = html("div", { hidden: true });
     this.number = html("b", { id: "total" }, "–");
     this.words = html("span");
     this.zones = html("div", { className: "cards", id: "zones" });
-    this.alarms = html("div", { className: "cards", id: "alarms", role: "alert" });
-    this.zoneTitle = html("h2", {}, "Zones");
+    this.alarms = new Alarms(on);
+    this.zoneTitle = html("h2", {}, say("panel.zones"));
     this.where = new Where((chosen) => on.choose(chosen));
+    this.doorPanel = new DoorPanel(on);
     this.details = new Details(() => on.choose(null));
     this.modules = html("ul", { className: "module-list", id: "modules" });
+    this.measured = html("button", {
+      id: "survey-open",
+      type: "button",
+      className: "button",
+      title: say("panel.measured-title"),
+      onclick: () => this.on.plan(),
+    }, say("panel.measured"));
+    this.picture = html("button", {
+      id: "picture-open",
+      type: "button",
+      className: "button",
+      title: say("panel.plan-title"),
+      onclick: () => this.on.picture(),
+    }, say("panel.plan"));
     this.events = html("ul", { className: "events", id: "events" });
-    this.eventSection = html("section", { hidden: true }, html("h2", {}, "Until then"), this.events);
+    this.eventSection = html("section", { hidden: true }, html("h2", {}, say("panel.until")), this.events);
     this.doors = html("ul", { className: "events", id: "passages" });
-    this.doorSection = html("section", { hidden: true }, html("h2", {}, "Passages"), this.doors);
+    this.doorSection = html("section", { hidden: true }, html("h2", {}, say("panel.passages")), this.doors);
     this.figures = html(
       "div",
       { className: "cards", style: "gap:16px" },
-      html("div", { className: "total" }, this.number, this.words),
-      this.alarms,
+      html(
+        "div",
+        { className: "total" },
+        html("button", {
+          className: "figure",
+          type: "button",
+          id: "total-why",
+          title: say("why.ask"),
+          onclick: () => on.why({ total: true }),
+        }, this.number),
+        this.words,
+      ),
+      this.alarms.root,
       this.where.root,
       this.details.root,
+      this.why.root,
+      this.actions.root,
+      this.doorPanel.card,
       this.eventSection,
+      this.doorPanel.list,
       this.doorSection,
       html("section", {}, this.zoneTitle, this.zones),
-      html("section", {}, html("h2", {}, "Modules"), this.modules),
+      html("section", {}, html("h2", {}, say("panel.modules")), this.modules, this.measured, this.picture),
+      this.more.root,
     );
     root.append(this.form, this.figures);
   }
 
   /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
-  show({ site, line, alarmed, modules, chosen, known, past, events, doors, names, frame }) {
+  show({ site, line, modules, chosen, known, past, events, doors, names, frame }) {
     this.where.show(site, frame);
+    this.why.frame(site, line, past);
     const { count, open } = known && line ? total(line, site, past ? null : modules) : { count: null };
-    put(this.number, count === null ? "–" : String(count));
-    put(this.words, headline(line, site, { count, open, past }));
-    const alarms = new Map((alarmed ?? []).map(({ name, text }) => [name, text]));
-    keyed(
-      this.alarms,
-      [...alarms.keys()],
-      () => html("p", { className: "alarm" }),
-      (alarm, name) => put(alarm, alarms.get(name)),
+    // With nothing to count in, it is said what is next, and never 0.
+    const next = known && !past && !count && stage(site, modules) !== STAGE.READY && !(site.zone ?? []).length
+      ? nextWords(site, modules).title
+      : null;
+    put(this.number, next || count === null ? "–" : String(count));
+    this.number.parentElement.setAttribute(
+      "aria-label",
+      say("total.why", { people: this.number.textContent }),
     );
-    this.alarms.hidden = !alarms.size;
+    put(this.words, next ?? headline(line, site, { count, open, past }));
+    this.alarms.root.hidden = past;
     this.showZones(site, line?.zones ?? {}, known);
     this.showEvents(events);
     this.showPassages(doors);
     this.showModules(site, modules, past);
-    this.details.show(site, line, modules, chosen, names);
+    this.measured.hidden = past || !(site.module ?? []).some(isPlaced);
+    const lines = past ? [] : frame?.doors ?? [];
+    this.doorPanel.show({
+      lines,
+      states: doors,
+      chosen,
+      ahead_ms: frame ? frame.unix_ms - frame.came_ms : 0,
+    });
+    const name = chosen?.module, found = modules.find((one) => one.name === name)?.address;
+    this.actions.choose(
+      name ?? null,
+      (site.module ?? []).find((module) => module.name === name),
+      Boolean(found),
+    );
+    this.details.show(site, line, modules, chosen?.door ? null : chosen, names);
   }
 
   showZones(site, zones, known) {
-    const all = site.zone ?? [];
-    const counted = all.filter((zone) => zone.count);
-    const names = (counted.length ? counted : all).map((zone) => zone.name);
+    const names = countedZones(site);
     this.zoneTitle.hidden = !names.length;
     keyed(
       this.zones,
@@ -114,7 +169,12 @@ export class Panel {
           "article",
           { className: "card zone-card" },
           html("h3", {}, name),
-          html("b", {}, "–"),
+          html("button", {
+            className: "figure",
+            type: "button",
+            title: say("why.ask"),
+            onclick: () => this.on.why({ zone: name }),
+          }, html("b", {}, "–")),
           html("p"),
           html("div", { className: "meter" }, html("i")),
         ),
@@ -122,16 +182,23 @@ export class Panel {
         const zone = known ? zones[name] : undefined;
         const unknown = !isCounted(zone);
         card.classList.toggle("unknown", unknown);
-        const [, number, words, meter] = card.children;
-        put(number, unknown ? "unknown" : String(zone.count));
+        const [, figure, words, meter] = card.children;
+        figure.setAttribute(
+          "aria-label",
+          say("zone.figure", { zone: name, count: unknown ? say("zone.unknown-count") : zone.count }),
+        );
+        put(figure.firstChild, unknown ? say("zone.unknown-count") : String(zone.count));
         const sure = zone?.p?.[zone.count];
         put(
           words,
-          !zone ? "no news" : seen(zone) +
-            (!unknown && sure !== undefined && sure < 0.995 ? `, ${percent(sure)} sure` : ""),
+          !zone
+            ? say("panel.no-news")
+            : !unknown && sure !== undefined && sure < 0.995
+            ? say("zone.sure", { seen: seen(zone), sure: percent(sure) })
+            : seen(zone),
         );
         meter.hidden = zone?.seen_share === undefined;
-        meter.title = meter.hidden ? "" : `${percent(zone.seen_share)} of it seen now`;
+        meter.title = meter.hidden ? "" : say("zone.share-now", { share: percent(zone.seen_share) });
         meter.firstChild.style.width = `${Math.round((zone?.seen_share ?? 0) * 100)}%`;
       },
     );
@@ -142,7 +209,7 @@ export class Panel {
     const key = (event) => `${event.at_ms} ${event.kind} ${event.subject} ${event.track}`;
     const byKey = new Map(events.map((event) => [key(event), event]));
     keyed(this.events, [...byKey.keys()], (name) => {
-      const event = byKey.get(name), time = new Date(event.at_ms).toLocaleTimeString([], { hour12: false });
+      const event = byKey.get(name), time = clockTime(event.at_ms);
       const row = html(
         "button",
         { type: "button", onclick: () => this.on.seek(event.at_ms) },
@@ -164,19 +231,19 @@ export class Panel {
     const byKey = new Map(all.map((passed) => [`${passed.passage.door} ${passed.begun_ms}`, passed]));
     keyed(this.doors, [...byKey.keys()], (name) => {
       const { begun_ms, passage } = byKey.get(name),
-        time = new Date(begun_ms).toLocaleTimeString([], { hour12: false });
+        time = clockTime(begun_ms);
       const row = html(
         "a",
         {
           href: `#at=${begun_ms}`,
-          title: "Show it on the map",
+          title: say("panel.show-map"),
           onclick: () => this.on.seek(begun_ms),
         },
         html("time", {}, time),
         html(
           "span",
           {},
-          `${passage.door}: ${passage.through.length} of ${passage.entered} went in: ${passage.reason}`,
+          say("door.passage-of", { door: passage.door, passage: passed(passage) }),
         ),
       );
       row.dataset.kind = passage.alarm ? "alarm" : "passage";
@@ -204,8 +271,8 @@ export class Panel {
     }, (item, name) => {
       const row = item.firstChild, line = byName.get(name), [, , state, alarm] = row.children;
       row.dataset.health = health(line);
-      put(state, past && !line ? "" : !line ? "no news" : MODULE_WORDS[line.state] ?? line.state);
-      put(alarm, line?.alarms[0]?.text ?? "");
+      put(state, past && !line ? "" : !line ? say("panel.no-news") : word("module", line.state));
+      put(alarm, line?.alarms.length ? alarmText(line.alarms[0]) : "");
       alarm.hidden = !alarm.textContent;
     });
   }

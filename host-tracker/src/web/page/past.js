@@ -1,7 +1,9 @@
 // What the database holds: a long time at a glance, and people's paths of any moment, fetched in pieces as they are needed.
 
 import { EVENT, TRACK } from "./names.js";
+import { alarmText } from "./alarm-words.js";
 import { ask } from "./net.js";
+import { say, word } from "./words.js";
 
 const PIECE_MS = 600_000;
 const PIECES = 8; // kept at once
@@ -84,8 +86,14 @@ export class Past {
 
   /** What happened last before a time, the newest first. */
   eventsBefore(at) {
-    const piece = this.piece(at);
-    return (piece?.events ?? []).filter((event) => event.at_ms <= at).slice(-EVENTS).reverse();
+    const begun = Math.floor(at / PIECE_MS) * PIECE_MS;
+    const own = this.piece(at)?.events ?? [], before = this.piece(begun - 1)?.events ?? [];
+    // A piece begins a little earlier, for trails: what is in both is of the one before.
+    const all = [
+      ...before.filter(({ at_ms }) => at_ms < begun),
+      ...own.filter(({ at_ms }) => at_ms >= begun),
+    ];
+    return all.filter(({ at_ms }) => at_ms <= at).slice(-EVENTS).reverse();
   }
 }
 
@@ -107,19 +115,22 @@ function placeAt({ track, places }, at) {
 
 /** An event in words. */
 export function words({ kind, subject, track, text }) {
-  const person = track == null ? "a person" : `person ${track}`;
+  const person = { track: String(track), zone: subject };
   switch (kind) {
     case EVENT.ENTER:
-      return `${person} came into ${subject}`;
+      return say(track == null ? "event.enter-any" : "event.enter", person);
     case EVENT.LEAVE:
-      return `${person} left ${subject}`;
-    case EVENT.ALARM:
-      return `${subject}: ${text.replace(/^[a-z-]+: /, "")}`;
+      return say(track == null ? "event.leave-any" : "event.leave", person);
+    case EVENT.ALARM: {
+      // The database keeps an alarm as its name and the tracker's sentence.
+      const [, name, sentence] = /^([a-z-]+): (.*)$/s.exec(text) ?? [null, "unknown", text];
+      return say("event.told", { subject, text: alarmText({ name, text: sentence }) });
+    }
     case EVENT.CLEARED:
-      return `${subject}: ${text} is over`;
+      return say("event.cleared", { subject, alarm: word("alarm", text) });
     case EVENT.STATE:
-      return `${subject}: ${text}`;
+      return say("event.told", { subject, text: word("module", text) });
     default:
-      return [subject, text || kind].filter(Boolean).join(": ");
+      return subject ? say("event.told", { subject, text: text || kind }) : text || kind;
   }
 }

@@ -1,6 +1,7 @@
 // The parts of a site, all alike: a kind, a name, corners, and whether they close. Also SVG elements and small geometry.
 
 import { BLINDING_ALARMS, BLOCKS, HEALTH, KIND, MODULE, TRACK } from "./names.js";
+import { say, word } from "./words.js";
 
 const NS = "http://www.w3.org/2000/svg";
 
@@ -24,6 +25,29 @@ export function html(name, properties = {}, ...children) {
   return element;
 }
 
+/** Gives an element another text; in vain it is left alone, as it may be read aloud. */
+export function put(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** A pattern of stripes, for what is not known; `size` apart and `wide`. */
+export const stripes = (id, kind, size, wide) =>
+  svg(
+    "pattern",
+    { id, width: size, height: size, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" },
+    svg("rect", { class: kind, width: size, height: wide }),
+  );
+
+/** [left, low, right, high] of points. */
+export function box(points) {
+  const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
+  return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+}
+
+/** The mean of points. */
+export const middle = (points) =>
+  [0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length);
+
 /** Corners as a path. */
 export const path = (points, closed) =>
   points.length
@@ -36,39 +60,67 @@ export const GRID_M = 0.05;
 /** The editor's tool that draws nothing; the others are the kinds of parts. */
 export const SELECT = "select";
 
-/** What each kind of part is called, the key of its corners, whether they close, and how many there are. */
+/** The key of the corners of each kind of part, whether they close, and how many there are. */
 export const KINDS = {
-  [KIND.ZONE]: { word: "Zone", corners: "polygon", closed: true, least: 3 },
-  [KIND.WALL]: { word: "Wall", corners: "points", closed: false, least: 2 },
-  [KIND.ENTRY]: { word: "Entry", corners: "line", closed: false, least: 2, most: 2 },
-  [KIND.MOVER]: { word: "Mover", corners: "polygon", closed: true, least: 3 },
-  [KIND.MODULE]: { word: "Module", least: 1, most: 1 },
+  [KIND.ZONE]: { corners: "polygon", closed: true, least: 3 },
+  [KIND.WALL]: { corners: "points", closed: false, least: 2 },
+  [KIND.ENTRY]: { corners: "line", closed: false, least: 2, most: 2 },
+  [KIND.LINE]: { closed: false, least: 2, most: 2 },
+  [KIND.MOVER]: { corners: "polygon", closed: true, least: 3 },
+  [KIND.EXCLUDE]: { corners: "polygon", closed: true, least: 3 },
+  [KIND.MODULE]: { least: 1, most: 1 },
 };
 
+/** Whether the place of a module is known; until then it waits in the tray. */
+export const isPlaced = (module) => module.placed !== false;
+
+/** What a part is called; one without a name by its number among its kind, from 0. */
+export const called = (kind, part, index) =>
+  part.name || say("edit.part", { kind: word("part", kind), name: index + 1 });
+
+/** The names of the zones in which people are counted: all, if the site counts in none. */
+export function countedZones(site) {
+  const all = site.zone ?? [], counted = all.filter((zone) => zone.count);
+  return (counted.length ? counted : all).map((zone) => zone.name);
+}
+
 /** Corners of a part. */
-export const corners = (
-  kind,
-  part,
-) => (kind === KIND.MODULE ? [[part.x, part.y]] : part[KINDS[kind].corners]);
+export const corners = (kind, part) =>
+  kind === KIND.MODULE
+    ? [[part.x, part.y]]
+    : kind === KIND.LINE
+    ? [part.from, part.to]
+    : part[KINDS[kind].corners];
 
 /** Gives a part other corners. */
 export function setCorners(kind, part, points) {
   const round = points.map((point) => point.map((metres) => Math.round(metres * 1000) / 1000));
-  if (kind === KIND.MODULE) [[part.x, part.y]] = round;
+  if (kind === KIND.MODULE) {
+    [[part.x, part.y]] = round;
+    // Where somebody has put it, it is placed.
+    delete part.placed;
+  } else if (kind === KIND.LINE) [part.from, part.to] = round;
   else part[KINDS[kind].corners] = round;
+}
+
+/** A name that no other part of a kind has: these words and the first number that is free. */
+export function freeName(kind, words, site) {
+  const taken = new Set((site[kind] ?? []).map((part) => part.name));
+  let number = 1;
+  while (taken.has(`${words} ${number}`)) number += 1;
+  return `${words} ${number}`;
 }
 
 /** A new part of a kind, with a name of its own. */
 export function create(kind, points, site) {
-  const taken = new Set((site[kind] ?? []).map((part) => part.name));
-  let number = 1;
-  while (taken.has(`${kind} ${number}`)) number += 1;
-  const name = `${kind} ${number}`;
+  const name = freeName(kind, kind === KIND.MODULE ? kind : word("part", kind), site);
   const part = {
     [KIND.ZONE]: { name, count: true, secure: false, enclosed: false },
     [KIND.WALL]: { blocks: [BLOCKS.PEOPLE, BLOCKS.BEAMS], mirror: false },
     [KIND.ENTRY]: { name, zone: null },
+    [KIND.LINE]: { name },
     [KIND.MOVER]: { name },
+    [KIND.EXCLUDE]: { name },
     [KIND.MODULE]: { name, yaw_deg: 0, height_m: 0.6 },
   }[kind];
   setCorners(kind, part, points);
@@ -78,11 +130,10 @@ export function create(kind, points, site) {
 /** [left, low, right, high] of all there is; null of nothing. */
 export function bounds(site) {
   const points = Object.keys(KINDS).flatMap((kind) =>
-    (site[kind] ?? []).flatMap((part) => corners(kind, part))
+    (site[kind] ?? []).filter(isPlaced).flatMap((part) => corners(kind, part))
   );
   if (!points.length) return null;
-  const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis]));
-  const [left, low, right, high] = [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+  const [left, low, right, high] = box(points);
   const least = 2;
   return [
     Math.min(left, (left + right - least) / 2),
@@ -101,11 +152,12 @@ function inside([x, y], polygon) {
   return within;
 }
 
-/** The tracks of a frame that are confirmed or occluded and lie in a zone; without zones, anywhere. */
+/** The tracks of a frame that are confirmed or occluded and lie in a zone; without zones, anywhere but where nobody is counted. */
 export function people(line, site) {
-  const zones = site.zone ?? [];
+  const zones = site.zone ?? [], excludes = site.exclude ?? [];
   return line.tracks.filter(({ state, x, y }) =>
-    state !== TRACK.TENTATIVE && (!zones.length || zones.some((zone) => inside([x, y], zone.polygon)))
+    state !== TRACK.TENTATIVE && !excludes.some((area) => inside([x, y], area.polygon)) &&
+    (!zones.length || zones.some((zone) => inside([x, y], zone.polygon)))
   );
 }
 
@@ -115,8 +167,7 @@ export const isCounted = (zone) => (zone?.count ?? null) !== null;
 /** How many people are here, null where that is not known, and the zones of which it is not. Without zones it is known while
  * a module watches. */
 export function total(line, site, modules) {
-  const all = site.zone ?? [], counted = all.filter((zone) => zone.count);
-  const names = (counted.length ? counted : all).map((zone) => zone.name);
+  const names = countedZones(site);
   const open = names.filter((name) => !isCounted(line.zones?.[name]));
   const count = people(line, site).length;
   const known = names.length
@@ -125,9 +176,9 @@ export function total(line, site, modules) {
   return { count: known ? count : null, open };
 }
 
-/** Health of a module by its line of a frame; NONE without a line. */
+/** Health of a module by its line of a frame; NONE without a line, and of one that is not used. */
 export function health(line) {
-  if (!line) return HEALTH.NONE;
+  if (!line || line.state === MODULE.FOUND) return HEALTH.NONE;
   if (
     line.state === MODULE.MISSING || line.alarms.some(({ name }) => BLINDING_ALARMS.has(name))
   ) return HEALTH.BAD;

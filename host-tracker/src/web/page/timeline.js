@@ -2,17 +2,23 @@
 // happen; what was before comes from the database, if there is one.
 
 import { EVENT } from "./names.js";
-import { people, svg } from "./shapes.js";
+import { html, people, svg } from "./shapes.js";
+import { say, time } from "./words.js";
 
 const KEEP_MS = 600_000;
 const STEP_MS = 500;
 const BINS = 240;
 const GLANCE_MS = 10_000; // between two looks into the database
 const SPEEDS = [1, 5, 20, 60];
+/** How far back: numbers of each unit, and in ms. */
+const RANGES = {
+  minutes: [[10, KEEP_MS]],
+  hours: [[1, 3_600_000], [6, 21_600_000], [24, 86_400_000]],
+  days: [[7, 604_800_000]],
+};
 
 const get = (id) => document.getElementById(id);
-const clock = (ms, parts) =>
-  new Date(ms).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hour12: false, ...parts });
+const clock = (ms, parts) => time(ms, { hour: "2-digit", minute: "2-digit", ...parts });
 
 export class TimeLine {
   /** `on.seek` with a time in ms since 1970, or null for now; `past` is what the database holds. */
@@ -42,9 +48,17 @@ export class TimeLine {
     this.speed_.addEventListener("click", () => {
       this.speed = SPEEDS[(SPEEDS.indexOf(this.speed) + 1) % SPEEDS.length];
       this.speed_.textContent = `${this.speed}×`;
-      this.speed_.setAttribute("aria-label", `${this.speed} times as fast as life`);
+      this.speed_.setAttribute("aria-label", say("time.speed", { n: this.speed }));
     });
     this.range_.addEventListener("change", () => this.setRange(Number(this.range_.value)));
+    this.speed_.setAttribute("aria-label", say("time.speed", { n: this.speed }));
+    this.range_.replaceChildren(
+      ...Object.entries(RANGES).flatMap(([unit, counts]) =>
+        counts.map(([n, ms]) =>
+          html("option", { value: ms, disabled: ms > KEEP_MS }, say(`time.${unit}`, { n }))
+        )
+      ),
+    );
     this.setRange(KEEP_MS);
     let before = performance.now();
     setInterval(() => {
@@ -87,7 +101,7 @@ export class TimeLine {
     for (const option of this.range_.options) {
       option.disabled = !this.past.kept && Number(option.value) > KEEP_MS;
     }
-    this.range_.title = this.past.kept ? "" : "Start the tracker with --db to look back further";
+    this.range_.title = this.past.kept ? "" : say("time.db");
     this.draw();
     if (this.wanted !== null) this.go(this.wanted);
   }
@@ -137,7 +151,7 @@ export class TimeLine {
 
   setPlaying(playing) {
     this.playing = playing;
-    this.play_.setAttribute("aria-label", playing ? "Pause" : "Play from here");
+    this.play_.setAttribute("aria-label", say(playing ? "time.pause" : "time.play"));
     this.play_.querySelector("path").setAttribute(
       "d",
       playing ? "M4 3h3v10H4zM9 3h3v10H9z" : "M4 2.5v11l9-5.5Z",
@@ -154,7 +168,9 @@ export class TimeLine {
     this.clock_.textContent = shown ? clock(shown, { second: "2-digit", ...day }) : "–";
     this.slider_.setAttribute(
       "aria-valuetext",
-      this.at === null ? "now" : `${Math.round(-back)} seconds ago, ${this.clock_.textContent}`,
+      this.at === null
+        ? say("age.now")
+        : say("time.value", { s: Math.round(-back), clock: this.clock_.textContent }),
     );
     this.live_.setAttribute("aria-pressed", this.at === null);
     this.play_.disabled = this.speed_.disabled = this.at === null;
@@ -197,7 +213,11 @@ export class TimeLine {
     const day = this.range > 86_400_000 ? { weekday: "short" } : {};
     const ago = (
       ms,
-    ) => (!newest ? "" : this.range === KEEP_MS ? `${ms / 60_000} min ago` : clock(newest - ms, day));
+    ) => (!newest
+      ? ""
+      : this.range === KEEP_MS
+      ? say("time.min-ago", { n: ms / 60_000 })
+      : clock(newest - ms, day));
     left.textContent = ago(this.range);
     middle.textContent = ago(this.range / 2);
   }

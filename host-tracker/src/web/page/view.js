@@ -62,6 +62,13 @@ export class View {
     this.on.change();
   }
 
+  /** What is shown: left, low, right, high. */
+  shown() {
+    const { width, height } = this.svg.getBoundingClientRect();
+    const [x, y] = this.centre, [across, up] = [width, height].map((side) => side * this.px / 2);
+    return [x - across, y - up, x + across, y + up];
+  }
+
   /** The place in the site under a pointer. */
   place({ clientX, clientY }) {
     const box = this.svg.getBoundingClientRect();

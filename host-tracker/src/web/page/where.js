@@ -1,20 +1,21 @@
 // Where a card or a tag is: the question to the tracker, its answer in words, and the names beside the tracks.
 
-import { percent } from "./details.js";
 import { ask } from "./net.js";
 import { html } from "./shapes.js";
+import { ago, list, percent, say, tell } from "./words.js";
 
 /** An answer in words. */
 function inWords({ tracks, zones, at, heard_s, read_s }) {
-  const ago = (s) => s < 1.5 ? "now" : `${Math.round(s)} s ago`;
+  const since = (s) => s < 1.5 ? say("age.now") : ago(s), read = since(heard_s);
   if (!tracks.length) {
-    return `read ${ago(heard_s)}, and no person is known to have it${
-      read_s == null ? "" : `; its last place was read ${ago(read_s)}`
-    }`;
+    return read_s == null
+      ? say("where.nobody", { ago: read })
+      : say("where.nobody-place", { ago: read, place: since(read_s) });
   }
-  const place = zones?.length ? `, in ${zones.join(" and ")}` : at ? `, at ${at[0]}, ${at[1]} m` : "";
-  const read = ago(heard_s);
-  return `${percent(tracks[0].probability)} person ${tracks[0].track}${place}; read ${read}`;
+  const [{ probability, track }] = tracks;
+  const found = { share: percent(probability), track: String(track), ago: read };
+  if (zones?.length) return say("where.person-zone", { ...found, zones: list(zones) });
+  return at ? say("where.person-at", { ...found, x: at[0], y: at[1] }) : say("where.person", found);
 }
 
 export class Where {
@@ -28,9 +29,9 @@ export class Where {
     this.root = html(
       "form",
       { className: "where", id: "where", hidden: true, onsubmit: (event) => this.ask(event) },
-      html("label", { for: "where-id" }, "Where is"),
+      html("label", { for: "where-id" }, say("where.label")),
       this.input,
-      html("button", { className: "button", type: "submit" }, "Find"),
+      html("button", { className: "button", type: "submit" }, say("where.find")),
       this.answer,
     );
   }
@@ -47,10 +48,10 @@ export class Where {
     try {
       const there = await ask(`/api/where?id=${encodeURIComponent(id)}`);
       this.called.set(there.label, id);
-      this.answer.textContent = inWords(there);
+      tell(this.answer, { message: inWords(there) });
       if (there.tracks.length) this.choose({ person: there.tracks[0].track });
     } catch (error) {
-      this.answer.textContent = error.message;
+      tell(this.answer, error);
     }
   }
 
@@ -59,18 +60,21 @@ export class Where {
     const ofDoors = (frame?.doors ?? []).flatMap((door) => door.names ?? []).map((name) => ({
       ...name,
       probability: name.likelihood,
-      word: `card ${name.label}`,
+      key: "map.card",
     }));
     const ofSigns = (frame?.names ?? []).flatMap(({ label, tracks }) =>
-      tracks.map((track) => ({ ...track, word: this.called.get(label) ?? `ID ${label}` }))
+      tracks.map((track) => {
+        const called = this.called.get(label);
+        return { ...track, label: called ?? label, key: called ? "map.called" : "map.id" };
+      })
     );
     const words = new Map();
     for (
-      const { track, word, probability } of [...ofDoors, ...ofSigns].sort((a, b) =>
+      const { track, key, label, probability } of [...ofDoors, ...ofSigns].sort((a, b) =>
         b.probability - a.probability
       )
     ) {
-      if (!words.has(track)) words.set(track, `${word} ${Math.round(probability * 100)} %`);
+      if (!words.has(track)) words.set(track, say(key, { label, share: percent(probability) }));
     }
     return words;
   }

@@ -1,0 +1,215 @@
+// Guarded doors: on the map, as a list, and what is known of the chosen one, with the reset of its alarm.
+
+import { LOCK } from "./names.js";
+import { send } from "./net.js";
+import { html, middle, path, svg } from "./shapes.js";
+import { clockTime, say, tell, word } from "./words.js";
+
+const PASSAGES = 8;
+
+/** How a door is, in a word for the style sheet. */
+function standing(line) {
+  if (!line) return "unknown";
+  if (line.alarm) return "alarm";
+  if (line.trouble) return "trouble";
+  return line.lock === LOCK.LOCKED ? "locked" : "open";
+}
+
+/** How a door is, in words. */
+function words(line) {
+  if (!line) return say("door.not-known");
+  const more = line.alarm
+    ? [say("door.alarm", { what: word("alarm", line.alarm) })]
+    : line.trouble
+    ? [word("trouble", line.trouble)]
+    : [];
+  return [word("lock", line.lock), ...more].join(", ");
+}
+
+/** The doors on the map. */
+export class DoorMarks {
+  constructor(layer) {
+    this.layer = layer;
+  }
+
+  /** Draws them; needed again when the site, the zoom or the choice changes. */
+  site(site, px, chosen) {
+    const focused = document.activeElement?.dataset?.door;
+    this.layer.replaceChildren(...(site.door ?? []).map(({ name, line }) => {
+      const [x, y] = middle(line);
+      return svg(
+        "g",
+        { class: `door${chosen === name ? " chosen" : ""}`, "data-door": name, tabindex: 0, role: "button" },
+        svg("path", { class: "leaf", d: path(line) }),
+        svg(
+          "g",
+          { transform: `translate(${x} ${-y}) scale(${px})` },
+          svg("circle", { class: "halo", r: 17 }),
+          svg("circle", { class: "plate", r: 11 }),
+          svg("path", { class: "shackle shut", d: "M-3 -1V-3.4a3 3 0 0 1 6 0V-1" }),
+          svg("path", { class: "shackle open", d: "M-3 -1V-4.4a3 3 0 0 1 6 -.6" }),
+          svg("rect", { class: "body", x: -4.5, y: -1, width: 9, height: 6.5, rx: 1.2 }),
+        ),
+        svg("text", { x, y: -y, dx: "1.4em", dy: "1.7em" }, name),
+      );
+    }));
+    if (focused) this.layer.querySelector(`[data-door="${CSS.escape(focused)}"]`)?.focus();
+    this.states(this.lines ?? []);
+  }
+
+  states(lines) {
+    this.lines = lines;
+    const byName = new Map(lines.map((line) => [line.name, line]));
+    for (const group of this.layer.children) {
+      const line = byName.get(group.dataset.door), state = standing(line);
+      if (group.dataset.state !== state) group.dataset.state = state;
+      if (group.dataset.lock !== line?.lock) group.dataset.lock = line?.lock ?? "";
+      const label = say("door.on-map", { name: group.dataset.door, how: words(line) });
+      if (group.getAttribute("aria-label") !== label) group.setAttribute("aria-label", label);
+    }
+  }
+}
+
+/** The doors in the panel: a list, and the card of the chosen one. */
+export class DoorPanel {
+  /** `on.choose` with {door} or null, `on.seek` with a time. */
+  constructor(on) {
+    this.on = on;
+    this.rows = html("ul", { className: "module-list", id: "doors" });
+    this.list = html("section", { hidden: true }, html("h2", {}, say("doors.title")), this.rows);
+    this.card = html("section", {
+      className: "detail",
+      id: "door-card",
+      hidden: true,
+      "aria-label": say("door.title"),
+    });
+    this.boot = crypto.getRandomValues(new Uint32Array(1))[0];
+    this.sent = 0;
+  }
+
+  /** `lines`: doors of a frame; `states`: with their passages; `ahead_ms`: the tracker's clock before this one. */
+  show({ lines, states, chosen, ahead_ms }) {
+    this.ahead_ms = ahead_ms;
+    this.list.hidden = !lines.length;
+    const text = JSON.stringify(lines.map((line) => [line.name, standing(line), words(line)]));
+    if (this.rows.dataset.text !== text) {
+      this.rows.dataset.text = text;
+      const focused = document.activeElement?.dataset?.row;
+      this.rows.replaceChildren(...lines.map((line) => this.row(line)));
+      if (focused) this.rows.querySelector(`[data-row="${CSS.escape(focused)}"]`)?.focus();
+    }
+    const name = chosen?.door;
+    this.card.hidden = !name;
+    if (!name) return delete this.card.dataset.text;
+    const line = lines.find((one) => one.name === name);
+    const passages = states.find((one) => one.name === name)?.passages.slice(0, PASSAGES) ?? [];
+    const shown = JSON.stringify([name, { ...line, names: [] }, passages]);
+    if (this.card.dataset.text === shown) return;
+    this.card.dataset.text = shown;
+    this.fill(name, line, passages);
+  }
+
+  row(line) {
+    const health = { alarm: "bad", trouble: "bad", open: "warn", locked: "good" }[standing(line)];
+    return html(
+      "li",
+      {},
+      html(
+        "button",
+        {
+          type: "button",
+          className: "module-row",
+          dataset: { health, row: line.name },
+          onclick: () => this.on.choose({ door: line.name }),
+        },
+        html("i"),
+        html("strong", {}, line.name),
+        html("em", {}, word("phase", line.phase)),
+        html("p", { hidden: !line.alarm && !line.trouble }, words(line)),
+      ),
+    );
+  }
+
+  fill(name, line, passages) {
+    const focus = document.activeElement;
+    const kept = this.card.contains(focus) ? focus.dataset.part : null;
+    const close = html("button", {
+      className: "close",
+      type: "button",
+      "aria-label": say("details.close"),
+      dataset: { part: "close" },
+      onclick: () => this.on.choose(null),
+    }, "×");
+    const rows = line ? about(line) : [[say("door.title"), say("door.not-known")]];
+    this.error = html("p", { className: "error", role: "alert", hidden: true });
+    const reset = html("button", {
+      type: "button",
+      className: "button main reset",
+      hidden: !line?.alarm,
+      dataset: { part: "reset" },
+      onclick: () => this.reset(name),
+    }, say("door.reset"));
+    this.card.replaceChildren(
+      html("header", {}, html("h2", {}, say("door.of", { name })), close),
+      line?.alarm ? html("p", { className: "alarm" }, word("prompt", line.prompt_name)) : "",
+      html("dl", {}, ...rows.flatMap(([term, value]) => [html("dt", {}, term), html("dd", {}, value)])),
+      reset,
+      this.error,
+      passages.length ? html("h3", {}, say("door.last")) : "",
+      html("ul", { className: "events" }, ...passages.map((passed) => this.passage(passed))),
+    );
+    if (kept) this.card.querySelector(`[data-part="${kept}"]`)?.focus();
+  }
+
+  /** A passage; a link to its time. */
+  passage({ begun_ms, passage }) {
+    const row = html(
+      "a",
+      {
+        href: `#at=${begun_ms}`,
+        title: say("panel.show-map"),
+        dataset: { kind: passage.alarm ? "alarm" : "passage" },
+        onclick: () => this.on.seek(begun_ms),
+      },
+      html("time", { dateTime: new Date(begun_ms).toISOString() }, clockTime(begun_ms)),
+      html("span", {}, passed(passage)),
+    );
+    return html("li", {}, row);
+  }
+
+  /** Somebody has looked after the alarm. */
+  async reset(name) {
+    const at_ms = Math.round(Date.now() + this.ahead_ms);
+    const { error } = this;
+    try {
+      const body = { id: ++this.sent, boot: this.boot, at_ms };
+      await send("POST", `/api/door/${encodeURIComponent(name)}/reset`, body);
+      tell(error, null);
+    } catch (why) {
+      tell(error, why);
+    }
+  }
+}
+
+function about(line) {
+  const lock = word("lock", line.lock);
+  const rows = [
+    [say("door.lock"), line.lock_taken ? lock : say("door.unconfirmed", { lock })],
+    [say("details.doing"), word("phase", line.phase)],
+    [say("door.leaf"), line.contact ? word("contact", line.contact) : say("door.not-known")],
+  ];
+  if (line.trouble) rows.push([say("door.trouble"), word("trouble", line.trouble)]);
+  if (line.entered) {
+    rows.push([say("door.went-in"), say("door.of-entered", { n: line.through, of: line.entered })]);
+  }
+  rows.push([say("door.screen-says"), word("prompt", line.prompt_name)]);
+  return rows;
+}
+
+/** How a passage ended. */
+export const passed = ({ through, entered, outcome, alarm }) =>
+  say("door.passage", {
+    n: through.length,
+    of: entered,
+    how: alarm ? word("alarm", alarm) : word("outcome", outcome),
+  });

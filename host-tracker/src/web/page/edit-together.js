@@ -1,0 +1,69 @@
+// The editor among others: what they have saved is taken into the drawing, and what an earlier page has left is gone on with.
+
+import { tellNews } from "./edit-form.js";
+import { settle } from "./edit-merge.js";
+import { SELECT } from "./shapes.js";
+import { trySite } from "./site-file.js";
+
+export class Together {
+  /** The tracker says that the site has another revision. */
+  told(revision) {
+    if (revision === this.revision || this.saving || this.conflicts) return;
+    this.newer = true;
+    // In place: somebody may be typing in the form.
+    if (this.changed() || this.tool !== SELECT) tellNews(this);
+    else this.takeIn();
+  }
+
+  /** Takes what others have saved into the drawing. */
+  async takeIn() {
+    try {
+      const { site } = this, answer = await trySite(this);
+      // What was drawn meanwhile is compared the next time.
+      if (this.open && this.site === site) this.take(answer);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** Goes on with the drawing and what others have saved, as the tracker has put them together. */
+  take({ revision, site, merged, conflicts, changes }) {
+    Object.assign(this, { revision, base: site, site: merged, newer: false, taken: changes, draft: null });
+    this.saved = JSON.stringify(site);
+    // An undo beyond this would take away what others did.
+    this.done = [];
+    this.undone = [];
+    this.chosen = null;
+    this.tool = SELECT;
+    this.view.svg.classList.remove("drawing");
+    this.conflicts = conflicts.length ? conflicts : null;
+    this.show();
+  }
+
+  /** What both have changed is decided. */
+  settled() {
+    settle(this.site, this.conflicts);
+    this.conflicts = null;
+    this.show();
+    document.getElementById("save")?.focus();
+  }
+
+  /** Goes on with the drawing that an earlier page has left. */
+  takeUp() {
+    const { revision, base, site } = this.left;
+    Object.assign(this, { revision, base, site, left: null });
+    return this.takeIn();
+  }
+
+  drop() {
+    this.left = null;
+    this.kept.forget(this.file);
+    this.show();
+  }
+
+  fail(error) {
+    this.error = error;
+    this.show();
+    this.error = null;
+  }
+}
