@@ -12,6 +12,8 @@
 //! byte of a scan to its socket, so the driver's reading, the pipeline, both networks (loopback), the tracker and
 //! the WebSocket are all in it. Scans are paired with messages by the number of their report.
 
+#[path = "../tests/described/mod.rs"]
+mod described;
 #[path = "../tests/hall/mod.rs"]
 mod hall;
 

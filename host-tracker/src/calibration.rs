@@ -10,73 +10,84 @@
 
 use std::sync::Arc;
 
-use kehai_tracking::calibration::session::{Session, Status};
+use kehai_tracking::calibration::session::{Mounting, Session, Status};
 use kehai_tracking::floor::Reading;
-use kehai_tracking::geometry::Pose;
 use kehai_tracking::observation::Observation;
 use kehai_tracking::session::Sessions;
 use kehai_tracking::site::Site;
+use kehai_tracking::survey::{self, Background};
 use parking_lot::Mutex;
 
 /// A handle: clones are the same calibration.
 #[derive(Clone, Debug, Default)]
-pub struct Calibration(Arc<Mutex<Session>>);
+pub struct Calibration {
+    session: Arc<Mutex<Session>>,
+    backgrounds: Arc<Mutex<Vec<(String, Background)>>>,
+}
 
 impl Calibration {
     /// The site in use.
     pub fn set_site(&self, site: &Arc<Site>) {
-        self.0.lock().set_site(site);
+        self.session.lock().set_site(site);
     }
 
     /// Adds an observation; without a calibration under way it costs a lock.
     pub fn observe(&self, observation: &Observation) {
-        self.0.lock().observe(observation);
+        self.session.lock().observe(observation);
     }
 
     /// The same with a reading of a floor.
     pub fn read(&self, reading: &Reading) {
-        self.0.lock().read(reading);
+        self.session.lock().read(reading);
     }
 
     /// Looks at backgrounds, and where to walk next.
     pub fn tick(&self, sessions: &Sessions, now_s: f64) {
-        self.0.lock().tick(sessions, now_s);
+        let mut session = self.session.lock();
+        session.tick(sessions, now_s);
+        *self.backgrounds.lock() = survey::backgrounds(sessions, session.site());
+    }
+
+    /// What modules have learned of the empty place, by their names.
+    #[must_use]
+    pub fn backgrounds(&self) -> Vec<(String, Background)> {
+        self.backgrounds.lock().clone()
     }
 
     /// Begins a new one, whatever was.
     pub fn begin(&self) {
-        self.0.lock().begin();
+        self.session.lock().begin();
     }
 
     /// Ends it; nothing has changed.
     pub fn stop(&self) {
-        self.0.lock().stop();
+        self.session.lock().stop();
     }
 
     /// Works out the poses from what was walked so far; [`go_on`](Self::go_on) walks on. It takes some tenths of a
     /// second.
     pub fn finish(&self) {
-        let walked = self.0.lock().clone();
+        let walked = self.session.lock().clone();
         if let Some(result) = walked.solve() {
-            self.0.lock().conclude(result);
+            self.session.lock().conclude(result);
         }
     }
 
     /// Goes on walking after a result.
     pub fn go_on(&self) {
-        self.0.lock().go_on();
+        self.session.lock().go_on();
     }
 
-    /// The poses found, by the names of the site's modules and floors.
+    /// Where the site's modules and floors were found.
     #[must_use]
-    pub fn poses(&self) -> Option<Vec<(String, Pose)>> {
-        self.0.lock().poses()
+    pub fn mountings(&self) -> Option<Vec<Mounting>> {
+        self.session.lock().mountings()
     }
 
     /// How far it is.
     #[must_use]
     pub fn status(&self) -> Status {
-        let session = self.0.lock().clone();
+        let session = self.session.lock().clone();
         session.status()
     }
 }

@@ -3,6 +3,7 @@
 //! ```text
 //!   service ─┬─▶ database ◀─ passages, changes of the site
 //!            ├─▶ MQTT     ◀─ door outputs
+//!            ├─▶ webhook  ◀─ what becomes of alarms
 //!            ├─▶ live map ─▶ changes of the site, accepted poses ─▶ service, database
 //!            └─▶ next()   ─▶ the program: the newest snapshot and door outputs
 //! ```
@@ -18,17 +19,19 @@ use rustls::ClientConfig;
 use tokio::sync::watch;
 
 use crate::access::Access;
+use crate::alarm_handle::{AlarmChange, AlarmHandle};
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::service::{Options, Service};
 use crate::site_file::SiteFile;
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
-use crate::store::{Keep, Store, StoreError, StoreState, known_before};
+use crate::store::{Keep, Store, StoreError, StoreState, alarms_before, counted_before, known_before};
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Bind, Limits, Listen, Server, ServerContext};
+use crate::webhook::{Target, Webhook};
 use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::door::doors::Output;
-use kehai_tracking::geometry::Pose;
 use kehai_tracking::keys::Clear;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -53,6 +56,8 @@ pub struct Settings {
     pub map: Option<Map>,
     /// The broker.
     pub mqtt: Option<Mqtt>,
+    /// Where alarms are told.
+    pub webhook: Option<Target>,
     /// The key by which cards are hashed.
     pub card_key: Option<CardKey>,
     /// The file of the keys of the site's devices; it may not be there yet.
@@ -137,8 +142,10 @@ pub struct Daemon {
     // In the order in which they end.
     map: Option<Server>,
     publisher: Option<Publisher>,
+    webhook: Option<Webhook>,
     snapshots: Receiver<Arc<Snapshot>>,
     outputs: Receiver<Output>,
+    changes: Receiver<AlarmChange>,
     site: watch::Receiver<Arc<Site>>,
     service: Service,
     store: Option<Store>,
@@ -159,6 +166,7 @@ impl Daemon {
             database,
             map,
             mqtt,
+            webhook,
             card_key,
             keys,
             clear,
@@ -171,6 +179,13 @@ impl Daemon {
         let taken_back = database.as_ref().filter(|database| database.restore);
         let (known, event) = taken_back.map_or((None, None), |database| known_before(&database.file, now_ms));
         let restore = known.map(|known| (known.line, now_ms.saturating_sub(known.unix_ms) as f64 * 1e-3));
+        let lines = database.as_ref().map(|database| counted_before(&database.file)).unwrap_or_default();
+        let listed = AlarmHandle::default();
+        if let Some(database) = &database {
+            let (alarms, known_ms) = alarms_before(&database.file, now_ms);
+            listed.resume(alarms, known_ms);
+        }
+        let changes = listed.listen();
         let open = |database: &Database| Store::open(&database.file, &site, database.keep);
         let store = database.as_ref().map(open).transpose()?;
         if let Some((store, event)) = store.as_ref().zip(event) {
@@ -178,7 +193,20 @@ impl Daemon {
             store.happened(event);
         }
         let site = (*site).clone();
-        let options = Options { restore, site, modules, discover, tracker, record, card_key, keys, clear };
+        let options = Options {
+            restore,
+            lines,
+            site,
+            modules,
+            discover,
+            tracker,
+            record,
+            card_key,
+            keys,
+            clear,
+            listed,
+        };
+        let keys_file = options.keys.clone();
         let service = Service::start(options)?;
         let doors = service.doors();
         let publisher = mqtt.map(|Mqtt { broker, trust, topics }| {
@@ -186,6 +214,8 @@ impl Daemon {
                 broker,
                 trust,
                 topics,
+                site: service.site(),
+                map_url: map.as_ref().and_then(map_url),
                 doors: Some(doors.clone()),
                 signs: Some(service.signs()),
                 alarms: service.alarms(),
@@ -194,9 +224,12 @@ impl Daemon {
         });
         let file_of_store = database.map(|database| database.file);
         let (publisher, snapshots, outputs) = (publisher.transpose()?, service.queue(), doors.listen());
+        let name = file.current().name.trim_end_matches(".toml").to_owned();
+        let tell = |target| Webhook::start(target, name, service.listed(), service.alarms());
+        let webhook = webhook.map(tell).transpose()?;
         let site = service.site();
-        let map = map.map(|map| serve(map, file, file_of_store, &service)).transpose()?;
-        Ok(Self { map, publisher, snapshots, outputs, site, service, store })
+        let map = map.map(|map| serve(map, file, file_of_store, keys_file, &service)).transpose()?;
+        Ok(Self { map, publisher, webhook, snapshots, outputs, changes, site, service, store })
     }
 
     /// The next snapshot, which the database has then, too.
@@ -232,6 +265,15 @@ impl Daemon {
         outputs
     }
 
+    /// What has become of alarms since the last call. The database has that then, too.
+    pub fn alarm_changes(&self) -> Vec<AlarmChange> {
+        let changes: Vec<AlarmChange> = self.changes.try_iter().collect();
+        if let Some(store) = &self.store {
+            changes.iter().for_each(|change| store.alarm(change.alarm.clone()));
+        }
+        changes
+    }
+
     /// The tracker's own alarms: for the parts of the program that raise them.
     #[must_use]
     pub fn alarms(&self) -> TrackerAlarms {
@@ -255,9 +297,9 @@ impl Daemon {
     /// # Errors
     /// The tracker's socket has failed.
     pub fn stop(self) -> io::Result<Option<StoreState>> {
-        let Self { map, publisher, service, store, .. } = self;
+        let Self { map, publisher, webhook, service, store, .. } = self;
         drop(map);
-        drop(publisher);
+        drop((publisher, webhook));
         service.stop()?;
         Ok(store.map(|store| store.state()))
     }
@@ -280,6 +322,25 @@ pub fn is_reached(address: &SocketAddr) -> bool {
     !address.ip().to_canonical().is_loopback()
 }
 
+/// Where others than this machine open the map: by the name that was given for it, or the first address that they reach.
+fn map_url(map: &Map) -> Option<String> {
+    let Bind { address, .. } = map.listen;
+    if !is_reached(&address) || address.port() == 0 {
+        return None;
+    }
+    let own = || {
+        let all = if_addrs::get_if_addrs().unwrap_or_default();
+        all.iter().map(if_addrs::Interface::ip).find(|ip| ip.is_ipv4() && !ip.is_loopback())
+    };
+    let ip = if address.ip().is_unspecified() { own() } else { Some(address.ip()) };
+    let host = map
+        .names
+        .first()
+        .cloned()
+        .or_else(|| ip.map(|ip| if ip.is_ipv6() { format!("[{ip}]") } else { ip.to_string() }))?;
+    Some(format!("{}://{host}:{}/", map.listen.scheme(), address.port()))
+}
+
 /// The address at which others than this machine could do everything.
 fn open_to_all(map: &Map) -> Option<SocketAddr> {
     let mut listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
@@ -290,18 +351,20 @@ fn serve(
     map: Map,
     site: SiteFile,
     database: Option<PathBuf>,
+    keys: Option<PathBuf>,
     service: &Service,
 ) -> Result<Server, DaemonError> {
     let Map { listen, doors, names, access, insecure: _ } = map;
     let sites = service.sites();
     let noting = database.clone();
-    let accepted = Box::new(move |poses: &[(String, Pose)]| {
+    let accepted = Box::new(move |poses: &[Mounting]| {
         let note = |database: &PathBuf| pose::note(database, poses, unix_ms(), Source::Calibration);
         if let Some(Err(error)) = noting.as_ref().map(note) {
             tracing::error!("accepted poses are not in the database: {error}");
         }
     });
     let context = ServerContext {
+        keys,
         frames: service.frames(),
         reports: service.reports(),
         site,
@@ -313,7 +376,9 @@ fn serve(
         names,
         doors: Some(service.doors()),
         signs: Some(service.signs()),
+        questions: Some(service.questions()),
         alarms: service.alarms(),
+        listed: service.listed(),
         connections: service.connections(),
     };
     let places = match &doors {

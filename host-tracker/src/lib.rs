@@ -6,20 +6,27 @@
 #![forbid(unsafe_code)]
 
 pub mod access;
+pub mod alarm_handle;
+pub mod backup;
 pub mod calibration;
 pub mod certificate;
 pub mod connections;
 pub mod daemon;
 pub mod doors;
 pub mod firmware;
+pub mod http_agent;
 pub mod key_file;
 pub mod label_flash;
 pub mod metrics;
+pub mod module;
 pub mod mqtt;
 pub mod net;
 pub mod owned_file;
+pub mod picture;
+pub mod questions;
 pub mod record;
 pub mod reports;
+pub mod schema;
 pub mod service;
 pub mod signs;
 pub mod site_file;
@@ -27,3 +34,4 @@ pub mod store;
 pub mod supervise;
 pub mod tracker_alarms;
 pub mod web;
+pub mod webhook;

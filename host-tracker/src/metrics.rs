@@ -3,6 +3,7 @@
 //! ```text
 //!   kehai_zone_people{zone="hall"} 2              absent while the zone is unknown: unknown is never empty
 //!   kehai_zone_seen_ratio{zone="hall"} 0.93
+//!   kehai_line_crossings_total{line="front",direction="in"} 12
 //!   kehai_module_scans_hertz{module="left"} 9.9
 //!   kehai_module_alarm{module="left",alarm="dirty"} 1
 //!   kehai_datagrams_dropped_total{cause="late"} 17
@@ -14,13 +15,16 @@ use std::fmt;
 use std::sync::Arc;
 
 use prometheus_client::collector::Collector;
-use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric, text::encode};
+use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric, MetricEncoder, NoLabelSet, text::encode};
+use prometheus_client::metrics::MetricType;
 use prometheus_client::metrics::counter::ConstCounter;
 use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::registry::Registry;
 
 use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::lines::Direction;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
+use kehai_tracking::stays::{BOUNDS_S, DwellLine};
 use kehai_tracking::tracker::LifeCycle;
 
 /// The `Content-Type` of the text.
@@ -43,6 +47,8 @@ struct Scrape(Arc<Snapshot>);
 impl Collector for Scrape {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> fmt::Result {
         zones(&self.0, &mut encoder)?;
+        lines(&self.0, &mut encoder)?;
+        dwell(&self.0, &mut encoder)?;
         tracks(&self.0, &mut encoder)?;
         modules(&self.0, &mut encoder)?;
         drops(&self.0, &mut encoder)
@@ -75,14 +81,9 @@ fn zones(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         encoder,
         "kehai_zone_known",
         "1: all of the zone is known, 0.5: a part of it, 0: nothing",
-        zones.iter().map(|(name, zone)| {
-            let known = match zone.state() {
-                ZoneKnown::Known => 1.0,
-                ZoneKnown::Partly => 0.5,
-                ZoneKnown::Unknown => 0.0,
-            };
-            ([("zone", name.as_str())], ConstGauge::new(known))
-        }),
+        zones
+            .iter()
+            .map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(known_part(zone.state())))),
     )?;
     family(
         encoder,
@@ -90,6 +91,73 @@ fn zones(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
         "Share of the zone that some module sees",
         zones.iter().map(|(name, zone)| ([("zone", name.as_str())], ConstGauge::new(zone.seen_share()))),
     )
+}
+
+fn lines(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+    let counted = frame.lines.iter().filter_map(|line| Some((line.name.as_str(), line.totals()?)));
+    family(
+        encoder,
+        "kehai_line_crossings",
+        "People who crossed the line; absent while it was never seen",
+        counted.flat_map(|(line, totals)| {
+            let ways = [(Direction::In, totals.inward), (Direction::Out, totals.outward)];
+            ways.map(|(direction, count)| {
+                ([("line", line), ("direction", direction.name())], ConstCounter::new(count))
+            })
+        }),
+    )?;
+    family(
+        encoder,
+        "kehai_line_known",
+        "1: all of the line is seen, 0.5: a part of it, 0: nothing",
+        frame
+            .lines
+            .iter()
+            .map(|line| ([("line", line.name.as_str())], ConstGauge::new(known_part(line.state)))),
+    )?;
+    family(
+        encoder,
+        "kehai_line_unknown_seconds",
+        "For how long people may have crossed the line unseen, since the start",
+        frame.lines.iter().map(|line| ([("line", line.name.as_str())], ConstCounter::new(line.unknown_s))),
+    )?;
+    family(
+        encoder,
+        "kehai_line_unfollowed_tracks",
+        "Tracks that were not followed at the line, as there were too many, since the start",
+        frame.lines.iter().map(|line| ([("line", line.name.as_str())], ConstCounter::new(line.unfollowed))),
+    )
+}
+
+/// A histogram that was counted elsewhere.
+#[derive(Debug)]
+struct Dwell<'a>(&'a DwellLine);
+
+impl EncodeMetric for Dwell<'_> {
+    fn encode(&self, mut encoder: MetricEncoder<'_>) -> fmt::Result {
+        let DwellLine { stays, sum_s, parts, .. } = self.0;
+        let longer = stays.saturating_sub(parts.iter().sum());
+        let buckets: Vec<(f64, u64)> =
+            BOUNDS_S.into_iter().zip(*parts).chain([(f64::INFINITY, longer)]).collect();
+        encoder.encode_histogram::<NoLabelSet>(*sum_s, *stays, &buckets, None)
+    }
+
+    fn metric_type(&self) -> MetricType {
+        MetricType::Histogram
+    }
+}
+
+fn dwell(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+    let samples = frame.dwell.iter().map(|line| ([("zone", line.zone.as_str())], Dwell(line)));
+    family(encoder, "kehai_zone_dwell_seconds", "Stays of people in the zone that have ended", samples)
+}
+
+const fn known_part(state: ZoneKnown) -> f64 {
+    match state {
+        ZoneKnown::Known => 1.0,
+        ZoneKnown::Partly => 0.5,
+        ZoneKnown::Unknown => 0.0,
+    }
 }
 
 fn tracks(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
@@ -240,6 +308,7 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
 mod tests {
     use super::*;
     use kehai_tracking::alarm::{AlarmKind, AlarmLine};
+    use kehai_tracking::lines::CrossedLine;
     use kehai_tracking::occupancy::{Found, ZoneLine};
 
     fn frame() -> Arc<Snapshot> {
@@ -267,6 +336,47 @@ mod tests {
         assert!(text.contains("kehai_zone_people{zone=\"hall\"} 2\n"), "{text}");
         assert!(!text.contains("kehai_zone_people{zone=\"a"), "{text}");
         assert!(text.contains("kehai_zone_known{zone=\"a \\\"b\\\"\\\\\\n\"} 0.0\n"), "{text}");
+    }
+
+    #[test]
+    fn a_line_that_was_never_seen_has_no_crossings() {
+        let line = |name: &str, counted: Option<u64>, state| CrossedLine {
+            name: name.into(),
+            inward: counted,
+            outward: counted,
+            state,
+            unknown_s: 2.5,
+            unfollowed: 7,
+        };
+        let lines = vec![line("front", Some(12), ZoneKnown::Partly), line("back", None, ZoneKnown::Unknown)];
+        let text = text(&Arc::new(Snapshot { lines, ..Snapshot::default() }));
+        for line in [
+            "kehai_line_crossings_total{line=\"front\",direction=\"in\"} 12",
+            "kehai_line_crossings_total{line=\"front\",direction=\"out\"} 12",
+            "kehai_line_known{line=\"front\"} 0.5",
+            "kehai_line_unknown_seconds_total{line=\"back\"} 2.5",
+            "kehai_line_unfollowed_tracks_total{line=\"back\"} 7",
+        ] {
+            assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
+        }
+        assert!(!text.contains("kehai_line_crossings_total{line=\"back\""), "{text}");
+    }
+
+    #[test]
+    fn stays_are_a_histogram_of_each_zone() {
+        let line =
+            DwellLine { zone: "hall".into(), stays: 4, sum_s: 40_123.0, parts: [1, 2, 0, 0, 0, 0, 0, 0] };
+        let text = text(&Arc::new(Snapshot { dwell: vec![line], ..Snapshot::default() }));
+        for line in [
+            "# TYPE kehai_zone_dwell_seconds histogram",
+            "kehai_zone_dwell_seconds_sum{zone=\"hall\"} 40123.0",
+            "kehai_zone_dwell_seconds_count{zone=\"hall\"} 4",
+            "kehai_zone_dwell_seconds_bucket{le=\"5.0\",zone=\"hall\"} 1",
+            "kehai_zone_dwell_seconds_bucket{le=\"15.0\",zone=\"hall\"} 3",
+            "kehai_zone_dwell_seconds_bucket{le=\"+Inf\",zone=\"hall\"} 4",
+        ] {
+            assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
+        }
     }
 
     #[test]

@@ -55,8 +55,7 @@ pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
     let written = options.open(&beside).and_then(|mut new| {
         new.write_all(text)?;
         new.sync_all()?;
-        #[cfg(unix)]
-        belongs_to_owner_of(&new, folder)?;
+        give(&new, folder)?;
         fs::rename(&beside, file)
     });
     if written.is_err() {
@@ -68,14 +67,18 @@ pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
 }
 
 /// Gives a file that root has made to the owner of its folder.
-#[cfg(unix)]
-fn belongs_to_owner_of(file: &File, folder: &File) -> io::Result<()> {
-    use std::os::unix::fs::{MetadataExt, fchown};
-    let (own, folder) = (file.metadata()?, folder.metadata()?);
-    // Others than root write in their own folders, or in those of a group that they have in common.
-    if own.uid() == 0 && folder.uid() != 0 {
-        fchown(file, Some(folder.uid()), Some(folder.gid()))
-    } else {
-        Ok(())
+///
+/// # Errors
+/// The system refuses.
+pub fn give(file: &File, folder: &File) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt, fchown};
+        let (own, folder) = (file.metadata()?, folder.metadata()?);
+        // Others than root write in their own folders, or in those of a group that they have in common.
+        if own.uid() == 0 && folder.uid() != 0 {
+            return fchown(file, Some(folder.uid()), Some(folder.gid()));
+        }
     }
+    Ok(())
 }

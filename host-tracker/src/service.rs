@@ -9,6 +9,7 @@
 //! The thread knows nothing of async. A slow sink misses snapshots and holds up no other; what a queue has no
 //! room for is counted.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -20,12 +21,14 @@ use std::thread::JoinHandle;
 use parking_lot::Mutex;
 use tokio::sync::watch;
 
+use crate::alarm_handle::AlarmHandle;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::{DoorHandle, Hash, Watchdog};
 use crate::key_file::{self, Watched};
 use crate::net::discovery::Search;
 use crate::net::tracking::{Parts, TrackingLoop};
+use crate::questions::{ANSWERED, Asked, Questions};
 use crate::record::Recorder;
 use crate::reports::Reports;
 use crate::signs::SignHandle;
@@ -34,6 +37,7 @@ use crate::tracker_alarms::TrackerAlarms;
 use kehai::seal::Role;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::keys::{Clear, Keys, Links};
+use kehai_tracking::lines::Totals;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
@@ -58,12 +62,16 @@ pub struct Options {
     pub record: Option<PathBuf>,
     /// What was known last, and how long before the start, s, by a process that has ended.
     pub restore: Option<(TracksLine, f64)>,
+    /// What an earlier process has counted at lines, by their names.
+    pub lines: BTreeMap<String, Totals>,
     /// Makes of a card what may be kept of it; without it a key that is lost with the process does.
     pub card_key: Option<CardKey>,
     /// The file of the keys of the site's devices; it may not be there yet.
     pub keys: Option<PathBuf>,
     /// What becomes of devices without a key once others have one.
     pub clear: Clear,
+    /// The list of alarms, which may hold those of before.
+    pub listed: AlarmHandle,
 }
 
 /// The running tracker. It ends when it is dropped.
@@ -73,11 +81,13 @@ pub struct Service {
     sites: Sites,
     shared: Arc<Shared>,
     alarms: TrackerAlarms,
+    listed: AlarmHandle,
     connections: Connections,
     doors: DoorHandle,
     calibration: Calibration,
     reports: Reports,
     signs: SignHandle,
+    questions: Questions,
     thread: Option<JoinHandle<io::Result<()>>>,
     _watchdog: Watchdog,
 }
@@ -120,11 +130,13 @@ impl Service {
         let site = Arc::new(options.site);
         let (frames_in, frames) = watch::channel(Arc::default());
         let (changes, changed) = mpsc::channel();
+        let (questions, asked) = Questions::new();
         let shared = Arc::new(Shared::default());
         let socket = TrackingLoop::bind()?;
         let nonces = key_file::nonces().map_err(io::Error::other)?;
         let search = options.discover.then(Search::start).transpose().map_err(io::Error::other)?;
         let alarms = TrackerAlarms::default();
+        let listed = options.listed.clone();
         let connections = Connections::default();
         let begin = |file: &PathBuf| {
             let (begun_ns, restored) = (unix_ms() * 1_000_000, options.restore.clone());
@@ -141,6 +153,7 @@ impl Service {
         let parts = Parts {
             recorder,
             alarms: alarms.clone(),
+            listed: listed.clone(),
             connections: connections.clone(),
             doors: Some(doors.clone()),
             calibration: calibration.clone(),
@@ -156,8 +169,9 @@ impl Service {
             if let Some((line, age_s)) = &options.restore {
                 site_tracker.restore(line, *age_s);
             }
+            site_tracker.restore_lines(&options.lines);
             let mut tracking = TrackingLoop::new(socket, (registry, links), search, site_tracker, parts)?;
-            track(&mut tracking, &changed, &frames_in, &sharing)
+            track(&mut tracking, (&changed, &asked), &frames_in, &sharing)
         })?;
         let sites = Sites { site: watch::Sender::new(site), changes };
         let thread = Some(thread);
@@ -166,11 +180,13 @@ impl Service {
             sites,
             shared,
             alarms,
+            listed,
             connections,
             doors,
             calibration,
             reports,
             signs,
+            questions,
             thread,
             _watchdog: watchdog,
         })
@@ -194,6 +210,12 @@ impl Service {
     #[must_use]
     pub fn alarms(&self) -> TrackerAlarms {
         self.alarms.clone()
+    }
+
+    /// The list of all alarms.
+    #[must_use]
+    pub fn listed(&self) -> AlarmHandle {
+        self.listed.clone()
     }
 
     /// Where HTTP connections that are refused are counted.
@@ -224,6 +246,12 @@ impl Service {
     #[must_use]
     pub fn signs(&self) -> SignHandle {
         self.signs.clone()
+    }
+
+    /// Where it is asked why a figure is what it is.
+    #[must_use]
+    pub fn questions(&self) -> Questions {
+        self.questions.clone()
     }
 
     /// Frames that a queue had no room for.
@@ -271,7 +299,7 @@ impl Drop for Service {
 /// Until it is stopped, or the socket fails for good.
 fn track(
     tracking: &mut TrackingLoop,
-    changed: &Receiver<Arc<Site>>,
+    (changed, asked): (&Receiver<Arc<Site>>, &Receiver<Asked>),
     frames: &watch::Sender<Arc<Snapshot>>,
     shared: &Shared,
 ) -> io::Result<()> {
@@ -281,6 +309,10 @@ fn track(
         }
         let frame = Arc::new(tracking.snapshot()?);
         frames.send_replace(Arc::clone(&frame));
+        for asked in asked.try_iter().take(ANSWERED) {
+            let facts = tracking.facts(&asked.question, frame.line.t);
+            asked.answer(facts);
+        }
         let mut queues = shared.queues.lock();
         queues.retain(|queue| match queue.try_send(Arc::clone(&frame)) {
             Ok(()) => true,

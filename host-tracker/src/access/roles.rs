@@ -13,17 +13,18 @@ use std::fmt;
 use std::str::FromStr;
 
 use kehai_tracking::door::inbox::Input;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What somebody, or something, is here for.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Looks at the map, the past and the metrics.
     View,
-    /// Draws the site, too, if it has no door.
+    /// Draws the site and looks after its modules, too, if it has no door, and acknowledges alarms.
     Edit,
-    /// Looks, resets alarms of doors, and enters numbers for people.
+    /// Looks, acknowledges alarms, resets those of doors, and enters numbers for people.
     Operator,
     /// Everything.
     Admin,
@@ -52,6 +53,10 @@ pub enum Action {
     ChangeSite,
     /// Change a site with doors: whoever moves a zone or a module decides what a door counts.
     ChangeGuardedSite,
+    /// Ask a module of a site without doors for something: to learn, to restart, for its settings.
+    AskModule,
+    /// Note that one has seen an alarm.
+    Acknowledge,
     /// Say what a reader of the site has read.
     Sign,
     /// Send a message to a door.
@@ -110,12 +115,14 @@ pub const fn is_free(action: Action) -> bool {
 /// Whether a role may do this.
 #[must_use]
 pub const fn may(role: Role, action: Action) -> bool {
-    use Action::{ChangeSite, Look, LookAtDoor, Sign, Tell};
+    use Action::{Acknowledge, AskModule, ChangeSite, Look, LookAtDoor, Sign, Tell};
     let granted = match role {
         Role::Admin => true,
         Role::View => matches!(action, Look | LookAtDoor),
-        Role::Edit => matches!(action, Look | LookAtDoor | ChangeSite),
-        Role::Operator => matches!(action, Look | LookAtDoor | Tell(Input::Number | Input::Reset)),
+        Role::Edit => matches!(action, Look | LookAtDoor | ChangeSite | AskModule | Acknowledge),
+        Role::Operator => {
+            matches!(action, Look | LookAtDoor | Acknowledge | Tell(Input::Number | Input::Reset))
+        }
         // A device sees its door, as the tracker's time is there, by which it stamps its messages.
         Role::Reader => matches!(action, LookAtDoor | Sign | Tell(Input::Card)),
         Role::Keypad => matches!(action, LookAtDoor | Tell(Input::Number)),

@@ -84,7 +84,6 @@ const SETTLES: u32 = 50;
 /// One line: what is wrong with which file or address, or why no poses were found.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = SiteFile::load(&arguments.site)?;
-    let revision = file.current().revision;
     let modules = arguments
         .module
         .iter()
@@ -120,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(refused) = status.refused {
         return Err(refused.into());
     }
-    let Some((found, poses)) = status.found.zip(session.poses()) else {
+    let Some((found, poses)) = status.found.zip(session.mountings()) else {
         return Err("nothing was seen: is a module switched on, and in the site?".into());
     };
     if !arguments.json {
@@ -140,7 +139,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         say("nothing was written; --accept writes it without asking");
         return Ok(());
     }
-    file.save_poses(&poses, Some(revision), |_| Ok(()))?;
+    // What was edited while somebody walked stays.
+    file.look(|_| Ok(()))?;
+    file.save_poses(&poses, |_| Ok(()))?;
     if let Some(db) = &arguments.db {
         pose::note(db, &poses, unix_ms(), Source::Calibration)?;
     }
@@ -195,10 +196,8 @@ fn with_strangers(site: &Site, frame: &Snapshot) -> Option<Site> {
             || site.floors.iter().any(|floor| floor.name == name)
     };
     let there = frame.modules.iter().filter(|line| !line.id.is_empty() && !line.name.is_empty());
-    let new: Vec<Module> = there
-        .filter(|line| !known(&line.name))
-        .map(|line| Module { name: line.name.clone(), x: 0.0, y: 0.0, yaw_deg: 0.0, height_m: 0.6 })
-        .collect();
+    let new: Vec<Module> =
+        there.filter(|line| !known(&line.name)).map(|line| Module::unplaced(line.name.clone())).collect();
     (!new.is_empty()).then(|| Site { modules: [site.modules.clone(), new].concat(), ..site.clone() })
 }
 

@@ -17,11 +17,14 @@ use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;
 
+/// Where the map is unless another place is named.
+const THIS_MACHINE: &str = "127.0.0.1:8420";
+
 #[derive(Debug, Args)]
 pub(super) struct HttpArguments {
     /// Serve the live map, for this machine alone unless an address is given: 0.0.0.0:8420 is for the whole network, which
     /// has to log in [default: 127.0.0.1:8420]
-    #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8420", value_parser = listen)]
+    #[arg(long, value_name = "[IP:]PORT", num_args = 0..=1, default_missing_value = THIS_MACHINE, value_parser = listen)]
     http: Option<SocketAddr>,
 
     /// Take messages to doors at this address alone, by connections of their own: a flood of the map does not reach
@@ -65,6 +68,11 @@ pub(super) struct Served {
 }
 
 impl HttpArguments {
+    /// Serves the map for this machine, if nothing else was said.
+    pub(super) fn serve_this_machine(&mut self) {
+        self.http = self.http.or_else(|| listen(THIS_MACHINE).ok());
+    }
+
     /// Whether anything is served.
     pub(super) const fn is_given(&self) -> bool {
         self.http.is_some()

@@ -1,9 +1,11 @@
 //! The commands of `kehai-tracker`, one file each.
 
 mod address;
+mod backup;
 mod broker;
 mod calibrate;
 mod check;
+mod explain;
 mod export;
 mod failure;
 mod firmware;
@@ -13,7 +15,11 @@ mod manual;
 mod module;
 mod output;
 mod replay;
+mod report;
+mod restore;
 mod run;
+mod schema;
+mod service;
 mod supervisor;
 mod token;
 mod tracks_out;
@@ -49,7 +55,12 @@ enum Command {
     Firmware(firmware::Arguments),
     Replay(replay::Arguments),
     Export(export::Arguments),
+    Report(report::Arguments),
+    Explain(explain::Arguments),
     Check(check::Arguments),
+    Backup(backup::Arguments),
+    Restore(restore::Arguments),
+    Schema(schema::Arguments),
     Completions(manual::Completions),
     #[command(hide = true)]
     Man(manual::Man),
@@ -68,7 +79,12 @@ pub fn run() -> ExitCode {
         Command::Firmware(arguments) => firmware::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Backup(arguments) => backup::run(&arguments),
+        Command::Restore(arguments) => restore::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => manual::completions(&arguments, &mut Arguments::command()),
         Command::Man(arguments) => manual::man(&arguments, Arguments::command()),
     };

@@ -8,11 +8,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
+use host_tracker::alarm_handle::AlarmChange;
+use host_tracker::backup;
 use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::key_file;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
-use kehai_tracking::alarm::{AlarmKind, Alarms, Changes};
+use host_tracker::webhook::Target;
+use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::alarm_list::Became;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::keys::Clear;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
@@ -32,9 +36,10 @@ use super::tracks_out::TracksOut;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The site: where the modules, walls, zones and entries are
+    /// The site: where the modules, walls, zones and entries are. If there is no such file, the live map guides to one and
+    /// makes it [default: site.toml in this folder, with --http]
     #[arg(long, value_name = "FILE.toml")]
-    site: PathBuf,
+    site: Option<PathBuf>,
 
     /// A module's address, beside those that are found; port 4040 if none is given
     #[arg(long, value_name = "HOST[:PORT]")]
@@ -67,6 +72,10 @@ pub struct Arguments {
     #[command(flatten)]
     mqtt: MqttArguments,
 
+    /// Tell this address, by a POST of JSON, when an alarm begins, is acknowledged and ends
+    #[arg(long, value_name = "URL", env = "KEHAI_ALARM_WEBHOOK", hide_env_values = true)]
+    alarm_webhook: Option<Target>,
+
     /// Keep what happens in this database, made if missing
     #[arg(long, value_name = "FILE")]
     db: Option<PathBuf>,
@@ -89,12 +98,16 @@ pub struct Arguments {
 }
 
 const EXAMPLES: &str = "Examples:
+  kehai-tracker run                                      no site yet: the live map guides to one
   kehai-tracker run --site door.toml --tracks-out -
   kehai-tracker run --site door.toml --http
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
   kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
   kehai-tracker run --site door.toml --db door.db --keep-days 30
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
+
+/// The site if none is named.
+const SITE: &str = "site.toml";
 
 /// Between two looks at whether it is to end.
 const WAIT: Duration = Duration::from_millis(200);
@@ -103,8 +116,18 @@ const WAIT: Duration = Duration::from_millis(200);
 ///
 /// # Errors
 /// One line: what is wrong with which file or address.
-pub fn run(arguments: Arguments) -> Result<(), Failure> {
-    let site = SiteFile::load(&arguments.site)?;
+pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
+    if arguments.site.is_none() {
+        arguments.http.serve_this_machine();
+    }
+    let site_path = arguments.site.unwrap_or_else(|| SITE.into());
+    if backup::finish(&site_path)? {
+        tracing::warn!("a restoration that was interrupted is finished");
+    }
+    // Only the map can make a site.
+    let load = if arguments.http.is_given() { SiteFile::load_or_begin } else { SiteFile::load };
+    let site = load(&site_path)?;
+    let is_new = !site_path.exists();
     let modules = arguments
         .module
         .iter()
@@ -116,7 +139,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         || arguments.http.is_given();
     let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
     let mut out = tracks_out.map(open).transpose()?;
-    let mqtt = arguments.mqtt.broker(&arguments.site)?;
+    let mqtt = arguments.mqtt.broker(&site_path)?;
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
@@ -125,13 +148,13 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     let keep = Keep { days: arguments.keep_days, card_days: arguments.keep_card_days };
-    let card_key = card_key(&arguments.site, &site.current().site).unwrap_or_else(|error| {
+    let card_key = card_key(&site_path, &site.current().site).unwrap_or_else(|error| {
         tracing::warn!("{error}; cards of before are not known again");
         None
     });
-    let served = arguments.http.served(&arguments.site)?;
-    let map = arguments.http.map(&served, &arguments.site)?;
-    let keys_file = arguments.keys.clone().unwrap_or_else(|| key_file::beside(&arguments.site));
+    let served = arguments.http.served(&site_path)?;
+    let map = arguments.http.map(&served, &site_path)?;
+    let keys_file = arguments.keys.clone().unwrap_or_else(|| key_file::beside(&site_path));
     if key_file::load(&keys_file)?.is_none() && arguments.keys.is_some() {
         return Err(format!("{}: there is no such file", keys_file.display()).into());
     }
@@ -144,16 +167,22 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
         database: arguments.db.map(|file| Database { file, keep, restore: true }),
         map,
         mqtt,
+        webhook: arguments.alarm_webhook,
         card_key,
         keys: Some(keys_file),
         clear: if arguments.also_in_clear { Clear::Believed } else { Clear::Listed },
     };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
-        .map_err(|error| advised(error, &arguments.site))?;
+        .map_err(|error| advised(error, &site_path))?;
     served.say(&daemon);
+    if is_new {
+        let file = site_path.display();
+        tracing::info!(
+            "there is no {file} yet: the live map guides from the modules to a site, and makes it"
+        );
+    }
     let mut supervisor = Supervisor::ready();
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
-    let mut alarms = Alarms::default();
     let mut last = Arc::<Snapshot>::default();
     while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
         match daemon.next(WAIT) {
@@ -169,7 +198,7 @@ pub fn run(arguments: Arguments) -> Result<(), Failure> {
                 tracing::warn!("door {door}: {why}");
             }
         }
-        say(&alarms.update(last.active_alarms()));
+        daemon.alarm_changes().iter().for_each(say);
         if let Some(out) = &mut out {
             match out.line(&last.line) {
                 // The reader of the lines has had enough, and there is no other.
@@ -192,13 +221,16 @@ fn open(file: &Path) -> Result<TracksOut<Box<dyn Write>>, String> {
     Ok(TracksOut::new(Box::new(out), name))
 }
 
-/// Logs which alarms have begun and which are over.
-fn say(changes: &Changes) {
-    for alarm in &changes.begun {
-        tracing::warn!("{}: {}: {}", alarm.source, alarm.name(), alarm.text);
-    }
-    for alarm in &changes.over {
-        tracing::info!("{}: {}: over", alarm.source, alarm.name());
+/// Logs what has become of an alarm.
+fn say(change: &AlarmChange) {
+    let alarm = &change.alarm;
+    match change.became {
+        Became::Raised => tracing::warn!("{alarm}: {}", alarm.text),
+        Became::Acknowledged => {
+            let by = alarm.acknowledged.as_ref().map_or("", |seen| &seen.by);
+            tracing::info!("{alarm}: acknowledged by {by}");
+        }
+        Became::Ended => tracing::info!("{alarm}: over"),
     }
 }
 

@@ -8,6 +8,7 @@ use host_tracker::access::directory::User;
 use host_tracker::access::file::AccessFile;
 use host_tracker::access::roles::Role;
 use host_tracker::access::{password, secret};
+use host_tracker::backup;
 
 use super::failure::Failure;
 use super::output::print;
@@ -85,8 +86,9 @@ impl Place {
     /// The file of them.
     ///
     /// # Errors
-    /// There is no such site.
+    /// There is no such site, or what was killed while it restored it cannot be finished.
     pub(super) fn file(&self) -> Result<AccessFile, Failure> {
+        backup::finish(&self.site)?;
         match self.site.is_file() {
             true => Ok(AccessFile::beside(&self.site)),
             false => Err(format!("{}: there is no such site; --site says which", self.site.display()).into()),

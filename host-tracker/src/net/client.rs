@@ -137,6 +137,17 @@ impl Client {
         self.address
     }
 
+    /// Drops what has come since the last question: reports of then say nothing of now.
+    ///
+    /// # Errors
+    /// [`ClientError::Io`].
+    pub fn skip_what_has_come(&mut self) -> Result<(), ClientError> {
+        let error = |error| ClientError::Io(self.address, error);
+        self.socket.set_nonblocking(true).map_err(error)?;
+        while self.socket.recv(&mut [0; 2048]).is_ok() {}
+        self.socket.set_nonblocking(false).map_err(error)
+    }
+
     /// Asks until `wanted` finds what it wants in an answer; it is shown answers to this request only.
     ///
     /// # Errors

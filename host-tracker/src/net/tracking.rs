@@ -11,6 +11,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::alarm_handle::AlarmHandle;
 use crate::calibration::Calibration;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
@@ -26,13 +27,16 @@ use crate::signs::SignHandle;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai::wire::Message;
 use kehai_tracking::alarm::{AlarmKind, AlarmLine};
+use kehai_tracking::capacity::Capacity;
+use kehai_tracking::explain::{Facts, FactsOf, Question};
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::keys::{Arrived, Links, Standing};
 use kehai_tracking::registry::{Networks, Registry};
 use kehai_tracking::session::Input;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::snapshot::{ModuleLine, Refused, Snapshot, unix_ms};
+use kehai_tracking::snapshot::{ModuleLine, Refused, Snapshot, active_alarms, unix_ms};
+use kehai_tracking::total::total;
 
 /// Between two snapshots, µs.
 pub const LINE_US: u64 = 100_000;
@@ -56,6 +60,8 @@ pub struct Parts {
     pub recorder: Option<Recorder>,
     /// The tracker's own alarms.
     pub alarms: TrackerAlarms,
+    /// The list of all alarms.
+    pub listed: AlarmHandle,
     /// HTTP connections that were refused.
     pub connections: Connections,
     /// The doors of the site.
@@ -93,6 +99,7 @@ pub struct TrackingLoop {
     networks_until_us: u64,
     /// Datagrams from addresses that are no device of ours.
     strangers: u64,
+    capacity: Capacity,
     parts: Parts,
 }
 
@@ -149,6 +156,7 @@ impl TrackingLoop {
             networks: Networks::default(),
             networks_until_us: 0,
             strangers: 0,
+            capacity: Capacity::default(),
             parts,
         })
     }
@@ -276,7 +284,10 @@ impl TrackingLoop {
         }
         let observation = input.and_then(Input::scan);
         if let Some(observation) = &observation {
-            self.poses.observe(observation);
+            // One that is not placed is nowhere that could be wrong.
+            if self.registry.site().is_placed(observation.view.module) {
+                self.poses.observe(observation);
+            }
             self.parts.calibration.observe(observation);
             if let Message::Report(report) = &datagram.message
                 && self.parts.reports.are_wanted()
@@ -304,7 +315,7 @@ impl TrackingLoop {
         let now_us = self.now_us();
         let estimate = self.site_tracker.estimate(at_us as f64 * 1e-6);
         let line = TracksLine::from(&estimate);
-        let Self { registry, links, site_tracker, poses, parts, .. } = self;
+        let Self { registry, links, site_tracker, poses, capacity, parts, .. } = self;
         parts.calibration.tick(site_tracker.sessions(), at_us as f64 * 1e-6);
         if let Some(recorder) = &parts.recorder {
             recorder.line(at_us, &line);
@@ -314,13 +325,22 @@ impl TrackingLoop {
         modules.iter_mut().for_each(|module| stand(module, links));
         poses.raise(site_tracker.sessions(), &mut modules, now_us);
         let doors = parts.doors.as_ref().map(|doors| doors.observe(&estimate, &modules));
+        let doors = doors.unwrap_or_default();
+        let (unix_ms, own) = (unix_ms(), parts.alarms.lines());
+        let crowded = capacity.observe(registry.site(), &line.zones, line.t);
+        let active = active_alarms(&own, &modules, &doors).chain(crowded);
+        let alarms = parts.listed.observe(unix_ms, active);
+        let total = total(registry.site(), &line, &modules);
         let (names, signs) = parts.signs.as_ref().map(|signs| signs.observe(&estimate)).unwrap_or_default();
         Snapshot {
-            unix_ms: unix_ms(),
+            unix_ms,
             line,
             tracks: estimate.tracks,
-            alarms: parts.alarms.lines(),
-            doors: doors.unwrap_or_default(),
+            total,
+            alarms,
+            lines: site_tracker.lines(),
+            dwell: site_tracker.dwell(),
+            doors,
             names,
             signs,
             floors: site_tracker.floors(),
@@ -331,6 +351,17 @@ impl TrackingLoop {
             refused: Refused { forgotten: site_tracker.sessions().forgotten(), ..registry.refused() },
             http: parts.connections.refused(),
         }
+    }
+
+    /// What is known at `at_s`, the time of the newest snapshot, to be explained.
+    #[must_use]
+    pub fn facts(&self, question: &Question, at_s: f64) -> Facts {
+        let mut facts = self.site_tracker.facts(question, at_s);
+        if let Question::Alarm(kind) = question {
+            let conditions = self.registry.conditions(*kind, self.site_tracker.sessions(), self.now_us());
+            facts.of = Some(FactsOf::Alarm(conditions));
+        }
+        facts
     }
 
     /// Where devices send to.

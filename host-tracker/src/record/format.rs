@@ -52,15 +52,26 @@ pub(super) enum Cause {
     #[error("{0}")]
     Io(#[from] std::io::Error),
     #[error("{0}")]
-    Mcap(#[from] mcap::McapError),
+    Mcap(mcap::McapError),
     #[error("{0}")]
     Json(#[from] serde_json::Error),
     #[error("it does not begin with a site: is it a recording of kehai-tracker?")]
     Foreign,
+    #[error("it is no recording: kehai-tracker run --record FILE.mcap makes one")]
+    NoMcap,
     #[error("it is damaged: its lengths contradict each other")]
     Damaged,
     #[error("its site: {0}")]
     Site(String),
     #[error("{0}")]
     Tracker(#[from] kehai_tracking::tracker::UnknownTracker),
+}
+
+impl From<mcap::McapError> for Cause {
+    fn from(error: mcap::McapError) -> Self {
+        match error {
+            mcap::McapError::BadMagic => Self::NoMcap,
+            error => Self::Mcap(error),
+        }
+    }
 }

@@ -3,7 +3,8 @@
 use axum::Json;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
+
+use super::bodies::Refusal;
 
 /// Longest body of a request: a site of some ten thousand corners.
 pub(super) const BODY_MAX: usize = 1 << 20;
@@ -15,5 +16,5 @@ pub(super) fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str
 
 /// An answer that says why not.
 pub(super) fn refuse(status: StatusCode, why: &str) -> Response {
-    (status, Json(json!({ "error": why }))).into_response()
+    (status, Json(Refusal { error: why.to_owned() })).into_response()
 }

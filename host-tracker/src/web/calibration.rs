@@ -13,29 +13,38 @@ use axum::extract::rejection::JsonRejection;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde_json::json;
 
 use super::answers::refuse;
+use super::bodies::Revised;
 use super::shared::Shared;
 use super::site::save_refused;
 use crate::access::Who;
 
 /// What the browser wants.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "CalibrationDo")]
 enum Do {
+    /// Begin to walk.
     Begin,
+    /// It is enough: find the poses.
     Finish,
+    /// Walk on.
     GoOn,
+    /// Save the poses that were found.
     Accept,
+    /// Leave everything as it was.
     Stop,
 }
 
-/// A request.
-#[derive(Deserialize)]
+/// A step of a calibration.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "CalibrationStep")]
 pub struct Wish {
+    /// Which.
     r#do: Do,
 }
 
@@ -67,17 +76,19 @@ pub async fn change(
             }
         }
         Do::Accept => {
-            let Some(poses) = calibration.poses() else {
+            let Some(poses) = calibration.mountings() else {
                 return refuse(StatusCode::CONFLICT, "there are no poses to accept: walk and finish first");
             };
             if let Some(refusal) = shared.refuse_change(&who, None) {
                 return refusal;
             }
-            return match shared.context.site.save_poses(&poses, None, &*shared.context.changed) {
+            let (site, changed) = (&shared.context.site, &*shared.context.changed);
+            let saved = site.look(changed).and_then(|()| site.save_poses(&poses, changed));
+            return match saved {
                 Ok(revision) => {
                     calibration.stop();
                     (shared.context.accepted)(&poses);
-                    Json(json!({ "revision": revision })).into_response()
+                    Json(Revised { revision, merged: Vec::new() }).into_response()
                 }
                 Err(error) => save_refused(&error),
             };

@@ -21,14 +21,14 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
-use serde_json::json;
 
 use super::answers::refuse;
+use super::bodies::Done;
 use super::listener::Ends;
 use super::page;
 use super::shared::Shared;
 use crate::access::Who;
-use kehai_tracking::door::doors::Why;
+use kehai_tracking::door::doors::{DoorState, Why};
 use kehai_tracking::door::inbox::{Input, NotTaken};
 
 const NO_DOORS: &str = "the site has no doors";
@@ -37,7 +37,7 @@ const NO_DOORS: &str = "the site has no doors";
 pub async fn all(State(shared): State<Arc<Shared>>) -> Response {
     match &shared.context.doors {
         Some(doors) => Json(doors.states()).into_response(),
-        None => Json(json!([])).into_response(),
+        None => Json(Vec::<DoorState>::new()).into_response(),
     }
 }
 
@@ -82,7 +82,7 @@ pub async fn tell(
     match told {
         // A lock that says it is ready is answered with its order.
         Ok(Some(order)) if input == Input::LockReady => Json(order).into_response(),
-        Ok(_) => Json(json!({})).into_response(),
+        Ok(_) => Json(Done {}).into_response(),
         Err(why) => {
             let status = match why {
                 Why::NoDoor(_) => StatusCode::NOT_FOUND,

@@ -11,22 +11,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use axum::extract::ws::Utf8Bytes;
-use serde::Serialize;
 use tokio::sync::watch;
 
+use super::bodies::ToClient;
 use super::shared::{Packets, Shared};
+use super::socket::text;
 use kehai_tracking::snapshot::Snapshot;
 
 /// Frames from one text of fields, and one line of history, to the next.
 const FIELDS_EVERY: u64 = 5;
 
-#[derive(Serialize)]
-struct Envelope<'a> {
-    frame: &'a Snapshot,
-}
-
 /// Makes the texts until the tracker has ended.
-pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>) {
+pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>, alarms: watch::Sender<Utf8Bytes>) {
+    let mut told = None;
     let mut frames = shared.context.frames.clone();
     let mut number = 0_u64;
     loop {
@@ -42,6 +39,12 @@ pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>) {
                 shared.history.lock().push(&frame);
             }
             number += 1;
+            // In other words an alarm is the same: only frames have the newest.
+            let standing = standing(&frame);
+            if told.as_ref() != Some(&standing) {
+                told = Some(standing);
+                alarms.send_replace(text(&ToClient::Alarms(&frame.alarms)));
+            }
             let text = envelope(&frame);
             packets.send_modify(|packets| packets.frame = text);
         }
@@ -51,13 +54,17 @@ pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>) {
     }
 }
 
+/// Which alarms stand, and whether somebody has seen them.
+fn standing(frame: &Snapshot) -> Vec<(u64, bool)> {
+    frame.alarms.iter().map(|alarm| (alarm.id, alarm.acknowledged.is_some())).collect()
+}
+
 fn envelope(frame: &Snapshot) -> Utf8Bytes {
     let mut slim = frame.clone();
     for module in &mut slim.modules {
         module.free.clear();
     }
-    // Nothing in a frame can fail to be written.
-    serde_json::to_string(&Envelope { frame: &slim }).unwrap_or_default().into()
+    text(&ToClient::Frame(&slim))
 }
 
 /// To the centimetre.
@@ -68,6 +75,5 @@ fn fields(frame: &Snapshot) -> Utf8Bytes {
         .iter()
         .map(|module| (module.name.as_str(), module.free.iter().map(|at| at.map(round)).collect()))
         .collect();
-    let text: BTreeMap<&str, _> = BTreeMap::from([("fields", fields)]);
-    serde_json::to_string(&text).unwrap_or_default().into()
+    text(&ToClient::Fields(fields))
 }

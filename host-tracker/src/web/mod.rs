@@ -4,13 +4,18 @@
 //!   frames ─▶ feed ─▶ one text for all ─▶ /ws            every 0.1 s; a slow client misses some
 //!   reports ────────────────────────────▶ /ws            tracks after each report, for clients that ask
 //!               └───▶ ten minutes      ─▶ /api/history   two lines a second
+//!   alarms, acknowledged ◀───────────────▶ /api/alarms, /ws
 //!   database ────────────────────────▶ /api/overview, /api/past
 //!                                         /api/state     the newest frame
 //!                                         /metrics       the same for Prometheus
 //!   poses by walking ◀──────────────────▶ /api/calibration
+//!   picture ◀───────────────────────────▶ /api/picture, /api/picture/place
+//!   measured walls, rooms ──────────────▶ /api/survey
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
 //!   doors ◀─ messages, as `door` says ───▶ /api/door/NAME/INPUT, /door/NAME
+//!   modules ◀─ learn, absorb, settings … ──▶ /api/module/NAME/ACTION
 //!   log-in, log-out ◀───────────────────── /api/session
+//!   why a figure is what it is ──────────▶ /api/explain
 //!   names ◀─ cards, tags ────────────────▶ /api/sign, /api/where
 //!   page/ ──────────────────────────────▶ /              embedded: no other server is ever asked
 //!
@@ -30,41 +35,59 @@
 //! | `history` | the last ten minutes |
 //! | `past` | what was before, from the database |
 //! | `socket` | a browser's connection |
+//! | `alarms` | alarms, listed and acknowledged |
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
+//! | `module` | modules, looked after |
 //! | `exits` | which ways out the log says |
+//! | `coverage` | what modules see, for the handover page |
+//! | `heat` | how long people were where |
+//! | `explain` | why a figure is what it is |
 //! | `sign` | cards and tags that were read, and where an ID is |
 //! | `calibration` | poses found by walking |
+//! | `picture` | a picture of the place under the map |
+//! | `survey` | the plan that modules have measured |
 //! | `page/` | the page itself |
 //!
 //! Each listener has a thread of its own; the tracker never waits for it. Every answer that is no success says
 //! why in one line: `{"error": "…"}`.
 
+mod alarms;
 mod answers;
+pub(crate) mod bodies;
 mod calibration;
+mod coverage;
+mod documents;
 mod door;
 mod exits;
+mod explain;
 mod feed;
 pub mod guard;
+mod heat;
 mod limits;
 mod listener;
+mod module;
+pub(crate) mod operations;
 mod page;
 mod past;
+mod picture;
 mod places;
 pub mod recent;
-mod rights;
+pub(crate) mod rights;
 mod router;
 mod session;
 mod shared;
 mod sign;
 mod site;
 mod socket;
+mod survey;
 
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
+use axum::extract::ws::Utf8Bytes;
 use parking_lot::Mutex;
 use tokio::sync::{oneshot, watch};
 use tokio_rustls::TlsAcceptor;
@@ -231,14 +254,17 @@ async fn serve(
     serves: Serves,
 ) -> String {
     let (packets_in, packets) = watch::channel(Packets::default());
+    let (alarms_in, alarms) = watch::channel(Utf8Bytes::default());
     let shared = Arc::new(Shared {
         context: Arc::clone(context),
         names: guard::Names::of_this_machine(&context.names),
         limits,
         packets,
+        alarms,
         history: Mutex::new(History::default()),
         browsers: Places::new(limits.connections.half()),
         comparing: tokio::sync::Mutex::default(),
+        asking: Arc::default(),
         exits: Mutex::default(),
     });
     let listener = match tokio::net::TcpListener::from_std(listener) {
@@ -258,6 +284,6 @@ async fn serve(
     );
     match serves {
         Serves::Doors => serving.await,
-        Serves::Map { .. } => tokio::join!(serving, feed::run(shared, packets_in)).0,
+        Serves::Map { .. } => tokio::join!(serving, feed::run(shared, packets_in, alarms_in)).0,
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use kehai_tracking::jsonl::{TrackLine, ZoneKnown, ZoneLine};
@@ -14,16 +15,24 @@ const LINES: usize = 1200;
 #[derive(Debug, Default)]
 pub struct History(VecDeque<String>);
 
-#[derive(Serialize)]
-struct Past<'a> {
+/// What was known at a time.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "PastLine")]
+pub(crate) struct Past<'a> {
+    /// When, ms since 1970.
     unix_ms: u64,
+    /// All tracks.
     tracks: &'a [TrackLine],
+    /// Each zone by its name.
     zones: BTreeMap<String, PastZone>,
 }
 
-#[derive(Serialize)]
-struct PastZone {
+/// What was known of a zone.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct PastZone {
+    /// People; null where 0 would say more than is known.
     count: Option<u32>,
+    /// How much of it was seen.
     state: ZoneKnown,
 }
 

@@ -33,14 +33,26 @@ pub fn needed(method: &Method, route: Option<&str>, input: Option<Input>) -> Opt
     let reads = matches!(*method, Method::GET | Method::HEAD);
     Some(match (route, reads) {
         ("/api/session", _) | ("/healthz" | "/door/{name}", true) => Free,
+        // As little as the page's files: they are the same for all.
+        ("/api/openapi.json" | "/api/asyncapi.json", true) => Free,
         (
             "/ws" | "/api/site" | "/api/state" | "/api/history" | "/api/overview" | "/api/past"
-            | "/api/where" | "/api/calibration" | "/metrics",
+            | "/api/figures" | "/api/where" | "/api/explain" | "/api/heat" | "/api/coverage"
+            | "/api/calibration" | "/api/alarms" | "/metrics" | "/api/picture" | "/api/picture/place",
             true,
         ) => Needs(Action::Look),
         ("/api/door" | "/api/door/{name}", true) => Needs(Action::LookAtDoor),
+        ("/api/picture", false) if matches!(*method, Method::PUT | Method::DELETE) => {
+            Needs(Action::ChangeSite)
+        }
+        ("/api/picture/place", false) if *method == Method::PUT => Needs(Action::ChangeSite),
+        ("/api/survey", true) => Needs(Action::ChangeSite),
         ("/api/site", false) if *method == Method::PUT => Needs(Action::ChangeSite),
+        ("/api/site/try", false) if *method == Method::POST => Needs(Action::ChangeSite),
         ("/api/calibration", false) if *method == Method::POST => Needs(Action::ChangeSite),
+        ("/api/alarms/acknowledge", false) if *method == Method::POST => Needs(Action::Acknowledge),
+        ("/api/module/{name}" | "/api/module/{name}/things", true) => Needs(Action::AskModule),
+        ("/api/module/{name}/{action}", false) if *method == Method::POST => Needs(Action::AskModule),
         ("/api/sign", false) if *method == Method::POST => Needs(Action::Sign),
         ("/api/door/{name}/{*input}", false) if *method == Method::POST => {
             // That there is no such input is said to whoever may see the door.

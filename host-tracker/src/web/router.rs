@@ -8,13 +8,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::extract::{DefaultBodyLimit, MatchedPath, RawPathParams, Request, State};
+use axum::extract::{DefaultBodyLimit, MatchedPath, Path, RawPathParams, Request, State};
 use axum::http::request::Parts;
 use axum::http::uri::PathAndQuery;
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, post};
+use axum::routing::{MethodRouter, get, post, put};
 use axum::{Extension, Json, RequestPartsExt, Router};
 use kehai_tracking::door::inbox::{self, Input};
 use kehai_tracking::names::message;
@@ -23,9 +23,13 @@ use super::answers::{BODY_MAX, refuse, text};
 use super::listener::{Ends, Line};
 use super::rights::{Needed, is_taken_in_clear, needed};
 use super::shared::Shared;
-use super::{calibration, door, guard, page, past, session, sign, site, socket};
+use super::{
+    alarms, calibration, coverage, documents, door, explain, guard, heat, module, page, past, picture,
+    session, sign, site, socket, survey,
+};
 use crate::access::Who;
 use crate::connections::Cause;
+use crate::picture::LONGEST;
 
 /// What the page may load and which server it may ask: this one alone.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
@@ -40,25 +44,52 @@ pub fn map(doors_at: Option<String>) -> Router<Arc<Shared>> {
     let map = Router::new()
         .route("/ws", get(socket::open))
         .route("/api/site", get(site::show).put(site::change))
+        .route("/api/site/try", post(site::attempt))
+        .route("/api/alarms", get(alarms::list))
+        .route("/api/alarms/acknowledge", post(alarms::acknowledge))
         .route("/api/state", get(state))
         .route("/api/history", get(history))
         .route("/api/overview", get(past::glance))
         .route("/api/past", get(past::paths))
+        .route("/api/figures", get(past::binned))
+        .route("/api/openapi.json", get(documents::openapi))
+        .route("/api/asyncapi.json", get(documents::asyncapi))
         .route("/api/where", get(sign::ask))
+        .route("/api/explain", get(explain::why))
+        .route("/api/heat", get(heat::map))
+        .route("/api/coverage", get(coverage::show))
         .route("/api/calibration", get(calibration::show).post(calibration::change))
+        .route("/api/picture/place", get(picture::place).put(picture::lay))
+        .route("/api/picture", kept_picture())
+        .route("/api/survey", get(survey::show))
+        .route("/api/module/{name}", get(module::show))
+        .route("/api/module/{name}/things", get(module::seen))
+        .route("/api/module/{name}/{action}", post(module::act))
         .route("/api/session", get(session::show).post(session::begin).delete(session::end))
         .route("/metrics", get(metrics))
         .route("/healthz", get(healthz));
     let Some(at) = doors_at else { return map.merge(doors()) };
     let map = map.merge(signs());
-    let elsewhere = move || async move {
-        let why = format!("this door takes messages at --door-http alone: {at}");
-        refuse(StatusCode::MISDIRECTED_REQUEST, &why)
-    };
+    let why = format!("this door takes messages at --door-http alone: {at}");
+    let screen_why = why.clone();
+    // Whoever looks after an alarm sees it on the map. No device at a door sends a reset.
+    let tell =
+        async move |state, who, ends, Path((name, input)): Path<(String, String)>, body| match Input::named(
+            &input,
+        ) {
+            Some(Input::Reset) => door::tell(state, who, ends, Path((name, input)), body).await,
+            _ => refuse(StatusCode::MISDIRECTED_REQUEST, &why),
+        };
     map.route("/api/door", get(door::all))
         .route("/api/door/{name}", get(door::one))
-        .route("/api/door/{name}/{*input}", post(elsewhere.clone()))
-        .route("/door/{name}", get(elsewhere))
+        .route("/api/door/{name}/{*input}", post(tell).layer(DefaultBodyLimit::max(inbox::LONGEST)))
+        .route("/door/{name}", get(async move || refuse(StatusCode::MISDIRECTED_REQUEST, &screen_why)))
+}
+
+/// The picture under the map, which may be longer than all else that is sent.
+fn kept_picture() -> MethodRouter<Arc<Shared>> {
+    let change = put(picture::change).layer(DefaultBodyLimit::max(LONGEST));
+    change.get(picture::show).delete(picture::remove)
 }
 
 /// Where readers of cards and tags tell what they have read: at each listener.
@@ -128,7 +159,8 @@ async fn guarded(
         (header::REFERRER_POLICY, "no-referrer"),
         (header::CACHE_CONTROL, "no-cache"),
     ] {
-        headers.insert(name, HeaderValue::from_static(value));
+        // What is stricter stays.
+        headers.entry(name).or_insert(HeaderValue::from_static(value));
     }
     response
 }

@@ -17,10 +17,11 @@ use axum::extract::rejection::JsonRejection;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde_json::json;
 
 use super::answers::refuse;
+use super::bodies::{Done, Session};
 use super::listener::{Ends, Line};
 use super::shared::Shared;
 use crate::access::roles::Action;
@@ -42,18 +43,22 @@ const fn cookie_name(line: Line) -> &'static str {
 const LASTS_S: u32 = 12 * 3600;
 
 /// What the page hides from whom may not do it, by its name there.
-const SHOWN: [(&str, Action); 4] = [
+const SHOWN: [(&str, Action); 6] = [
     ("look", Action::Look),
     ("edit", Action::ChangeSite),
     ("edit-doors", Action::ChangeGuardedSite),
+    ("modules", Action::AskModule),
+    ("acknowledge", Action::Acknowledge),
     ("reset", Action::Tell(Input::Reset)),
 ];
 
 /// What somebody says who wants to be let in.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LogIn {
+    /// Their name.
     name: String,
+    /// Their password.
     password: String,
 }
 
@@ -127,7 +132,7 @@ pub async fn end(
     if let Credential::Session(session) = shown {
         shared.context.access.log_out(&session);
     }
-    ([(header::SET_COOKIE, cookie(ends.line, "", 0))], Json(json!({}))).into_response()
+    ([(header::SET_COOKIE, cookie(ends.line, "", 0))], Json(Done {})).into_response()
 }
 
 fn cookie(line: Line, session: &str, lasts_s: u32) -> String {
@@ -136,15 +141,14 @@ fn cookie(line: Line, session: &str, lasts_s: u32) -> String {
     format!("{name}={session}; Path=/; HttpOnly; SameSite=Strict; Max-Age={lasts_s}{secure}")
 }
 
-fn as_json(shared: &Shared, who: &Who) -> serde_json::Value {
+fn as_json(shared: &Shared, who: &Who) -> Session {
     let (name, role) = match who {
         Who::Anybody | Who::Nobody => (None, None),
-        Who::Person { name, role } => (Some(name), Some(role.name())),
-        Who::Program { name, .. } => (Some(name), None),
+        Who::Person { name, role } => (Some(name.clone()), Some(role.name())),
+        Who::Program { name, .. } => (Some(name.clone()), None),
     };
-    let may: Vec<&str> =
-        SHOWN.iter().filter(|(_, action)| who.may(*action, None)).map(|(name, _)| *name).collect();
-    json!({ "needed": !shared.context.access.is_open(), "name": name, "role": role, "may": may })
+    let may = SHOWN.iter().filter(|(_, action)| who.may(*action, None)).map(|(name, _)| *name).collect();
+    Session { needed: !shared.context.access.is_open(), name, role, may }
 }
 
 #[cfg(test)]

@@ -18,19 +18,22 @@ use super::places::Places;
 use super::recent::History;
 use crate::access::roles::Action;
 use crate::access::{Access, Who};
+use crate::alarm_handle::AlarmHandle;
 use crate::calibration::Calibration;
 use crate::connections::{Cause, Connections};
 use crate::doors::DoorHandle;
+use crate::module::kept::KeptClients;
+use crate::questions::Questions;
 use crate::reports::Reports;
 use crate::signs::SignHandle;
 use crate::site_file::SiteFile;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::geometry::Pose;
+use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 
 /// A function that is called with accepted poses.
-pub type Accepted = Box<dyn Fn(&[(String, Pose)]) + Send + Sync>;
+pub type Accepted = Box<dyn Fn(&[Mounting]) + Send + Sync>;
 
 /// What the map needs of the tracker.
 pub struct ServerContext {
@@ -48,6 +51,8 @@ pub struct ServerContext {
     pub accepted: Accepted,
     /// Where what happens is kept, if it is.
     pub database: Option<PathBuf>,
+    /// The file of the keys of the site's modules; it may not be there.
+    pub keys: Option<PathBuf>,
     /// Who may do what.
     pub access: Access,
     /// Names under which a browser may ask for this machine, beside its addresses and its own name.
@@ -56,8 +61,12 @@ pub struct ServerContext {
     pub doors: Option<DoorHandle>,
     /// Who is where, if that is followed.
     pub signs: Option<SignHandle>,
+    /// Where it is asked why a figure is what it is, if a tracker answers.
+    pub questions: Option<Questions>,
     /// Told when the server's thread ends by itself.
     pub alarms: TrackerAlarms,
+    /// The list of all alarms.
+    pub listed: AlarmHandle,
     /// What is refused is counted here.
     pub connections: Connections,
 }
@@ -103,10 +112,14 @@ pub(super) struct Shared {
     pub(super) names: Names,
     pub(super) limits: Limits,
     pub(super) packets: watch::Receiver<Packets>,
+    /// The alarms that stand, whenever they are others.
+    pub(super) alarms: watch::Receiver<Utf8Bytes>,
     pub(super) history: Mutex<History>,
     pub(super) browsers: Places,
     /// Held while a password is compared.
     pub(super) comparing: tokio::sync::Mutex<()>,
+    /// Who asks modules, one request at a time.
+    pub(super) asking: Arc<tokio::sync::Mutex<KeptClients>>,
     /// Ways out that were asked for without a token.
     pub(super) exits: Mutex<Exits>,
 }

@@ -18,9 +18,9 @@ use axum::extract::{RawQuery, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use percent_encoding::percent_decode_str;
-use serde_json::json;
 
 use super::answers::refuse;
+use super::bodies::Done;
 use super::shared::Shared;
 use kehai_tracking::names::NotTaken;
 
@@ -33,7 +33,7 @@ pub async fn tell(State(shared): State<Arc<Shared>>, body: Result<Bytes, BytesRe
         return refuse(StatusCode::BAD_REQUEST, "the message was cut off or is too long");
     };
     match signs.tell(&body) {
-        Ok(()) => Json(json!({})).into_response(),
+        Ok(()) => Json(Done {}).into_response(),
         Err(why) => refuse(status(&why), &why.to_string()),
     }
 }

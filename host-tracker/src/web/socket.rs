@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   ─▶ {"frame": …}   {"fields": …}   {"site": 4}   {"error": "…"}
+//!   ─▶ {"alarms": […]}      those that stand, once and whenever they are others: also to a hidden page
 //!   ─▶ ping, each 20 s      ◀─ pong: a client that reads nothing does not answer, and is gone
 //!   ◀─ {"frames": false}    a hidden page asks for nothing
 //!   ◀─ {"frames": false, "reports": true}    ─▶ {"report": {"t": 12.34, "module": "left", "sequence": 7, "tracks": […]}}
@@ -18,11 +19,10 @@ use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
-use serde::Deserialize;
-use serde_json::json;
 use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use super::answers::refuse;
+use super::bodies::{ToClient, Wish};
 use super::listener::{Ends, is_unread};
 use super::session;
 use super::shared::Shared;
@@ -33,17 +33,6 @@ use crate::reports::{Listener, ReportLine};
 
 /// Longest message from a browser.
 const MESSAGE_MAX: usize = 4096;
-
-/// What a browser may ask for.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Wish {
-    /// Whether frames are wanted.
-    frames: bool,
-    /// Whether tracks are wanted after each report.
-    #[serde(default)]
-    reports: bool,
-}
 
 /// Opens it.
 pub async fn open(
@@ -85,7 +74,9 @@ enum Gone {
 async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) -> Result<(), Gone> {
     let mut packets = shared.packets.clone();
     let mut site = shared.context.site.revisions();
+    let mut alarms = shared.alarms.clone();
     packets.mark_changed();
+    alarms.mark_changed();
     site.mark_changed();
     let (mut wanted, mut fields_number) = (true, 0);
     let mut reports = None;
@@ -107,12 +98,17 @@ async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) 
                 send(socket, newest.frame).await?;
             }
             report = next(&mut reports) => {
-                send(socket, json!({ "report": *report }).to_string().into()).await?;
+                send(socket, text(&ToClient::Report(&report))).await?;
             }
             changed = site.changed() => {
                 changed.map_err(|_| Gone::Left)?;
                 let revision = *site.borrow_and_update();
-                send(socket, json!({ "site": revision }).to_string().into()).await?;
+                send(socket, text(&ToClient::Site(revision))).await?;
+            }
+            changed = alarms.changed() => {
+                changed.map_err(|_| Gone::Left)?;
+                let standing = alarms.borrow_and_update().clone();
+                send(socket, standing).await?;
             }
             _ = pings.tick() => {
                 if !std::mem::take(&mut answered) {
@@ -152,8 +148,12 @@ async fn next(reports: &mut Option<Listener>) -> Arc<ReportLine> {
 
 async fn complain(socket: &mut WebSocket, what: &str) -> Result<(), Gone> {
     let understood = r#"understood: {"frames": true} or false, and "reports" likewise"#;
-    let text = json!({ "error": format!("{what}; {understood}") });
-    send(socket, text.to_string().into()).await
+    send(socket, text(&ToClient::Error(format!("{what}; {understood}")))).await
+}
+
+/// A message as it is sent. Nothing in one can fail to be written.
+pub(super) fn text(message: &ToClient<'_>) -> Utf8Bytes {
+    serde_json::to_string(message).unwrap_or_default().into()
 }
 
 async fn send(socket: &mut WebSocket, text: Utf8Bytes) -> Result<(), Gone> {

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use clap::Args;
-use kehai::wire::{Message, Request};
-use kehai_tracking::text::printable;
+use host_tracker::module;
 
 use super::target::Target;
 use crate::cli::failure::Failure;
@@ -28,12 +27,7 @@ pub struct Arguments {
 /// Asks and prints.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut client = arguments.target.connect()?;
-    let text = client.ask(Request::GetSettings, |_, message| match message {
-        Message::Settings { text, .. } => Some((*text).to_owned()),
-        _ => None,
-    })?;
-    let lines: Vec<String> = text.lines().map(printable).collect();
-    let mut settings: Vec<(&str, &str)> = lines.iter().filter_map(|line| line.split_once('=')).collect();
+    let mut settings = module::settings(&mut client)?;
     if let Some(key) = &arguments.key {
         settings.retain(|(known, _)| known == key);
         if settings.is_empty() {

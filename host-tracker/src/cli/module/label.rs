@@ -19,17 +19,22 @@ use crate::cli::output::{print, print_json};
 #[command(
     after_help = "The module is given the same code when it is made: what --flash writes goes into the board's flash, at the address
 that is said, before its first start; kehai-sim module takes --label CODE. Who knows the code can give a module without keys its
-first ones, so it stays with the module.
+first ones, so it stays with the module, inside the case. --map prints what belongs on its lid.
 
 Examples:
   kehai-tracker module label --board w5500-evb-pico2 --flash label.bin
   probe-rs download --chip RP235x --binary-format bin --base-address 0x101e0000 label.bin
+  kehai-tracker module label --map http://10.0.0.2:8420/
   kehai-tracker module label --json"
 )]
 pub struct Arguments {
     /// JSON: code and qr
     #[arg(long)]
     json: bool,
+
+    /// For the lid: also a QR code of the live map at this address
+    #[arg(long, value_name = "URL", value_parser = map_address)]
+    map: Option<String>,
 
     /// The board it is for
     #[arg(long, value_enum, requires = "flash")]
@@ -38,6 +43,19 @@ pub struct Arguments {
     /// Write what the board's flash is to hold: its settings, erased but for the label
     #[arg(long, value_name = "FILE.bin", requires = "board")]
     flash: Option<PathBuf>,
+}
+
+/// An address that a telephone opens.
+fn map_address(text: &str) -> Result<String, String> {
+    let (scheme, rest) = text.split_once("://").unwrap_or_default();
+    let host = rest.split(['/', '?', '#']).next().unwrap_or_default();
+    let is_address =
+        matches!(scheme, "http" | "https") && !host.is_empty() && !text.contains(char::is_whitespace);
+    if is_address {
+        Ok(text.to_owned())
+    } else {
+        Err("the map's address is like http://10.0.0.2:8420/".to_owned())
+    }
 }
 
 /// A board, on the command line.
@@ -67,9 +85,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         say(format_args!("{}: for address {:#010x} of the board", file.display(), board.address()));
     }
     if arguments.json {
-        return print_json(&serde_json::json!({ "code": label.text(), "qr": label.qr() }));
+        let mut both = serde_json::json!({ "code": label.text(), "qr": label.qr() });
+        if let Some(map) = &arguments.map {
+            both["map"] = map.as_str().into();
+        }
+        return print_json(&both);
     }
-    let code = QrCode::new(label.qr()).map_err(|error| error.to_string())?;
+    show(&label.qr(), &label.text())?;
+    match &arguments.map {
+        Some(map) => show(map, map),
+        None => Ok(()),
+    }
+}
+
+/// Prints a QR code, and below it what it says to people.
+fn show(qr: &str, text: &str) -> Result<(), Failure> {
+    let code = QrCode::new(qr).map_err(|error| error.to_string())?;
     print(format_args!("{}", code.render::<Dense1x2>().build()))?;
-    print(format_args!("{}", label.text()))
+    print(text)
 }

@@ -1,8 +1,9 @@
 //! `kehai-tracker module learn`: lets a module learn its background, and waits until it has.
 
 use clap::Args;
+use host_tracker::module;
 use host_tracker::net::client::Reaction;
-use kehai::wire::{EventKind, Health, LearningProgress, Message, Request};
+use kehai::wire::{EventKind, Health, LearningProgress, Message};
 use serde::Serialize;
 
 use super::super::log::say;
@@ -44,9 +45,7 @@ enum Step {
 /// Asks for it and waits.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut client = arguments.target.control()?;
-    let scans = arguments.scans.unwrap_or(0);
-    client
-        .ask(Request::Learn { scans }, |_, message| matches!(message, Message::Done { .. }).then_some(()))?;
+    module::learn(&mut client, arguments.scans.unwrap_or(0))?;
     if arguments.no_wait {
         return Ok(());
     }

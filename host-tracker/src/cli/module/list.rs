@@ -7,6 +7,7 @@ use host_tracker::net::discovery::Search;
 use kehai::wire::ModuleId;
 use kehai_tracking::registry::Found;
 use serde::Serialize;
+use unicode_width::UnicodeWidthStr as _;
 
 use super::info;
 use super::target::{NotFound, meet};
@@ -97,16 +98,34 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         let id = module.id.as_deref().unwrap_or("(starting)");
         print(format_args!(
-            "{name:<16} {id:<18} {:<22} {:<5} {:<9} {sensor} {}",
-            module.address, keys, module.firmware, module.serial
+            "{} {id:<18} {:<22} {:<5} {:<9} {sensor} {}",
+            column(name, 16),
+            module.address,
+            keys,
+            module.firmware,
+            module.serial
         ))?;
     }
     Ok(())
 }
 
+/// A text as wide as a column of a terminal, in which 玄 takes two places.
+fn column(text: &str, width: usize) -> String {
+    format!("{text}{}", " ".repeat(width.saturating_sub(text.width())))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_in_any_script_takes_the_width_of_its_column() {
+        for name in ["hall", "玄関", "Café", ""] {
+            assert_eq!(column(name, 16).width(), 16, "{name}");
+        }
+        assert_eq!(column("玄関", 16), format!("玄関{}", " ".repeat(12)));
+        assert_eq!(column("a name that is longer", 4), "a name that is longer");
+    }
 
     #[test]
     fn a_module_that_does_not_say_yet_which_it_is_has_no_identity() {

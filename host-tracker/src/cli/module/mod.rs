@@ -3,6 +3,7 @@
 mod absorb;
 mod claim;
 mod get;
+mod identify;
 mod info;
 mod label;
 mod learn;
@@ -14,6 +15,7 @@ mod target;
 mod update;
 
 use clap::{Args, Subcommand};
+use host_tracker::module::ModuleError;
 use host_tracker::net::client::ClientError;
 
 use self::target::NotFound;
@@ -35,6 +37,7 @@ pub struct Arguments {
 enum Command {
     List(list::Arguments),
     Info(info::Arguments),
+    Identify(identify::Arguments),
     Learn(learn::Arguments),
     Absorb(absorb::Arguments),
     Get(get::Arguments),
@@ -56,6 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::List(arguments) => list::run(arguments),
         Command::Info(arguments) => info::run(arguments),
+        Command::Identify(arguments) => identify::run(arguments),
         Command::Learn(arguments) => learn::run(arguments),
         Command::Absorb(arguments) => absorb::run(arguments),
         Command::Get(arguments) => get::run(arguments),
@@ -72,6 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The exit status for an error: 3 when no module answered.
 pub fn status(error: &Failure) -> u8 {
-    let silent = matches!(error.downcast_ref(), Some(ClientError::Silent(_)));
+    let silent = matches!(error.downcast_ref(), Some(ClientError::Silent(_)))
+        || matches!(error.downcast_ref(), Some(ModuleError::Client(ClientError::Silent(_))));
     if silent || error.is::<NotFound>() { 3 } else { 1 }
 }

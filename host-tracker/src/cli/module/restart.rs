@@ -1,7 +1,7 @@
 //! `kehai-tracker module restart`: restarts a module.
 
 use clap::Args;
-use kehai::wire::{Message, Request};
+use host_tracker::module;
 
 use super::target::Target;
 use crate::cli::failure::Failure;
@@ -17,6 +17,5 @@ pub struct Arguments {
 
 /// Asks for it.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut client = arguments.target.control()?;
-    Ok(client.ask(Request::Restart, |_, message| matches!(message, Message::Done { .. }).then_some(()))?)
+    Ok(module::restart(&mut arguments.target.control()?)?)
 }

@@ -1,8 +1,7 @@
 //! `kehai-tracker module set`: changes a module's settings.
 
 use clap::Args;
-use host_tracker::net::client::ClientError;
-use kehai::wire::{Message, Refusal, Request, SETTINGS_TEXT_MAX};
+use host_tracker::module;
 
 use super::target::Target;
 use crate::cli::failure::Failure;
@@ -28,35 +27,12 @@ pub struct Arguments {
     settings: Vec<String>,
 }
 
-fn setting(text: &str) -> Result<String, String> {
-    if text.chars().any(char::is_control) {
-        return Err("a setting has no control characters".to_owned());
-    }
-    match text.split_once('=') {
-        Some(("name", "")) => {
-            Err("a module has a name of 1 to 32 bytes: without one it could not be found by it".to_owned())
-        }
-        Some((key, _)) if !key.is_empty() => Ok(text.to_owned()),
-        _ => Err("a setting is KEY=VALUE".to_owned()),
-    }
+fn setting(text: &str) -> Result<String, &'static str> {
+    module::check_setting(text).map(|()| text.to_owned())
 }
 
 /// Asks for the change, which is stored when this comes back.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let text = arguments.settings.join("\n");
-    if text.len() > SETTINGS_TEXT_MAX {
-        return Err(
-            format!("more than {SETTINGS_TEXT_MAX} bytes of settings: change them in two steps").into()
-        );
-    }
-    let mut client = arguments.target.control()?;
-    let done = client.ask(Request::SetSettings { text: &text }, |_, message| {
-        matches!(message, Message::Done { .. }).then_some(())
-    });
-    if let Err(ClientError::Refused(Refusal::Setting { line, fault })) = &done {
-        let setting = arguments.settings.get(usize::from(*line)).map_or("", String::as_str);
-        return Err(format!("{setting}: {fault}; nothing was changed").into());
-    }
-    done?;
+    module::set(&mut arguments.target.control()?, &arguments.settings)?;
     if arguments.target.json { print_json(&arguments.settings) } else { Ok(()) }
 }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_tracker::key_file;
+use host_tracker::module;
 use host_tracker::net::client::Client;
 use host_tracker::net::discovery::{self, Search};
 use kehai::wire::{Message, PORT, Request};
@@ -52,14 +53,7 @@ impl Target {
     /// Meets the module and takes a place among its subscribers: what changes a module needs one.
     pub(super) fn control(&self) -> Result<Client, Failure> {
         let mut client = self.connect()?;
-        if !client.subscribe()? {
-            return Err(format!(
-                "this machine may not control the module at {}: run it where the tracker runs, or add this machine to \
-                 the module's setting hosts from there",
-                client.address()
-            )
-            .into());
-        }
+        module::control(&mut client)?;
         Ok(client)
     }
 }

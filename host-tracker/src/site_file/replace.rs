@@ -1,0 +1,100 @@
+//! Another text in the place of a file, with the last ones kept beside it.
+//!
+//! ```text
+//!   home.toml.bak2 ◀─ home.toml.bak1 ◀─ home.toml ◀─ .home.toml.new, flushed
+//!   …            renamed           linked       renamed          at every moment home.toml is there whole
+//! ```
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// So many former files are kept: an evening of edits. The oldest is overwritten.
+pub const KEPT: usize = 9;
+
+/// The former file of a number, 1 the newest.
+#[must_use]
+pub fn former(path: &Path, number: usize) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{name}.bak{number}"))
+}
+
+/// Puts `bytes` in the place of a file: at every moment the old or the new one is there whole, also after a loss of power.
+/// What was there is kept beside it.
+///
+/// # Errors
+/// Why not; the file is as it was.
+pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.new"));
+    let written =
+        write_beside(&beside, path, bytes).and_then(|()| keep(path)).and_then(|()| fs::rename(&beside, path));
+    if written.is_err() {
+        // It may not even be there.
+        let _ = fs::remove_file(&beside);
+        return written;
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
+        _ => Ok(()),
+    }
+}
+
+fn write_beside(beside: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create(beside)?;
+    if let Ok(metadata) = fs::metadata(path) {
+        file.set_permissions(metadata.permissions())?;
+    }
+    file.write_all(bytes)?;
+    file.sync_all()
+}
+
+/// Keeps the file under another name, and each kept one under the next.
+fn keep(path: &Path) -> io::Result<()> {
+    if !path.exists() {
+        return Ok(());
+    }
+    for number in (1..KEPT).rev() {
+        match fs::rename(former(path, number), former(path, number + 1)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            Ok(()) | Err(_) => {}
+        }
+    }
+    // A link needs no room on the disk; not every file system has it.
+    let newest = former(path, 1);
+    fs::hard_link(path, &newest).or_else(|_| fs::copy(path, &newest).map(drop))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_files_are_kept_and_the_oldest_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("home.toml");
+        for number in 0..KEPT + 3 {
+            replace(&path, format!("{number}").as_bytes()).unwrap();
+        }
+        let text = |path: &Path| fs::read_to_string(path).unwrap();
+        assert_eq!(text(&path), (KEPT + 2).to_string());
+        for number in 1..=KEPT {
+            assert_eq!(text(&former(&path, number)), (KEPT + 2 - number).to_string());
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1 + KEPT, "nothing else is left");
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_kept_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("home.toml");
+        fs::write(&path, "old").unwrap();
+        // No folder takes the place of one that is not empty.
+        for number in [KEPT - 1, KEPT] {
+            fs::create_dir_all(former(&path, number).join("in the way")).unwrap();
+        }
+        assert!(replace(&path, b"new").is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert!(!folder.path().join(".home.toml.new").exists());
+    }
+}
