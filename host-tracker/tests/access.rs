@@ -1,5 +1,6 @@
 //! Who may do what over HTTP: log-in and its limits, sessions and their ends, tokens, and every role at every request.
 
+mod described;
 mod house;
 mod http_client;
 
@@ -30,7 +31,7 @@ fn the_session_of_a_log_in_is_a_cookie_that_no_script_reads_and_no_other_page_se
     assert_eq!(serde_json::from_str::<Value>(&before).unwrap(), nobody);
     let (status, headers, body) = house.log_in("anna", PASSWORD);
     let anna = json!({
-        "needed": true, "name": "anna", "role": "admin", "may": ["look", "edit", "edit-doors", "reset"]
+        "needed": true, "name": "anna", "role": "admin", "may": ["look", "edit", "edit-doors", "modules", "acknowledge", "reset"]
     });
     assert_eq!((status, serde_json::from_str::<Value>(&body).unwrap()), (200, anna));
     let cookie = headers["set-cookie"].to_str().unwrap();
@@ -167,13 +168,15 @@ fn the_way_out_is_taken_without_a_token_with_a_wrong_one_and_without_users() {
 }
 
 /// What is asked for, and what docs/security.md calls it. Each route of the router is among them.
-const ASKED: [(&str, &[&str]); 14] = [
+const ASKED: [(&str, &[&str]); 18] = [
     (
-        "the page's files, `/healthz`, `/api/session`, `/door/NAME`",
+        "the page's files, `/healthz`, `/api/session`, `/door/NAME`, `/api/openapi.json`, `/api/asyncapi.json`",
         &[
             "GET /",
             "GET /main.js",
             "GET /healthz",
+            "GET /api/openapi.json",
+            "GET /api/asyncapi.json",
             "GET /api/session",
             "DELETE /api/session",
             "GET /door/front",
@@ -181,7 +184,7 @@ const ASKED: [(&str, &[&str]); 14] = [
     ),
     ("`POST …/exit`", &["POST /api/door/front/exit"]),
     (
-        "`/ws`, `/metrics`, `GET /api/…`: state, history, overview, past, where, site, calibration",
+        "`/ws`, `/metrics`, `GET /api/…`: state, history, overview, past, figures, heat, coverage, where, explain, site, calibration, alarms, picture",
         &[
             "GET /ws",
             "GET /metrics",
@@ -189,14 +192,39 @@ const ASKED: [(&str, &[&str]); 14] = [
             "GET /api/history",
             "GET /api/overview?from=1&to=2",
             "GET /api/past?from=1&to=2",
+            "GET /api/figures?from=1&to=2",
+            "GET /api/heat?from=1&to=2",
+            "GET /api/coverage",
             "GET /api/where?id=1",
+            "GET /api/explain?zone=area",
             "GET /api/site",
             "GET /api/calibration",
+            "GET /api/alarms",
+            "GET /api/picture",
+            "GET /api/picture/place",
         ],
     ),
     (
-        "`PUT /api/site`, `POST /api/calibration`, of a site without doors",
-        &["PUT /api/site", "POST /api/calibration"],
+        "`GET`, `POST /api/module/…`, of a site without doors",
+        &["GET /api/module/front", "GET /api/module/front/things", "POST /api/module/front/learn"],
+    ),
+    (
+        "`POST /api/module/NAME/identify`, of any site",
+        &["POST /api/module/front/identify", "POST /api/module/front/identify with doors"],
+    ),
+    ("`POST /api/module/…`, of a site with doors", &["POST /api/module/front/learn with doors"]),
+    ("`POST /api/alarms/acknowledge`", &["POST /api/alarms/acknowledge"]),
+    (
+        "`PUT /api/site`, `POST /api/site/try`, `POST /api/calibration`, of a site without doors; `GET /api/survey`; `PUT`, `DELETE /api/picture…`",
+        &[
+            "PUT /api/site",
+            "POST /api/site/try",
+            "POST /api/calibration",
+            "GET /api/survey",
+            "PUT /api/picture",
+            "DELETE /api/picture",
+            "PUT /api/picture/place",
+        ],
     ),
     ("`PUT /api/site`, of a site with doors, before or after", &["PUT /api/site with doors"]),
     ("`GET /api/door`, `/api/door/NAME`", &["GET /api/door", "GET /api/door/front"]),
@@ -233,8 +261,9 @@ fn every_role_at_every_request_is_as_the_table_says() {
         table += &format!("| {title} |");
         for who in 0..=Role::NAMED.len() {
             let may = lines.iter().map(|line| {
-                let house =
-                    if line.contains("site") || line.contains("calibration") { &plain } else { &guarded };
+                let changes = line.contains("site") || line.contains("calibration");
+                let asks = line.contains("/module/") && !line.ends_with("with doors");
+                let house = if changes || asks { &plain } else { &guarded };
                 let token = if std::ptr::eq(house, &plain) { &of_plain[who] } else { &of_guarded[who] };
                 let status = status(house, line, token.as_deref());
                 // That there is no such request is said to whoever may look at doors, or to everybody.
@@ -258,7 +287,7 @@ fn every_role_at_every_request_is_as_the_table_says() {
     assert!(page.contains(&table), "docs/security.md has another table than this:\n{table}");
     let router = include_str!("../src/web/router.rs");
     for route in router.split(".route(\"").skip(1).filter_map(|rest| rest.split('"').next()) {
-        let asked = route.replace("{name}", "front").replace("{*input}", "");
+        let asked = route.replace("{name}", "front").replace("{*input}", "").replace("{action}", "");
         let is_asked = |line: &&str| line.split_once(' ').unwrap().1.starts_with(&asked);
         assert!(
             ASKED.iter().flat_map(|(_, lines)| *lines).any(is_asked),
@@ -357,6 +386,7 @@ fn until_end(map: &mut WebSocket<TcpStream>) {
 fn until_frame(map: &mut WebSocket<TcpStream>, unix_ms: u64) {
     loop {
         let Message::Text(text) = map.read().unwrap() else { continue };
+        described::message(&text);
         let value: Value = serde_json::from_str(&text).unwrap();
         if value["frame"]["unix_ms"] == json!(unix_ms) {
             return;

@@ -9,6 +9,7 @@
 //! as that.
 #![cfg(target_os = "linux")]
 
+mod described;
 mod flood;
 mod hall;
 

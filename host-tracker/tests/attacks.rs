@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 mod chromium;
+mod described;
 mod door_fixture;
 mod flood;
 mod hall;

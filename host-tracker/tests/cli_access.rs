@@ -1,6 +1,7 @@
 //! `kehai-tracker user`, `token` and `run`: how somebody gets in, and that nobody does before.
 #![cfg(target_os = "linux")]
 
+mod described;
 mod hall;
 mod http_client;
 

@@ -3,131 +3,28 @@
 #![allow(missing_docs, reason = "a test program")]
 #![cfg(unix)]
 
+mod bench;
+
 use std::io::{BufRead, BufReader, Read};
-use std::net::{SocketAddr, TcpListener};
+use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
+use bench::{Bench, LABEL, PATIENCE};
 use host_tracker::store::reader::Reader;
-use kehai::update::maker::DEVELOPMENT;
-use kehai_emulator::pc::device::{Beside, PAGES, Pc, set_label};
-use kehai_emulator::pc::flash::Flash;
-use kehai_emulator::pc::reactor::Reactor;
-use kehai_emulator::pc::udp::Udp;
-use kehai_emulator::serve::{Control, serve_tcp};
-use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan, StillRoom};
-use kehai_emulator::urg::model::URG_04LX;
-use kehai_emulator::urg::{Config, Urg};
+use kehai::wire::{Cookie, DATAGRAM_MAX, Identity, Incoming, Message, ModuleId, Refusal, Request};
 use kehai_tracking::snapshot::unix_ms;
 use serde_json::Value;
 
-/// A hundred times what a loaded machine needs.
-const PATIENCE: Duration = Duration::from_secs(120);
-
-/// The still room with a chair in it, once there is one: all steps from `CHAIR.0` to `CHAIR.1` read `CHAIR.2`.
-struct Furnished {
-    room: StillRoom,
-    chair: Arc<Mutex<bool>>,
-}
-
-/// First step, last step, range in mm.
-const CHAIR: (u16, u16, u32) = (360, 420, 900);
-
-impl RangeSource for Furnished {
-    fn geometry(&self) -> SensorGeometry {
-        self.room.geometry()
+/// The module's name if it can be found by that, or else its address.
+fn target(bench: &Bench) -> String {
+    let found = kehai_tracker(&["module", "info", &bench.name]);
+    if found.status.success() {
+        return bench.name.clone();
     }
-
-    fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
-        let mut scan = self.room.scan(revolution)?;
-        let steps = self.geometry().first_step..;
-        for (step, range_mm) in steps.zip(&mut scan.ranges_mm).filter(|_| *self.chair.lock().unwrap()) {
-            if (CHAIR.0..=CHAIR.1).contains(&step) {
-                *range_mm = CHAIR.2;
-            }
-        }
-        Some(scan)
-    }
-}
-
-/// The secret on the module's label.
-const LABEL: [u8; 16] = [0x5a; 16];
-
-/// A sensor and a module in threads of their own.
-struct Bench {
-    /// Whether there is a chair in the room.
-    chair: Arc<Mutex<bool>>,
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
-    name: String,
-    address: SocketAddr,
-}
-
-impl Bench {
-    fn start(name: &str) -> Self {
-        // Other runs of this test on this machine and network have names of their own.
-        let name = format!("{name}-{}", std::process::id());
-        let stop = Arc::new(AtomicBool::new(false));
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let place = format!("tcp://{}", listener.local_addr().unwrap()).parse().unwrap();
-        let stopped = Arc::clone(&stop);
-        let chair = Arc::new(Mutex::new(false));
-        let room = Furnished { room: StillRoom::new(URG_04LX.geometry), chair: Arc::clone(&chair) };
-        let sensor = std::thread::spawn(move || {
-            let urg = Urg::new(Config { paced: false, ..Config::new(URG_04LX) }, Box::new(room), 0);
-            serve_tcp(&listener, urg, &mut Control { stop: &stopped, on_status: &mut |_| {} }).unwrap();
-        });
-        let (tell, told) = std::sync::mpsc::channel();
-        let (stopped, own) = (Arc::clone(&stop), name.clone());
-        let module = std::thread::spawn(move || {
-            let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
-            let address: SocketAddr = port.local_addr().unwrap();
-            let flash = Flash::new(PAGES);
-            set_label(&flash, &LABEL, &stopped).unwrap();
-            let pc = Pc {
-                beside: Beside::Sensor,
-                sensor: &place,
-                port: &port,
-                flash: &flash,
-                name: Some(&own),
-                unique: None,
-                maker: DEVELOPMENT,
-                announced: true,
-                amend: None,
-            };
-            while !stopped.load(Ordering::Relaxed) {
-                let started = |_| {
-                    let _ = tell.send(address);
-                };
-                pc.start(&stopped, started).unwrap();
-            }
-        });
-        let address = told.recv_timeout(PATIENCE).unwrap();
-        Self { chair, stop, threads: vec![sensor, module], name, address }
-    }
-
-    /// The module's name if it can be found by that, or else its address.
-    fn target(&self) -> String {
-        let found = kehai_tracker(&["module", "info", &self.name]);
-        if found.status.success() {
-            return self.name.clone();
-        }
-        eprintln!("no multicast here: the module is not found by its name, its address is used");
-        self.address.to_string()
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            let _ = thread.join();
-        }
-    }
+    eprintln!("no multicast here: the module is not found by its name, its address is used");
+    bench.address.to_string()
 }
 
 fn kehai_tracker(arguments: &[&str]) -> Output {
@@ -161,7 +58,7 @@ fn json(line: &str) -> Value {
 #[test]
 fn a_module_is_asked_set_taught_looked_at_and_restarted() {
     let bench = Bench::start("hall");
-    let target = bench.target();
+    let target = target(&bench);
     let target = target.as_str();
     // Its sensor is found within a second or two.
     let begin = Instant::now();
@@ -205,7 +102,10 @@ fn a_module_is_asked_set_taught_looked_at_and_restarted() {
     let (status, line) = refused(&["module", "set", target, "learn_scans=50", "foreground_mm=9"]);
     assert_eq!(
         (status, line.as_str()),
-        (1, "kehai-tracker: foreground_mm=9: the value is out of range; nothing was changed")
+        (
+            1,
+            "kehai-tracker: foreground_mm=9: the value is out of range: foreground_mm is 100 to 1000; nothing was changed"
+        )
     );
     assert_eq!(done(&["module", "get", target, "learn_scans"]), "40\n");
     for wrong in ["colour=red", "foreground_mm=wide", "learn_scans=", "hosts=1.2.3", "address=10.0.0.300/24"]
@@ -233,6 +133,8 @@ fn a_module_is_asked_set_taught_looked_at_and_restarted() {
 
     raw_scans_are_kept_for_a_while(target, &bench.name);
 
+    done(&["module", "identify", target]);
+    done(&["module", "identify", target, "--seconds", "0"]);
     done(&["module", "restart", target]);
     let begin = Instant::now();
     while json(&done(&["module", "info", target, "--json"]))["start"] != 2 {
@@ -307,12 +209,37 @@ fn nobody_at_home_is_exit_status_3_and_one_line() {
     assert!(status == 2 && line.contains("a module has a name of 1 to 32 bytes"), "{line}");
     assert_eq!(refused(&["module", "absorb", "127.0.0.1:9", "--bearing", "190"]).0, 2);
     assert_eq!(refused(&["module", "raw", "127.0.0.1:9", "--seconds", "0"]).0, 2);
+    assert_eq!(refused(&["module", "identify", "127.0.0.1:9", "--seconds", "61"]).0, 2);
     assert_eq!(refused(&["module"]).0, 2);
 }
 
 #[test]
+fn a_module_of_before_it_could_blink_is_named_as_too_old() {
+    let module = Identity { module: ModuleId([2, 0, 0, 0, 0, 7]), boot: 3 };
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = socket.local_addr().unwrap().to_string();
+    std::thread::spawn(move || {
+        let (mut received, mut answer) = ([0; DATAGRAM_MAX], [0; DATAGRAM_MAX]);
+        while let Ok((length, from)) = socket.recv_from(&mut received) {
+            let incoming = Incoming::open(&received[..length]).unwrap();
+            let message = match incoming.request(module) {
+                Ok(Request::Subscribe { t1 }) => {
+                    Message::Cookie { request_id: incoming.request_id, t1, cookie: Cookie([1; 8]) }
+                }
+                _ => Message::Refused(incoming.refused(Refusal::Unsupported)),
+            };
+            let length = message.encode(module, &mut answer).unwrap();
+            socket.send_to(&answer[..length], from).unwrap();
+        }
+    });
+    let (status, line) = refused(&["module", "identify", &address]);
+    assert_eq!(status, 1);
+    assert!(line.starts_with("kehai-tracker: this module's firmware is too old to blink"), "{line}");
+}
+
+#[test]
 fn every_command_has_examples() {
-    for command in ["list", "info", "learn", "absorb", "get", "set", "raw", "restart"] {
+    for command in ["list", "info", "identify", "learn", "absorb", "get", "set", "raw", "restart"] {
         let help = done(&["module", command, "--help"]);
         assert!(help.contains(&format!("kehai-tracker module {command}")), "{help}");
     }
@@ -346,7 +273,7 @@ impl Drop for Tracker {
 #[test]
 fn the_tracker_follows_with_a_module_and_says_who_is_missing() {
     let bench = Bench::start("left");
-    let found = bench.target() == bench.name;
+    let found = target(&bench) == bench.name;
     let site = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("run-{}.toml", std::process::id()));
     let text = format!(
         "[[module]]\nname = \"{}\"\nx = 0.0\ny = 0.0\n\n[[module]]\nname = \"ghost\"\nx = 9.0\ny = 0.0\n\n\
@@ -400,6 +327,21 @@ fn known(site: &str, address: &str, more: &[&str]) -> usize {
     let output = kehai_tracker(&[&arguments[..], more].concat());
     let lines = text(&output.stdout);
     lines.lines().map(json).filter(|line| line["zones"]["area"]["state"] == "known").count()
+}
+
+#[test]
+fn a_label_carries_the_address_of_the_map_for_the_lid() {
+    let map = "http://10.0.0.2:8420/";
+    let both = done(&["module", "label", "--map", map]);
+    let (key, lid) = both.trim_end().rsplit_once('\n').unwrap();
+    let rows = |text: &str| text.lines().filter(|line| line.contains(['█', '▀', '▄'])).count();
+    assert!(lid == map && rows(key) > rows(&done(&["module", "label"])) + 8, "{both}");
+    let said = json(&done(&["module", "label", "--map", map, "--json"]));
+    assert!(said["map"] == map && said["code"].is_string(), "{said}");
+    for wrong in ["10.0.0.2:8420", "ftp://map", "http://", "http://the map/"] {
+        let (status, line) = refused(&["module", "label", "--map", wrong]);
+        assert!(status == 2 && line.contains("is like http://10.0.0.2:8420/"), "{status}: {line}");
+    }
 }
 
 #[test]

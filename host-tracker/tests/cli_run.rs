@@ -1,12 +1,13 @@
 //! `kehai-tracker run`: what it refuses, in words that name the place, and which clients may see its map.
 #![cfg(target_os = "linux")]
 
+mod described;
 mod hall;
 
-use std::io::{Read, Write};
+use std::io::{BufRead as _, BufReader, Read, Write};
 use std::net::{TcpStream, UdpSocket};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use hall::{Hall, Tracker};
 
@@ -47,6 +48,47 @@ fn a_wrong_site_file_is_one_line_with_its_place_and_nothing_is_begun() {
     let output = command(&site).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(1) && said.contains("home.toml"), "{said}");
+}
+
+/// A command line, and what it says on stderr if it fails.
+fn fails(arguments: &[&str]) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_kehai-tracker")).args(arguments).output().unwrap();
+    assert!(!output.status.success(), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn a_file_that_is_something_else_is_one_line_that_says_what_makes_the_right_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("walk.csv");
+    std::fs::write(&other, "time,x,y\n0,1,2\n".repeat(20)).unwrap();
+    let said = fails(&["replay", other.to_str().unwrap()]);
+    assert!(said.contains("walk.csv: it is no recording: kehai-tracker run --record"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    let none = folder.path().join("home.db");
+    let said = fails(&["export", none.to_str().unwrap(), "--out", folder.path().to_str().unwrap()]);
+    assert!(said.contains("home.db: No such file") && said.contains("--db FILE makes one"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn a_reader_that_has_had_enough_ends_a_calibration_without_a_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("home.toml");
+    std::fs::write(&site, "[[module]]\nname = \"left\"\nx = 0\ny = 0\n").unwrap();
+    let mut calibrate = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"))
+        .args(["calibrate", "--json", "--no-mdns", "--module", "127.0.0.1:9", "--site"])
+        .arg(&site)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = String::new();
+    BufReader::new(calibrate.stdout.take().unwrap()).read_line(&mut first).unwrap();
+    assert!(first.starts_with('{'), "{first}");
+    let output = calibrate.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && !said.contains("panicked"), "{:?}: {said}", output.status);
 }
 
 #[test]

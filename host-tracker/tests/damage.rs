@@ -6,6 +6,7 @@
 //! ```
 #![cfg(target_os = "linux")]
 
+mod described;
 mod hall;
 
 use std::path::Path;

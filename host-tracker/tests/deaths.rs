@@ -7,6 +7,7 @@
 //! ```
 #![cfg(unix)]
 
+mod described;
 mod hall;
 
 use std::collections::BTreeMap;

@@ -11,6 +11,7 @@
 //! while there is no room, say how much, and go on.
 #![cfg(target_os = "linux")]
 
+mod described;
 mod hall;
 
 use std::io::Write;
@@ -21,7 +22,8 @@ use std::process::{Command, Stdio};
 use hall::{Hall, Tracker};
 use host_tracker::record::replay::replay;
 use host_tracker::store::reader::Reader;
-use kehai_tracking::alarm::AlarmKind;
+use kehai_tracking::alarm::{AlarmKind, Cause};
+use kehai_tracking::alarm_list::{About, ListedAlarm};
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::tracker::LifeCycle;
@@ -50,6 +52,7 @@ impl Listener {
         loop {
             // The server asks from time to time whether it is still there: that is answered by the next read.
             let Message::Text(text) = self.0.read().unwrap() else { continue };
+            described::message(&text);
             let mut value: Value = serde_json::from_str(&text).unwrap();
             if !value["frame"].is_null() {
                 return serde_json::from_value(value["frame"].take()).unwrap();
@@ -63,16 +66,22 @@ impl Listener {
         // Some minutes of frames.
         (0..ALARM)
             .map(|_| self.frame())
-            .find(|frame| frame.alarms.iter().any(|one| one.kind == AlarmKind::Database) == alarm)
+            .find(|frame| of_database(frame).is_some() == alarm)
             .unwrap_or_else(|| panic!("the alarm is not {alarm}"))
     }
+}
+
+/// The database's alarm, if it is on.
+fn of_database(frame: &Snapshot) -> Option<&ListedAlarm> {
+    frame.alarms.iter().find(|alarm| alarm.cause == Cause::Fault(AlarmKind::Database))
 }
 
 /// Thirty frames in which the alarm stands while a person is followed; the last. It is the `number`th that is told.
 #[track_caller]
 fn goes_on(tracker: &Tracker, listener: &mut Listener, number: usize, word: &str) -> Snapshot {
     let mut frame = listener.until(true);
-    assert!(frame.alarms[0].text.contains(word), "{}", frame.alarms[0].text);
+    let said = &of_database(&frame).unwrap().text;
+    assert!(said.contains(word), "{said}");
     let people = |frame: &Snapshot| frame.line.tracks.iter().any(|track| track.state == LifeCycle::Confirmed);
     let (mut followed, mut frames) = (0, 0);
     while followed < 30 {
@@ -80,7 +89,7 @@ fn goes_on(tracker: &Tracker, listener: &mut Listener, number: usize, word: &str
         frames += 1;
         assert!(frames < ALARM, "nobody is followed");
         assert!(next.unix_ms > frame.unix_ms);
-        assert!(next.alarms.iter().any(|alarm| alarm.kind == AlarmKind::Database), "the alarm has ended");
+        assert!(of_database(&next).is_some(), "the alarm has ended");
         followed += u32::from(people(&next));
         frame = next;
     }
@@ -182,15 +191,22 @@ fn f12_a_recording_and_the_lines_on_a_full_disk_are_alarms_and_go_on_when_there_
     }
     let tracker = Tracker::start(command);
     let mut listener = Listener::new(&tracker);
-    let full = |alarms: &[AlarmKind]| {
-        alarms.contains(&AlarmKind::Recording) && alarms.contains(&AlarmKind::TracksOut)
+    let full = |alarms: &[Cause]| {
+        [AlarmKind::Recording, AlarmKind::TracksOut]
+            .into_iter()
+            .all(|kind| alarms.contains(&Cause::Fault(kind)))
     };
-    let has = |frame: &Snapshot| frame.alarms.iter().map(|alarm| alarm.kind).collect::<Vec<_>>();
+    let own = |frame: &Snapshot| -> Vec<ListedAlarm> {
+        frame.alarms.iter().filter(|alarm| alarm.about == About::Tracker).cloned().collect()
+    };
+    let has = |frame: &Snapshot| own(frame).iter().map(|alarm| alarm.cause).collect::<Vec<_>>();
     let frame = (0..ALARM).map(|_| listener.frame()).find(|frame| full(&has(frame))).expect("no alarms");
-    let texts: Vec<&str> = frame.alarms.iter().map(|alarm| alarm.text.as_str()).collect();
+    let texts: Vec<String> = own(&frame).into_iter().map(|alarm| alarm.text).collect();
     println!("full: {texts:#?}");
     assert!(texts.iter().all(|text| text.contains("lost so far")), "{texts:#?}");
-    assert!(texts[0].contains("hall.mcap") && texts[1].contains("hall.jsonl"), "{texts:#?}");
+    for file in ["hall.mcap", "hall.jsonl"] {
+        assert!(texts.iter().any(|text| text.contains(file)), "{texts:#?}");
+    }
     let lost_from_s = frame.line.t;
     // Some seconds without room, in which people are followed.
     while listener.frame().line.t < lost_from_s + 3.0 {}
@@ -198,7 +214,7 @@ fn f12_a_recording_and_the_lines_on_a_full_disk_are_alarms_and_go_on_when_there_
         .args(["--fsize=unlimited:unlimited", "--pid", &tracker.process.id().to_string()])
         .status();
     assert!(lifted.unwrap().success());
-    let after = (0..ALARM).map(|_| listener.frame()).find(|frame| frame.alarms.is_empty()).expect("no end");
+    let after = (0..ALARM).map(|_| listener.frame()).find(|frame| own(frame).is_empty()).expect("no end");
     while listener.frame().line.t < after.line.t + 3.0 {}
     for kind in ["recording", "tracks-out"] {
         let told = tracker.said().iter().filter(|line| line.contains(&format!("{kind}: /"))).count();

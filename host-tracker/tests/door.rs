@@ -1,6 +1,7 @@
 //! A door over HTTP: a passage from the card to the lock, what is refused, and the screen in a real browser.
 
 mod chromium;
+mod described;
 mod door_fixture;
 mod http_client;
 
@@ -201,7 +202,7 @@ fn a_passage_is_replayed_on_the_map() {
     server.tell("card", json!({ "card": "7" }));
     // Beside the one at the reader stands a part of the card's hash, and how sure that is.
     let card = "document.querySelector('#map .person text').textContent";
-    page.wait("the card is beside its track", &format!("/^card [0-9a-f]{{4}} 9\\d %$/.test({card})"));
+    page.wait("the card is beside its track", &format!("/^card [0-9a-f]{{4}} 9\\d%$/.test({card})"));
     std::thread::sleep(std::time::Duration::from_secs(2));
     server.tell("number", json!({ "number": 1 }));
     server.waits_for("unlocked");
@@ -282,7 +283,7 @@ fn the_entrant_enters_the_number_on_the_screen() {
     page.picture(&pictures().join("door-phone.png"));
     page.click(".keys button:nth-child(3)");
     page.wait("they may go in", &phase("unlocked"));
-    page.wait("three are awaited", "document.querySelectorAll('#people li').length === 3");
+    page.wait("three are awaited", "document.querySelectorAll('#people li:not(.none)').length === 3");
     server.tell("contact", json!({ "contact": "open" }));
     server.people(&[[0.0, 0.95], [0.5, 0.2], [-0.5, 0.0]]);
     server.people(&[[0.0, 1.4], [0.5, 0.2], [-0.5, 0.0]]);

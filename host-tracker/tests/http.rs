@@ -1,12 +1,15 @@
 //! The live map's server: what it answers, what it refuses, and that nothing sent to it ends it.
 
+mod described;
 mod http_client;
+mod socket;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
 use host_tracker::access::Access;
+use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::reports::{ReportLine, Reports};
@@ -17,6 +20,7 @@ use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use socket::next;
 use tokio::sync::watch;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -58,7 +62,10 @@ impl Map {
             names: Vec::new(),
             doors: None,
             signs: None,
+            questions: None,
             alarms: TrackerAlarms::default(),
+            keys: None,
+            listed: AlarmHandle::default(),
             connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
@@ -107,17 +114,6 @@ impl Map {
             tungstenite::HandshakeError::Failure(error) => error,
             tungstenite::HandshakeError::Interrupted(_) => panic!("interrupted"),
         })
-    }
-}
-
-/// The next message with this key.
-fn next(socket: &mut WebSocket<TcpStream>, key: &str) -> Value {
-    loop {
-        let Message::Text(text) = socket.read().unwrap() else { continue };
-        let value: Value = serde_json::from_str(&text).unwrap();
-        if !value[key].is_null() {
-            return value[key].clone();
-        }
     }
 }
 
@@ -192,6 +188,7 @@ fn tracks_come_after_each_report_to_whoever_asked_for_that_and_to_nobody_else() 
     // All that the page gets until the frame that came later.
     loop {
         let Message::Text(text) = page.read().unwrap() else { continue };
+        described::message(&text);
         let value: Value = serde_json::from_str(&text).unwrap();
         assert!(value["report"].is_null());
         if !value["frame"].is_null() {
@@ -298,23 +295,75 @@ fn f11_a_request_for_two_hosts_is_refused() {
 fn a_site_is_saved_and_handed_on() {
     let map = Map::new();
     let mut socket = map.socket(None).unwrap();
-    assert_eq!(next(&mut socket, "site"), 1);
+    let first = next(&mut socket, "site");
     let mut read: Value = serde_json::from_str(&map.ask("GET /api/site", &[], b"").1).unwrap();
     assert_eq!(
         (&read["revision"], &read["file"], &read["toml"]),
-        (&json!(1), &json!("home.toml"), &json!(HOME))
+        (&first, &json!("home.toml"), &json!(HOME))
     );
     read["site"]["zone"][0]["name"] = json!("lounge");
-    let body = json!({ "revision": 1, "site": read["site"] }).to_string();
+    let body = json!({ "revision": first, "site": read["site"] }).to_string();
     let origin = format!("http://{}", map.server.address());
-    assert_eq!(map.put("application/json", &[("Origin", &origin)], &body), (200, "{\"revision\":2}".into()));
-    assert_eq!(next(&mut socket, "site"), 2);
+    let (status, answer) = map.put("application/json", &[("Origin", &origin)], &body);
+    let second = next(&mut socket, "site");
+    assert_eq!((status, answer), (200, json!({ "revision": second }).to_string()));
+    assert_ne!(second, first);
     assert_eq!(map.changes.lock().unwrap()[0].zones[0].name, "lounge");
     assert_eq!(site_file::load(&map.folder.path().join("home.toml")).unwrap().zones[0].name, "lounge");
     let (status, why) = map.put("application/json", &[], &body);
     assert_eq!(status, 409, "{why}");
-    assert_eq!(map.put("application/toml", &[("If-Match", "2")], HOME).0, 200);
+    assert_eq!(map.put("application/toml", &[("If-Match", &second.to_string())], HOME).0, 200);
     assert_eq!(map.changes.lock().unwrap()[1].zones[0].name, "hall");
+    assert_eq!(next(&mut socket, "site"), first, "the same text again");
+}
+
+#[test]
+fn two_edits_are_merged_or_both_are_in_the_answer_and_a_try_saves_nothing() {
+    let map = Map::new();
+    let base: Value = serde_json::from_str(&map.ask("GET /api/site", &[], b"").1).unwrap();
+    let edit = |edited: &dyn Fn(&mut Value)| {
+        let mut site = base["site"].clone();
+        edited(&mut site);
+        json!({ "revision": base["revision"], "base": base["site"], "site": site }).to_string()
+    };
+    let walled = edit(&|site| site["wall"] = json!([{ "points": [[0, 0], [4, 0]] }]));
+    let renamed = edit(&|site| site["zone"][0]["name"] = json!("lounge"));
+    let moved = edit(&|site| site["zone"][0]["polygon"][2] = json!([1, 2]));
+    let put = |body: &str| {
+        let (status, answer) = map.put("application/json", &[], body);
+        (status, serde_json::from_str::<Value>(&answer).unwrap())
+    };
+    assert_eq!(put(&walled).0, 200);
+    let (status, answer) = put(&renamed);
+    assert_eq!((status, &answer["merged"]), (200, &json!(["wall 1 added"])));
+    let (status, answer) = put(&moved);
+    let conflict = &answer["conflicts"][0];
+    assert_eq!(
+        (status, &conflict["kind"], &conflict["label"]),
+        (409, &json!("zone"), &json!("zone \"lounge\""))
+    );
+    assert_eq!(
+        (&conflict["mine"]["polygon"][2][1], &conflict["theirs"]["name"]),
+        (&json!(2.0), &json!("lounge"))
+    );
+    assert_eq!(answer["changes"], json!(["wall 1 added", "zone \"lounge\" changed"]));
+    assert_eq!(answer["site"]["zone"][0]["name"], "lounge");
+    assert_eq!(
+        (&answer["merged"]["zone"][0]["name"], answer["wrong"].as_array().unwrap().len()),
+        (&json!("hall"), 0)
+    );
+    // Decided for mine, as of the newest revision.
+    let decided = json!({ "revision": answer["revision"], "base": answer["site"], "site": answer["merged"] });
+    let tried = map.ask("POST /api/site/try", &[JSON], decided.to_string().as_bytes());
+    let tried: Value = serde_json::from_str(&tried.1).unwrap();
+    assert_eq!((&tried["conflicts"], &tried["revision"]), (&json!([]), &answer["revision"]));
+    assert_eq!(put(&decided.to_string()).0, 200);
+    let text = std::fs::read_to_string(map.folder.path().join("home.toml")).unwrap();
+    assert!(text.starts_with("# where we live") && text.contains("[[wall]]"), "{text}");
+    let bow = edit(&|site| site["zone"][0]["polygon"] = json!([[0, 0], [2, 2], [2, 0], [0, 2]]));
+    let (status, tried) = map.ask("POST /api/site/try", &[JSON], bow.as_bytes());
+    assert!(status == 200 && tried.contains("crosses itself"), "{tried}");
+    assert_eq!(map.changes.lock().unwrap().len(), 3);
 }
 
 #[test]
@@ -404,6 +453,43 @@ fn a_calibration_is_begun_and_ended_and_what_is_not_there_is_not_accepted() {
     assert_eq!(ask("stop").0, 200);
     let (_, idle) = map.ask("GET /api/calibration", &[], b"");
     assert!(idle.contains(r#""active":false"#), "{idle}");
+}
+
+#[test]
+fn a_picture_is_served_as_what_it_is_and_in_a_sandbox() {
+    const SVG: &[u8] = b"<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"40\" height=\"30\"><script>alert(1)</script></svg>";
+    let map = Map::new();
+    let put = |kind: &str, bytes: &[u8]| map.ask("PUT /api/picture", &[("Content-Type", kind)], bytes).0;
+    assert_eq!(map.ask("GET /api/picture", &[], b"").0, 404);
+    assert_eq!(
+        map.ask("GET /api/picture/place", &[], b""),
+        (200, "{\"picture\":false,\"place\":null}".into())
+    );
+    assert_eq!(
+        [put("image/png", SVG), put("text/html", SVG), put("image/svg+xml", b"<html></html>")],
+        [415; 3]
+    );
+    assert_eq!(put("image/svg+xml", &vec![b' '; (8 << 20) + 1]), 413);
+    let place =
+        json!({ "x": 0, "y": 3, "turn_deg": 0, "m_per_px": 0.1, "width": 40, "height": 30 }).to_string();
+    let lay = |place: &str| map.ask("PUT /api/picture/place", &[JSON], place.as_bytes()).0;
+    assert_eq!(lay(&place), 404, "there is nothing to be laid");
+    assert_eq!(put("image/svg+xml", SVG), 200);
+    assert_eq!([lay(&place), lay(&place.replace("0.1", "-0.1")), lay("{}")], [200, 400, 400]);
+    let request =
+        format!("GET /api/picture HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", map.server.address());
+    let answer = String::from_utf8(map.send(request.as_bytes())).unwrap();
+    for header in [
+        "content-type: image/svg+xml\r\n",
+        "content-security-policy: sandbox; default-src 'none'",
+        "x-content-type-options: nosniff",
+    ] {
+        assert!(answer.contains(header), "{answer}");
+    }
+    assert_eq!(answer.matches("content-security-policy").count(), 1, "{answer}");
+    assert_eq!(std::fs::read(map.folder.path().join("home.picture")).unwrap(), SVG);
+    assert_eq!(map.ask("DELETE /api/picture", &[], b"").0, 200);
+    assert_eq!(std::fs::read_dir(map.folder.path()).unwrap().count(), 1, "only the site is left");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The bounds of the HTTP listeners: what a flood takes, that it is counted, and that the doors' own listener is not
 //! reached by it.
 
+mod described;
 mod http_client;
 
 use std::io::{Read, Write};
@@ -9,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use host_tracker::access::Access;
+use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::DoorHandle;
@@ -75,7 +77,10 @@ impl LimitedServer {
             database: None,
             access: Access::open(),
             names: Vec::new(),
+            questions: None,
             alarms: TrackerAlarms::default(),
+            keys: None,
+            listed: AlarmHandle::default(),
             connections: refused.clone(),
         };
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
@@ -209,6 +214,8 @@ fn f11_messages_to_doors_go_to_their_own_listener_alone() {
     let (status, why) = server.door(server.server.address(), "exit", 1);
     assert_eq!(status, 421, "{why}");
     assert!(why.contains(&server.server.door_address().to_string()), "{why}");
+    let (status, why) = server.door(server.server.address(), "reset", 1);
+    assert!(status == 409 && why.contains("no alarm to reset"), "the map resets: {status} {why}");
     for (address, line, expected) in [
         (server.server.address(), "GET /api/door/front", 200),
         (server.server.address(), "GET /door/front", 421),

@@ -100,6 +100,7 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     take_pictures(&mut page);
     page.fits_a_phone("map");
 
+    walkers_move_at_every_repaint(&mut page);
     module_details(&mut page);
     a_zone_is_drawn(&mut page, &file);
     looking_back(&mut page);
@@ -127,8 +128,24 @@ fn take_pictures(page: &mut Page) {
     page.wait("the page has the phone's width", "document.documentElement.scrollWidth <= 360");
     page.wait("people are on the phone", &format!("{CONFIRMED} >= 1"));
     page.picture(&folder.join("live-map-phone.png"));
+    page.size(3840, 2160, 1);
+    page.wait(
+        "letters grow with a screen on a wall",
+        "parseFloat(getComputedStyle(document.querySelector('.legend')).fontSize) >= 24",
+    );
+    page.picture(&std::env::temp_dir().join("kehai-wall.png"));
     page.size(1440, 900, 1);
     page.wait("the page is wide again", "innerWidth === 1440");
+    let ground = "getComputedStyle(document.querySelector('.stage')).backgroundColor";
+    let before = page.value(ground);
+    let before = before.as_str().unwrap().to_owned();
+    page.forced_colors();
+    page.wait("colours are forced", "matchMedia('(forced-colors: active)').matches");
+    page.wait(
+        "what is not seen still differs from what is",
+        &format!("{ground} === '{before}' && getComputedStyle(document.querySelector('.k.person')).backgroundColor !== 'rgba(0, 0, 0, 0)'"),
+    );
+    page.scheme("light");
 }
 
 fn module_details(page: &mut Page) {
@@ -169,6 +186,11 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     page.write("context");
     page.key("Tab", 9);
     page.wait("it has its name", "document.querySelector('#part-name').value === 'context'");
+    page.click("#tool-line");
+    for along in [-120.0, -40.0] {
+        page.drag([x + along, y + 90.0], [x + along, y + 90.0]);
+    }
+    page.wait("a line more", "document.querySelectorAll('.shape[data-kind=line]').length === 5");
     page.value(SAMPLER);
     page.click("#save");
     page.wait("it is saved", "!document.body.classList.contains('editing')");
@@ -180,6 +202,62 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     let names: Vec<&str> = saved.zones.iter().map(|zone| zone.name.as_str()).collect();
     assert_eq!(names.last(), Some(&"context"), "{names:?}");
     assert_eq!(names.len(), 6);
+    assert_eq!(saved.lines.len(), 5);
+    let said = "document.querySelector('[data-line=front] text').textContent";
+    page.wait("a line says who crossed it", &format!("/^front · in \\d+ · out \\d+$/.test({said})"));
+}
+
+/// Watches repaints until there are 100 of a person who walks: at which of them somebody who walks has moved.
+const REPAINTS: &str = "void (() => {
+    const STEP_M = 0.0005, WALKS_M_S = 0.3, AROUND = 15;
+    const kept = [];
+    window.repaints = { walked: 0, moved: 0, gaps: [] };
+    const look = (now) => {
+        const places = {};
+        for (const one of document.querySelectorAll('.person.confirmed')) {
+            const { e, f } = new DOMMatrix(getComputedStyle(one).transform);
+            places[one.dataset.person] = [e, f];
+        }
+        kept.push({ now, places });
+        const at = kept.length - 1 - AROUND;
+        if (at > AROUND) {
+            const [before, last, here, after] = [kept[at - AROUND], kept[at - 1], kept[at], kept[at + AROUND]];
+            repaints.gaps.push(here.now - last.now);
+            for (const id of Object.keys(here.places)) {
+                if (!before.places[id] || !last.places[id] || !after.places[id]) continue;
+                const far = (from, to) => Math.hypot(...to.places[id].map((value, axis) => value - from.places[id][axis]));
+                if (far(before, after) < WALKS_M_S * (after.now - before.now) / 1000) continue;
+                repaints.walked += 1;
+                repaints.moved += far(last, here) > STEP_M;
+            }
+        }
+        if (repaints.walked < 400) requestAnimationFrame(look);
+    };
+    requestAnimationFrame(look);
+})()";
+
+fn walkers_move_at_every_repaint(page: &mut Page) {
+    page.value(REPAINTS);
+    page.wait("400 repaints of people who walk", "repaints.walked >= 400");
+    let share = page.value("repaints.moved / repaints.walked").as_f64().unwrap();
+    let gap = page.value("repaints.gaps.sort((a, b) => a - b)[repaints.gaps.length >> 1]");
+    println!("somebody who walks moves in {:.1} % of the repaints, {gap} ms apart", share * 100.0);
+    assert!(share >= 0.95, "somebody who walks moves in {:.1} % of the repaints alone", share * 100.0);
+    page.reduce_motion();
+    page.value(REPAINTS);
+    page.wait("400 more", "repaints.walked >= 400");
+    let [moved, walked] =
+        ["moved", "walked"].map(|key| page.value(&format!("repaints.{key}")).as_f64().unwrap());
+    let all_ms = page.value("repaints.gaps.reduce((sum, gap) => sum + gap, 0)").as_f64().unwrap();
+    println!("without motion in {:.1} %, in {all_ms:.0} ms", 100.0 * moved / walked);
+    // No repaint between two frames shows other places.
+    let repaints = page.value("repaints.gaps.length").as_f64().unwrap();
+    let most = (all_ms / 100.0 + 2.0) / repaints;
+    assert!(
+        moved / walked <= most.max(0.1) + 0.05,
+        "{moved} of {walked}, {repaints} repaints in {all_ms} ms"
+    );
+    page.scheme("light");
 }
 
 /// A person stood in the study for a minute, long ago: another tracker kept it.

@@ -1,6 +1,7 @@
 //! Log-in in a browser: the page, a wrong password, what is hidden from whom, and the log-out.
 
 mod chromium;
+mod described;
 mod house;
 mod http_client;
 
@@ -21,7 +22,7 @@ fn type_into(page: &mut chromium::Page, field: &str, text: &str) {
 fn log_in(page: &mut chromium::Page, name: &str, password: &str) {
     page.wait(
         "the log-in page comes",
-        "location.pathname === '/login.html' && document.querySelector('#send')",
+        "location.pathname === '/login.html' && !document.querySelector('#send').disabled",
     );
     type_into(page, "#name", name);
     type_into(page, "#password", password);
@@ -110,7 +111,7 @@ fn the_screen_of_a_door_has_its_token_by_its_link() {
     let house = House::of(&format!("{ZONE}{DOORS}"));
     let screen = format!("http://{}/door/front", house.server.address());
     page.open(&screen);
-    page.wait("it says what is missing", "document.querySelector('#link').innerText.includes('log in')");
+    page.wait("it says what is missing", "document.querySelector('#why').innerText.includes('log in')");
     let token = house.token("screen", &[Role::Keypad], Some("front"));
     page.open("about:blank");
     page.open(&format!("{screen}#token={}", token.trim_start_matches("Bearer ")));

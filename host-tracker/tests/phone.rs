@@ -2,6 +2,7 @@
 //! page one pixel too wide.
 
 mod chromium;
+mod described;
 mod door_fixture;
 mod http_client;
 
@@ -73,6 +74,8 @@ fn long_names_fit_a_phone() {
     page.open(&format!("http://{address}/"));
     page.wait("a person is on the map", "document.querySelectorAll('#map .person.confirmed').length === 1");
     page.fits_a_phone("map with long names");
+    // Alarms and doors stand above the modules.
+    page.value("document.querySelector('#modules .module-row').scrollIntoView({ block: 'center' })");
     page.click("#modules .module-row");
     page.wait("the details are open", "!document.querySelector('#detail').hidden");
     page.fits_a_phone("module with a long name");

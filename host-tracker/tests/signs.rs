@@ -1,6 +1,7 @@
 //! Cards and tags over HTTP: which track is whom, where an ID is, what is refused; and the map that asks for one.
 
 mod chromium;
+mod described;
 mod door_fixture;
 mod http_client;
 

@@ -1,6 +1,7 @@
 //! TLS: the map over it, what is answered in clear where it is spoken, and its bounds.
 #![cfg(target_os = "linux")]
 
+mod described;
 mod hall;
 mod house;
 mod http_client;
@@ -97,6 +98,7 @@ fn frames_come_over_tls() {
 fn until_frame(map: &mut WebSocket<Stream>, unix_ms: u64) {
     loop {
         let Message::Text(text) = map.read().unwrap() else { continue };
+        described::message(&text);
         let value: Value = serde_json::from_str(&text).unwrap();
         if value["frame"]["unix_ms"] == json!(unix_ms) {
             return;

@@ -10,6 +10,7 @@
 //! Some seconds; `KEHAI_FLOOD_SECONDS=600` for as long as that. The figures are printed: `-- --nocapture`.
 #![cfg(target_os = "linux")]
 
+mod described;
 #[path = "../../tracking/tests/intake/fake.rs"]
 mod fake;
 mod flood;

@@ -135,6 +135,8 @@ impl Page {
         for domain in ["Page", "Runtime", "Network"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
+        // Whatever the machine's own language is.
+        page.language("en-US");
         page
     }
 
@@ -170,6 +172,13 @@ impl Page {
             }
             _ => {}
         }
+    }
+
+    /// What the browser wishes to read from the next page on, as BCP 47 has it.
+    pub fn language(&mut self, tag: &str) {
+        let agent = self.value("navigator.userAgent");
+        let wish = json!({ "userAgent": agent, "acceptLanguage": tag });
+        self.call("Emulation.setUserAgentOverride", wish);
     }
 
     /// Opens an address.
@@ -262,6 +271,18 @@ impl Page {
     /// Light or dark.
     pub fn scheme(&mut self, scheme: &str) {
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
+        self.call("Emulation.setEmulatedMedia", features);
+    }
+
+    /// As a system shows pages that has its own few colours.
+    pub fn forced_colors(&mut self) {
+        let features = json!({ "features": [{ "name": "forced-colors", "value": "active" }] });
+        self.call("Emulation.setEmulatedMedia", features);
+    }
+
+    /// As somebody looks who wants no motion.
+    pub fn reduce_motion(&mut self) {
+        let features = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
         self.call("Emulation.setEmulatedMedia", features);
     }
 

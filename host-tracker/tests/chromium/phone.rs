@@ -24,7 +24,8 @@ const TEXT_SCALES: [f64; 2] = [1.0, 1.3];
 const TEXT_PX: f64 = 15.0;
 
 /// Elements that reach over the edges or hide a part of their contents. What lies on the map may: it is moved by hand.
-/// The contents of a field are scrolled by the cursor.
+/// The contents of a field are scrolled by the cursor; what is within a picture has no box of its own to be hidden in, and must lie between
+/// the edges.
 const TOO_WIDE: &str = r##"(() => {
   const found = [];
   const name = (element) => `${element.tagName} #${element.id} .${element.getAttribute("class")}`;
@@ -35,7 +36,7 @@ const TOO_WIDE: &str = r##"(() => {
     const { left, right } = element.getBoundingClientRect();
     if (left < -0.5 || right > WIDTH + 0.5) found.push(`${name(element)}: ${left} to ${right} px`);
     const hidden = element.scrollWidth - element.clientWidth;
-    if (element.clientWidth && hidden > 1 && element.tagName !== "INPUT") found.push(`${name(element)}: hides ${hidden} px`);
+    if (element.clientWidth && hidden > 1 && element.tagName !== "INPUT" && !element.ownerSVGElement) found.push(`${name(element)}: hides ${hidden} px`);
   }
   return found;
 })()"##;

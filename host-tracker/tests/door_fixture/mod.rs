@@ -13,6 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use host_tracker::access::Access;
+use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::{DoorHandle, Watchdog};
@@ -24,7 +25,7 @@ use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::site_tracker::Estimate;
-use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::snapshot::{Snapshot, active_alarms, unix_ms};
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
@@ -95,6 +96,8 @@ impl DoorServer {
         let is_dead = Arc::clone(&dead);
         let more: Arc<Mutex<Vec<mpsc::SyncSender<Arc<Snapshot>>>>> = Arc::default();
         let others = Arc::clone(&more);
+        let listed = AlarmHandle::default();
+        let lists = listed.clone();
         let (places, stopped) = (Arc::clone(&people), Arc::clone(&stop));
         let feeding = std::thread::spawn(move || {
             let mut last = Instant::now();
@@ -104,6 +107,8 @@ impl DoorServer {
                     frame.line.t = passed.lock().unwrap().as_secs_f64();
                     (frame.names, frame.signs) = named.observe(&estimate(&frame));
                     frame.doors = observed.observe(&estimate(&frame), &frame.modules);
+                    let active = active_alarms(&[], &frame.modules, &frame.doors);
+                    frame.alarms = lists.observe(frame.unix_ms, active);
                 }
                 let frame = Arc::new(frame);
                 newest_in.send_replace(Arc::clone(&frame));
@@ -127,7 +132,10 @@ impl DoorServer {
             names: Vec::new(),
             doors: Some(doors.clone()),
             signs: Some(signs.clone()),
+            questions: None,
             alarms: TrackerAlarms::default(),
+            keys: None,
+            listed,
             connections: Connections::default(),
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
@@ -172,6 +180,25 @@ impl DoorServer {
     pub fn tell(&self, input: &str, body: Value) -> (u16, Value) {
         let body = self.message(body);
         self.ask(&format!("POST /api/door/front/{input}"), &[], &body)
+    }
+
+    /// One person stands before the shut leaf, shows a card and is alone: the door unlocks.
+    #[track_caller]
+    pub fn lets_one_in(&self) {
+        self.people(&[[0.0, 0.4]]);
+        assert_eq!(self.tell("contact", json!({ "contact": "shut" })).0, 200);
+        assert_eq!(self.tell("card", json!({ "card": "04:A2:2B:77" })).0, 200);
+        self.waits_for("asked");
+        assert_eq!(self.tell("number", json!({ "number": 1 })).0, 200);
+        self.waits_for("unlocked");
+    }
+
+    /// That person opens the leaf and goes in.
+    #[track_caller]
+    pub fn goes_through(&self) {
+        assert_eq!(self.tell("contact", json!({ "contact": "open" })).0, 200);
+        self.people(&[[0.0, 0.95]]);
+        self.people(&[[0.0, 1.4]]);
     }
 
     pub fn door(&self) -> Value {

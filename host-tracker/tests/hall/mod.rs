@@ -138,7 +138,9 @@ impl Tracker {
         let stdout = BufReader::new(process.stdout.take().unwrap());
         let reading = std::thread::spawn(move || {
             // The last line of a process that is killed may be cut off.
-            let whole = |line: String| serde_json::from_str(&line).ok();
+            let whole = |line: String| {
+                serde_json::from_str(&line).ok().inspect(|_| crate::described::as_document("tracks", &line))
+            };
             stdout.lines().map_while(Result::ok).filter_map(whole).for_each(|line| drop(tell.send(line)));
         });
         let said = Arc::new(Mutex::new(Vec::new()));

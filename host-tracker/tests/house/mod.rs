@@ -11,6 +11,7 @@ use host_tracker::access::file::AccessFile;
 use host_tracker::access::password;
 use host_tracker::access::roles::Role;
 use host_tracker::access::secret;
+use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::calibration::Calibration;
 use host_tracker::certificate::Certificate;
 use host_tracker::connections::Connections;
@@ -56,6 +57,7 @@ pub struct House {
     pub server: Server,
     pub file: AccessFile,
     pub refused: Connections,
+    pub listed: AlarmHandle,
     pub frames: watch::Sender<Arc<Snapshot>>,
     pub folder: tempfile::TempDir,
     now_us: Arc<AtomicU64>,
@@ -77,6 +79,7 @@ impl House {
         let clock = Arc::clone(&now_us);
         let (frames, newest) = watch::channel(Arc::default());
         let refused = Connections::default();
+        let listed = AlarmHandle::default();
         let site = SiteFile::load(&path).unwrap();
         add(&file, "anna", Role::Admin);
         let context = ServerContext {
@@ -91,13 +94,16 @@ impl House {
             database: None,
             access: Access::timed(file.clone(), Box::new(move || clock.load(Ordering::SeqCst))),
             names: Vec::new(),
+            questions: None,
             alarms: TrackerAlarms::default(),
+            keys: None,
+            listed: listed.clone(),
             connections: refused.clone(),
         };
         let own = || Certificate::own(&path, &["localhost".to_owned()]).unwrap();
         let map = Bind { address: SocketAddr::from(([127, 0, 0, 1], 0)), certificate: tls.then(own) };
         let server = Server::start(Listen { map, doors: None, limits }, context).unwrap();
-        Self { server, file, refused, frames, folder, now_us }
+        Self { server, file, refused, listed, frames, folder, now_us }
     }
 
     pub fn pass(&self, time_us: u64) {

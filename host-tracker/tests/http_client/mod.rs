@@ -31,6 +31,11 @@ pub fn exchange(
         agent.run(request.body(body).unwrap())
     };
     let mut answer = answer.unwrap_or_else(|error| panic!("no answer to {line}: {error}"));
-    let body = answer.body_mut().read_to_string().unwrap();
-    (answer.status().as_u16(), answer.headers().clone(), body)
+    let text = answer.body_mut().read_to_string().unwrap();
+    crate::described::answer(line, answer.status().as_u16(), &text);
+    let is_toml = headers.iter().any(|(_, value)| *value == "application/toml");
+    if answer.status().is_success() && method != "GET" && !is_toml {
+        crate::described::asked(line, body);
+    }
+    (answer.status().as_u16(), answer.headers().clone(), text)
 }
