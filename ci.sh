@@ -3,7 +3,7 @@
 #
 #   fmt       formatting
 #   clippy    lints on the PC, warnings denied
-#   lint      formatting and lints of the web page's JavaScript, CSS and HTML, and of Python
+#   lint      formatting and lints of the web page's JavaScript, CSS and HTML, of TypeScript and of Python
 #   structure no circle of imports between the files of a crate, no crate that depends upward; patches of
 #             tests/mutations and tests/planted apply
 #   test      all tests on the PC, overflow checks on
@@ -20,8 +20,10 @@
 #   deny      licences and sources of the dependencies
 #   fuzz      every fuzz target, 10 s each (FUZZ_SECONDS=n for another time)
 #   package   the tracker's Debian package, installed in a bare Debian 12, its service run, purged; bills of materials
-#   reproducible  the firmware of one board, built in two places: the same bytes
+#   reproducible  the firmware of one board, built in two places: the same bytes; its HEX, BIN and UF2 files, read back
 # and, slower, only when named:
+#   release   the files of a release, in target/release-files: firmware of each board, read back and started in QEMU, the package,
+#             bills of materials, notes. It builds little after `package` and `reproducible`
 #   fallback  `embedded` and `no-panic` with the distribution's own Rust instead of rustup's
 #   advisories  known weaknesses of the dependencies, by cargo-deny and its database (github.com)
 #
@@ -54,10 +56,10 @@ REFUSE_BUDGET=4000
 declare -A PANICS_BUDGET=([mps2-an386]=232 [mps2-an386-floor]=228 [nucleo-h563zi]=277 [w5500-evb-pico2]=316)
 # Both come from PyPI as one binary in a wheel: a bare Debian has Python, but no Node.js.
 LINTERS=(deno==2.9.8 ruff==0.17.6)
-# What the example of the sealed wire in Python needs.
-PYTHON_SEAL=cryptography==48.0.0
+# What the example of the sealed wire in Python needs, the client, and the tests of the OpenAPI document and of HEX files.
+PYTHON_TESTS=(cryptography==48.0.0 websockets==17.4 openapi-spec-validator==0.9.0 intelhex==2.3.0)
 USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package reproducible)
-EXTRA=(fallback advisories)
+EXTRA=(release fallback advisories)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'ci.sh: %s\n' "$*" >&2; exit 1; }
@@ -207,17 +209,17 @@ need_linters() {
     echo "${LINTERS[*]}" >"$home/versions"
 }
 
-# The second implementation of the sealed wire, in an environment under target/.
-need_python_seal() {
-    local home=target/python-seal
+# What tests in Python need, in an environment under target/.
+need_python_tests() {
+    local home=target/python-tests
     KEHAI_PYTHON=$PWD/$home/bin/python3
     export KEHAI_PYTHON
-    [ "$(cat "$home/versions" 2>/dev/null)" != "$PYTHON_SEAL" ] || return 0
+    [ "$(cat "$home/versions" 2>/dev/null)" != "${PYTHON_TESTS[*]}" ] || return 0
     need_python
-    say "installing $PYTHON_SEAL"
+    say "installing ${PYTHON_TESTS[*]}"
     python3 -m venv --clear "$home"
-    "$home/bin/pip" install --quiet --disable-pip-version-check "$PYTHON_SEAL"
-    echo "$PYTHON_SEAL" >"$home/versions"
+    "$home/bin/pip" install --quiet --disable-pip-version-check "${PYTHON_TESTS[@]}"
+    echo "${PYTHON_TESTS[*]}" >"$home/versions"
 }
 
 # Debian puts the broker where only root looks.
@@ -237,6 +239,9 @@ step_lint() {
     export DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1
     "$bin/deno" fmt --check
     "$bin/deno" lint
+    "$bin/deno" check clients/typescript/*.ts tests/*.ts
+    "$bin/deno" run --allow-read tests/asyncapi.ts
+    "$bin/deno" test --quiet --allow-read=host-tracker,docs host-tracker/
 }
 
 step_structure() {
@@ -248,7 +253,7 @@ step_structure() {
 QEMU_TESTED=
 step_test() {
     # Without QEMU, Python, a broker, Chromium or a network of its own, their tests are skipped on a developer's machine, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_seal; need_mosquitto; need_chromium; need_command ip iproute2; }
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_mosquitto; need_chromium; need_command ip iproute2; }
     need_command python3 python3
     python3 tests/side_by_side.py
     QEMU_TESTED=${CI:-}
@@ -430,23 +435,35 @@ need_cyclonedx() {
     [[ "$(cargo cyclonedx --version 2>/dev/null)" == *" $CARGO_CYCLONEDX" ]] \
         || cargo install --quiet --locked --force cargo-cyclonedx --version "$CARGO_CYCLONEDX"
 }
-step_package() {
+# The package, and the bills of materials of both programs.
+make_package() {
     need_command dpkg-shlibdeps dpkg-dev
-    need_command debootstrap debootstrap
     need_command python3 python3
     # One that is there and does not run, such as another machine's, is replaced.
     [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] \
         || cargo install --quiet --locked --force cargo-deb --version "$CARGO_DEB"
     need_cyclonedx
     packaging/package.sh
-    python3 tests/sbom.py target/package/kehai-tracker.cdx.json host-tracker normal,build
     packaging/sbom.sh Cargo.toml "$CORTEX_M33" "board-${BOARDS[-1]}" target/package/firmware.cdx.json
+}
+step_package() {
+    need_command debootstrap debootstrap
+    make_package
+    python3 tests/sbom.py target/package/kehai-tracker.cdx.json host-tracker normal,build
     python3 tests/sbom.py target/package/firmware.cdx.json kehai normal --target "$CORTEX_M33" --features "board-${BOARDS[-1]}"
     if [ "$(id -u)" -ne 0 ]; then
         not_judged "the package in a bare Debian: it needs root"
         return
     fi
     tests/package.sh target/package/*.deb
+}
+
+# make_firmware BOARD… — their files, read back.
+make_firmware() {
+    need_command arm-none-eabi-objcopy binutils-arm-none-eabi
+    need_python_tests
+    packaging/firmware.sh "$@"
+    "$KEHAI_PYTHON" tests/firmware.py target/firmware
 }
 
 # The same commit gives the same bytes: in this folder, and in a clone at another path.
@@ -462,8 +479,7 @@ step_reproducible() {
         not_judged "the firmware's bytes: this folder has changes that are not committed"
         return
     fi
-    need_command arm-none-eabi-objcopy binutils-arm-none-eabi
-    packaging/firmware.sh "$board"
+    make_firmware "$board"
     here=$(cat target/firmware/SHA256SUMS)
     elsewhere=$(mktemp -d)
     git clone --quiet . "$elsewhere/another/place"
@@ -472,6 +488,19 @@ step_reproducible() {
         || fail "the same commit gives other bytes at another path"
     rm -rf "$elsewhere"
     say "the same bytes in two places: $here"
+}
+
+step_release() {
+    need_target
+    [ "$EMBEDDED_RUST" = rustup ] || fail "the firmware of a release is built with rustup's Rust, and there is no target of it"
+    [ -z "$(git status --porcelain --untracked-files=no)" ] \
+        || fail "the files of a release are of a commit: this folder has changes that are not committed"
+    need_command qemu-system-arm qemu-system-arm
+    make_firmware "${LOADERS[@]}"
+    KEHAI_QEMU_IMAGE=$PWD/target/firmware/mps2-an386.elf CI=true \
+        cargo test --locked -p kehai --test qemu the_image_boots_names_itself
+    make_package
+    packaging/release.sh
 }
 
 step_advisories() {

@@ -1,30 +1,49 @@
 #!/usr/bin/env bash
-# The firmware, so that the same commit gives the same bytes wherever it is built: packaging/firmware.sh makes
-# target/firmware/IMAGE.elf and IMAGE.bin of every board, and target/firmware/SHA256SUMS.
+# The firmware, so that the same commit gives the same bytes wherever it is built: packaging/firmware.sh makes these files
+# in target/firmware, of every board or of those named:
 #
-#   packaging/firmware.sh                      all images
-#   packaging/firmware.sh w5500-evb-pico2      only those named
+#   BOARD.elf, .hex, .bin          the image; .elf has what decodes its log
+#   BOARD-boot.elf, .hex, .bin     its boot loader
+#   BOARD-complete.hex             both, for a debugger; of the board with a USB drive BOARD-complete.uf2, too
+#   SHA256SUMS                     of all of them
+#
+#   packaging/firmware.sh                      all boards
+#   packaging/firmware.sh w5500-evb-pico2      only those named; mps2-an386, QEMU's board, has an image alone
 #
 # What would differ from one machine to the next are the paths of the sources, which panics name: they are replaced.
-# The compiler's version is that of rust-toolchain.toml; with another one the bytes differ.
+# The compiler's version is that of rust-toolchain.toml; with another one the bytes differ. KEHAI_UPDATE_KEYS names whose
+# updates the boot loaders take (docs/security.md).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 out=target/firmware
-images=("$@")
-[ "${#images[@]}" -gt 0 ] || images=(nucleo-h563zi w5500-evb-pico2)
+boards=("$@")
+[ "${#boards[@]}" -gt 0 ] || boards=(nucleo-h563zi w5500-evb-pico2)
 rm -rf "$out" && mkdir -p "$out"
 export CARGO_TARGET_DIR=target/firmware-build
 registry=${CARGO_HOME:-$HOME/.cargo}/registry/src
 RUSTFLAGS="--remap-path-prefix=$PWD=/kehai"
 for folder in "$registry"/*; do RUSTFLAGS+=" --remap-path-prefix=$folder=/crates"; done
 export RUSTFLAGS
-for image in "${images[@]}"; do
-    target=thumbv8m.main-none-eabihf
-    [[ $image != mps2-an386* ]] || target=thumbv7em-none-eabihf
-    cargo build --locked --release --target "$target" -p kehai --bin "$image" --features "board-$image"
-    cp "$CARGO_TARGET_DIR/$target/release/$image" "$out/$image.elf"
-    # Without debug information, which names the path it was built at.
-    arm-none-eabi-objcopy -O binary "$out/$image.elf" "$out/$image.bin"
+
+build() { # build IMAGE FEATURES
+    local target=thumbv8m.main-none-eabihf
+    [[ $1 != mps2-an386* ]] || target=thumbv7em-none-eabihf
+    cargo build --locked --release --target "$target" -p kehai --bin "$1" --features "$2"
+    # Debug information names the path it was built at.
+    arm-none-eabi-objcopy --strip-debug "$CARGO_TARGET_DIR/$target/release/$1" "$out/$1.elf"
+    arm-none-eabi-objcopy -O ihex "$out/$1.elf" "$out/$1.hex"
+    # As kehai-tracker firmware sign flattens an ELF file.
+    arm-none-eabi-objcopy -O binary --gap-fill 0xff "$out/$1.elf" "$out/$1.bin"
+}
+
+for board in "${boards[@]}"; do
+    build "$board" "board-$board"
+    [[ $board != mps2-an386* ]] || continue
+    build "$board-boot" "board-$board,boot"
+    # Behind each other, with one end (01) and no place to start (05): that is for programs in memory.
+    { sed '/^:......0[15]/d' "$out/$board-boot.hex" "$out/$board.hex"; printf ':00000001FF\r\n'; } >"$out/$board-complete.hex"
+    [[ $board != w5500-* ]] \
+        || python3 packaging/uf2.py "$out/$board-complete.uf2" "$out/$board-boot.hex" "$out/$board.hex"
 done
-(cd "$out" && sha256sum ./*.bin | tee SHA256SUMS)
+(cd "$out" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)
