@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Folders whose paths are checked.
-const FOLDERS: [&str; 12] = [
+const FOLDERS: [&str; 13] = [
     "src/",
     "emulator/",
     "tracking/",
@@ -22,6 +22,7 @@ const FOLDERS: [&str; 12] = [
     "proofs/",
     "fuzz/",
     "examples/",
+    "clients/",
     ".ci/",
 ];
 
@@ -101,6 +102,93 @@ fn links_between_pages_lead_somewhere() {
         }
     }
     assert!(broken.is_empty(), "links that lead nowhere:\n{}", broken.join("\n"));
+}
+
+/// The rows of a page's tables, cell by cell; `\|` is no end of a cell.
+fn rows(page: &str) -> Vec<Vec<String>> {
+    let lines = page.lines().filter(|line| line.starts_with("| "));
+    let cells = |line: &str| {
+        let line = line.replace("\\|", "¦");
+        line.trim_matches('|').split('|').map(|cell| cell.trim().replace('¦', "|")).collect()
+    };
+    lines.map(cells).collect()
+}
+
+#[test]
+fn what_users_stumbled_over_is_gone_as_the_page_says() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = read(&root.join("docs/frictions.md"));
+    let (mut wrong, mut gone, mut open) = (Vec::new(), 0, 0);
+    for row in rows(&page) {
+        let [friction, status, shown] = &row[..] else { panic!("three cells: {row:?}") };
+        let is_open = status.starts_with("open");
+        if friction == "stumbled over" {
+            continue;
+        }
+        open += u32::from(is_open);
+        gone += u32::from(status.starts_with("gone"));
+        if !is_open && !status.starts_with("gone") && !status.starts_with("partly") {
+            wrong.push(format!("{friction}: {status:?} is neither gone, partly nor open"));
+        }
+        // A file, and then names of tests in it, or what one of its tests waits for.
+        let mut file = None;
+        let mut named = 0;
+        for text in in_code_marks(shown) {
+            if FOLDERS.iter().any(|folder| text.starts_with(folder)) {
+                file = root.join(text).exists().then(|| (text, read(&root.join(text))));
+                if file.is_none() {
+                    wrong.push(format!("{friction}: there is no {text}"));
+                }
+            } else if let Some((name, code)) = &file {
+                named += 1;
+                let (test, step) = (format!("fn {text}("), format!("\"{text}\""));
+                if !code.contains(&test) && !code.contains(&step) {
+                    wrong.push(format!("{friction}: {name} has no {text}"));
+                }
+            }
+        }
+        // That pictures exist is checked with all links.
+        named += links(shown).iter().filter(|target| target.starts_with("images/")).count();
+        if !is_open && named == 0 {
+            wrong.push(format!("{friction}: nothing shows it"));
+        }
+    }
+    println!("{gone} gone, {open} open");
+    assert!(gone >= 40, "{gone} rows");
+    assert!(wrong.is_empty(), "docs/frictions.md:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_drop_of_the_sensors_supply_is_ohms_law() {
+    let page = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/wiring.md"));
+    let (_, rest) = page.split_once("<!-- table: drop -->").expect("the table");
+    let (table, _) = rest.split_once("<!-- end: drop -->").expect("its end");
+    let rows: Vec<Vec<f64>> = table
+        .lines()
+        .filter(|line| line.starts_with("| AWG"))
+        .map(|line| line.split('|').skip(2).filter_map(|cell| cell.trim().parse().ok()).collect())
+        .collect();
+    assert_eq!(rows.len(), 3, "{table}");
+    let (start_a, plug_ohm, least_v) = (0.8, 0.03, 4.75);
+    for row in rows {
+        let [milliohm, a_metre_v, from_5, from_49, longest_5_m, longest_49_m] = row[..] else {
+            panic!("six numbers: {row:?}")
+        };
+        let drop_v = 2.0 * milliohm * 1e-3 * start_a;
+        let left_v = |from_v: f64, metres: f64| from_v - start_a * plug_ohm - drop_v * metres;
+        assert!((a_metre_v - drop_v).abs() < 0.0006, "{row:?}: {drop_v}");
+        assert!(
+            (from_5 - left_v(5.0, 1.0)).abs() < 0.006 && (from_49 - left_v(4.9, 1.0)).abs() < 0.006,
+            "{row:?}"
+        );
+        // Rounded down: what is written still leaves enough.
+        for (from_v, longest_m) in [(5.0, longest_5_m), (4.9, longest_49_m)] {
+            assert!(
+                left_v(from_v, longest_m) >= least_v && left_v(from_v, longest_m + 0.1) < least_v,
+                "{row:?}"
+            );
+        }
+    }
 }
 
 #[test]
