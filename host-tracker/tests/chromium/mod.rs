@@ -142,6 +142,11 @@ impl Page {
 
     /// Does what a method of the protocol says.
     pub fn call(&mut self, method: &str, params: Value) -> Value {
+        self.ask(method, params).unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// The answer to a method of the protocol, or the browser's error.
+    fn ask(&mut self, method: &str, params: Value) -> Result<Value, Value> {
         let id = self.next_id;
         self.next_id += 1;
         let mut message = json!({ "id": id, "method": method, "params": params });
@@ -153,8 +158,8 @@ impl Page {
             let Message::Text(text) = self.socket.read().unwrap() else { continue };
             let mut answer: Value = serde_json::from_str(&text).unwrap();
             if answer["id"] == json!(id) {
-                assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
-                return answer["result"].take();
+                let error = answer["error"].take();
+                return if error.is_null() { Ok(answer["result"].take()) } else { Err(error) };
             }
             self.note(&answer);
         }
@@ -188,10 +193,14 @@ impl Page {
 
     /// The value of an expression in the page.
     pub fn value(&mut self, expression: &str) -> Value {
+        self.evaluate(expression).unwrap_or_else(|error| panic!("{expression}: {error}"))
+    }
+
+    fn evaluate(&mut self, expression: &str) -> Result<Value, Value> {
         let params = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
-        let mut result = self.call("Runtime.evaluate", params);
-        assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
-        result["result"]["value"].take()
+        let mut result = self.ask("Runtime.evaluate", params)?;
+        let thrown = result["exceptionDetails"].take();
+        if thrown.is_null() { Ok(result["result"]["value"].take()) } else { Err(thrown) }
     }
 
     /// Waits until an expression in the page is true; `what` says what did not happen.
@@ -200,7 +209,8 @@ impl Page {
         // What is not there yet is not true yet.
         let careful =
             format!("(() => {{ try {{ return Boolean({expression}); }} catch {{ return false; }} }})()");
-        while self.value(&careful) != json!(true) {
+        // A page that another one takes the place of meanwhile answers with an error.
+        while self.evaluate(&careful) != Ok(json!(true)) {
             if begun.elapsed() > PATIENCE {
                 let shown = self.value("document.body?.innerText");
                 panic!("{what}: never. The page shows {shown}, and failed with {:?}", self.errors);
