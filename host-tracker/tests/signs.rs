@@ -194,10 +194,7 @@ fn the_map_shows_names_and_answers_where_somebody_is() {
     page.wait("the question is there", "!document.querySelector('#where').hidden");
     sign(&server, json!({ "id": "04:A2", "reader": "gate" }));
     let first = "document.querySelector('[data-person=\"1\"] text').textContent";
-    page.wait(
-        "a part of its hash is beside its track",
-        &format!("/^ID [0-9a-f]{{4}} \\d+ %$/.test({first})"),
-    );
+    page.wait("a part of its hash is beside its track", &format!("/^ID [0-9a-f]{{4}} \\d+%$/.test({first})"));
     let ask = |page: &mut chromium::Page, id: &str| {
         page.value("document.querySelector('#where-id').focus()");
         page.value("document.querySelector('#where-id').select()");
@@ -206,12 +203,12 @@ fn the_map_shows_names_and_answers_where_somebody_is() {
     };
     ask(&mut page, "04a2");
     let answer = "document.querySelector('#where-answer').textContent";
-    page.wait("where it is", &format!("/^\\d+ % person 1, in area; read /.test({answer})"));
+    page.wait("where it is", &format!("/^\\d+% person 1, in area; read /.test({answer})"));
     page.wait(
         "the person is chosen",
         "document.querySelector('[data-person=\"1\"]').classList.contains('chosen')",
     );
-    page.wait("by the name the visitor gave", &format!("/1 · 04a2 \\d+ %/.test({first})"));
+    page.wait("by the name the visitor gave", &format!("/1 · 04a2 \\d+%/.test({first})"));
     page.fits_a_phone("where is");
     ask(&mut page, "nobody");
     page.wait("what was never read", &format!("{answer}.includes('was not read')"));
