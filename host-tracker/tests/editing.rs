@@ -251,7 +251,10 @@ fn two_who_edit_at_once_lose_nothing() {
     let asked = other.value("document.querySelector('#conflicts').innerText");
     let asked = asked.as_str().unwrap();
     assert!(asked.contains("You changed it, and somebody else changed it"), "{asked}");
-    assert!(asked.contains("“lounge” or “salon”") && asked.contains("people_max 4 or none"), "{asked}");
+    assert!(
+        asked.contains("“lounge” or “salon”") && asked.contains("Most people (alarm above) 4 or none"),
+        "{asked}"
+    );
     assert_eq!(other.value("document.querySelector('#settle').disabled"), json!(true));
     assert_eq!(other.value("document.querySelectorAll('#map .theirs').length"), json!(1));
     axe(&mut other, "a conflict");

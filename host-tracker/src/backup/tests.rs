@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use flate2::Compression;
+use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
 use tar::{Builder, EntryType, Header};
 
@@ -203,6 +204,12 @@ fn a_link_that_waits_in_the_place_of_a_file_is_not_followed() {
     assert!(fs::read_to_string(&place).unwrap().contains("# new"));
 }
 
+/// The content of a file, whole, if its sum is right.
+fn unpacked(bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut content = Vec::new();
+    GzDecoder::new(bytes).read_to_end(&mut content).ok().map(|_| content)
+}
+
 #[test]
 fn what_is_damaged_foreign_or_newer_changes_nothing_and_is_one_line() {
     let (home, old) = (Home::full("new"), Home::full("old"));
@@ -222,7 +229,10 @@ fn what_is_damaged_foreign_or_newer_changes_nothing_and_is_one_line() {
         refused(&bytes[..at], "cut");
         let mut changed = bytes.clone();
         changed[at.max(12)] ^= 0x10;
-        refused(&changed, "changed");
+        // A bit of a code that no byte has is none of the content.
+        if unpacked(&changed) != unpacked(&bytes) {
+            refused(&changed, "changed");
+        }
     }
     refused(&bytes[..bytes.len() - 1], "without its last byte");
     assert!(refused(b"Dear Anna", "a letter").contains("no backup of kehai-tracker"));

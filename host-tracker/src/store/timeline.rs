@@ -156,13 +156,17 @@ mod tests {
 
     #[test]
     fn what_nobody_knew_is_not_zero() {
-        let rows =
-            [count("hall", 0, 2, "known"), count("hall", 150, 0, "unknown"), count("hall", 350, 0, "known")];
-        // No tracker ran from 480 to 510. From 300 to 350 nobody knew.
+        let rows = [
+            count("hall", 0, 2, "known"),
+            count("hall", 150, 0, "unknown"),
+            count("hall", 350, 0, "known"),
+            count("hall", 610, 0, "known"),
+        ];
+        // No tracker ran from 480 to 510, and the next one said nothing before 610. From 300 to 350 nobody knew.
         let bins = binned(&rows, &[(0, 480), (510, 900)], (0, 700), 7);
-        assert_eq!(bins, [Some(2), Some(2), None, None, Some(0), Some(0), Some(0)]);
+        assert_eq!(bins, [Some(2), Some(2), None, None, Some(0), None, Some(0)]);
         let bins = binned(&rows, &[(0, 419), (501, 900)], (410, 510), 10);
-        assert_eq!(bins, [Some(0), None, None, None, None, None, None, None, None, Some(0)]);
+        assert_eq!(bins, [Some(0), None, None, None, None, None, None, None, None, None]);
         // One that begins has said nothing yet.
         let bins = binned(&rows[..2], &[(0, 160), (200, 900)], (0, 400), 4);
         assert_eq!(bins, [Some(2), Some(2), None, None]);
