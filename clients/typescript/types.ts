@@ -973,9 +973,9 @@ export interface Likelihood {
 
 /** A line within a bin. */
 export interface LineFigures {
-  /** Inward; none if the line was never seen. */
+  /** Inward; none if the line was never seen and nobody was seen to. */
   in: number | null;
-  /** Outward; none if the line was never seen. */
+  /** Outward; none if the line was never seen and nobody was seen to. */
   out: number | null;
   /** For how long not all of the line was seen, s. */
   unknown_s: number;

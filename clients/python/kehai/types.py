@@ -1051,9 +1051,9 @@ class Likelihood(TypedDict):
 LineFigures = TypedDict(
     "LineFigures",
     {
-        # Inward; none if the line was never seen.
+        # Inward; none if the line was never seen and nobody was seen to.
         "in": "int | None",
-        # Outward; none if the line was never seen.
+        # Outward; none if the line was never seen and nobody was seen to.
         "out": "int | None",
         # For how long not all of the line was seen, s.
         "unknown_s": "float",
