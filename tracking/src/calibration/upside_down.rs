@@ -6,7 +6,7 @@
 //! ```
 //!
 //! For each pair of modules both are tried. The walk decides where one of them fits well and the other at least
-//! [`CLEARLY`] times worse; from the first module on, along the pairs that say it most clearly, every module follows. Where
+//! `CLEARLY` times worse; from the first module on, along the pairs that say it most clearly, every module follows. Where
 //! none decides, a module hangs as the site has it. A floor lies on its back in every building.
 
 use super::align::apart_m;
