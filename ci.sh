@@ -56,8 +56,10 @@ REFUSE_BUDGET=4000
 declare -A PANICS_BUDGET=([mps2-an386]=232 [mps2-an386-floor]=228 [nucleo-h563zi]=277 [w5500-evb-pico2]=316)
 # Both come from PyPI as one binary in a wheel: a bare Debian has Python, but no Node.js.
 LINTERS=(deno==2.9.8 ruff==0.17.6)
-# What the example of the sealed wire in Python needs, the client, and the tests of the OpenAPI document and of HEX files.
-PYTHON_TESTS=(cryptography==48.0.0 websockets==17.4 openapi-spec-validator==0.9.0 intelhex==2.3.0)
+# What the example of the sealed wire in Python needs, the client, and the tests of the OpenAPI document, of HEX files, and of
+# what a recording shows in Foxglove.
+PYTHON_TESTS=(cryptography==48.0.0 websockets==17.4 openapi-spec-validator==0.9.0 intelhex==2.3.0
+    mcap==1.6.0 mcap-protobuf-support==0.6.0 foxglove-schemas-protobuf==0.4.0 jsonschema==4.26.0)
 USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package reproducible)
 EXTRA=(release fallback advisories)
 
@@ -222,6 +224,14 @@ need_python_tests() {
     echo "${PYTHON_TESTS[*]}" >"$home/versions"
 }
 
+# Foxglove's own JSON Schemas, by Deno from npm: as deno.lock pins them.
+need_foxglove() {
+    need_linters
+    export KEHAI_FOXGLOVE_SCHEMAS=$PWD/target/foxglove.json
+    DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1 "$PWD/target/lint/bin/deno" run --quiet --frozen tests/foxglove.ts \
+        >"$KEHAI_FOXGLOVE_SCHEMAS"
+}
+
 # Debian puts the broker where only root looks.
 need_mosquitto() {
     [ -x /usr/sbin/mosquitto ] || need_command mosquitto mosquitto
@@ -253,7 +263,7 @@ step_structure() {
 QEMU_TESTED=
 step_test() {
     # Without QEMU, Python, a broker, Chromium or a network of its own, their tests are skipped on a developer's machine, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_mosquitto; need_chromium; need_command ip iproute2; }
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_foxglove; need_mosquitto; need_chromium; need_command ip iproute2; }
     need_command python3 python3
     python3 tests/side_by_side.py
     QEMU_TESTED=${CI:-}

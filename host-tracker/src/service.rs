@@ -141,6 +141,7 @@ impl Service {
         let begin = |file: &PathBuf| {
             let (begun_ns, restored) = (unix_ms() * 1_000_000, options.restore.clone());
             Recorder::create(file, begun_ns, options.tracker, &site, restored)
+                .map(|recorder| recorder.with_alarms(listed.listen()))
         };
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let hash = |key: CardKey| -> Hash { Box::new(move |card| key.hash(card).into()) };

@@ -287,6 +287,11 @@ impl TrackingLoop {
             // One that is not placed is nowhere that could be wrong.
             if self.registry.site().is_placed(observation.view.module) {
                 self.poses.observe(observation);
+                if let Some(recorder) = &mut self.parts.recorder
+                    && let Some(module) = self.registry.site().modules.get(observation.view.module)
+                {
+                    recorder.scan(now_us, &module.name, observation);
+                }
             }
             self.parts.calibration.observe(observation);
             if let Message::Report(report) = &datagram.message
@@ -330,6 +335,9 @@ impl TrackingLoop {
         let crowded = capacity.observe(registry.site(), &line.zones, line.t);
         let active = active_alarms(&own, &modules, &doors).chain(crowded);
         let alarms = parts.listed.observe(unix_ms, active);
+        if let Some(recorder) = &parts.recorder {
+            recorder.alarms(at_us);
+        }
         let total = total(registry.site(), &line, &modules);
         let (names, signs) = parts.signs.as_ref().map(|signs| signs.observe(&estimate)).unwrap_or_default();
         Snapshot {

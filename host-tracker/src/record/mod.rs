@@ -5,37 +5,40 @@
 //!   /datagrams  bytes     every datagram, as it arrived            ┐ log time: arrival, exact to the µs
 //!   /elsewhere  6 bytes   a device answers at another address      │ of the tracker's own clock
 //!   /lines      JSON      every line of tracks, as it was given    ┘
-//!   /people     JSON      the same for Foxglove: foxglove.SceneUpdate
 //!   /lost       JSON      how many messages are missing here: the disk was full, or too slow
 //! ```
 //!
 //! The first message is a site, and its time is the beginning of the tracker's clock. Messages are in the order in
 //! which the tracker took and gave them. A file that was cut off is good up to its last chunk, a second. A disk that is
-//! full is tried again each second.
+//! full is tried again each second. Beside these there is what Foxglove shows, derived from them: `view`.
 //!
-//! Format: <https://mcap.dev/spec>; scene: <https://docs.foxglove.dev/docs/sdk/schemas/scene-update>.
+//! Format: <https://mcap.dev/spec>.
 
 mod format;
-mod people;
 pub mod replay;
+mod view;
 mod writer;
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use format::{Cause, Message};
+use format::{Cause, Losses, Message};
 pub use format::{RecordError, Told};
 use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
+use kehai_tracking::observation::Observation;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::Selected;
 use parking_lot::Mutex;
+use view::Scan;
 use writer::Writer;
+
+use crate::alarm_handle::AlarmChange;
 
 /// What waits while the disk is busy: five seconds of a hundred modules.
 const QUEUE: usize = 8192;
@@ -43,14 +46,21 @@ const QUEUE: usize = 8192;
 /// Between two chunks.
 const CHUNK: Duration = Duration::from_secs(1);
 
+/// Between two scans of a module that are shown, µs. One is 5 kB, as much as thirty reports: at this pace what is seen to be
+/// free takes as much room as what is needed to follow the recording again.
+const SHOWN_US: u64 = 1_000_000;
+
 /// A recording under way. It is closed when dropped.
 #[derive(Debug)]
 pub struct Recorder {
     tracker: Selected,
     queue: Option<SyncSender<Message>>,
-    lost: Arc<AtomicU64>,
+    lost: Losses,
     trouble: Arc<Mutex<String>>,
     thread: Option<JoinHandle<()>>,
+    /// When a scan of each module, by its number, is shown next, µs.
+    shown_us: BTreeMap<usize, u64>,
+    alarms: Option<Receiver<AlarmChange>>,
 }
 
 impl Recorder {
@@ -68,19 +78,26 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
         let out = File::create(file).map_err(|error| failed(error.into()))?;
-        let lost = Arc::new(AtomicU64::new(0));
-        let mut writer = Writer::new(out, begun_unix_ns, Arc::clone(&lost)).map_err(failed)?;
+        let lost = Losses::default();
+        let mut writer = Writer::new(out, begun_unix_ns, lost.clone()).map_err(failed)?;
         let told = Told { tracker: tracker.to_string(), site: site.clone(), restored };
         writer.write(Message::Told(0, Box::new(told))).map_err(failed)?;
         let (queue, messages) = sync_channel(QUEUE);
         let trouble = Arc::new(Mutex::new(String::new()));
-        let state =
-            State { file: file.to_path_buf(), lost: Arc::clone(&lost), trouble: Arc::clone(&trouble) };
+        let state = State { file: file.to_path_buf(), lost: lost.clone(), trouble: Arc::clone(&trouble) };
         let thread = std::thread::Builder::new()
             .name("recorder".into())
             .spawn(move || write(&mut writer, &messages, &state))
             .map_err(|error| failed(error.into()))?;
-        Ok(Self { tracker, queue: Some(queue), lost, trouble, thread: Some(thread) })
+        let (queue, thread) = (Some(queue), Some(thread));
+        Ok(Self { tracker, queue, lost, trouble, thread, shown_us: BTreeMap::new(), alarms: None })
+    }
+
+    /// Shows these alarms, too.
+    #[must_use]
+    pub fn with_alarms(mut self, alarms: Receiver<AlarmChange>) -> Self {
+        self.alarms = Some(alarms);
+        self
     }
 
     /// The site has changed, at `now_us` of the tracker's clock.
@@ -104,11 +121,27 @@ impl Recorder {
         self.send(Message::Line(at_us, Box::new(line.clone())));
     }
 
+    /// A module saw something, in one of its scans: one a second is shown.
+    pub fn scan(&mut self, now_us: u64, module: &str, observation: &Observation) {
+        let next_us = self.shown_us.entry(observation.view.module).or_default();
+        if now_us >= *next_us {
+            *next_us = now_us + SHOWN_US;
+            self.send(Message::Scan(now_us, Box::new(Scan::of(module, observation))));
+        }
+    }
+
+    /// Shows what has become of alarms by `now_us`.
+    pub fn alarms(&self, now_us: u64) {
+        for change in self.alarms.iter().flat_map(Receiver::try_iter) {
+            self.send(Message::Alarm(now_us, Box::new(change)));
+        }
+    }
+
     /// Messages that were not recorded, because the disk was too slow, full or gone: the recording cannot be followed
     /// again bit for bit.
     #[must_use]
     pub fn lost(&self) -> u64 {
-        self.lost.load(Ordering::Relaxed)
+        self.lost.so_far().messages
     }
 
     /// Why messages are being lost, in words, and how many were; empty while none are.
@@ -118,9 +151,10 @@ impl Recorder {
     }
 
     fn send(&self, message: Message) {
+        let is_shown = message.is_shown();
         let sent = self.queue.as_ref().is_some_and(|queue| queue.try_send(message).is_ok());
         if !sent {
-            self.lost.fetch_add(1, Ordering::Relaxed);
+            self.lost.add(is_shown);
         }
     }
 }
@@ -138,14 +172,14 @@ impl Drop for Recorder {
 /// How the recording is, to be seen by others.
 struct State {
     file: PathBuf,
-    lost: Arc<AtomicU64>,
+    lost: Losses,
     trouble: Arc<Mutex<String>>,
 }
 
 impl State {
     /// What became of a chunk, when so many messages were lost before it.
     fn note(&self, done: Result<(), Cause>, lost_before: u64) {
-        let (file, lost) = (self.file.display(), self.lost.load(Ordering::Relaxed));
+        let (file, lost) = (self.file.display(), self.lost.so_far().messages);
         *self.trouble.lock() = match done {
             Err(error) => format!("{file}: {error}: {lost} messages are lost so far; it goes on when it can"),
             Ok(()) if lost > lost_before => {
@@ -161,17 +195,17 @@ fn write(writer: &mut Writer<File>, messages: &Receiver<Message>, state: &State)
     let (mut chunk_at, mut lost, mut failed) = (Instant::now() + CHUNK, 0, None);
     loop {
         let taken = match messages.recv_timeout(chunk_at.saturating_duration_since(Instant::now())) {
-            Ok(message) => writer.write(message),
+            Ok(message) => {
+                let is_shown = message.is_shown();
+                writer.write(message).inspect_err(|_| state.lost.add(is_shown))
+            }
             Err(RecvTimeoutError::Timeout) => Ok(()),
             Err(RecvTimeoutError::Disconnected) => break,
         };
-        if let Err(error) = taken {
-            state.lost.fetch_add(1, Ordering::Relaxed);
-            failed = Some(error);
-        }
+        failed = taken.err().or(failed);
         if Instant::now() >= chunk_at {
             chunk_at = Instant::now() + CHUNK;
-            let before = std::mem::replace(&mut lost, state.lost.load(Ordering::Relaxed));
+            let before = std::mem::replace(&mut lost, state.lost.so_far().messages);
             let done = writer.chunk();
             state.note(failed.take().map_or(done, Err), before);
         }

@@ -4,6 +4,8 @@
 //!   /site ─▶ a site's tracker      /datagrams ─▶ receive at the recorded µs      /lines ─▶ line at that time: equal?
 //!                            /elsewhere ─▶ that device's times are forgotten
 //! ```
+//!
+//! Channels that are marked as derived are left out, whatever their topics.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -16,6 +18,7 @@ use mcap::sans_io::LinearReaderOptions;
 use sha2::{Digest, Sha256};
 
 use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Lost, RecordError, SITE, Told};
+use super::view::DERIVED;
 use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site_tracker::SiteTracker;
@@ -76,6 +79,9 @@ pub fn replay(
                 break;
             }
         };
+        if message.channel.metadata.contains_key(DERIVED) {
+            continue;
+        }
         let now_us = message.log_time.saturating_sub(begun_ns) / 1000;
         match (message.channel.topic.as_str(), &mut site_tracker) {
             (SITE, None) => {

@@ -12,19 +12,15 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use parking_lot::Mutex;
 use serde::Serialize;
 
-use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Lost, Message, SITE, Told};
-use super::people;
+use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Losses, Lost, Message, SITE, Told};
+use super::view;
 use kehai_tracking::jsonl::TracksLine;
-
-/// Schemas: whatever an object holds, its name says.
-const OBJECT: &[u8] = br#"{"type":"object"}"#;
 
 /// Bytes that are not in the file yet. Clones are the same bytes.
 #[derive(Clone, Default)]
@@ -66,8 +62,8 @@ struct Channels {
     datagrams: u16,
     elsewhere: u16,
     lines: u16,
-    people: u16,
     lost: u16,
+    view: view::Channels,
 }
 
 /// A file that is being written.
@@ -81,9 +77,9 @@ pub struct Writer<Out> {
     /// Time of the newest message, µs.
     newest_us: u64,
     /// Messages that are not in the file: those that came while there was no room, and those that the queue had none for.
-    lost: Arc<AtomicU64>,
+    lost: Losses,
     /// How many of them the file says.
-    noted: u64,
+    noted: Lost,
     /// Whether bytes wait for room; and the site that was told meanwhile.
     is_waiting: bool,
     told: Option<Box<Told>>,
@@ -91,23 +87,23 @@ pub struct Writer<Out> {
 
 impl<Out: Write> Writer<Out> {
     /// Begins a recording into `out`. What is lost is counted in `lost`, to which others may add.
-    pub fn new(out: Out, begun_ns: u64, lost: Arc<AtomicU64>) -> Result<Self, Cause> {
+    pub fn new(out: Out, begun_ns: u64, lost: Losses) -> Result<Self, Cause> {
         let options =
             mcap::WriteOptions::new().compression(None).library("kehai-tracker").disable_seeking(true);
         let pending = Pending::default();
         let mut mcap = options.create(NoSeek::new(pending.clone()))?;
         let none = BTreeMap::new();
-        let mut json = |topic: &str, schema: &str| {
-            let schema = mcap.add_schema(schema, "jsonschema", OBJECT)?;
+        let mut json = |topic: &str, name: &str, schema: Vec<u8>| {
+            let schema = mcap.add_schema(name, "jsonschema", &schema)?;
             mcap.add_channel(schema, topic, "json", &none)
         };
-        let site = json(SITE, "kehai.Told")?;
-        let lines = json(LINES, "kehai.TracksLine")?;
-        let people = json(people::TOPIC, people::SCHEMA)?;
-        let lost_channel = json(LOST, "kehai.Lost")?;
+        let site = json(SITE, "kehai.Told", view::schema_of::<Told>())?;
+        let lines = json(LINES, "kehai.TracksLine", view::schema_of::<TracksLine>())?;
+        let lost_channel = json(LOST, "kehai.Lost", view::schema_of::<Lost>())?;
         let datagrams = mcap.add_channel(0, DATAGRAMS, "kehai", &none)?;
         let elsewhere = mcap.add_channel(0, ELSEWHERE, "kehai", &none)?;
-        let channels = Channels { site, datagrams, elsewhere, lines, people, lost: lost_channel };
+        let view = view::Channels::add(&mut mcap)?;
+        let channels = Channels { site, datagrams, elsewhere, lines, lost: lost_channel, view };
         Ok(Self {
             mcap,
             pending,
@@ -117,7 +113,7 @@ impl<Out: Write> Writer<Out> {
             sequence: 0,
             newest_us: 0,
             lost,
-            noted: 0,
+            noted: Lost::default(),
             is_waiting: false,
             told: None,
         })
@@ -125,21 +121,22 @@ impl<Out: Write> Writer<Out> {
 
     /// Writes a message, or counts it as lost while there is no room.
     pub fn write(&mut self, message: Message) -> Result<(), Cause> {
-        let (Message::Told(at_us, _)
-        | Message::Datagram(at_us, _)
-        | Message::Elsewhere(at_us, _)
-        | Message::Line(at_us, _)) = message;
-        self.newest_us = self.newest_us.max(at_us);
+        self.newest_us = self.newest_us.max(message.at_us());
         match message {
             // Without the site nothing that follows means anything.
             Message::Told(_, told) if self.is_waiting => self.told = Some(told),
-            _ if self.is_waiting => {
-                self.lost.fetch_add(1, Ordering::Relaxed);
-            }
-            Message::Told(at_us, told) => self.json(self.channels.site, at_us, &told)?,
+            message if self.is_waiting => self.lost.add(message.is_shown()),
+            Message::Told(at_us, told) => self.told(at_us, &told)?,
             Message::Datagram(at_us, datagram) => self.message(self.channels.datagrams, at_us, &datagram)?,
             Message::Elsewhere(at_us, device) => self.message(self.channels.elsewhere, at_us, &device.0)?,
             Message::Line(at_us, line) => self.line(at_us, &line)?,
+            Message::Scan(at_us, scan) => {
+                let channel = self.channels.view.scan(&mut self.mcap, &scan.module)?;
+                self.message(channel, at_us, &view::scan(&scan, self.begun_ns))?;
+            }
+            Message::Alarm(at_us, change) => {
+                self.json(self.channels.view.log, at_us, &view::log(&change, self.unix_ns(at_us)))?;
+            }
         }
         Ok(())
     }
@@ -159,7 +156,7 @@ impl<Out: Write> Writer<Out> {
         self.is_waiting = false;
         self.note()?;
         match self.told.take() {
-            Some(told) => self.json(self.channels.site, self.newest_us, &told),
+            Some(told) => self.told(self.newest_us, &told),
             None => Ok(()),
         }
     }
@@ -176,19 +173,31 @@ impl<Out: Write> Writer<Out> {
 
     /// Writes how many messages were lost since the last note, if any were.
     fn note(&mut self) -> Result<(), Cause> {
-        let lost = self.lost.load(Ordering::Relaxed);
-        let messages = lost.saturating_sub(self.noted);
-        if messages == 0 {
+        let (lost, noted) = (self.lost.so_far(), self.noted);
+        if lost == noted {
             return Ok(());
         }
         self.noted = lost;
-        self.json(self.channels.lost, self.newest_us, &Lost { messages })
+        let more = Lost { messages: lost.messages - noted.messages, shown: lost.shown - noted.shown };
+        self.json(self.channels.lost, self.newest_us, &more)
+    }
+
+    /// The site, and how it looks.
+    fn told(&mut self, at_us: u64, told: &Told) -> Result<(), Cause> {
+        let at_ns = self.unix_ns(at_us);
+        self.json(self.channels.site, at_us, told)?;
+        self.json(self.channels.view.transforms, at_us, &view::transforms(&told.site, at_ns))?;
+        self.json(self.channels.view.map, at_us, &view::map(&told.site, at_ns))
     }
 
     fn line(&mut self, at_us: u64, line: &TracksLine) -> Result<(), Cause> {
         self.json(self.channels.lines, at_us, line)?;
-        let at_ns = self.begun_ns.saturating_add(at_us.saturating_mul(1000));
-        self.json(self.channels.people, at_us, &people::scene(line, at_ns))
+        self.json(self.channels.view.people, at_us, &view::people(line, self.unix_ns(at_us)))
+    }
+
+    /// A time of the tracker's clock, ns since 1970.
+    const fn unix_ns(&self, at_us: u64) -> u64 {
+        self.begun_ns.saturating_add(at_us.saturating_mul(1000))
     }
 
     fn json(&mut self, channel: u16, now_us: u64, value: &impl Serialize) -> Result<(), Cause> {
@@ -197,7 +206,7 @@ impl<Out: Write> Writer<Out> {
     }
 
     fn message(&mut self, channel_id: u16, now_us: u64, bytes: &[u8]) -> Result<(), Cause> {
-        let log_time = self.begun_ns.saturating_add(now_us.saturating_mul(1000));
+        let log_time = self.unix_ns(now_us);
         let header = MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time: log_time };
         self.sequence = self.sequence.wrapping_add(1);
         Ok(self.mcap.write_to_known_channel(&header, bytes)?)
@@ -245,11 +254,21 @@ mod tests {
         Message::Told(0, Box::new(Told { tracker, site, restored: None }))
     }
 
+    /// Bytes of a recording before anything has come in.
+    fn head() -> usize {
+        let disk = Disk::default();
+        disk.room(1 << 20);
+        let mut writer = Writer::new(disk.clone(), 1000, Losses::default()).unwrap();
+        writer.write(told("")).unwrap();
+        writer.chunk().unwrap();
+        disk.0.lock().0.len()
+    }
+
     #[test]
     fn f12_a_recording_goes_on_after_a_full_disk_and_says_what_is_missing() {
-        let (disk, lost) = (Disk::default(), Arc::new(AtomicU64::new(0)));
-        disk.room(20_000);
-        let mut writer = Writer::new(disk.clone(), 1000, Arc::clone(&lost)).unwrap();
+        let (disk, lost) = (Disk::default(), Losses::default());
+        disk.room(head() + 20_000);
+        let mut writer = Writer::new(disk.clone(), 1000, lost.clone()).unwrap();
         writer.write(told("")).unwrap();
         let (mut taken, mut failed) = (0, 0);
         for second in 0..60_u64 {
@@ -282,7 +301,7 @@ mod tests {
         })
         .unwrap();
         assert_eq!(outcome.cut_off, "");
-        assert_eq!((outcome.datagrams + outcome.lost, outcome.lost), (taken, lost.load(Ordering::Relaxed)));
+        assert_eq!((outcome.datagrams + outcome.lost, outcome.lost), (taken, lost.so_far().messages));
         assert!((100..400).contains(&outcome.lost), "{outcome:?}");
         assert_eq!(zones, ["hall"], "the site that was told while there was no room");
         // The index at the end fits what is there: Foxglove reads by it.
@@ -304,8 +323,8 @@ mod tests {
 
     #[test]
     fn f12_a_recording_that_never_has_room_again_is_the_beginning_of_one() {
-        let (disk, lost) = (Disk::default(), Arc::new(AtomicU64::new(0)));
-        disk.room(5000);
+        let (disk, lost) = (Disk::default(), Losses::default());
+        disk.room(head() + 5000);
         let mut writer = Writer::new(disk.clone(), 1000, lost).unwrap();
         writer.write(told("")).unwrap();
         for second in 0..20_u64 {
