@@ -24,7 +24,7 @@ use kehai_tracking::occupancy::ZoneKnown;
 pub const BINS_MAX: u64 = 1000;
 
 /// A stay that began longer before the first bin is left out, ms: a day.
-const STAY_MS: u64 = 86_400_000;
+pub(super) const STAY_MS: u64 = 86_400_000;
 
 /// All bins, one after the other.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
