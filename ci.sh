@@ -24,6 +24,7 @@
 # and, slower, only when named:
 #   release   the files of a release, in target/release-files: firmware of each board, read back and started in QEMU, the package,
 #             bills of materials, notes. It builds little after `package` and `reproducible`
+#   targets   the same datagrams give the same tracks, bit by bit, on x86-64 and on i686: 32 bits, another library of mathematics
 #   fallback  `embedded` and `no-panic` with the distribution's own Rust instead of rustup's
 #   advisories  known weaknesses of the dependencies, by cargo-deny and its database (github.com)
 #
@@ -61,7 +62,7 @@ LINTERS=(deno==2.9.8 ruff==0.17.6)
 PYTHON_TESTS=(cryptography==48.0.0 websockets==17.4 openapi-spec-validator==0.9.0 intelhex==2.3.0
     mcap==1.6.0 mcap-protobuf-support==0.6.0 foxglove-schemas-protobuf==0.4.0 jsonschema==4.26.0 duckdb==2.0.1)
 USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package reproducible)
-EXTRA=(release fallback advisories)
+EXTRA=(release targets fallback advisories)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'ci.sh: %s\n' "$*" >&2; exit 1; }
@@ -267,6 +268,22 @@ step_test() {
     need_command python3 python3
     python3 tests/side_by_side.py
     QEMU_TESTED=${CI:-}
+}
+
+# On another architecture sine and logarithm come from another library: what decides uses libm's alone.
+step_targets() {
+    local other=i686-unknown-linux-gnu own others
+    if ! command -v rustup >/dev/null || ! rustup target add "$other" 2>/dev/null; then
+        not_judged "tracks on another architecture: rustup has no $other here"
+        return
+    fi
+    # What links and runs programs of 32 bits.
+    [ -n "$(find /usr/lib/gcc -path '*/32/crtbegin.o' -print -quit)" ] || apt_install gcc-multilib
+    digests() { cargo test --locked -p kehai-tracking --test everywhere "$@" -- --nocapture | grep '^digest'; }
+    own=$(digests)
+    others=$(digests --target "$other")
+    printf '%s\n' "$own"
+    [ "$own" = "$others" ] || fail "on $other: $others"
 }
 
 step_doc() { RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps; }

@@ -15,6 +15,7 @@ pub mod capacity;
 pub mod card;
 mod cells;
 pub mod clock;
+mod count;
 pub mod depth;
 pub mod door;
 pub mod explain;

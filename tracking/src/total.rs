@@ -10,8 +10,9 @@
 //!
 //! A person in two zones is one. A site without zones is known while a module watches.
 
+use crate::count;
 use crate::geometry::{Point, inside};
-use crate::jsonl::TracksLine;
+use crate::jsonl::{TrackLine, TracksLine};
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::{Exclude, Site, Zone};
 use crate::snapshot::{DeviceState, ModuleLine};
@@ -42,21 +43,31 @@ pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
     Total { count: is_said.then_some(found), state }
 }
 
-/// Confirmed and occluded tracks in a zone, without zones anywhere, but where nobody is counted.
+/// Probability of no person, of one, of two, … in the whole site: of the people whom the total counts, each with its
+/// probability of existing.
+#[must_use]
+pub fn distribution(site: &Site, line: &TracksLine) -> Vec<f64> {
+    count::distribution(counted(site, line).map(|track| track.existence))
+}
+
 fn people(site: &Site, line: &TracksLine) -> u32 {
+    u32::try_from(counted(site, line).count()).unwrap_or(u32::MAX)
+}
+
+/// Confirmed and occluded tracks in a zone, without zones anywhere, but where nobody is counted.
+fn counted<'a>(site: &Site, line: &'a TracksLine) -> impl Iterator<Item = &'a TrackLine> {
     let zones: Vec<Vec<Point>> = site.zones.iter().map(Zone::corners).collect();
     let excluded: Vec<Vec<Point>> = site.excludes.iter().map(Exclude::corners).collect();
-    let counted = line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative).filter(|track| {
+    line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative).filter(move |track| {
         let is_in = |area: &Vec<Point>| inside(Point::new(track.x, track.y), area);
         !excluded.iter().any(is_in) && (zones.is_empty() || zones.iter().any(is_in))
-    });
-    u32::try_from(counted.count()).unwrap_or(u32::MAX)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jsonl::{TrackLine, ZoneLine};
+    use crate::jsonl::ZoneLine;
     use crate::occupancy::Found;
 
     const SITE: &str = "
@@ -112,5 +123,13 @@ mod tests {
         let module = ModuleLine { state: DeviceState::Watching, ..ModuleLine::default() };
         assert_eq!(total(&site, &people, &[module]).count, Some(1));
         assert_eq!(total(&site, &people, &[ModuleLine::default()]), Total::default());
+    }
+
+    #[test]
+    fn the_distribution_is_of_those_who_are_counted() {
+        let site = Site::parse("site", SITE).unwrap();
+        let mut line = line(&[(1.0, 1.0), (3.0, 1.0), (3.5, 3.5), (7.0, 7.0)], &[]);
+        line.tracks.iter_mut().for_each(|track| track.existence = 0.5);
+        assert_eq!(distribution(&site, &line), [0.25, 0.5, 0.25]);
     }
 }

@@ -100,6 +100,7 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
+    Counts(super::counts::Arguments),
     /// Run some seeds of every table of docs/ again, and fail if any run comes out otherwise than on its page
     Check {
         #[command(flatten)]
@@ -153,6 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             };
             worlds(&plan, out.as_deref())
         }
+        (Some(Command::Counts(counts)), _) => super::counts::run(counts),
         (None, Some(table)) => table.each().into_iter().try_for_each(|table| one(arguments, table)),
         (None, None) => Err("which table?".into()),
     }
@@ -305,7 +307,7 @@ impl Docs {
     }
 }
 
-fn bar(name: impl ToString) -> Result<ProgressBar, Box<dyn Error>> {
+pub fn bar(name: impl ToString) -> Result<ProgressBar, Box<dyn Error>> {
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} runs, {eta} left")?);
     bar.set_prefix(name.to_string());

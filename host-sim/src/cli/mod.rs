@@ -1,5 +1,6 @@
 //! The commands of `kehai-sim`, one file each.
 
+mod counts;
 #[cfg(feature = "daemon")]
 mod demo;
 mod experiment;

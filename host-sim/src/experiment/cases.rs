@@ -127,7 +127,7 @@ pub fn run(cases: &[Case], trackers: &[Choice], bar: &ProgressBar) -> Result<Vec
 
 impl Case {
     /// Its row, without the tracker.
-    fn cell(&self) -> Cell {
+    pub(super) fn cell(&self) -> Cell {
         let About { people, condition, modules, .. } = &self.about;
         Cell {
             scene: condition.clone(),
@@ -143,7 +143,7 @@ impl Case {
     }
 
     /// Its recordings through devices, with its truth.
-    fn record(&self) -> Result<Record, CaseError> {
+    pub(super) fn record(&self) -> Result<Record, CaseError> {
         let path = self.folder.join("site.toml");
         let text = fs::read_to_string(&path).map_err(|error| CaseError::at(&path, error))?;
         let site =

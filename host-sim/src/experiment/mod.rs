@@ -9,11 +9,15 @@
 //!       ├▶ floor, silences: paper B ───┤
 //!       ├▶ both: floor and modules ────┤
 //!       ├▶ lines: people counted ──────┤
-//!       └▶ worlds, cases: other worlds ┘
+//!       ├▶ worlds, cases: other worlds ┤
+//!       └▶ counts: how sure they are ──┘
 //! ```
 
 pub mod both;
 pub mod cases;
+pub mod counts;
+pub mod counts_picture;
+pub mod counts_table;
 pub mod entrance;
 pub mod figure;
 pub mod findings;

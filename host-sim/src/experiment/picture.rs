@@ -46,7 +46,7 @@ const PAPER_A_LEGEND: &str = "paper A, Table 1 (10 trials each)";
 const LOOKS: usize = 6;
 
 /// Light first, dark where it is preferred. The six colours are told apart by colour-blind eyes as well.
-const STYLE: &str = "
+pub(super) const STYLE: &str = "
 text { font-family: 'DejaVu Sans', Helvetica, Arial, sans-serif; font-size: 13px; fill: #1d2430; }
 .sheet { fill: #fcfcfa; }
 .title { font-size: 21px; font-weight: 600; }
@@ -68,7 +68,7 @@ text { font-family: 'DejaVu Sans', Helvetica, Arial, sans-serif; font-size: 13px
 ";
 
 /// Changes for the dark colour scheme.
-const DARK: &str = "
+pub(super) const DARK: &str = "
 text { fill: #e8ebf0; }
 .sheet { fill: #14181f; }
 .small { fill: #b3bcc9; }
@@ -253,7 +253,7 @@ fn line(series: &Series, x: &dyn Fn(u32) -> f64, y: &dyn Fn(f64) -> f64) -> Grou
 }
 
 /// A mark around a point: circle, square, triangle, diamond, triangle upside down, cross.
-fn mark(shape: usize, look: &str, x: f64, y: f64) -> Path {
+pub(super) fn mark(shape: usize, look: &str, x: f64, y: f64) -> Path {
     let (m, d) = (MARK, 2.0 * MARK);
     let (start_x, outline) = match shape % LOOKS {
         0 => (x - m, format!("a{m} {m} 0 1 0 {d} 0a{m} {m} 0 1 0 -{d} 0z")),

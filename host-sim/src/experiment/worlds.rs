@@ -138,6 +138,23 @@ impl Plan {
         };
         Ok(WORLDS.iter().filter(is_wanted).copied().collect())
     }
+
+    /// Its worlds, each in every condition with every number of people: with their names and scenes.
+    ///
+    /// # Errors
+    /// An unknown world, or an impossible number of people.
+    pub(super) fn rows(&self) -> Result<Vec<(World, String, Scene)>, Box<dyn Error>> {
+        let mut rows = Vec::new();
+        for world in self.worlds()? {
+            for &condition in &self.conditions {
+                for &people in &self.people {
+                    let scene = Case::door(condition, people, &[]).build()?;
+                    rows.push((world, format!("{}, {condition}, {people}", world.name), scene));
+                }
+            }
+        }
+        Ok(rows)
+    }
 }
 
 /// Runs a plan.
@@ -145,16 +162,7 @@ impl Plan {
 /// # Errors
 /// An unknown world, an impossible number of people, or a fault of the simulation.
 pub fn run(plan: &Plan, runs: &Runs) -> Result<Vec<Pooled>, Box<dyn Error>> {
-    let worlds = plan.worlds()?;
-    let mut rows = Vec::new();
-    for world in &worlds {
-        for &condition in &plan.conditions {
-            for &people in &plan.people {
-                let scene = Case::door(condition, people, &[]).build()?;
-                rows.push((*world, format!("{}, {condition}, {people}", world.name), scene));
-            }
-        }
-    }
+    let rows = plan.rows()?;
     let jobs: Vec<(usize, u64)> =
         (0..rows.len()).flat_map(|row| plan.seeds.clone().map(move |seed| (row, seed))).collect();
     let found = runs.results("worlds", &jobs, |(row, seed)| {
@@ -188,7 +196,7 @@ impl World {
     }
 
     /// A run of a scene in this world.
-    fn record(&self, scene: &Scene, seed: u64) -> Result<Record, String> {
+    pub(super) fn record(&self, scene: &Scene, seed: u64) -> Result<Record, String> {
         let (scene, site) = self.build(scene, seed);
         let options = Options { conditions: Conditions::LAN, ..Options::default() };
         let record = Record::of(&scene, seed, &options).map_err(|error| error.to_string())?;

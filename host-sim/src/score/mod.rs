@@ -10,6 +10,8 @@
 //!                                            Tally ─▶ pooled over runs ─▶ Figures
 //! ```
 //!
+//! What is said of a count as a distribution is judged by `reliability`.
+//!
 //! One [`Scorer`] a run. Its result is a [`Tally`]: sums only, so that runs are pooled by addition.
 //! Every figure of it agrees with py-motmetrics and TrackEval (`tests/score_reference.rs`).
 
@@ -23,6 +25,7 @@ pub mod hota;
 pub mod identity;
 pub mod pairing;
 pub mod region;
+pub mod reliability;
 pub mod scorer;
 pub mod statistics;
 pub mod trajectory;

@@ -15,6 +15,7 @@
 
 use super::presence::{Presence, WHOLE};
 use super::verdict::{Role, Verdict};
+use crate::count::join;
 use crate::geometry::{Point, bounds, inside};
 use crate::occupancy::{Found, ZoneKnown, ZoneLine};
 use crate::site;
@@ -212,12 +213,12 @@ impl Zone {
                 Role::Unexplained => UNEXPLAINED * track.existence,
                 Role::Tentative | Role::Counted => track.existence,
             };
-            add(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE));
+            join(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE));
             is_found_again &= !(*is_inside && track.state == LifeCycle::Tentative && at_s < self.found_s);
             // A tentative track is not believed in yet; at a door it is what its passage is judged by.
             let may_count = role == Role::Counted || track.origin == Origin::Unexplained;
             if may_count && *is_inside {
-                add(&mut found.counted_p, existence);
+                join(&mut found.counted_p, existence);
                 found.count += u32::from(role == Role::Counted);
             }
         }
@@ -252,15 +253,6 @@ impl Zone {
     fn may_hide(&self, at_s: f64) -> usize {
         let Some(gap) = self.gap.filter(|gap| at_s - gap.newest_s < HELD_S) else { return 0 };
         self.cells.iter().filter(|cell| cell.was_seen && cell.seen_s < gap.begun_s).count()
-    }
-}
-
-/// Adds one more person, who is there with that probability.
-fn add(p: &mut Vec<f64>, existence: f64) {
-    p.push(0.0);
-    for number in (0..p.len()).rev() {
-        let one_less = if number == 0 { 0.0 } else { p[number - 1] };
-        p[number] = p[number] * (1.0 - existence) + one_less * existence;
     }
 }
 

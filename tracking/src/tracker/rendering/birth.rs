@@ -99,7 +99,7 @@ impl Rendering {
                 hand: None,
             }
         };
-        let samples: Vec<Sample> = (0..SAMPLES).map(sample).collect();
+        let samples: Vec<Sample> = (0..SAMPLES / self.model.detail.divisor()).map(sample).collect();
         let prior = if self.terrain.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
         let id = self.next_id;
         self.next_id += 1;

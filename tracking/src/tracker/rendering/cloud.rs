@@ -11,10 +11,12 @@ use super::random::Random;
 use super::sample::{HIDDEN, Roughness, SURPRISED, Sample, Step};
 use crate::geometry::Point;
 
-/// Samples of a cloud, and of one whose deviation is below [`COMPACT_M`], as that of a body in view is: fewer fill less
-/// room. A hidden body needs them: with 100, 65 of 100 come out as themselves, with 240, 87.
+/// Samples of a cloud. A hidden body needs them: with 100, 65 of 100 come out as themselves, with 240, 87.
 pub const SAMPLES: usize = 240;
-const COMPACT_SAMPLES: usize = 80;
+
+/// One in so many of them is left to a cloud whose deviation is below [`COMPACT_M`], as that of a body in view is: fewer fill
+/// less room.
+const COMPACT: usize = 3;
 const COMPACT_M: f64 = 0.1;
 
 /// One sample in this many has three times the process noise.
@@ -63,6 +65,8 @@ pub struct Cloud {
     moments: Moments,
     /// Time of the samples, s.
     at_s: f64,
+    /// As many as it began with: more it never has.
+    whole: usize,
 }
 
 impl Cloud {
@@ -70,7 +74,8 @@ impl Cloud {
     pub fn new(samples: Vec<Sample>, at_s: f64) -> Self {
         let weights = vec![1.0 / samples.len().max(1) as f64; samples.len()];
         let moments = Moments::of(&samples, &weights);
-        Self { samples, weights, moments, at_s }
+        let whole = samples.len();
+        Self { samples, weights, moments, at_s, whole }
     }
 
     pub fn samples(&self) -> &[Sample] {
@@ -138,7 +143,7 @@ impl Cloud {
     /// Draws as many samples anew by their weights (systematic resampling), and roughens them on their side of walls.
     pub fn resample(&mut self, roughness: Roughness, way: Way<'_>, random: &mut Random) {
         let compact = self.moments.variance_m2() < COMPACT_M * COMPACT_M;
-        self.draw(if compact { COMPACT_SAMPLES } else { SAMPLES }, roughness, way, random);
+        self.draw(if compact { self.whole / COMPACT } else { self.whole }, roughness, way, random);
     }
 
     fn draw(&mut self, count: usize, roughness: Roughness, way: Way<'_>, random: &mut Random) {
@@ -159,8 +164,8 @@ impl Cloud {
 
     /// Draws more samples if there are fewer than of a body that is not seen: it may be in many places.
     pub fn spread(&mut self, way: Way<'_>, random: &mut Random) {
-        if self.samples.len() < SAMPLES {
-            self.draw(SAMPLES, HIDDEN, way, random);
+        if self.samples.len() < self.whole {
+            self.draw(self.whole, HIDDEN, way, random);
         }
     }
 

@@ -120,7 +120,7 @@ fn the_mean_field_of_a_seen_body_is_the_mean_over_its_cloud() {
     let (scan, table, noise, mut random) = (scan(), Opacity::of(true), Noise::get(), Random::new(3));
     let other = cloud(Point::new(2.0, 0.1), 0.015, &mut random);
     let measured = results(&scan, &other.cloud.samples()[0]);
-    let window = window(&other, &scan).unwrap();
+    let window = window(&other, &scan, 1).unwrap();
     let field = render(&other, &scan, &window, table);
     for at in [Point::new(1.3, 0.0), Point::new(2.5, 0.1), Point::new(2.0, -0.5)] {
         let own = Outline::body(at, Point::new(0.0, 1.0), 1.0, 1.0);

@@ -39,7 +39,7 @@ use ellipse::Opacity;
 use exchange::{Before, rename};
 use field::{Field, render};
 use ground::Terrain;
-pub use model::{Part, RenderingModel, UnknownVariant};
+pub use model::{Detail, Part, RenderingModel, UnknownVariant};
 use random::Random;
 use ray::Noise;
 use scan::Scan;
@@ -164,7 +164,7 @@ impl Rendering {
 
     /// The beams that a body may concern.
     fn window(&self, body: &Body, scan: &Scan) -> Option<Window> {
-        let mut window = window(body, scan)?;
+        let mut window = window(body, scan, self.model.detail.divisor())?;
         if !self.model.has(Part::Datum) {
             window.weight = 1.0;
         }

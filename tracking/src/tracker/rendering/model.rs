@@ -1,4 +1,5 @@
-//! The tracker by its name, and with one part of it left out, so that the part's worth is measured (an ablation).
+//! The tracker by its name, with one part of it left out, so that the part's worth is measured (an ablation), or with fewer
+//! samples and rays, so that their worth is.
 
 use std::fmt;
 use std::str::FromStr;
@@ -64,18 +65,46 @@ impl Part {
     ];
 }
 
+/// How many samples and rays there are, of all.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Detail {
+    /// All of them.
+    #[default]
+    Whole,
+    /// One of two.
+    Half,
+    /// One of four.
+    Quarter,
+}
+
+impl Detail {
+    /// Those with fewer, by name.
+    const NAMED: [(Self, &str); 2] = [(Self::Half, "rendering-half"), (Self::Quarter, "rendering-quarter")];
+
+    /// One of so many is there.
+    pub(super) const fn divisor(self) -> usize {
+        match self {
+            Self::Whole => 1,
+            Self::Half => 2,
+            Self::Quarter => 4,
+        }
+    }
+}
+
 /// The tracker as a model.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct RenderingModel {
     /// The part that is left out.
     pub without: Option<Part>,
+    /// How many samples and rays it has.
+    pub detail: Detail,
     /// Of the random numbers: a draw of the samples.
     pub seed: u64,
 }
 
 impl Default for RenderingModel {
     fn default() -> Self {
-        Self { without: None, seed: 1 }
+        Self { without: None, detail: Detail::Whole, seed: 1 }
     }
 }
 
@@ -93,7 +122,10 @@ impl fmt::Display for RenderingModel {
         let named = |without: Part| Part::NAMED.iter().find(|(part, _)| *part == without);
         match self.without.and_then(named) {
             Some((_, name)) => write!(f, "{WITHOUT}{name}"),
-            None => f.write_str(NAME),
+            None => {
+                let fewer = Detail::NAMED.iter().find(|(detail, _)| *detail == self.detail);
+                f.write_str(fewer.map_or(NAME, |(_, name)| name))
+            }
         }
     }
 }
@@ -110,7 +142,10 @@ impl FromStr for RenderingModel {
         match text.strip_prefix(WITHOUT) {
             Some(name) => Ok(Self { without: Some(part(name).ok_or(UnknownVariant)?), ..Self::default() }),
             None if text == NAME => Ok(Self::default()),
-            None => Err(UnknownVariant),
+            None => {
+                let (detail, _) = Detail::NAMED.iter().find(|(_, own)| *own == text).ok_or(UnknownVariant)?;
+                Ok(Self { detail: *detail, ..Self::default() })
+            }
         }
     }
 }
@@ -136,6 +171,10 @@ mod tests {
             assert!(!model.has(part) && model.to_string() == format!("{WITHOUT}{name}"));
         }
         assert_eq!("rendering".parse(), Ok(RenderingModel::default()));
+        for (detail, name) in Detail::NAMED {
+            let model: RenderingModel = name.parse().unwrap();
+            assert!(model.detail == detail && model.to_string() == name);
+        }
         assert!("rendering-without-bodies".parse::<RenderingModel>().is_err());
     }
 }

@@ -87,7 +87,7 @@ mod tests {
         let (at, heading) = (Point::new(2.0, 0.0), Point::new(-1.0, 0.0));
         let hand = Some(Point::new(0.4, 0.4));
         let sample = Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand };
-        let window = window(&Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0)), &scan).unwrap();
+        let window = window(&Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0)), &scan, 1).unwrap();
         let (mut both, mut alone) = (0, 0);
         meet(&sample, (&scan, &window), Opacity::of(true), &mut Arms::default(), |_, met| match met.far {
             Some(far) => {

@@ -39,8 +39,8 @@ pub struct Window {
     aim: Aim,
 }
 
-/// The beams of a body's window; none where no beam points.
-pub fn window(body: &Body, scan: &Scan) -> Option<Window> {
+/// The beams of a body's window, one of every `divisor`; none where no beam points.
+pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
     let aim = Aim::at(body.cloud.moments().at, scan);
     let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
     for sample in body.cloud.samples() {
@@ -58,7 +58,7 @@ pub fn window(body: &Body, scan: &Scan) -> Option<Window> {
     }
     let grain_m = aim.distance_m.max(0.2) * scan.beam_rad();
     let grain = if body.is_unseen(body.cloud.at_s()) { GRAIN_UNSEEN_M } else { GRAIN_M };
-    let stride = ((grain / grain_m) as usize).max(1);
+    let stride = ((grain / grain_m) as usize).max(1) * divisor;
     let (first, last) = (first.max(0.0) as usize / stride * stride, last.min(beams - 1.0) as usize);
     Some(Window {
         first,

@@ -4,14 +4,6 @@ use super::*;
 use crate::tracker::TrackState;
 
 #[test]
-fn the_distribution_is_that_of_independent_people() {
-    let mut p = vec![1.0];
-    add(&mut p, 1.0);
-    add(&mut p, 0.5);
-    assert_eq!(p, [0.0, 0.5, 0.5]);
-}
-
-#[test]
 fn an_unexplained_track_counts_only_where_it_is_secure_and_a_part_nowhere() {
     let unexplained = TrackState {
         state: LifeCycle::Tentative,
