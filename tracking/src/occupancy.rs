@@ -59,7 +59,8 @@ pub struct Found {
     pub count: u32,
     /// Probability of no person, of one, of two, …: tentative tracks and those at its edge included.
     pub p: Vec<f64>,
-    /// The same of those that may be counted, each where its mean is: how sure `count` is. It is not written.
+    /// The same of those that may be counted, each where its mean is and each one person, as if no track were mistaken: by
+    /// this a door decides, which waits until nothing is in doubt. It is not written.
     pub counted_p: Vec<f64>,
 }
 

@@ -43,8 +43,8 @@ pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
     Total { count: is_said.then_some(found), state }
 }
 
-/// Probability of no person, of one, of two, … in the whole site: of the people whom the total counts, each with its
-/// probability of existing.
+/// Probability of no person, of one, of two, … in the whole site: of the tracks that the total counts, each with its
+/// probability of existing, and for as many people as a track stands for.
 #[must_use]
 pub fn distribution(site: &Site, line: &TracksLine) -> Vec<f64> {
     count::distribution(counted(site, line).map(|track| track.existence))
@@ -130,6 +130,12 @@ mod tests {
         let site = Site::parse("site", SITE).unwrap();
         let mut line = line(&[(1.0, 1.0), (3.0, 1.0), (3.5, 3.5), (7.0, 7.0)], &[]);
         line.tracks.iter_mut().for_each(|track| track.existence = 0.5);
-        assert_eq!(distribution(&site, &line), [0.25, 0.5, 0.25]);
+        let one = [0.5 + 0.5 * 0.02, 0.5 * 0.97, 0.5 * 0.01];
+        let p = distribution(&site, &line);
+        assert_eq!(p.len(), 5);
+        assert!(
+            (p[0] - one[0] * one[0]).abs() < 1e-12 && (p[1] - 2.0 * one[0] * one[1]).abs() < 1e-12,
+            "{p:?}"
+        );
     }
 }

@@ -139,7 +139,7 @@ impl Bodies {
     fn cost(&self, body: &Body, seen: &Seen, at_s: f64) -> Option<f64> {
         let noise = round(WHOLE_M + 0.5 * PART_M);
         let (square, determinant) = body.motion.distance(at_s, Vector2::new(seen.at.x, seen.at.y), &noise);
-        let mut cost = square + determinant - noise.determinant().ln();
+        let mut cost = square + determinant - libm::log(noise.determinant());
         if square > 13.8 {
             return None;
         }
@@ -147,7 +147,7 @@ impl Bodies {
             // The upper edge of the image cuts those who are near.
             let edge_m = self.sight.lens_m + self.sight.up * seen.at.x;
             let off_m = body.top_m.min(edge_m) - seen.top_m.min(edge_m);
-            let ratio = (seen.volume_l.max(0.1) / body.whole_l.max(0.1)).ln();
+            let ratio = libm::log(seen.volume_l.max(0.1) / body.whole_l.max(0.1));
             cost += (off_m / TOP_M).powi(2).min(SIZE_MOST) + (ratio / VOLUME_LN).powi(2).min(SIZE_MOST);
         }
         Some(cost)

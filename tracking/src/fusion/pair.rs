@@ -48,7 +48,7 @@ pub(super) fn cost(track: &TrackState, body: &TrackState, were_one: bool) -> Opt
     let spread = covariance(track) + covariance(body) + lean;
     let off = Vector2::new(body.at.x - track.at.x, body.at.y - track.at.y);
     let distance = off.dot(&(spread.try_inverse()? * off));
-    let volume = (spread.determinant() / lean.determinant()).ln();
+    let volume = libm::log(spread.determinant() / lean.determinant());
     let anew = if were_one { 0.0 } else { STAYS };
     (distance + anew < GATE + STAYS).then_some(distance + volume + anew)
 }

@@ -113,7 +113,7 @@ impl Kinematics {
         let off = place - Vector2::new(expected.x, expected.y);
         let spread = self.spread(at_s) + noise;
         let Some(inverse) = spread.try_inverse() else { return (f64::INFINITY, 0.0) };
-        ((off.transpose() * inverse * off)[(0, 0)], spread.determinant().ln())
+        ((off.transpose() * inverse * off)[(0, 0)], libm::log(spread.determinant()))
     }
 
     /// Takes a measured place.

@@ -15,7 +15,7 @@
 
 use super::presence::{Presence, WHOLE};
 use super::verdict::{Role, Verdict};
-use crate::count::join;
+use crate::count::{Doubt, join};
 use crate::geometry::{Point, bounds, inside};
 use crate::occupancy::{Found, ZoneKnown, ZoneLine};
 use crate::site;
@@ -213,12 +213,12 @@ impl Zone {
                 Role::Unexplained => UNEXPLAINED * track.existence,
                 Role::Tentative | Role::Counted => track.existence,
             };
-            join(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE));
+            join(&mut found.p, existence * f64::from(*parts) / f64::from(WHOLE), Doubt::OF_TRACKS);
             is_found_again &= !(*is_inside && track.state == LifeCycle::Tentative && at_s < self.found_s);
             // A tentative track is not believed in yet; at a door it is what its passage is judged by.
             let may_count = role == Role::Counted || track.origin == Origin::Unexplained;
             if may_count && *is_inside {
-                join(&mut found.counted_p, existence);
+                join(&mut found.counted_p, existence, Doubt::NONE);
                 found.count += u32::from(role == Role::Counted);
             }
         }

@@ -54,7 +54,7 @@ impl People {
         // 0.8 m/s at most.
         let phase = (at_us % 6_000_000) as f64 * 1e-6 / 6.0 * core::f64::consts::TAU;
         let standing = self.stands.then(|| Point::new(-0.6, 0.5));
-        let walking = self.walks.then(|| Point::new(0.5, 0.8 * phase.sin()));
+        let walking = self.walks.then(|| Point::new(0.5, 0.8 * libm::sin(phase)));
         standing.into_iter().chain(walking)
     }
 
@@ -83,7 +83,7 @@ pub fn silhouettes(bodies: impl Iterator<Item = Point>, pose: Pose, beams: Geome
 fn silhouette(body: Point, geometry: &Geometry, nearer: &[Candidate]) -> Option<Candidate> {
     let (far_m, bearing_rad) = (body.length(), body.angle_rad());
     let range_mm = |beam: u16| -> Option<u16> {
-        let aside_m = far_m * (f64::from(geometry.bearing_rad(beam)) - bearing_rad).sin();
+        let aside_m = far_m * libm::sin(f64::from(geometry.bearing_rad(beam)) - bearing_rad);
         let half_m = (BODY_M * BODY_M - aside_m * aside_m).sqrt();
         let front_m = (far_m * far_m - aside_m * aside_m).sqrt() - half_m;
         half_m.is_finite().then_some((front_m * 1000.0) as u16)

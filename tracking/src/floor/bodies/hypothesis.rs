@@ -118,7 +118,7 @@ impl Hypothesis {
                     let has_none = steps.bodies.get(number).is_some_and(Option::is_none);
                     let Some(density) = density.filter(|_| has_none) else { continue };
                     let mut with = steps.clone();
-                    with.surprise -= density.max(f64::MIN_POSITIVE).ln();
+                    with.surprise -= libm::log(density.max(f64::MIN_POSITIVE));
                     if let Some(foot) = with.bodies.get_mut(number) {
                         *foot = Some(*print);
                     }
@@ -126,7 +126,7 @@ impl Hypothesis {
                 }
                 let mut with = steps.clone();
                 with.come.push((*patch, *print));
-                with.surprise -= COMES.ln();
+                with.surprise -= libm::log(COMES);
                 longer.push(with);
             }
             longer.sort_by(|one, other| one.surprise.total_cmp(&other.surprise));
@@ -147,14 +147,14 @@ impl Hypothesis {
             let place = body.place(at_s);
             if patches.iter().any(|patch| (patch.middle - place).length() < SHARED_M) {
                 body.seen_s = at_s;
-                self.surprise -= SHARES.ln();
+                self.surprise -= libm::log(SHARES);
             } else {
-                self.surprise -= FLIES.ln();
+                self.surprise -= libm::log(FLIES);
             }
         }
         let before = self.bodies.len();
         self.bodies.retain(|body| at_s - body.seen_s < GONE_S);
-        self.surprise -= (before - self.bodies.len()) as f64 * LEAVES.ln();
+        self.surprise -= (before - self.bodies.len()) as f64 * libm::log(LEAVES);
         self.begin(steps.come, at_s, number);
     }
 

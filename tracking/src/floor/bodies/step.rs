@@ -72,7 +72,7 @@ impl Stance<'_> {
         let near = |from: Point, slack: &Matrix2<f64>| {
             let (square, log_determinant) =
                 self.motion.distance(at_s, Vector2::new(foot.x - from.x, foot.y - from.y), slack);
-            (-0.5 * (square + log_determinant)).exp() / std::f64::consts::TAU
+            libm::exp(-0.5 * (square + log_determinant)) / std::f64::consts::TAU
         };
         let sigmas = (length_m - LENGTH_M) / LENGTH_SIGMA_M;
         let nowhere = Point::default();
@@ -81,7 +81,8 @@ impl Stance<'_> {
         let about = near(nowhere, &(Matrix2::identity() * (LEAD_M * LEAD_M)));
         let there = match (ahead, self.way) {
             (Some(ahead), way) => {
-                let goes_on = near(ahead * LEAD_M, &along(ahead, AHEAD_M)) * (-0.5 * sigmas * sigmas).exp();
+                let goes_on =
+                    near(ahead * LEAD_M, &along(ahead, AHEAD_M)) * libm::exp(-0.5 * sigmas * sigmas);
                 let round = near(nowhere, &along(way.unwrap_or(ahead), ROUND_M));
                 goes_on * (1.0 - TURNS_ROUND - TURNS_ASIDE) + round * TURNS_ROUND + about * TURNS_ASIDE
             }
@@ -92,7 +93,7 @@ impl Stance<'_> {
         let step = foot - self.foot;
         let doubled = Point::new(step.x * step.x - step.y * step.y, 2.0 * step.x * step.y);
         let points = if length_m > SHORT_M { doubled.dot(print.axis) / (length_m * length_m) } else { 0.0 };
-        Some(there * steps * (POINTS * points).exp())
+        Some(there * steps * libm::exp(POINTS * points))
     }
 }
 

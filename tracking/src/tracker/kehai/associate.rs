@@ -160,12 +160,12 @@ pub fn other_leg(
 fn cost(track: &Track, seen: &Detection) -> Option<f64> {
     if let Some(cloud) = &track.cloud {
         let density = cloud.density(seen.centre, &seen.covariance);
-        return (density > 1e-6).then(|| -density.ln());
+        return (density > 1e-6).then(|| -libm::log(density));
     }
     let place = track.motion.place(seen.at_s);
     if (seen.centre - Vector2::new(place.x, place.y)).norm() > GATE_M {
         return None;
     }
     let (distance, log_determinant) = track.motion.distance(seen.at_s, seen.centre, &seen.covariance);
-    Some(0.5 * distance + 0.5 * log_determinant + core::f64::consts::TAU.ln())
+    Some(0.5 * distance + 0.5 * log_determinant + libm::log(core::f64::consts::TAU))
 }

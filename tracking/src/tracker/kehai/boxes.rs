@@ -184,7 +184,7 @@ fn off_m(points: &[Point]) -> f64 {
         let ([xx, yy, xy], [aa, bb, ab]) = (scatter(one), scatter(other));
         // The second line's normal is the first line's direction.
         let (xx, yy, xy) = (xx + bb, yy + aa, xy - ab);
-        0.5 * (xx + yy) - (0.5 * (xx - yy)).hypot(xy)
+        0.5 * (xx + yy) - libm::hypot(0.5 * (xx - yy), xy)
     });
     let least = least.fold(f64::INFINITY, f64::min);
     (least.max(0.0) / points.len().max(1) as f64).sqrt()

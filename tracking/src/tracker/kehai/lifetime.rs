@@ -62,7 +62,7 @@ impl Kehai {
             };
             let left = if shadow { cloud.weigh(likelihood) } else { cloud.expect(likelihood) };
             if free_space && left < 0.5 {
-                track.existence += (left.max(0.1) * 2.0).ln() * factor;
+                track.existence += libm::log(left.max(0.1) * 2.0) * factor;
                 track.reason = "its place is seen empty";
             }
             if 2 * covered >= PLACES {

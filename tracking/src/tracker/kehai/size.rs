@@ -40,7 +40,7 @@ pub fn evidence(seen: &Detection, ideas: Ideas) -> Option<f64> {
 pub fn cost(own: Option<BodySize>, seen: &Detection, ideas: Ideas) -> f64 {
     let Some((own, seen)) = own.zip(seen.size).filter(|_| ideas.has(Idea::Size)) else { return 0.0 };
     let off = (own.top_m - seen.top_m) / TOP_M;
-    let ratio = (seen.volume_l / own.volume_l.max(1.0)).max(1e-3).ln() / VOLUME_LN;
+    let ratio = libm::log((seen.volume_l / own.volume_l.max(1.0)).max(1e-3)) / VOLUME_LN;
     0.5 * ((off * off).min(MOST) + (ratio * ratio).min(MOST)) - 1.0
 }
 
