@@ -141,15 +141,16 @@ fn the_same_bytes_give_the_same_tracks() {
     let mut digest = Digest::new();
     datagrams.iter().for_each(|(_, bytes)| digest.add(bytes));
     println!("digest of {} datagrams {:016x}", datagrams.len(), digest.0);
-    let each: [(&str, fn(&[(u64, Vec<u8>)]) -> (u64, u32)); 2] = [
-        ("kehai", |datagrams| follow(Ideas::default(), datagrams)),
-        ("rendering", |datagrams| follow(RenderingModel::default(), datagrams)),
-    ];
-    for (name, follow) in each {
-        let (tracks, most) = follow(&datagrams);
-        println!("digest of {name} {tracks:016x}");
-        // A recording without people would be the same everywhere, too.
-        assert!(most >= 4, "{name} counts {most} at most");
-        assert_eq!(follow(&datagrams).0, tracks, "{name}, again");
-    }
+    judge("kehai", &datagrams, Ideas::default());
+    judge("rendering", &datagrams, RenderingModel::default());
+}
+
+/// Prints the digest of a tracker's tracks.
+#[track_caller]
+fn judge(name: &str, datagrams: &[(u64, Vec<u8>)], model: impl Model + Copy + 'static) {
+    let (tracks, most) = follow(model, datagrams);
+    println!("digest of {name} {tracks:016x}");
+    // A recording without people would be the same everywhere, too.
+    assert!(most >= 4, "{name} counts {most} at most");
+    assert_eq!(follow(model, datagrams).0, tracks, "{name}, again");
 }

@@ -11,7 +11,7 @@ use host_sim::experiment::jobs::Runs;
 use host_sim::experiment::{counts, counts_picture, counts_table, worlds};
 use host_sim::world::variation::Letter;
 
-use super::experiment::{bar, seeds};
+use super::runs::{bar, seeds};
 
 /// Compare what trackers say of the count, as a distribution, with how often it is true
 ///

@@ -14,7 +14,8 @@ use host_sim::experiment::summary::{Layout, markdown};
 use host_sim::experiment::{cases, findings, line, pages, results, table, worlds};
 use host_sim::run::Conditions;
 use host_sim::world::variation::Letter;
-use indicatif::{ProgressBar, ProgressStyle};
+
+use super::runs::{bar, seeds};
 
 /// Run a table of experiments: scenes × people × seeds × trackers, on all cores
 ///
@@ -124,15 +125,6 @@ struct Docs {
     /// First and last seed of every table, to try it [default: each table's own]
     #[arg(long, value_name = "FIRST-LAST", value_parser = seeds)]
     seeds: Option<RangeInclusive<u64>>,
-}
-
-pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
-    let bounds =
-        text.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
-    match bounds {
-        Some((first, last)) if first <= last => Ok(first..=last),
-        _ => Err("first and last seed, as in 10000-10199".into()),
-    }
 }
 
 /// Does it.
@@ -305,11 +297,4 @@ impl Docs {
         )
         .into())
     }
-}
-
-pub fn bar(name: impl ToString) -> Result<ProgressBar, Box<dyn Error>> {
-    let bar = ProgressBar::new(0);
-    bar.set_style(ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} runs, {eta} left")?);
-    bar.set_prefix(name.to_string());
-    Ok(bar)
 }

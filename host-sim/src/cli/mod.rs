@@ -12,6 +12,7 @@ mod plan;
 mod replay;
 mod replay_floor;
 mod replay_site;
+mod runs;
 mod scene;
 mod score;
 mod sensor;

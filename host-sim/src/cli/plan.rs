@@ -62,7 +62,7 @@ pub struct Arguments {
     people: u8,
 
     /// First and last seed of the simulated runs, of a minute each
-    #[arg(long, value_name = "FIRST-LAST", default_value = "0-39", value_parser = super::experiment::seeds)]
+    #[arg(long, value_name = "FIRST-LAST", default_value = "0-39", value_parser = super::runs::seeds)]
     seeds: RangeInclusive<u64>,
 
     /// Write the site with the modules of the best layout to this file

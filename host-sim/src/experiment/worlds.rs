@@ -120,6 +120,9 @@ pub struct Plan {
     pub trackers: Vec<Choice>,
 }
 
+/// A world, the name of a row, and the scene of it.
+pub(super) type Named = (World, String, Scene);
+
 impl Plan {
     /// The worlds of this plan.
     ///
@@ -143,7 +146,7 @@ impl Plan {
     ///
     /// # Errors
     /// An unknown world, or an impossible number of people.
-    pub(super) fn rows(&self) -> Result<Vec<(World, String, Scene)>, Box<dyn Error>> {
+    pub(super) fn rows(&self) -> Result<Vec<Named>, Box<dyn Error>> {
         let mut rows = Vec::new();
         for world in self.worlds()? {
             for &condition in &self.conditions {
