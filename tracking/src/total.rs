@@ -8,7 +8,8 @@
 //!   none has a count                            null, `unknown`
 //! ```
 //!
-//! A person in two zones is one. A site without zones is known while a module watches.
+//! A person in two zones is one. There are never fewer than in one of the zones: at its edge a written place, which is rounded, may
+//! lie outside. A site without zones is known while a module watches.
 
 use crate::count;
 use crate::geometry::{Point, inside};
@@ -34,7 +35,8 @@ pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
         () if asked.iter().any(is_open) => ZoneKnown::Partly,
         () => ZoneKnown::Known,
     };
-    let found = people(site, line);
+    let in_one = asked.iter().filter_map(|zone| line.zones.get(&zone.name)?.count()).max();
+    let found = people(site, line).max(in_one.unwrap_or(0));
     let is_said = match state {
         ZoneKnown::Known => true,
         ZoneKnown::Partly => found > 0 || known == asked.len(),
@@ -115,6 +117,14 @@ mod tests {
         assert_eq!(said(&line(&[], &[("hall", 0, Known), ("desk", 0, Known)])), (Some(0), Known));
         assert_eq!(said(&line(&people, &[("hall", 2, Unknown), ("desk", 1, Unknown)])), (None, Unknown));
         assert_eq!(said(&line(&people, &[])), (None, Unknown));
+    }
+
+    #[test]
+    fn who_is_counted_in_a_zone_is_there_though_the_written_place_is_beside_it() {
+        use ZoneKnown::Known;
+        let site = Site::parse("site", SITE).unwrap();
+        let line = line(&[(4.0, 1.0)], &[("hall", 1, Known), ("desk", 0, Known)]);
+        assert_eq!(total(&site, &line, &[]), Total { count: Some(1), state: Known });
     }
 
     #[test]
