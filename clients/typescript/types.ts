@@ -973,9 +973,9 @@ export interface Likelihood {
 
 /** A line within a bin. */
 export interface LineFigures {
-  /** Inward; none if the line was never seen and nobody was seen to. */
+  /** Inward; none if nobody was seen to and the line was not seen all the time. */
   in: number | null;
-  /** Outward; none if the line was never seen and nobody was seen to. */
+  /** Outward; none if nobody was seen to and the line was not seen all the time. */
   out: number | null;
   /** For how long not all of the line was seen, s. */
   unknown_s: number;
@@ -1809,14 +1809,14 @@ export interface Zone {
 export interface ZoneFigures {
   /** Their median, s; none without any. */
   dwell_s: number | null;
-  /** People who entered; none if nothing was known of the zone and nobody was seen to. */
+  /** People who entered; none if nobody was seen to and not all of the zone was known all the time. */
   entered: number | null;
-  /** People, the mean over the time in which their number was known; none without such a time. */
+  /** People, the mean over the time in which their number was known; none without such a time, or if that would be 0 and their number was not known all the time. */
   mean: number | null;
-  /** The most at once; none if their number was never known. */
+  /** The most at once; none likewise. */
   most: number | null;
-  /** Stays that ended. */
-  stays: number;
+  /** Stays that ended; none likewise. */
+  stays: number | null;
   /** For how long the number of people was not known, s. */
   unknown_s: number;
 }

@@ -1051,9 +1051,9 @@ class Likelihood(TypedDict):
 LineFigures = TypedDict(
     "LineFigures",
     {
-        # Inward; none if the line was never seen and nobody was seen to.
+        # Inward; none if nobody was seen to and the line was not seen all the time.
         "in": "int | None",
-        # Outward; none if the line was never seen and nobody was seen to.
+        # Outward; none if nobody was seen to and the line was not seen all the time.
         "out": "int | None",
         # For how long not all of the line was seen, s.
         "unknown_s": "float",
@@ -1930,14 +1930,14 @@ class ZoneFigures(TypedDict):
 
     # Their median, s; none without any.
     dwell_s: float | None
-    # People who entered; none if nothing was known of the zone and nobody was seen to.
+    # People who entered; none if nobody was seen to and not all of the zone was known all the time.
     entered: int | None
-    # People, the mean over the time in which their number was known; none without such a time.
+    # People, the mean over the time in which their number was known; none without such a time, or if that would be 0 and their number was not known all the time.
     mean: float | None
-    # The most at once; none if their number was never known.
+    # The most at once; none likewise.
     most: int | None
-    # Stays that ended.
-    stays: int
+    # Stays that ended; none likewise.
+    stays: int | None
     # For how long the number of people was not known, s.
     unknown_s: float
 

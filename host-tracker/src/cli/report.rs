@@ -99,7 +99,7 @@ fn print_bin(bin: &Bin) -> Result<(), Failure> {
     for (name, zone) in &bin.zones {
         let mean = number(zone.mean.map(|mean| format!("{mean:.1}")));
         let dwell = zone.dwell_s.map_or_else(String::new, |dwell_s| format!(", median {dwell_s:.1} s"));
-        let (most, entered, stays) = (number(zone.most), number(zone.entered), zone.stays);
+        let (most, entered, stays) = (number(zone.most), number(zone.entered), number(zone.stays));
         let unknown = unknown(zone.unknown_s);
         print(format_args!(
             "  zone {name}: mean {mean}, most {most}, entered {entered}, stays {stays}{dwell}{unknown}"
@@ -134,7 +134,7 @@ fn write_csv(found: &Figures) -> Result<(), Failure> {
             out.write_record([&time, "line", name, &inward, &outward, "", "", "", "", &unknown, ""])?;
         }
         for (name, zone) in &bin.zones {
-            let (mean, most, stays) = (real(zone.mean), whole(zone.most), zone.stays.to_string());
+            let (mean, most, stays) = (real(zone.mean), whole(zone.most), whole(zone.stays));
             let (dwell, unknown) = (real(zone.dwell_s), real(Some(zone.unknown_s)));
             let entered = whole(zone.entered);
             let row = [&time, "zone", name, "", "", &mean, &most, &stays, &dwell, &unknown, &entered];

@@ -3,7 +3,7 @@
 //! ```text
 //!   from ├────── bin ──────┼────── bin ──────┤ to
 //!   line   in 12  out 9      in –  out –        –: a bin in which nothing was known, never 0
-//!          unknown 0 s       unknown 3600 s
+//!          unknown 0 s       unknown 3600 s              and a 0 only of a bin of which all was known
 //!   zone   mean, most        of the time in which the count was known
 //!          stays, median     of those that ended in the bin
 //!   one sweep: each change, crossing and stay is looked at once, and goes to its bins
@@ -50,10 +50,10 @@ pub struct Bin {
 /// A line within a bin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LineFigures {
-    /// Inward; none if the line was never seen and nobody was seen to.
+    /// Inward; none if nobody was seen to and the line was not seen all the time.
     #[serde(rename = "in")]
     pub inward: Option<u32>,
-    /// Outward; none if the line was never seen and nobody was seen to.
+    /// Outward; none if nobody was seen to and the line was not seen all the time.
     #[serde(rename = "out")]
     pub outward: Option<u32>,
     /// For how long not all of the line was seen, s.
@@ -63,14 +63,15 @@ pub struct LineFigures {
 /// A zone within a bin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ZoneFigures {
-    /// People, the mean over the time in which their number was known; none without such a time.
+    /// People, the mean over the time in which their number was known; none without such a time, or if that would be 0 and their
+    /// number was not known all the time.
     pub mean: Option<f64>,
-    /// The most at once; none if their number was never known.
+    /// The most at once; none likewise.
     pub most: Option<u32>,
-    /// People who entered; none if nothing was known of the zone and nobody was seen to.
+    /// People who entered; none if nobody was seen to and not all of the zone was known all the time.
     pub entered: Option<u32>,
-    /// Stays that ended.
-    pub stays: u32,
+    /// Stays that ended; none likewise.
+    pub stays: Option<u32>,
     /// Their median, s; none without any.
     pub dwell_s: Option<f64>,
     /// For how long the number of people was not known, s.
@@ -93,6 +94,19 @@ pub struct Stay {
 /// From some time on a value holds; none: it is not known.
 type Change<T> = (u64, Option<T>);
 
+/// People in a zone.
+#[derive(Clone, Copy, Debug)]
+struct Counted {
+    count: u32,
+    /// All of the zone is known: else there are at least so many.
+    is_whole: bool,
+}
+
+/// A figure; 0 is only said of a time of which all is known, as 0 people are of a zone of which all is.
+fn said<T: Default + PartialEq>(figure: T, is_all_known: bool) -> Option<T> {
+    (is_all_known || figure != T::default()).then_some(figure)
+}
+
 /// The edges of the bins of `bin_ms` from `from_ms` to `to_ms`, at most [`BINS_MAX`] bins; the last may be shorter.
 #[must_use]
 pub fn edges((from_ms, to_ms): (u64, u64), bin_ms: u64) -> Vec<u64> {
@@ -103,20 +117,24 @@ pub fn edges((from_ms, to_ms): (u64, u64), bin_ms: u64) -> Vec<u64> {
     edges
 }
 
-/// The time between these edges, which grow, in a bin between each and the next.
+/// The time between these edges, which grow, in a bin between each and the next. The last one ends where a tracker that runs has
+/// written to.
 ///
 /// # Errors
 /// What SQLite says.
 pub fn figures(reader: &Reader, edges_ms: &[u64]) -> rusqlite::Result<Figures> {
-    let bins = Bins(edges_ms);
     let (Some(&from_ms), Some(&to_ms)) = (edges_ms.first(), edges_ms.last()) else {
         return Ok(Figures::default());
     };
+    let edges_ms = &until(edges_ms, reader.until_ms(to_ms)?);
+    let bins = Bins(edges_ms);
     let before_ms = from_ms.saturating_sub(STAY_MS);
     let lives = reader.lives(before_ms, to_ms)?;
-    let mut zones: BTreeMap<String, Vec<Change<u32>>> = BTreeMap::new();
+    let mut zones: BTreeMap<String, Vec<Change<Counted>>> = BTreeMap::new();
     for row in reader.counts(from_ms, to_ms)? {
-        zones.entry(row.zone).or_default().push((row.at_ms, row.count));
+        let is_whole = row.state == ZoneKnown::Known.name();
+        let counted = row.count.map(|count| Counted { count, is_whole });
+        zones.entry(row.zone).or_default().push((row.at_ms, counted));
     }
     let mut lines: BTreeMap<String, Vec<Change<()>>> = BTreeMap::new();
     for row in reader.line_states(from_ms, to_ms)? {
@@ -152,6 +170,15 @@ pub fn figures(reader: &Reader, edges_ms: &[u64]) -> rusqlite::Result<Figures> {
         }
     }
     Ok(found)
+}
+
+/// Edges up to a time after the first of them.
+fn until(edges_ms: &[u64], until_ms: u64) -> Vec<u64> {
+    let before = edges_ms.partition_point(|edge_ms| *edge_ms < until_ms);
+    match edges_ms.get(..before) {
+        Some([]) | None => edges_ms.to_vec(),
+        Some(before) => [before, &[until_ms]].concat(),
+    }
 }
 
 /// Bins, by their edges.
@@ -208,11 +235,11 @@ fn of_line(
     }
     let line = |(bin, (known_ms, [inward, outward])): (usize, (u64, [u32; 2]))| {
         // Through a gap who crossed may be seen; that nobody did is not known.
-        let known = |count: u32| (known_ms > 0 || count > 0).then_some(count);
+        let unknown_ms = bins.long_ms(bin) - known_ms;
         LineFigures {
-            inward: known(inward),
-            outward: known(outward),
-            unknown_s: seconds(bins.long_ms(bin) - known_ms),
+            inward: said(inward, unknown_ms == 0),
+            outward: said(outward, unknown_ms == 0),
+            unknown_s: seconds(unknown_ms),
         }
     };
     known_ms.into_iter().zip(counts).enumerate().map(line).collect()
@@ -222,6 +249,8 @@ fn of_line(
 #[derive(Clone, Debug, Default)]
 struct Sum {
     known_ms: u64,
+    /// Of that: in which all of the zone was.
+    whole_ms: u64,
     people_ms: u64,
     most: Option<u32>,
     entered: u32,
@@ -229,16 +258,17 @@ struct Sum {
 }
 
 fn of_zone(
-    changes: &[Change<u32>],
+    changes: &[Change<Counted>],
     (entered, stays): (&[u64], &[Stay]),
     lives: &[(u64, u64)],
     bins: Bins<'_>,
 ) -> Vec<ZoneFigures> {
     let mut sums = vec![Sum::default(); bins.len()];
-    pieces(changes, lives, |span, count| {
+    pieces(changes, lives, |span, Counted { count, is_whole }| {
         bins.share(span, |bin, long_ms| {
             let sum = &mut sums[bin];
             sum.known_ms += long_ms;
+            sum.whole_ms += if is_whole { long_ms } else { 0 };
             sum.people_ms += u64::from(count) * long_ms;
             sum.most = sum.most.max(Some(count));
         });
@@ -252,15 +282,18 @@ fn of_zone(
         }
     }
     let zone = |(bin, sum): (usize, Sum)| {
-        let Sum { known_ms, people_ms, most, entered, mut stays_ms } = sum;
+        let Sum { known_ms, whole_ms, people_ms, most, entered, mut stays_ms } = sum;
         stays_ms.sort_unstable();
+        let long_ms = bins.long_ms(bin);
+        let (is_known, is_whole) = (known_ms == long_ms, whole_ms == long_ms);
+        let mean = (known_ms > 0).then(|| people_ms as f64 / known_ms as f64);
         ZoneFigures {
-            mean: (known_ms > 0).then(|| people_ms as f64 / known_ms as f64),
-            most,
-            entered: (known_ms > 0 || entered > 0).then_some(entered),
-            stays: u32::try_from(stays_ms.len()).unwrap_or(u32::MAX),
+            mean: mean.and_then(|mean| said(mean, is_known)),
+            most: most.and_then(|most| said(most, is_known)),
+            entered: said(entered, is_whole),
+            stays: said(u32::try_from(stays_ms.len()).unwrap_or(u32::MAX), is_whole),
             dwell_s: median_s(&stays_ms),
-            unknown_s: seconds(bins.long_ms(bin) - known_ms),
+            unknown_s: seconds(long_ms - known_ms),
         }
     };
     sums.into_iter().enumerate().map(zone).collect()
@@ -346,22 +379,46 @@ mod tests {
         let line = |inward, outward, unknown_s| LineFigures { inward, outward, unknown_s };
         assert_eq!(of(0), line(Some(1), Some(0), 0.0));
         assert_eq!(of(1000), line(Some(1), Some(1), 0.5));
+        assert_eq!(until(&edges, 5500), [0, 1000, 2000, 3000, 4000, 5000, 5500]);
+        assert_eq!([until(&edges, 6000), until(&edges, 0)], [edges.clone(), edges.clone()]);
         assert_eq!(of(2000), line(Some(1), None, 1.0), "one was seen through a gap");
         assert_eq!(of(3000), line(None, None, 1.0));
         assert_eq!(of(4000), line(Some(0), Some(0), 0.0));
         assert_eq!(of(5000), line(None, None, 1.0), "no tracker runs");
     }
 
+    /// As long as people are counted all of the zone is known.
+    fn whole(changes: &[Change<u32>]) -> Vec<Change<Counted>> {
+        let counted = |count| Counted { count, is_whole: true };
+        changes.iter().map(|(at_ms, count)| (*at_ms, count.map(counted))).collect()
+    }
+
+    #[test]
+    fn nobody_is_only_said_of_a_time_of_which_all_is_known() {
+        let lives = [(0, 4000)];
+        let edges = edges((0, 5000), 1000);
+        let of = |changes: &[Change<Counted>]| {
+            let found = of_zone(changes, (&[], &[]), &lives, Bins(&edges));
+            found.iter().map(|zone| (zone.mean, zone.most, zone.entered, zone.stays)).collect::<Vec<_>>()
+        };
+        let (none, nothing) = ((Some(0.0), Some(0), Some(0), Some(0)), (None, None, None, None));
+        let changes = whole(&[(0, Some(0)), (1999, None), (2001, Some(0))]);
+        assert_eq!(of(&changes), [none, nothing, nothing, none, nothing], "a ms is missing twice");
+        // Of a part of a zone somebody is known to be there, and not that nobody came.
+        let part = Counted { count: 2, is_whole: false };
+        assert_eq!(of(&[(0, Some(part))])[0], (Some(2.0), Some(2), None, None));
+    }
+
     #[test]
     fn the_mean_is_over_the_time_in_which_people_were_counted() {
-        let changes = [(0, Some(2)), (250, Some(4)), (500, None)];
+        let changes = whole(&[(0, Some(2)), (250, Some(4)), (500, None)]);
         let stay = |begun_ms, ended_ms| Stay { zone: "hall".into(), track: 1, begun_ms, ended_ms };
         let stays = [stay(0, 300), stay(0, 900), stay(0, 1100)];
         let edges = edges((0, 2000), 1000);
         let found = of_zone(&changes, (&[0, 0, 1600], &stays), &[(0, 2000)], Bins(&edges));
         let [zone, later] = found[..] else { panic!("{found:?}") };
         assert_eq!((zone.mean, zone.most, zone.unknown_s), (Some(3.0), Some(4), 0.5));
-        assert_eq!((zone.stays, zone.dwell_s, zone.entered), (2, Some(0.6), Some(2)));
+        assert_eq!((zone.stays, zone.dwell_s, zone.entered), (Some(2), Some(0.6), Some(2)));
         assert_eq!((later.mean, later.most, later.dwell_s, later.entered), (None, None, Some(1.1), Some(1)));
     }
 
@@ -408,19 +465,22 @@ mod tests {
             }).collect();
             let mut edge_ms = from_ms;
             let edges: Vec<u64> = std::iter::once(from_ms).chain(widths.iter().map(|width_ms| { edge_ms += width_ms; edge_ms })).collect();
-            let zones = of_zone(&changes, (&[], &[]), &lives, Bins(&edges));
+            let zones = of_zone(&whole(&changes), (&[], &[]), &lives, Bins(&edges));
             let known: Vec<Change<()>> = changes.iter().map(|(at_ms, value)| (*at_ms, value.map(|_| ()))).collect();
             let crossed: Vec<(u64, Direction)> = crossed.iter().map(|(at_ms, inward)| (*at_ms, if *inward { Direction::In } else { Direction::Out })).collect();
             let lines = of_line(&known, &crossed, &lives, Bins(&edges));
             for ((span, zone), line) in edges.windows(2).zip(zones).zip(lines) {
                 let values: Vec<u32> = (span[0]..span[1]).filter_map(|at_ms| value_at(&changes, &lives, at_ms)).collect();
                 let unknown_s = seconds(span[1] - span[0] - values.len() as u64);
-                prop_assert_eq!((zone.most, zone.unknown_s, line.unknown_s), (values.iter().max().copied(), unknown_s, unknown_s));
+                let is_known = unknown_s == 0.0;
+                let most = values.iter().max().copied().filter(|most| is_known || *most > 0);
+                prop_assert_eq!((zone.most, zone.unknown_s, line.unknown_s), (most, unknown_s, unknown_s));
                 let mean = (!values.is_empty()).then(|| f64::from(values.iter().sum::<u32>()) / values.len() as f64);
-                prop_assert!(zone.mean.unwrap_or(-1.0) - mean.unwrap_or(-1.0) < 1e-9, "{:?} {:?}", zone, mean);
+                let mean = mean.filter(|mean| is_known || *mean > 0.0);
+                prop_assert!((zone.mean.unwrap_or(-1.0) - mean.unwrap_or(-1.0)).abs() < 1e-9, "{:?} {:?}", zone, mean);
                 let count = |wanted| crossed.iter().filter(|(at_ms, direction)| (span[0]..span[1]).contains(at_ms) && *direction == wanted).count() as u32;
                 let (inward, outward) = (count(Direction::In), count(Direction::Out));
-                let known = |count: u32| (!values.is_empty() || count > 0).then_some(count);
+                let known = |count: u32| (is_known || count > 0).then_some(count);
                 prop_assert_eq!((line.inward, line.outward), (known(inward), known(outward)));
             }
         }

@@ -132,6 +132,7 @@ impl Store {
             damage: None,
             recorder,
             newest: None,
+            newest_ms: 0,
             run: None,
             failed: None,
             state: Arc::clone(&state),

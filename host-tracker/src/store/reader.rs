@@ -20,7 +20,7 @@ use super::error::StoreError;
 use super::numbers::integer;
 use super::path::{Place, decode};
 use super::raw_rows::{self, RawKept};
-use super::recorder::{HEALTH_MS, PART_MS};
+use super::recorder::{HEALTH_MS, PART_MS, STALE_MS};
 use super::row::Event;
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
@@ -311,15 +311,27 @@ impl Reader {
         Ok(records.iter().filter_map(passed).collect())
     }
 
-    /// From when to when trackers ran, as far as that touches the time from `from_ms` to `to_ms`.
+    /// From when to when trackers ran, as far as that touches the time from `from_ms` to `to_ms`; without times of which two runs
+    /// tell, as the clock was set back: nothing is known of those.
     ///
     /// # Errors
     /// What SQLite says.
     pub fn lives(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<(u64, u64)>> {
-        self.0
-            .prepare_cached(LIVES)?
-            .query_map(params![integer(from_ms), integer(to_ms)], |row| Ok((time(row, 0)?, time(row, 1)?)))?
-            .collect()
+        let mut asked = self.0.prepare_cached(LIVES)?;
+        let run = |row: &Row<'_>| Ok((time(row, 0)?, time(row, 1)?));
+        let runs = asked.query_map(params![integer(from_ms), integer(to_ms)], run)?;
+        Ok(told_once(&runs.collect::<rusqlite::Result<Vec<_>>>()?))
+    }
+
+    /// The end of a time that is asked for: where a tracker that runs has written to, if that is only a moment before `to_ms`. What
+    /// it has not written yet is not unknown, and not 0.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn until_ms(&self, to_ms: u64) -> rusqlite::Result<u64> {
+        let written_ms = self.span_ms()?.map(|(_, last_ms)| last_ms);
+        let moment = to_ms.saturating_sub(STALE_MS)..to_ms;
+        Ok(written_ms.filter(|written_ms| moment.contains(written_ms)).unwrap_or(to_ms))
     }
 
     /// Where modules were, every change of it.
@@ -450,6 +462,24 @@ impl Reader {
     }
 }
 
+/// What exactly one of these spans holds, in order of time.
+fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
+    let spans = runs.iter().filter(|(begun_ms, ended_ms)| begun_ms < ended_ms);
+    let mut edges: Vec<(u64, i32)> =
+        spans.flat_map(|&(begun_ms, ended_ms)| [(begun_ms, 1), (ended_ms, -1)]).collect();
+    // One that ends goes before one that begins: those do not overlap.
+    edges.sort_unstable();
+    let (mut told, mut running, mut since_ms) = (Vec::new(), 0, 0);
+    for (at_ms, change) in edges {
+        if running == 1 && since_ms < at_ms {
+            told.push((since_ms, at_ms));
+        }
+        running += change;
+        since_ms = at_ms;
+    }
+    told
+}
+
 fn time(row: &Row<'_>, column: usize) -> rusqlite::Result<u64> {
     row.get::<_, i64>(column).map(i64::unsigned_abs)
 }
@@ -459,4 +489,17 @@ fn named<T: DeserializeOwned>(row: &Row<'_>, column: usize) -> rusqlite::Result<
     let name: String = row.get(column)?;
     let text = StrDeserializer::<ValueError>::new(&name);
     T::deserialize(text).map_err(|error| FromSqlConversionFailure(column, Type::Text, Box::new(error)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told_once;
+
+    #[test]
+    fn what_two_runs_tell_of_is_told_by_none() {
+        assert_eq!(told_once(&[(0, 100), (200, 300)]), [(0, 100), (200, 300)]);
+        assert_eq!(told_once(&[(0, 100), (60, 160)]), [(0, 60), (100, 160)], "set back by 40 ms");
+        assert_eq!(told_once(&[(0, 100), (20, 50)]), [(0, 20), (50, 100)]);
+        assert_eq!(told_once(&[(0, 100), (100, 200), (200, 200)]), [(0, 100), (100, 200)]);
+    }
 }

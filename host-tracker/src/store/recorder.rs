@@ -42,7 +42,7 @@ pub const HEALTH_MS: u64 = 60_000;
 const COUNT_MS: u64 = 1000;
 
 /// So long after a frame without another nothing is known any more, ms: as MQTT says, too.
-const STALE_MS: u64 = 3000;
+pub const STALE_MS: u64 = 3000;
 
 /// Most rows kept while the database cannot be written: an hour of three people in a home, some MB. Older ones
 /// are dropped, and counted.
@@ -85,8 +85,9 @@ pub struct ChangeRecorder {
     poses: BTreeMap<String, [f64; 3]>,
     /// The track that each ID was last kept with.
     names: BTreeMap<Card, u64>,
-    /// When the newest frame was made, ms since 1970.
+    /// When the newest frame was made, ms since 1970, and the latest: the clock may have been set back.
     newest_ms: Option<u64>,
+    latest_ms: u64,
     rows: Vec<Row>,
     /// By track and part, from 0.
     paths: BTreeMap<(u64, u32), PathRow>,
@@ -137,11 +138,18 @@ impl ChangeRecorder {
                 text: String::new(),
             }));
         }
-        if let Some(newest_ms) = self.newest_ms.replace(at_ms)
+        if let Some(newest_ms) = self.newest_ms
             && at_ms.saturating_sub(newest_ms) > STALE_MS
         {
             self.forget(newest_ms + STALE_MS, |_, _| true);
         }
+        if self.newest_ms.replace(at_ms).is_some_and(|newest_ms| newest_ms < self.latest_ms)
+            && at_ms > self.latest_ms
+        {
+            // The times that there were twice are over: what is said of them is not read.
+            self.say_again();
+        }
+        self.latest_ms = self.latest_ms.max(at_ms);
         let has_zone = |name: &str| frame.line.zones.contains_key(name);
         let has_line = |name: &str| frame.lines.iter().any(|line| line.name == name);
         self.forget(at_ms, |kind, name| match kind {
@@ -151,9 +159,10 @@ impl ChangeRecorder {
         for (name, zone) in &frame.line.zones {
             let (count, state) = (zone.count(), zone.state());
             let due = self.counts.get(name).is_none_or(|&(before, known, kept_ms)| {
-                let takes_back = count.is_none() || before == Some(0);
+                let takes_back = (count.is_none() || before == Some(0)) && before != count;
+                let less = known == ZoneKnown::Known && state != known;
                 (before, known) != (count, state)
-                    && (takes_back && before != count || at_ms.saturating_sub(kept_ms) >= COUNT_MS)
+                    && (takes_back || less || at_ms.saturating_sub(kept_ms) >= COUNT_MS)
             });
             if due {
                 self.counts.insert(name.clone(), (count, state, at_ms));
@@ -174,6 +183,20 @@ impl ChangeRecorder {
             self.paths.pop_first();
             self.dropped += 1;
         }
+    }
+
+    /// The clock was set back: what was going on ends here, and all is said again by the next frame.
+    pub fn set_back(&mut self) {
+        for (track, mut walk) in std::mem::take(&mut self.walks) {
+            self.paths.extend(walk.row(track));
+        }
+        self.say_again();
+    }
+
+    /// The next frame says of every zone and line what is known.
+    fn say_again(&mut self) {
+        self.counts.clear();
+        self.lines.values_mut().for_each(|kept| (kept.1, kept.2) = (ZoneKnown::Unknown, 0));
     }
 
     /// Keeps that from `at_ms` on nothing is known of those zones and lines.

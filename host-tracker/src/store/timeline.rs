@@ -4,7 +4,7 @@
 //!   from ├──────┬──────┬──────┬──────┬──────┬──────┤ to
 //!   bins │  2   │  3   │  0   │ null │ null │  1   │   most people at once in the zones that count
 //!   lives ━━━━━━━━━━━━━━━━━━━━━━━┥           ┝━━━━━━━   null: no tracker ran, or nothing was known of any zone
-//!                          0: nobody was found, and that was known for at least 80 % of the time
+//!                          0: nobody was found, and that was known all the time
 //!   events                 ▲ alarm           ▲ started
 //! ```
 
@@ -21,9 +21,6 @@ pub const BINS_MAX: usize = 1000;
 
 /// Most events of an overview; of more, the newest.
 pub const EVENTS_MAX: usize = 500;
-
-/// Share of a bin of which it must be known that nobody was there, before it says so: as of a zone's area.
-const KNOWN: f64 = 0.8;
 
 /// Events that are too many to be shown of a long time: the counts show how people moved between zones.
 const SMALL: [&str; 3] = ["enter", "leave", "state"];
@@ -45,7 +42,8 @@ pub struct Overview {
     pub left_out: usize,
 }
 
-/// The time from `from_ms` to `to_ms` in so many bins; people are counted in the zones that `counts`.
+/// The time from `from_ms` to `to_ms`, or to where a tracker that runs has written to, in so many bins; people are counted in the
+/// zones that `counts`.
 ///
 /// # Errors
 /// What SQLite says.
@@ -55,6 +53,7 @@ pub fn overview(
     bins: usize,
     counts: impl Fn(&str) -> bool,
 ) -> rusqlite::Result<Overview> {
+    let to_ms = Some(reader.until_ms(to_ms)?).filter(|until_ms| *until_ms > from_ms).unwrap_or(to_ms);
     let mut rows = reader.counts(from_ms, to_ms)?;
     rows.retain(|row| counts(&row.zone));
     // Those from before `from_ms` come zone by zone.
@@ -113,7 +112,7 @@ fn binned(
                     Some((_, Some(row))) => drop(zones.insert(&row.zone, row.count)),
                 }
             }
-            most.filter(|most| *most > 0 || known_ms as f64 >= KNOWN * (end_ms - begin_ms) as f64)
+            most.filter(|most| *most > 0 || known_ms >= end_ms - begin_ms)
         })
         .collect()
 }
@@ -160,13 +159,14 @@ mod tests {
             count("hall", 0, 2, "known"),
             count("hall", 150, 0, "unknown"),
             count("hall", 350, 0, "known"),
-            count("hall", 610, 0, "known"),
+            count("hall", 510, 0, "known"),
         ];
-        // No tracker ran from 480 to 510, and the next one said nothing before 610. From 300 to 350 nobody knew.
+        // No tracker ran from 480 to 510. From 300 to 350 nobody knew.
         let bins = binned(&rows, &[(0, 480), (510, 900)], (0, 700), 7);
-        assert_eq!(bins, [Some(2), Some(2), None, None, Some(0), None, Some(0)]);
-        let bins = binned(&rows, &[(0, 419), (501, 900)], (410, 510), 10);
-        assert_eq!(bins, [Some(0), None, None, None, None, None, None, None, None, None]);
+        assert_eq!(bins, [Some(2), Some(2), None, None, None, None, Some(0)]);
+        let lives = [(0, 419), (501, 900)];
+        assert_eq!(binned(&rows, &lives, (410, 510), 10), [None; 10], "a ms of the first was not known");
+        assert_eq!(binned(&rows, &lives, (410, 418), 2), [Some(0), Some(0)]);
         // One that begins has said nothing yet.
         let bins = binned(&rows[..2], &[(0, 160), (200, 900)], (0, 400), 4);
         assert_eq!(bins, [Some(2), Some(2), None, None]);

@@ -41,6 +41,8 @@ pub struct Work {
     pub damage: Option<String>,
     pub recorder: ChangeRecorder,
     pub newest: Option<Arc<Snapshot>>,
+    /// When it was made, ms since 1970.
+    pub newest_ms: u64,
     /// The run's number, while the file is not open.
     pub run: Option<i64>,
     /// When it could not be written last.
@@ -116,6 +118,10 @@ impl Work {
     fn handle(&mut self, message: Message) {
         match message {
             Message::Snapshot(frame) => {
+                if frame.unix_ms < self.newest_ms {
+                    self.set_back(frame.unix_ms);
+                }
+                self.newest_ms = frame.unix_ms;
                 self.recorder.record(&frame);
                 self.newest = Some(frame);
             }
@@ -123,6 +129,19 @@ impl Work {
             Message::Passage(passed) => self.recorder.passed(*passed),
             Message::Alarm(alarm) => self.recorder.alarm(*alarm),
             Message::Site(site, now_ms, source) => self.recorder.set_site(&site, now_ms, source),
+        }
+    }
+
+    /// The clock was set back to `now_ms`. Another run begins just before: of the times that two runs tell of nothing is known.
+    fn set_back(&mut self, now_ms: u64) {
+        self.recorder.set_back();
+        self.write();
+        self.run = None;
+        let now_ms = now_ms.saturating_sub(1);
+        if let Some(Err(error)) = self.writer.as_mut().map(|writer| writer.begin_run(now_ms)) {
+            let file = self.file.clone();
+            self.trouble(&StoreError::Sqlite { file, error }.to_string());
+            self.writer = None;
         }
     }
 

@@ -42,11 +42,20 @@ impl Writer {
                 return Ok(Self { connection, run });
             }
         }
-        connection
-            .execute("INSERT INTO run (begun_ms, ended_ms) VALUES (?1, ?1)", params![integer(now_ms)])
-            .map_err(failed)?;
-        let run = connection.last_insert_rowid();
-        Ok(Self { connection, run })
+        let mut writer = Self { connection, run: 0 };
+        writer.begin_run(now_ms).map_err(failed)?;
+        Ok(writer)
+    }
+
+    /// Begins another run at `now_ms`, since 1970.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn begin_run(&mut self, now_ms: u64) -> rusqlite::Result<()> {
+        let begins = "INSERT INTO run (begun_ms, ended_ms) VALUES (?1, ?1)";
+        self.connection.execute(begins, params![integer(now_ms)])?;
+        self.run = self.connection.last_insert_rowid();
+        Ok(())
     }
 
     /// Writes all of it, or nothing.

@@ -271,3 +271,29 @@ fn where_rows_were_dropped_nothing_is_known() {
     assert_eq!((kept[0], kept[1].0, kept.len()), ((3000, None), 12_000, ROWS_MAX + 1));
     assert_eq!(recorder.dropped(), 8);
 }
+
+#[test]
+fn that_a_part_is_no_longer_seen_is_kept_at_once() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    let mut states = Vec::new();
+    for (at_ms, state) in [(1000, ZoneKnown::Known), (1100, ZoneKnown::Partly), (1200, ZoneKnown::Known)] {
+        recorder.record(&counted(at_ms, 2, state));
+    }
+    for row in recorder.rows().0 {
+        if let Row::Count { at_ms, state, .. } = row {
+            states.push((*at_ms, *state));
+        }
+    }
+    assert_eq!(states, [(1000, ZoneKnown::Known), (1100, ZoneKnown::Partly)]);
+}
+
+#[test]
+fn after_the_clock_was_set_back_all_is_said_again_and_once_more_when_it_has_caught_up() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&counted(9000, 0, ZoneKnown::Known));
+    recorder.set_back();
+    for at_ms in [5000, 7000, 9000, 9100, 9200] {
+        recorder.record(&counted(at_ms, 0, ZoneKnown::Known));
+    }
+    assert_eq!(kept(&mut recorder), [(9000, Some(0)), (5000, Some(0)), (9100, Some(0))]);
+}

@@ -84,7 +84,7 @@ function totals(whole) {
           zones.map(([name, zone]) => [
             name,
             number(zone.entered),
-            zone.mean === null && !zone.stays ? "–" : number(zone.stays),
+            number(zone.stays),
             time(zone.dwell_s),
             number(zone.mean, 1),
             number(zone.most),
