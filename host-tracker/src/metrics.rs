@@ -166,11 +166,14 @@ fn tracks(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result 
         (LifeCycle::Confirmed, "confirmed"),
         (LifeCycle::Occluded, "occluded"),
     ];
+    // That none is followed says that nobody is there only where that is known.
+    let is_said = |count: usize| count > 0 || frame.total.count.is_some();
     let samples = states.map(|(state, name)| {
         let count = frame.line.tracks.iter().filter(|track| track.state == state).count();
-        ([("state", name)], ConstGauge::new(count))
+        is_said(count).then(|| ([("state", name)], ConstGauge::new(count)))
     });
-    family(encoder, "kehai_tracks", "People that are followed, by state", samples)
+    let help = "Tracks, by state; absent while there is none and it is not known that nobody is there";
+    family(encoder, "kehai_tracks", help, samples.into_iter().flatten())
 }
 
 /// A gauge of a module.
@@ -309,10 +312,11 @@ mod tests {
     use super::*;
     use kehai_tracking::alarm::{AlarmKind, AlarmLine};
     use kehai_tracking::lines::CrossedLine;
-    use kehai_tracking::occupancy::{Found, ZoneLine};
+    use kehai_tracking::occupancy::{Found, Total, ZoneLine};
 
     fn frame() -> Arc<Snapshot> {
-        let mut frame = Snapshot { strangers: 3, ..Snapshot::default() };
+        let total = Total { count: Some(0), state: ZoneKnown::Known };
+        let mut frame = Snapshot { strangers: 3, total, ..Snapshot::default() };
         let zone = |count, state| ZoneLine::new(Found::inside(count, vec![1.0]), 0.5, state);
         frame.line.zones.insert("hall".into(), zone(2, ZoneKnown::Partly));
         frame.line.zones.insert("a \"b\"\\\n".into(), zone(1, ZoneKnown::Unknown));
@@ -336,6 +340,15 @@ mod tests {
         assert!(text.contains("kehai_zone_people{zone=\"hall\"} 2\n"), "{text}");
         assert!(!text.contains("kehai_zone_people{zone=\"a"), "{text}");
         assert!(text.contains("kehai_zone_known{zone=\"a \\\"b\\\"\\\\\\n\"} 0.0\n"), "{text}");
+    }
+
+    #[test]
+    fn that_nobody_is_followed_is_said_where_nobody_is_known_to_be() {
+        let mut frame = (*frame()).clone();
+        assert!(text(&Arc::new(frame.clone())).contains("kehai_tracks{state=\"confirmed\"} 0\n"));
+        frame.total = Total::default();
+        let text = text(&Arc::new(frame));
+        assert!(!text.contains("kehai_tracks{"), "{text}");
     }
 
     #[test]
