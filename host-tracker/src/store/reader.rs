@@ -39,8 +39,7 @@ const COUNTS: &str = "SELECT zone.name, count.at_ms, count.count, count.state FR
 const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM zone
     CROSS JOIN count ON count.zone = zone.zone
         AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
-const LIVES: &str = "SELECT begun_ms, ended_ms FROM run
-    WHERE begun_ms <= ?2 AND ended_ms >= ?1 ORDER BY run";
+const LIVES: &str = "SELECT begun_ms, ended_ms FROM run";
 const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 const CROSSINGS: &str = "SELECT line.name, crossing.at_ms, crossing.direction FROM crossing
     JOIN line USING (line) WHERE crossing.at_ms BETWEEN ?1 AND ?2 ORDER BY crossing.at_ms";
@@ -318,9 +317,11 @@ impl Reader {
     /// What SQLite says.
     pub fn lives(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<(u64, u64)>> {
         let mut asked = self.0.prepare_cached(LIVES)?;
-        let run = |row: &Row<'_>| Ok((time(row, 0)?, time(row, 1)?));
-        let runs = asked.query_map(params![integer(from_ms), integer(to_ms)], run)?;
-        Ok(told_once(&runs.collect::<rusqlite::Result<Vec<_>>>()?))
+        let runs = asked.query_map([], |row| Ok((time(row, 0)?, time(row, 1)?)))?;
+        // All of them: one that ends before `from_ms` may tell of the beginning of another that does not.
+        let mut told = told_once(&runs.collect::<rusqlite::Result<Vec<_>>>()?);
+        told.retain(|(begun_ms, ended_ms)| *begun_ms <= to_ms && *ended_ms >= from_ms);
+        Ok(told)
     }
 
     /// The end of a time that is asked for: where a tracker that runs has written to, if that is only a moment before `to_ms`. What
