@@ -35,7 +35,7 @@ impl Judge {
     pub fn empty(&mut self, surface: &'static str, what: &What, when: When<'_>, words: &str) {
         let is_so = match when {
             When::At(moment) => moment.is_some_and(|moment| moment.says(what, true)),
-            When::Over(from_ms, to_ms, told) => told.is_said_over(what, (from_ms, to_ms)),
+            When::Over(from_ms, to_ms, told) => told.said_over(what, (from_ms, to_ms)).is_ok(),
         };
         if is_so {
             *self.right.entry(surface).or_default() += 1;
@@ -43,7 +43,10 @@ impl Judge {
         }
         let said = match when {
             When::At(moment) => format!("{what:?} {words}, and the tracker says {moment:?}"),
-            When::Over(from_ms, to_ms, _) => format!("{what:?} {words} from {from_ms} to {to_ms}"),
+            When::Over(from_ms, to_ms, told) => {
+                let otherwise = told.said_over(what, (from_ms, to_ms)).err().flatten();
+                format!("{what:?} {words} from {from_ms} to {to_ms}, and the tracker says {otherwise:?}")
+            }
         };
         self.wrong.entry(surface).or_default().push(said);
     }

@@ -61,6 +61,8 @@ pub enum What {
     Zone(String),
     /// Nobody is there at all.
     Total,
+    /// Nobody is in any of these zones that there was then: those that make the total today.
+    Zones(Vec<String>),
     /// Nobody has come into a zone, or left it.
     Stays(String),
     /// Nobody has crossed a line.
@@ -135,8 +137,8 @@ impl Truth {
 }
 
 impl Told<'_> {
-    /// Whether that was known, and said, all the time.
-    pub fn is_said_over(&self, what: &What, (from_ms, to_ms): (u64, u64)) -> bool {
+    /// Whether that was known, and said, all the time; else a moment that says otherwise, if there is one.
+    pub fn said_over(&self, what: &What, (from_ms, to_ms): (u64, u64)) -> Result<(), Option<&Moment>> {
         let mut spans: Vec<(u64, u64)> = Vec::new();
         for (index, moment) in self.0.iter().enumerate() {
             let holds_ms = moment.unix_ms + HOLDS_MS;
@@ -146,7 +148,12 @@ impl Told<'_> {
                 continue;
             }
             if !moment.says(what, moment.unix_ms >= from_ms) {
-                return false;
+                // The last of a start holds on if nobody else tells of that time, as before the clock was set back.
+                let is_last = self.0.get(index + 1).is_none_or(|next| next.life != moment.life);
+                if is_last && moment.unix_ms < from_ms {
+                    continue;
+                }
+                return Err(Some(moment));
             }
             spans.push((moment.unix_ms, until_ms));
         }
@@ -154,7 +161,7 @@ impl Told<'_> {
         let covered_ms = spans.iter().fold(from_ms, |covered_ms, (start_ms, end_ms)| {
             if *start_ms <= covered_ms { covered_ms.max(*end_ms) } else { covered_ms }
         });
-        covered_ms >= to_ms
+        if covered_ms >= to_ms { Ok(()) } else { Err(None) }
     }
 }
 
@@ -167,6 +174,11 @@ impl Moment {
             What::Total => {
                 let is_empty = |name| self.zones.get(name).is_some_and(|zone: &Said| zone.is_empty());
                 self.counted.iter().all(is_empty)
+            }
+            What::Zones(names) if names.is_empty() => self.says(&What::Total, is_begun),
+            What::Zones(names) => {
+                let mut zones = names.iter().filter_map(|name| self.zones.get(name)).peekable();
+                zones.peek().is_some() && zones.all(|zone| zone.is_empty())
             }
             What::Stays(name) => self.zones.get(name).is_some_and(|zone| zone.known == ZoneKnown::Known),
             What::Crossed(name, direction) => self.lines.get(name).is_some_and(|line| {
