@@ -85,9 +85,11 @@ pub struct ChangeRecorder {
     poses: BTreeMap<String, [f64; 3]>,
     /// The track that each ID was last kept with.
     names: BTreeMap<Card, u64>,
-    /// When the newest frame was made, ms since 1970, and the latest: the clock may have been set back.
+    /// When the newest frame was made, ms since 1970.
     newest_ms: Option<u64>,
+    /// The latest time of a frame, and whether the clock was set back and is still before it.
     latest_ms: u64,
+    is_behind: bool,
     rows: Vec<Row>,
     /// By track and part, from 0.
     paths: BTreeMap<(u64, u32), PathRow>,
@@ -143,10 +145,11 @@ impl ChangeRecorder {
         {
             self.forget(newest_ms + STALE_MS, |_, _| true);
         }
-        if self.newest_ms.replace(at_ms).is_some_and(|newest_ms| newest_ms < self.latest_ms)
-            && at_ms > self.latest_ms
-        {
+        self.newest_ms = Some(at_ms);
+        self.is_behind |= at_ms < self.latest_ms;
+        if self.is_behind && at_ms > self.latest_ms {
             // The times that there were twice are over: what is said of them is not read.
+            self.is_behind = false;
             self.say_again();
         }
         self.latest_ms = self.latest_ms.max(at_ms);

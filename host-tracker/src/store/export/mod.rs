@@ -231,7 +231,7 @@ mod tests {
         let now_ms = unix_ms();
         assert!(counted_before(&database).is_empty());
         let store = Store::open(&database, &Arc::new(Site::default()), Keep::USUAL).unwrap();
-        for (later_ms, inward) in [(500, 7), (1500, 8)] {
+        for (later_ms, inward) in [(500, 7), (1500, 8), (2000, 8)] {
             let line = CrossedLine {
                 name: "front".into(),
                 inward: Some(inward),
@@ -259,6 +259,6 @@ mod tests {
         let found = figures(&reader, &[now_ms, now_ms + 3000]).unwrap();
         let line = found.bins[0].lines["front"];
         assert_eq!((line.inward, line.outward), (Some(1), None), "half a second is not known");
-        assert_eq!((found.bins[0].to_ms, line.unknown_s), (now_ms + 1500, 0.5), "to the newest frame");
+        assert_eq!((found.bins[0].to_ms, line.unknown_s), (now_ms + 2000, 0.5), "to the newest frame");
     }
 }
