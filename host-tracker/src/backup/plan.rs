@@ -112,7 +112,7 @@ pub(super) fn removed(file: &Path) -> Result<(), BackupError> {
 /// Keeps trackers away from a database; none where there is no lock to be had.
 pub(super) fn hold(database: Option<&Path>) -> Result<Option<Lock>, BackupError> {
     let Some(database) = database else { return Ok(None) };
-    lock::acquire(database).map_err(|lock::Taken| BackupError::Running(database.to_path_buf()))
+    lock::acquire_soon(database).map_err(|lock::Taken| BackupError::Running(database.to_path_buf()))
 }
 
 /// Goes on with what was killed while it restored this site; true if there was something.

@@ -4,10 +4,19 @@ use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use crate::owned_file;
 
 const END: &str = "-lock";
+
+/// A process that is just ending lets go within this time, and a child that is being started, which holds what its parent holds until
+/// its own program runs.
+const SOON: Duration = Duration::from_secs(1);
+
+/// Between two tries.
+const AGAIN: Duration = Duration::from_millis(20);
 
 /// Held as long as the database is written.
 #[derive(Debug)]
@@ -32,6 +41,20 @@ pub(crate) fn acquire(database: &Path) -> Result<Option<Lock>, Taken> {
         Err(TryLockError::WouldBlock) => Err(Taken),
         // A file system without locks.
         Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+/// As [`acquire`], but a lock that is about to be free is waited for, a second at most.
+///
+/// # Errors
+/// [`Taken`].
+pub(crate) fn acquire_soon(database: &Path) -> Result<Option<Lock>, Taken> {
+    let begun = Instant::now();
+    loop {
+        match acquire(database) {
+            Err(Taken) if begun.elapsed() < SOON => thread::sleep(AGAIN),
+            other => return other,
+        }
     }
 }
 

@@ -109,7 +109,7 @@ impl Store {
         let now_ms = unix_ms();
         let mut recorder = ChangeRecorder::new(site, now_ms);
         let taken = |lock::Taken| StoreError::Taken { file: file.to_path_buf() };
-        let mut lock = lock::acquire(file).map_err(taken)?;
+        let mut lock = lock::acquire_soon(file).map_err(taken)?;
         let writer = match open(file, now_ms, None) {
             Ok((writer, event)) => {
                 lock.iter_mut().for_each(lock::Lock::mark);
