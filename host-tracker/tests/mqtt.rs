@@ -116,16 +116,23 @@ impl Listener {
         let mut options = MqttOptions::new(id, "127.0.0.1", port);
         options.set_max_packet_size(1 << 20, 1 << 20);
         let (client, mut connection) = Client::new(options, 16);
-        client.subscribe("#", QoS::AtLeastOnce).unwrap();
         let (tell, messages) = mpsc::channel();
+        let subscriber = client.clone();
         std::thread::spawn(move || {
             for event in connection.iter() {
-                let Ok(event) = event else { return };
-                if let Event::Incoming(Packet::Publish(publish)) = event {
-                    let payload = String::from_utf8(publish.payload.to_vec()).unwrap();
-                    if tell.send((publish.topic, payload)).is_err() {
-                        return;
+                match event {
+                    // A broker without a core for some seconds answers late: it is asked again.
+                    Err(_) => std::thread::sleep(Duration::from_millis(50)),
+                    Ok(Event::Incoming(Packet::ConnAck(_))) => {
+                        subscriber.try_subscribe("#", QoS::AtLeastOnce).unwrap();
                     }
+                    Ok(Event::Incoming(Packet::Publish(publish))) => {
+                        let payload = String::from_utf8(publish.payload.to_vec()).unwrap();
+                        if tell.send((publish.topic, payload)).is_err() {
+                            return;
+                        }
+                    }
+                    Ok(_) => {}
                 }
             }
         });
