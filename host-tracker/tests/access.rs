@@ -3,6 +3,7 @@
 mod described;
 mod house;
 mod http_client;
+mod served;
 
 use std::cell::Cell;
 use std::net::TcpStream;

@@ -5,6 +5,7 @@ mod described;
 mod door_fixture;
 mod house;
 mod http_client;
+mod served;
 mod socket;
 
 use std::io::{BufRead, BufReader, Read, Write};

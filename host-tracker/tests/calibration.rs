@@ -9,8 +9,9 @@
 //! With `KEHAI_SCREENSHOTS=1` the picture of `docs/images` is taken anew; otherwise it goes under `target/`.
 
 mod chromium;
+mod mapped;
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -22,6 +23,7 @@ use host_tracker::site_file;
 use host_tracker::store::reader::Reader;
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor;
+use mapped::map_of;
 
 /// How far poses may be off in this test, which is of the way there, not of the figures: the walk is short, and the machine
 /// may be busy.
@@ -97,9 +99,7 @@ fn somebody_walks_and_both_terminal_and_browser_find_modules_and_floor() {
 
 fn in_the_browser(mut page: Page, file: &Path, building: &Building, truth: &Site) {
     let mut run = tracker(&["run", "--http", "127.0.0.1:0"], file, building);
-    let mut said = BufReader::new(run.stderr.take().unwrap()).lines().map_while(Result::ok);
-    let map = said.find_map(|line| Some(line.split_once("live map at ")?.1.trim().to_owned())).unwrap();
-    std::thread::spawn(move || said.for_each(drop));
+    let map = map_of(&mut run);
     page.size(1440, 900, 1);
     page.scheme("light");
     page.open(&map);

@@ -7,6 +7,7 @@
 //! ```
 
 mod chromium;
+mod served;
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -16,14 +17,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use chromium::Page;
-use host_tracker::access::Access;
-use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
-use host_tracker::connections::Connections;
-use host_tracker::reports::Reports;
 use host_tracker::site_file::{self, SiteFile};
-use host_tracker::tracker_alarms::TrackerAlarms;
-use host_tracker::web::{Server, ServerContext};
+use host_tracker::web::Server;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::json;
@@ -65,24 +60,7 @@ impl Tracker {
                 newest_in.send_replace(Arc::new(Snapshot { unix_ms: unix_ms(), ..Snapshot::default() }));
             }
         });
-        let context = || ServerContext {
-            frames: newest.clone(),
-            reports: Reports::default(),
-            site: SiteFile::load(site).unwrap(),
-            changed: Box::new(|_| Ok(())),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
-            database: None,
-            access: Access::open(),
-            names: Vec::new(),
-            doors: None,
-            signs: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
-            listed: AlarmHandle::default(),
-            connections: Connections::default(),
-            questions: None,
-        };
+        let context = || served::alone(newest.clone(), SiteFile::load(site).unwrap());
         // Its address may be in use for a moment by the one before.
         let server = loop {
             match Server::start(at, context()) {

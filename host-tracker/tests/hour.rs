@@ -9,6 +9,7 @@
 //! [`STEP`]: it misses the others, as a page on a slow machine does.
 
 mod chromium;
+mod served;
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -18,15 +19,9 @@ use std::time::{Duration, Instant};
 use chromium::Page;
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
-use host_tracker::access::Access;
-use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
-use host_tracker::connections::Connections;
-use host_tracker::reports::Reports;
 use host_tracker::service::{Options, Service};
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::{Keep, Store};
-use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -128,22 +123,8 @@ impl Show {
         let (frames, newest) = watch::channel(Arc::default());
         let store = Store::open(&database, &Arc::new(site.clone()), Keep::USUAL).unwrap();
         let context = ServerContext {
-            frames: newest,
-            reports: Reports::default(),
-            site: SiteFile::load(&file).unwrap(),
-            changed: Box::new(|_| Ok(())),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
             database: Some(database),
-            access: Access::open(),
-            names: Vec::new(),
-            doors: None,
-            signs: None,
-            questions: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
-            listed: AlarmHandle::default(),
-            connections: Connections::default(),
+            ..served::alone(newest, SiteFile::load(&file).unwrap())
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         Self { server, frames, store }

@@ -2,19 +2,15 @@
 
 mod described;
 mod http_client;
+mod served;
 mod socket;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
-use host_tracker::access::Access;
-use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
-use host_tracker::connections::Connections;
 use host_tracker::reports::{ReportLine, Reports};
 use host_tracker::site_file::{self, SiteFile};
-use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
@@ -48,25 +44,12 @@ impl Map {
         let reports = Reports::default();
         let told = Arc::clone(&changes);
         let context = ServerContext {
-            frames: newest,
             reports: reports.clone(),
-            site: SiteFile::load(&path).unwrap(),
             changed: Box::new(move |site| {
                 told.lock().unwrap().push(site);
                 Ok(())
             }),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
-            database: None,
-            access: Access::open(),
-            names: Vec::new(),
-            doors: None,
-            signs: None,
-            questions: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
-            listed: AlarmHandle::default(),
-            connections: Connections::default(),
+            ..served::alone(newest, SiteFile::load(&path).unwrap())
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         Self { server, frames, reports, changes, folder }

@@ -3,20 +3,16 @@
 
 mod described;
 mod http_client;
+mod served;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use host_tracker::access::Access;
-use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
 use host_tracker::connections::Connections;
 use host_tracker::doors::DoorHandle;
-use host_tracker::reports::Reports;
 use host_tracker::site_file::SiteFile;
-use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Limits, Listen, Server, ServerContext, Shares};
 use kehai_tracking::snapshot::{HttpRefused, ModuleLine, Snapshot, unix_ms};
 use serde_json::json;
@@ -66,22 +62,9 @@ impl LimitedServer {
         let (frames, newest) = watch::channel(Arc::default());
         let refused = Connections::default();
         let context = ServerContext {
-            frames: newest,
-            reports: Reports::default(),
             doors: Some(DoorHandle::new(&site.current().site, None)),
-            signs: None,
-            site,
-            changed: Box::new(|_| Ok(())),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
-            database: None,
-            access: Access::open(),
-            names: Vec::new(),
-            questions: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
-            listed: AlarmHandle::default(),
             connections: refused.clone(),
+            ..served::alone(newest, site)
         };
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
         let server =

@@ -8,10 +8,10 @@
 mod chromium;
 mod described;
 mod http_client;
+mod mapped;
 
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -21,33 +21,13 @@ use host_sim::world::scene::Scene;
 use host_tracker::store::{Keep, Store};
 use jiff::{ToSpan as _, Zoned};
 use kehai_tracking::site::Site;
+use mapped::Tracker;
 use serde_json::{Map, Value, json};
 
 /// How often the front door's line was crossed inward yesterday.
 const CROSSED: u64 = 19;
 
-struct Tracker {
-    process: Child,
-    map: String,
-}
-
 impl Tracker {
-    fn start(site: &Path, building: &Building) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
-        command.args(["run", "--http", "127.0.0.1:0", "--no-mdns", "--site"]).arg(site);
-        command.arg("--db").arg(site.with_extension("db"));
-        for (_, address) in building.modules() {
-            command.arg("--module").arg(address.to_string());
-        }
-        let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
-        let mut said = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let map = said
-            .find_map(|line| Some(line.split_once("live map at ")?.1.trim().to_owned()))
-            .expect("the tracker does not say where its map is");
-        std::thread::spawn(move || said.for_each(|line| eprintln!("{line}")));
-        Self { process, map }
-    }
-
     fn get(&self, path: &str) -> (u16, Value) {
         let address = self.map.trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
         let (status, body) = http_client::ask(address, &format!("GET {path}"), &[], b"");
@@ -60,13 +40,6 @@ impl Tracker {
         let out = command.arg("explain").args(arguments).args(["--tracker", &self.map]).output().unwrap();
         let text = [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
         (out.status.success(), text)
-    }
-}
-
-impl Drop for Tracker {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }
 

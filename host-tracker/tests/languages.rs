@@ -10,6 +10,7 @@ mod chromium;
 mod described;
 mod door_fixture;
 mod http_client;
+mod served;
 
 use chromium::Page;
 use door_fixture::DoorServer;

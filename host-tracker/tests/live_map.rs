@@ -7,10 +7,9 @@
 //! With `KEHAI_SCREENSHOTS=1` the pictures of `docs/images` are taken anew; otherwise they go under `target/`.
 
 mod chromium;
+mod mapped;
 
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 
 use chromium::Page;
@@ -21,6 +20,7 @@ use host_tracker::store::reader::Reader;
 use host_tracker::store::{Keep, Store};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::unix_ms;
+use mapped::Tracker;
 use serde_json::{Value, json};
 
 /// A track's number that no tracker of today comes to.
@@ -28,36 +28,6 @@ const GUEST: u64 = 7007;
 
 /// Confirmed tracks on the map.
 const CONFIRMED: &str = "document.querySelectorAll('.person.confirmed').length";
-
-struct Tracker {
-    process: Child,
-    map: String,
-}
-
-impl Tracker {
-    fn start(site: &Path, building: &Building) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
-        command.args(["run", "--http", "127.0.0.1:0", "--no-mdns", "--site"]).arg(site);
-        command.arg("--db").arg(site.with_extension("db"));
-        for (_, address) in building.modules() {
-            command.arg("--module").arg(address.to_string());
-        }
-        let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
-        let mut said = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let map = said
-            .find_map(|line| Some(line.split_once("live map at ")?.1.trim().to_owned()))
-            .expect("the tracker does not say where its map is");
-        std::thread::spawn(move || said.for_each(|line| eprintln!("{line}")));
-        Self { process, map }
-    }
-}
-
-impl Drop for Tracker {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
 
 /// Looks at the page fifty times a second: the least number of people it says, and the people it showed at first.
 const SAMPLER: &str = "void (() => {

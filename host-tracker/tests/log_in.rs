@@ -4,6 +4,7 @@ mod chromium;
 mod described;
 mod house;
 mod http_client;
+mod served;
 
 use std::sync::Arc;
 

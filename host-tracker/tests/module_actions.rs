@@ -5,8 +5,8 @@ mod bench;
 mod chromium;
 mod described;
 mod http_client;
+mod mapped;
 
-use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use bench::{Bench, LABEL, PATIENCE};
 use host_tracker::site_file;
+use mapped::map_of;
 use serde_json::{Value, json};
 
 const JSON: (&str, &str) = ("Content-Type", "application/json");
@@ -41,12 +42,9 @@ impl Tracker {
         command.args(["run", "--http", "127.0.0.1:0", "--no-mdns", "--module"]);
         command.arg(bench.address.to_string()).arg("--site").arg(&site).stderr(Stdio::piped());
         let mut process = command.spawn().unwrap();
-        let mut said = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let map = said.find_map(|line| {
-            Some(line.split_once("live map at http://")?.1.trim_end_matches('/').to_owned())
-        });
-        std::thread::spawn(move || said.for_each(|line| eprintln!("{line}")));
-        Self { process, address: map.unwrap().parse().unwrap(), site, _folder: folder }
+        let map = map_of(&mut process);
+        let address = map.trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
+        Self { process, address, site, _folder: folder }
     }
 
     fn ask(&self, line: &str, body: &Value) -> (u16, Value) {

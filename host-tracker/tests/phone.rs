@@ -5,6 +5,7 @@ mod chromium;
 mod described;
 mod door_fixture;
 mod http_client;
+mod served;
 
 use door_fixture::DoorServer;
 

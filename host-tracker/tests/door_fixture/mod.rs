@@ -12,12 +12,8 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use host_tracker::access::Access;
 use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
-use host_tracker::connections::Connections;
 use host_tracker::doors::{DoorHandle, Watchdog};
-use host_tracker::reports::Reports;
 use host_tracker::signs::SignHandle;
 use host_tracker::site_file::SiteFile;
 use host_tracker::tracker_alarms::TrackerAlarms;
@@ -121,22 +117,10 @@ impl DoorServer {
             }
         });
         let context = ServerContext {
-            frames: newest,
-            reports: Reports::default(),
-            site: file,
-            changed: Box::new(|_| Ok(())),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
-            database: None,
-            access: Access::open(),
-            names: Vec::new(),
             doors: Some(doors.clone()),
             signs: Some(signs.clone()),
-            questions: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
             listed,
-            connections: Connections::default(),
+            ..crate::served::alone(newest, file)
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));

@@ -12,14 +12,11 @@ use host_tracker::access::password;
 use host_tracker::access::roles::Role;
 use host_tracker::access::secret;
 use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
 use host_tracker::certificate::Certificate;
 use host_tracker::connections::Connections;
 use host_tracker::doors::DoorHandle;
-use host_tracker::reports::Reports;
 use host_tracker::signs::SignHandle;
 use host_tracker::site_file::SiteFile;
-use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Bind, Limits, Listen, Server, ServerContext};
 use kehai_tracking::snapshot::Snapshot;
 use tokio::sync::watch;
@@ -83,22 +80,12 @@ impl House {
         let site = SiteFile::load(&path).unwrap();
         add(&file, "anna", Role::Admin);
         let context = ServerContext {
-            frames: newest,
-            reports: Reports::default(),
             doors: Some(DoorHandle::new(&site.current().site, None)),
             signs: Some(SignHandle::new(&site.current().site, None)),
-            site,
-            changed: Box::new(|_| Ok(())),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
-            database: None,
             access: Access::timed(file.clone(), Box::new(move || clock.load(Ordering::SeqCst))),
-            names: Vec::new(),
-            questions: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
             listed: listed.clone(),
             connections: refused.clone(),
+            ..crate::served::alone(newest, site)
         };
         let own = || Certificate::own(&path, &["localhost".to_owned()]).unwrap();
         let map = Bind { address: SocketAddr::from(([127, 0, 0, 1], 0)), certificate: tls.then(own) };

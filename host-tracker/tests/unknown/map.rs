@@ -5,13 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use host_tracker::access::Access;
-use host_tracker::alarm_handle::AlarmHandle;
-use host_tracker::calibration::Calibration;
-use host_tracker::connections::Connections;
-use host_tracker::reports::Reports;
 use host_tracker::site_file::SiteFile;
-use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
@@ -19,6 +13,8 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 use tungstenite::{Message, WebSocket};
 use ureq::Agent;
+
+use super::served;
 
 /// A hundred times what a loaded machine needs.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -38,25 +34,12 @@ impl Map {
         let changes = Arc::new(Mutex::new(Vec::new()));
         let told = Arc::clone(&changes);
         let context = ServerContext {
-            frames: newest,
-            reports: Reports::default(),
-            site: SiteFile::load(site).unwrap(),
             changed: Box::new(move |site| {
                 told.lock().unwrap().push(site);
                 Ok(())
             }),
-            calibration: Calibration::default(),
-            accepted: Box::new(|_| {}),
             database: Some(database.to_path_buf()),
-            access: Access::open(),
-            names: Vec::new(),
-            doors: None,
-            signs: None,
-            questions: None,
-            alarms: TrackerAlarms::default(),
-            keys: None,
-            listed: AlarmHandle::default(),
-            connections: Connections::default(),
+            ..served::alone(newest, SiteFile::load(site).unwrap())
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let agent: Agent = Agent::config_builder().http_status_as_error(false).proxy(None).build().into();
