@@ -13,15 +13,13 @@
 use std::fmt::Write;
 
 use svg::Document;
-use svg::node::element::{Group, Path, Rectangle, Style, Text};
+use svg::node::element::{Group, Path, Text};
 
 use super::counts::Judged;
-use super::picture::{DARK, STYLE, mark};
+use super::picture::{MARGIN, mark, sheet};
 
 /// Side of a panel's square.
 const SIDE: f64 = 420.0;
-/// Space around everything, and between panels.
-const MARGIN: f64 = 28.0;
 /// Space of the numbers at the left of a panel and under it.
 const LEFT: f64 = 50.0;
 const BOTTOM: f64 = 50.0;
@@ -51,14 +49,7 @@ pub fn draw(judged: &[Judged], title: &str) -> Document {
     let top = MARGIN + TITLE + LEGEND_ROW * names.len() as f64;
     let width = MARGIN + (LEFT + SIDE + MARGIN) * groups.len().max(1) as f64;
     let height = top + HEADING + SIDE + BOTTOM + MARGIN;
-    let mut document = Document::new()
-        .set("viewBox", (0, 0, width, height))
-        .set("width", width)
-        .set("height", height)
-        .add(Style::new(format!("{STYLE}@media (prefers-color-scheme: dark) {{{DARK}}}")))
-        .add(Rectangle::new().set("width", "100%").set("height", "100%").set("class", "sheet"))
-        .add(Text::new(title).set("class", "title").set("x", MARGIN).set("y", MARGIN + 18.0))
-        .add(Text::new(SUBTITLE).set("class", "small").set("x", MARGIN).set("y", MARGIN + 42.0));
+    let mut document = sheet((width, height), title, SUBTITLE);
     for (index, name) in names.iter().enumerate() {
         let y = MARGIN + TITLE + LEGEND_ROW * index as f64;
         let look = format!("look{}", index % 6);

@@ -24,8 +24,8 @@ use crate::score::statistics::{Interval, wilson};
 const PANEL_WIDTH: f64 = 560.0;
 /// Height of a panel with its axes and heading.
 const PANEL_HEIGHT: f64 = 350.0;
-/// Space around everything.
-const MARGIN: f64 = 28.0;
+/// Space around everything, and between panels.
+pub(super) const MARGIN: f64 = 28.0;
 /// Height of title and subtitle.
 const TITLE_HEIGHT: f64 = 66.0;
 /// Height of a row of the legend.
@@ -46,7 +46,7 @@ const PAPER_A_LEGEND: &str = "paper A, Table 1 (10 trials each)";
 const LOOKS: usize = 6;
 
 /// Light first, dark where it is preferred. The six colours are told apart by colour-blind eyes as well.
-pub(super) const STYLE: &str = "
+const STYLE: &str = "
 text { font-family: 'DejaVu Sans', Helvetica, Arial, sans-serif; font-size: 13px; fill: #1d2430; }
 .sheet { fill: #fcfcfa; }
 .title { font-size: 21px; font-weight: 600; }
@@ -68,7 +68,7 @@ text { font-family: 'DejaVu Sans', Helvetica, Arial, sans-serif; font-size: 13px
 ";
 
 /// Changes for the dark colour scheme.
-pub(super) const DARK: &str = "
+const DARK: &str = "
 text { fill: #e8ebf0; }
 .sheet { fill: #14181f; }
 .small { fill: #b3bcc9; }
@@ -104,14 +104,7 @@ pub fn draw(rows: &[Row], title: &str) -> Document {
     let (legend, legend_height) = legend(&names, width - 2.0 * MARGIN);
     let top = MARGIN + TITLE_HEIGHT + legend_height;
     let height = top + PANEL_HEIGHT * panels.len().div_ceil(across) as f64 + MARGIN;
-    let mut document = Document::new()
-        .set("viewBox", (0, 0, width, height))
-        .set("width", width)
-        .set("height", height)
-        .add(Style::new(format!("{STYLE}@media (prefers-color-scheme: dark) {{{DARK}}}")))
-        .add(Rectangle::new().set("width", "100%").set("height", "100%").set("class", "sheet"))
-        .add(Text::new(title).set("class", "title").set("x", MARGIN).set("y", MARGIN + 18.0))
-        .add(Text::new(subtitle(rows)).set("class", "small").set("x", MARGIN).set("y", MARGIN + 42.0))
+    let mut document = sheet((width, height), title, &subtitle(rows))
         .add(legend.set("transform", translate(MARGIN, MARGIN + TITLE_HEIGHT)));
     for (index, panel) in panels.iter().enumerate() {
         let x = MARGIN + (PANEL_WIDTH + MARGIN) * (index % across) as f64;
@@ -119,6 +112,18 @@ pub fn draw(rows: &[Row], title: &str) -> Document {
         document = document.add(self::panel(panel, &names).set("transform", translate(x, y)));
     }
     document
+}
+
+/// An empty sheet of this width and height, with its title and a line under it.
+pub(super) fn sheet((width, height): (f64, f64), title: &str, subtitle: &str) -> Document {
+    Document::new()
+        .set("viewBox", (0, 0, width, height))
+        .set("width", width)
+        .set("height", height)
+        .add(Style::new(format!("{STYLE}@media (prefers-color-scheme: dark) {{{DARK}}}")))
+        .add(Rectangle::new().set("width", "100%").set("height", "100%").set("class", "sheet"))
+        .add(Text::new(title).set("class", "title").set("x", MARGIN).set("y", MARGIN + 18.0))
+        .add(Text::new(subtitle).set("class", "small").set("x", MARGIN).set("y", MARGIN + 42.0))
 }
 
 fn subtitle(rows: &[Row]) -> String {
