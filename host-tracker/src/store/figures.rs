@@ -234,7 +234,7 @@ fn of_line(
         }
     }
     let line = |(bin, (known_ms, [inward, outward])): (usize, (u64, [u32; 2]))| {
-        // Through a gap who crossed may be seen; that nobody did is not known.
+        // Some who cross are counted although the line is seen in part; that nobody did is not known.
         let unknown_ms = bins.long_ms(bin) - known_ms;
         LineFigures {
             inward: said(inward, unknown_ms == 0),

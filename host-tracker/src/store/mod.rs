@@ -21,6 +21,7 @@ mod error;
 pub mod export;
 pub mod figures;
 pub mod heat;
+mod lives;
 pub(crate) mod lock;
 mod numbers;
 pub mod path;
@@ -132,7 +133,6 @@ impl Store {
             damage: None,
             recorder,
             newest: None,
-            newest_ms: 0,
             run: None,
             failed: None,
             state: Arc::clone(&state),

@@ -17,6 +17,7 @@ use serde::de::value::{Error as ValueError, StrDeserializer};
 
 use super::alarm_rows;
 use super::error::StoreError;
+use super::lives::told_once;
 use super::numbers::integer;
 use super::path::{Place, decode};
 use super::raw_rows::{self, RawKept};
@@ -463,24 +464,6 @@ impl Reader {
     }
 }
 
-/// What exactly one of these spans holds, in order of time.
-fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
-    let spans = runs.iter().filter(|(begun_ms, ended_ms)| begun_ms < ended_ms);
-    let mut edges: Vec<(u64, i32)> =
-        spans.flat_map(|&(begun_ms, ended_ms)| [(begun_ms, 1), (ended_ms, -1)]).collect();
-    // One that ends goes before one that begins: those do not overlap.
-    edges.sort_unstable();
-    let (mut told, mut running, mut since_ms) = (Vec::new(), 0, 0);
-    for (at_ms, change) in edges {
-        if running == 1 && since_ms < at_ms {
-            told.push((since_ms, at_ms));
-        }
-        running += change;
-        since_ms = at_ms;
-    }
-    told
-}
-
 fn time(row: &Row<'_>, column: usize) -> rusqlite::Result<u64> {
     row.get::<_, i64>(column).map(i64::unsigned_abs)
 }
@@ -490,17 +473,4 @@ fn named<T: DeserializeOwned>(row: &Row<'_>, column: usize) -> rusqlite::Result<
     let name: String = row.get(column)?;
     let text = StrDeserializer::<ValueError>::new(&name);
     T::deserialize(text).map_err(|error| FromSqlConversionFailure(column, Type::Text, Box::new(error)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::told_once;
-
-    #[test]
-    fn what_two_runs_tell_of_is_told_by_none() {
-        assert_eq!(told_once(&[(0, 100), (200, 300)]), [(0, 100), (200, 300)]);
-        assert_eq!(told_once(&[(0, 100), (60, 160)]), [(0, 60), (100, 160)], "set back by 40 ms");
-        assert_eq!(told_once(&[(0, 100), (20, 50)]), [(0, 20), (50, 100)]);
-        assert_eq!(told_once(&[(0, 100), (100, 200), (200, 200)]), [(0, 100), (100, 200)]);
-    }
 }

@@ -148,7 +148,7 @@ impl ChangeRecorder {
         self.newest_ms = Some(at_ms);
         self.is_behind |= at_ms < self.latest_ms;
         if self.is_behind && at_ms > self.latest_ms {
-            // The times that there were twice are over: what is said of them is not read.
+            // The times that two runs tell of are over: what is said of them is not read (`lives`).
             self.is_behind = false;
             self.say_again();
         }
@@ -186,6 +186,12 @@ impl ChangeRecorder {
             self.paths.pop_first();
             self.dropped += 1;
         }
+    }
+
+    /// When the newest frame was made, ms since 1970; none before the first.
+    #[must_use]
+    pub const fn newest_ms(&self) -> Option<u64> {
+        self.newest_ms
     }
 
     /// The clock was set back: what was going on ends here, and all is said again by the next frame.

@@ -41,8 +41,6 @@ pub struct Work {
     pub damage: Option<String>,
     pub recorder: ChangeRecorder,
     pub newest: Option<Arc<Snapshot>>,
-    /// When it was made, ms since 1970.
-    pub newest_ms: u64,
     /// The run's number, while the file is not open.
     pub run: Option<i64>,
     /// When it could not be written last.
@@ -118,10 +116,9 @@ impl Work {
     fn handle(&mut self, message: Message) {
         match message {
             Message::Snapshot(frame) => {
-                if frame.unix_ms < self.newest_ms {
+                if self.recorder.newest_ms().is_some_and(|newest_ms| frame.unix_ms < newest_ms) {
                     self.set_back(frame.unix_ms);
                 }
-                self.newest_ms = frame.unix_ms;
                 self.recorder.record(&frame);
                 self.newest = Some(frame);
             }

@@ -143,15 +143,15 @@ fn lines(
     Ok(lines)
 }
 
-/// What a tracker said last holds no longer than it ran: adds that nothing is known from then on. Who reads a table alone knows
-/// of no lives. `of`: the name of a row, its time and whether it says that already; `unknown`: the same name at another time.
+/// What a tracker said last holds no longer than it ran: adds that nothing is known from then on. A reader of the table alone knows
+/// nothing of when trackers ran. `of`: the name of a row, its time and whether it says that already; `unknown`: the same name at another time.
 fn end<T>(
     rows: &mut Vec<T>,
     (lives, to_ms): (&[(u64, u64)], u64),
     of: impl Fn(&T) -> (&str, u64, bool),
     unknown: impl Fn(&T, u64) -> T,
 ) {
-    // A row from before the time asked for may be of a life that was over by then, one within it of a time that there was twice.
+    // A row from before the time asked for may be of a life that was over by then, one within it of a time that two runs tell of.
     let is_alive = |at_ms| lives.iter().any(|(begun_ms, ended_ms)| (*begun_ms..=*ended_ms).contains(&at_ms));
     rows.retain(|row| is_alive(of(row).1));
     let mut ends = Vec::new();
