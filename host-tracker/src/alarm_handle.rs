@@ -1,4 +1,4 @@
-//! The list of alarms of a running tracker, shared by the tracking loop, whoever acknowledges, and whoever is told.
+//! The list of alarms of a running tracker, shared by the tracking loop, the requests that acknowledge, and the receivers.
 //!
 //! ```text
 //!   tracking loop ─ observe, at each snapshot ─▶ ╭────────────╮ ─▶ Snapshot.alarms
@@ -6,7 +6,7 @@
 //!   database ────── resume, at the start ──────▶ ╰────────────╯
 //! ```
 //!
-//! Who is told too slowly misses changes, which are counted, and holds up nobody.
+//! A receiver that is too slow misses changes, which are counted, and holds up nothing.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};

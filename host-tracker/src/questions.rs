@@ -1,7 +1,7 @@
 //! Questions to the tracking loop: why a figure is what it is.
 //!
 //! ```text
-//!   HTTP ─ ask ─▶ (queue of 16) ─▶ tracking loop, after a snapshot: copies what it knows ─▶ explained by whoever asked
+//!   HTTP ─ ask ─▶ (queue of 16) ─▶ tracking loop, after a snapshot: copies what it knows ─▶ explained by the thread that asked
 //! ```
 //!
 //! The loop answers a few after each snapshot and waits for nobody; what has no room is refused.
@@ -27,7 +27,7 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Answers it; who asked may have gone.
+    /// Answers it; the thread that asked may have gone.
     pub fn answer(self, facts: Facts) {
         let _ = self.answer.send(facts);
     }

@@ -8,7 +8,7 @@
 //!   /log         foxglove.Log              JSON      alarms that begin, are acknowledged, end
 //! ```
 //!
-//! Each of these channels has `derived = true` in its metadata: whoever follows the recording again leaves it out.
+//! Each of these channels has `derived = true` in its metadata: a replay of the recording leaves it out.
 //!
 //! Messages: <https://docs.foxglove.dev/docs/sdk/schemas>.
 
