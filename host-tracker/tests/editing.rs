@@ -255,6 +255,47 @@ fn two_who_edit_at_once_lose_nothing() {
 }
 
 #[test]
+fn what_others_save_takes_no_corner_of_a_drawing_and_without_the_site_there_is_none() {
+    let Some(mut page) = chromium::start() else { return };
+    let house = House::new();
+    page.size(1280, 800, 1);
+    // The site is long on its way.
+    let source = "const real = globalThis.fetch; globalThis.fetch = async (path, how) => { \
+                  if (path === '/api/site' && !globalThis.sent) await new Promise((sent) => globalThis.send = sent); \
+                  return real(path, how); };";
+    page.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": source }));
+    page.open(&format!("http://{}/", house.tracker.address()));
+    page.wait("the map is live", "document.querySelector('#link').dataset.state === 'live'");
+    page.wait("the site is asked for", "globalThis.send !== undefined");
+    page.click("#edit-open");
+    page.settle();
+    assert_eq!(page.value("document.querySelector('#tools').hidden"), json!(true));
+    page.value("void (globalThis.sent = true, send())");
+    page.wait("the tools are there", "!document.querySelector('#tools').hidden");
+    page.wait(
+        "with the site",
+        "document.querySelector('#edit-form').innerText.includes('Saves to home.toml')",
+    );
+    // Another page saves when two corners are set.
+    tab_to(&mut page, "tool-zone");
+    for key in ["Enter", "Enter", "ArrowRight", "ArrowUp", "Enter"] {
+        press(&mut page, key, key.starts_with("Arrow"));
+    }
+    let rename = "import('/site-file.js').then(({ changeSite }) => changeSite((site) => { site.zone[1].name = 'den'; }))";
+    page.value(&format!("{rename}.then(() => null)"));
+    page.wait("it is said", "document.querySelector('#edit-newer') !== null");
+    page.value("document.querySelector('#take-in').click()");
+    page.wait("theirs is there", "document.querySelector('[aria-label=\"Zone den\"]') !== null");
+    page.value("document.querySelector('#map').focus()");
+    press(&mut page, "Enter", false);
+    page.wait("mine, too", "document.querySelector('[aria-label=\"Zone zone 1\"]') !== null");
+    save(&mut page);
+    let names = house.site().zones.into_iter().map(|zone| zone.name).collect::<Vec<_>>();
+    assert_eq!(names, ["hall", "den", "zone 1"]);
+    assert_eq!(page.errors, Vec::<String>::new());
+}
+
+#[test]
 fn a_page_from_before_a_restart_saves_over_nothing_and_loses_nothing() {
     let Some(mut page) = chromium::start() else { return };
     let mut house = House::new();

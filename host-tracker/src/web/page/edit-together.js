@@ -28,16 +28,16 @@ export class Together {
 
   /** Goes on with the drawing and what others have saved, as the tracker has put them together. */
   take({ revision, site, merged, conflicts, changes }) {
-    Object.assign(this, { revision, base: site, site: merged, newer: false, taken: changes, draft: null });
+    Object.assign(this, { revision, base: site, site: merged, newer: false, taken: changes, drag: null });
     this.saved = JSON.stringify(site);
     // An undo beyond this would take away what others did.
     this.done = [];
     this.undone = [];
     this.chosen = null;
-    this.tool = SELECT;
-    this.view.svg.classList.remove("drawing");
     this.conflicts = conflicts.length ? conflicts : null;
-    this.show();
+    // The corners set so far are no part of the site yet: only a question takes their place.
+    if (this.conflicts) this.use(SELECT);
+    else this.show();
   }
 
   /** What both have changed is decided. */

@@ -134,8 +134,10 @@ function planned() {
 }
 
 /** One thing at a time has the map and the panel, from here to `end`. */
-function begin(what, work) {
-  if (mode) return;
+async function begin(what, work) {
+  // Begun without the site, all that is in it would look like a change of others.
+  if (state.revision === null) await loadSite();
+  if (mode || state.revision === null) return;
   tellDone.over?.();
   time.seek(null);
   choose(null);
@@ -274,7 +276,7 @@ async function takeSite() {
     }
     if (all) view.bounds = all;
     redraw();
-    // It may have been opened before this was here.
+    // It may have been opened while this was on its way.
     if (editor.open) editor.told(answer.revision);
   } catch (error) {
     notice(error.message);
