@@ -317,12 +317,19 @@ impl Reader {
     /// # Errors
     /// What SQLite says.
     pub fn lives(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<(u64, u64)>> {
-        let mut asked = self.0.prepare_cached(LIVES)?;
-        let runs = asked.query_map([], |row| Ok((time(row, 0)?, time(row, 1)?)))?;
         // All of them: one that ends before `from_ms` may tell of the beginning of another that does not.
-        let mut told = told_once(&runs.collect::<rusqlite::Result<Vec<_>>>()?);
+        let mut told = told_once(&self.runs()?);
         told.retain(|(begun_ms, ended_ms)| *begun_ms <= to_ms && *ended_ms >= from_ms);
         Ok(told)
+    }
+
+    /// From when to when each tracker ran, ms since 1970, also of times that two tell of.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn runs(&self) -> rusqlite::Result<Vec<(u64, u64)>> {
+        let mut asked = self.0.prepare_cached(LIVES)?;
+        asked.query_map([], |row| Ok((time(row, 0)?, time(row, 1)?)))?.collect()
     }
 
     /// The end of a time that is asked for: where a tracker that runs has written to, if that is only a moment before `to_ms`. What

@@ -8,7 +8,7 @@
 //!   events                 ▲ alarm           ▲ started
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -58,7 +58,10 @@ pub fn overview(
     rows.retain(|row| counts(&row.zone));
     // Those from before `from_ms` come zone by zone.
     rows.sort_by_key(|row| row.at_ms);
-    let bins = binned(&rows, &reader.lives(from_ms, to_ms)?, (from_ms, to_ms), bins.clamp(1, BINS_MAX));
+    let lives = reader.lives(from_ms, to_ms)?;
+    let starts: BTreeSet<u64> = reader.runs()?.into_iter().map(|(begun_ms, _)| begun_ms).collect();
+    let starts = |at_ms| starts.contains(&at_ms);
+    let bins = binned(&rows, &lives, starts, (from_ms, to_ms), bins.clamp(1, BINS_MAX));
     let mut events = reader.events(from_ms, to_ms)?;
     events.retain(|event| !SMALL.contains(&event.kind.as_str()));
     let left_out = events.len().saturating_sub(EVENTS_MAX);
@@ -67,21 +70,34 @@ pub fn overview(
     Ok(Overview { from_ms, to_ms, first_ms, bins, events, left_out })
 }
 
-/// Rows in order of time.
+/// From some time on.
+#[derive(Clone, Copy)]
+enum Change<'a> {
+    /// A tracker starts: it knows nothing of what the one before has said, and says all of its zones by its first frame.
+    Starts,
+    /// One goes on alone after a time that two tell of: it has said all of its zones long ago, and what is read of that time is
+    /// of none of both.
+    GoesOn,
+    Row(&'a Count),
+}
+
+/// Rows in order of time; `starts`: whether a tracker started then, of the time a life begins.
 fn binned(
     rows: &[Count],
     lives: &[(u64, u64)],
+    starts: impl Fn(u64) -> bool,
     (from_ms, to_ms): (u64, u64),
     bins: usize,
 ) -> Vec<Option<u32>> {
     let whole_ms = to_ms.saturating_sub(from_ms).max(1);
     let edge_ms = |bin: usize| from_ms + (whole_ms as f64 * bin as f64 / bins as f64) as u64;
     let mut zones: BTreeMap<&str, Option<u32>> = BTreeMap::new();
-    // A tracker that begins knows nothing of what the one before has said.
-    let begins = lives.iter().map(|(begun_ms, _)| (*begun_ms, None));
-    let mut changes: Vec<(u64, Option<&Count>)> =
-        begins.chain(rows.iter().map(|row| (row.at_ms, Some(row)))).collect();
-    changes.sort_by_key(|(at_ms, row)| (*at_ms, row.is_some()));
+    let begin = |&(begun_ms, _): &(u64, u64)| {
+        (begun_ms, if starts(begun_ms) { Change::Starts } else { Change::GoesOn })
+    };
+    let mut changes: Vec<(u64, Change<'_>)> = lives.iter().map(begin).collect();
+    changes.extend(rows.iter().map(|row| (row.at_ms, Change::Row(row))));
+    changes.sort_by_key(|(at_ms, change)| (*at_ms, matches!(change, Change::Row(_))));
     let mut changes = changes.into_iter().peekable();
     // Of none it is only known that they are not there if that is known of every zone.
     let known = |zones: &BTreeMap<&str, Option<u32>>| {
@@ -108,8 +124,9 @@ fn binned(
                 from_ms = until_ms;
                 match next {
                     None => break,
-                    Some((_, None)) => zones.clear(),
-                    Some((_, Some(row))) => drop(zones.insert(&row.zone, row.count)),
+                    Some((_, Change::Starts)) => zones.clear(),
+                    Some((_, Change::GoesOn)) => zones.values_mut().for_each(|count| *count = None),
+                    Some((_, Change::Row(row))) => drop(zones.insert(&row.zone, row.count)),
                 }
             }
             most.filter(|most| *most > 0 || known_ms >= end_ms - begin_ms)
@@ -142,7 +159,7 @@ mod tests {
             count("hall", 310, 4, "known"),
             count("hall", 320, 1, "known"),
         ];
-        let bins = binned(&rows, &[(0, 1000)], (100, 500), 4);
+        let bins = binned(&rows, &[(0, 1000)], |_| true, (100, 500), 4);
         assert_eq!(bins, [Some(3), Some(1), Some(5), Some(2)]);
     }
 
@@ -150,7 +167,21 @@ mod tests {
     fn none_in_one_zone_is_not_none_while_another_is_not_known() {
         let rows =
             [count("hall", 0, 0, "known"), count("study", 0, 0, "unknown"), count("study", 60, 0, "known")];
-        assert_eq!(binned(&rows, &[(0, 200)], (10, 110), 2), [None, Some(0)]);
+        assert_eq!(binned(&rows, &[(0, 200)], |_| true, (10, 110), 2), [None, Some(0)]);
+    }
+
+    #[test]
+    fn a_zone_that_was_last_heard_of_before_two_told_of_one_time_is_not_known_after_it() {
+        let rows = [
+            count("hall", 10, 1, "known"),
+            count("yard", 10, 0, "unknown"),
+            count("hall", 250, 0, "known"),
+            count("yard", 350, 0, "known"),
+        ];
+        // The clock was set back from 400 to 100, and has come to 200 since.
+        let bins = |starts: bool| binned(&rows, &[(0, 100), (200, 400)], |at| starts || at == 0, (0, 400), 4);
+        assert_eq!(bins(false), [Some(1), None, None, None]);
+        assert_eq!(bins(true)[3], Some(0), "one that starts would have said that there is a yard");
     }
 
     #[test]
@@ -162,14 +193,18 @@ mod tests {
             count("hall", 510, 0, "known"),
         ];
         // No tracker ran from 480 to 510. From 300 to 350 nobody knew.
-        let bins = binned(&rows, &[(0, 480), (510, 900)], (0, 700), 7);
+        let bins = binned(&rows, &[(0, 480), (510, 900)], |_| true, (0, 700), 7);
         assert_eq!(bins, [Some(2), Some(2), None, None, None, None, Some(0)]);
         let lives = [(0, 419), (501, 900)];
-        assert_eq!(binned(&rows, &lives, (410, 510), 10), [None; 10], "a ms of the first was not known");
-        assert_eq!(binned(&rows, &lives, (410, 418), 2), [Some(0), Some(0)]);
+        assert_eq!(
+            binned(&rows, &lives, |_| true, (410, 510), 10),
+            [None; 10],
+            "a ms of the first was not known"
+        );
+        assert_eq!(binned(&rows, &lives, |_| true, (410, 418), 2), [Some(0), Some(0)]);
         // One that begins has said nothing yet.
-        let bins = binned(&rows[..2], &[(0, 160), (200, 900)], (0, 400), 4);
+        let bins = binned(&rows[..2], &[(0, 160), (200, 900)], |_| true, (0, 400), 4);
         assert_eq!(bins, [Some(2), Some(2), None, None]);
-        assert_eq!(binned(&[], &[], (5, 5), 1), [None]);
+        assert_eq!(binned(&[], &[], |_| true, (5, 5), 1), [None]);
     }
 }

@@ -143,7 +143,8 @@ impl Told<'_> {
         for (index, moment) in self.0.iter().enumerate() {
             let holds_ms = moment.unix_ms + HOLDS_MS;
             let next_ms = self.0.get(index + 1).map_or(holds_ms, |next| next.unix_ms);
-            let until_ms = next_ms.clamp(moment.unix_ms, holds_ms);
+            // What is said in a millisecond holds to its end, though the clock was set back then.
+            let until_ms = next_ms.clamp(moment.unix_ms + 1, holds_ms);
             if until_ms <= from_ms || moment.unix_ms >= to_ms {
                 continue;
             }

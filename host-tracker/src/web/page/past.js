@@ -1,6 +1,6 @@
 // What the database holds: a long time at a glance, and people's paths of any moment, fetched in pieces as they are needed.
 
-import { EVENT, TRACK } from "./names.js";
+import { EVENT, TRACK, ZONE } from "./names.js";
 import { alarmText } from "./alarm-words.js";
 import { ask } from "./net.js";
 import { say, word } from "./words.js";
@@ -67,10 +67,8 @@ export class Past {
     const piece = this.piece(at);
     if (!piece) return null;
     const tracks = piece.paths.map((path) => placeAt(path, at)).filter(Boolean);
-    const zones = {};
-    for (const { zone, at_ms, count, state } of piece.counts) if (at_ms <= at) zones[zone] = { count, state };
-    const noTracker = !piece.lives.some(([begun, ended]) => begun <= at && at <= ended + 1000);
-    return { unix_ms: at, tracks, zones: noTracker ? {} : zones, noTracker };
+    const life = piece.lives.findLast(([begun, ended]) => begun <= at && at <= ended + 1000);
+    return { unix_ms: at, tracks, zones: life ? zonesAt(piece.counts, life, at) : {}, noTracker: !life };
   }
 
   /** The moments of the last `ms` before a time, for trails. */
@@ -95,6 +93,16 @@ export class Past {
     ];
     return all.filter(({ at_ms }) => at_ms <= at).slice(-EVENTS).reverse();
   }
+}
+
+/** Zones at a time of a tracker's life; of what was said before it nothing is known. */
+export function zonesAt(counts, [begun], at) {
+  const zones = {};
+  for (const { zone, at_ms, count, state } of counts) {
+    if (at_ms > at) continue;
+    zones[zone] = at_ms < begun ? { count: null, state: ZONE.UNKNOWN } : { count, state };
+  }
+  return zones;
 }
 
 /** A track at a time, interpolated between its stored places; null outside of its life. */
