@@ -19,7 +19,8 @@
 #   figures   some seeds of every table in docs/, run by run as they were printed
 #   deny      licences and sources of the dependencies
 #   fuzz      every fuzz target, 10 s each (FUZZ_SECONDS=n for another time)
-#   package   the tracker's Debian package, installed in a bare Debian 12, its service run, purged; bills of materials
+#   package   the tracker's Debian package, installed in a bare Debian 12, its service run, purged; its container built and
+#             run; bills of materials
 #   reproducible  the firmware of one board, built in two places: the same bytes; its HEX, BIN and UF2 files, read back
 # and, slower, only when named:
 #   release   the files of a release, in target/release-files: firmware of each board, read back and started in QEMU, the package,
@@ -483,6 +484,13 @@ step_package() {
         return
     fi
     tests/package.sh target/package/*.deb
+    need_command buildah buildah
+    need_command curl curl
+    need_command pgrep procps
+    local ended=0
+    tests/container.sh target/package/*.deb || ended=$?
+    [ "$ended" = 77 ] || return "$ended"
+    not_judged "the container: buildah can run nothing here"
 }
 
 # make_firmware BOARD… — their files, read back.
