@@ -265,7 +265,7 @@ step_structure() {
 QEMU_TESTED=
 step_test() {
     # Without QEMU, Python, a broker, Chromium or a network of its own, their tests are skipped on a developer's machine, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_foxglove; need_mosquitto; need_chromium; need_command ip iproute2; }
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_foxglove; need_mosquitto; need_chromium; need_command ip iproute2; need_command jq jq; }
     need_command python3 python3
     python3 tests/side_by_side.py
     QEMU_TESTED=${CI:-}

@@ -1477,6 +1477,8 @@ export interface Session {
   needed: boolean;
   /** Their role; null for programs, which may have several. */
   role: string | null;
+  /** The tracker's version; absent for whoever may not look. */
+  version?: string | null;
 }
 
 /** How much an alarm takes away; the order is that of the enum, the least first. */

@@ -86,6 +86,8 @@ pub struct Mqtt {
     pub trust: Option<Arc<ClientConfig>>,
     /// Where everything goes there.
     pub topics: Topics,
+    /// Whether whoever may publish there may press buttons of modules.
+    pub commands: bool,
 }
 
 /// Where the live map is served.
@@ -209,7 +211,7 @@ impl Daemon {
         let keys_file = options.keys.clone();
         let service = Service::start(options)?;
         let doors = service.doors();
-        let publisher = mqtt.map(|Mqtt { broker, trust, topics }| {
+        let publisher = mqtt.map(|Mqtt { broker, trust, topics, commands }| {
             let settings = mqtt::Settings {
                 broker,
                 trust,
@@ -218,6 +220,7 @@ impl Daemon {
                 map_url: map.as_ref().and_then(map_url),
                 doors: Some(doors.clone()),
                 signs: Some(service.signs()),
+                buttons: commands.then(|| mqtt::Buttons { keys: keys_file.clone() }),
                 alarms: service.alarms(),
             };
             Publisher::start(settings, service.queue(), Some(doors.listen()), say)

@@ -12,6 +12,7 @@ pub mod calibration;
 pub mod certificate;
 pub mod connections;
 pub mod daemon;
+pub mod doctor;
 pub mod doors;
 pub mod firmware;
 pub mod http_agent;

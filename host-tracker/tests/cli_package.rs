@@ -51,6 +51,7 @@ fn there_is_a_manual_page_for_each_command() {
         "",
         "-run",
         "-check",
+        "-doctor",
         "-calibrate",
         "-module",
         "-module-list",

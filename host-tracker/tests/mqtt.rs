@@ -5,7 +5,7 @@
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
-use std::net::{TcpListener, TcpStream};
+use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use host_tracker::certificate::Certificate;
 use host_tracker::mqtt::trust::{self, TrustFiles};
-use host_tracker::mqtt::{Publisher, Settings, Topics};
+use host_tracker::mqtt::{Buttons, Publisher, Settings, Topics};
 use host_tracker::tracker_alarms::TrackerAlarms;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
@@ -221,6 +221,7 @@ fn settings(port: u16) -> Settings {
         map_url: None,
         doors: None,
         signs: None,
+        buttons: None,
         alarms: TrackerAlarms::default(),
     }
 }
@@ -517,4 +518,88 @@ fn of_a_tracker_that_is_killed_the_broker_says_that_it_is_gone() {
     // A client that comes later hears the same.
     Listener::new(broker.port).hears(STATUS, |payload| payload == "offline");
     let _ = std::fs::remove_file(site);
+}
+
+/// A module that hears and does not answer, and a tracker whose site it is of, with or without buttons.
+struct Beside {
+    module: UdpSocket,
+    _frames: Frames,
+    _site: tokio::sync::watch::Sender<Arc<kehai_tracking::site::Site>>,
+    publisher: Publisher,
+}
+
+impl Beside {
+    fn start(port: u16, site: &str, buttons: Option<Buttons>) -> Self {
+        let module = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let mut frame = frame();
+        frame.modules[0].address = module.local_addr().unwrap().to_string();
+        let site = Arc::new(kehai_tracking::site::Site::parse("site", site).unwrap());
+        let (changes, site) = tokio::sync::watch::channel(site);
+        let (frames, queue) = Frames::new(frame);
+        let settings = Settings { site, buttons, ..settings(port) };
+        let publisher = Publisher::start(settings, queue, None, |_| {}).unwrap();
+        Self { module, _frames: frames, _site: changes, publisher }
+    }
+
+    /// Ends the tracker: whether anybody has asked the module.
+    fn end(self) -> bool {
+        drop(self.publisher);
+        self.module.set_nonblocking(true).unwrap();
+        self.module.recv(&mut [0; 2048]).is_ok()
+    }
+}
+
+const LEFT: &str = "kehai/door/module/left";
+const LEFT_CONFIG: &str = "homeassistant/device/kehai_door_left/config";
+
+/// Publishes there, as Home Assistant does when a button is pressed.
+fn press(listener: &Listener, button: &str, payload: &str, retain: bool) {
+    listener.client.try_publish(format!("{LEFT}/{button}"), QoS::AtLeastOnce, retain, payload).unwrap();
+}
+
+#[test]
+fn a_press_at_the_broker_reaches_its_module_only_if_run_was_told_so() {
+    let Some(program) = mosquitto() else { return };
+    let broker = Broker::start(&program);
+    let mut listener = Listener::new(broker.port);
+    let refused = format!("{LEFT}/refused");
+
+    // Without the option there is no button, and a press is nothing: what comes after it has been heard.
+    let beside = Beside::start(broker.port, "", None);
+    listener.hears(LEFT_CONFIG, |payload| !payload.contains("command_topic"));
+    listener.hears(STATUS, |payload| payload == "online");
+    press(&listener, "learn", "PRESS", false);
+    listener.hears(&format!("{LEFT}/learn"), |payload| payload == "PRESS");
+    assert!(!beside.end(), "nobody asked it");
+    listener.hears(STATUS, |payload| payload == "offline");
+    assert!(!listener.known.contains_key(&refused));
+
+    let buttons = Some(Buttons { keys: None });
+    let beside = Beside::start(broker.port, "", buttons.clone());
+    let module = &beside.module;
+    module.set_read_timeout(Some(PATIENCE)).unwrap();
+    let topic = |button: &str| format!("\"command_topic\":\"{LEFT}/{button}\"");
+    listener.hears(LEFT_CONFIG, |payload| {
+        ["learn", "restart", "identify"].iter().all(|button| payload.contains(&topic(button)))
+    });
+    listener.hears(STATUS, |payload| payload == "online");
+    // What is no press is refused, in words, and so is one that its module does not answer.
+    press(&listener, "restart", "now", false);
+    listener.hears(&refused, |payload| payload.contains("a button says PRESS"));
+    press(&listener, "identify", "PRESS", false);
+    assert!(module.recv(&mut [0; 2048]).unwrap() > 0, "it is asked");
+    listener.hears(&refused, |payload| payload.contains(&module.local_addr().unwrap().to_string()));
+    drop(beside);
+    listener.hears(STATUS, |payload| payload == "offline");
+
+    // On a site with a door it only blinks, and an old press that the broker kept is none.
+    press(&listener, "identify", "PRESS", true);
+    let beside = Beside::start(broker.port, door_fixture::SITE, buttons);
+    listener.hears(LEFT_CONFIG, |payload| {
+        payload.contains(&topic("identify")) && !payload.contains(&topic("learn"))
+    });
+    listener.hears(STATUS, |payload| payload == "online");
+    press(&listener, "learn", "PRESS", false);
+    listener.hears(&refused, |payload| payload.contains("on a site with a door"));
+    assert!(!beside.end(), "nobody asked it");
 }

@@ -1573,6 +1573,8 @@ class Session(TypedDict):
     needed: bool
     # Their role; null for programs, which may have several.
     role: str | None
+    # The tracker's version; absent for whoever may not look.
+    version: NotRequired[str | None]
 
 
 # How much an alarm takes away; the order is that of the enum, the least first.

@@ -40,6 +40,11 @@ pub(super) struct MqttArguments {
     #[arg(long, value_name = "NAME")]
     mqtt_site: Option<String>,
 
+    /// Give modules buttons there: learn, restart, identify. Whoever may publish at the broker may press them; on a site with a
+    /// door modules only blink
+    #[arg(long, requires = "mqtt")]
+    mqtt_commands: bool,
+
     /// Where Home Assistant discovers; empty: it is not told
     #[arg(long, value_name = "TOPIC", default_value = "homeassistant", value_parser = prefix)]
     home_assistant_prefix: String,
@@ -63,7 +68,7 @@ impl MqttArguments {
             return Err("--mqtt-ca, --mqtt-cert and --mqtt-key are for a broker of mqtts://".into());
         }
         let trust = broker.encrypted.then(|| trust::config(&files)).transpose()?;
-        Ok(Some(Mqtt { broker, trust, topics }))
+        Ok(Some(Mqtt { broker, trust, topics, commands: self.mqtt_commands }))
     }
 
     fn topics(&self, site: &Path) -> Topics {

@@ -13,6 +13,7 @@ use host_tracker::access::file::AccessFile;
 use host_tracker::access::{Access, FIRST, first_admin};
 use host_tracker::certificate::Certificate;
 use host_tracker::daemon::{Daemon, DaemonError, Map, is_reached};
+use host_tracker::doctor::gather::MapPlace;
 use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;
@@ -76,6 +77,20 @@ impl HttpArguments {
     /// Whether anything is served.
     pub(super) const fn is_given(&self) -> bool {
         self.http.is_some()
+    }
+
+    /// Where the map is, of a tracker that was started with these.
+    pub(super) fn place(&self, site: &Path) -> Option<MapPlace> {
+        let listen = self.http?;
+        let everywhere = self.tls || self.tls_cert.is_some();
+        let own = || site.with_extension("cert.pem");
+        let encrypted = everywhere || (is_reached(&listen) && !self.insecure);
+        Some(MapPlace {
+            listen,
+            certificate: encrypted.then(|| self.tls_cert.clone().unwrap_or_else(own)),
+            insecure: self.insecure,
+            first_admin: self.first_admin,
+        })
     }
 
     /// What is to be served.

@@ -5,6 +5,7 @@ mod backup;
 mod broker;
 mod calibrate;
 mod check;
+mod doctor;
 mod explain;
 mod export;
 mod failure;
@@ -58,6 +59,7 @@ enum Command {
     Report(report::Arguments),
     Explain(explain::Arguments),
     Check(check::Arguments),
+    Doctor(doctor::Arguments),
     Backup(backup::Arguments),
     Restore(restore::Arguments),
     Schema(schema::Arguments),
@@ -82,6 +84,7 @@ pub fn run() -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(arguments),
         Command::Backup(arguments) => backup::run(&arguments),
         Command::Restore(arguments) => restore::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),

@@ -11,6 +11,7 @@ use clap::Args;
 use host_tracker::alarm_handle::AlarmChange;
 use host_tracker::backup;
 use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
+use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -111,6 +112,28 @@ const SITE: &str = "site.toml";
 
 /// Between two looks at whether it is to end.
 const WAIT: Duration = Duration::from_millis(200);
+
+impl Arguments {
+    /// What there is to look at where the tracker is started with these.
+    pub fn installation(mut self) -> Installation {
+        if self.site.is_none() {
+            self.http.serve_this_machine();
+        }
+        let site = self.site.unwrap_or_else(|| SITE.into());
+        let broker = self.mqtt.broker(&site).map_err(|error| error.to_string());
+        Installation {
+            options: None,
+            is_service: false,
+            keys: self.keys,
+            database: self.db,
+            map: self.http.place(&site),
+            discover: !self.no_mdns,
+            broker: broker.transpose(),
+            token: None,
+            site,
+        }
+    }
+}
 
 /// Runs the tracker until Ctrl-C.
 ///

@@ -1,17 +1,35 @@
-//! The service that the package brings: where its files are.
+//! The service that the package brings: where its files are, and with which options it runs.
 //!
-//! Source: `packaging/debian/kehai-tracker.service`.
+//! ```text
+//!   /etc/default/kehai-tracker   KEHAI_OPTIONS="--http=0.0.0.0:8420"   ─▶ run --site … --db … --first-admin --http=0.0.0.0:8420
+//! ```
+//!
+//! Sources: `packaging/debian/kehai-tracker.service`; systemd.exec(5), EnvironmentFile.
 
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use host_tracker::backup::Places;
+
+use super::failure::Failure;
 
 /// The site of the service.
 pub(super) const SITE: &str = "/etc/kehai/site.toml";
 
 /// Its database.
 pub(super) const DATABASE: &str = "/var/lib/kehai/site.db";
+
+/// Its options.
+pub(super) const OPTIONS: &str = "/etc/default/kehai-tracker";
+
+/// `KEHAI_OPTIONS` where the file does not set it.
+const UNSET: &str = "--http";
+
+/// Variables that stand for an option, if the file sets them.
+const VARIABLES: [(&str, &str); 3] =
+    [("KEHAI_MQTT", "--mqtt"), ("KEHAI_KEYS", "--keys"), ("KEHAI_ALARM_WEBHOOK", "--alarm-webhook")];
 
 /// Whose files a command is for.
 #[derive(Debug, Args)]
@@ -36,5 +54,66 @@ impl Place {
             if self.site == Path::new(SITE) { DATABASE.into() } else { self.site.with_extension("db") };
         let database = Some(self.db.clone().unwrap_or(usual));
         Places { site: self.site.clone(), database, keys: self.keys.clone() }
+    }
+}
+
+/// The arguments of `run` with which the service is started.
+///
+/// # Errors
+/// The file of its options cannot be read.
+pub(super) fn arguments(options: &Path) -> Result<Vec<String>, Failure> {
+    let text = match fs::read_to_string(options) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(usual()),
+        read => read.map_err(|error| format!("{}: {error}", options.display()))?,
+    };
+    Ok(from_options(&text))
+}
+
+/// Those with which it is started where nothing else is said.
+pub(super) fn usual() -> Vec<String> {
+    from_options("")
+}
+
+fn from_options(text: &str) -> Vec<String> {
+    let mut arguments: Vec<String> =
+        ["run", "--site", SITE, "--db", DATABASE, "--first-admin"].map(str::to_owned).into();
+    let words = |line: &str| shlex::split(line).unwrap_or_default();
+    let lines = text.lines().map(str::trim).filter(|line| !line.starts_with(['#', ';']));
+    let pairs: Vec<(&str, String)> = lines
+        .filter_map(|line| line.split_once('='))
+        .map(|(name, value)| (name, words(value).join(" ")))
+        .collect();
+    // The last of several counts.
+    let set = |name: &str| pairs.iter().rev().find(|(key, _)| *key == name).map(|(_, value)| value.as_str());
+    arguments.extend(words(set("KEHAI_OPTIONS").unwrap_or(UNSET)));
+    for (variable, option) in VARIABLES {
+        arguments.extend(set(variable).map(|value| format!("{option}={value}")));
+    }
+    arguments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_options_of_the_service_are_those_that_systemd_gives_it() {
+        let of = |text: &str| from_options(text).split_off(6);
+        let file = "# KEHAI_OPTIONS=\"--insecure\"\n\nKEHAI_OPTIONS=\"--http=0.0.0.0:8420 --keep-days 30\"\n";
+        assert_eq!(of(file), ["--http=0.0.0.0:8420", "--keep-days", "30"]);
+        assert_eq!(
+            of("KEHAI_OPTIONS=--http\nKEHAI_MQTT='mqtt://me:se cret@here'\n"),
+            ["--http", "--mqtt=mqtt://me:se cret@here"]
+        );
+        assert_eq!(of("KEHAI_OPTIONS=\"--mqtt-site 'my home'\""), ["--mqtt-site", "my home"]);
+        assert_eq!(of("OTHER=1\nKEHAI_OPTIONS="), [] as [&str; 0]);
+        assert_eq!(of("KEHAI_OPTIONS=--insecure\nKEHAI_OPTIONS=--http=1\n"), ["--http=1"], "the last counts");
+        assert_eq!(of("KEHAI_KEYS=/a.keys"), ["--http", "--keys=/a.keys"], "what the unit says stays");
+        let packaged = include_str!("../../../packaging/debian/default");
+        assert_eq!(of(packaged), ["--http"]);
+        let unit = include_str!("../../../packaging/debian/kehai-tracker.service");
+        let started = format!("{} $KEHAI_OPTIONS", from_options("KEHAI_OPTIONS=").join(" "));
+        assert!(unit.contains(&started), "{started}");
+        assert!(unit.contains(&format!("Environment=KEHAI_OPTIONS={UNSET}\n")));
     }
 }

@@ -12,6 +12,7 @@ use super::payloads::{
     Alarm, Alarms, Availability, Discovery, DoorAlarmOrder, Line, Lock, Module, Name, Refused, Total,
     Tracker, Zone,
 };
+use super::presses::{Button, Pressed};
 use crate::schema::collect::{Make, of};
 
 /// What a payload is.
@@ -25,6 +26,8 @@ pub enum Payload {
     Input(Input),
     /// A word, not as JSON.
     Word(Make),
+    /// A word that the tracker takes.
+    TakenWord(Make),
 }
 
 /// A topic, or those that differ in the names between braces alone.
@@ -40,7 +43,7 @@ pub struct Channel {
 
 impl Channel {
     fn new(id: &str, address: &str, about: &'static str, payload: Payload) -> Self {
-        let is_order = matches!(payload, Payload::Taken(_) | Payload::Input(_));
+        let is_order = matches!(payload, Payload::Taken(_) | Payload::TakenWord(_) | Payload::Input(_));
         let (id, address) = (id.to_owned(), address.to_owned());
         Self { id, address, about, payload, is_retained: !is_order }
     }
@@ -69,6 +72,8 @@ pub fn channels() -> Vec<Channel> {
         available("lineAvailability", "line/{line}/availability", "Whether something of it is seen."),
         site("module", "module/{module}", "A module of the site.", Json(of::<Module>)),
         available("moduleAvailability", "module/{module}/availability", "Whether it is heard."),
+        site("moduleRefused", "module/{module}/refused", "A press that did nothing.", Json(of::<Refused>))
+            .passes(),
         site(
             "name",
             "name/{label}",
@@ -99,6 +104,12 @@ pub fn channels() -> Vec<Channel> {
         let (id, address) = (name.replace('/', "-"), format!("{{prefix}}/{{site}}/door/{{door}}/{name}"));
         Channel::new(&format!("door-{id}"), &address, "An input of a door.", Payload::Input(input))
     }));
+    all.extend(Button::NAMED.map(|(_, name)| {
+        let (id, address) =
+            (format!("module-{name}"), format!("{{prefix}}/{{site}}/module/{{module}}/{name}"));
+        let about = "A button of a module, with --mqtt-commands.";
+        Channel::new(&id, &address, about, Payload::TakenWord(of::<Pressed>))
+    }));
     all
 }
 
@@ -119,7 +130,7 @@ fn is_of(topic: &str, address: &str) -> bool {
 mod tests {
     use super::super::home_assistant::{About, discovery};
     use super::super::messages::tests::{frame, topics};
-    use super::super::{alarms, messages};
+    use super::super::{alarms, messages, presses};
     use super::*;
     use kehai_tracking::alarm::{Active, AlarmKind, AlarmLine, Cause, Source};
     use kehai_tracking::alarm_list::AlarmList;
@@ -193,11 +204,16 @@ mod tests {
         let (frame, topics) = (full(), topics());
         for channel in channels() {
             let topic = channel.address.replace("{prefix}/{site}", &topics.site()).replace("{door}", "front");
+            let topic = topic.replace("{module}", "left");
+            let button = presses::button(&frame, &topics, &topic).is_some();
+            assert_eq!(button, matches!(channel.payload, Payload::TakenWord(_)), "{topic}");
             let input = messages::door_input(&frame, &topics, &topic).map(|(_, input)| input);
             match channel.payload {
                 Payload::Input(wanted) => assert_eq!(input, Some(wanted), "{topic}"),
                 Payload::Taken(_) => assert_eq!(topic, topics.sign()),
-                Payload::Json(_) | Payload::Word(_) => assert_eq!(input, None, "{topic}"),
+                Payload::Json(_) | Payload::Word(_) | Payload::TakenWord(_) => {
+                    assert_eq!(input, None, "{topic}")
+                }
             }
         }
     }

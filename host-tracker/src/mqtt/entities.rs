@@ -2,16 +2,17 @@
 //!
 //! ```text
 //!   site    total, occupancy; alarms, tracker's own; each zone: occupancy, count, crowded; each line: in, out
-//!   module  problem, alarm, state, scans, lost scans, unknown beams
+//!   module  problem, alarm, state, scans, lost scans, unknown beams; buttons, if `run` was told so: learn, restart, identify
 //!   door    phase, lock, leaf, alarm, problem, trouble      never anything that opens it
 //! ```
 //!
-//! All are read only. `None` in a template is *unknown*, which is never *off* and never 0.
+//! All but buttons are read only. `None` in a template is *unknown*, which is never *off* and never 0.
 
 use std::collections::BTreeMap;
 
 use super::messages::{lines, zones};
 use super::payloads::{AvailabilityTopic, Component};
+use super::presses::Button;
 use super::topics::Topics;
 use kehai_tracking::lines::Direction;
 use kehai_tracking::site::Site;
@@ -35,7 +36,7 @@ fn component(topics: &Topics, topic: &str, own: bool) -> Component {
     Component {
         availability: availability.map(|topic| AvailabilityTopic { topic }).collect(),
         availability_mode: "all",
-        state_topic: topic.to_owned(),
+        state_topic: Some(topic.to_owned()),
         ..Component::default()
     }
 }
@@ -68,7 +69,7 @@ fn of_whole(topics: &Topics) -> Components {
         device_class: Some("occupancy"),
         json_attributes_topic: Some(total.clone()),
         platform: "binary_sensor",
-        value_template: OCCUPIED.to_owned(),
+        value_template: Some(OCCUPIED.to_owned()),
         ..component(topics, &total, true)
     };
     let count = Component {
@@ -76,7 +77,7 @@ fn of_whole(topics: &Topics) -> Components {
         json_attributes_topic: Some(total.clone()),
         platform: "sensor",
         state_class: Some("measurement"),
-        value_template: value("count"),
+        value_template: Some(value("count")),
         ..component(topics, &total, true)
     };
     let alarms = format!("{}/alarms", topics.site());
@@ -86,14 +87,14 @@ fn of_whole(topics: &Topics) -> Components {
         json_attributes_topic: Some(alarms.clone()),
         platform: "sensor",
         state_class: Some("measurement"),
-        value_template: value(key),
+        value_template: Some(value(key)),
         ..component(topics, &alarms, false)
     };
     let own = format!("{}/tracker", topics.site());
     let alarm = Component {
         entity_category: Some("diagnostic"),
         platform: "sensor",
-        value_template: value("alarm"),
+        value_template: Some(value("alarm")),
         ..component(topics, &own, false)
     };
     let problem = Component {
@@ -101,7 +102,7 @@ fn of_whole(topics: &Topics) -> Components {
         entity_category: Some("diagnostic"),
         json_attributes_topic: Some(own.clone()),
         platform: "binary_sensor",
-        value_template: on_if("value_json.alarms"),
+        value_template: Some(on_if("value_json.alarms")),
         ..component(topics, &own, false)
     };
     add("total_occupancy", "occupancy", occupancy);
@@ -129,14 +130,14 @@ fn of_zones(frame: &Snapshot, site: &Site, topics: &Topics) -> Components {
         let occupancy = Component {
             device_class: Some("occupancy"),
             platform: "binary_sensor",
-            value_template: OCCUPIED.to_owned(),
+            value_template: Some(OCCUPIED.to_owned()),
             ..component(topics, &topic, true)
         };
         let count = Component {
             icon: Some("mdi:account-multiple"),
             platform: "sensor",
             state_class: Some("measurement"),
-            value_template: value("count"),
+            value_template: Some(value("count")),
             ..component(topics, &topic, true)
         };
         add("occupancy", occupancy);
@@ -146,7 +147,7 @@ fn of_zones(frame: &Snapshot, site: &Site, topics: &Topics) -> Components {
             let crowded = Component {
                 device_class: Some("problem"),
                 platform: "binary_sensor",
-                value_template: on_if("'crowded' in value_json.alarms"),
+                value_template: Some(on_if("'crowded' in value_json.alarms")),
                 ..component(topics, &topic, true)
             };
             add("crowded", crowded);
@@ -167,7 +168,7 @@ fn of_lines(frame: &Snapshot, topics: &Topics) -> Components {
                 platform: "sensor",
                 state_class: Some("total_increasing"),
                 unique_id: format!("{}_line_{slug}_{direction}", topics.device()),
-                value_template: format!("{{{{ value_json['{direction}'] }}}}"),
+                value_template: Some(format!("{{{{ value_json['{direction}'] }}}}")),
                 ..component(topics, &topic, true)
             };
             components.insert(format!("line_{slug}_{direction}"), component);
@@ -184,7 +185,7 @@ pub(super) fn of_module(id: &str, slug: &str, topics: &Topics) -> Components {
         name: name.to_owned(),
         platform: "sensor",
         unique_id: format!("{id}_{kind}"),
-        value_template,
+        value_template: Some(value_template),
         ..component(topics, &topic, own)
     };
     let number = |kind: &str, name: &str, unit, key: &str| Component {
@@ -210,6 +211,32 @@ pub(super) fn of_module(id: &str, slug: &str, topics: &Topics) -> Components {
     all.into_iter().map(|(kind, component)| (kind.to_owned(), component)).collect()
 }
 
+/// The buttons of a module's device, which has this identifier: those that the site allows.
+pub(super) fn buttons(id: &str, slug: &str, site: &Site, topics: &Topics) -> Components {
+    let topic = format!("{}/module/{slug}", topics.site());
+    let allowed = Button::NAMED.into_iter().filter(|(button, _)| button.is_allowed(site));
+    let of = |(button, kind): (Button, &str)| {
+        let (name, class, icon) = match button {
+            Button::Learn => ("learn background", None, Some("mdi:cube-scan")),
+            Button::Restart => ("restart", Some("restart"), None),
+            Button::Identify => ("identify", Some("identify"), None),
+        };
+        let component = Component {
+            command_topic: Some(format!("{topic}/{kind}")),
+            device_class: class,
+            entity_category: Some("config"),
+            icon,
+            name: name.to_owned(),
+            platform: "button",
+            state_topic: None,
+            unique_id: format!("{id}_{kind}"),
+            ..component(topics, &topic, true)
+        };
+        (kind.to_owned(), component)
+    };
+    allowed.map(of).collect()
+}
+
 /// Of a door's device, which has this identifier. What is shown of the lock is what it was told: `lock_taken`, among the
 /// attributes, says whether it has answered.
 pub(super) fn of_door(id: &str, slug: &str, topics: &Topics) -> Components {
@@ -218,7 +245,7 @@ pub(super) fn of_door(id: &str, slug: &str, topics: &Topics) -> Components {
         name: kind.to_owned(),
         platform: "sensor",
         unique_id: format!("{id}_{kind}"),
-        value_template,
+        value_template: Some(value_template),
         ..component(topics, &topic, false)
     };
     let binary = |kind: &str, class, template: String| Component {

@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::entities::{Components, of_door, of_module, of_site};
+use super::entities::{Components, buttons, of_door, of_module, of_site};
 use super::messages::{doors, modules};
 use super::payloads::{Device, Discovery, Origin, written};
 use super::topics::Topics;
@@ -30,6 +30,8 @@ pub struct About {
     pub site: Arc<Site>,
     /// Where the live map is, for others than this machine.
     pub map_url: Option<String>,
+    /// Whether modules have buttons.
+    pub buttons: bool,
 }
 
 /// The discovery messages for Home Assistant, by topic; none if there is no prefix.
@@ -69,7 +71,11 @@ pub fn discovery(frame: &Snapshot, about: &About, topics: &Topics) -> BTreeMap<S
             via_device: Some(id.clone()),
             ..device(own.clone(), format!("{} {}", topics.title, module.name), "module")
         };
-        add(device, of_module(&own, &slug, topics));
+        let mut components = of_module(&own, &slug, topics);
+        if about.buttons {
+            components.extend(buttons(&own, &slug, site, topics));
+        }
+        add(device, components);
     }
     for (name, slug) in doors(frame) {
         let own = format!("{id}_door_{slug}");
@@ -161,6 +167,24 @@ mod tests {
         let silent = Topics { home_assistant: None, ..topics() };
         assert_eq!(discovery(&frame(), &About::default(), &silent), BTreeMap::new());
     }
+
+    #[test]
+    fn a_module_has_buttons_only_if_that_was_said_and_on_a_site_with_a_door_it_only_blinks() {
+        let buttons_of = |site: &str, buttons: bool| -> Vec<String> {
+            let about = About { site: Arc::new(Site::parse("site", site).unwrap()), map_url: None, buttons };
+            let config =
+                &discovery(&frame(), &about, &topics())["homeassistant/device/kehai_front-door_left/config"];
+            let config: Value = serde_json::from_str(config).unwrap();
+            let all = config["components"].as_object().unwrap().iter();
+            let buttons = all.filter(|(_, component)| component["platform"] == "button");
+            buttons.map(|(_, button)| button["command_topic"].as_str().unwrap().to_owned()).collect()
+        };
+        let topic = |name: &str| format!("kehai/front-door/module/left/{name}");
+        assert_eq!(buttons_of("", false), [] as [String; 0]);
+        assert_eq!(buttons_of("", true), ["identify", "learn", "restart"].map(topic));
+        assert_eq!(buttons_of(SITE, true), [topic("identify")]);
+    }
+
     const SITE: &str = "[[module]]\nname = \"left\"\nx = 0\ny = 0.5\n\
         [[zone]]\nname = \"hall\"\nsecure = true\npeople_max = 4\npolygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]\n\
         [[door]]\nname = \"front\"\nzone = \"hall\"\nline = [[-0.45, 1.0], [0.45, 1.0]]\nfail = \"secure\"\n";
@@ -168,7 +192,8 @@ mod tests {
     #[test]
     fn a_device_says_where_it_is_looked_after_which_it_is_and_in_which_room() {
         let site = Arc::new(Site::parse("site", SITE).unwrap());
-        let about = About { site: Arc::clone(&site), map_url: Some("https://hall.local:8420/".into()) };
+        let map_url = Some("https://hall.local:8420/".into());
+        let about = About { site: Arc::clone(&site), map_url, buttons: false };
         let mut frame = frame();
         frame.modules[0].id = "02:00:00:00:00:01".into();
         frame.modules[0].firmware = "0.2.0".into();

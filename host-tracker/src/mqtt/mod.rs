@@ -23,6 +23,8 @@
 //!   kehai/SITE/door/DOOR/alarm             {"id":3,"at_ms":…,"alarm":"followed"}   or null: over
 //!   kehai/SITE/door/DOOR/refused           {"at_ms":…,"why":"repeated: …"}         what came in changed nothing
 //!   kehai/SITE/door/DOOR/card │ number │ contact │ exit │ reset │ lock/ready │ lock/taken │ alarm/taken     ◀─ as `door::inbox` says
+//!   kehai/SITE/module/MODULE/learn │ restart │ identify     PRESS                     ◀─ with --mqtt-commands, as `presses` says
+//!   kehai/SITE/module/MODULE/refused       {"at_ms":…,"why":"…"}             a press that did nothing
 //!   kehai/SITE/sign                        {"id":"04A22B…","reader":"hall"}        ◀─ as `names::message` says
 //!   kehai/SITE/sign/refused                {"at_ms":…,"why":"late: …"}             what came in changed nothing
 //! ```
@@ -40,6 +42,7 @@ mod home_assistant;
 mod messages;
 mod outbox;
 pub(crate) mod payloads;
+pub mod presses;
 mod publisher;
 mod topics;
 pub mod trust;
@@ -49,7 +52,7 @@ use std::str::FromStr;
 pub use home_assistant::{About, discovery};
 pub use messages::{door_input, states};
 pub use outbox::{Outbox, Publication};
-pub use publisher::{Publisher, Settings};
+pub use publisher::{Buttons, Publisher, Settings};
 pub use topics::Topics;
 
 /// How the address of a broker begins, in clear and encrypted, and its port if none is said.

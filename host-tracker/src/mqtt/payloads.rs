@@ -279,25 +279,30 @@ pub struct Component {
     /// Where its attributes are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub json_attributes_topic: Option<String>,
+    /// Where a button is pressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command_topic: Option<String>,
     /// As people call it.
     pub name: String,
     /// All values that a sensor of the class `enum` has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Vec<&'static str>>,
-    /// `sensor` or `binary_sensor`.
+    /// `sensor`, `binary_sensor` or `button`.
     pub platform: &'static str,
     /// How its numbers are kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub state_class: Option<&'static str>,
-    /// Where its state is.
-    pub state_topic: String,
+    /// Where its state is; a button has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub state_topic: Option<String>,
     /// What it is known by.
     pub unique_id: String,
     /// Of its numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit_of_measurement: Option<&'static str>,
     /// How the state is read.
-    pub value_template: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value_template: Option<String>,
 }
 
 /// A topic that says whether something is there.

@@ -10,6 +10,7 @@
 //! Nothing of one connection lives on in the next: what was meant for a broker that went away is stale.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, TryRecvError};
@@ -25,6 +26,7 @@ use super::home_assistant::About;
 use super::messages::{door_input, door_topics};
 use super::outbox::{Outbox, Publication};
 use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
+use super::presses::{NotPressed, Presser, Target, button};
 use super::topics::Topics;
 use crate::doors::DoorHandle;
 use crate::signs::SignHandle;
@@ -69,8 +71,17 @@ pub struct Settings {
     pub doors: Option<DoorHandle>,
     /// Who is where: it receives the signs.
     pub signs: Option<SignHandle>,
+    /// Whether modules have buttons, which whoever may publish at the broker may press.
+    pub buttons: Option<Buttons>,
     /// Told when the thread ends by itself.
     pub alarms: TrackerAlarms,
+}
+
+/// What is needed for buttons.
+#[derive(Clone, Debug)]
+pub struct Buttons {
+    /// The file of the keys of the site's modules; it may not be there yet.
+    pub keys: Option<PathBuf>,
 }
 
 /// Publishes until it is dropped.
@@ -127,6 +138,8 @@ fn run(
 ) -> Result<(), String> {
     let begun = Instant::now();
     let mut outbox = Outbox::new(settings.topics.clone());
+    let start = |buttons: &Buttons| Presser::start(buttons.keys.clone());
+    let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
     let mut away = false;
     while !stop.load(Ordering::Relaxed) {
         let (client, connection) = Client::new(options(settings), ON_THE_WAY);
@@ -153,6 +166,7 @@ fn run(
             door_topics,
             doors,
             signs,
+            presser: presser.as_ref(),
         };
         let end = session.run(frames, told, &news, stop, begun);
         let was_connected = session.connected;
@@ -234,6 +248,7 @@ struct Session<'a> {
     door_topics: BTreeMap<String, String>,
     doors: Option<&'a DoorHandle>,
     signs: Option<&'a SignHandle>,
+    presser: Option<&'a Presser>,
 }
 
 impl Session<'_> {
@@ -265,7 +280,8 @@ impl Session<'_> {
                 self.newest = Arc::clone(frame);
                 if self.site.has_changed().unwrap_or(false) {
                     let site = Arc::clone(&self.site.borrow_and_update());
-                    self.outbox.set_about(About { site, map_url: self.map_url.map(str::to_owned) });
+                    let map_url = self.map_url.map(str::to_owned);
+                    self.outbox.set_about(About { site, map_url, buttons: self.presser.is_some() });
                 }
                 self.door_topics.extend(door_topics(frame, self.outbox.topics()));
             }
@@ -290,6 +306,9 @@ impl Session<'_> {
                     News::Ended(reason) => return Some(reason),
                 }
             }
+            if let Some(presser) = self.presser {
+                presser.refusals().for_each(|(target, why)| self.refuse(&target, &why));
+            }
             // What was published while no broker was connected is stale: the doors repeat what still holds.
             let orders: Vec<Output> = told.map(|told| told.try_iter().collect()).unwrap_or_default();
             if self.connected {
@@ -308,7 +327,24 @@ impl Session<'_> {
         }
     }
 
-    /// Passes a message to a door, which publishes what becomes of it, or takes a sign.
+    /// Presses a button of a module, if there are buttons.
+    fn press(&self, target: Target, payload: &[u8]) {
+        let Some(presser) = self.presser else { return };
+        let judged = target.judge(payload, &self.site.borrow());
+        if let Err(why) = judged.and_then(|address| presser.press(target.clone(), address)) {
+            self.refuse(&target, &why);
+        }
+    }
+
+    fn refuse(&self, target: &Target, why: &NotPressed) {
+        tracing::warn!("module {}: {} from the MQTT broker: {why}", target.module, target.button.name());
+        let refused = written(&Refused { at_ms: unix_ms(), why: why.to_string() });
+        let topic = format!("{}/module/{}/refused", self.outbox.topics().site(), target.slug);
+        // Without room for it the log has it.
+        let _ = self.client.try_publish(topic, QoS::AtMostOnce, false, refused);
+    }
+
+    /// Passes a message to a door, which publishes what becomes of it, takes a sign, or presses a button.
     fn receive(&self, topic: &str, payload: &[u8]) {
         let sign_topic = self.outbox.topics().sign();
         if let Some(signs) = self.signs.filter(|_| topic == sign_topic) {
@@ -318,6 +354,10 @@ impl Session<'_> {
                 let _ =
                     self.client.try_publish(format!("{sign_topic}/refused"), QoS::AtMostOnce, false, refused);
             }
+            return;
+        }
+        if let Some(target) = button(&self.newest, self.outbox.topics(), topic) {
+            self.press(target, payload);
             return;
         }
         let input = door_input(&self.newest, self.outbox.topics(), topic);

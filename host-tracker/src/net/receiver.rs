@@ -27,14 +27,14 @@ pub const WAITING: usize = 4096;
 const BUFFER: usize = 2048;
 
 /// Buffer asked of the kernel, bytes: it gives up to `net.core.rmem_max`, usually 208 kB, and counts some 1.3 kB a datagram.
-const KERNEL_BUFFER: usize = 4 << 20;
+pub const KERNEL_BUFFER: u32 = 4 << 20;
 
 /// The thread looks so often whether it is to end.
 const LOOKS: Duration = Duration::from_millis(100);
 
 /// Asks for a large buffer of the kernel; how large it is, is in the log.
 pub fn enlarge(socket: &UdpSocket) {
-    let _ = sockopt::set_socket_recv_buffer_size(socket, KERNEL_BUFFER);
+    let _ = sockopt::set_socket_recv_buffer_size(socket, KERNEL_BUFFER as usize);
     let bytes = sockopt::socket_recv_buffer_size(socket).unwrap_or_default();
     tracing::debug!("the kernel keeps {} kB of datagrams for the receiver", bytes / 1024);
 }

@@ -87,6 +87,7 @@ fn channel_of(channel: &Channel, collected: &mut Collected) -> Value {
         Payload::Taken(make) => (JSON, collected.takes(make)),
         Payload::Input(input) => (JSON, collected.takes(|generator| input.schema(generator))),
         Payload::Word(make) => ("text/plain", collected.sends(make)),
+        Payload::TakenWord(make) => ("text/plain", collected.takes(make)),
     };
     let names = channel.address.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
     let parameters: Map<String, Value> = names.map(|name| (name.to_owned(), parameter(name))).collect();
@@ -113,7 +114,7 @@ fn parameter(name: &str) -> Value {
 }
 
 fn operation_of(channel: &Channel) -> Value {
-    let is_taken = matches!(channel.payload, Payload::Taken(_) | Payload::Input(_));
+    let is_taken = matches!(channel.payload, Payload::Taken(_) | Payload::TakenWord(_) | Payload::Input(_));
     let passes = !is_taken && !channel.is_retained;
     json!({
         "action": if is_taken { "receive" } else { "send" },

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -41,6 +41,20 @@ pub(crate) fn acquire(database: &Path) -> Result<Option<Lock>, Taken> {
         Err(TryLockError::WouldBlock) => Err(Taken),
         // A file system without locks.
         Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+/// Whether a tracker has the lock, without making one; none if the system does not say.
+pub(crate) fn is_taken(database: &Path) -> Option<bool> {
+    let file = match File::open(beside(database, END)) {
+        Ok(file) => file,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Some(false),
+        Err(_) => return None,
+    };
+    match file.try_lock_shared() {
+        Ok(()) => Some(false),
+        Err(TryLockError::WouldBlock) => Some(true),
+        Err(TryLockError::Error(_)) => None,
     }
 }
 

@@ -51,7 +51,7 @@ use reader::Reader;
 use recorder::ChangeRecorder;
 pub use retention::Keep;
 use row::Event;
-pub use schema::Newer;
+pub use schema::{Newer, VERSION as NEWEST_LAYOUT};
 use work::Work;
 use writer::Writer;
 

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::Path as File;
 
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use rusqlite::Error::FromSqlConversionFailure;
 use rusqlite::types::Type;
 use rusqlite::{Connection, OpenFlags, Row, params};
@@ -18,6 +19,7 @@ use serde::de::value::{Error as ValueError, StrDeserializer};
 use super::alarm_rows;
 use super::error::StoreError;
 use super::lives::told_once;
+use super::lock::beside;
 use super::numbers::integer;
 use super::path::{Place, decode};
 use super::raw_rows::{self, RawKept};
@@ -169,6 +171,31 @@ impl Reader {
         let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         Ok(Self(Connection::open_with_flags(file, flags).map_err(failed)?))
+    }
+
+    /// Opens the file for a look that leaves nothing beside it, not even while no tracker has it open: a reader of a write-ahead log
+    /// makes one, which would belong to whoever looks.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn look(file: &File) -> Result<Self, StoreError> {
+        if beside(file, "-wal").exists() {
+            return Self::open(file);
+        }
+        let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
+        let path: String = utf8_percent_encode(&file.to_string_lossy(), NON_ALPHANUMERIC).collect();
+        let flags =
+            OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX | OpenFlags::SQLITE_OPEN_URI;
+        let connection = Connection::open_with_flags(format!("file:{path}?immutable=1"), flags);
+        Ok(Self(connection.map_err(failed)?))
+    }
+
+    /// The number of the file's layout, which may be newer than this version's.
+    ///
+    /// # Errors
+    /// What SQLite says.
+    pub fn layout(&self) -> rusqlite::Result<i64> {
+        self.0.pragma_query_value(None, "user_version", |row| row.get(0))
     }
 
     /// Paths that touch the time from `from_ms` to `to_ms`, the parts of each joined.

@@ -20,7 +20,7 @@ use rusqlite::Connection;
 use super::alarm_rows::ALARMS;
 
 /// Written into the file; a newer one is refused rather than damaged.
-pub(super) const VERSION: i64 = 6;
+pub const VERSION: i64 = 6;
 
 const TABLES: &str = "
 CREATE TABLE run (

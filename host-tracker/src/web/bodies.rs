@@ -138,6 +138,9 @@ pub struct Session {
     pub role: Option<&'static str>,
     /// What they may do.
     pub may: Vec<&'static str>,
+    /// The tracker's version; absent for whoever may not look.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub version: Option<&'static str>,
 }
 
 /// What the database has of a time, if there is one.

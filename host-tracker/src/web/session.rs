@@ -1,7 +1,7 @@
 //! Log-in and log-out, and who a request is from.
 //!
 //! ```text
-//!   GET    /api/session ─▶ {"needed": true, "name": "anna", "role": "edit", "may": ["look", "edit"]}
+//!   GET    /api/session ─▶ {"needed": true, "name": "anna", "role": "edit", "may": ["look", "edit"], "version": "0.1.0"}
 //!   POST   /api/session ◀─ {"name": "anna", "password": "…"}
 //!                       ─▶ the same, and a cookie; 401 (wrong), 409 (nobody can log in), 429 (too often: Retry-After)
 //!   DELETE /api/session ─▶ {}: logged out
@@ -148,7 +148,8 @@ fn as_json(shared: &Shared, who: &Who) -> Session {
         Who::Program { name, .. } => (Some(name.clone()), None),
     };
     let may = SHOWN.iter().filter(|(_, action)| who.may(*action, None)).map(|(name, _)| *name).collect();
-    Session { needed: !shared.context.access.is_open(), name, role, may }
+    let version = who.may(Action::Look, None).then_some(env!("CARGO_PKG_VERSION"));
+    Session { needed: !shared.context.access.is_open(), name, role, may, version }
 }
 
 #[cfg(test)]

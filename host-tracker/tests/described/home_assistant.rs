@@ -4,11 +4,11 @@
 //! ```text
 //!   device     identifiers or connections; configuration_url of http or https; connections are pairs
 //!   origin     name
-//!   component  platform, unique_id, state_topic; classes and categories of its platform
+//!   component  platform, unique_id, state_topic, or of a button command_topic; classes and categories of its platform
 //!   sensor     state_class only of numbers; options only, and always, of the class enum
 //! ```
 //!
-//! Source: Home Assistant's documentation, *MQTT*, *device discovery payload*, *binary sensor*, *sensor*; version 2024.11.
+//! Source: Home Assistant's documentation, *MQTT*, *device discovery payload*, *binary sensor*, *sensor*, *button*; version 2024.11.
 
 use serde_json::Value;
 
@@ -73,19 +73,22 @@ fn entity(name: &str, entity: &Value) {
             && !name.is_empty(),
         "{name} is no identifier"
     );
-    for key in ["name", "platform", "state_topic", "unique_id", "value_template"] {
+    let is_button = entity["platform"] == "button";
+    let asked: &[&str] = if is_button { &["command_topic"] } else { &["state_topic", "value_template"] };
+    for key in ["name", "platform", "unique_id"].iter().chain(asked) {
         assert!(entity[key].as_str().is_some_and(|text| !text.is_empty()), "{name} without {key}: {entity}");
     }
-    let topic = entity["state_topic"].as_str().unwrap();
+    let topic = entity[asked[0]].as_str().unwrap();
     assert!(!topic.contains(['#', '+', '\0']) && topic.len() < 65536, "{topic}");
-    let template = entity["value_template"].as_str().unwrap();
+    let template = entity.get("value_template").map_or("{{ }}", |template| template.as_str().unwrap());
     assert!(template.starts_with("{{ ") && template.ends_with(" }}"), "{name}: {template}");
     assert!(
         entity["availability"].as_array().is_some_and(|all| all.iter().all(|one| one["topic"].is_string()))
     );
     assert!(["all", "any", "latest"].contains(&entity["availability_mode"].as_str().unwrap()));
     if let Some(category) = entity.get("entity_category") {
-        assert_eq!(category, "diagnostic", "what is only read is no config: {name}");
+        let wanted = if is_button { "config" } else { "diagnostic" };
+        assert_eq!(category, wanted, "what is only read is no config: {name}");
     }
     let class = entity.get("device_class").map(|class| class.as_str().unwrap());
     let more: &[&str] = match entity["platform"].as_str().unwrap() {
@@ -103,7 +106,16 @@ fn entity(name: &str, entity: &Value) {
             }
             &["options", "state_class", "unit_of_measurement"]
         }
-        platform => panic!("{name}: {platform} is nothing that is only read"),
+        "button" => {
+            assert!(
+                class.is_none_or(|class| ["identify", "restart", "update"].contains(&class)),
+                "{name}: {class:?}"
+            );
+            let slash = topic.rsplit_once('/').map(|(_, button)| button).unwrap();
+            assert!(["learn", "restart", "identify"].contains(&slash), "{name} presses {topic}");
+            &["command_topic"]
+        }
+        platform => panic!("{name}: {platform} is no platform"),
     };
     for key in entity.as_object().unwrap().keys().map(String::as_str) {
         let known =
