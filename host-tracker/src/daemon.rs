@@ -240,7 +240,9 @@ impl Daemon {
         let site = service.site();
         #[cfg(feature = "zenoh")]
         let area = area
-            .map(|area| crate::areas::Area::start(area, service.queue(), service.site(), service.alarms(), say))
+            .map(|area| {
+                crate::areas::Area::start(area, service.queue(), service.site(), service.alarms(), say)
+            })
             .transpose()?;
         let map = map.map(|map| serve(map, file, file_of_store, keys_file, &service)).transpose()?;
         Ok(Self {

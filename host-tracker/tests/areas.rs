@@ -112,7 +112,8 @@ impl Tracker {
         let area = Area::start(settings, frames, site_of, TrackerAlarms::default(), |_| {}).unwrap();
         let frames = std::thread::spawn(move || {
             let _site = site;
-            while stopped.recv_timeout(EVERY).is_err_and(|error| !error.to_string().contains("disconnected")) {
+            while stopped.recv_timeout(EVERY).is_err_and(|error| !error.to_string().contains("disconnected"))
+            {
                 let _ = frames_in.send(Arc::new(frame(x, unix_ms() - off_ms)));
             }
         });
@@ -145,7 +146,12 @@ fn wait(together: &Together, what: &str, at_most: Duration, is: impl Fn(&Snapsho
         if is(&picture) {
             return begun.elapsed();
         }
-        assert!(begun.elapsed() < at_most, "{what}: not within {at_most:?}: {:?}, {:?}", picture.total, picture.line.zones);
+        assert!(
+            begun.elapsed() < at_most,
+            "{what}: not within {at_most:?}: {:?}, {:?}",
+            picture.total,
+            picture.line.zones
+        );
         std::thread::sleep(Duration::from_millis(10));
     }
 }
@@ -156,7 +162,9 @@ fn counts(picture: &Snapshot) -> [Option<u32>; 2] {
 
 /// Both are heard, with one person each.
 fn is_whole(picture: &Snapshot) -> bool {
-    picture.total.count == Some(2) && picture.total.state == ZoneKnown::Known && counts(picture) == [Some(1); 2]
+    picture.total.count == Some(2)
+        && picture.total.state == ZoneKnown::Known
+        && counts(picture) == [Some(1); 2]
 }
 
 /// The east is unknown, and so is the total; the west is unharmed.
@@ -178,7 +186,8 @@ fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
     let address = together.map_address().unwrap();
     let agent = ureq::Agent::new_with_defaults();
     let get = |path: &str| -> Value {
-        let text = agent.get(format!("http://{address}{path}")).call().unwrap().body_mut().read_to_string().unwrap();
+        let text =
+            agent.get(format!("http://{address}{path}")).call().unwrap().body_mut().read_to_string().unwrap();
         serde_json::from_str(&text).unwrap()
     };
     let site = get("/api/site");
@@ -187,8 +196,12 @@ fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
     assert_eq!((&state["total"]["count"], &state["tracks"][1]["id"]), (&json!(2), &json!(2)));
     assert!(state["modules"].as_array().unwrap().iter().any(|module| module["name"] == "east/left"));
     // It is changed on the map of the area.
-    let edit = json!({ "site": site["site"], "revision": site["revision"], "base": site["site"] }).to_string();
-    let refused = agent.put(format!("http://{address}/api/site")).header("Content-Type", "application/json").send(&edit);
+    let edit =
+        json!({ "site": site["site"], "revision": site["revision"], "base": site["site"] }).to_string();
+    let refused = agent
+        .put(format!("http://{address}/api/site"))
+        .header("Content-Type", "application/json")
+        .send(&edit);
     assert!(matches!(refused, Err(ureq::Error::StatusCode(403))), "{refused:?}");
     drop(east);
     let took = wait(&together, "the east has ended", LOST, has_lost_east);
@@ -200,7 +213,8 @@ fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
 #[test]
 fn the_router_is_gone_and_comes_back_and_all_join_again() {
     let (folder, port) = (Folder::new(), port());
-    let router = || zenoh::open(Config::from_json5(&config("router", "listen", port)).unwrap()).wait().unwrap();
+    let router =
+        || zenoh::open(Config::from_json5(&config("router", "listen", port)).unwrap()).wait().unwrap();
     let first = router();
     let network = || folder.network("client", "client", "connect", port).0;
     let together = folder.together(network(), false);

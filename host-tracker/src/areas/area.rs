@@ -54,8 +54,7 @@ impl Area {
             supervise::run("area", &alarms, || {
                 let Some(session) = open(&config, &stopped, say) else { return Ok(()) };
                 say(&format!("area {} is published to Zenoh", settings.place));
-                publish(&session, &settings.place, &frames, &site, &stopped)
-                    .map_err(|error| one_line(&error))
+                publish(&session, &settings.place, &frames, &site, &stopped).map_err(|error| one_line(&error))
             });
         };
         let thread = std::thread::Builder::new().name("area".into()).spawn(work);

@@ -202,7 +202,11 @@ fn follow(
                 let _ = out.queue.try_send(picture);
                 let now = [&lost[0], &lost[1]].map(|lost| lost.load(Ordering::Relaxed));
                 if now != told && now.iter().sum::<u64>().is_power_of_two() {
-                    tracing::warn!("areas: {} messages were not understood, {} found no room", now[0], now[1]);
+                    tracing::warn!(
+                        "areas: {} messages were not understood, {} found no room",
+                        now[0],
+                        now[1]
+                    );
                     told = now;
                 }
             }

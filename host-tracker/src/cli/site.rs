@@ -73,8 +73,8 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         mqtt: arguments.mqtt.broker(&path)?,
         path: path.clone(),
     };
-    let together = Together::start(settings, |text| tracing::info!("{text}"))
-        .map_err(|error| advised(error, &path))?;
+    let together =
+        Together::start(settings, |text| tracing::info!("{text}")).map_err(|error| advised(error, &path))?;
     served.say(together.map_address(), None);
     let mut supervisor = Supervisor::ready();
     let mut frames = together.frames();

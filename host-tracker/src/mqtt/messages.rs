@@ -141,8 +141,12 @@ fn faults(frame: &Snapshot, about: About, name: &str) -> Vec<AlarmKind> {
 
 /// The words of alarms change with their figures, which wait.
 fn tracker_state(frame: &Snapshot) -> State {
-    let areas: BTreeSet<&str> =
-        frame.alarms.iter().filter(|alarm| alarm.about == About::Area).map(|alarm| alarm.of.as_str()).collect();
+    let areas: BTreeSet<&str> = frame
+        .alarms
+        .iter()
+        .filter(|alarm| alarm.about == About::Area)
+        .map(|alarm| alarm.of.as_str())
+        .collect();
     let of_areas = areas.into_iter().flat_map(|area| listed(frame, About::Area, area));
     let all: Vec<(AlarmKind, &ListedAlarm)> = listed(frame, About::Tracker, "").chain(of_areas).collect();
     let alarms: Vec<AlarmKind> = all.iter().map(|(kind, _)| *kind).collect();

@@ -87,7 +87,12 @@ impl SiteFile {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into();
         let revision = revision(&text);
         let kept = Kept { name, revision, site: Arc::new(site), text: text.into() };
-        Ok(Self { path, kept: Arc::new(Mutex::new(kept)), revisions: watch::Sender::new(revision), is_together: false })
+        Ok(Self {
+            path,
+            kept: Arc::new(Mutex::new(kept)),
+            revisions: watch::Sender::new(revision),
+            is_together: false,
+        })
     }
 
     /// Reads it; if there is none, the site is empty, and the first save makes the file.

@@ -184,13 +184,19 @@ impl Campus {
                     Some((self.persons.of(&key)?, likely.probability))
                 };
                 let persons: Vec<(u64, f64)> = line.tracks.iter().filter_map(person).collect();
-                let named = self.names.entry(line.label.clone()).or_insert(Named { persons: Vec::new(), heard_us: 0 });
+                let named = self
+                    .names
+                    .entry(line.label.clone())
+                    .or_insert(Named { persons: Vec::new(), heard_us: 0 });
                 // The area that read it last knows best. A track that is over has perhaps gone over a border.
                 if heard_us >= named.heard_us && !persons.is_empty() {
                     named.persons = persons;
                 }
                 named.heard_us = named.heard_us.max(heard_us);
-                lines.insert(line.label.clone(), NameLine { tracks: Vec::new(), zones: Vec::new(), ..line.clone() });
+                lines.insert(
+                    line.label.clone(),
+                    NameLine { tracks: Vec::new(), zones: Vec::new(), ..line.clone() },
+                );
             }
         }
         self.names.retain(|_, named| now_us.saturating_sub(named.heard_us) <= NAMED_US);
@@ -221,19 +227,29 @@ impl Campus {
         for (name, area) in &self.areas {
             if let Some(since_ms) = area.silent_since_ms {
                 let text = match &area.last {
-                    Some(_) => format!("nothing is heard of area {name}: look whether its tracker runs and is connected"),
-                    None => format!("nothing was ever heard of area {name}: start its tracker with --area {name}"),
+                    Some(_) => format!(
+                        "nothing is heard of area {name}: look whether its tracker runs and is connected"
+                    ),
+                    None => {
+                        format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
+                    }
                 };
                 all.push(silent(name, number((name.clone(), 0)), text, since_ms));
                 continue;
             }
             let Some(last) = &area.last else { continue };
-            all.extend(last.frame.alarms.iter().map(|alarm| {
-                prefix::alarm(name, alarm, number((name.clone(), alarm.id + 1)))
-            }));
+            all.extend(
+                last.frame
+                    .alarms
+                    .iter()
+                    .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), alarm.id + 1)))),
+            );
         }
         if let Some(first) = self.refused.first() {
-            let text = format!("{} areas are too many, {first} among them: nothing of them is shown", self.refused.len());
+            let text = format!(
+                "{} areas are too many, {first} among them: nothing of them is shown",
+                self.refused.len()
+            );
             all.push(silent(first, number((first.clone(), 0)), text, unix_ms));
         }
         self.alarms.retain(|key, _| standing.contains(key));

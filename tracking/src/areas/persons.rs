@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Tracks of two areas that are at one place are paired, each with one at most, so that all distances together are least: a distance is
-//! measured by both covariances and counted as if it were normal, a pair of before is preferred. The older number of the two is the person's. Nothing is compared by the clocks of the
-//! areas: a track is predicted from when its frame was heard.
+//! that of places by both covariances, and that of velocities. A pair of before is preferred. The older number of the two is the
+//! person's. Nothing is compared by the clocks of the areas: a track is predicted from when its frame was heard.
 
 use std::collections::BTreeMap;
 
@@ -27,8 +27,12 @@ const LEFT_BEHIND_S: f64 = 2.0;
 /// centimetres; together 0.15 m in each direction.
 const APART_M2: f64 = 0.15 * 0.15;
 
-/// Two tracks farther apart than this are two persons: 99.9 % of a normal distribution in two dimensions.
-const GATE: f64 = 13.8;
+/// What the velocities of two tracks of a person differ by, m/s: a track that was just begun stands still, and a walker at 1.4 m/s is
+/// within two of this.
+const VELOCITY_APART_MPS: f64 = 0.7;
+
+/// Two tracks farther apart than this are two persons: 99.9 % of a normal distribution in four dimensions, place and velocity.
+const GATE: f64 = 18.5;
 
 /// However little is known of them, m: an arm's length beyond both bodies.
 const GATE_M: f64 = 1.2;
@@ -181,7 +185,10 @@ impl Persons {
         let [a, b] = [one, other].map(|known| known.last.covariance_m2(known.gone_s));
         let [xx, xy, yy] = [a[0] + b[0] + APART_M2, a[1] + b[1], a[2] + b[2] + APART_M2];
         let determinant = xx * yy - xy * xy;
-        let squared = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant.max(1e-9);
+        let places = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant.max(1e-9);
+        let (here, there) = (&one.last.line, &other.last.line);
+        let velocities = (here.vx - there.vx).hypot(here.vy - there.vy) / VELOCITY_APART_MPS;
+        let squared = places + velocities * velocities;
         let is_kept = one.with.contains(&other.last.key);
         let near = squared <= if is_kept { GATE + KEPT } else { GATE };
         (near && x.hypot(y) <= GATE_M).then_some(if is_kept { squared } else { squared + KEPT })

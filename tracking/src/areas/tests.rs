@@ -149,7 +149,13 @@ fn more_areas_than_there_is_room_for_are_left_out_and_named() {
 #[test]
 fn a_name_goes_over_the_border_with_its_person() {
     let (mut campus, site) = both();
-    let named = |tracks: Vec<Likelihood>, heard_s| NameLine { card: None, label: "a11c".into(), heard_s, tracks, zones: Vec::new() };
+    let named = |tracks: Vec<Likelihood>, heard_s| NameLine {
+        card: None,
+        label: "a11c".into(),
+        heard_s,
+        tracks,
+        zones: Vec::new(),
+    };
     let say = |campus: &mut Campus, name: &str, number, tracks, names| {
         let mut said = frame(number, tracks);
         said.frame.names = names;
@@ -208,7 +214,11 @@ impl World {
     }
 
     fn new(seed: u64) -> Self {
-        let mut world = Self { random: Pcg64Mcg::new(u128::from(seed) << 64 | 1), walkers: Vec::new(), posed: [[0.0; 2]; 2] };
+        let mut world = Self {
+            random: Pcg64Mcg::new(u128::from(seed) << 64 | 1),
+            walkers: Vec::new(),
+            posed: [[0.0; 2]; 2],
+        };
         for area in 0..2 {
             world.posed[area] = [0, 1].map(|_| world.normal() * 0.04);
         }
@@ -297,7 +307,10 @@ fn cross(people: usize, lost_share: f64) -> (usize, f64) {
             let found = numbers(&picture, &world, t);
             for (person, number) in found.iter().enumerate() {
                 let x = World::at(&world.walkers[person], t)[0];
-                if x.abs() > 2.5 && x.abs() < 3.5 && let Some(number) = number {
+                if x.abs() > 2.5
+                    && x.abs() < 3.5
+                    && let Some(number) = number
+                {
                     let has_crossed = (x > 0.0) == (world.walkers[person].speed > 0.0);
                     if !has_crossed {
                         numbers_before.entry(person).or_insert(*number);
@@ -320,7 +333,9 @@ fn cross(people: usize, lost_share: f64) -> (usize, f64) {
 #[test]
 fn of_a_thousand_people_who_cross_a_border_none_gets_another_number() {
     let (renamed, longest_s) = cross(1000, 0.0);
-    println!("1000 over the border: {renamed} with another number, wrong by one or more for {longest_s:.1} s at most");
+    println!(
+        "1000 over the border: {renamed} with another number, wrong by one or more for {longest_s:.1} s at most"
+    );
     assert_eq!(renamed, 0);
     assert!(longest_s <= 0.35, "{longest_s}");
 }
@@ -328,6 +343,8 @@ fn of_a_thousand_people_who_cross_a_border_none_gets_another_number() {
 #[test]
 fn nor_if_a_third_of_the_frames_is_lost() {
     let (renamed, longest_s) = cross(1000, 0.3);
-    println!("1000 over the border with 30 % loss: {renamed} with another number, wrong for {longest_s:.1} s at most");
+    println!(
+        "1000 over the border with 30 % loss: {renamed} with another number, wrong for {longest_s:.1} s at most"
+    );
     assert_eq!(renamed, 0);
 }
