@@ -20,6 +20,7 @@ use tokio::sync::watch;
 
 use crate::access::Access;
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
+use crate::areas::AreaSettings;
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::service::{Options, Service};
 use crate::site_file::SiteFile;
@@ -64,6 +65,8 @@ pub struct Settings {
     pub keys: Option<PathBuf>,
     /// What becomes of devices without a key once others have one.
     pub clear: Clear,
+    /// The area of a large site that this tracker follows.
+    pub area: Option<AreaSettings>,
 }
 
 /// Where what happens is kept.
@@ -117,6 +120,10 @@ pub enum DaemonError {
     /// Everybody on the network could do everything.
     #[error("{0} is for the whole network, and nobody has been added who may log in")]
     Open(SocketAddr),
+    /// Zenoh.
+    #[cfg(feature = "zenoh")]
+    #[error(transparent)]
+    Zenoh(#[from] crate::areas::LinkError),
     /// The live map.
     #[error("the live map cannot be at {places}: {error}")]
     Map {
@@ -144,6 +151,8 @@ pub struct Daemon {
     // In the order in which they end.
     map: Option<Server>,
     publisher: Option<Publisher>,
+    #[cfg(feature = "zenoh")]
+    area: Option<crate::areas::Area>,
     webhook: Option<Webhook>,
     snapshots: Receiver<Arc<Snapshot>>,
     outputs: Receiver<Output>,
@@ -172,10 +181,11 @@ impl Daemon {
             card_key,
             keys,
             clear,
+            area,
         } = settings;
-        if let Some(open) = map.as_ref().and_then(open_to_all) {
-            return Err(DaemonError::Open(open));
-        }
+        #[cfg(not(feature = "zenoh"))]
+        let _ = area;
+        is_closed(map.as_ref())?;
         let site = file.current().site;
         let now_ms = unix_ms();
         let taken_back = database.as_ref().filter(|database| database.restore);
@@ -231,8 +241,26 @@ impl Daemon {
         let tell = |target| Webhook::start(target, name, service.listed(), service.alarms());
         let webhook = webhook.map(tell).transpose()?;
         let site = service.site();
+        #[cfg(feature = "zenoh")]
+        let area = area
+            .map(|area| {
+                crate::areas::Area::start(area, service.queue(), service.site(), service.alarms(), say)
+            })
+            .transpose()?;
         let map = map.map(|map| serve(map, file, file_of_store, keys_file, &service)).transpose()?;
-        Ok(Self { map, publisher, webhook, snapshots, outputs, changes, site, service, store })
+        Ok(Self {
+            map,
+            publisher,
+            #[cfg(feature = "zenoh")]
+            area,
+            webhook,
+            snapshots,
+            outputs,
+            changes,
+            site,
+            service,
+            store,
+        })
     }
 
     /// The next snapshot, which the database has then, too.
@@ -300,9 +328,13 @@ impl Daemon {
     /// # Errors
     /// The tracker's socket has failed.
     pub fn stop(self) -> io::Result<Option<StoreState>> {
+        #[cfg(feature = "zenoh")]
+        let area = self.area;
         let Self { map, publisher, webhook, service, store, .. } = self;
         drop(map);
         drop((publisher, webhook));
+        #[cfg(feature = "zenoh")]
+        drop(area);
         service.stop()?;
         Ok(store.map(|store| store.state()))
     }
@@ -326,7 +358,7 @@ pub fn is_reached(address: &SocketAddr) -> bool {
 }
 
 /// Where others than this machine open the map: by the name that was given for it, or the first address that they reach.
-fn map_url(map: &Map) -> Option<String> {
+pub(crate) fn map_url(map: &Map) -> Option<String> {
     let Bind { address, .. } = map.listen;
     if !is_reached(&address) || address.port() == 0 {
         return None;
@@ -344,10 +376,11 @@ fn map_url(map: &Map) -> Option<String> {
     Some(format!("{}://{host}:{}/", map.listen.scheme(), address.port()))
 }
 
-/// The address at which others than this machine could do everything.
-fn open_to_all(map: &Map) -> Option<SocketAddr> {
+/// Refuses a map at an address at which others than this machine could do everything.
+pub(crate) fn is_closed(map: Option<&Map>) -> Result<(), DaemonError> {
+    let Some(map) = map.filter(|map| map.access.is_open() && !map.insecure) else { return Ok(()) };
     let mut listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
-    listens.find(is_reached).filter(|_| map.access.is_open() && !map.insecure)
+    listens.find(is_reached).map_or(Ok(()), |open| Err(DaemonError::Open(open)))
 }
 
 fn serve(
@@ -357,7 +390,6 @@ fn serve(
     keys: Option<PathBuf>,
     service: &Service,
 ) -> Result<Server, DaemonError> {
-    let Map { listen, doors, names, access, insecure: _ } = map;
     let sites = service.sites();
     let noting = database.clone();
     let accepted = Box::new(move |poses: &[Mounting]| {
@@ -375,8 +407,8 @@ fn serve(
         calibration: service.calibration(),
         accepted,
         database,
-        access,
-        names,
+        access: map.access.clone(),
+        names: map.names.clone(),
         doors: Some(service.doors()),
         signs: Some(service.signs()),
         questions: Some(service.questions()),
@@ -384,6 +416,12 @@ fn serve(
         listed: service.listed(),
         connections: service.connections(),
     };
+    listen(map, context)
+}
+
+/// Serves a map.
+pub(crate) fn listen(map: Map, context: ServerContext) -> Result<Server, DaemonError> {
+    let Map { listen, doors, .. } = map;
     let places = match &doors {
         Some(doors) => format!("{}, or the doors at {}", listen.address, doors.address),
         None => listen.address.to_string(),

@@ -173,6 +173,8 @@ pub enum Source {
     Door(String),
     /// The zone of this name.
     Zone(String),
+    /// The area of this name, or its tracker.
+    Area(String),
 }
 
 impl fmt::Display for Source {
@@ -182,6 +184,7 @@ impl fmt::Display for Source {
             Self::Device(name) => write!(f, "module {name}"),
             Self::Door(name) => write!(f, "door {name}"),
             Self::Zone(name) => write!(f, "zone {name}"),
+            Self::Area(name) => write!(f, "area {name}"),
         }
     }
 }

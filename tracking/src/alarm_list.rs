@@ -41,6 +41,8 @@ pub enum About {
     Door,
     /// A zone.
     Zone,
+    /// An area of a large site, or its tracker.
+    Area,
 }
 
 /// Who has seen an alarm, and when.
@@ -96,6 +98,7 @@ impl ListedAlarm {
             About::Module => Source::Device(self.of.clone()),
             About::Door => Source::Door(self.of.clone()),
             About::Zone => Source::Zone(self.of.clone()),
+            About::Area => Source::Area(self.of.clone()),
         }
     }
 
@@ -105,6 +108,7 @@ impl ListedAlarm {
             Source::Device(name) => (About::Module, name),
             Source::Door(name) => (About::Door, name),
             Source::Zone(name) => (About::Zone, name),
+            Source::Area(name) => (About::Area, name),
         };
         let (cause, severity, text) = (alarm.cause, alarm.cause.severity(), alarm.text);
         Self { id, about, of, cause, severity, text, since_ms, until_ms: None, acknowledged: None }

@@ -9,6 +9,7 @@
 
 pub mod alarm;
 pub mod alarm_list;
+pub mod areas;
 mod assignment;
 pub mod calibration;
 pub mod capacity;

@@ -12,8 +12,12 @@ use clap::Args;
 use host_tracker::access::file::AccessFile;
 use host_tracker::access::{Access, FIRST, first_admin};
 use host_tracker::certificate::Certificate;
+<<<<<<< HEAD
 use host_tracker::daemon::{Daemon, DaemonError, Map, is_reached};
 use host_tracker::doctor::gather::MapPlace;
+=======
+use host_tracker::daemon::{DaemonError, Map, is_reached};
+>>>>>>> w-areas
 use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;
@@ -152,11 +156,11 @@ impl HttpArguments {
 
 impl Served {
     /// Logs where everything is.
-    pub(super) fn say(&self, daemon: &Daemon) {
-        if let Some((map, address)) = self.map.as_ref().zip(daemon.map_address()) {
+    pub(super) fn say(&self, map: Option<SocketAddr>, doors: Option<SocketAddr>) {
+        if let Some((map, address)) = self.map.as_ref().zip(map) {
             tracing::info!("live map at {}://{address}/", map.scheme());
         }
-        if let Some((doors, address)) = self.doors.as_ref().zip(daemon.door_address()) {
+        if let Some((doors, address)) = self.doors.as_ref().zip(doors) {
             tracing::info!("messages to doors at {}://{address}/api/door", doors.scheme());
         }
         if let Some(certificate) = &self.certificate {

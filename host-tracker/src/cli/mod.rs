@@ -1,6 +1,8 @@
 //! The commands of `kehai-tracker`, one file each.
 
 mod address;
+#[cfg(feature = "zenoh")]
+mod area;
 mod backup;
 mod broker;
 mod calibrate;
@@ -21,6 +23,8 @@ mod restore;
 mod run;
 mod schema;
 mod service;
+#[cfg(feature = "zenoh")]
+mod site;
 mod supervisor;
 mod token;
 mod tracks_out;
@@ -49,6 +53,8 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(Box<run::Arguments>),
+    #[cfg(feature = "zenoh")]
+    Site(Box<site::Arguments>),
     Calibrate(calibrate::Arguments),
     User(user::Arguments),
     Token(token::Arguments),
@@ -74,6 +80,8 @@ pub fn run() -> ExitCode {
     log::start(arguments.log);
     let done = match arguments.command {
         Command::Run(arguments) => run::run(*arguments),
+        #[cfg(feature = "zenoh")]
+        Command::Site(arguments) => site::run(*arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::User(arguments) => user::run(arguments),
         Command::Token(arguments) => token::run(arguments),

@@ -24,6 +24,8 @@ use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use kehai_tracking::tracker::Selected;
 
 use super::address::address;
+#[cfg(feature = "zenoh")]
+use super::area::AreaArguments;
 use super::broker::MqttArguments;
 use super::failure::Failure;
 use super::http::{HttpArguments, advised};
@@ -93,6 +95,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
 
+    #[cfg(feature = "zenoh")]
+    #[command(flatten)]
+    area: AreaArguments,
+
     /// Stop after so long
     #[arg(long, value_name = "N")]
     seconds: Option<u64>,
@@ -105,6 +111,7 @@ const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --module 192.168.1.20 --module 192.168.1.21
   kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
   kehai-tracker run --site door.toml --db door.db --keep-days 30
+  kehai-tracker run --site east.toml --area campus/east  one of the areas that kehai-tracker site puts together
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
 
 /// The site if none is named.
@@ -194,10 +201,14 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         card_key,
         keys: Some(keys_file),
         clear: if arguments.also_in_clear { Clear::Believed } else { Clear::Listed },
+        #[cfg(feature = "zenoh")]
+        area: arguments.area.settings(),
+        #[cfg(not(feature = "zenoh"))]
+        area: None,
     };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
         .map_err(|error| advised(error, &site_path))?;
-    served.say(&daemon);
+    served.say(daemon.map_address(), daemon.door_address());
     if is_new {
         let file = site_path.display();
         tracing::info!(

@@ -27,6 +27,7 @@ pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
         About::Module => Some(format!("module/{}", modules.get(alarm.of.as_str())?)),
         About::Door => Some(format!("door/{}", doors.get(alarm.of.as_str())?)),
         About::Zone => Some(format!("zone/{}", zones.get(alarm.of.as_str())?)),
+        About::Area => Some(format!("area/{}", alarm.of)),
     };
     let listed: Vec<(String, &ListedAlarm)> =
         frame.alarms.iter().filter_map(|alarm| Some((place(alarm)?, alarm))).collect();

@@ -1,6 +1,6 @@
 //! A frame as topics and payloads. Nothing here knows a broker or a time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::payloads::{Availability, Line, Module, Name, Total, Tracker, Zone, written};
 use super::topics::{State, Topics, slugs};
@@ -141,8 +141,16 @@ fn faults(frame: &Snapshot, about: About, name: &str) -> Vec<AlarmKind> {
 
 /// The words of alarms change with their figures, which wait.
 fn tracker_state(frame: &Snapshot) -> State {
-    let alarms = faults(frame, About::Tracker, "");
-    let texts = listed(frame, About::Tracker, "").map(|(_, alarm)| alarm.text.as_str());
+    let areas: BTreeSet<&str> = frame
+        .alarms
+        .iter()
+        .filter(|alarm| alarm.about == About::Area)
+        .map(|alarm| alarm.of.as_str())
+        .collect();
+    let of_areas = areas.into_iter().flat_map(|area| listed(frame, About::Area, area));
+    let all: Vec<(AlarmKind, &ListedAlarm)> = listed(frame, About::Tracker, "").chain(of_areas).collect();
+    let alarms: Vec<AlarmKind> = all.iter().map(|(kind, _)| *kind).collect();
+    let texts = all.iter().map(|(_, alarm)| alarm.text.as_str());
     let urgent = format!("{alarms:?}");
     let payload = Tracker { alarm: in_one(texts), alarms, version: env!("CARGO_PKG_VERSION") };
     State { payload: written(&payload), urgent }

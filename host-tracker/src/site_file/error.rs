@@ -49,6 +49,9 @@ pub enum SaveError {
         /// What was changed meanwhile.
         theirs: Vec<String>,
     },
+    /// It is put together from the sites of areas.
+    #[error("this site is put together from its areas: change it on the map of the area")]
+    Together,
     /// The file was changed by hand, and what to do.
     #[error("the file was changed by hand meanwhile: {0}")]
     ChangedOnDisk(String),

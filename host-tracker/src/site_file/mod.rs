@@ -32,12 +32,14 @@ pub use error::{LoadError, SaveError};
 /// Bits of a revision: so many of a number are exact in JSON.
 const REVISION_BITS: u32 = 53;
 
-/// The site's file, and what it says.
-#[derive(Debug)]
+/// The site's file, and what it says. Clones are the same file.
+#[derive(Clone, Debug)]
 pub struct SiteFile {
     path: PathBuf,
-    kept: Mutex<Kept>,
+    kept: Arc<Mutex<Kept>>,
     revisions: watch::Sender<u64>,
+    /// Its site is that of several areas, each of which has a file of its own: there is none here, and none is written.
+    is_together: bool,
 }
 
 /// What the file says.
@@ -85,7 +87,12 @@ impl SiteFile {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into();
         let revision = revision(&text);
         let kept = Kept { name, revision, site: Arc::new(site), text: text.into() };
-        Ok(Self { path, kept: Mutex::new(kept), revisions: watch::Sender::new(revision) })
+        Ok(Self {
+            path,
+            kept: Arc::new(Mutex::new(kept)),
+            revisions: watch::Sender::new(revision),
+            is_together: false,
+        })
     }
 
     /// Reads it; if there is none, the site is empty, and the first save makes the file.
@@ -104,7 +111,26 @@ impl SiteFile {
         let revision = revision("");
         let kept =
             Kept { name: name.to_string_lossy().into(), revision, site: Arc::default(), text: Arc::from("") };
-        Ok(Self { path: folder.join(name), kept: Mutex::new(kept), revisions: watch::Sender::new(revision) })
+        let (kept, revisions) = (Arc::new(Mutex::new(kept)), watch::Sender::new(revision));
+        Ok(Self { path: folder.join(name), kept, revisions, is_together: false })
+    }
+
+    /// The site of several areas, empty at first; `path` is where what belongs to it lies. It is shown, and cannot be saved.
+    #[must_use]
+    pub fn together(path: &Path) -> Self {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into();
+        let kept = Kept { name, revision: revision(""), site: Arc::default(), text: Arc::from("") };
+        let (revisions, kept) = (watch::Sender::new(kept.revision), Arc::new(Mutex::new(kept)));
+        Self { path: path.to_owned(), kept, revisions, is_together: true }
+    }
+
+    /// Shows another site of all areas.
+    pub fn show(&self, site: Site) {
+        let mut kept = self.kept.lock();
+        let text = serde_json::to_string(&site).unwrap_or_default();
+        let revision = revision(&text);
+        *kept = Kept { name: Arc::clone(&kept.name), revision, site: Arc::new(site), text: text.into() };
+        self.revisions.send_replace(revision);
     }
 
     /// Where it is: what belongs to the site lies beside it.
@@ -130,6 +156,9 @@ impl SiteFile {
     /// # Errors
     /// It is no site.
     pub fn look(&self, changed: impl FnOnce(Site) -> Result<(), String>) -> Result<(), SaveError> {
+        if self.is_together {
+            return Ok(());
+        }
         let mut kept = self.kept.lock();
         // One that is gone is written anew.
         let Ok(text) = fs::read_to_string(&self.path) else { return Ok(()) };
@@ -213,6 +242,9 @@ impl SiteFile {
         next: impl FnOnce(&Kept) -> Result<Site, SaveError>,
         changed: impl FnOnce(Site) -> Result<(), String>,
     ) -> Result<u64, SaveError> {
+        if self.is_together {
+            return Err(SaveError::Together);
+        }
         let mut kept = self.kept.lock();
         if fs::read_to_string(&self.path).is_ok_and(|text| *text != *kept.text) {
             return Err(SaveError::ChangedOnDisk("save again".to_owned()));

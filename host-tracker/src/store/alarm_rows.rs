@@ -33,6 +33,7 @@ pub fn write(transaction: &Transaction<'_>, alarm: &ListedAlarm) -> rusqlite::Re
         About::Module => "module",
         About::Door => "door",
         About::Zone => "zone",
+        About::Area => "area",
     };
     let severity = serde_json::to_value(alarm.severity).unwrap_or_default();
     transaction

@@ -129,6 +129,7 @@ pub(super) fn save_refused(error: &SaveError) -> Response {
 pub(super) const fn save_status(error: &SaveError) -> StatusCode {
     match error {
         SaveError::Wrong(_) => StatusCode::BAD_REQUEST,
+        SaveError::Together => StatusCode::FORBIDDEN,
         SaveError::Changed { .. } | SaveError::Conflict { .. } | SaveError::ChangedOnDisk(_) => {
             StatusCode::CONFLICT
         }

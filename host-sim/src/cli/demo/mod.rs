@@ -129,6 +129,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         card_key: key.clone(),
         keys: None,
         clear: Clear::default(),
+        area: None,
     };
     let mut daemon = Daemon::start(settings, |text| println!("{text}"))?;
     if let Some(address) = daemon.map_address().filter(|_| !arguments.headless) {

@@ -221,6 +221,7 @@ export default {
   "about.module": "Modul {name}",
   "about.door": "Tür {name}",
   "about.zone": "Zone {name}",
+  "about.area": "Bereich {name}",
   "bell.sound": "Ton",
   "bell.on": "Ein neuer Alarm ertönt",
   "bell.off": "Ein neuer Alarm bleibt still",

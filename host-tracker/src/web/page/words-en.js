@@ -221,6 +221,7 @@ export default {
   "about.module": "module {name}",
   "about.door": "door {name}",
   "about.zone": "zone {name}",
+  "about.area": "area {name}",
   "bell.sound": "Sound",
   "bell.on": "A new alarm makes a sound",
   "bell.off": "A new alarm makes no sound",

@@ -218,6 +218,7 @@ export default {
   "about.module": "モジュール {name}",
   "about.door": "ドア {name}",
   "about.zone": "ゾーン {name}",
+  "about.area": "エリア {name}",
   "bell.sound": "音",
   "bell.on": "新しいアラームで音が鳴ります",
   "bell.off": "新しいアラームでも音は鳴りません",

@@ -1,0 +1,124 @@
+//! What the tracker of an area says to all: each frame, its site to who asks, and that it is there.
+//!
+//! ```text
+//!   frames ─▶ thread "area" ─▶ publisher, congestion: drop      never waits for a slow listener
+//!   site  ──▶ queryable                                         answered by Zenoh's own thread
+//!   process ends, however ──▶ the token is gone
+//! ```
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use tokio::sync::watch;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::{Session, Wait};
+
+use super::keys::What;
+use super::link::{one_line, open};
+use super::{AreaPlace, AreaSettings, LinkError, Said, SiteSaid};
+use crate::supervise;
+use crate::tracker_alarms::TrackerAlarms;
+use kehai_tracking::areas::AreaFrame;
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
+
+/// Wait for a frame.
+const WAIT: Duration = Duration::from_millis(200);
+
+/// Publishes until it is dropped.
+#[derive(Debug)]
+pub struct Area {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Area {
+    /// Begins to publish `frames`. `say` is told why Zenoh cannot be reached, and that it is.
+    ///
+    /// # Errors
+    /// The configuration of Zenoh is wrong, or there is no thread.
+    pub fn start(
+        settings: AreaSettings,
+        frames: Receiver<Arc<Snapshot>>,
+        site: watch::Receiver<Arc<Site>>,
+        alarms: TrackerAlarms,
+        say: fn(&str),
+    ) -> Result<Self, LinkError> {
+        let config = settings.network.config()?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let work = move || {
+            supervise::run("area", &alarms, || {
+                let Some(session) = open(&config, &stopped, say) else { return Ok(()) };
+                say(&format!("area {} is published to Zenoh", settings.place));
+                publish(&session, &settings.place, &frames, &site, &stopped).map_err(|error| one_line(&error))
+            });
+        };
+        let thread = std::thread::Builder::new().name("area".into()).spawn(work);
+        let thread = thread.map_err(|error| LinkError::Open(error.to_string()))?;
+        Ok(Self { stop, thread: Some(thread) })
+    }
+}
+
+impl Drop for Area {
+    /// Takes the token back.
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+fn publish(
+    session: &Session,
+    place: &AreaPlace,
+    frames: &Receiver<Arc<Snapshot>>,
+    site: &watch::Receiver<Arc<Site>>,
+    stop: &AtomicBool,
+) -> Result<(), zenoh::Error> {
+    let (site_key, asked) = (place.key(What::Site), site.clone());
+    let answer_key = site_key.clone();
+    let _queryable = session
+        .declare_queryable(site_key)
+        .callback(move |query| {
+            let said = { said_of(&asked.borrow()) };
+            // Who asked is gone: there is nobody to tell.
+            if let Ok(text) = serde_json::to_vec(&said) {
+                let _ = query.reply(answer_key.clone(), text).wait();
+            }
+        })
+        .wait()?;
+    let publisher = session
+        .declare_publisher(place.key(What::Frame))
+        .congestion_control(CongestionControl::Drop)
+        .priority(Priority::RealTime)
+        .wait()?;
+    let _token = session.liveliness().declare_token(place.key(What::Alive)).wait()?;
+    let epoch = unix_ms();
+    let (mut number, mut changed, mut site_revision) = (0, site.clone(), said_of(&site.borrow()).revision);
+    while !stop.load(Ordering::Relaxed) {
+        let frame = match frames.recv_timeout(WAIT) {
+            Ok(frame) => frame,
+            Err(RecvTimeoutError::Timeout) => continue,
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        };
+        if changed.has_changed().unwrap_or(false) {
+            site_revision = said_of(&changed.borrow_and_update()).revision;
+        }
+        number += 1;
+        let area = AreaFrame { epoch, number, frame: (*frame).clone() };
+        let said = serde_json::to_vec(&Said { site_revision, area });
+        publisher.put(said.map_err(|error| error.to_string())?).wait()?;
+    }
+    Ok(())
+}
+
+/// A site with the revision of what it says.
+fn said_of(site: &Site) -> SiteSaid {
+    use std::hash::{DefaultHasher, Hash, Hasher};
+    let mut hasher = DefaultHasher::new();
+    serde_json::to_string(site).unwrap_or_default().hash(&mut hasher);
+    SiteSaid { revision: hasher.finish() >> 11, site: site.clone() }
+}

@@ -1,0 +1,259 @@
+//! All areas of a site together: what is heard over Zenoh, and ten times a second the picture of it.
+//!
+//! ```text
+//!   Zenoh's threads ─ Heard ─▶ queue of 1024 ─▶ thread "campus" ─ every 0.1 s ─▶ Snapshot ─▶ map, MQTT
+//!                              full: counted      asks for each site that has changed
+//! ```
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use tokio::sync::watch;
+use zenoh::sample::{Sample, SampleKind};
+use zenoh::{Session, Wait};
+
+use super::keys::{What, all, area_of};
+use super::link::{one_line, open};
+use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
+use crate::net::clock::HostClock;
+use crate::site_file::SiteFile;
+use crate::supervise;
+use crate::tracker_alarms::TrackerAlarms;
+use kehai_tracking::areas::{self, AreaFrame, AreaName};
+use kehai_tracking::site::Site;
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
+
+/// Between two pictures: as often as a tracker makes frames.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// Between two questions for the same site.
+const ASK_AGAIN: Duration = Duration::from_secs(1);
+
+/// News that wait: a second of a hundred areas.
+const QUEUE: usize = 1024;
+
+/// Pictures that wait for MQTT: six seconds.
+const PICTURES: usize = 60;
+
+/// Longest frame or site that is taken, bytes: a thousand modules.
+const LONGEST: usize = 4 << 20;
+
+/// Most areas of a site.
+const AREAS_MAX: usize = 100;
+
+/// Which site, over what.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CampusSettings {
+    /// The site.
+    pub site: AreaName,
+    /// Areas that are missed from the start if they are not heard.
+    pub expected: Vec<AreaName>,
+    /// How Zenoh is reached.
+    pub network: Network,
+}
+
+/// Puts areas together until it is dropped.
+#[derive(Debug)]
+pub struct Campus {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    frames: watch::Receiver<Arc<Snapshot>>,
+    site: watch::Receiver<Arc<Site>>,
+}
+
+/// What was heard.
+enum Heard {
+    Frame(AreaName, u64, Box<AreaFrame>),
+    Site(AreaName, Box<SiteSaid>),
+    Gone(AreaName),
+}
+
+/// What there is of a site that is asked for.
+#[derive(Default)]
+struct Known {
+    revision: Option<u64>,
+    asked: Option<Instant>,
+}
+
+/// Where pictures go.
+struct Out {
+    frames: watch::Sender<Arc<Snapshot>>,
+    site: watch::Sender<Arc<Site>>,
+    queue: SyncSender<Arc<Snapshot>>,
+    file: SiteFile,
+}
+
+impl Campus {
+    /// Begins to listen; `file` shows the site of all areas. The receiver has every picture, as long as no more than six seconds of
+    /// them wait.
+    ///
+    /// # Errors
+    /// The configuration of Zenoh is wrong, or there is no thread.
+    pub fn start(
+        settings: CampusSettings,
+        file: SiteFile,
+        alarms: TrackerAlarms,
+        say: fn(&str),
+    ) -> Result<(Self, Receiver<Arc<Snapshot>>), LinkError> {
+        let config = settings.network.config()?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let (frames_in, frames) = watch::channel(Arc::default());
+        let (site_in, site) = watch::channel(Arc::default());
+        let (queue, pictures) = sync_channel(PICTURES);
+        let out = Out { frames: frames_in, site: site_in, queue, file };
+        let work = move || {
+            supervise::run("campus", &alarms, || {
+                let Some(session) = open(&config, &stopped, say) else { return Ok(()) };
+                say(&format!("the areas of {} are heard over Zenoh", settings.site));
+                follow(&session, &settings, &out, &stopped).map_err(|error| one_line(&error))
+            });
+        };
+        let thread = std::thread::Builder::new().name("campus".into()).spawn(work);
+        let thread = thread.map_err(|error| LinkError::Open(error.to_string()))?;
+        Ok((Self { stop, thread: Some(thread), frames, site }, pictures))
+    }
+
+    /// The newest picture.
+    #[must_use]
+    pub fn frames(&self) -> watch::Receiver<Arc<Snapshot>> {
+        self.frames.clone()
+    }
+
+    /// The site of all areas.
+    #[must_use]
+    pub fn site(&self) -> watch::Receiver<Arc<Site>> {
+        self.site.clone()
+    }
+}
+
+impl Drop for Campus {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+fn follow(
+    session: &Session,
+    settings: &CampusSettings,
+    out: &Out,
+    stop: &AtomicBool,
+) -> Result<(), zenoh::Error> {
+    let (news_in, news) = sync_channel(QUEUE);
+    // Those that were not understood, and those there was no room for.
+    let lost = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
+    let sender = || (news_in.clone(), Arc::clone(&lost));
+    let (to_frames, lost_frames) = sender();
+    let _frames = session
+        .declare_subscriber(all(&settings.site, What::Frame))
+        .callback(move |sample| pass(&to_frames, &lost_frames, frame(&sample)))
+        .wait()?;
+    let (to_tokens, lost_tokens) = sender();
+    let _tokens = session
+        .liveliness()
+        .declare_subscriber(all(&settings.site, What::Alive))
+        .history(true)
+        .callback(move |sample| {
+            if sample.kind() == SampleKind::Delete {
+                pass(&to_tokens, &lost_tokens, area_of(sample.key_expr().as_str()).map(Heard::Gone));
+            }
+        })
+        .wait()?;
+    let clock = HostClock::start();
+    let mut campus = areas::Campus::new(&settings.expected, AREAS_MAX);
+    let mut known: BTreeMap<AreaName, Known> = BTreeMap::new();
+    let mut site = Arc::new(Site::default());
+    let mut next = Instant::now();
+    let mut told = [0, 0];
+    while !stop.load(Ordering::Relaxed) {
+        match news.recv_timeout(next.saturating_duration_since(Instant::now())) {
+            Ok(Heard::Frame(area, revision, said)) => {
+                campus.hear(&area, *said, clock.now_us());
+                let known = known.entry(area.clone()).or_default();
+                let is_due = known.asked.is_none_or(|asked| asked.elapsed() >= ASK_AGAIN);
+                if known.revision != Some(revision) && is_due {
+                    known.asked = Some(Instant::now());
+                    let (to_sites, lost_sites) = sender();
+                    let place = AreaPlace { site: settings.site.clone(), area };
+                    ask(session, &place, move |heard| pass(&to_sites, &lost_sites, heard))?;
+                }
+            }
+            Ok(Heard::Site(area, said)) => {
+                known.entry(area.clone()).or_default().revision = Some(said.revision);
+                if campus.set_site(&area, said.site) {
+                    site = Arc::new(campus.site());
+                    out.file.show((*site).clone());
+                    out.site.send_replace(Arc::clone(&site));
+                }
+            }
+            Ok(Heard::Gone(area)) => campus.leave(&area),
+            Err(RecvTimeoutError::Timeout) => {
+                next += EVERY;
+                // After a sleep of the machine there is one picture, not all that were missed.
+                next = next.max(Instant::now());
+                let picture = Arc::new(campus.picture(&site, clock.now_us(), unix_ms()));
+                out.frames.send_replace(Arc::clone(&picture));
+                // A slow sink misses pictures.
+                let _ = out.queue.try_send(picture);
+                let now = [&lost[0], &lost[1]].map(|lost| lost.load(Ordering::Relaxed));
+                if now != told && now.iter().sum::<u64>().is_power_of_two() {
+                    tracing::warn!(
+                        "areas: {} messages were not understood, {} found no room",
+                        now[0],
+                        now[1]
+                    );
+                    told = now;
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+    }
+    Ok(())
+}
+
+/// Asks for the site of an area; the answer comes later, or never.
+fn ask(
+    session: &Session,
+    place: &AreaPlace,
+    answered: impl Fn(Option<Heard>) + Send + Sync + 'static,
+) -> Result<(), zenoh::Error> {
+    let area = place.area.clone();
+    session
+        .get(place.key(What::Site))
+        .callback(move |reply| {
+            if let Ok(sample) = reply.result() {
+                let said = read(sample).map(|said| Heard::Site(area.clone(), Box::new(said)));
+                answered(said);
+            }
+        })
+        .wait()
+}
+
+fn pass(to: &SyncSender<Heard>, lost: &[AtomicU64; 2], heard: Option<Heard>) {
+    let Some(heard) = heard else {
+        lost[0].fetch_add(1, Ordering::Relaxed);
+        return;
+    };
+    if to.try_send(heard).is_err() {
+        lost[1].fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+fn frame(sample: &Sample) -> Option<Heard> {
+    let area = area_of(sample.key_expr().as_str())?;
+    let Said { site_revision, area: said } = read(sample)?;
+    Some(Heard::Frame(area, site_revision, Box::new(said)))
+}
+
+fn read<T: serde::de::DeserializeOwned>(sample: &Sample) -> Option<T> {
+    let bytes = sample.payload().to_bytes();
+    if bytes.len() > LONGEST {
+        return None;
+    }
+    serde_json::from_slice(&bytes).ok()
+}

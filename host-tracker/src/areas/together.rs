@@ -1,0 +1,120 @@
+//! The service of a whole site: the picture of all areas, served as that of one tracker.
+//!
+//! ```text
+//!   Campus ─┬─▶ live map, HTTP API, metrics     the site is shown, and changed on the maps of the areas
+//!           ╰─▶ MQTT                            the one publisher of all areas
+//! ```
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::watch;
+
+use super::{Campus, CampusSettings};
+use crate::alarm_handle::AlarmHandle;
+use crate::calibration::Calibration;
+use crate::connections::Connections;
+use crate::daemon::{DaemonError, Map, Mqtt, is_closed, listen, map_url};
+use crate::mqtt::{self, Publisher};
+use crate::reports::Reports;
+use crate::site_file::SiteFile;
+use crate::tracker_alarms::TrackerAlarms;
+use crate::web::{Server, ServerContext};
+use kehai_tracking::snapshot::Snapshot;
+
+/// What is put together, and where it is served.
+#[derive(Debug)]
+pub struct TogetherSettings {
+    /// The areas.
+    pub campus: CampusSettings,
+    /// What belongs to the whole site lies beside this path: users, a certificate, a picture. There is no such file.
+    pub path: PathBuf,
+    /// The live map.
+    pub map: Option<Map>,
+    /// The broker.
+    pub mqtt: Option<Mqtt>,
+}
+
+/// The running service. It ends when it is dropped.
+#[derive(Debug)]
+pub struct Together {
+    // In the order in which they end.
+    map: Option<Server>,
+    _publisher: Option<Publisher>,
+    campus: Campus,
+}
+
+impl Together {
+    /// Starts it. `say` is told when Zenoh and the broker come and go.
+    ///
+    /// # Errors
+    /// [`DaemonError`].
+    pub fn start(settings: TogetherSettings, say: fn(&str)) -> Result<Self, DaemonError> {
+        let TogetherSettings { campus, path, map, mqtt } = settings;
+        is_closed(map.as_ref())?;
+        let (file, alarms) = (SiteFile::together(&path), TrackerAlarms::default());
+        let (campus, pictures) = Campus::start(campus, file.clone(), alarms.clone(), say)?;
+        let publish = |Mqtt { broker, trust, topics }| {
+            let settings = mqtt::Settings {
+                broker,
+                trust,
+                topics,
+                site: campus.site(),
+                map_url: map.as_ref().and_then(map_url),
+                doors: None,
+                signs: None,
+                alarms: alarms.clone(),
+            };
+            Publisher::start(settings, pictures, None, say)
+        };
+        let publisher = mqtt.map(publish).transpose()?;
+        let serve = |map: Map| {
+            let context = ServerContext {
+                frames: campus.frames(),
+                reports: Reports::default(),
+                site: file,
+                changed: Box::new(|_| Ok(())),
+                calibration: Calibration::default(),
+                accepted: Box::new(|_| {}),
+                database: None,
+                keys: None,
+                access: map.access.clone(),
+                names: map.names.clone(),
+                doors: None,
+                signs: None,
+                questions: None,
+                alarms,
+                listed: AlarmHandle::default(),
+                connections: Connections::default(),
+            };
+            listen(map, context)
+        };
+        let map = map.map(serve).transpose()?;
+        Ok(Self { map, _publisher: publisher, campus })
+    }
+
+    /// Where the live map is, if it is served.
+    #[must_use]
+    pub fn map_address(&self) -> Option<SocketAddr> {
+        self.map.as_ref().map(Server::address)
+    }
+
+    /// The newest picture.
+    #[must_use]
+    pub fn frames(&self) -> watch::Receiver<Arc<Snapshot>> {
+        self.campus.frames()
+    }
+}
+
+/// Between two looks at whether there is another picture.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Waits for the next picture, but no longer than a moment; whether there is one.
+pub fn has_next(frames: &mut watch::Receiver<Arc<Snapshot>>) -> bool {
+    std::thread::sleep(LOOK);
+    let has_changed = frames.has_changed().unwrap_or(false);
+    frames.mark_unchanged();
+    has_changed
+}

@@ -1,0 +1,274 @@
+//! What was heard of each area, and the picture of all of them at one time.
+//!
+//! ```text
+//!   frame      ─▶ ╭────────╮            heard within 2 s   its zones and people
+//!   site       ─▶ │ Campus │ ─▶ picture   not             its zones unknown, its modules missing, an alarm
+//!   token gone ─▶ ╰────────╯              token gone       the same, at once
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::persons::{Heard, Key, Persons};
+use super::{AreaFrame, AreaName, prefix};
+use crate::alarm::{AlarmKind, Cause, Severity};
+use crate::alarm_list::{About, ListedAlarm};
+use crate::names::{Likelihood, NameLine};
+use crate::occupancy::{Total, ZoneKnown};
+use crate::site::Site;
+use crate::snapshot::Snapshot;
+use crate::total::total;
+
+/// An area of which no frame was heard for so long is not heard, µs: twenty frames, so that a network that loses a third of them
+/// never loses so many in a row, and less than the three seconds that frames hold elsewhere.
+pub const SILENT_US: u64 = 2_000_000;
+
+/// Of a name nothing is kept longer than trackers keep it, µs: an hour.
+const NAMED_US: u64 = 3_600_000_000;
+
+#[derive(Debug, Default)]
+struct Area {
+    site: Option<Site>,
+    last: Option<AreaFrame>,
+    heard_us: u64,
+    is_gone: bool,
+    /// Since when it is not heard, ms since 1970.
+    silent_since_ms: Option<u64>,
+}
+
+/// An ID, and the persons that it may be.
+#[derive(Debug)]
+struct Named {
+    persons: Vec<(u64, f64)>,
+    heard_us: u64,
+}
+
+/// The areas of a site. Memory: a frame and a site of each area that was ever heard, at most as many as [`Campus::new`] allows.
+#[derive(Debug)]
+pub struct Campus {
+    areas: BTreeMap<AreaName, Area>,
+    areas_max: usize,
+    /// Areas that there was no room for.
+    refused: BTreeSet<AreaName>,
+    persons: Persons,
+    names: BTreeMap<String, Named>,
+    /// The number of each alarm of an area among those of all.
+    alarms: BTreeMap<(AreaName, u64), u64>,
+    newest_alarm: u64,
+    begun_us: Option<u64>,
+}
+
+impl Campus {
+    /// Without any area yet; `expected` are missed from the start, and at most `areas_max` are listened to.
+    #[must_use]
+    pub fn new(expected: &[AreaName], areas_max: usize) -> Self {
+        Self {
+            areas: expected.iter().map(|area| (area.clone(), Area::default())).collect(),
+            areas_max: areas_max.max(expected.len()),
+            refused: BTreeSet::new(),
+            persons: Persons::default(),
+            names: BTreeMap::new(),
+            alarms: BTreeMap::new(),
+            newest_alarm: 0,
+            begun_us: None,
+        }
+    }
+
+    fn area(&mut self, name: &AreaName) -> Option<&mut Area> {
+        if !self.areas.contains_key(name) && self.areas.len() >= self.areas_max {
+            // What cannot be kept is at least said, of so many as there is room for.
+            if self.refused.len() < self.areas_max {
+                self.refused.insert(name.clone());
+            }
+            return None;
+        }
+        Some(self.areas.entry(name.clone()).or_default())
+    }
+
+    /// Takes what an area says; a frame that is older than the last one of the same start is left out.
+    pub fn hear(&mut self, name: &AreaName, frame: AreaFrame, now_us: u64) {
+        let Some(area) = self.area(name) else { return };
+        let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
+        if area.last.as_ref().is_some_and(is_old) {
+            return;
+        }
+        *area = Area { last: Some(frame), heard_us: now_us, is_gone: false, ..std::mem::take(area) };
+    }
+
+    /// Takes the site of an area; whether it is another one than before.
+    pub fn set_site(&mut self, name: &AreaName, site: Site) -> bool {
+        let Some(area) = self.area(name) else { return false };
+        let has_changed = area.site.as_ref() != Some(&site);
+        area.site = Some(site);
+        has_changed
+    }
+
+    /// The tracker of an area is gone, as its token says. What is heard of it later brings it back.
+    pub fn leave(&mut self, name: &AreaName) {
+        if let Some(area) = self.areas.get_mut(name) {
+            area.is_gone = true;
+        }
+    }
+
+    /// The areas that were ever heard, or are expected.
+    pub fn names(&self) -> impl Iterator<Item = &AreaName> {
+        self.areas.keys()
+    }
+
+    /// The site of all areas, under the names that their parts have in the picture.
+    #[must_use]
+    pub fn site(&self) -> Site {
+        let mut all = Site::default();
+        for (name, area) in &self.areas {
+            let Some(site) = &area.site else { continue };
+            let site = prefix::site(name, site.clone());
+            all.modules.extend(site.modules);
+            all.walls.extend(site.walls);
+            all.zones.extend(site.zones);
+            all.entries.extend(site.entries);
+            all.lines.extend(site.lines);
+            all.movers.extend(site.movers);
+            all.excludes.extend(site.excludes);
+            all.doors.extend(site.doors);
+            all.readers.extend(site.readers);
+            all.floors.extend(site.floors);
+        }
+        all
+    }
+
+    /// The picture at `now_us`; `site` is that of [`Campus::site`].
+    pub fn picture(&mut self, site: &Site, now_us: u64, unix_ms: u64) -> Snapshot {
+        let begun_us = *self.begun_us.get_or_insert(now_us);
+        let mut picture = Snapshot { unix_ms, ..Snapshot::default() };
+        picture.line.t = now_us.saturating_sub(begun_us) as f64 * 1e-6;
+        let mut heard = Vec::new();
+        for (name, area) in &mut self.areas {
+            let age_us = now_us.saturating_sub(area.heard_us);
+            let Some(last) = area.last.as_ref().filter(|_| !area.is_gone && age_us <= SILENT_US) else {
+                area.silent_since_ms.get_or_insert(unix_ms);
+                let last = area.last.as_ref().map(|last| &last.frame);
+                prefix::add_unheard(name, area.site.as_ref(), last, &mut picture);
+                continue;
+            };
+            area.silent_since_ms = None;
+            prefix::add(name, &last.frame, &mut picture);
+            heard.extend(last.frame.line.tracks.iter().map(|line| Heard {
+                key: Key { area: name.clone(), epoch: last.epoch, track: line.id },
+                line: line.clone(),
+                age_s: age_us as f64 * 1e-6,
+            }));
+        }
+        picture.line.tracks = self.persons.follow(heard, now_us);
+        picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
+        picture.names = self.name(&picture, now_us);
+        picture.alarms = self.list_alarms(unix_ms);
+        picture.total = total(site, &picture.line, &picture.modules);
+        let is_missing = |area: &Area| area.last.is_none() && area.site.is_none();
+        if self.areas.values().any(is_missing) {
+            // Its zones are in no list.
+            let Total { count, state } = picture.total;
+            let state = if state == ZoneKnown::Known { ZoneKnown::Partly } else { state };
+            picture.total = Total { count: count.filter(|count| *count > 0), state };
+        }
+        picture
+    }
+
+    /// Which person each ID is: by what the areas say of their tracks, and by what they said before a person went over a border.
+    fn name(&mut self, picture: &Snapshot, now_us: u64) -> Vec<NameLine> {
+        let mut lines: BTreeMap<String, NameLine> = BTreeMap::new();
+        for (area, said) in &self.areas {
+            let Some(last) = said.last.as_ref().filter(|_| said.silent_since_ms.is_none()) else { continue };
+            for line in &last.frame.names {
+                let heard_us = said.heard_us.saturating_sub((line.heard_s.max(0.0) * 1e6) as u64);
+                let person = |likely: &Likelihood| {
+                    let key = Key { area: area.clone(), epoch: last.epoch, track: likely.track };
+                    Some((self.persons.of(&key)?, likely.probability))
+                };
+                let persons: Vec<(u64, f64)> = line.tracks.iter().filter_map(person).collect();
+                let named = self
+                    .names
+                    .entry(line.label.clone())
+                    .or_insert(Named { persons: Vec::new(), heard_us: 0 });
+                // The area that read it last knows best. A track that is over has perhaps gone over a border.
+                if heard_us >= named.heard_us && !persons.is_empty() {
+                    named.persons = persons;
+                }
+                named.heard_us = named.heard_us.max(heard_us);
+                lines.insert(
+                    line.label.clone(),
+                    NameLine { tracks: Vec::new(), zones: Vec::new(), ..line.clone() },
+                );
+            }
+        }
+        self.names.retain(|_, named| now_us.saturating_sub(named.heard_us) <= NAMED_US);
+        let is_there = |person: u64| picture.line.tracks.iter().any(|track| track.id == person);
+        for (label, line) in &mut lines {
+            let Some(named) = self.names.get(label) else { continue };
+            line.heard_s = now_us.saturating_sub(named.heard_us) as f64 * 1e-6;
+            line.tracks = named
+                .persons
+                .iter()
+                .filter(|(person, _)| is_there(*person))
+                .map(|&(track, probability)| Likelihood { track, probability })
+                .collect();
+        }
+        lines.into_values().collect()
+    }
+
+    fn list_alarms(&mut self, unix_ms: u64) -> Vec<ListedAlarm> {
+        let mut all = Vec::new();
+        let mut standing = BTreeSet::new();
+        let mut number = |key: (AreaName, u64)| {
+            standing.insert(key.clone());
+            *self.alarms.entry(key).or_insert_with(|| {
+                self.newest_alarm += 1;
+                self.newest_alarm
+            })
+        };
+        for (name, area) in &self.areas {
+            if let Some(since_ms) = area.silent_since_ms {
+                let text = match &area.last {
+                    Some(_) => format!(
+                        "nothing is heard of area {name}: look whether its tracker runs and is connected"
+                    ),
+                    None => {
+                        format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
+                    }
+                };
+                all.push(silent(name, number((name.clone(), 0)), text, since_ms));
+                continue;
+            }
+            let Some(last) = &area.last else { continue };
+            all.extend(
+                last.frame
+                    .alarms
+                    .iter()
+                    .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), alarm.id + 1)))),
+            );
+        }
+        if let Some(first) = self.refused.first() {
+            let text = format!(
+                "{} areas are too many, {first} among them: nothing of them is shown",
+                self.refused.len()
+            );
+            all.push(silent(first, number((first.clone(), 0)), text, unix_ms));
+        }
+        self.alarms.retain(|key, _| standing.contains(key));
+        all.sort_by_key(|alarm| alarm.since_ms);
+        all
+    }
+}
+
+/// Nothing comes from an area.
+fn silent(area: &AreaName, id: u64, text: String, since_ms: u64) -> ListedAlarm {
+    ListedAlarm {
+        id,
+        about: About::Area,
+        of: area.to_string(),
+        cause: Cause::Fault(AlarmKind::Silent),
+        severity: Severity::Failed,
+        text,
+        since_ms,
+        until_ms: None,
+        acknowledged: None,
+    }
+}

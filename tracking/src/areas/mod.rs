@@ -1,0 +1,44 @@
+//! Areas: several trackers of one large site, each with its own modules, put together to one picture.
+//!
+//! ```text
+//!   tracker of area east ── AreaFrame ─╮               ╭─▶ map, HTTP, metrics, MQTT: as of one tracker
+//!                           border     ├─▶ Campus ─▶ Snapshot
+//!   tracker of area west ── AreaFrame ─╯               zones "east/hall", people with one number everywhere
+//! ```
+//!
+//! All areas are drawn in one frame: the same metres, the same axes. A module at a border stands in the files of both areas, and
+//! both trackers follow who walks in the strip that it sees: there a person is two tracks, and one person (`persons`).
+//!
+//! *Unknown is never empty*: of an area that is not heard, every zone is unknown, and so is the total.
+//!
+//! | file | what |
+//! |---|---|
+//! | `name` | the name of an area, in topics and in front of the names of its zones |
+//! | `campus` | what was heard of each area, and the picture of all |
+//! | `persons` | which tracks of different areas are one person: the numbers that go over borders |
+//! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
+
+mod campus;
+mod name;
+mod persons;
+mod prefix;
+#[cfg(test)]
+mod tests;
+
+use serde::{Deserialize, Serialize};
+
+use crate::snapshot::Snapshot;
+
+pub use campus::{Campus, SILENT_US};
+pub use name::{AreaName, NameError};
+
+/// What the tracker of an area says at one time.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AreaFrame {
+    /// Another one after each start of the tracker, which numbers its tracks anew.
+    pub epoch: u64,
+    /// Counts its frames, so that one that was held up on the way is not taken for news.
+    pub number: u64,
+    /// Its tracks, zones, modules and alarms.
+    pub frame: Snapshot,
+}
