@@ -18,7 +18,7 @@ use std::time::Instant;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 
@@ -95,6 +95,6 @@ pub async fn tell(
 }
 
 /// The screen for the entrant; which door it is for, the page reads from its own address.
-pub async fn screen() -> Response {
-    page::file("/door.html")
+pub async fn screen(headers: HeaderMap) -> Response {
+    page::file("/door.html", &headers)
 }
