@@ -18,13 +18,19 @@ use host_sim::world::scene::Scene;
 use host_tracker::site_file;
 use host_tracker::store::reader::Reader;
 use host_tracker::store::{Keep, Store};
+use kehai_tracking::alarm::{AlarmKind, AlarmLine, Severity};
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::unix_ms;
+use kehai_tracking::snapshot::{ModuleLine, unix_ms};
 use mapped::Tracker;
 use serde_json::{Value, json};
 
 /// A track's number that no tracker of today comes to.
 const GUEST: u64 = 7007;
+
+/// When the study's module had an alarm then, s after it began, and when it had none any more.
+const ALARM_S: u64 = 35;
+/// See [`ALARM_S`].
+const CLEARED_S: u64 = 45;
 
 /// Confirmed tracks on the map.
 const CONFIRMED: &str = "document.querySelectorAll('.person.confirmed').length";
@@ -247,8 +253,16 @@ fn happened_before(database: &Path, site: &Site, begun_ms: u64) {
                 )
             })
             .collect();
+        let sick = (ALARM_S..CLEARED_S).contains(&(u64::from(tenth) / 10));
+        let text = "no scans for 2 s".into();
+        let alarm = AlarmLine { kind: AlarmKind::Silent, severity: Severity::default(), text };
+        let module = ModuleLine {
+            name: "study".into(),
+            alarms: sick.then_some(alarm).into_iter().collect(),
+            ..ModuleLine::default()
+        };
         let frame = json!({
-            "unix_ms": begun_ms + 100 * u64::from(tenth), "t": f64::from(tenth) * 0.1, "tracks": [track], "zones": zones, "modules": [],
+            "unix_ms": begun_ms + 100 * u64::from(tenth), "t": f64::from(tenth) * 0.1, "tracks": [track], "zones": zones, "modules": [module],
         });
         store.see_waiting(Arc::new(serde_json::from_value(frame).unwrap()));
     }
@@ -308,11 +322,58 @@ fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
     page.value(&format!("void (location.hash = '#at={there_ms}')"));
     page.wait("the link's time is shown", &format!("document.querySelectorAll('{guest}').length === 1"));
     page.wait("the range holds it", "Number(document.querySelector('#range').value) > 3600000 - 1");
+    from_mark_to_mark(page, hour_ago_ms);
     page.click("#live");
     page.wait(
         "the link is followed once",
         "location.hash === '' && !document.body.classList.contains('past')",
     );
+}
+
+/// The buttons beside the time line, the day, and the address, which anybody else can open.
+fn from_mark_to_mark(page: &mut Page, hour_ago_ms: u64) {
+    let at = |s: u64| format!("location.hash === '#at={}'", hour_ago_ms + 1000 * s);
+    page.value(&format!("void (location.hash = '#at={}')", hour_ago_ms + 55_000));
+    page.wait("from after the alarm", "!document.querySelector('#event-after').disabled");
+    page.click("#event-before");
+    page.wait("to its end", &at(CLEARED_S));
+    page.wait("which is said", "/study/.test(document.querySelector('#notice').innerText)");
+    page.value("document.querySelector('#event-before').focus()");
+    page.key(" ", 32);
+    page.wait("by a key to its beginning", &at(ALARM_S));
+    page.wait("in words", "/study.*no scans/s.test(document.querySelector('#notice').innerText)");
+    page.fits_a_phone("mark");
+    page.click("#event-after");
+    page.wait("and on again", &at(CLEARED_S));
+    // The same address in another window shows the same time.
+    let link = page.value("location.href").as_str().unwrap().to_owned();
+    page.open("about:blank");
+    page.wait("nothing is open", "location.href === 'about:blank'");
+    page.open(&link);
+    page.wait(
+        "the link's time",
+        &format!("document.querySelectorAll('[data-person=\"{GUEST}\"]').length === 1"),
+    );
+    page.wait("is in its address", &at(CLEARED_S));
+    page.wait(
+        "and so is its day",
+        "document.querySelector('#day').value === new Date(Number(location.hash.slice(4))).toLocaleDateString('sv')",
+    );
+    // The slider writes it, too.
+    page.value(
+        "(() => { const slider = document.querySelector('#slider'); slider.value = Number(slider.value) + 600; \
+         slider.dispatchEvent(new Event('input')); })()",
+    );
+    let moved_s = format!("(Number(location.hash.slice(4)) - {hour_ago_ms}) / 1000");
+    page.wait("a place on the slider has an address", &format!("Math.abs({moved_s} - 645) < 60"));
+    page.value(
+        "(() => { const day = document.querySelector('#day'); day.stepDown(2); day.dispatchEvent(new Event('change')); })()",
+    );
+    let days = format!("({moved_s} - 645) / 86400");
+    page.wait("two days before, at the same time of day", &format!("Math.abs({days} + 2) < 0.05"));
+    page.wait("of which nothing is kept", "document.querySelector('#total').textContent === '–'");
+    page.click("#event-before");
+    page.wait("nor anything before", "/No alarm/.test(document.querySelector('#notice').innerText)");
 }
 
 fn looking_back(page: &mut Page) {

@@ -4,6 +4,7 @@ import { Calibration } from "./calibrate.js";
 import { DoorMarks } from "./doors.js";
 import { Drawing } from "./draw.js";
 import { Editor } from "./edit.js";
+import { LookBack, named } from "./look-back.js";
 import { LINK } from "./names.js";
 import { ask, connect } from "./net.js";
 import { STAGE, stage } from "./next.js";
@@ -53,10 +54,12 @@ const state = {
 const past = new Past({
   ready: () => {
     time.ready();
+    lookBack.show();
     if (time.at !== null) show();
   },
 });
 const time = new TimeLine(past, { seek });
+const lookBack = new LookBack(time, past, tellDone);
 const view = new View(get("map"), {
   change: () => redraw(),
   click: (element) => {
@@ -218,9 +221,9 @@ async function loadDoors(frame) {
   state.doors = (frame.doors ?? []).length ? await ask("/api/door").catch(() => state.doors) : [];
 }
 
-/** A link to a time of the map: #at=1700000000000, ms since 1970. */
+/** Shows the time that the address names. */
 function jump() {
-  const at = Number(/^#at=(\d+)$/.exec(location.hash)?.[1]);
+  const at = named(location.hash);
   if (at && !mode) time.go(at);
 }
 
@@ -248,7 +251,8 @@ function choose(chosen) {
 
 function seek(at) {
   body.toggle("past", at !== null);
-  if (at === null && location.hash) history.replaceState(null, "", location.pathname);
+  lookBack.remember(at);
+  lookBack.show();
   show();
 }
 

@@ -9,6 +9,9 @@ const PIECE_MS = 600_000;
 const PIECES = 8; // kept at once
 const RUN_UP_MS = 15_000; // for trails at the beginning of a piece
 const EVENTS = 8;
+/** Marks are looked for so near, and then as many times farther. */
+const NEAR_MS = 3_600_000;
+const FARTHER = 12;
 
 export class Past {
   /** `on.ready` when something that was asked for has come. */
@@ -92,6 +95,26 @@ export class Past {
       ...own.filter(({ at_ms }) => at_ms >= begun),
     ];
     return all.filter(({ at_ms }) => at_ms <= at).slice(-EVENTS).reverse();
+  }
+
+  /** The mark of the time line next to a time, ahead or back, between `first` and `newest`; null if there is none. */
+  async beside(at, ahead, first, newest) {
+    let edge = at, ms = NEAR_MS;
+    while (ahead ? edge < newest : edge > first) {
+      const [from, to] = ahead ? [edge, Math.min(edge + ms, newest)] : [Math.max(edge - ms, first), edge];
+      const path = `/api/overview?from=${Math.floor(from)}&to=${Math.ceil(to)}&bins=1`;
+      const { events = [], left_out = 0 } = await ask(path).catch(() => ({}));
+      // Of too many the newest are told: those next ahead are among the others.
+      if (ahead && left_out && ms > 1) {
+        ms /= FARTHER;
+        continue;
+      }
+      const found = events.filter(({ at_ms }) => (ahead ? at_ms > at : at_ms < at));
+      if (found.length) return ahead ? found[0] : found.at(-1);
+      edge = ahead ? to : from;
+      ms *= FARTHER;
+    }
+    return null;
   }
 }
 

@@ -14,7 +14,7 @@ const SPEEDS = [1, 5, 20, 60];
 const RANGES = {
   minutes: [[10, KEEP_MS]],
   hours: [[1, 3_600_000], [6, 21_600_000], [24, 86_400_000]],
-  days: [[7, 604_800_000]],
+  days: [[7, 604_800_000], [31, 2_678_400_000]],
 };
 
 const get = (id) => document.getElementById(id);
@@ -75,6 +75,11 @@ export class TimeLine {
   /** The first time that can be shown. */
   first() {
     return this.past.kept ? Math.max(this.newest() - this.range, 0) : this.lines[0]?.unix_ms ?? 0;
+  }
+
+  /** As far back as can be shown. */
+  longest() {
+    return Number([...this.range_.options].at(-1).value);
   }
 
   setRange(ms) {
