@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::editors::OtherEditor;
 use crate::alarm_handle::Told;
 use crate::reports::ReportLine;
 use crate::store::reader::Count;
@@ -212,6 +213,8 @@ pub enum ToClient<'a> {
     Site(u64),
     /// The alarms that stand: once, and when others stand or one was acknowledged.
     Alarms(&'a [ListedAlarm]),
+    /// Who else has the editor open, for who has it open: once, and when others have.
+    Editors(Vec<OtherEditor>),
     /// A message that came is not understood, and why.
     Error(String),
 }
@@ -225,4 +228,7 @@ pub struct Wish {
     /// Whether tracks are wanted after each report.
     #[serde(default)]
     pub reports: bool,
+    /// Whether the editor is open here: who may change the site is told who else has it open.
+    #[serde(default)]
+    pub editing: bool,
 }

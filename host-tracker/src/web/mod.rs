@@ -35,6 +35,7 @@
 //! | `history` | the last ten minutes |
 //! | `past` | what was before, from the database |
 //! | `socket` | a browser's connection |
+//! | `editors` | who has the editor open |
 //! | `alarms` | alarms, listed and acknowledged |
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
@@ -59,6 +60,7 @@ mod calibration;
 mod coverage;
 mod documents;
 mod door;
+mod editors;
 mod exits;
 mod explain;
 mod feed;
@@ -94,6 +96,7 @@ use tokio_rustls::TlsAcceptor;
 
 use crate::certificate::Certificate;
 use crate::supervise;
+use editors::Editors;
 pub use limits::Limits;
 use places::Places;
 pub use places::Shares;
@@ -266,6 +269,7 @@ async fn serve(
         comparing: tokio::sync::Mutex::default(),
         asking: Arc::default(),
         exits: Mutex::default(),
+        editors: Editors::default(),
     });
     let listener = match tokio::net::TcpListener::from_std(listener) {
         Ok(listener) => listener,

@@ -11,6 +11,7 @@ use parking_lot::Mutex;
 use tokio::sync::watch;
 
 use super::answers::refuse;
+use super::editors::Editors;
 use super::exits::Exits;
 use super::guard::Names;
 use super::limits::Limits;
@@ -122,4 +123,6 @@ pub(super) struct Shared {
     pub(super) asking: Arc<tokio::sync::Mutex<KeptClients>>,
     /// Ways out that were asked for without a token.
     pub(super) exits: Mutex<Exits>,
+    /// Who has the editor open.
+    pub(super) editors: Editors,
 }

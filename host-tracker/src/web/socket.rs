@@ -7,6 +7,7 @@
 //!   ◀─ {"frames": false}    a hidden page asks for nothing
 //!   ◀─ {"frames": false, "reports": true}    ─▶ {"report": {"t": 12.34, "module": "left", "sequence": 7, "tracks": […]}}
 //! ```
+//!   ◀─ {"frames": true, "editing": true}     ─▶ {"editors": [{"name": "anna"}, {"name": null}]}    who else has the editor open
 //!
 //! It ends with the session or the token by which it was opened. The map asks for no reports: ten frames a second are what eyes can follow.
 
@@ -23,6 +24,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval_at};
 
 use super::answers::refuse;
 use super::bodies::{ToClient, Wish};
+use super::editors::{Editing, OtherEditor};
 use super::listener::{Ends, is_unread};
 use super::session;
 use super::shared::Shared;
@@ -80,6 +82,7 @@ async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) 
     site.mark_changed();
     let (mut wanted, mut fields_number) = (true, 0);
     let mut reports = None;
+    let mut editing = None;
     let every = shared.limits.ping;
     let mut pings = interval_at(Instant::now() + every, every);
     // After a sleep of the host a client gets a whole interval again.
@@ -99,6 +102,9 @@ async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) 
             }
             report = next(&mut reports) => {
                 send(socket, text(&ToClient::Report(&report))).await?;
+            }
+            others = others(&mut editing) => {
+                send(socket, text(&ToClient::Editors(others))).await?;
             }
             changed = site.changed() => {
                 changed.map_err(|_| Gone::Left)?;
@@ -123,6 +129,10 @@ async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) 
                     Ok(wish) => {
                         wanted = wish.frames;
                         reports = wish.reports.then(|| reports.unwrap_or_else(|| shared.context.reports.listen()));
+                        // Who may only look is not told who works here.
+                        let who = shared.context.access.who(credential);
+                        let edits = wish.editing && who.may(Action::ChangeSite, None);
+                        editing = edits.then(|| editing.unwrap_or_else(|| shared.editors.open(&who)));
                     }
                     Err(error) => complain(socket, &error.to_string()).await?,
                 },
@@ -146,8 +156,16 @@ async fn next(reports: &mut Option<Listener>) -> Arc<ReportLine> {
     std::future::pending().await
 }
 
+/// Who else has the editor open, when they are others; for ever nobody, if it is not open here.
+async fn others(editing: &mut Option<Editing>) -> Vec<OtherEditor> {
+    match editing {
+        Some(editing) => editing.others().await,
+        None => std::future::pending().await,
+    }
+}
+
 async fn complain(socket: &mut WebSocket, what: &str) -> Result<(), Gone> {
-    let understood = r#"understood: {"frames": true} or false, and "reports" likewise"#;
+    let understood = r#"understood: {"frames": true} or false, and "reports", "editing" likewise"#;
     send(socket, text(&ToClient::Error(format!("{what}; {understood}")))).await
 }
 

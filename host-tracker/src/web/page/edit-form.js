@@ -3,7 +3,7 @@
 import { BLOCKS, KIND } from "./names.js";
 import { sentence } from "./edit-merge.js";
 import { html } from "./shapes.js";
-import { dateTime, say, tell, word } from "./words.js";
+import { dateTime, list, say, tell, word } from "./words.js";
 
 const NAME_CHARACTERS = 64;
 
@@ -126,6 +126,20 @@ export function tellNews(editor) {
   document.getElementById("edit-news")?.replaceChildren(...news(editor));
 }
 
+/** Says in the form who else has the editor open; nothing of nobody. */
+export function tellOthers(editor) {
+  const said = document.getElementById("edit-others");
+  if (said) said.textContent = among(editor);
+}
+
+/** Who else has the editor open, in words: names, and windows of nobody known. */
+function among({ others }) {
+  const names = others.map(({ name }) => name).filter((name) => name !== null);
+  const windows = others.length - names.length;
+  const all = [...new Set(names), ...(windows ? [say("news.window", { n: windows })] : [])];
+  return all.length ? say("news.others", { n: others.length, names: list(all) }) : "";
+}
+
 /** What others have done, and what an earlier page has left. */
 function news(editor) {
   const row = (id, words, ...buttons) =>
@@ -181,6 +195,7 @@ export function form(editor) {
     "section",
     { className: "detail form", id: "edit-form" },
     html("header", {}, html("h2", {}, part ? word("kind", kind) : say("edit.title"))),
+    html("p", { className: "others", id: "edit-others", role: "status" }, among(editor)),
     html("div", { id: "edit-news" }, ...news(editor)),
     ...about,
     html("ul", { className: "error", id: "edit-wrong", hidden: true, lang: "en" }),

@@ -2,7 +2,7 @@
 
 import { Check } from "./edit-check.js";
 import { Draft } from "./edit-draft.js";
-import { form } from "./edit-form.js";
+import { form, tellOthers } from "./edit-form.js";
 import { drawKey, KEYS, showCursor } from "./edit-keys.js";
 import { question, sentence } from "./edit-merge.js";
 import { down, move, rectangle, up } from "./edit-pointer.js";
@@ -17,7 +17,7 @@ const UNDO_MOST = 100;
 const BESIDE_M = 0.5;
 
 export class Editor extends Together {
-  /** `on.close(said)` with what is to be said about it, if anything, `on.change(site)` after every change, `on.form(element)` for what is chosen. */
+  /** `on.close(said)` with what is to be said about it, if anything, `on.change(site)` after every change, `on.form(element)` for what is chosen, `on.present(open)` when it opens and closes. */
   constructor(layer, view, on) {
     super();
     Object.assign(this, { layer, view, on, open: false });
@@ -48,6 +48,7 @@ export class Editor extends Together {
       file,
       newer: false,
       taken: [],
+      others: [],
       conflicts: null,
       cursor: null,
       left: this.kept.found(file),
@@ -65,15 +66,23 @@ export class Editor extends Together {
     this.check.clear();
     this.say("");
     this.hint.hidden = this.tools.hidden = false;
+    this.on.present(true);
     this.use(SELECT);
   }
 
   stop(said) {
     this.open = false;
+    this.on.present(false);
     this.hint.hidden = this.tools.hidden = true;
     this.layer.replaceChildren();
     this.view.svg.classList.remove("drawing");
     this.on.close(said);
+  }
+
+  /** The tracker says who else has the editor open. */
+  among(others) {
+    this.others = others;
+    if (this.open) tellOthers(this);
   }
 
   changed() {

@@ -86,6 +86,7 @@ const panel = new Panel(get("panel"), {
 const editor = new Editor(drawing.layers.edit, view, {
   change: (site) => drawing.site(site, view.px, null),
   form: (form) => panel.edit(form),
+  present: (open) => present(open),
   close: (said) => {
     panel.edit(null);
     end("edit-open");
@@ -339,7 +340,7 @@ function speak(frame) {
 
 who();
 picture.load();
-connect({
+const present = connect({
   frame: (frame) => {
     if (state.frame && frame.unix_ms < state.frame.unix_ms) state.recent = [];
     frame.came_ms = Date.now();
@@ -357,6 +358,7 @@ connect({
     drawing.fields(state.fields, state.chosen?.module);
     tray.fields(fields);
   },
+  editors: (others) => editor.among(others),
   // A hidden page gets these, and no frames.
   alarms: (standing) => panel.alarms.update(standing),
   site: (revision) => {

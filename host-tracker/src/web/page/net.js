@@ -9,9 +9,12 @@ const SILENT_MS = 3000;
 /** The event of an answer that says that nobody is logged in. */
 export const LOGGED_OUT = "logged-out";
 
-/** Calls `on.frame`, `on.fields`, `on.alarms`, `on.site` with what arrives, and `on.link` with a LINK. */
+/**
+ * Calls `on.frame`, `on.fields`, `on.alarms`, `on.site`, `on.editors` with what arrives, and `on.link` with a LINK. What it returns is
+ * called with whether the editor is open here.
+ */
 export function connect(on) {
-  let socket = null, tries = 0, last = 0, state = "";
+  let socket = null, tries = 0, last = 0, state = "", editing = false;
   const tell = (next) => {
     if (next !== state) on.link(state = next);
   };
@@ -33,16 +36,20 @@ export function connect(on) {
       if (message.fields) on.fields(message.fields);
       if (message.alarms) on.alarms(message.alarms);
       if (message.site) on.site(message.site);
+      if (message.editors) on.editors(message.editors);
       if (message.error) console.warn(message.error);
     };
     socket.onclose = () => {
+      // Who has gone meanwhile would not be heard of.
+      on.editors([]);
       tell(LINK.LOST);
       setTimeout(open, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
     };
   };
   // A hidden page asks for no frames.
   const wish = () => {
-    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ frames: !document.hidden }));
+    const open = socket.readyState === WebSocket.OPEN;
+    if (open) socket.send(JSON.stringify({ frames: !document.hidden, editing }));
     last = performance.now();
   };
   document.addEventListener("visibilitychange", wish);
@@ -51,6 +58,10 @@ export function connect(on) {
     if (open && !document.hidden && performance.now() - last > SILENT_MS) tell(LINK.SILENT);
   }, 500);
   open();
+  return (now) => {
+    editing = now;
+    wish();
+  };
 }
 
 /** The answer to a request, or an error that says why there is none. */

@@ -596,6 +596,8 @@ export default {
   "news.take-in": "Übernehmen",
   "news.kept": "Auch die Änderungen anderer bleiben erhalten: {changes}.",
   "news.more": { one: " und {n} weitere", other: " und {n} weitere" },
+  "news.others": { one: "Auch {names} hat den Editor offen.", other: "Auch {names} haben den Editor offen." },
+  "news.window": { one: "ein anderes Fenster", other: "{n} andere Fenster" },
   "merge.title": "Beide haben dies geändert",
   "merge.help": "Nichts geht verloren: auswählen, was bleibt, dann speichern.",
   "merge.keep": "Diese behalten",

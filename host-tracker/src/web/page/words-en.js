@@ -595,6 +595,8 @@ export default {
   "news.take-in": "Take it in",
   "news.kept": "Somebody else's changes are kept, too: {changes}.",
   "news.more": { one: " and {n} more", other: " and {n} more" },
+  "news.others": { one: "{names} has the editor open, too.", other: "{names} have the editor open, too." },
+  "news.window": { one: "another window", other: "{n} other windows" },
   "merge.title": "Both have changed this",
   "merge.help": "Nothing is lost: say which to keep, then save.",
   "merge.keep": "Keep these",

@@ -573,6 +573,8 @@ export default {
   "news.take-in": "取り込む",
   "news.kept": "ほかの人の変更も残っています: {changes}",
   "news.more": { other: "ほか {n} 件" },
+  "news.others": { other: "{names}も編集画面を開いています。" },
+  "news.window": { other: "ほかの {n} 個のウィンドウ" },
   "merge.title": "両方で変更されています",
   "merge.help": "失われるものはありません。残す方を選んで保存してください。",
   "merge.keep": "選んだものを残す",
