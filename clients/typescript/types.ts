@@ -1179,6 +1179,12 @@ export type Nothing = Record<string, never>;
 /** How a track came to be, and with that whether it is a person of its own. */
 export type Origin = "entered" | "unexplained" | { "part-of": number };
 
+/** Another open editor. */
+export interface OtherEditor {
+  /** Who has it open; null where nobody is known by name. */
+  name: string | null;
+}
+
 /** What the database has of a time, if there is one. */
 export type OverviewAnswer = OverviewKept | NotKept;
 
@@ -1663,6 +1669,7 @@ export type ToClient =
   | { report: ReportLine }
   | { site: number }
   | { alarms: ListedAlarm[] }
+  | { editors: OtherEditor[] }
   | { error: string };
 
 /** What has been told to the webhook, and what it did not take. */
@@ -1773,6 +1780,8 @@ export type Why =
 
 /** What a browser may ask for. */
 export interface Wish {
+  /** Whether the editor is open here: who may change the site is told who else has it open. */
+  editing?: boolean;
   /** Whether frames are wanted. */
   frames: boolean;
   /** Whether tracks are wanted after each report. */

@@ -1272,6 +1272,13 @@ class Nothing(TypedDict):
     """Nothing more is to be said."""
 
 
+class OtherEditor(TypedDict):
+    """Another open editor."""
+
+    # Who has it open; null where nobody is known by name.
+    name: str | None
+
+
 class OverviewKept(TypedDict):
     """Something that is kept."""
 
@@ -1772,6 +1779,7 @@ class ToClient(TypedDict):
     report: NotRequired[ReportLine]
     site: NotRequired[int]
     alarms: NotRequired[list[ListedAlarm]]
+    editors: NotRequired[list[OtherEditor]]
     error: NotRequired[str]
 
 
@@ -1891,6 +1899,8 @@ Why = TypedDict(
 class Wish(TypedDict):
     """What a browser may ask for."""
 
+    # Whether the editor is open here: who may change the site is told who else has it open.
+    editing: NotRequired[bool]
     # Whether frames are wanted.
     frames: bool
     # Whether tracks are wanted after each report.

@@ -3,7 +3,7 @@
 //! ```text
 //!   first asked for ─▶ each file compressed once, at most once in the life of the program
 //!
-//!   Accept-Encoding: gzip   ─▶ Content-Encoding: gzip, a fourth of the bytes    ETag: what its SHA-256 begins with
+//!   Accept-Encoding: gzip   ─▶ Content-Encoding: gzip, a third of the bytes     ETag: what its SHA-256 begins with
 //!   If-None-Match: the tag  ─▶ 304, without the bytes                          Cache-Control: no-cache, ask each time
 //! ```
 //!
