@@ -56,7 +56,7 @@ impl Together {
         is_closed(map.as_ref())?;
         let (file, alarms) = (SiteFile::together(&path), TrackerAlarms::default());
         let (campus, pictures) = Campus::start(campus, file.clone(), alarms.clone(), say)?;
-        let publish = |Mqtt { broker, trust, topics }| {
+        let publish = |Mqtt { broker, trust, topics, commands: _ }| {
             let settings = mqtt::Settings {
                 broker,
                 trust,
@@ -65,6 +65,8 @@ impl Together {
                 map_url: map.as_ref().and_then(map_url),
                 doors: None,
                 signs: None,
+                // Modules belong to the trackers of their areas.
+                buttons: None,
                 alarms: alarms.clone(),
             };
             Publisher::start(settings, pictures, None, say)

@@ -12,12 +12,8 @@ use clap::Args;
 use host_tracker::access::file::AccessFile;
 use host_tracker::access::{Access, FIRST, first_admin};
 use host_tracker::certificate::Certificate;
-<<<<<<< HEAD
-use host_tracker::daemon::{Daemon, DaemonError, Map, is_reached};
-use host_tracker::doctor::gather::MapPlace;
-=======
 use host_tracker::daemon::{DaemonError, Map, is_reached};
->>>>>>> w-areas
+use host_tracker::doctor::gather::MapPlace;
 use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;

@@ -62,6 +62,10 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     let path = arguments.folder.join(format!("{}.toml", arguments.site));
+    let mqtt = arguments.mqtt.broker(&path)?;
+    if mqtt.as_ref().is_some_and(|mqtt| mqtt.commands) {
+        return Err("--mqtt-commands is for the trackers of the areas: they have the modules".into());
+    }
     let served = arguments.http.served(&path)?;
     let settings = TogetherSettings {
         campus: CampusSettings {
@@ -70,7 +74,7 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
             network: arguments.network.network(),
         },
         map: arguments.http.map(&served, &path)?,
-        mqtt: arguments.mqtt.broker(&path)?,
+        mqtt,
         path: path.clone(),
     };
     let together =

@@ -92,7 +92,7 @@ impl Broker {
     }
 
     pub fn change_site(&mut self, site: &Arc<Site>) {
-        self.outbox.set_about(About { site: Arc::clone(site), map_url: None });
+        self.outbox.set_about(About { site: Arc::clone(site), map_url: None, buttons: false });
     }
 
     /// The tracker of before is gone, and its last will is done; another connects.

@@ -231,7 +231,7 @@ impl Persons {
         for known in self.known.values().filter(|known| known.gone_s == 0.0) {
             let shown = best.entry(known.person).or_insert(&known.last);
             let (new, old) = (known.last.rank(), shown.rank());
-            if new.0 < old.0 || (new.0 == old.0 && new.1 < old.1) {
+            if new.0.cmp(&old.0).then(new.1.total_cmp(&old.1)).is_lt() {
                 *shown = &known.last;
             }
         }
