@@ -1,7 +1,7 @@
 // What kehai-tracker sends and takes, version 1.0.0: made by `kehai-tracker schema typescript`.
 
 /** What an alarm is about, without its name. */
-export type About = "tracker" | "module" | "door" | "zone";
+export type About = "tracker" | "module" | "door" | "zone" | "area";
 
 /** What is to be absorbed. */
 export interface Absorb {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal, NotRequired, TypedDict
 
 # What an alarm is about, without its name.
-About = Literal["tracker", "module", "door", "zone"]
+About = Literal["tracker", "module", "door", "zone", "area"]
 
 
 class Absorb(TypedDict):
