@@ -21,7 +21,6 @@ use super::link::{one_line, open};
 use super::{AreaPlace, AreaSettings, LinkError, Said, SiteSaid};
 use crate::supervise;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::areas::AreaFrame;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
@@ -108,8 +107,7 @@ fn publish(
             site_revision = said_of(&changed.borrow_and_update()).revision;
         }
         number += 1;
-        let area = AreaFrame { epoch, number, frame: (*frame).clone() };
-        let said = serde_json::to_vec(&Said { site_revision, area });
+        let said = serde_json::to_vec(&Said { site_revision, epoch, number, frame: (*frame).clone() });
         publisher.put(said.map_err(|error| error.to_string())?).wait()?;
     }
     Ok(())

@@ -246,8 +246,8 @@ fn pass(to: &SyncSender<Heard>, lost: &[AtomicU64; 2], heard: Option<Heard>) {
 
 fn frame(sample: &Sample) -> Option<Heard> {
     let area = area_of(sample.key_expr().as_str())?;
-    let Said { site_revision, area: said } = read(sample)?;
-    Some(Heard::Frame(area, site_revision, Box::new(said)))
+    let said: Said = read(sample)?;
+    Some(Heard::Frame(area, said.site_revision, Box::new(said.into())))
 }
 
 fn read<T: serde::de::DeserializeOwned>(sample: &Sample) -> Option<T> {

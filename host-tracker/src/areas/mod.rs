@@ -39,6 +39,8 @@ use serde::{Deserialize, Serialize};
 use kehai_tracking::areas::AreaFrame;
 #[cfg(feature = "zenoh")]
 use kehai_tracking::site::Site;
+#[cfg(feature = "zenoh")]
+use kehai_tracking::snapshot::Snapshot;
 
 pub use settings::{AreaPlace, AreaSettings, Network};
 #[cfg(feature = "zenoh")]
@@ -49,14 +51,26 @@ pub use {
     together::{Together, TogetherSettings, has_next},
 };
 
-/// A frame on its way, in JSON, with the revision of the site it was made of.
+/// A frame on its way, in JSON. Its parts stand beside each other, as numbers within a flattened part cannot be read when some other
+/// crate has switched on `serde_json`'s `arbitrary_precision`.
 #[cfg(feature = "zenoh")]
 #[derive(Debug, Serialize, Deserialize)]
 struct Said {
     /// Of the site in use: another one is asked for.
     site_revision: u64,
-    #[serde(flatten)]
-    area: AreaFrame,
+    /// As in [`AreaFrame`].
+    epoch: u64,
+    /// As in [`AreaFrame`].
+    number: u64,
+    /// What the tracker says.
+    frame: Snapshot,
+}
+
+#[cfg(feature = "zenoh")]
+impl From<Said> for AreaFrame {
+    fn from(Said { epoch, number, frame, .. }: Said) -> Self {
+        Self { epoch, number, frame }
+    }
 }
 
 /// The site of an area, in JSON.

@@ -25,15 +25,13 @@ mod prefix;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
-
 use crate::snapshot::Snapshot;
 
 pub use campus::{Campus, SILENT_US};
 pub use name::{AreaName, NameError};
 
 /// What the tracker of an area says at one time.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct AreaFrame {
     /// Another one after each start of the tracker, which numbers its tracks anew.
     pub epoch: u64,
