@@ -359,6 +359,8 @@ export interface Covered {
   cell_m: number;
   /** Middle of each cell, and what sees it: 0 nothing, 1 one module or several on one side, 2 modules on two sides. */
   cells: [number, number, number][];
+  /** What is expected by how much is seen alone, of rooms that were simulated before; empty: none of them is like this site. */
+  estimated: Expectation[];
   /** What the simulator expects; null: nobody has asked it. */
   expected: Expected | null;
   /** Where one more module would help most; none where it would not, or no module is heard whose like it could be. */
@@ -726,6 +728,20 @@ export interface ExcludeRead {
   name?: string;
   /** Its corners, at least three. */
   polygon: [number, number][];
+}
+
+/** What is to be expected with so many people. */
+export interface Expectation {
+  /** In the best of them. */
+  best: number;
+  /** Share of the time in which the count is right, on the mean of the layouts that are like this one. */
+  exact: number;
+  /** How many they are. */
+  layouts: number;
+  /** So many people in the zones together. */
+  people: number;
+  /** In the worst of them. */
+  worst: number;
 }
 
 /** What the simulator expects of this site. */

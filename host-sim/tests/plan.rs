@@ -1,20 +1,14 @@
 //! The planner of places, against all pairs of them and against the simulator, in ten small rooms.
-//!
-//! ```text
-//!   ┌──────┐  ┌──────┐  ┌──────┐  ┌──────┐
-//!   │      │  │   ┌──┘  │  │   │  │  □   │     sizes, doors and walls within drawn by the room's number
-//!   └─ ────┘  └─ ─┘     └─ ────┘  └─ ────┘
-//! ```
 #![allow(missing_docs, reason = "a test program")]
 
 use host_sim::plan::choose::Number;
 use host_sim::plan::expect::expect;
 use host_sim::plan::layout::{Layout, Survey};
+use host_sim::plan::rooms::{SMALL, room};
 use host_sim::plan::visit::Visitors;
 use host_sim::plan::{ORDINARY_CLOTHES, Task};
 use host_sim::world::optics::SensorModel;
 use host_sim::world::random::{Purpose, Stream};
-use kehai_tracking::site::Site;
 
 /// People in every room.
 const PEOPLE: usize = 4;
@@ -27,32 +21,10 @@ fn seeds() -> std::ops::RangeInclusive<u64> {
     0..=asked.unwrap_or(SEEDS).max(1) - 1
 }
 
-/// Room `number`, of 3.5 to 6 m by 3 to 5 m, with a door in its lower wall.
-fn room(number: u64) -> Task {
-    let mut stream = Stream::new(number, Purpose::Installed, [7, 7]);
-    let (width, depth) = (stream.between(3.5, 6.0), stream.between(3.0, 5.0));
-    let door = stream.between(0.3, width - 1.3);
-    let (x, y) = (width * stream.between(0.35, 0.65), depth * stream.between(0.4, 0.6));
-    let corners = match number % 4 {
-        1 => vec![[width, 0.0], [width, y], [x, y], [x, depth], [0.0, depth], [0.0, 0.0]],
-        _ => vec![[width, 0.0], [width, depth], [0.0, depth], [0.0, 0.0]],
-    };
-    let outer: Vec<[f64; 2]> = [vec![[door + 1.0, 0.0]], corners.clone(), vec![[door, 0.0]]].concat();
-    let mut text = format!("[[wall]]\npoints = {outer:?}\n");
-    match number % 4 {
-        2 => text += &format!("[[wall]]\npoints = [[{x}, {depth}], [{x}, {y}]]\n"),
-        3 => {
-            let (right, upper) = (x + 0.4, y + 0.4);
-            text += &format!(
-                "[[wall]]\npoints = [[{x}, {y}], [{right}, {y}], [{right}, {upper}], [{x}, {upper}], [{x}, {y}]]\n"
-            );
-        }
-        _ => {}
-    }
-    text += &format!("[[zone]]\nname = \"room\"\ncount = true\npolygon = {corners:?}\n");
-    text += &format!("[[entry]]\nname = \"door\"\nline = [[{door}, 0], [{}, 0]]\n", door + 1.0);
+/// Room `number`, and what is planned there.
+fn task(number: u64) -> Task {
     Task {
-        site: Site::parse("room.toml", &text).unwrap(),
+        site: room(number, SMALL).unwrap(),
         model: SensorModel::Urg04lx,
         height_m: 0.9,
         clothes: ORDINARY_CLOTHES,
@@ -98,7 +70,7 @@ fn drawn_shares(survey: &Survey, number: u64, best: f64) -> (f64, f64) {
 fn the_greedy_choice_of_two_is_within_five_per_cent_of_the_best_of_all_pairs() {
     let mut worst: f64 = 1.0;
     for number in 0..10 {
-        let survey = Survey::of(&room(number)).unwrap();
+        let survey = Survey::of(&task(number)).unwrap();
         let choice = survey.choice();
         let greedy = survey.layout(choice.greedy(&[], Number::Exactly(2)));
         let (pair, best) = choice.best_pair().unwrap();
@@ -129,7 +101,7 @@ fn the_greedy_choice_of_two_is_within_five_per_cent_of_the_best_of_all_pairs() {
 fn the_simulator_ranks_three_layouts_as_their_values_do() {
     let mut same = 0;
     for number in 0..10 {
-        let task = room(number);
+        let task = task(number);
         let survey = Survey::of(&task).unwrap();
         let layouts = three(&survey, number);
         let modules = layouts.each_ref().map(|layout| survey.modules(layout));

@@ -291,6 +291,17 @@ fn handover(page: &mut Page, tracker: &Tracker, file: &Path) {
     page.wait("as a picture", "document.querySelector('#coverage .cover-1').getAttribute('d').length > 100");
     page.wait("the modules are listed", "document.querySelectorAll('#health tbody tr').length === 6");
     page.wait("what would help is said", "/facing|No place/.test(document.querySelector('#next').innerText)");
+    let expected = "document.querySelector('#expected')";
+    page.wait(
+        "what is to be expected is there by itself, for each number of people",
+        &format!("{expected}.querySelectorAll('tbody tr').length === 4"),
+    );
+    page.wait(
+        "with how sure that is, and where it is from",
+        &format!(
+            "/\\d%\\s+\\d+% to \\d+%/.test({expected}.innerText) && /Expected, not measured: .*10 simulated rooms/.test({expected}.innerText)"
+        ),
+    );
     page.wait(
         "and how to simulate",
         "document.querySelector('#expected').innerText.includes('kehai-sim plan building.toml')",

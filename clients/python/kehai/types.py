@@ -414,6 +414,8 @@ class Covered(TypedDict):
     cell_m: float
     # Middle of each cell, and what sees it: 0 nothing, 1 one module or several on one side, 2 modules on two sides.
     cells: list[list[float | int]]
+    # What is expected by how much is seen alone, of rooms that were simulated before; empty: none of them is like this site.
+    estimated: list[Expectation]
     # What the simulator expects; null: nobody has asked it.
     expected: Expected | None
     # Where one more module would help most; none where it would not, or no module is heard whose like it could be.
@@ -799,6 +801,21 @@ class ExcludeRead(TypedDict):
     name: NotRequired[str]
     # Its corners, at least three.
     polygon: list[list[float]]
+
+
+class Expectation(TypedDict):
+    """What is to be expected with so many people."""
+
+    # In the best of them.
+    best: float
+    # Share of the time in which the count is right, on the mean of the layouts that are like this one.
+    exact: float
+    # How many they are.
+    layouts: int
+    # So many people in the zones together.
+    people: int
+    # In the worst of them.
+    worst: float
 
 
 class Expected(TypedDict):

@@ -3,6 +3,7 @@
 mod counts;
 #[cfg(feature = "daemon")]
 mod demo;
+mod expect;
 mod experiment;
 mod floor;
 mod image;
@@ -45,6 +46,7 @@ enum Command {
     Scene(scene::Arguments),
     Score(score::Arguments),
     Plan(plan::Arguments),
+    Expect(expect::Arguments),
     Experiment(experiment::Arguments),
     Soak(soak::Arguments),
     #[cfg(feature = "daemon")]
@@ -64,6 +66,7 @@ pub fn run() -> ExitCode {
         Command::Scene(arguments) => scene::run(&arguments),
         Command::Score(arguments) => score::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Expect(arguments) => expect::run(&arguments),
         Command::Experiment(arguments) => experiment::run(&arguments),
         Command::Soak(arguments) => soak::run(&arguments),
         #[cfg(feature = "daemon")]

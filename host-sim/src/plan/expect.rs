@@ -11,7 +11,9 @@
 
 use std::ops::RangeInclusive;
 
+use kehai_tracking::explain::Question;
 use kehai_tracking::geometry::inside;
+use kehai_tracking::ground::{Share, ground};
 use kehai_tracking::occupancy::ZoneLine;
 use rayon::prelude::*;
 
@@ -65,9 +67,9 @@ pub fn expect(
     let jobs: Vec<(usize, u64)> =
         (0..layouts.len()).flat_map(|layout| seeds.clone().map(move |seed| (layout, seed))).collect();
     let one = |(layout, seed): &(usize, u64)| {
-        let exact = exact(visitors, &layouts[*layout], *seed)?;
+        let run = run(visitors, &layouts[*layout], *seed)?;
         done();
-        Ok((*layout, exact))
+        Ok((*layout, run.exact))
     };
     let shares: Vec<(usize, f64)> = jobs.par_iter().map(one).collect::<Result<_, ExpectError>>()?;
     let of = |number: usize| Expected {
@@ -76,8 +78,20 @@ pub fn expect(
     Ok((0..layouts.len()).map(of).collect())
 }
 
-/// Share of the moments of one run in which the number was right.
-fn exact(visitors: &Visitors, modules: &[Module], seed: u64) -> Result<f64, ExpectError> {
+/// What one run has shown.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Run {
+    /// Share of the moments with a person in the zones in which the number was right.
+    pub exact: f64,
+    /// What the modules saw of the zones before the first person came, as the handover page has it.
+    pub seen: Share,
+}
+
+/// Runs a layout with one seed.
+///
+/// # Errors
+/// Nobody can walk there, or a fault of the simulation.
+pub fn run(visitors: &Visitors, modules: &[Module], seed: u64) -> Result<Run, ExpectError> {
     let scene = visitors.scene(modules, seed)?;
     let options = Options { conditions: Conditions::LAN, ..Options::default() };
     let record =
@@ -85,7 +99,12 @@ fn exact(visitors: &Visitors, modules: &[Module], seed: u64) -> Result<f64, Expe
     let zones = zones(&record.site);
     let polygons: Vec<Vec<Point>> = zones.iter().map(Zone::corners).collect();
     let (mut moments, mut right) = (0_u32, 0_u32);
+    let mut seen = None;
     record.follow(baselines::Choice::default(), |site_tracker, moment| {
+        if seen.is_none() && !moment.people.is_empty() {
+            let glances = site_tracker.facts(&Question::Views, moment.t).glances;
+            seen = Some(ground(&record.site, &glances).all);
+        }
         let within = |polygon: &Vec<Point>| {
             moment.people.iter().filter(|person| inside(Point::new(person.x, person.y), polygon)).count()
                 as u32
@@ -97,5 +116,6 @@ fn exact(visitors: &Visitors, modules: &[Module], seed: u64) -> Result<f64, Expe
         moments += u32::from(truth > 0);
         right += u32::from(truth > 0 && counted == truth);
     });
-    Ok(f64::from(right) / f64::from(moments.max(1)))
+    let exact = f64::from(right) / f64::from(moments.max(1));
+    Ok(Run { exact, seen: seen.unwrap_or_default() })
 }

@@ -19,6 +19,8 @@ pub mod ground;
 pub mod layout;
 pub mod places;
 pub mod report;
+pub mod rooms;
+pub mod sample;
 pub mod seen;
 pub mod sight;
 pub mod visit;

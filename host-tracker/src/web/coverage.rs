@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   GET /api/coverage ─▶ {"unix_ms": …, "cell_m": 0.25, "cells": [[1.12, 3.4, 2], …], "all": {…}, "zones": […], "blind": […], "next": {…},
-//!                         "expected": {…}, "poses": […]}
+//!                         "expected": {…}, "estimated": [{"people": 4, "exact": 0.97, …}], "poses": […]}
 //!
 //!   home.expected.json ─▶ expected     beside home.toml: what `kehai-sim plan home.toml --keep --modules 0 --json` has printed
 //! ```
@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::answers::refuse;
 use super::shared::Shared;
 use crate::store::reader::{Posed, Reader};
+use kehai_tracking::expectation::{Expectation, expectations};
 use kehai_tracking::explain::Question;
 use kehai_tracking::ground::{Ground, ground};
 use kehai_tracking::site::{Module, Site};
@@ -64,6 +65,8 @@ pub(in crate::web) struct Covered {
     unix_ms: u64,
     /// What the simulator expects; null: nobody has asked it.
     expected: Option<Expected>,
+    /// What is expected by how much is seen alone, of rooms that were simulated before; empty: none of them is like this site.
+    estimated: Vec<Expectation>,
     /// Where modules were moved to when, the newest first; null without a database.
     poses: Option<Vec<Posed>>,
 }
@@ -81,8 +84,10 @@ pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
     let found = tokio::task::spawn_blocking(move || {
         let file = shared.context.site.path().with_extension("expected.json");
         let text = std::fs::read_to_string(file).ok();
+        let ground = ground(&facts.site, &facts.glances);
         Covered {
-            ground: ground(&facts.site, &facts.glances),
+            estimated: expectations(&ground.all),
+            ground,
             unix_ms: unix_ms(),
             expected: text.and_then(|text| expected(&text, &facts.site)),
             poses: poses(&shared),

@@ -122,33 +122,54 @@ function next({ next, all }) {
   );
 }
 
-function expected({ expected }, file) {
+/** What the simulator has said of this very site, if it was asked. */
+function simulated({ expected }) {
+  if (!expected) return [];
+  const { people: n, exact, exact_95: [low, high], runs, is_of_now: isOfNow } = expected;
+  const words = say("handover.expected", {
+    n,
+    exact: percent(exact, 1),
+    low: number(100 * low, 1),
+    high: number(100 * high, 1),
+    runs,
+  });
+  return [
+    html(
+      "p",
+      { className: isOfNow ? "" : "uncertain", id: "expected-here" },
+      isOfNow ? words : words + say("handover.elsewhere"),
+    ),
+  ];
+}
+
+/** What is expected of a site of which as much is seen, whatever its walls. */
+function estimated({ estimated, all }) {
+  if (!estimated.length) {
+    return [html("p", { className: "uncertain", id: "expected-none" }, say("handover.estimated-none"))];
+  }
+  const rows = estimated.map(({ people, exact, worst, best }) => [
+    cell(number(people)),
+    cell(percent(exact)),
+    cell(say("handover.spread", { worst: percent(worst), best: percent(best) })),
+  ]);
+  const [{ layouts: n }] = estimated, one = percent(all.one), two = percent(all.two);
+  return [
+    table(columns("people", "exact", "spread"), rows),
+    html("p", { className: "fine" }, say("handover.estimated", { n, one, two })),
+  ];
+}
+
+function expected(found, file) {
   const command = `kehai-sim plan ${file} --keep --modules 0 --people N --json > ${
     file.replace(/\.toml$/, "")
   }.expected.json`;
-  const words = expected
-    ? [
-      say("handover.expected", {
-        n: expected.people,
-        exact: percent(expected.exact, 1),
-        low: number(100 * expected.exact_95[0], 1),
-        high: number(100 * expected.exact_95[1], 1),
-        runs: expected.runs,
-      }),
-      ...(expected.is_of_now ? [] : [say("handover.elsewhere")]),
-    ]
-    : [say("handover.not-simulated")];
   return html(
     "section",
     { id: "expected" },
     html("h2", {}, say("handover.exact")),
-    html("p", { className: expected?.is_of_now === false ? "uncertain" : "" }, words.join("")),
-    html(
-      "p",
-      { className: "fine" },
-      say("handover.simulator"),
-      html("code", {}, command),
-    ),
+    ...simulated(found),
+    ...estimated(found),
+    html("p", { className: "fine" }, say("handover.simulator"), html("code", {}, command)),
   );
 }
 

@@ -783,6 +783,9 @@ export default {
   "column.area": "Fläche",
   "column.one": "von einem Modul",
   "column.two": "von zwei Seiten",
+  "column.people": "Personen",
+  "column.exact": "Zählung stimmt, Anteil der Zeit",
+  "column.spread": "schlechtester bis bester",
   "column.blind": "uneinsehbar",
   "column.where": "wo",
   "column.size": "Größe",
@@ -819,9 +822,14 @@ export default {
       "Mit {n} Personen stimmt die Zählung in {exact} der Zeit ({low}–{high}), simuliert in {runs} Läufen von einer Minute.",
   },
   "handover.elsewhere": " Die Module stehen jetzt anders: neu simulieren.",
-  "handover.not-simulated": "Noch nicht simuliert.",
   "handover.exact": "Erwartete Genauigkeit der Zählung",
-  "handover.simulator": "Der Simulator berechnet es, neben der Datei der Anlage: ",
+  "handover.spread": "{worst} bis {best}",
+  "handover.estimated":
+    "Erwartet, nicht gemessen: wie gezählt wurde in den {n} simulierten Räumen, von denen die Module am ehesten so viel sehen wie hier jetzt, {one} durch ein Modul und {two} von zwei Seiten. Im Mittel, und im schlechtesten und besten davon. Wände, Möbel und Gewohnheiten dieses Ortes sind nicht darin.",
+  "handover.estimated-none":
+    "Keine Angabe aus der Sicht: kein simulierter Raum gleicht dieser Anlage. Zu wenig von ihr wird gesehen, oder sie ist zu groß.",
+  "handover.simulator":
+    "Mit den Wänden genau dieser Anlage sagt der Simulator mehr; was er neben der Datei der Anlage sagt, steht dann hier: ",
   "handover.modules": "Module",
   "handover.unheard": "nicht gehört",
   "handover.state": "{state}: {alarms}",

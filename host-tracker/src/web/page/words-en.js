@@ -780,6 +780,9 @@ export default {
   "column.area": "area",
   "column.one": "by one module",
   "column.two": "from two sides",
+  "column.people": "people",
+  "column.exact": "count exact, of the time",
+  "column.spread": "from worst to best",
   "column.blind": "blind",
   "column.where": "where",
   "column.size": "size",
@@ -814,9 +817,14 @@ export default {
       "With {n} people the count is exact {exact} of the time ({low}–{high}), simulated in {runs} runs of a minute.",
   },
   "handover.elsewhere": " The modules stand elsewhere now: simulate it again.",
-  "handover.not-simulated": "Not simulated yet.",
   "handover.exact": "Expected exact count",
-  "handover.simulator": "The simulator says it, beside the site's file: ",
+  "handover.spread": "{worst} to {best}",
+  "handover.estimated":
+    "Expected, not measured: what was counted in the {n} simulated rooms of which the modules see most nearly as much as here now, {one} by one module and {two} from two sides. On the mean, and in the worst and the best of them. The walls, the furniture and the habits of this place are not in it.",
+  "handover.estimated-none":
+    "No figure by what is seen: no simulated room is like this site. Too little of it is seen, or it is too large.",
+  "handover.simulator":
+    "Of the walls of this very site the simulator says more; what it says beside the site's file is told here: ",
   "handover.modules": "Modules",
   "handover.unheard": "not heard",
   "handover.state": "{state}: {alarms}",

@@ -754,6 +754,9 @@ export default {
   "column.area": "面積",
   "column.one": "1台から",
   "column.two": "2方向から",
+  "column.people": "人数",
+  "column.exact": "人数が正確な時間",
+  "column.spread": "最低～最高",
   "column.blind": "死角",
   "column.where": "場所",
   "column.size": "大きさ",
@@ -787,9 +790,14 @@ export default {
       "{n}人の場合、{exact} の時間で人数が正確です（{low}～{high}、1分間のシミュレーション {runs} 回）。",
   },
   "handover.elsewhere": "モジュールの位置が変わっています。再度シミュレーションしてください。",
-  "handover.not-simulated": "まだシミュレーションしていません。",
   "handover.exact": "計数精度の予測",
-  "handover.simulator": "シミュレーターで計算します（サイトファイルのフォルダーで実行）: ",
+  "handover.spread": "{worst}～{best}",
+  "handover.estimated":
+    "測定値ではなく予測です。モジュールの見える範囲がここ（1台から {one}、2方向から {two}）に最も近い、シミュレーションした {n} 室での結果です。平均と、そのうち最低・最高を示します。この場所の壁・家具・人の習慣は含みません。",
+  "handover.estimated-none":
+    "見える範囲からの予測はありません。シミュレーションした部屋に、このサイトに似たものがないためです（見える範囲が少なすぎるか、広すぎます）。",
+  "handover.simulator":
+    "このサイトの壁を使った予測はシミュレーターで計算できます。サイトファイルのフォルダーで実行すると、ここに表示されます: ",
   "handover.modules": "モジュール",
   "handover.unheard": "受信なし",
   "handover.state": "{state}: {alarms}",
