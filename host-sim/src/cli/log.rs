@@ -10,5 +10,10 @@ use tracing_subscriber::filter::LevelFilter;
 
 /// Logs from now on what is at least as grave as `level`.
 pub(super) fn start(level: LevelFilter) {
-    tracing_subscriber::fmt().with_max_level(level).with_target(false).with_writer(stderr).init();
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_target(false)
+        .with_ansi(false)
+        .with_writer(stderr)
+        .init();
 }

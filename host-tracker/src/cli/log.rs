@@ -7,7 +7,11 @@
 use std::io::{self, Write, stderr};
 
 use kehai_tracking::text::printable;
-use tracing_subscriber::filter::LevelFilter;
+use tracing::Metadata;
+use tracing_subscriber::filter::{LevelFilter, filter_fn};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{Layer, fmt};
 
 /// Standard error, whether or not it has a reader. A line that cannot be written is lost; the daemon goes on. A text that
 /// came over the network stays within its line.
@@ -32,9 +36,17 @@ fn one_line(event: &[u8]) -> String {
     printable(text.strip_suffix('\n').unwrap_or(&text))
 }
 
-/// Logs from now on what is at least as grave as `level`.
+/// Where the targets of this program's own events begin.
+const OURS: [&str; 2] = ["kehai", "host_tracker"];
+
+/// Logs from now on what is at least as grave as `level`; what libraries say, from `debug` on.
 pub(super) fn start(level: LevelFilter) {
-    tracing_subscriber::fmt().with_max_level(level).with_target(false).with_writer(|| Forgetful).init();
+    let is_said = move |event: &Metadata<'_>| {
+        level >= LevelFilter::DEBUG || OURS.iter().any(|own| event.target().starts_with(own))
+    };
+    // Whether there are colours is not for a library to switch on.
+    let lines = fmt::layer().with_target(false).with_ansi(false).with_writer(|| Forgetful);
+    tracing_subscriber::registry().with(level).with(lines.with_filter(filter_fn(is_said))).init();
 }
 
 /// A line that is no log: a command's result in words, or why it failed. Without a reader it is lost.
