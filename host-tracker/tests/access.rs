@@ -32,7 +32,8 @@ fn the_session_of_a_log_in_is_a_cookie_that_no_script_reads_and_no_other_page_se
     assert_eq!(serde_json::from_str::<Value>(&before).unwrap(), nobody);
     let (status, headers, body) = house.log_in("anna", PASSWORD);
     let anna = json!({
-        "needed": true, "name": "anna", "role": "admin", "may": ["look", "edit", "edit-doors", "modules", "acknowledge", "reset"]
+        "needed": true, "name": "anna", "role": "admin", "may": ["look", "edit", "edit-doors", "modules", "acknowledge", "reset"],
+        "version": env!("CARGO_PKG_VERSION")
     });
     assert_eq!((status, serde_json::from_str::<Value>(&body).unwrap()), (200, anna));
     let cookie = headers["set-cookie"].to_str().unwrap();
