@@ -6,8 +6,8 @@
 #
 #   FOLDER  the bare Debian, made by tests/package.sh; /var/tmp/kehai-bare
 #
-# Only for root: buildah changes its root. It exits with 77 where buildah can run nothing at all. No registry is asked: the base image is made from the folder. The image installs
-# what it needs from Debian's mirrors.
+# Only for root: buildah changes its root. It exits with 77 where buildah can run nothing at all. No registry is asked: the
+# base image is made from the folder. The image installs what it needs from Debian's mirrors.
 set -euo pipefail
 
 fail() { printf 'container.sh: %s\n' "$*" >&2; exit 1; }
