@@ -13,14 +13,13 @@ use std::hash::BuildHasher;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use parking_lot::{Mutex, MutexGuard};
 
 use crate::net::clock::HostClock;
 use crate::store::card::plain;
-use crate::supervise;
+use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Watcher, Why};
 use kehai_tracking::door::inbox::Input;
@@ -162,8 +161,7 @@ impl Shared {
 /// A thread that passes the time to the doors, whatever the tracking loop does. It ends when dropped.
 #[derive(Debug)]
 pub struct Watchdog {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: Worker,
 }
 
 impl Watchdog {
@@ -172,25 +170,14 @@ impl Watchdog {
     /// # Errors
     /// There is no thread for it.
     pub fn start(doors: DoorHandle, alarms: TrackerAlarms) -> std::io::Result<Self> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = std::thread::Builder::new().name("doors".into()).spawn(move || {
-            supervise::run("doors", &alarms, || {
-                while !stopped.load(Ordering::Relaxed) {
-                    doors.pass_time();
-                    std::thread::sleep(WATCH);
-                }
-                Ok(())
-            });
-        })?;
-        Ok(Self { stop, thread: Some(thread) })
-    }
-}
-
-impl Drop for Watchdog {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let _ = self.thread.take().map(JoinHandle::join);
+        let work = move |stop: &AtomicBool| {
+            while !stop.load(Ordering::Relaxed) {
+                doors.pass_time();
+                std::thread::sleep(WATCH);
+            }
+            Ok(())
+        };
+        Ok(Self { _thread: Worker::start("doors", alarms, work)? })
     }
 }
 

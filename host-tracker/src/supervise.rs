@@ -9,13 +9,49 @@
 //! process, with one line, and the service manager starts that again.
 
 use std::any::Any;
+use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use crate::tracker_alarms::TrackerAlarms;
 
 /// Before the work begins again. The doors fail after a second without tracks, so their watchdog must be back before.
 const PAUSE: Duration = Duration::from_millis(200);
+
+/// A thread that works until it is dropped. Dropping waits for it.
+#[derive(Debug)]
+pub struct Worker {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// Starts it. `work` ends when the flag that it is given says so.
+    ///
+    /// # Errors
+    /// There is no thread for it.
+    pub fn start(
+        thread: &'static str,
+        alarms: TrackerAlarms,
+        mut work: impl FnMut(&AtomicBool) -> Result<(), String> + Send + 'static,
+    ) -> io::Result<Self> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        let supervised = move || run(thread, &alarms, || work(&stopped));
+        let handle = std::thread::Builder::new().name(thread.into()).spawn(supervised)?;
+        Ok(Self { stop, thread: Some(handle) })
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
 
 /// Does the work until that says it was asked to end.
 pub fn run(thread: &'static str, alarms: &TrackerAlarms, mut work: impl FnMut() -> Result<(), String>) {

@@ -9,10 +9,8 @@
 
 use std::fmt;
 use std::str::FromStr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ureq::Agent;
@@ -20,7 +18,7 @@ use ureq::http::Uri;
 
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
 use crate::http_agent::agent;
-use crate::supervise;
+use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::bodies::AlarmTold;
 
@@ -67,8 +65,7 @@ impl fmt::Debug for Target {
 /// Tells until it is dropped.
 #[derive(Debug)]
 pub struct Webhook {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: Worker,
 }
 
 impl Webhook {
@@ -82,24 +79,13 @@ impl Webhook {
         listed: AlarmHandle,
         alarms: TrackerAlarms,
     ) -> std::io::Result<Self> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let (stopped, changes) = (Arc::clone(&stop), listed.listen());
+        let changes = listed.listen();
         let agent = agent(PATIENCE, None).map_err(std::io::Error::other)?;
-        let thread = std::thread::Builder::new().name("webhook".into()).spawn(move || {
-            supervise::run("webhook", &alarms, || {
-                let teller = Teller { agent: &agent, target: &target, site: &site, stop: &stopped };
-                teller.run(&changes, &listed);
-                Ok(())
-            });
-        })?;
-        Ok(Self { stop, thread: Some(thread) })
-    }
-}
-
-impl Drop for Webhook {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let _ = self.thread.take().map(JoinHandle::join);
+        let work = move |stop: &AtomicBool| {
+            Teller { agent: &agent, target: &target, site: &site, stop }.run(&changes, &listed);
+            Ok(())
+        };
+        Ok(Self { _thread: Worker::start("webhook", alarms, work)? })
     }
 }
 

@@ -6,10 +6,10 @@
 //!   process ends, however ──▶ the token is gone
 //! ```
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use tokio::sync::watch;
@@ -19,7 +19,8 @@ use zenoh::{Session, Wait};
 use super::keys::What;
 use super::link::{one_line, open};
 use super::{AreaPlace, AreaSettings, LinkError, Said, SiteSaid};
-use crate::supervise;
+use crate::site_file;
+use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -27,11 +28,10 @@ use kehai_tracking::snapshot::{Snapshot, unix_ms};
 /// Wait for a frame.
 const WAIT: Duration = Duration::from_millis(200);
 
-/// Publishes until it is dropped.
+/// Publishes until it is dropped; then its token is gone.
 #[derive(Debug)]
 pub struct Area {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: Worker,
 }
 
 impl Area {
@@ -47,26 +47,13 @@ impl Area {
         say: fn(&str),
     ) -> Result<Self, LinkError> {
         let config = settings.network.config()?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let work = move || {
-            supervise::run("area", &alarms, || {
-                let Some(session) = open(&config, &stopped, say) else { return Ok(()) };
-                say(&format!("area {} is published to Zenoh", settings.place));
-                publish(&session, &settings.place, &frames, &site, &stopped).map_err(|error| one_line(&error))
-            });
+        let work = move |stop: &AtomicBool| {
+            let Some(session) = open(&config, stop, say) else { return Ok(()) };
+            say(&format!("area {} is published to Zenoh", settings.place));
+            publish(&session, &settings.place, &frames, &site, stop).map_err(|error| one_line(&error))
         };
-        let thread = std::thread::Builder::new().name("area".into()).spawn(work);
-        let thread = thread.map_err(|error| LinkError::Open(error.to_string()))?;
-        Ok(Self { stop, thread: Some(thread) })
-    }
-}
-
-impl Drop for Area {
-    /// Takes the token back.
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let _ = self.thread.take().map(JoinHandle::join);
+        let thread = Worker::start("area", alarms, work);
+        Ok(Self { _thread: thread.map_err(|error| LinkError::Open(error.to_string()))? })
     }
 }
 
@@ -82,8 +69,9 @@ fn publish(
     let _queryable = session
         .declare_queryable(site_key)
         .callback(move |query| {
-            let said = { said_of(&asked.borrow()) };
-            // Who asked is gone: there is nobody to tell.
+            let site = Arc::clone(&asked.borrow());
+            let said = SiteSaid { revision: revision(&site), site: Cow::Borrowed(&site) };
+            // An answer that cannot be sent is asked for again.
             if let Ok(text) = serde_json::to_vec(&said) {
                 let _ = query.reply(answer_key.clone(), text).wait();
             }
@@ -96,7 +84,7 @@ fn publish(
         .wait()?;
     let _token = session.liveliness().declare_token(place.key(What::Alive)).wait()?;
     let epoch = unix_ms();
-    let (mut number, mut changed, mut site_revision) = (0, site.clone(), said_of(&site.borrow()).revision);
+    let (mut number, mut changed, mut site_revision) = (0, site.clone(), revision(&site.borrow()));
     while !stop.load(Ordering::Relaxed) {
         let frame = match frames.recv_timeout(WAIT) {
             Ok(frame) => frame,
@@ -104,19 +92,16 @@ fn publish(
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         };
         if changed.has_changed().unwrap_or(false) {
-            site_revision = said_of(&changed.borrow_and_update()).revision;
+            site_revision = revision(&changed.borrow_and_update());
         }
         number += 1;
-        let said = serde_json::to_vec(&Said { site_revision, epoch, number, frame: (*frame).clone() });
+        let said = serde_json::to_vec(&Said { site_revision, epoch, number, frame: Cow::Borrowed(&frame) });
         publisher.put(said.map_err(|error| error.to_string())?).wait()?;
     }
     Ok(())
 }
 
-/// A site with the revision of what it says.
-fn said_of(site: &Site) -> SiteSaid {
-    use std::hash::{DefaultHasher, Hash, Hasher};
-    let mut hasher = DefaultHasher::new();
-    serde_json::to_string(site).unwrap_or_default().hash(&mut hasher);
-    SiteSaid { revision: hasher.finish() >> 11, site: site.clone() }
+/// The revision of a site by what it says.
+fn revision(site: &Site) -> u64 {
+    site_file::revision(&serde_json::to_string(site).unwrap_or_default())
 }

@@ -9,7 +9,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
@@ -21,7 +20,7 @@ use super::link::{one_line, open};
 use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
 use crate::net::clock::HostClock;
 use crate::site_file::SiteFile;
-use crate::supervise;
+use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::areas::{self, AreaFrame, AreaName};
 use kehai_tracking::site::Site;
@@ -59,8 +58,7 @@ pub struct CampusSettings {
 /// Puts areas together until it is dropped.
 #[derive(Debug)]
 pub struct Campus {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: Worker,
     frames: watch::Receiver<Arc<Snapshot>>,
     site: watch::Receiver<Arc<Site>>,
 }
@@ -68,7 +66,7 @@ pub struct Campus {
 /// What was heard.
 enum Heard {
     Frame(AreaName, u64, Box<AreaFrame>),
-    Site(AreaName, Box<SiteSaid>),
+    Site(AreaName, Box<SiteSaid<'static>>),
     Gone(AreaName),
 }
 
@@ -100,22 +98,18 @@ impl Campus {
         say: fn(&str),
     ) -> Result<(Self, Receiver<Arc<Snapshot>>), LinkError> {
         let config = settings.network.config()?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
         let (frames_in, frames) = watch::channel(Arc::default());
         let (site_in, site) = watch::channel(Arc::default());
         let (queue, pictures) = sync_channel(PICTURES);
         let out = Out { frames: frames_in, site: site_in, queue, file };
-        let work = move || {
-            supervise::run("campus", &alarms, || {
-                let Some(session) = open(&config, &stopped, say) else { return Ok(()) };
-                say(&format!("the areas of {} are heard over Zenoh", settings.site));
-                follow(&session, &settings, &out, &stopped).map_err(|error| one_line(&error))
-            });
+        let work = move |stop: &AtomicBool| {
+            let Some(session) = open(&config, stop, say) else { return Ok(()) };
+            say(&format!("the areas of {} are heard over Zenoh", settings.site));
+            follow(&session, &settings, &out, stop).map_err(|error| one_line(&error))
         };
-        let thread = std::thread::Builder::new().name("campus".into()).spawn(work);
+        let thread = Worker::start("campus", alarms, work);
         let thread = thread.map_err(|error| LinkError::Open(error.to_string()))?;
-        Ok((Self { stop, thread: Some(thread), frames, site }, pictures))
+        Ok((Self { _thread: thread, frames, site }, pictures))
     }
 
     /// The newest picture.
@@ -128,13 +122,6 @@ impl Campus {
     #[must_use]
     pub fn site(&self) -> watch::Receiver<Arc<Site>> {
         self.site.clone()
-    }
-}
-
-impl Drop for Campus {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
@@ -185,7 +172,7 @@ fn follow(
             }
             Ok(Heard::Site(area, said)) => {
                 known.entry(area.clone()).or_default().revision = Some(said.revision);
-                if campus.set_site(&area, said.site) {
+                if campus.set_site(&area, said.site.into_owned()) {
                     site = Arc::new(campus.site());
                     out.file.show((*site).clone());
                     out.site.send_replace(Arc::clone(&site));
@@ -246,7 +233,7 @@ fn pass(to: &SyncSender<Heard>, lost: &[AtomicU64; 2], heard: Option<Heard>) {
 
 fn frame(sample: &Sample) -> Option<Heard> {
     let area = area_of(sample.key_expr().as_str())?;
-    let said: Said = read(sample)?;
+    let said: Said<'_> = read(sample)?;
     Some(Heard::Frame(area, said.site_revision, Box::new(said.into())))
 }
 

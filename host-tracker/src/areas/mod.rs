@@ -33,6 +33,9 @@ mod settings;
 mod together;
 
 #[cfg(feature = "zenoh")]
+use std::borrow::Cow;
+
+#[cfg(feature = "zenoh")]
 use serde::{Deserialize, Serialize};
 
 #[cfg(feature = "zenoh")]
@@ -48,14 +51,14 @@ pub use {
     area::Area,
     campus::{Campus, CampusSettings},
     link::LinkError,
-    together::{Together, TogetherSettings, has_next},
+    together::{Together, TogetherSettings},
 };
 
 /// A frame on its way, in JSON. Its parts stand beside each other, as numbers within a flattened part cannot be read when some other
 /// crate has switched on `serde_json`'s `arbitrary_precision`.
 #[cfg(feature = "zenoh")]
 #[derive(Debug, Serialize, Deserialize)]
-struct Said {
+struct Said<'a> {
     /// Of the site in use: another one is asked for.
     site_revision: u64,
     /// As in [`AreaFrame`].
@@ -63,20 +66,20 @@ struct Said {
     /// As in [`AreaFrame`].
     number: u64,
     /// What the tracker says.
-    frame: Snapshot,
+    frame: Cow<'a, Snapshot>,
 }
 
 #[cfg(feature = "zenoh")]
-impl From<Said> for AreaFrame {
-    fn from(Said { epoch, number, frame, .. }: Said) -> Self {
-        Self { epoch, number, frame }
+impl From<Said<'_>> for AreaFrame {
+    fn from(Said { epoch, number, frame, .. }: Said<'_>) -> Self {
+        Self { epoch, number, frame: frame.into_owned() }
     }
 }
 
 /// The site of an area, in JSON.
 #[cfg(feature = "zenoh")]
 #[derive(Debug, Serialize, Deserialize)]
-struct SiteSaid {
+struct SiteSaid<'a> {
     revision: u64,
-    site: Site,
+    site: Cow<'a, Site>,
 }

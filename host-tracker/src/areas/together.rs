@@ -8,17 +8,12 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
 
 use tokio::sync::watch;
 
 use super::{Campus, CampusSettings};
-use crate::alarm_handle::AlarmHandle;
-use crate::calibration::Calibration;
-use crate::connections::Connections;
 use crate::daemon::{DaemonError, Map, Mqtt, is_closed, listen, map_url};
 use crate::mqtt::{self, Publisher};
-use crate::reports::Reports;
 use crate::site_file::SiteFile;
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Server, ServerContext};
@@ -74,22 +69,10 @@ impl Together {
         let publisher = mqtt.map(publish).transpose()?;
         let serve = |map: Map| {
             let context = ServerContext {
-                frames: campus.frames(),
-                reports: Reports::default(),
-                site: file,
-                changed: Box::new(|_| Ok(())),
-                calibration: Calibration::default(),
-                accepted: Box::new(|_| {}),
-                database: None,
-                keys: None,
                 access: map.access.clone(),
                 names: map.names.clone(),
-                doors: None,
-                signs: None,
-                questions: None,
                 alarms,
-                listed: AlarmHandle::default(),
-                connections: Connections::default(),
+                ..ServerContext::alone(campus.frames(), file)
             };
             listen(map, context)
         };
@@ -108,15 +91,4 @@ impl Together {
     pub fn frames(&self) -> watch::Receiver<Arc<Snapshot>> {
         self.campus.frames()
     }
-}
-
-/// Between two looks at whether there is another picture.
-const LOOK: Duration = Duration::from_millis(100);
-
-/// Waits for the next picture, but no longer than a moment; whether there is one.
-pub fn has_next(frames: &mut watch::Receiver<Arc<Snapshot>>) -> bool {
-    std::thread::sleep(LOOK);
-    let has_changed = frames.has_changed().unwrap_or(false);
-    frames.mark_unchanged();
-    has_changed
 }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use clap::Args;
-use host_tracker::areas::{CampusSettings, Together, TogetherSettings, has_next};
+use host_tracker::areas::{CampusSettings, Together, TogetherSettings};
 use kehai_tracking::areas::AreaName;
 
 use super::area::NetworkArguments;
@@ -49,6 +50,9 @@ const EXAMPLES: &str = "Examples:
   kehai-tracker site campus --area east --area west --http 0.0.0.0:8420 --mqtt mqtt://broker
   kehai-tracker site campus --zenoh router.json5 --http";
 
+/// Between two looks at whether there is another picture, or the end.
+const LOOK: Duration = Duration::from_millis(100);
+
 /// Shows and publishes until Ctrl-C.
 ///
 /// # Errors
@@ -83,7 +87,9 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     let mut supervisor = Supervisor::ready();
     let mut frames = together.frames();
     while !stop.load(Ordering::Relaxed) {
-        if has_next(&mut frames) {
+        std::thread::sleep(LOOK);
+        if frames.has_changed().unwrap_or(false) {
+            frames.mark_unchanged();
             supervisor.lives();
         }
     }

@@ -14,7 +14,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, TryRecvError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, TlsConfiguration, Transport};
@@ -30,7 +29,7 @@ use super::presses::{NotPressed, Presser, Target, button};
 use super::topics::Topics;
 use crate::doors::DoorHandle;
 use crate::signs::SignHandle;
-use crate::supervise;
+use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::site::Site;
@@ -84,11 +83,10 @@ pub struct Buttons {
     pub keys: Option<PathBuf>,
 }
 
-/// Publishes until it is dropped.
+/// Publishes until it is dropped; then it says that nothing more will come.
 #[derive(Debug)]
 pub struct Publisher {
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: Worker,
 }
 
 /// What the link says.
@@ -110,22 +108,9 @@ impl Publisher {
         told: Option<Receiver<Output>>,
         say: impl Fn(&str) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let thread = std::thread::Builder::new().name("mqtt".into()).spawn(move || {
-            supervise::run("mqtt", &settings.alarms, || {
-                run(&settings, &frames, told.as_ref(), &stopped, &say)
-            });
-        })?;
-        Ok(Self { stop, thread: Some(thread) })
-    }
-}
-
-impl Drop for Publisher {
-    /// Says that nothing more will come.
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        let _ = self.thread.take().map(JoinHandle::join);
+        let alarms = settings.alarms.clone();
+        let work = move |stop: &AtomicBool| run(&settings, &frames, told.as_ref(), stop, &say);
+        Ok(Self { _thread: Worker::start("mqtt", alarms, work)? })
     }
 }
 

@@ -276,7 +276,7 @@ impl SiteFile {
 }
 
 /// The revision of a text.
-fn revision(text: &str) -> u64 {
+pub(crate) fn revision(text: &str) -> u64 {
     let hash = Sha256::digest(text.as_bytes());
     let bits = hash.iter().take(8).fold(0, |bits: u64, byte| bits << 8 | u64::from(*byte));
     // Pages take 0 for none.

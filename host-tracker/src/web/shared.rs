@@ -72,6 +72,32 @@ pub struct ServerContext {
     pub connections: Connections,
 }
 
+impl ServerContext {
+    /// Of frames and a site without a tracker of its own: nothing is kept, there are no doors, signs or questions, and it is open
+    /// to all.
+    #[must_use]
+    pub fn alone(frames: watch::Receiver<Arc<Snapshot>>, site: SiteFile) -> Self {
+        Self {
+            frames,
+            reports: Reports::default(),
+            site,
+            changed: Box::new(|_| Ok(())),
+            calibration: Calibration::default(),
+            accepted: Box::new(|_| {}),
+            database: None,
+            keys: None,
+            access: Access::open(),
+            names: Vec::new(),
+            doors: None,
+            signs: None,
+            questions: None,
+            alarms: TrackerAlarms::default(),
+            listed: AlarmHandle::default(),
+            connections: Connections::default(),
+        }
+    }
+}
+
 impl fmt::Debug for ServerContext {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("ServerContext")

@@ -7,14 +7,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
-
 /// Longest name, bytes: as long as that of a host.
 const LONGEST: usize = 63;
 
 /// A name: letters, digits, `-`, `_`, `.`; what stands for something else in keys of Zenoh or topics of MQTT is in none.
-#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct AreaName(String);
 
 /// Why a text is no name of an area.
@@ -54,20 +51,6 @@ impl FromStr for AreaName {
             return Err(NameError::Character);
         }
         Ok(Self(text.to_owned()))
-    }
-}
-
-impl TryFrom<String> for AreaName {
-    type Error = NameError;
-
-    fn try_from(text: String) -> Result<Self, NameError> {
-        text.parse()
-    }
-}
-
-impl From<AreaName> for String {
-    fn from(name: AreaName) -> Self {
-        name.0
     }
 }
 
