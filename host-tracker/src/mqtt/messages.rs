@@ -1,6 +1,6 @@
 //! A frame as topics and payloads. Nothing here knows a broker or a time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::payloads::{Availability, Line, Module, Name, Total, Tracker, Zone, written};
 use super::topics::{State, Topics, slugs};
@@ -122,35 +122,27 @@ fn zone_payload(zone: &ZoneLine, alarms: Vec<AlarmKind>) -> String {
     written(&Zone { alarms, count, occupied: count.map(|count| count > 0), state: zone.state() })
 }
 
-/// The alarms that stand about something of this name, but for what happens at doors.
-fn listed<'a>(
-    frame: &'a Snapshot,
-    about: About,
-    name: &'a str,
-) -> impl Iterator<Item = (AlarmKind, &'a ListedAlarm)> {
-    let of = frame.alarms.iter().filter(move |alarm| alarm.about == about && alarm.of == name);
-    of.filter_map(|alarm| match alarm.cause {
+/// An alarm that stands, with its kind; none if it is about what happens at a door.
+fn fault(alarm: &ListedAlarm) -> Option<(AlarmKind, &ListedAlarm)> {
+    match alarm.cause {
         Cause::Fault(kind) => Some((kind, alarm)),
         Cause::Door(_) => None,
-    })
+    }
 }
 
+/// Those about something of this name.
 fn faults(frame: &Snapshot, about: About, name: &str) -> Vec<AlarmKind> {
-    listed(frame, about, name).map(|(kind, _)| kind).collect()
+    let of = frame.alarms.iter().filter(|alarm| alarm.about == about && alarm.of == name);
+    of.filter_map(fault).map(|(kind, _)| kind).collect()
 }
 
 /// The words of alarms change with their figures, which wait.
 fn tracker_state(frame: &Snapshot) -> State {
-    let areas: BTreeSet<&str> = frame
-        .alarms
-        .iter()
-        .filter(|alarm| alarm.about == About::Area)
-        .map(|alarm| alarm.of.as_str())
-        .collect();
-    let of_areas = areas.into_iter().flat_map(|area| listed(frame, About::Area, area));
-    let all: Vec<(AlarmKind, &ListedAlarm)> = listed(frame, About::Tracker, "").chain(of_areas).collect();
-    let alarms: Vec<AlarmKind> = all.iter().map(|(kind, _)| *kind).collect();
-    let texts = all.iter().map(|(_, alarm)| alarm.text.as_str());
+    // Those of areas stand where several trackers are one site.
+    let own = |alarm: &&ListedAlarm| matches!(alarm.about, About::Tracker | About::Area);
+    let own: Vec<(AlarmKind, &ListedAlarm)> = frame.alarms.iter().filter(own).filter_map(fault).collect();
+    let alarms: Vec<AlarmKind> = own.iter().map(|(kind, _)| *kind).collect();
+    let texts = own.iter().map(|(_, alarm)| alarm.text.as_str());
     let urgent = format!("{alarms:?}");
     let payload = Tracker { alarm: in_one(texts), alarms, version: env!("CARGO_PKG_VERSION") };
     State { payload: written(&payload), urgent }

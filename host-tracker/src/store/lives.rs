@@ -7,7 +7,7 @@
 //! ```
 
 /// What exactly one of these spans holds, in order of time.
-pub(super) fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
+fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
     let spans = runs.iter().filter(|(begun_ms, ended_ms)| begun_ms < ended_ms);
     let mut edges: Vec<(u64, i32)> =
         spans.flat_map(|&(begun_ms, ended_ms)| [(begun_ms, 1), (ended_ms, -1)]).collect();
@@ -21,6 +21,14 @@ pub(super) fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
         running += change;
         since_ms = at_ms;
     }
+    told
+}
+
+/// The same, as far as it touches the time from `from_ms` to `to_ms`. All runs are asked: one that ends before may tell of the
+/// beginning of another that does not.
+pub(super) fn told_within(runs: &[(u64, u64)], (from_ms, to_ms): (u64, u64)) -> Vec<(u64, u64)> {
+    let mut told = told_once(runs);
+    told.retain(|(begun_ms, ended_ms)| *begun_ms <= to_ms && *ended_ms >= from_ms);
     told
 }
 

@@ -18,7 +18,7 @@ use serde::de::value::{Error as ValueError, StrDeserializer};
 
 use super::alarm_rows;
 use super::error::StoreError;
-use super::lives::told_once;
+use super::lives::told_within;
 use super::lock::beside;
 use super::numbers::integer;
 use super::path::{Place, decode};
@@ -344,10 +344,7 @@ impl Reader {
     /// # Errors
     /// What SQLite says.
     pub fn lives(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<(u64, u64)>> {
-        // All of them: one that ends before `from_ms` may tell of the beginning of another that does not.
-        let mut told = told_once(&self.runs()?);
-        told.retain(|(begun_ms, ended_ms)| *begun_ms <= to_ms && *ended_ms >= from_ms);
-        Ok(told)
+        Ok(told_within(&self.runs()?, (from_ms, to_ms)))
     }
 
     /// From when to when each tracker ran, ms since 1970, also of times that two tell of.

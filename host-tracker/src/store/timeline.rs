@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::lives::told_within;
 use super::reader::{Count, Reader};
 use super::row::Event;
 
@@ -58,8 +59,9 @@ pub fn overview(
     rows.retain(|row| counts(&row.zone));
     // Those from before `from_ms` come zone by zone.
     rows.sort_by_key(|row| row.at_ms);
-    let lives = reader.lives(from_ms, to_ms)?;
-    let starts: BTreeSet<u64> = reader.runs()?.into_iter().map(|(begun_ms, _)| begun_ms).collect();
+    let runs = reader.runs()?;
+    let lives = told_within(&runs, (from_ms, to_ms));
+    let starts: BTreeSet<u64> = runs.into_iter().map(|(begun_ms, _)| begun_ms).collect();
     let starts = |at_ms| starts.contains(&at_ms);
     let bins = binned(&rows, &lives, starts, (from_ms, to_ms), bins.clamp(1, BINS_MAX));
     let mut events = reader.events(from_ms, to_ms)?;
