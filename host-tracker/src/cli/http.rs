@@ -79,15 +79,18 @@ impl HttpArguments {
         self.http.is_some()
     }
 
+    /// Whether TLS is spoken at an address.
+    fn is_encrypted(&self, address: &SocketAddr) -> bool {
+        self.tls || self.tls_cert.is_some() || (is_reached(address) && !self.insecure)
+    }
+
     /// Where the map is, of a tracker that was started with these.
     pub(super) fn place(&self, site: &Path) -> Option<MapPlace> {
         let listen = self.http?;
-        let everywhere = self.tls || self.tls_cert.is_some();
         let own = || site.with_extension("cert.pem");
-        let encrypted = everywhere || (is_reached(&listen) && !self.insecure);
         Some(MapPlace {
             listen,
-            certificate: encrypted.then(|| self.tls_cert.clone().unwrap_or_else(own)),
+            certificate: self.is_encrypted(&listen).then(|| self.tls_cert.clone().unwrap_or_else(own)),
             insecure: self.insecure,
             first_admin: self.first_admin,
         })
@@ -99,9 +102,8 @@ impl HttpArguments {
     /// The certificate cannot be used, or made.
     pub(super) fn served(&self, site: &Path) -> Result<Served, Failure> {
         let certificate = self.certificate(site)?;
-        let everywhere = self.tls || self.tls_cert.is_some();
         let bind = |address: SocketAddr| {
-            let certificate = certificate.clone().filter(|_| everywhere || is_reached(&address));
+            let certificate = certificate.clone().filter(|_| self.is_encrypted(&address));
             Bind { address, certificate }
         };
         Ok(Served { map: self.http.map(bind), doors: self.door_http.map(bind), certificate })
@@ -142,8 +144,7 @@ impl HttpArguments {
         if let (Some(certificate), Some(key)) = (&self.tls_cert, &self.tls_key) {
             return Ok(Some(Certificate::from_files(certificate, key)?));
         }
-        let reached = [self.http, self.door_http].iter().flatten().any(is_reached);
-        if !(self.tls || (reached && !self.insecure)) {
+        if ![self.http, self.door_http].iter().flatten().any(|address| self.is_encrypted(address)) {
             return Ok(None);
         }
         Ok(Some(Certificate::own(site, &names_of_this_machine(&self.http_name))?))
