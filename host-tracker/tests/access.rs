@@ -3,7 +3,6 @@
 mod described;
 mod house;
 mod http_client;
-mod served;
 
 use std::cell::Cell;
 use std::net::TcpStream;

@@ -5,7 +5,6 @@ mod described;
 mod door_fixture;
 mod house;
 mod http_client;
-mod served;
 mod socket;
 
 use std::io::{BufRead, BufReader, Read, Write};

@@ -8,7 +8,6 @@ mod door_fixture;
 mod flood;
 mod hall;
 mod http_client;
-mod served;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};

@@ -4,7 +4,6 @@ mod described;
 mod hall;
 mod house;
 mod http_client;
-mod served;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

@@ -4,7 +4,6 @@ mod chromium;
 mod described;
 mod door_fixture;
 mod http_client;
-mod served;
 
 use std::path::{Path, PathBuf};
 

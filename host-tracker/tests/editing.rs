@@ -7,7 +7,6 @@
 //! ```
 
 mod chromium;
-mod served;
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -18,7 +17,7 @@ use std::time::Duration;
 
 use chromium::Page;
 use host_tracker::site_file::{self, SiteFile};
-use host_tracker::web::Server;
+use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::json;
@@ -60,7 +59,7 @@ impl Tracker {
                 newest_in.send_replace(Arc::new(Snapshot { unix_ms: unix_ms(), ..Snapshot::default() }));
             }
         });
-        let context = || served::alone(newest.clone(), SiteFile::load(site).unwrap());
+        let context = || ServerContext::alone(newest.clone(), SiteFile::load(site).unwrap());
         // Its address may be in use for a moment by the one before.
         let server = loop {
             match Server::start(at, context()) {

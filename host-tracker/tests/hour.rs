@@ -9,7 +9,6 @@
 //! [`STEP`]: it misses the others, as a page on a slow machine does.
 
 mod chromium;
-mod served;
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -124,7 +123,7 @@ impl Show {
         let store = Store::open(&database, &Arc::new(site.clone()), Keep::USUAL).unwrap();
         let context = ServerContext {
             database: Some(database),
-            ..served::alone(newest, SiteFile::load(&file).unwrap())
+            ..ServerContext::alone(newest, SiteFile::load(&file).unwrap())
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         Self { server, frames, store }

@@ -2,7 +2,6 @@
 
 mod described;
 mod http_client;
-mod served;
 mod socket;
 
 use std::io::{Read, Write};
@@ -49,7 +48,7 @@ impl Map {
                 told.lock().unwrap().push(site);
                 Ok(())
             }),
-            ..served::alone(newest, SiteFile::load(&path).unwrap())
+            ..ServerContext::alone(newest, SiteFile::load(&path).unwrap())
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         Self { server, frames, reports, changes, folder }

@@ -3,7 +3,6 @@
 
 mod described;
 mod http_client;
-mod served;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -64,7 +63,7 @@ impl LimitedServer {
         let context = ServerContext {
             doors: Some(DoorHandle::new(&site.current().site, None)),
             connections: refused.clone(),
-            ..served::alone(newest, site)
+            ..ServerContext::alone(newest, site)
         };
         let any = SocketAddr::from(([127, 0, 0, 1], 0));
         let server =

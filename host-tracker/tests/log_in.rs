@@ -4,7 +4,6 @@ mod chromium;
 mod described;
 mod house;
 mod http_client;
-mod served;
 
 use std::sync::Arc;
 

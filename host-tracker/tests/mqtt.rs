@@ -234,7 +234,6 @@ fn frame() -> Snapshot {
 mod described;
 mod door_fixture;
 mod http_client;
-mod served;
 
 /// A broker that speaks TLS alone, and knows its clients by certificates.
 #[test]

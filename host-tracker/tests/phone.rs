@@ -5,7 +5,6 @@ mod chromium;
 mod described;
 mod door_fixture;
 mod http_client;
-mod served;
 
 use door_fixture::DoorServer;
 

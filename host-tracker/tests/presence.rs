@@ -4,7 +4,6 @@ mod chromium;
 mod described;
 mod house;
 mod http_client;
-mod served;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -12,7 +11,7 @@ use std::sync::Arc;
 use chromium::Page;
 use host_tracker::access::roles::Role;
 use host_tracker::site_file::SiteFile;
-use host_tracker::web::Server;
+use host_tracker::web::{Server, ServerContext};
 use house::{House, PASSWORD, ZONE};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use serde_json::json;
@@ -79,7 +78,7 @@ fn windows_of_nobody_known_are_counted() {
     let path = folder.path().join("house.toml");
     std::fs::write(&path, ZONE).unwrap();
     let (_frames, newest) = watch::channel(Arc::new(Snapshot { unix_ms: unix_ms(), ..Snapshot::default() }));
-    let context = served::alone(newest, SiteFile::load(&path).unwrap());
+    let context = ServerContext::alone(newest, SiteFile::load(&path).unwrap());
     let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
     for page in [&mut one, &mut other] {
         page.size(1280, 800, 1);

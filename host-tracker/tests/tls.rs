@@ -5,7 +5,6 @@ mod described;
 mod hall;
 mod house;
 mod http_client;
-mod served;
 mod tls_client;
 
 use std::io::{Read, Write};

@@ -120,7 +120,7 @@ impl DoorServer {
             doors: Some(doors.clone()),
             signs: Some(signs.clone()),
             listed,
-            ..crate::served::alone(newest, file)
+            ..ServerContext::alone(newest, file)
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));

@@ -85,7 +85,7 @@ impl House {
             access: Access::timed(file.clone(), Box::new(move || clock.load(Ordering::SeqCst))),
             listed: listed.clone(),
             connections: refused.clone(),
-            ..crate::served::alone(newest, site)
+            ..ServerContext::alone(newest, site)
         };
         let own = || Certificate::own(&path, &["localhost".to_owned()]).unwrap();
         let map = Bind { address: SocketAddr::from(([127, 0, 0, 1], 0)), certificate: tls.then(own) };

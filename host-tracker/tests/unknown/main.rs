@@ -31,8 +31,6 @@ mod run;
 #[path = "../../../tracking/tests/intake/scene.rs"]
 #[allow(dead_code, reason = "another room's people")]
 mod scene;
-#[path = "../served/mod.rs"]
-mod served;
 mod truth;
 mod world;
 

@@ -14,8 +14,6 @@ use tokio::sync::watch;
 use tungstenite::{Message, WebSocket};
 use ureq::Agent;
 
-use super::served;
-
 /// A hundred times what a loaded machine needs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -39,7 +37,7 @@ impl Map {
                 Ok(())
             }),
             database: Some(database.to_path_buf()),
-            ..served::alone(newest, SiteFile::load(site).unwrap())
+            ..ServerContext::alone(newest, SiteFile::load(site).unwrap())
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let agent: Agent = Agent::config_builder().http_status_as_error(false).proxy(None).build().into();
