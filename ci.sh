@@ -241,7 +241,11 @@ need_mosquitto() {
 
 step_fmt() { cargo fmt --all --check; }
 
-step_clippy() { cargo clippy --locked --workspace --all-targets --all-features -- -D warnings; }
+step_clippy() {
+    cargo clippy --locked --workspace --all-targets --all-features -- -D warnings
+    # The fuzz targets are a package of their own, and share files with tests of the workspace.
+    cargo clippy --locked --manifest-path fuzz/Cargo.toml --target-dir target -- -D warnings
+}
 
 step_lint() {
     need_linters
