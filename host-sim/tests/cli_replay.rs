@@ -102,3 +102,26 @@ fn bad_input_gets_one_line_that_names_what_and_where() {
     refused(&["demo", "--headless", "--scene", "no-such-scene"], 1, &["no-such-scene"]);
     refused(&["nonsense"], 2, &["nonsense"]);
 }
+
+#[test]
+fn a_scene_gives_recordings_to_try_it_with() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scans");
+    let (out, file) = (folder.to_str().unwrap(), |name: &str| folder.join(name).to_str().unwrap().to_owned());
+    let made = kehai_sim(&["scene", "crossing", "--seconds", "20", "--scans", out]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    // The commands of the README.
+    let csv = file("wall.csv");
+    let detected = kehai_sim(&["replay", &csv, "--learn", "60", "--svg", &file("wall.svg")]);
+    assert!(detected.status.success(), "{}", String::from_utf8_lossy(&detected.stderr));
+    let site = file("site.toml");
+    let wall = format!("wall={csv}");
+    let followed = kehai_sim(&["replay", "--site", &site, &wall, "--learn", "60", "--out", out]);
+    assert!(followed.status.success(), "{}", String::from_utf8_lossy(&followed.stderr));
+    let tracks = std::fs::read_to_string(file("tracks.jsonl")).unwrap();
+    let people = |line: &str| {
+        let line: serde_json::Value = serde_json::from_str(line).unwrap();
+        line["tracks"].as_array().unwrap().len()
+    };
+    let most = tracks.lines().map(people).max();
+    assert!(most >= Some(2), "two people cross: {most:?}");
+}

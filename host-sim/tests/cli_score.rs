@@ -66,3 +66,30 @@ fn bad_input_gets_one_line_that_names_what_and_where() {
     let said = String::from_utf8(output.unwrap().stderr).unwrap();
     assert!(said.contains("/nowhere/a") && said.lines().count() == 1, "{said}");
 }
+
+#[test]
+fn a_scene_and_a_score_where_it_says_it_judged_are_one_figure() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scene-and-score");
+    let sim = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_kehai-sim")).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let out = folder.to_str().unwrap();
+    let scene = ["scene", "door-area", "--people", "2", "--condition", "H", "--seconds", "40", "--out", out];
+    let said = sim(&scene);
+    let region = said.split("--region ").nth(1).unwrap().split_whitespace().next().unwrap();
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (truth, tracks) = (file("truth.jsonl"), file("tracks.jsonl"));
+    let there = sim(&["score", &truth, &tracks, "--region", region]);
+    let figures = |text: &str| -> Vec<String> {
+        text.lines()
+            .filter(|line| line.contains("HOTA") || line.contains("MOTA"))
+            .map(str::to_owned)
+            .collect()
+    };
+    assert_eq!(figures(&said).len(), 2, "{said}");
+    assert_eq!(figures(&there), figures(&said));
+    assert!(there.contains(&format!("judged in {region}")), "{there}");
+    assert!(sim(&["score", &truth, &tracks]).contains("judged everywhere; --region"));
+}

@@ -9,8 +9,9 @@ use clap::Args;
 use host_sim::baselines::Choice;
 use host_sim::experiment::log::{around, zone};
 use host_sim::picture::site::SitePicture;
-use host_sim::run::{Conditions, Options, Record};
-use host_sim::score::{Estimate, Figures, Frame, Scorer, Settings, Target};
+use host_sim::run::{Conditions, Options, Record, scans};
+use host_sim::score::{Estimate, Figures, Frame, Region, Scorer, Settings, Target};
+use host_sim::world::World;
 use host_sim::world::body::Section;
 use host_sim::world::scene::Scene;
 use host_sim::world::variation::{Letter, Variation};
@@ -26,6 +27,7 @@ use serde::Serialize;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-sim scene crossing --out crossing           candidates, tracks, truth, a picture
+  kehai-sim scene crossing --scans crossing         scans to replay, as of a sensor: crossing/wall.csv
   kehai-sim scene door-area --people 5 --condition H --sensors 3 --seed 10000
   kehai-sim scene standing --network disturbed --json")]
 pub struct Arguments {
@@ -40,6 +42,10 @@ pub struct Arguments {
     /// Write candidates.jsonl, tracks.jsonl, truth.jsonl and scene.svg to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+
+    /// Write what the sensors measure, MODULE.csv each, and site.toml to this folder: recordings for kehai-sim replay
+    #[arg(long, value_name = "DIR")]
+    scans: Option<PathBuf>,
 
     /// Print the figures as one JSON object
     #[arg(long)]
@@ -101,6 +107,9 @@ struct Summary<'a> {
     most_found: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     events: Option<host_sim::world::Events>,
+    /// Where tracks are judged, X,Y,X,Y; everywhere without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    region: Option<String>,
     /// Tracks against the truth.
     score: Figures,
 }
@@ -123,6 +132,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     if let Some(path) = &arguments.save_arrivals {
         record.save(path).map_err(|error| format!("{}: {error}", path.display()))?;
     }
+    if let Some(folder) = &arguments.scans {
+        save_scans(folder, &arguments.file, &scene, seed)?;
+    }
     let tracks = record.tracks_lines(arguments.tracker);
     let truth: Vec<TruthLine> = record.truth_lines().collect();
     let mut ids: Vec<u64> = truth.iter().flat_map(|line| line.people.iter().map(|who| who.id)).collect();
@@ -139,6 +151,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         most_true: truth.iter().map(|line| line.people.len()).max().unwrap_or(0),
         most_found: tracks.iter().map(found).max().unwrap_or(0),
         events: record.events,
+        region: area(&record).map(|area| area.to_string()),
         score: score(&record, &truth, &tracks),
     };
     if let Some(folder) = &arguments.out {
@@ -163,12 +176,33 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         let path = folder.join("scene.svg");
         picture.save(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     }
-    print(&summary, arguments.json)
+    print(&summary, area(&record), arguments.json)
+}
+
+/// What the sensors measure, and the site.
+fn save_scans(folder: &Path, name: &str, scene: &Scene, seed: u64) -> Result<(), Box<dyn Error>> {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    for (module, recording) in scans(&World::new(scene, seed)) {
+        let path = folder.join(&module).with_extension("csv");
+        let written = || {
+            recording.write(BufWriter::new(File::create(&path)?), &format!("simulated, {name}, seed {seed}"))
+        };
+        written().map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    let path = folder.join("site.toml");
+    std::fs::write(&path, toml::to_string(&scene.site)?)
+        .map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(())
+}
+
+/// Where people are judged: around the zone that counts.
+fn area(record: &Record) -> Option<Region> {
+    zone(&record.site).and_then(around)
 }
 
 /// The tracks against the truth, where people are counted.
 fn score(record: &Record, truth: &[TruthLine], tracks: &[TracksLine]) -> Figures {
-    let area = zone(&record.site).and_then(around);
+    let area = area(record);
     let mut scorer = Scorer::new(Settings { region: area, area, ..Settings::default() });
     for (truth, tracks) in truth.iter().zip(tracks) {
         let people: Vec<Target> = truth.people.iter().map(Target::from).collect();
@@ -193,7 +227,7 @@ pub fn write(path: &Path, lines: &[impl Serialize]) -> Result<(), String> {
     written().map_err(|error| format!("{}: {error}", path.display()))
 }
 
-fn print(summary: &Summary<'_>, json: bool) -> Result<(), Box<dyn Error>> {
+fn print(summary: &Summary<'_>, area: Option<Region>, json: bool) -> Result<(), Box<dyn Error>> {
     let mut out = std::io::stdout().lock();
     if json {
         serde_json::to_writer(&mut out, summary)?;
@@ -214,6 +248,11 @@ fn print(summary: &Summary<'_>, json: bool) -> Result<(), Box<dyn Error>> {
         "  {} people, at most {} at once; tracker {tracker} found at most {}",
         summary.people, summary.most_true, summary.most_found
     )?;
+    let judged = area.map_or_else(
+        || "  judged everywhere".to_owned(),
+        |area| format!("  judged in {area}, as kehai-sim score does with --region {area}"),
+    );
+    writeln!(out, "{judged}")?;
     write!(out, "{}", summary.score)?;
     Ok(())
 }

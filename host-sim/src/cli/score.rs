@@ -100,6 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             figures.people,
             figures.tracks
         )?;
+        writeln!(out, "{}", judged(arguments.region, arguments.area))?;
         if silent + between + without_truth > 0 {
             writeln!(
                 out,
@@ -110,6 +111,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         write!(out, "{figures}")?;
     }
     Ok(())
+}
+
+/// Where people are judged and counted.
+fn judged(region: Option<Region>, area: Option<Region>) -> String {
+    let counted = area.filter(|area| Some(*area) != region).map(|area| format!(", counted in {area}"));
+    let counted = counted.unwrap_or_default();
+    match region {
+        Some(region) => format!("  judged in {region}{counted}"),
+        None => format!("  judged everywhere{counted}; --region X,Y,X,Y judges a part"),
+    }
 }
 
 fn lines<T: Line>(path: &Path) -> Result<Lines<BufReader<File>, T>, String> {

@@ -36,6 +36,7 @@
 //! | `record` | a whole run to and from a file |
 //! | `recorded` | recordings in the place of a world |
 //! | `copies` | many copies of a site, to measure the cost of a tracker |
+//! | `scans` | what the sensors of a world measure, as recordings |
 //! | `lines` | candidates, tracks and truth as JSON lines |
 
 pub mod clock;
@@ -44,11 +45,13 @@ mod lines;
 pub mod network;
 pub mod record;
 pub mod recorded;
+mod scans;
 pub(crate) mod unit;
 mod way;
 
 pub use network::Conditions;
 pub use record::Record;
+pub use scans::scans;
 pub use unit::module_id;
 
 use serde::{Deserialize, Serialize};

@@ -11,6 +11,7 @@
 //! People outside are not judged, and neither are their tracks. All persons and tracks within the gate are
 //! paired first: as many as possible, and then the nearest. Of the unpaired tracks, those outside are not judged.
 
+use std::fmt;
 use std::str::FromStr;
 
 use kehai_tracking::geometry::Point;
@@ -42,6 +43,13 @@ impl Region {
     #[must_use]
     pub fn contains(&self, place: Point) -> bool {
         self.from.x < place.x && place.x < self.to.x && self.from.y < place.y && place.y < self.to.y
+    }
+}
+
+impl fmt::Display for Region {
+    /// As it is read.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{},{}", self.from.x, self.from.y, self.to.x, self.to.y)
     }
 }
 
@@ -153,6 +161,7 @@ mod tests {
     fn a_region_is_two_corners() {
         let region: Region = "1, -2.6,-2,1".parse().unwrap();
         assert_eq!(region, Region { from: Point::new(-2.0, -2.6), to: Point::new(1.0, 1.0) });
+        assert_eq!(region.to_string().parse(), Ok(region));
         assert!(!region.contains(Point::new(1.0, 0.0)) && region.contains(Point::new(0.99, 0.0)));
         for bad in ["1,2,3", "1,2,3,4,5", "1,2,1,4", "a,b,c,d", "nan,0,1,1", ""] {
             assert!(bad.parse::<Region>().is_err(), "{bad:?}");
