@@ -23,7 +23,7 @@ use crate::alarm_handle::{AlarmChange, AlarmHandle};
 use crate::areas::AreaSettings;
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::service::{Options, Service};
-use crate::site_file::SiteFile;
+use crate::site_file::{SaveError, SiteFile};
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
 use crate::store::{Keep, Store, StoreError, StoreState, alarms_before, counted_before, known_before};
@@ -158,6 +158,7 @@ pub struct Daemon {
     outputs: Receiver<Output>,
     changes: Receiver<AlarmChange>,
     site: watch::Receiver<Arc<Site>>,
+    file: SiteFile,
     service: Service,
     store: Option<Store>,
 }
@@ -247,7 +248,7 @@ impl Daemon {
                 crate::areas::Area::start(area, service.queue(), service.site(), service.alarms(), say)
             })
             .transpose()?;
-        let map = map.map(|map| serve(map, file, file_of_store, keys_file, &service)).transpose()?;
+        let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
         Ok(Self {
             map,
             publisher,
@@ -258,9 +259,21 @@ impl Daemon {
             outputs,
             changes,
             site,
+            file,
             service,
             store,
         })
+    }
+
+    /// Uses the site's file as it is now; true if it was changed by hand since it was last read or written.
+    ///
+    /// # Errors
+    /// It is no site; the one in use stays.
+    pub fn read_site_anew(&self) -> Result<bool, SaveError> {
+        let before = self.file.current().revision;
+        let sites = self.service.sites();
+        self.file.look(|site| sites.change(site))?;
+        Ok(self.file.current().revision != before)
     }
 
     /// The next snapshot, which the database has then, too.

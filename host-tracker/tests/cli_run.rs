@@ -194,3 +194,38 @@ fn the_experimental_tracker_follows_people_over_the_loopback() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && said.contains("rendering (experimental)"), "{said}");
 }
+
+#[test]
+fn an_option_that_needs_another_one_is_named_with_it() {
+    let needs = |arguments: &[&str]| fails(&[&["run", "--site", "no.toml"], arguments].concat());
+    assert_eq!(needs(&["--no-mdns"]), "kehai-tracker: --no-mdns needs --module <HOST[:PORT]> beside it\n");
+    assert_eq!(needs(&["--keep-days", "3"]), "kehai-tracker: --keep-days needs --db <FILE> beside it\n");
+}
+
+#[test]
+fn a_signal_reads_the_site_anew_and_one_that_is_wrong_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = folder.path().join("home.toml");
+    std::fs::write(&site, SITE).unwrap();
+    let mut command = command(&site);
+    command.args(["--http", "0", "--tracks-out", "-"]);
+    let tracker = Tracker::start(command);
+    tracker.says("live map at http://");
+    let hang_up = || {
+        let signal = format!("kill -HUP {}", tracker.process.id());
+        assert!(Command::new("sh").args(["-c", &signal]).status().unwrap().success());
+    };
+    hang_up();
+    tracker.says("home.toml: read anew, nothing has changed");
+    std::fs::write(&site, SITE.replace("hall", "lobby")).unwrap();
+    hang_up();
+    tracker.says("home.toml: read anew");
+    let begun = std::time::Instant::now();
+    while !tracker.line().zones.contains_key("lobby") {
+        assert!(begun.elapsed().as_secs() < 30, "the zone does not come");
+    }
+    std::fs::write(&site, "[[zone]\n").unwrap();
+    hang_up();
+    tracker.says("not used, the site stays as it was");
+    assert!(tracker.line().zones.contains_key("lobby"));
+}

@@ -15,6 +15,7 @@ mod firmware;
 mod http;
 mod log;
 mod manual;
+mod missing;
 mod module;
 mod output;
 mod replay;
@@ -76,7 +77,16 @@ enum Command {
 
 /// Does what the command line says. An exit status other than 0 comes with one line on stderr.
 pub fn run() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let words: Vec<_> = std::env::args_os().collect();
+            let Some(needs) = missing::said(&error, &Arguments::command(), &words) else { error.exit() };
+            log::say(format_args!("kehai-tracker: {needs}"));
+            // As the parser's own.
+            return ExitCode::from(2);
+        }
+    };
     log::start(arguments.log);
     let done = match arguments.command {
         Command::Run(arguments) => run::run(*arguments),

@@ -174,6 +174,9 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
+    let hang_up = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&hang_up))?;
     // A limit on the size of files is an error of the file, not the tracker's death.
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
@@ -219,6 +222,9 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut last = Arc::<Snapshot>::default();
     while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
+        if hang_up.swap(false, Ordering::Relaxed) {
+            read_anew(&daemon, &site_path);
+        }
         match daemon.next(WAIT) {
             Next::Snapshot(snapshot) => {
                 last = snapshot;
@@ -244,6 +250,16 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     drop(supervisor);
     daemon.stop()?;
     summary(&last, silent)
+}
+
+/// Uses the site's file as it is now, and logs what became of it.
+fn read_anew(daemon: &Daemon, site: &Path) {
+    let file = site.display();
+    match daemon.read_site_anew() {
+        Ok(true) => tracing::info!("{file}: read anew"),
+        Ok(false) => tracing::info!("{file}: read anew, nothing has changed"),
+        Err(error) => tracing::error!("{file}: not used, the site stays as it was: {error}"),
+    }
 }
 
 fn open(file: &Path) -> Result<TracksOut<Box<dyn Write>>, String> {
