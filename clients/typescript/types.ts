@@ -1054,6 +1054,8 @@ export interface Measured {
 
 /** A module and where it is. */
 export interface Module {
+  /** What in its background has the shape of a person and is none: bearing from its front to its left, degrees, and range, m. */
+  furniture?: [number, number][];
   /** Height of its plane above the floor. */
   height_m: number;
   /** Its name, MAC or instance name. */
@@ -1108,6 +1110,8 @@ export interface ModuleLine {
   silent_s: number | null;
   /** What it is doing. */
   state: DeviceState;
+  /** Where something in its background has the shape of a person, as far as the site does not say that it is furniture: bearing from its front to its left, degrees, and range, m, as Module::furniture has them. */
+  suspects?: [number, number][];
   /** Share of its beams that could not be judged in the newest report. */
   unknown_share: number;
   /** Since a report of it was used last, s; absent until one was. */
@@ -1116,6 +1120,8 @@ export interface ModuleLine {
 
 /** A module and where it is. */
 export interface ModuleRead {
+  /** What in its background has the shape of a person and is none: bearing from its front to its left, degrees, and range, m. */
+  furniture?: [number, number][];
   /** Height of its plane above the floor. */
   height_m?: number;
   /** Its name, MAC or instance name. */
@@ -1822,6 +1828,8 @@ export interface Zone {
   count: boolean;
   /** Walls and entries surround it. */
   enclosed: boolean;
+  /** For how long it stays occupied for automations after the last person, s. */
+  hold_s?: number | null;
   /** Its name. */
   name: string;
   /** More people in it than this raise an alarm. */
@@ -1869,6 +1877,8 @@ export interface ZoneRead {
   count?: boolean;
   /** Walls and entries surround it. */
   enclosed?: boolean;
+  /** For how long it stays occupied for automations after the last person, s. */
+  hold_s?: number | null;
   /** Its name. */
   name: string;
   /** More people in it than this raise an alarm. */

@@ -263,5 +263,24 @@ fn a_module_with_a_key_is_looked_after_on_the_map_in_a_browser() {
         "it learns",
         "document.querySelector('.module-actions').innerText.includes('learns the empty room')",
     );
+    // What it has learned with the chair has the shape of a person there, until somebody says what it is.
+    let suspects = |line: &Value| {
+        line["alarms"].as_array().into_iter().flatten().any(|alarm| alarm["name"] == "suspect")
+    };
+    let line = tracker.until("the chair could be a person", "corner", suspects);
+    let place = line["suspects"][0].clone();
+    assert!((0.8..0.9).contains(&place[1].as_f64().unwrap()), "{line}");
+    page.wait("it can be said", &format!("{}?.offsetParent != null", button("It is furniture…")));
+    page.value(&format!("{}.click()", button("It is furniture…")));
+    page.wait("the map shows where", "document.querySelectorAll('.thing circle').length === 1");
+    page.picture(&folder.join("module-furniture.png"));
+    page.value(&format!("{}.click()", button("It is furniture")));
+    tracker.until("the alarm is over", "corner", |line| watches(line) && !suspects(line));
+    assert_eq!(json!(site_file::load(&tracker.site).unwrap().modules[0].furniture), json!([place]));
+    page.wait("nothing is left to say", &format!("{}.offsetParent === null", button("It is furniture…")));
+    assert_eq!(tracker.does("corner", "learn", &json!({ "scans": 40 })).0, 200);
+    tracker.until("it learns anew", "corner", |line| line["state"] == "learning");
+    let anew = tracker.until("it has learned", "corner", watches);
+    assert!(!suspects(&anew), "the chair is furniture in the next background, too: {anew}");
     assert_eq!(page.errors, Vec::<String>::new());
 }

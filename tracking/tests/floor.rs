@@ -196,8 +196,11 @@ fn a_panel_that_does_not_work_is_not_known_to_be_empty_and_is_named() {
     let stuck = [FaultyPanel { panel: 49, fault: Fault::Stuck }];
     for reading in 1..=30_u64 {
         rig.press(&[], if reading < 20 { &stuck } else { &dead }, reading * READING_US);
-        let line =
-            rig.site_tracker.sessions_mut().get_mut(device(1)).unwrap().line("mat", reading * READING_US);
+        let line = rig.site_tracker.sessions_mut().get_mut(device(1)).unwrap().line(
+            "mat",
+            &[],
+            reading * READING_US,
+        );
         let alarms = line.unwrap().alarms;
         let panels = alarms.iter().find(|alarm| alarm.kind == AlarmKind::Panels).expect("an alarm");
         let wanted =
@@ -278,8 +281,13 @@ fn a_floor_of_another_size_is_not_used_and_says_so() {
     }
     assert_eq!(rig.hall(20 * READING_US).state(), ZoneKnown::Unknown);
     assert_eq!(rig.site_tracker.sessions().drops().unplaced, 20);
-    let line =
-        rig.site_tracker.sessions_mut().get_mut(device(1)).unwrap().line("mat", 20 * READING_US).unwrap();
+    let line = rig
+        .site_tracker
+        .sessions_mut()
+        .get_mut(device(1))
+        .unwrap()
+        .line("mat", &[], 20 * READING_US)
+        .unwrap();
     let kinds: Vec<AlarmKind> = line.alarms.iter().map(|alarm| alarm.kind).collect();
     assert!(kinds.contains(&AlarmKind::FloorSize), "{kinds:?}");
 }

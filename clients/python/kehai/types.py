@@ -1141,6 +1141,8 @@ class Measured(TypedDict):
 class Module(TypedDict):
     """A module and where it is."""
 
+    # What in its background has the shape of a person and is none: bearing from its front to its left, degrees, and range, m.
+    furniture: NotRequired[list[list[float]]]
     # Height of its plane above the floor.
     height_m: float
     # Its name, MAC or instance name.
@@ -1196,6 +1198,8 @@ class ModuleLine(TypedDict):
     silent_s: float | None
     # What it is doing.
     state: DeviceState
+    # Where something in its background has the shape of a person, as far as the site does not say that it is furniture: bearing from its front to its left, degrees, and range, m, as Module::furniture has them.
+    suspects: NotRequired[list[list[float]]]
     # Share of its beams that could not be judged in the newest report.
     unknown_share: float
     # Since a report of it was used last, s; absent until one was.
@@ -1205,6 +1209,8 @@ class ModuleLine(TypedDict):
 class ModuleRead(TypedDict):
     """A module and where it is."""
 
+    # What in its background has the shape of a person and is none: bearing from its front to its left, degrees, and range, m.
+    furniture: NotRequired[list[list[float]]]
     # Height of its plane above the floor.
     height_m: NotRequired[float]
     # Its name, MAC or instance name.
@@ -1944,6 +1950,8 @@ class Zone(TypedDict):
     count: bool
     # Walls and entries surround it.
     enclosed: bool
+    # For how long it stays occupied for automations after the last person, s.
+    hold_s: NotRequired[float | None]
     # Its name.
     name: str
     # More people in it than this raise an alarm.
@@ -1995,6 +2003,8 @@ class ZoneRead(TypedDict):
     count: NotRequired[bool]
     # Walls and entries surround it.
     enclosed: NotRequired[bool]
+    # For how long it stays occupied for automations after the last person, s.
+    hold_s: NotRequired[float | None]
     # Its name.
     name: str
     # More people in it than this raise an alarm.

@@ -156,6 +156,7 @@ impl Survey {
                 height_m,
                 upside_down: false,
                 placed: true,
+                furniture: Vec::new(),
             });
         }
         modules

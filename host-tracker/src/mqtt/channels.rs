@@ -128,6 +128,7 @@ fn is_of(topic: &str, address: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::holds::Holds;
     use super::super::home_assistant::{About, discovery};
     use super::super::messages::tests::{frame, topics};
     use super::super::{alarms, messages, presses};
@@ -177,7 +178,8 @@ mod tests {
     #[test]
     fn every_topic_is_of_one_channel_and_every_channel_is_published() {
         let (frame, topics) = (full(), topics());
-        let mut published: Vec<String> = messages::states(&frame, &topics).into_keys().collect();
+        let mut published: Vec<String> =
+            messages::states(&frame, &topics, &Holds::default()).into_keys().collect();
         published.extend(alarms::states(&frame, &topics).into_keys());
         published.extend(discovery(&frame, &About::default(), &topics).into_keys());
         published.push(topics.status());

@@ -99,6 +99,7 @@ fn room_of(line: &ModuleLine, site: &Site) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::holds::Holds;
     use super::super::messages::states;
     use super::super::messages::tests::{frame, topics};
     use super::*;
@@ -140,7 +141,7 @@ mod tests {
         );
         assert_eq!(topics_of, [site, left]);
         let config: Value = serde_json::from_str(&configs[site]).unwrap();
-        let mut states = states(&frame(), &topics());
+        let mut states = states(&frame(), &topics(), &Holds::default());
         states.extend(super::super::alarms::states(&frame(), &topics()));
         let mut ids = Vec::new();
         for config in configs.values() {

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::holds::Holds;
 use super::payloads::{Availability, Line, Module, Name, Total, Tracker, Zone, written};
 use super::topics::{State, Topics, slugs};
 use kehai_tracking::alarm::{AlarmKind, Cause};
 use kehai_tracking::alarm_list::{About, ListedAlarm};
 use kehai_tracking::door::{DoorLine, Input};
-use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::names::NameLine;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
@@ -26,7 +27,7 @@ fn availability(is: bool) -> State {
 
 /// Every state of a frame by its topic, but for [`Topics::status`].
 #[must_use]
-pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
+pub fn states(frame: &Snapshot, topics: &Topics, holds: &Holds) -> BTreeMap<String, State> {
     let mut states = BTreeMap::new();
     states.insert(format!("{}/tracker", topics.site()), tracker_state(frame));
     let (topic, total) = (format!("{}/total", topics.site()), frame.total);
@@ -37,7 +38,14 @@ pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
     for ((name, slug), zone) in zones(frame).iter().zip(frame.line.zones.values()) {
         let topic = format!("{}/zone/{slug}", topics.site());
         states.insert(format!("{topic}/availability"), availability(zone.state() != ZoneKnown::Unknown));
-        states.insert(topic, State::at_once(zone_payload(zone, faults(frame, About::Zone, name))));
+        let count = zone.count();
+        let payload = Zone {
+            alarms: faults(frame, About::Zone, name),
+            count,
+            occupied: holds.is_occupied(name, count),
+            state: zone.state(),
+        };
+        states.insert(topic, State::at_once(written(&payload)));
     }
     for (line, (_, slug)) in frame.lines.iter().zip(lines(frame)) {
         let topic = format!("{}/line/{slug}", topics.site());
@@ -116,12 +124,6 @@ pub fn door_input(frame: &Snapshot, topics: &Topics, topic: &str) -> Option<(Str
     Some((name.to_owned(), Input::named(input)?))
 }
 
-/// What is not known is null, never 0.
-fn zone_payload(zone: &ZoneLine, alarms: Vec<AlarmKind>) -> String {
-    let count = zone.count();
-    written(&Zone { alarms, count, occupied: count.map(|count| count > 0), state: zone.state() })
-}
-
 /// An alarm that stands, with its kind; none if it is about what happens at a door.
 fn fault(alarm: &ListedAlarm) -> Option<(AlarmKind, &ListedAlarm)> {
     match alarm.cause {
@@ -181,6 +183,7 @@ fn module_state(module: &ModuleLine) -> State {
 pub(super) mod tests {
     use super::*;
     use kehai_tracking::alarm::AlarmLine;
+    use kehai_tracking::jsonl::ZoneLine;
     use kehai_tracking::occupancy::Found;
     use serde_json::{Value, json};
 
@@ -219,7 +222,7 @@ pub(super) mod tests {
     fn a_zone_is_told_with_count_and_occupancy_and_an_unknown_one_with_neither() {
         let mut frame = frame();
         frame.line.zones.insert("part".into(), zone(0, ZoneKnown::Partly));
-        let states = states(&frame, &topics());
+        let states = states(&frame, &topics(), &Holds::default());
         let hall = "kehai/front-door/zone/hall";
         assert_eq!(
             json_of(&states, hall),
@@ -246,13 +249,13 @@ pub(super) mod tests {
         };
         let frame = |line| Snapshot { lines: vec![line], ..Snapshot::default() };
         let topic = "kehai/front-door/line/front";
-        let known = states(&frame(line(Some(3), ZoneKnown::Known, 0.0)), &topics());
+        let known = states(&frame(line(Some(3), ZoneKnown::Known, 0.0)), &topics(), &Holds::default());
         let told = json!({ "state": "known", "in": 3, "out": 3, "unknown_s": 0.0 });
         assert_eq!(json_of(&known, topic), told);
-        let unknown = states(&frame(line(None, ZoneKnown::Unknown, 1.0)), &topics());
+        let unknown = states(&frame(line(None, ZoneKnown::Unknown, 1.0)), &topics(), &Holds::default());
         assert_eq!(json_of(&unknown, topic)["in"], Value::Null);
         assert_eq!(unknown[&format!("{topic}/availability")].payload, "offline");
-        let later = states(&frame(line(None, ZoneKnown::Unknown, 2.0)), &topics());
+        let later = states(&frame(line(None, ZoneKnown::Unknown, 2.0)), &topics(), &Holds::default());
         assert_eq!(later[topic].urgent, unknown[topic].urgent, "time alone is not told at once");
     }
 
@@ -260,7 +263,7 @@ pub(super) mod tests {
     fn a_module_is_told_with_its_alarms_and_a_missing_one_without_figures() {
         let mut frame = frame();
         let topic = "kehai/front-door/module/left";
-        let known = states(&frame, &topics());
+        let known = states(&frame, &topics(), &Holds::default());
         assert!(known.keys().all(|topic| !topic.contains("stranger")), "{known:?}");
         let told = json_of(&known, topic);
         assert_eq!(
@@ -269,7 +272,7 @@ pub(super) mod tests {
         );
         frame.modules[0].state = DeviceState::Missing;
         frame.modules[0].alarms = vec![AlarmLine::new(AlarmKind::Silent, "nothing is heard")];
-        let missing = states(&frame, &topics());
+        let missing = states(&frame, &topics(), &Holds::default());
         let told = json_of(&missing, topic);
         assert_eq!((&told["alarms"], &told["alarm"]), (&json!(["silent"]), &json!("nothing is heard")));
         assert_eq!((&told["scans_hz"], &told["lost_percent"]), (&Value::Null, &Value::Null));

@@ -38,6 +38,7 @@
 mod alarms;
 pub(crate) mod channels;
 mod entities;
+mod holds;
 mod home_assistant;
 mod messages;
 mod outbox;

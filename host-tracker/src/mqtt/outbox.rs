@@ -9,6 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::alarms;
+use super::holds::Holds;
 use super::home_assistant::{About, discovery};
 use super::messages::states;
 use super::topics::{State, Topics};
@@ -40,6 +41,7 @@ struct Told {
 pub struct Outbox {
     topics: Topics,
     about: About,
+    holds: Holds,
     told: BTreeMap<String, Told>,
     /// Topics of this site that the broker holds from an earlier time.
     earlier: BTreeSet<String>,
@@ -51,8 +53,9 @@ impl Outbox {
     /// With nothing published.
     #[must_use]
     pub fn new(topics: Topics) -> Self {
-        let (about, told, earlier) = (About::default(), BTreeMap::new(), BTreeSet::new());
-        Self { topics, about, told, earlier, newest_ms: None, online: None }
+        let (about, holds) = (About::default(), Holds::default());
+        let (told, earlier) = (BTreeMap::new(), BTreeSet::new());
+        Self { topics, about, holds, told, earlier, newest_ms: None, online: None }
     }
 
     /// Tells Home Assistant from now on also what no frame says.
@@ -110,7 +113,8 @@ impl Outbox {
             .map(|(topic, payload)| (topic, State { urgent: payload.clone(), payload }));
         let mut now: BTreeMap<String, State> = configs.collect();
         // The states come first: what is discovered is there already.
-        let mut states = states(frame, &self.topics);
+        self.holds.note(frame, &self.about.site, now_ms);
+        let mut states = states(frame, &self.topics, &self.holds);
         states.extend(alarms::states(frame, &self.topics));
         let order: Vec<String> = states.keys().chain(now.keys()).cloned().collect();
         now.extend(states);

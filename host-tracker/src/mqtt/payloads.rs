@@ -76,7 +76,7 @@ pub struct Zone {
     pub alarms: Vec<AlarmKind>,
     /// How many people are in it; null where that is not known.
     pub count: Option<u32>,
-    /// Whether somebody is; null with the count.
+    /// Whether somebody is, or was within the zone's `hold_s`; null with the count.
     pub occupied: Option<bool>,
     /// How much of it is seen.
     pub state: ZoneKnown,

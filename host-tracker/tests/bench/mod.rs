@@ -26,8 +26,11 @@ struct Furnished {
     chair: Arc<Mutex<bool>>,
 }
 
-/// First step, last step, range in mm.
+/// First step, last step, range of its sides in mm.
 const CHAIR: (u16, u16, u32) = (360, 420, 900);
+
+/// How far the middle of the chair's back stands out, mm: as round as a person's.
+const ROUND_MM: u32 = 60;
 
 impl RangeSource for Furnished {
     fn geometry(&self) -> SensorGeometry {
@@ -39,7 +42,9 @@ impl RangeSource for Furnished {
         let steps = self.geometry().first_step..;
         for (step, range_mm) in steps.zip(&mut scan.ranges_mm).filter(|_| *self.chair.lock().unwrap()) {
             if (CHAIR.0..=CHAIR.1).contains(&step) {
-                *range_mm = CHAIR.2;
+                let (middle, half) = (CHAIR.0.midpoint(CHAIR.1), (CHAIR.1 - CHAIR.0) / 2);
+                let aside = u32::from(step.abs_diff(middle)) * ROUND_MM / u32::from(half);
+                *range_mm = CHAIR.2 - (ROUND_MM - aside);
             }
         }
         Some(scan)

@@ -329,6 +329,7 @@ mod tests {
             height_m: 0.6,
             upside_down: false,
             placed: true,
+            furniture: Vec::new(),
         };
         let mut watch = PoseWatch::new(&Site { modules: vec![module], ..Site::default() });
         watch.know_walls(0, &walls(0));

@@ -27,6 +27,7 @@ fn site(modules: usize) -> Site {
             height_m: 0.6,
             upside_down: false,
             placed: true,
+            furniture: Vec::new(),
         }
     };
     Site { modules: (0..modules).map(module).collect(), ..Site::default() }

@@ -51,7 +51,13 @@ impl Registry {
             let name = known.map(|(_, name)| name.to_owned());
             let name = name.unwrap_or_else(|| session.name().to_owned());
             let subscribed = session.wants_reports();
-            let Some(mut line) = session.line(&name, now_us) else { continue };
+            let furniture = match place {
+                Some(Place::Module(module)) => {
+                    site.modules.get(module).map_or(&[][..], |module| &module.furniture)
+                }
+                _ => &[],
+            };
+            let Some(mut line) = session.line(&name, furniture, now_us) else { continue };
             line.address = answered.address.to_string();
             show_view(&mut line, answered.newest.as_ref(), now_us);
             if !matches!(place, Some(Place::Module(module)) if !site.is_placed(module)) {

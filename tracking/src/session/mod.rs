@@ -380,9 +380,11 @@ impl Session {
         self.subscription.wants_reports()
     }
 
-    /// How the device is at `now_us`, under the name that the site gives it; none while its health is not monitored.
-    pub fn line(&mut self, name: &str, now_us: u64) -> Option<ModuleLine> {
+    /// How the device is at `now_us`, under the name and with the furniture that the site gives it; none while its health is not
+    /// monitored.
+    pub fn line(&mut self, name: &str, furniture: &[[f64; 2]], now_us: u64) -> Option<ModuleLine> {
         let monitor = self.monitor.as_mut()?;
+        monitor.know_furniture(furniture);
         let unused_us = (self.reports > 0).then(|| now_us.saturating_sub(self.used_us));
         let line = monitor.line(name, self.identity.module, Some(&self.clock), now_us);
         let unused_s = unused_us.map(|unused_us| unused_us as f64 * 1e-6);

@@ -9,6 +9,9 @@ use super::{Site, Zone, floor, limits, line, reader, shape};
 /// than a depth camera may be, it is a slip.
 const HEIGHT_M: std::ops::RangeInclusive<f64> = 0.05..=10.0;
 
+/// How long a zone stays occupied, s: longer than an hour is no pause in which a person is hidden.
+const HOLD_S: std::ops::RangeInclusive<f64> = 0.0..=3600.0;
+
 /// A full turn either way, degrees: more says nothing more.
 const TURN_DEG: f64 = 360.0;
 
@@ -38,6 +41,12 @@ impl Site {
                 said.part(index, module, "height_m", &what);
             }
             check_turn(index, module, module.yaw_deg, &mut said);
+            let is_place = |[bearing_deg, range_m]: &[f64; 2]| {
+                bearing_deg.abs() <= TURN_DEG && (0.0..=limits::BESIDE_M).contains(range_m)
+            };
+            if !module.furniture.iter().all(is_place) {
+                said.part(index, module, "furniture", "furniture: must be bearings, degrees, and ranges, m");
+            }
         }
         for (index, wall) in self.walls.iter().enumerate() {
             if wall.points.len() < 2 {
@@ -46,6 +55,11 @@ impl Site {
         }
         for (index, zone) in self.zones.iter().enumerate() {
             check_area(index, zone, &zone.polygon, &mut said);
+            if let Some(hold_s) = zone.hold_s.filter(|hold_s| !HOLD_S.contains(hold_s)) {
+                let (low, high) = (HOLD_S.start(), HOLD_S.end());
+                let what = format!("hold_s: must be from {low} to {high}, is {hold_s}");
+                said.part(index, zone, "hold_s", &what);
+            }
         }
         for (index, entry) in self.entries.iter().enumerate() {
             if entry.line[0] == entry.line[1] {

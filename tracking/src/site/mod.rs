@@ -150,6 +150,9 @@ pub struct Module {
     /// Whether its place is known. One that is not placed is asked and calibrated, and nothing that it sees is used.
     #[serde(default = "placed", skip_serializing_if = "is_placed")]
     pub placed: bool,
+    /// What in its background has the shape of a person and is none: bearing from its front to its left, degrees, and range, m.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub furniture: Vec<[f64; 2]>,
 }
 
 /// Paper A's height of the plane: the waist.
@@ -183,6 +186,7 @@ impl Module {
             height_m: default_height_m(),
             upside_down: false,
             placed: false,
+            furniture: Vec::new(),
         }
     }
 
@@ -276,6 +280,9 @@ pub struct Zone {
     /// More people in it than this raise an alarm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub people_max: Option<u32>,
+    /// For how long it stays occupied for automations after the last person, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hold_s: Option<f64>,
 }
 
 impl Zone {

@@ -95,6 +95,10 @@ pub struct ModuleLine {
     /// What stands out in its newest scan, in its own frame, m: of a module that the site has, but not its place.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sees: Vec<[f64; 2]>,
+    /// Where something in its background has the shape of a person, as far as the site does not say that it is furniture: bearing from its
+    /// front to its left, degrees, and range, m, as [`Module::furniture`](crate::site::Module::furniture) has them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub suspects: Vec<[f64; 2]>,
     /// Whether what it says is sealed with a key of the site.
     #[serde(default, skip_serializing_if = "is_false")]
     pub is_sealed: bool,

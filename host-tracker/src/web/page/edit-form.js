@@ -51,6 +51,19 @@ function fields(editor, kind, part, change) {
         else delete part.people_max;
       }),
     }, "people_max");
+  const hold = () =>
+    field(say("field.hold_s"), {
+      type: "number",
+      min: 0,
+      step: "any",
+      value: part.hold_s ?? "",
+      placeholder: say("field.no-hold"),
+      id: "part-hold_s",
+      onchange: change((input) => {
+        if (Number.isFinite(input.valueAsNumber)) part.hold_s = input.valueAsNumber;
+        else delete part.hold_s;
+      }),
+    }, "hold_s");
   const tick = (label, key, checked, set) =>
     field(label, { type: "checkbox", checked, onchange: change((input) => set(input.checked)) }, key, true);
   const flag = (label, key) => tick(label, key, part[key], (on) => part[key] = on);
@@ -62,6 +75,7 @@ function fields(editor, kind, part, change) {
         flag(say("field.enclosed"), "enclosed"),
         flag(say("field.secure"), "secure"),
         most(),
+        hold(),
       ];
     case KIND.WALL:
       return [

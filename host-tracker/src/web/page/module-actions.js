@@ -2,6 +2,8 @@
 
 import { askModule } from "./net.js";
 import { html, svg } from "./shapes.js";
+import { changeSite } from "./site-file.js";
+import { mayChangeSite } from "./who.js";
 import { age, degrees, metres, say, tell, word } from "./words.js";
 
 /** Settings by which a module can be lost. */
@@ -29,6 +31,7 @@ export class ModuleActions {
       button("blink", () => this.blink()),
       button("learn", () => this.confirmLearn()),
       button("absorb", () => this.things()),
+      this.furniture = button("furniture", () => this.confirmFurniture()),
       button("rename", () => this.rename()),
       button("settings", () => this.settings()),
       button("restart", () => this.confirmRestart()),
@@ -44,10 +47,13 @@ export class ModuleActions {
     );
   }
 
-  /** Another module is chosen, or none; `pose` is its place in the site. */
-  choose(name, pose, found) {
+  /** Another module is chosen, or none; `pose` is its place in the site, `line` what is known of it. */
+  choose(name, pose, line) {
     this.pose = pose;
-    this.root.hidden = !name || !found;
+    this.root.hidden = !name || !line;
+    this.suspects = line?.suspects ?? [];
+    // Only where the site can keep the answer.
+    this.furniture.hidden = !pose || !this.suspects.length || !mayChangeSite();
     if (name === this.name) return;
     this.name = name;
     this.clear();
@@ -135,6 +141,37 @@ export class ModuleActions {
           this.say(say("look.restarting"));
         }
       },
+    );
+  }
+
+  /** Shapes of people in what it has learned, each shown on the map: are they furniture? */
+  confirmFurniture() {
+    const { name, suspects } = this;
+    const places = suspects.map(([bearing_deg, range_m], index) =>
+      html(
+        "li",
+        {},
+        say("look.furniture-place", { n: index + 1, range: metres(range_m), bearing: degrees(bearing_deg) }),
+      )
+    );
+    this.confirm(say("look.furniture-ask"), say("look.furniture-yes"), async () => {
+      this.busy(true);
+      try {
+        await changeSite((site) => {
+          const module = site.module.find((module) => module.name === name);
+          if (module) module.furniture = [...module.furniture ?? [], ...suspects];
+        });
+        this.clear();
+        this.say(say("look.furniture-known"));
+      } catch (error) {
+        this.say("", error);
+      } finally {
+        this.busy(false);
+      }
+    });
+    this.more.firstChild.after(html("ul", { className: "things" }, ...places));
+    this.mark.replaceChildren(
+      ...suspects.map(([bearing_deg, range_m], index) => this.thing({ bearing_deg, range_m }, index)),
     );
   }
 

@@ -149,11 +149,11 @@ export class Panel {
       chosen,
       ahead_ms: frame ? frame.unix_ms - frame.came_ms : 0,
     });
-    const name = chosen?.module, found = modules.find((one) => one.name === name)?.address;
+    const name = chosen?.module;
     this.actions.choose(
       name ?? null,
       (site.module ?? []).find((module) => module.name === name),
-      Boolean(found),
+      modules.find((one) => one.name === name && one.address),
     );
     this.details.show(site, line, modules, chosen?.door ? null : chosen, names);
   }

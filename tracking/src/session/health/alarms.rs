@@ -81,6 +81,9 @@ pub struct Facts<'a> {
     pub since_us: u64,
     pub last_heard_us: Option<u64>,
     pub health: Option<&'a HealthHead>,
+    /// Shapes of people in its background, as it lists them.
+    pub shapes: usize,
+    /// Those of them that are known where, and not to be furniture.
     pub suspects: usize,
     /// Scans a second that its sensor makes.
     pub expected_hz: Option<f64>,
@@ -423,10 +426,12 @@ fn silent(facts: &Facts<'_>) -> Option<Option<String>> {
 
 fn suspect(facts: &Facts<'_>) -> Option<String> {
     let health = facts.health?;
-    health.alarms.has(Alarms::SUSPECTS).then(|| {
+    let is_furniture = facts.shapes > 0 && facts.suspects == 0;
+    (health.alarms.has(Alarms::SUSPECTS) && !is_furniture).then(|| {
         format!(
-            "its background holds {} with the shape of a person: if somebody stood there, kehai-tracker module learn {}",
-            if facts.suspects == 1 { "something".to_owned() } else { format!("{} things", facts.suspects) },
+            "its background holds {} with the shape of a person: if somebody stood there, kehai-tracker module learn {}; if it is \
+             furniture, say so on the map",
+            if facts.suspects <= 1 { "something".to_owned() } else { format!("{} things", facts.suspects) },
             quoted(facts.name)
         )
     })

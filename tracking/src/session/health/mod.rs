@@ -16,7 +16,9 @@ mod events;
 mod figures;
 mod panels;
 mod statistics;
+mod suspects;
 
+use kehai::background::SUSPECTS;
 use kehai::wire::{EventKind, Health, HealthHead, Info, ModuleId, Report, ReportHead, SensorCode};
 
 use super::sequence::Arrival;
@@ -30,6 +32,7 @@ use events::Events;
 use figures::{rounded, seconds};
 pub use panels::Panels;
 use statistics::Statistics;
+use suspects::{Furniture, Suspects};
 
 /// Watches over one device.
 #[derive(Clone, Debug)]
@@ -45,6 +48,8 @@ pub struct Monitor {
     doubt: Option<Doubt>,
     /// Of a floor.
     panels: Option<Panels>,
+    /// What the site says of shapes of people in the background.
+    furniture: Furniture,
     alarms: AlarmSet,
     events: Events,
 }
@@ -59,10 +64,10 @@ struct Pace {
 }
 
 /// Its newest health.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Condition {
     head: HealthHead,
-    suspects: usize,
+    suspects: Suspects,
     at_us: u64,
 }
 
@@ -87,6 +92,7 @@ impl Monitor {
             statistics: Statistics::default(),
             doubt: None,
             panels: None,
+            furniture: Furniture::default(),
             alarms: AlarmSet::default(),
             events: Events::default(),
         }
@@ -95,7 +101,15 @@ impl Monitor {
     /// The device has restarted: its events and its active alarms stay known.
     pub fn restart(&mut self) {
         let (alarms, events) = (std::mem::take(&mut self.alarms), std::mem::take(&mut self.events));
-        *self = Self { alarms, events, pace: self.pace, ..Self::new(self.since_us) };
+        let furniture = std::mem::take(&mut self.furniture);
+        *self = Self { alarms, events, furniture, pace: self.pace, ..Self::new(self.since_us) };
+    }
+
+    /// What the site says is furniture, from now on.
+    pub fn know_furniture(&mut self, furniture: &[[f64; 2]]) {
+        if self.furniture.0 != furniture {
+            self.furniture = Furniture(furniture.to_vec());
+        }
     }
 
     /// A datagram came at `now_us`.
@@ -147,7 +161,7 @@ impl Monitor {
         self.events.record(boot, health, self.since_us, now_us);
         let learned = health.events.iter().filter(|event| event.kind == EventKind::Learned);
         self.learned_us = learned.map(|event| event.at_us).max().or(self.learned_us);
-        let suspects = health.suspects.len();
+        let suspects = health.suspects.iter().take(SUSPECTS).collect();
         self.health = Some(Condition { head: health.head, suspects, at_us: now_us });
     }
 
@@ -178,6 +192,7 @@ impl Monitor {
             clock_jitter_ms: rounded(jitter_s.unwrap_or(0.0) * 1e3, 100.0),
             background_age_s: self.background_age_s(now_us),
             learned_share: self.learned_share(),
+            suspects: self.suspects(),
             silent_s: self.last_heard_us.map(|last_us| rounded(seconds(last_us, now_us), 10.0)),
             alarms,
             events: self.events.lines(now_us),
@@ -203,7 +218,8 @@ impl Monitor {
             since_us: self.since_us,
             last_heard_us: self.last_heard_us,
             health: self.health.as_ref().map(|health| &health.head),
-            suspects: self.health.map_or(0, |health| health.suspects),
+            shapes: self.health.as_ref().map_or(0, |health| health.suspects.len()),
+            suspects: self.suspects().len(),
             expected_hz: self.pace.and_then(|pace| pace.expected_hz),
             statistics: &self.statistics,
             doubt: self.doubt.as_ref(),
@@ -211,6 +227,13 @@ impl Monitor {
             jitter_s: clock.and_then(ModuleClock::jitter_s),
             age_s: clock.and_then(|clock| self.age_s(clock)),
         }
+    }
+
+    /// Where in its background something has the shape of a person and is no furniture: bearing, degrees, and range, m.
+    fn suspects(&self) -> Vec<[f64; 2]> {
+        let (Some(health), Some(doubt)) = (&self.health, &self.doubt) else { return Vec::new() };
+        let places = health.suspects.iter().map(|suspect| suspects::place(suspect, doubt.geometry()));
+        places.filter(|place| !self.furniture.has(*place)).collect()
     }
 
     /// Share of the beams, or of the panels, that say nothing.
@@ -225,7 +248,7 @@ impl Monitor {
         if !self.is_heard(now_us) {
             return DeviceState::Missing;
         }
-        match self.health.map(|health| health.head) {
+        match self.health.as_ref().map(|health| health.head) {
             Some(head) if head.storing => DeviceState::Storing,
             Some(HealthHead { sensor, .. }) if sensor.code != SensorCode::Streaming => DeviceState::Searching,
             // A floor has no background to learn.
@@ -245,18 +268,18 @@ impl Monitor {
 
     /// How much of what it learns from it has.
     fn learned_share(&self) -> Option<f64> {
-        let learning = self.health?.head.learning?;
+        let learning = self.health.as_ref()?.head.learning?;
         Some(rounded(f64::from(learning.scans) / f64::from(learning.of.max(1)), 100.0))
     }
 
     /// Since it was learned; of one that is older than the module's start, since that.
     fn background_age_s(&self, now_us: u64) -> Option<f64> {
-        let Condition { head, at_us, .. } = self.health?;
+        let Condition { head, at_us, .. } = self.health.as_ref()?;
         if head.background_version == 0 {
             return None;
         }
         let then_s = seconds(self.learned_us.unwrap_or(0), head.uptime_us);
-        Some((then_s + seconds(at_us, now_us)).round())
+        Some((then_s + seconds(*at_us, now_us)).round())
     }
 }
 

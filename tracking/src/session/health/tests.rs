@@ -9,6 +9,7 @@ use crate::session::datagram::Datagram;
 use crate::session::subscription::Subscription;
 use crate::session::{Placement, Session};
 use crate::snapshot::Drops;
+use kehai::background::Suspect;
 use kehai::candidate::Candidate;
 use kehai::centre::Estimator;
 use kehai::unseen::{UnseenReason, UnseenSpan};
@@ -42,6 +43,9 @@ struct Module {
     late_us: i64,
     /// By how much the exchanges of the clocks are off, one way and the other, µs.
     jitter_us: u64,
+    suspects: Vec<Suspect>,
+    /// What the site says of them.
+    furniture: Vec<[f64; 2]>,
 }
 
 impl Module {
@@ -74,6 +78,8 @@ impl Module {
             sequence: 0,
             lost_scans: 0,
             late_us: 0,
+            suspects: Vec::new(),
+            furniture: Vec::new(),
             jitter_us: 200,
         };
         module.session.monitor_from(0);
@@ -128,7 +134,9 @@ impl Module {
             self.send(&Message::Info(info), self.now_us);
             self.health.uptime_us = module_us;
             let (head, counters, events) = (self.health, self.counters, self.events.clone());
-            let health = Health { head, counters, suspects: List::default(), events: List::new(&events) };
+            let suspects = self.suspects.clone();
+            let health =
+                Health { head, counters, suspects: List::new(&suspects), events: List::new(&events) };
             self.send(&Message::Health(health), self.now_us);
             let swing_us = if self.tenths % 20 == 1 { self.jitter_us } else { 0 };
             let (t1_us, t2_us) = (self.now_us - 400 - self.jitter_us, module_us - 200 - swing_us);
@@ -137,8 +145,10 @@ impl Module {
     }
 
     fn line(&mut self) -> ModuleLine {
-        let (clock, now_us) = (self.clock.clone(), self.now_us);
-        self.monitor().line("hall", ID, Some(&clock), now_us)
+        let (clock, now_us, furniture) = (self.clock.clone(), self.now_us, self.furniture.clone());
+        let monitor = self.monitor();
+        monitor.know_furniture(&furniture);
+        monitor.line("hall", ID, Some(&clock), now_us)
     }
 
     fn alarms(&mut self) -> Vec<String> {
@@ -417,6 +427,28 @@ fn what_the_module_says_of_store_background_and_watchdog_is_told() {
     assert!(module.only("background").contains("something moves at steps 100 to 130"));
     (module.health.alarms, module.health.learning) = (Alarms::default(), None);
     module.is_well_after(2);
+}
+
+#[test]
+fn a_shape_that_is_furniture_is_no_suspect() {
+    let mut module = Module::well();
+    module.health.alarms = Alarms::SUSPECTS;
+    let suspect = |first_step| Suspect { first_step, last_step: first_step + 20, near_mm: 2000 };
+    module.suspects = vec![suspect(374), suspect(500)];
+    module.alarms_after(2);
+    assert!(module.only("suspect").contains("2 things"));
+    let places = module.line().suspects;
+    assert_eq!(places.len(), 2);
+    module.furniture = vec![places[0]];
+    module.alarms_after(2);
+    assert!(module.only("suspect").contains("something"), "one of them is furniture");
+    assert_eq!(module.line().suspects, [places[1]]);
+    module.furniture = places;
+    module.is_well_after(2);
+    module.suspects.push(suspect(200));
+    module.alarms_after(2);
+    assert_eq!(module.line().suspects.len(), 1, "a third one is not");
+    module.only("suspect");
 }
 
 #[test]
