@@ -103,6 +103,19 @@ fn at_the_entrance_every_source_is_there_and_tags_name_people() {
 }
 
 #[test]
+fn a_guarded_door_lets_in_who_was_told_of() {
+    let folder = folder("guarded");
+    let output = demo(&folder, &["--scene", "guarded", "--headless", "--seconds", "32"]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    println!("{text}");
+    assert!(output.status.success(), "{text}");
+    let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let passed = "front 2 entered, 1 tries, 2 through: all went through";
+    assert!(text.lines().any(|line| words(line) == passed), "{text}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn a_scene_that_does_not_exist_is_one_line_that_names_those_that_do() {
     let folder = folder("nowhere");
     let output = demo(&folder, &["--scene", "attic"]).stderr(Stdio::piped()).output().unwrap();

@@ -318,6 +318,12 @@ impl Daemon {
         changes
     }
 
+    /// The guarded doors.
+    #[must_use]
+    pub fn doors(&self) -> crate::doors::DoorHandle {
+        self.service.doors()
+    }
+
     /// The tracker's own alarms: for the parts of the program that raise them.
     #[must_use]
     pub fn alarms(&self) -> TrackerAlarms {

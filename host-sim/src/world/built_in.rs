@@ -14,6 +14,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("empty", include_str!("../../scenes/empty.toml")),
     ("crossing", include_str!("../../scenes/crossing.toml")),
     ("passage", include_str!("../../scenes/passage.toml")),
+    ("guarded", include_str!("../../scenes/guarded.toml")),
     ("door-area", include_str!("../../scenes/door-area.toml")),
     ("runners", include_str!("../../scenes/runners.toml")),
     ("home", include_str!("../../scenes/home.toml")),

@@ -34,6 +34,7 @@ pub mod sensor;
 pub mod shape;
 pub mod standing;
 mod superellipse;
+pub mod told;
 pub mod trajectory;
 pub mod upright;
 pub mod variation;

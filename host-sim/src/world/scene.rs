@@ -58,6 +58,7 @@ use super::optics::SensorModel;
 use super::placed::PlacedSpec;
 use super::prop::Carried;
 use super::site::Site;
+use super::told::Told;
 use super::trajectory::Recorded;
 use serde::Deserialize;
 use std::fmt;
@@ -108,6 +109,9 @@ pub struct Scene {
     /// Doors that open and shut.
     #[serde(default, rename = "door")]
     pub doors: Vec<Door>,
+    /// What devices beside the guarded doors of the site say in a demonstration.
+    #[serde(default)]
+    pub told: Vec<Told>,
     /// Curtains that sway.
     #[serde(default, rename = "curtain")]
     pub curtains: Vec<Curtain>,
@@ -282,6 +286,12 @@ impl Scene {
         }
         for (index, door) in self.doors.iter().enumerate() {
             door.check().map_err(|what| format!("door {} \"{}\": {what}", index + 1, door.name))?;
+        }
+        for (index, told) in self.told.iter().enumerate() {
+            told.check().map_err(|what| format!("told {}: {what}", index + 1))?;
+            if !self.site.doors.iter().any(|door| door.name == told.door) {
+                return Err(format!("told {}: the site has no door \"{}\"", index + 1, told.door));
+            }
         }
         for carried in &self.carried {
             carried.check().map_err(|what| format!("carried \"{}\": {what}", carried.name))?;

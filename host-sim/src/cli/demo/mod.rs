@@ -7,6 +7,7 @@
 //!        └────────────── truth ───────────────────┴─▶ summary at the end
 //! ```
 
+mod beside;
 mod signs;
 mod stage;
 mod summary;
@@ -32,6 +33,7 @@ use kehai_tracking::keys::Clear;
 use kehai_tracking::registry::Finding;
 use kehai_tracking::tracker::Selected;
 
+use beside::Devices;
 use signs::Signs;
 use stage::Stage;
 use summary::Summary;
@@ -57,6 +59,7 @@ const WAIT: Duration = Duration::from_millis(200);
   kehai-sim demo --open
   kehai-sim demo --headless --seconds 60
   kehai-sim demo --scene entrance --open               range finders, a depth camera, a floor and tags
+  kehai-sim demo --scene guarded --open                a guarded door, with cards and numbers
   kehai-sim demo --scene home --http 0.0.0.0:8420      the map for everybody on the network")]
 pub struct Arguments {
     /// No map: only the summary, after 30 s or what --seconds says
@@ -142,14 +145,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let default_s = if arguments.headless { HEADLESS_S } else { f64::INFINITY };
     let until_s = arguments.seconds.unwrap_or(default_s).min(stage.duration_s());
     let mut summary = Summary::new(key);
+    let mut beside = match &stage {
+        Stage::Scene(scene, _) => Some(Devices::of(scene)),
+        Stage::Entrance(_) => None,
+    };
     while !stop.load(Ordering::Relaxed) && stage.now_s() < until_s {
         match daemon.next(WAIT) {
             Next::Snapshot(snapshot) => summary.add(&snapshot, &stage.people(), stage.site()),
             Next::Waiting => {}
             Next::Ended => return Err("the tracker has ended".into()),
         }
+        if let Some(beside) = &mut beside {
+            beside.until(stage.now_s(), &daemon);
+        }
         // The database has the passages and the alarms then; the map shows the rest.
-        daemon.outputs();
+        daemon.outputs().iter().for_each(|output| summary.door(output));
         daemon.alarm_changes();
         if let Ok(found) = found.try_recv() {
             println!("{found}");

@@ -2,6 +2,8 @@
 
 use host_tracker::store::card::CardKey;
 use kehai_tracking::card::Card;
+use kehai_tracking::door::doors::Output;
+use kehai_tracking::door::passage::Passage;
 use kehai_tracking::geometry::{Point, inside};
 use kehai_tracking::jsonl::TrackLine;
 use kehai_tracking::site::Site;
@@ -30,6 +32,8 @@ pub struct Summary {
     read: u32,
     named: u32,
     most: usize,
+    /// Passages through guarded doors, as the door judged them.
+    passages: Vec<Passage>,
     newest: Snapshot,
 }
 
@@ -81,6 +85,15 @@ impl Summary {
         }
     }
 
+    /// Takes what a guarded door puts out.
+    pub fn door(&mut self, output: &Output) {
+        match output {
+            Output::Passage(passed) => self.passages.push(passed.passage.clone()),
+            Output::NotTaken { door, why } => println!("{door}: {why}"),
+            Output::Lock { .. } | Output::Alarm { .. } => {}
+        }
+    }
+
     /// Prints it.
     pub fn print(mut self, scene: &str, signs: Option<(u64, u64)>) {
         let share = |part: u32, whole: u32| match whole {
@@ -105,6 +118,10 @@ impl Summary {
         if let Some((taken, refused)) = signs {
             println!("  tags read             {taken} times, {refused} refused");
             println!("  named right           {} of the time a tag was known", share(self.named, self.read));
+        }
+        for Passage { door, entered, tries, through, reason, .. } in &self.passages {
+            let through = through.len();
+            println!("  {door:<20}  {entered} entered, {tries} tries, {through} through: {reason}");
         }
         println!("  {:<20} {:>9} {:>7} {:>9}  state", "device", "scans/s", "lost", "unknown");
         for module in &self.newest.modules {
