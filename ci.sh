@@ -234,6 +234,13 @@ need_foxglove() {
         >"$KEHAI_FOXGLOVE_SCHEMAS"
 }
 
+# The script by which pages are judged, from npm.
+need_axe() {
+    need_linters
+    export KEHAI_AXE=$PWD/target/axe.js
+    DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1 "$PWD/target/lint/bin/deno" run --quiet --frozen tests/axe.ts >"$KEHAI_AXE"
+}
+
 # Debian puts the broker where only root looks.
 need_mosquitto() {
     [ -x /usr/sbin/mosquitto ] || need_command mosquitto mosquitto
@@ -269,7 +276,7 @@ step_structure() {
 QEMU_TESTED=
 step_test() {
     # Without QEMU, Python, a broker, Chromium or a network of its own, their tests are skipped on a developer's machine, but fail here.
-    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_foxglove; need_mosquitto; need_chromium; need_command ip iproute2; need_command jq jq; }
+    [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_foxglove; need_axe; need_mosquitto; need_chromium; need_command ip iproute2; need_command jq jq; }
     need_command python3 python3
     python3 tests/side_by_side.py
     QEMU_TESTED=${CI:-}

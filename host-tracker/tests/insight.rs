@@ -83,17 +83,11 @@ fn pictures() -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
 }
 
-/// By axe-core, if `KEHAI_AXE` names its file.
-fn is_accessible(page: &mut Page) {
-    let Ok(axe) = std::env::var("KEHAI_AXE") else { return };
-    let axe = std::fs::read_to_string(axe).unwrap();
+/// In light and in dark.
+fn is_accessible(page: &mut Page, view: &str) {
     for scheme in ["light", "dark"] {
         page.scheme(scheme);
-        page.value(&format!("void (() => {{ {axe} }})()"));
-        page.value("void axe.run().then((found) => window.found = found.violations.map((one) => one.id + one.nodes.map((node) => node.html).join()))");
-        page.wait("axe", "window.found !== undefined");
-        assert_eq!(page.value("found"), json!([]), "{scheme}");
-        page.value("void (delete window.found)");
+        page.is_accessible(&format!("{view}, {scheme}"));
     }
     page.scheme("light");
 }
@@ -133,7 +127,7 @@ fn reasons_on_the_map(page: &mut Page) {
     );
     page.wait("with the reason", &format!("/(behind|farther|beside|judge)/.test({said})"));
     page.picture(&pictures().join("why.png"));
-    is_accessible(page);
+    is_accessible(page, "reasons");
     page.fits_a_phone("reasons");
     page.key("Escape", 27);
     page.wait("they are closed", "document.querySelector('#why').hidden");
@@ -251,7 +245,7 @@ fn report(page: &mut Page, tracker: &Tracker, begun: &Zoned) {
     page.scheme("dark");
     page.picture(&pictures().join("report-dark.png"));
     page.scheme("light");
-    is_accessible(page);
+    is_accessible(page, "report");
     page.fits_a_phone("report");
     // One zone alone, by the keyboard.
     page.value("(() => { const of = document.querySelector('#of'); of.value = 'zone:study'; of.dispatchEvent(new Event('change')); })()");
@@ -332,6 +326,6 @@ fn handover(page: &mut Page, tracker: &Tracker, file: &Path) {
     page.scheme("dark");
     page.picture(&pictures().join("handover-dark.png"));
     page.scheme("light");
-    is_accessible(page);
+    is_accessible(page, "handover");
     page.fits_a_phone("handover");
 }

@@ -99,13 +99,16 @@ fn people_modules_zones_and_the_past_in_a_browser() {
 fn take_pictures(page: &mut Page) {
     let folder = pictures();
     page.picture(&folder.join("live-map.png"));
+    page.is_accessible("live map");
     page.scheme("dark");
     page.picture(&folder.join("live-map-dark.png"));
+    page.is_accessible("live map, dark");
     page.size(360, 780, 2);
     page.scheme("light");
     page.wait("the page has the phone's width", "document.documentElement.scrollWidth <= 360");
     page.wait("people are on the phone", &format!("{CONFIRMED} >= 1"));
     page.picture(&folder.join("live-map-phone.png"));
+    page.is_accessible("live map, phone");
     page.size(3840, 2160, 1);
     page.wait(
         "letters grow with a screen on a wall",

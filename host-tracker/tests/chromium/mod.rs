@@ -12,6 +12,7 @@
 
 #![allow(dead_code, reason = "each test does a part of what a visitor can")]
 
+mod accessible;
 mod phone;
 
 use std::io::{BufRead, BufReader};

@@ -80,7 +80,9 @@ impl Page {
             }
         }
         self.enlarge_text(1.0);
+        self.is_accessible(&format!("{view}, phone, dark"));
         self.scheme("light");
+        self.is_accessible(&format!("{view}, phone"));
         self.size(width, height, dense);
         self.wait("the page has its size again", &format!("innerWidth === {width}"));
     }
