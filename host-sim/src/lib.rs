@@ -12,6 +12,7 @@ pub mod devices;
 pub mod entrance;
 pub mod experiment;
 pub mod floor;
+pub mod halls;
 pub mod jsonl;
 pub mod passage;
 pub mod picture;

@@ -1,11 +1,13 @@
 //! The commands of `kehai-sim`, one file each.
 
+mod campus;
 mod counts;
 #[cfg(feature = "daemon")]
 mod demo;
 mod expect;
 mod experiment;
 mod floor;
+mod halls;
 mod image;
 mod log;
 mod module;
@@ -49,6 +51,8 @@ enum Command {
     Expect(expect::Arguments),
     Experiment(experiment::Arguments),
     Soak(soak::Arguments),
+    Halls(halls::Arguments),
+    Campus(campus::Arguments),
     #[cfg(feature = "daemon")]
     Demo(demo::Arguments),
 }
@@ -69,6 +73,8 @@ pub fn run() -> ExitCode {
         Command::Expect(arguments) => expect::run(&arguments),
         Command::Experiment(arguments) => experiment::run(&arguments),
         Command::Soak(arguments) => soak::run(&arguments),
+        Command::Halls(arguments) => halls::run(&arguments),
+        Command::Campus(arguments) => campus::run(&arguments),
         #[cfg(feature = "daemon")]
         Command::Demo(arguments) => demo::run(&arguments),
     };

@@ -8,6 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::grounds::Grounds;
 use super::persons::{Heard, Key, Persons};
 use super::{AreaFrame, AreaName, prefix};
 use crate::alarm::{AlarmKind, Cause, Severity};
@@ -25,6 +26,10 @@ pub const SILENT_US: u64 = 2_000_000;
 /// Of a name nothing is kept longer than trackers keep it, µs: an hour.
 const NAMED_US: u64 = 3_600_000_000;
 
+/// A card was read anew if that was so much later, µs: areas say it in tenths of a second, in frames that are a tenth apart, and
+/// some of them are lost.
+const READ_ANEW_US: u64 = 500_000;
+
 #[derive(Debug, Default)]
 struct Area {
     site: Option<Site>,
@@ -33,6 +38,14 @@ struct Area {
     is_gone: bool,
     /// Since when it is not heard, ms since 1970.
     silent_since_ms: Option<u64>,
+}
+
+impl Area {
+    /// What it has said last, if it is heard.
+    fn said(&self, now_us: u64) -> Option<&AreaFrame> {
+        let is_heard = !self.is_gone && now_us.saturating_sub(self.heard_us) <= SILENT_US;
+        self.last.as_ref().filter(|_| is_heard)
+    }
 }
 
 /// An ID, and the persons that it may be.
@@ -140,21 +153,31 @@ impl Campus {
         let begun_us = *self.begun_us.get_or_insert(now_us);
         let mut picture = Snapshot { unix_ms, ..Snapshot::default() };
         picture.line.t = now_us.saturating_sub(begun_us) as f64 * 1e-6;
-        let mut heard = Vec::new();
-        for (name, area) in &mut self.areas {
-            let age_us = now_us.saturating_sub(area.heard_us);
-            let Some(last) = area.last.as_ref().filter(|_| !area.is_gone && age_us <= SILENT_US) else {
+        for area in self.areas.values_mut() {
+            if area.said(now_us).is_some() {
+                area.silent_since_ms = None;
+            } else {
                 area.silent_since_ms.get_or_insert(unix_ms);
+            }
+        }
+        let grounds = Grounds::of(
+            self.areas
+                .iter()
+                .filter_map(|(name, area)| Some((name, area.site.as_ref()?, &area.said(now_us)?.frame))),
+        );
+        let mut heard = Vec::new();
+        for (name, area) in &self.areas {
+            let Some(last) = area.said(now_us) else {
                 let last = area.last.as_ref().map(|last| &last.frame);
                 prefix::add_unheard(name, area.site.as_ref(), last, &mut picture);
                 continue;
             };
-            area.silent_since_ms = None;
             prefix::add(name, &last.frame, &mut picture);
             heard.extend(last.frame.line.tracks.iter().map(|line| Heard {
                 key: Key { area: name.clone(), epoch: last.epoch, track: line.id },
                 line: line.clone(),
-                age_s: age_us as f64 * 1e-6,
+                age_s: now_us.saturating_sub(area.heard_us) as f64 * 1e-6,
+                is_elsewhere: grounds.is_elsewhere(name, line),
             }));
         }
         picture.line.tracks = self.persons.follow(heard, now_us);
@@ -188,8 +211,17 @@ impl Campus {
                     .names
                     .entry(line.label.clone())
                     .or_insert(Named { persons: Vec::new(), heard_us: 0 });
-                // The area that read it last knows best. A track that is over has perhaps gone over a border.
-                if heard_us >= named.heard_us && !persons.is_empty() {
+                // The area that read it last knows best. A track that is over has perhaps gone over a border; and of whom another
+                // area sees by now, this one guesses.
+                let is_read_anew = heard_us > named.heard_us + READ_ANEW_US;
+                let is_away = || {
+                    named
+                        .persons
+                        .first()
+                        .is_some_and(|(person, _)| self.persons.is_seen_by_others(*person, area))
+                };
+                let knows_best = heard_us + READ_ANEW_US >= named.heard_us;
+                if !persons.is_empty() && (is_read_anew || (knows_best && !is_away())) {
                     named.persons = persons;
                 }
                 named.heard_us = named.heard_us.max(heard_us);

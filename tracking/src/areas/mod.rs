@@ -15,10 +15,12 @@
 //! |---|---|
 //! | `name` | the name of an area, in topics and in front of the names of its zones |
 //! | `campus` | what was heard of each area, and the picture of all |
+//! | `grounds` | whose ground a place is: what one area supposes behind the border is for the other to say |
 //! | `persons` | which tracks of different areas are one person: the numbers that go over borders |
 //! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
 
 mod campus;
+mod grounds;
 mod name;
 mod persons;
 mod prefix;

@@ -9,14 +9,21 @@
 //! ```
 //!
 //! Tracks of two areas that are at one place are paired, each with one at most, so that all distances together are least: a distance is
-//! that of places by both covariances, and that of velocities. A pair of before is preferred. The older number of the two is the
-//! person's. Nothing is compared by the clocks of the areas: a track is predicted from when its frame was heard.
+//! that of places by both covariances, and that of velocities. A pair of before is preferred. Nothing is compared by the clocks of the
+//! areas: a track is predicted from when its frame was heard.
+//!
+//! ```text
+//!   east 7 ── west 3 ── south 5      where several areas meet: all that hang together are one person, never two tracks of one area
+//!     12        15        18         the person has the oldest of their numbers: 12
+//!   east 7    west 3 ── south 5      parted: who had the number from the start keeps it, 12; the others have their own again, 15
+//! ```
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::AreaName;
 use crate::assignment::{Alone, assign};
-use crate::geometry::Point;
+use crate::geometry::{Point, bounds};
 use crate::jsonl::TrackLine;
 use crate::tracker::LifeCycle;
 
@@ -40,6 +47,9 @@ const GATE_M: f64 = 1.2;
 /// So much nearer, in the same measure, must another pair be than one of before: as improbable as two persons at one place.
 const KEPT: f64 = GATE;
 
+/// What a track costs that stays alone: a hundredth above the dearest pair.
+const ALONE: f64 = GATE + KEPT + 0.01;
+
 /// The velocity of a track left behind may change so much each second, m/s: the variance of its place grows by it.
 const TURNS_MPS2: f64 = 0.5;
 
@@ -59,13 +69,20 @@ pub struct Heard {
     pub line: TrackLine,
     /// Since then, s.
     pub age_s: f64,
+    /// Its area does not see it, and its place is not the area's but another one's, who sees that place.
+    pub is_elsewhere: bool,
 }
 
 /// A track that was heard, and the number of its person.
 #[derive(Clone, Debug)]
 struct Known {
+    /// The person it is.
     person: u64,
+    /// The number that it was given when it was new, and has again when it is nobody else.
+    own: u64,
     last: Heard,
+    /// For how long its area has seen it without a break, s; 0 while it is hidden.
+    seen_s: f64,
     /// Since it was in a frame of its area last, s; 0 while it is.
     gone_s: f64,
     /// The tracks of other areas that are the same person.
@@ -78,6 +95,38 @@ pub struct Persons {
     known: BTreeMap<Key, Known>,
     newest: u64,
     last_us: u64,
+}
+
+/// Where a track is at the time of the picture.
+struct Place<'a> {
+    key: &'a Key,
+    at: Point,
+    with: &'a [Key],
+}
+
+/// The rectangle around the tracks of an area, and as far beyond as any is paired: most areas are nowhere near each other.
+struct Bounds<'a> {
+    area: &'a AreaName,
+    low: Point,
+    high: Point,
+}
+
+impl<'a> Bounds<'a> {
+    fn around(area: &'a AreaName, tracks: &[Place<'_>]) -> Self {
+        let (low, high) = bounds(tracks.iter().map(|track| track.at)).unwrap_or_default();
+        let beyond = Point::new(GATE_M, GATE_M);
+        Self { area, low: low - beyond, high: high + beyond }
+    }
+
+    /// The tracks of another area that may be one of these, or are one of these by now.
+    fn near(&self, tracks: &[Place<'_>]) -> Vec<Key> {
+        let is_near = |track: &&Place<'_>| {
+            let Point { x, y } = track.at;
+            (self.low.x <= x && x <= self.high.x && self.low.y <= y && y <= self.high.y)
+                || track.with.iter().any(|key| key.area == *self.area)
+        };
+        tracks.iter().filter(is_near).map(|track| track.key.clone()).collect()
+    }
 }
 
 impl Heard {
@@ -102,6 +151,13 @@ impl Heard {
     }
 }
 
+impl Known {
+    /// Whether its area does not see it.
+    fn is_hidden(&self) -> bool {
+        self.gone_s > 0.0 || self.last.line.state == LifeCycle::Occluded
+    }
+}
+
 impl Persons {
     /// The persons of the tracks that are heard at `now_us`, each by the track that knows it best, under the person's number. Tentative
     /// tracks are none yet.
@@ -109,13 +165,26 @@ impl Persons {
         let elapsed_s = now_us.saturating_sub(self.last_us) as f64 * 1e-6;
         self.last_us = now_us;
         self.note(heard, elapsed_s);
-        let mut areas: Vec<AreaName> = self.known.keys().map(|key| key.area.clone()).collect();
-        areas.dedup();
-        for (index, one) in areas.iter().enumerate() {
-            for other in areas.iter().skip(index + 1) {
-                self.pair(one, other);
+        let mut places: BTreeMap<&AreaName, Vec<Place<'_>>> = BTreeMap::new();
+        for (key, known) in &self.known {
+            let at = known.last.at(known.gone_s);
+            places.entry(&key.area).or_default().push(Place { key, at, with: &known.with });
+        }
+        let mut near: Vec<[Vec<Key>; 2]> = Vec::new();
+        let areas: Vec<(&Vec<Place<'_>>, Bounds<'_>)> =
+            places.iter().map(|(area, tracks)| (tracks, Bounds::around(area, tracks))).collect();
+        for (index, (one, bounds)) in areas.iter().enumerate() {
+            for (other, others) in areas.iter().skip(index + 1) {
+                let pair = [others.near(one), bounds.near(other)];
+                if pair.iter().all(|keys| !keys.is_empty()) {
+                    near.push(pair);
+                }
             }
         }
+        for [rows, columns] in near {
+            self.pair(&rows, &columns);
+        }
+        self.number();
         self.shown()
     }
 
@@ -124,15 +193,25 @@ impl Persons {
         self.known.get(key).map(|known| known.person)
     }
 
+    /// Whether a person is seen, but not by this area.
+    pub fn is_seen_by_others(&self, person: u64, area: &AreaName) -> bool {
+        let sees = |known: &&Known| known.person == person && !known.is_hidden();
+        let mut seeing = self.known.values().filter(sees).map(|known| &known.last.key.area).peekable();
+        seeing.peek().is_some() && seeing.all(|seeing| seeing != area)
+    }
+
     fn note(&mut self, heard: Vec<Heard>, elapsed_s: f64) {
         self.known.values_mut().for_each(|known| known.gone_s += elapsed_s);
         for heard in heard.into_iter().filter(|heard| heard.line.state != LifeCycle::Tentative) {
             if let Some(known) = self.known.get_mut(&heard.key) {
+                let is_seen = heard.line.state != LifeCycle::Occluded;
+                known.seen_s = if is_seen { known.seen_s + elapsed_s } else { 0.0 };
                 known.last = heard;
                 known.gone_s = 0.0;
             } else {
                 self.newest += 1;
-                let known = Known { person: self.newest, last: heard, gone_s: 0.0, with: Vec::new() };
+                let (person, own) = (self.newest, self.newest);
+                let known = Known { person, own, last: heard, seen_s: 0.0, gone_s: 0.0, with: Vec::new() };
                 self.known.insert(known.last.key.clone(), known);
             }
         }
@@ -141,30 +220,26 @@ impl Persons {
         self.known.values_mut().for_each(|known| known.with.retain(|key| keys.binary_search(key).is_ok()));
     }
 
-    /// Pairs the tracks of two areas.
-    fn pair(&mut self, one: &AreaName, other: &AreaName) {
-        let of = |area: &AreaName| -> Vec<Key> {
-            self.known.keys().filter(|key| key.area == *area).cloned().collect()
-        };
-        let (rows, columns) = (of(one), of(other));
+    /// Pairs the tracks of one area with those of another.
+    fn pair(&mut self, rows: &[Key], columns: &[Key]) {
         let cost = |row: usize, column: usize| {
             let (one, other) = (rows.get(row)?, columns.get(column)?);
             self.apart(self.known.get(one)?, self.known.get(other)?)
         };
-        let paired = assign(rows.len(), columns.len(), &Alone::all(GATE + KEPT), cost);
-        for (row, column) in rows.iter().zip(paired) {
-            let now = column.and_then(|column| columns.get(column));
-            let before = self.partner(row, other);
-            if before.as_ref() == now {
-                continue;
-            }
-            if let Some(before) = before {
+        let paired = assign(rows.len(), columns.len(), &Alone::all(ALONE), cost);
+        let Some(there) = columns.first().map(|key| key.area.clone()) else { return };
+        let now: Vec<Option<&Key>> =
+            paired.into_iter().map(|column| column.and_then(|column| columns.get(column))).collect();
+        // All that are no longer one are parted before any are joined.
+        for (row, now) in rows.iter().zip(&now) {
+            if let Some(before) = self.partner(row, &there).filter(|before| Some(before) != *now) {
                 self.part(row, &before);
             }
-            let Some(now) = now else { continue };
-            if let Some(before) = self.partner(now, one) {
-                self.part(&before, now);
-            }
+        }
+        for (row, now) in rows.iter().zip(now) {
+            let Some(now) = now.filter(|now| self.partner(row, &there).as_ref() != Some(*now)) else {
+                continue;
+            };
             self.join(row, now);
         }
     }
@@ -189,46 +264,117 @@ impl Persons {
         let (here, there) = (&one.last.line, &other.last.line);
         let velocities = (here.vx - there.vx).hypot(here.vy - there.vy) / VELOCITY_APART_MPS;
         let squared = places + velocities * velocities;
-        let is_kept = one.with.contains(&other.last.key);
-        let near = squared <= if is_kept { GATE + KEPT } else { GATE };
-        (near && x.hypot(y) <= GATE_M).then_some(if is_kept { squared } else { squared + KEPT })
+        let is_near = x.hypot(y) <= GATE_M;
+        if one.with.contains(&other.last.key) {
+            // Who is hidden from one area is where the other sees them, and not where the one supposes them; but for whom both see
+            // it gives way.
+            if one.is_hidden() || other.is_hidden() {
+                return Some(GATE + KEPT);
+            }
+            return (is_near && squared <= GATE + KEPT).then_some(squared);
+        }
+        (is_near && squared <= GATE).then_some(squared + KEPT)
     }
 
-    /// Two tracks are one person: the one with the older number.
+    /// Two tracks are one person, unless that person would have two tracks of one area.
     fn join(&mut self, one: &Key, other: &Key) {
-        let person = |key: &Key| self.known.get(key).map(|known| known.person);
-        let Some((here, there)) = person(one).zip(person(other)) else { return };
-        let older = here.min(there);
+        let (here, there) = (self.all_with(one), self.all_with(other));
+        if !here.contains(other) {
+            let rivals = here.iter().flat_map(|key| there.iter().map(move |other| [key, other]));
+            let is_hidden = |key: &Key| self.known.get(key).is_none_or(Known::is_hidden);
+            let mut hidden = Vec::new();
+            for [key, other] in rivals.filter(|[key, other]| key.area == other.area) {
+                // Of two tracks of an area the person is the one that it sees.
+                match [is_hidden(key), is_hidden(other)] {
+                    [true, false] => hidden.push(key.clone()),
+                    [false, true] => hidden.push(other.clone()),
+                    [true, true] | [false, false] => return,
+                }
+            }
+            hidden.iter().for_each(|key| self.leave(key));
+        }
         for (key, with) in [(one, other), (other, one)] {
             if let Some(known) = self.known.get_mut(key) {
                 known.with.push(with.clone());
             }
         }
-        // Those that are one with either of them already are one with both.
-        self.known.values_mut().filter(|known| [here, there].contains(&known.person)).for_each(|known| {
-            known.person = older;
-        });
     }
 
-    /// Two tracks are two persons after all. The one that is left behind, or was heard later, gets another number.
+    /// Two tracks are two persons after all.
     fn part(&mut self, one: &Key, other: &Key) {
         for (key, with) in [(one, other), (other, one)] {
             if let Some(known) = self.known.get_mut(key) {
                 known.with.retain(|key| key != with);
             }
         }
-        let gone = |key: &Key| self.known.get(key).is_some_and(|known| known.gone_s > 0.0);
-        // A track that is over is shown no more: who walks on keeps the number.
-        let renamed = if gone(one) { one } else { other };
-        self.newest += 1;
-        if let Some(known) = self.known.get_mut(renamed) {
-            known.person = self.newest;
+    }
+
+    /// A track is nobody's but its own.
+    fn leave(&mut self, one: &Key) {
+        let with = self.known.get(one).map(|known| known.with.clone()).unwrap_or_default();
+        with.iter().for_each(|other| self.part(one, other));
+    }
+
+    /// All tracks that hang together with this one, itself among them.
+    fn all_with(&self, key: &Key) -> BTreeSet<Key> {
+        let (mut all, mut next) = (BTreeSet::from([key.clone()]), vec![key.clone()]);
+        while let Some(key) = next.pop() {
+            let with = self.known.get(&key).map(|known| known.with.clone()).unwrap_or_default();
+            next.extend(with.into_iter().filter(|with| all.insert(with.clone())));
+        }
+        all
+    }
+
+    /// Gives each person one number: the oldest that its tracks have. Where two persons have the same, as they were one before, it
+    /// is that one's who walks on with it and was seen the longest, without a break; a track that is over is shown no more.
+    fn number(&mut self) {
+        let mut persons: Vec<Vec<Key>> = Vec::new();
+        let mut seen = BTreeSet::new();
+        for (key, known) in &self.known {
+            if known.with.is_empty() {
+                persons.push(vec![key.clone()]);
+            } else if !seen.contains(key) {
+                let all = self.all_with(key);
+                persons.push(all.iter().cloned().collect());
+                seen.extend(all);
+            }
+        }
+        let known = |key: &Key| self.known.get(key);
+        let claim = |keys: &Vec<Key>| {
+            let wanted = keys.iter().filter_map(known).map(|known| known.person).min().unwrap_or(0);
+            let walks_on = |known: &&Known| known.gone_s == 0.0 && known.person == wanted;
+            let walking = keys.iter().filter_map(known).filter(walks_on);
+            let seen_ms = walking.map(|known| ((known.seen_s * 1e3) as u64, Reverse(known.own))).max();
+            (wanted, Reverse(seen_ms))
+        };
+        persons.sort_by_cached_key(claim);
+        let held: BTreeSet<u64> = self.known.values().map(|known| known.person).collect();
+        let mut taken = BTreeSet::new();
+        let mut numbered: Vec<(u64, Vec<Key>)> = Vec::new();
+        for keys in persons {
+            let all = || keys.iter().filter_map(known);
+            let has = all().map(|known| known.person).filter(|number| !taken.contains(number)).min();
+            let own = || all().map(|known| known.own).filter(|number| !held.contains(number)).min();
+            let number = has.or_else(own).unwrap_or_else(|| {
+                self.newest += 1;
+                self.newest
+            });
+            taken.insert(number);
+            numbered.push((number, keys));
+        }
+        for (number, keys) in numbered {
+            for key in keys {
+                if let Some(known) = self.known.get_mut(&key) {
+                    known.person = number;
+                }
+            }
         }
     }
 
     fn shown(&self) -> Vec<TrackLine> {
         let mut best: BTreeMap<u64, &Heard> = BTreeMap::new();
-        for known in self.known.values().filter(|known| known.gone_s == 0.0) {
+        let is_there = |known: &&Known| known.gone_s == 0.0 && !known.last.is_elsewhere;
+        for known in self.known.values().filter(is_there) {
             let shown = best.entry(known.person).or_insert(&known.last);
             let (new, old) = (known.last.rank(), shown.rank());
             if new.0.cmp(&old.0).then(new.1.total_cmp(&old.1)).is_lt() {

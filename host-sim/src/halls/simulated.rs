@@ -1,0 +1,202 @@
+//! The halls in memory: the same datagrams to one tracker, and to those of the areas, whose frames are put together.
+//!
+//! ```text
+//!   ms        25      50      75      100
+//!   frames  ── a ───── b ───── c ───── d ─╮     each area at its own time, as trackers on different hosts; some are lost
+//!   picture ──────────────────────────────┴─    one tracker's line of the same moment beside it
+//! ```
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use kehai_tracking::areas::{AreaFrame, AreaName, Campus};
+use kehai_tracking::card::Card;
+use kehai_tracking::geometry::Point;
+use kehai_tracking::names::{Names, Read, Sign};
+use kehai_tracking::site::Site;
+use kehai_tracking::site_tracker::SiteTracker;
+use kehai_tracking::snapshot::Snapshot;
+use kehai_tracking::total::total;
+
+use super::judge::{Crossings, Judge, Numbers, Renumbered, numbers};
+use super::totals::Totals;
+use super::world::{AREAS, Halls, area, depth_m};
+use crate::baselines::Choice;
+use crate::run::{Arrival, Moment, Options, Record, TICK_US};
+use crate::score::{Tally, Target};
+use crate::world::random::{Purpose, Stream};
+
+/// A frame is on its way for so long, µs: a network's millisecond, and what the encoding of it takes.
+const ON_ITS_WAY_US: u64 = 5_000;
+
+/// Between the frames of two areas, µs: they share no clock.
+const APART_US: u64 = TICK_US / AREAS.len() as u64;
+
+/// A card is read once, so long after its person has appeared, s: they have been found.
+const READ_AFTER_S: f64 = 2.0;
+
+/// How well a reader knows where a card is, m².
+const READ_M2: f64 = 0.1 * 0.1;
+
+/// How a site did.
+#[derive(Clone, Debug, Default)]
+pub struct Side {
+    /// Its scores.
+    pub tally: Tally,
+    /// Its crossings.
+    pub crossings: Crossings,
+    /// Those with another number.
+    pub renumbered: Vec<Renumbered>,
+}
+
+/// One run: the same world followed in both ways.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// One tracker of all halls.
+    pub one: Side,
+    /// A tracker of each, put together.
+    pub four: Side,
+    /// Their totals, of the one first.
+    pub totals: Totals,
+    /// Frames of areas that were lost.
+    pub lost: u64,
+}
+
+impl Outcome {
+    /// Adds another run.
+    pub fn add(&mut self, other: Self) {
+        for (side, more) in [(&mut self.one, other.one), (&mut self.four, other.four)] {
+            side.tally += &more.tally;
+            side.crossings += more.crossings;
+            side.renumbered.extend(more.renumbered);
+        }
+        self.totals.add(&other.totals);
+        self.lost += other.lost;
+    }
+}
+
+/// A tracker of some modules, as it would run alone.
+struct Tracker {
+    site: Arc<Site>,
+    tracker: SiteTracker,
+    names: Names,
+    /// Which modules of all it subscribes to.
+    takes: Vec<bool>,
+    next: usize,
+}
+
+impl Tracker {
+    fn new(site: Site, all: &Site) -> Self {
+        let takes = all.modules.iter().map(|module| site.modules.contains(module)).collect();
+        let site = Arc::new(site);
+        let tracker = SiteTracker::new(&site, Choice::default());
+        Self { site, tracker, names: Names::default(), takes, next: 0 }
+    }
+
+    /// What it says at `at_us`, from what had arrived by then.
+    fn says(&mut self, arrivals: &[Arrival], at_us: u64, signs: &[Sign]) -> Snapshot {
+        while let Some(arrival) = arrivals.get(self.next).filter(|arrival| arrival.at_us <= at_us) {
+            self.next += 1;
+            if self.takes.get(usize::from(arrival.module)).copied().unwrap_or(false) {
+                self.tracker.receive(&arrival.bytes, arrival.at_us);
+            }
+        }
+        let at_s = at_us as f64 * 1e-6;
+        let estimate = self.tracker.estimate(at_s);
+        self.names.follow(&estimate.tracks, at_s);
+        for sign in signs {
+            // One that comes before any track changes nothing.
+            let _ = self.names.sign(&Sign { at_s, ..*sign });
+        }
+        let mut frame = Snapshot::of(at_us / 1000, (&estimate).into());
+        frame.total = total(&self.site, &frame.line, &frame.modules);
+        frame.names = self.names.lines(&self.site);
+        frame
+    }
+}
+
+/// The card of a person: the number in the digits that a label shows.
+const fn card(person: u64) -> Card {
+    Card((person as u128) << 112)
+}
+
+/// Plays the halls; this share of the frames of areas is lost.
+///
+/// # Errors
+/// A fault of the simulation.
+pub fn play(halls: &Halls, lost_share: f64) -> Result<Outcome, String> {
+    let scene = halls.scene().map_err(|error| error.to_string())?;
+    let record = Record::of(&scene, halls.seed, &Options::default()).map_err(|error| error.to_string())?;
+    Ok(follow(halls, &record, lost_share))
+}
+
+/// Follows what was recorded, in both ways.
+#[must_use]
+pub fn follow(halls: &Halls, record: &Record, lost_share: f64) -> Outcome {
+    let all = &record.site;
+    let mut one = Tracker::new(all.clone(), all);
+    let mut areas: Vec<Tracker> = (0..AREAS.len()).map(|hall| Tracker::new(area(all, hall), all)).collect();
+    let names: Vec<AreaName> = AREAS.iter().filter_map(|name| name.parse().ok()).collect();
+    let mut campus = Campus::new(&names, names.len());
+    for (name, tracker) in names.iter().zip(&areas) {
+        campus.set_site(name, (*tracker.site).clone());
+    }
+    let site = campus.site();
+    let (mut judge_one, mut judge_four, mut totals) = (Judge::default(), Judge::default(), Totals::default());
+    let mut stream = Stream::new(halls.seed, Purpose::Network, [u64::MAX, 0]);
+    let mut labels: BTreeMap<u64, String> = BTreeMap::new();
+    let mut lost = 0;
+    let mut first_seen_s: BTreeMap<u64, f64> = BTreeMap::new();
+    for (number, moment) in (1..).zip(&record.truth) {
+        let at_us = (moment.t * 1e6).round() as u64;
+        let truth: Vec<Target> = moment.people.iter().map(Target::from).collect();
+        let signs = read(moment, &mut first_seen_s, &mut labels);
+        let whole = one.says(&record.arrivals, at_us, &signs.iter().map(|sign| sign.1).collect::<Vec<_>>());
+        let mut local: Vec<Numbers> = Vec::new();
+        for (hall, (name, tracker)) in names.iter().zip(&mut areas).enumerate() {
+            let own: Vec<Sign> = signs.iter().filter(|sign| sign.0 == hall).map(|sign| sign.1).collect();
+            let said_us = at_us.saturating_sub(APART_US * (AREAS.len() - hall) as u64);
+            let frame = tracker.says(&record.arrivals, said_us, &own);
+            local.push(numbers(&truth, &frame.line.tracks));
+            if stream.chance(lost_share) {
+                lost += 1;
+            } else {
+                campus.hear(name, AreaFrame { epoch: 1, number, frame }, said_us + ON_ITS_WAY_US);
+            }
+        }
+        let picture = campus.picture(&site, at_us, at_us / 1000);
+        if moment.t < halls.judged_from_s() {
+            continue;
+        }
+        judge_one.frame(moment.t, &truth, &whole.line.tracks, &whole.names, &labels, &[]);
+        judge_four.frame(moment.t, &truth, &picture.line.tracks, &picture.names, &labels, &local);
+        let people = u32::try_from(truth.len()).unwrap_or(u32::MAX);
+        totals.frame([whole.total.count, picture.total.count], people);
+    }
+    let side = |judge: Judge| {
+        let (tally, crossings, renumbered) = judge.finish();
+        Side { tally, crossings, renumbered }
+    };
+    Outcome { one: side(judge_one), four: side(judge_four), totals, lost }
+}
+
+/// The cards that are read at this moment, each with the hall it is read in.
+fn read(
+    moment: &Moment,
+    first_seen_s: &mut BTreeMap<u64, f64>,
+    labels: &mut BTreeMap<u64, String>,
+) -> Vec<(usize, Sign)> {
+    let mut signs = Vec::new();
+    for person in &moment.people {
+        let id = u64::from(person.id);
+        let since_s = *first_seen_s.entry(id).or_insert(moment.t);
+        let at = Point::new(person.x, person.y);
+        let hall = (0..AREAS.len()).find(|hall| depth_m(*hall, at) > 0.0);
+        let is_due = moment.t - since_s >= READ_AFTER_S && !labels.contains_key(&id);
+        let Some(hall) = hall.filter(|_| is_due) else { continue };
+        labels.insert(id, card(id).label());
+        let read = Read::Place { at, covariance_m2: [READ_M2, 0.0, READ_M2] };
+        signs.push((hall, Sign { card: card(id), at_s: moment.t, read }));
+    }
+    signs
+}
