@@ -81,7 +81,7 @@ fn long_names_fit_a_phone() {
     page.fits_a_phone("module with a long name");
     page.click("#edit-open");
     page.wait("the tools are there", "!document.querySelector('#tools').hidden");
-    for kind in ["zone", "wall", "entry", "mover", "module"] {
+    for kind in ["zone", "wall", "entry", "mover", "door", "module"] {
         page.click(&format!("#tool-{kind}"));
         page.fits_a_phone(&format!("drawing a {kind}"));
         page.click("#tool-select");
@@ -100,5 +100,68 @@ fn long_names_fit_a_phone() {
     page.open(&format!("http://{address}/door/no-such-door"));
     page.wait("there is no such door", "document.body.dataset.phase === 'lost'");
     page.fits_a_phone("door that does not exist");
+    assert_eq!(page.errors, Vec::<String>::new());
+}
+
+/// A module and an entry where the name of the zone would stand.
+const COVERED: &str = "
+[[module]]
+name = \"left\"
+x = -0.9
+y = 0.85
+yaw_deg = 0.0
+
+[[entry]]
+name = \"street\"
+line = [[-0.9, -1.0], [0.9, -1.0]]
+zone = \"area\"
+";
+
+/// Whether the shown name of the zone covers one of what a selector finds.
+const COVERS: &str = "(() => {
+    const own = document.querySelector('.names .zone-name').getBoundingClientRect();
+    return [...document.querySelectorAll('.module .box, .module-name, .entry-name, .door .plate, .door text')].filter((other) => {
+        const { left, right, top, bottom } = other.getBoundingClientRect();
+        return own.left < right && left < own.right && own.top < bottom && top < own.bottom;
+    }).map((other) => other.getAttribute('class') + other.textContent).join();
+})()";
+
+#[test]
+fn a_zone_s_name_is_read_where_people_stand_and_covers_no_other_name() {
+    let Some(mut page) = chromium::start() else { return };
+    let server = DoorServer::of(&format!("{}{COVERED}", door_fixture::SITE));
+    page.size(1280, 800, 1);
+    page.open(&format!("http://{}/", server.server.address()));
+    page.wait(
+        "the zone is counted",
+        "document.querySelector('.names .zone-name')?.textContent === 'area · 0'",
+    );
+    page.wait("all names are there", "document.querySelectorAll('.module-name, .entry-name').length === 2");
+    assert_eq!(page.value(COVERS), "");
+    let name = "document.querySelector('.names .zone-name')";
+    let place = page.value(&format!(
+        "(() => {{ const {{ left, right, top, bottom }} = {name}.getBoundingClientRect(); \
+         const at = new DOMPoint((left + right) / 2, (top + bottom) / 2); \
+         window.middle = at; const site = at.matrixTransform(document.querySelector('#map').getScreenCTM().inverse()); \
+         return [site.x, -site.y]; }})()"
+    ));
+    let under = "document.elementFromPoint(middle.x, middle.y)";
+    assert_eq!(
+        page.value(&format!("{under}.dataset.zone")),
+        "area",
+        "where nobody is a click is for the name"
+    );
+    server.people(&[[0, 1].map(|axis| place[axis].as_f64().unwrap())]);
+    page.wait("somebody stands there", &format!("{under}.closest('[data-person]') !== null"));
+    page.wait("and is counted", &format!("{name}.textContent === 'area · 1'"));
+    // Written over the person, and at the same place.
+    let over = format!(
+        "Boolean(document.querySelector('[data-person]').compareDocumentPosition({name}) & Node.DOCUMENT_POSITION_FOLLOWING)"
+    );
+    assert_eq!(page.value(&over), true);
+    let stroke = format!("getComputedStyle({name}).paintOrder + getComputedStyle({name}).opacity");
+    assert_eq!(page.value(&stroke), "stroke1");
+    assert_eq!(page.value(COVERS), "");
+    page.picture(&std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("labels.png"));
     assert_eq!(page.errors, Vec::<String>::new());
 }

@@ -22,8 +22,7 @@ use crate::tracker::LifeCycle;
 /// The total of a line.
 #[must_use]
 pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
-    let counts = |zone: &&Zone| site.zones.iter().all(|zone| !zone.count) || zone.count;
-    let asked: Vec<&Zone> = site.zones.iter().filter(counts).collect();
+    let asked: Vec<&Zone> = site.counted().collect();
     let has_count = |zone: &&&Zone| line.zones.get(&zone.name).is_some_and(|zone| zone.count().is_some());
     let known = asked.iter().filter(has_count).count();
     let is_open =

@@ -4,7 +4,7 @@
 //!   between a and b ─▶ paths that touch it · counts, with the one before a · events · health
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path as File;
 
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
@@ -44,6 +44,7 @@ const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.s
         AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
 const LIVES: &str = "SELECT begun_ms, ended_ms FROM run";
 const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
+const TOTALS: &str = "SELECT at_ms, zones FROM total ORDER BY at_ms";
 const CROSSINGS: &str = "SELECT line.name, crossing.at_ms, crossing.direction FROM crossing
     JOIN line USING (line) WHERE crossing.at_ms BETWEEN ?1 AND ?2 ORDER BY crossing.at_ms";
 const LINE_STATES: &str = "SELECT line.name, line_state.at_ms, line_state.state FROM line_state
@@ -83,6 +84,15 @@ pub struct Count {
     pub count: Option<u32>,
     /// `known`, `partly`, `unknown`.
     pub state: String,
+}
+
+/// Of which zones the site's total was made from some time on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TotalOf {
+    /// ms since 1970.
+    pub at_ms: u64,
+    /// Their names.
+    pub zones: BTreeSet<String>,
 }
 
 /// Somebody crossed a counting line.
@@ -262,6 +272,20 @@ impl Reader {
             .query_map(params![integer(from_ms)], count)?
             .chain(during.query_map(params![integer(from_ms), integer(to_ms)], count)?)
             .collect()
+    }
+
+    /// Of which zones the total was made, of all time: a row for each change of the site that changed it.
+    ///
+    /// # Errors
+    /// What SQLite says; also of a file of a version without them.
+    pub fn totals(&self) -> rusqlite::Result<Vec<TotalOf>> {
+        let total = |row: &Row<'_>| {
+            let zones: String = row.get(1)?;
+            let zones = serde_json::from_str(&zones)
+                .map_err(|error| FromSqlConversionFailure(1, Type::Text, Box::new(error)))?;
+            Ok(TotalOf { at_ms: time(row, 0)?, zones })
+        };
+        self.0.prepare_cached(TOTALS)?.query_map([], total)?.collect()
     }
 
     /// Crossings of lines from `from_ms` to `to_ms`.

@@ -8,6 +8,7 @@
 //!         ├▶ names    ─▶ which ID each track has, when that changes
 //!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
 //!   Site  ─▶ poses    ─▶ where modules are, when that changes
+//!         ├▶ zones    ─▶ which of them make the total, when that changes
 //!         └▶ itself   ─▶ snapshot, the newest only
 //! ```
 //!
@@ -83,6 +84,9 @@ pub struct ChangeRecorder {
     lines: BTreeMap<String, (Totals, ZoneKnown, u64)>,
     modules: BTreeMap<String, Known>,
     poses: BTreeMap<String, [f64; 3]>,
+    /// The zones that make the total, in order, and whether that was kept.
+    total: Vec<String>,
+    is_total_kept: bool,
     /// The track that each ID was last kept with.
     names: BTreeMap<Card, u64>,
     /// When the newest frame was made, ms since 1970.
@@ -113,6 +117,10 @@ impl ChangeRecorder {
                 self.rows.push(Row::Pose(row));
             }
         }
+        let mut total: Vec<String> = site.counted().map(|zone| zone.name.clone()).collect();
+        total.sort_unstable();
+        self.is_total_kept &= self.total == total;
+        self.total = total;
         self.stays.change_site(site);
     }
 
@@ -153,6 +161,11 @@ impl ChangeRecorder {
             self.say_again();
         }
         self.latest_ms = self.latest_ms.max(at_ms);
+        if !self.is_total_kept {
+            // By the frame's clock: counts are kept by it, too.
+            self.is_total_kept = true;
+            self.rows.push(Row::Total { at_ms, zones: self.total.clone() });
+        }
         let has_zone = |name: &str| frame.line.zones.contains_key(name);
         let has_line = |name: &str| frame.lines.iter().any(|line| line.name == name);
         self.forget(at_ms, |kind, name| match kind {
@@ -202,8 +215,9 @@ impl ChangeRecorder {
         self.say_again();
     }
 
-    /// The next frame says of every zone and line what is known.
+    /// The next frame says of every zone and line what is known, and of which zones the total is made.
     fn say_again(&mut self) {
+        self.is_total_kept = false;
         self.counts.clear();
         self.lines.values_mut().for_each(|kept| (kept.1, kept.2) = (ZoneKnown::Unknown, 0));
     }
@@ -240,6 +254,8 @@ impl ChangeRecorder {
                     let key = (Counted::Line, name.clone());
                     unknown.entry(key).or_insert(Row::Line { name, at_ms, totals, state });
                 }
+                // The next frame says it again.
+                Row::Total { .. } => self.is_total_kept = false,
                 _ => {}
             }
         }

@@ -46,6 +46,13 @@ pub enum Row {
         /// Whether it is seen.
         state: ZoneKnown,
     },
+    /// From now on these zones make the site's total.
+    Total {
+        /// ms since 1970.
+        at_ms: u64,
+        /// Their names, in order.
+        zones: Vec<String>,
+    },
     /// Something happened.
     Event(Event),
     /// A group went through a door, or did not.

@@ -3,6 +3,7 @@
 //! ```text
 //!   run ─ 1:n ─ path (track, part) ── begun_ms ◀─ index ── "what happened between a and b"
 //!   zone ─ 1:n ─ count (zone, at_ms)        event (at_ms)        health (module, at_ms)
+//!   total (at_ms): from then on these zones make the total
 //!   alarm: since when, until when, who has acknowledged it       until_ms ◀─ index
 //!   passage: one group through a door, its record as JSON, without its card       begun_ms ◀─ index
 //!   pose (module, at_ms): where modules were said to be, and the source   snapshot: one row, what was known last
@@ -20,7 +21,7 @@ use rusqlite::Connection;
 use super::alarm_rows::ALARMS;
 
 /// Written into the file; a newer one is refused rather than damaged.
-pub const VERSION: i64 = 6;
+pub const VERSION: i64 = 7;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -195,6 +196,14 @@ CREATE VIEW crossing_hour AS
     FROM crossing JOIN line USING (line) GROUP BY crossing.line, hour_ms;
 ";
 
+/// What version 7 has more: of which zones the total is made, from when on; a list of names as JSON.
+const TABLES_7: &str = "
+CREATE TABLE total (
+    at_ms INTEGER PRIMARY KEY,
+    zones TEXT NOT NULL
+);
+";
+
 /// The database was written by a newer version.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
@@ -230,9 +239,15 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer
     };
     transaction.execute_batch(PASSAGES)?;
     transaction.execute_batch(ALARMS)?;
-    for (older, tables) in
-        [(1, TABLES), (2, TABLES_2), (3, TABLES_3), (4, TABLES_4), (5, TABLES_5), (6, TABLES_6)]
-    {
+    for (older, tables) in [
+        (1, TABLES),
+        (2, TABLES_2),
+        (3, TABLES_3),
+        (4, TABLES_4),
+        (5, TABLES_5),
+        (6, TABLES_6),
+        (7, TABLES_7),
+    ] {
         if version < older {
             transaction.execute_batch(tables)?;
         }

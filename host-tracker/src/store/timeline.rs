@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   from ├──────┬──────┬──────┬──────┬──────┬──────┤ to
-//!   bins │  2   │  3   │  0   │ null │ null │  1   │   most people at once in the zones that count
+//!   bins │  2   │  3   │  0   │ null │ null │  1   │   most people at once in the zones that counted then
 //!   lives ━━━━━━━━━━━━━━━━━━━━━━━┥           ┝━━━━━━━   null: no tracker ran, or nothing was known of any zone
 //!                          0: nobody was found, and that was known all the time
 //!   events                 ▲ alarm           ▲ started
@@ -14,7 +14,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::lives::told_within;
-use super::reader::{Count, Reader};
+use super::reader::{Count, Reader, TotalOf};
 use super::row::Event;
 
 /// Most bins of an overview: more than a wide screen has room for.
@@ -44,26 +44,26 @@ pub struct Overview {
 }
 
 /// The time from `from_ms` to `to_ms`, or to where a tracker that runs has written to, in so many bins; people are counted in the
-/// zones that `counts`.
+/// zones that made the total then. Of times before that was kept, in those of which it is known first.
 ///
 /// # Errors
 /// What SQLite says.
-pub fn overview(
-    reader: &Reader,
-    (from_ms, to_ms): (u64, u64),
-    bins: usize,
-    counts: impl Fn(&str) -> bool,
-) -> rusqlite::Result<Overview> {
+pub fn overview(reader: &Reader, (from_ms, to_ms): (u64, u64), bins: usize) -> rusqlite::Result<Overview> {
     let to_ms = Some(reader.until_ms(to_ms)?).filter(|until_ms| *until_ms > from_ms).unwrap_or(to_ms);
     let mut rows = reader.counts(from_ms, to_ms)?;
-    rows.retain(|row| counts(&row.zone));
     // Those from before `from_ms` come zone by zone.
     rows.sort_by_key(|row| row.at_ms);
     let runs = reader.runs()?;
     let lives = told_within(&runs, (from_ms, to_ms));
     let starts: BTreeSet<u64> = runs.into_iter().map(|(begun_ms, _)| begun_ms).collect();
     let starts = |at_ms| starts.contains(&at_ms);
-    let bins = binned(&rows, &lives, starts, (from_ms, to_ms), bins.clamp(1, BINS_MAX));
+    let totals = reader.totals()?;
+    let bins = binned(
+        Told { rows: &rows, lives: &lives, totals: &totals },
+        starts,
+        (from_ms, to_ms),
+        bins.clamp(1, BINS_MAX),
+    );
     let mut events = reader.events(from_ms, to_ms)?;
     events.retain(|event| !SMALL.contains(&event.kind.as_str()));
     let left_out = events.len().saturating_sub(EVENTS_MAX);
@@ -80,13 +80,24 @@ enum Change<'a> {
     /// One goes on alone after a time that two tell of: it has said all of its zones long ago, and what is read of that time is
     /// of none of both.
     GoesOn,
+    /// Other zones make the total.
+    Total(&'a TotalOf),
     Row(&'a Count),
 }
 
-/// Rows in order of time; `starts`: whether a tracker started then, of the time a life begins.
+/// What is told of a time.
+#[derive(Clone, Copy)]
+struct Told<'a> {
+    /// In order of time.
+    rows: &'a [Count],
+    lives: &'a [(u64, u64)],
+    /// In order of time.
+    totals: &'a [TotalOf],
+}
+
+/// `starts`: whether a tracker started then, of the time a life begins.
 fn binned(
-    rows: &[Count],
-    lives: &[(u64, u64)],
+    Told { rows, lives, totals }: Told<'_>,
     starts: impl Fn(u64) -> bool,
     (from_ms, to_ms): (u64, u64),
     bins: usize,
@@ -98,13 +109,17 @@ fn binned(
         (begun_ms, if starts(begun_ms) { Change::Starts } else { Change::GoesOn })
     };
     let mut changes: Vec<(u64, Change<'_>)> = lives.iter().map(begin).collect();
+    changes.extend(totals.iter().map(|total| (total.at_ms, Change::Total(total))));
     changes.extend(rows.iter().map(|row| (row.at_ms, Change::Row(row))));
     changes.sort_by_key(|(at_ms, change)| (*at_ms, matches!(change, Change::Row(_))));
     let mut changes = changes.into_iter().peekable();
+    let mut counted = totals.first().map(|total| &total.zones);
     // Of none it is only known that they are not there if that is known of every zone.
-    let known = |zones: &BTreeMap<&str, Option<u32>>| {
-        let found = zones.values().flatten().copied().reduce(|one, other| one + other)?;
-        (found > 0 || zones.values().all(Option::is_some)).then_some(found)
+    let known = |zones: &BTreeMap<&str, Option<u32>>, counted: Option<&BTreeSet<String>>| {
+        let asked = |zone: &str| counted.is_none_or(|counted| counted.contains(zone));
+        let counts = || zones.iter().filter(|(zone, _)| asked(zone)).map(|(_, count)| *count);
+        let found = counts().flatten().reduce(|one, other| one + other)?;
+        (found > 0 || counts().all(|count| count.is_some())).then_some(found)
     };
     (0..bins)
         .map(|bin| {
@@ -117,7 +132,7 @@ fn binned(
                 // What held when the bin began holds until the first change within it.
                 let until_ms = next.map_or(end_ms, |(at_ms, _)| at_ms.max(begin_ms));
                 if next.is_none_or(|(at_ms, _)| at_ms > begin_ms)
-                    && let Some(people) = known(&zones)
+                    && let Some(people) = known(&zones, counted)
                 {
                     let alive_ms = alive_ms(lives, (from_ms, until_ms));
                     known_ms += alive_ms;
@@ -128,6 +143,7 @@ fn binned(
                     None => break,
                     Some((_, Change::Starts)) => zones.clear(),
                     Some((_, Change::GoesOn)) => zones.values_mut().for_each(|count| *count = None),
+                    Some((_, Change::Total(total))) => counted = Some(&total.zones),
                     Some((_, Change::Row(row))) => drop(zones.insert(&row.zone, row.count)),
                 }
             }
@@ -150,6 +166,41 @@ mod tests {
     fn count(zone: &str, at_ms: u64, count: u32, state: &str) -> Count {
         let count = (state == "known").then_some(count);
         Count { zone: zone.into(), at_ms, count, state: state.into() }
+    }
+
+    /// Of which zones nothing is kept: all of them count.
+    fn binned(
+        rows: &[Count],
+        lives: &[(u64, u64)],
+        starts: impl Fn(u64) -> bool,
+        span: (u64, u64),
+        bins: usize,
+    ) -> Vec<Option<u32>> {
+        super::binned(Told { rows, lives, totals: &[] }, starts, span, bins)
+    }
+
+    fn total(at_ms: u64, zones: &[&str]) -> TotalOf {
+        TotalOf { at_ms, zones: zones.iter().map(|zone| (*zone).to_owned()).collect() }
+    }
+
+    #[test]
+    fn the_past_is_added_up_by_the_zones_that_made_the_total_then() {
+        let rows = [
+            count("hall", 0, 2, "known"),
+            count("yard", 0, 1, "known"),
+            // Taken away, and drawn.
+            count("hall", 210, 0, "unknown"),
+            count("study", 210, 4, "known"),
+        ];
+        let bins = |totals: &[TotalOf]| {
+            super::binned(Told { rows: &rows, lives: &[(0, 400)], totals }, |_| true, (0, 400), 4)
+        };
+        let then = [total(0, &["hall"]), total(100, &["hall", "yard"]), total(200, &["study"])];
+        assert_eq!(bins(&then), [Some(2), Some(3), Some(4), Some(4)]);
+        // Before the first of them nothing else is known than what it says.
+        assert_eq!(bins(&then[1..]), [Some(3), Some(3), Some(4), Some(4)]);
+        assert_eq!(bins(&[total(250, &["yard"])]), [Some(1); 4]);
+        assert_eq!(bins(&[total(0, &[])]), [None; 4], "a site without zones");
     }
 
     #[test]

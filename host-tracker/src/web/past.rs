@@ -27,7 +27,6 @@ use crate::store::StoreError;
 use crate::store::figures::{BINS_MAX as FIGURES_MAX, edges, figures};
 use crate::store::reader::{Reader, Walked};
 use crate::store::timeline::{BINS_MAX, overview};
-use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::unix_ms;
 
 /// Longest time of which paths are given at once, ms: an hour of a busy entrance is about 2 MB.
@@ -105,10 +104,8 @@ impl Asked {
 
 /// A long time at a glance.
 pub async fn glance(State(shared): State<Arc<Shared>>, RawQuery(query): RawQuery) -> Response {
-    let site = shared.context.site.current().site;
-    answer(&shared, query, OVERVIEW_MS, move |reader, asked| {
-        let of = (asked.from_ms, asked.to_ms);
-        overview(reader, of, asked.bins as usize, |zone| counts(&site, zone))
+    answer(&shared, query, OVERVIEW_MS, |reader, asked| {
+        overview(reader, (asked.from_ms, asked.to_ms), asked.bins as usize)
     })
     .await
 }
@@ -151,12 +148,6 @@ fn until(mut edges_ms: Vec<u64>, now_ms: u64) -> Vec<u64> {
         edges_ms.push(now_ms);
     }
     if past == 0 { Vec::new() } else { edges_ms }
-}
-
-/// Zones that are counted; all of them in a site that counts none.
-fn counts(site: &Site, zone: &str) -> bool {
-    let none = !site.zones.iter().any(|zone| zone.count);
-    none || site.zones.iter().any(|known| known.count && known.name == zone)
 }
 
 /// Reads in a thread that may wait for the disk.

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use kehai_tracking::jsonl::{TrackLine, ZoneKnown, ZoneLine};
+use kehai_tracking::occupancy::Total;
 use kehai_tracking::snapshot::Snapshot;
 
 /// Lines kept: ten minutes at two a second, about half a megabyte in a home.
@@ -25,6 +26,8 @@ pub(crate) struct Past<'a> {
     tracks: &'a [TrackLine],
     /// Each zone by its name.
     zones: BTreeMap<String, PastZone>,
+    /// How many people were in the whole site, as it was then.
+    total: Total,
 }
 
 /// What was known of a zone.
@@ -43,7 +46,7 @@ impl History {
             (name.clone(), PastZone { count: zone.count(), state: zone.state() })
         };
         let zones = frame.line.zones.iter().map(zone).collect();
-        let past = Past { unix_ms: frame.unix_ms, tracks: &frame.line.tracks, zones };
+        let past = Past { unix_ms: frame.unix_ms, tracks: &frame.line.tracks, zones, total: frame.total };
         if self.0.len() >= LINES {
             self.0.pop_front();
         }

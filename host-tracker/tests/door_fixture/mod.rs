@@ -65,7 +65,7 @@ pub struct DoorServer {
     /// Whether the tracker is dead: time goes on, and no frames come.
     dead: Arc<AtomicBool>,
     feeding: Option<JoinHandle<()>>,
-    _folder: tempfile::TempDir,
+    folder: tempfile::TempDir,
 }
 
 impl DoorServer {
@@ -116,7 +116,14 @@ impl DoorServer {
                 std::thread::sleep(STEP);
             }
         });
+        let edited = doors.clone();
+        let changed = move |site| {
+            edited.may_change_site().map_err(|in_use| in_use.to_string())?;
+            edited.change_site(&site);
+            Ok(())
+        };
         let context = ServerContext {
+            changed: Box::new(changed),
             doors: Some(doors.clone()),
             signs: Some(signs.clone()),
             listed,
@@ -124,7 +131,12 @@ impl DoorServer {
         };
         let server = Server::start(SocketAddr::from(([127, 0, 0, 1], 0)), context).unwrap();
         let (ids, feeding) = (Mutex::new(0), Some(feeding));
-        Self { doors, signs, watchdog, server, people, ids, more, stop, dead, feeding, _folder: folder }
+        Self { doors, signs, watchdog, server, people, ids, more, stop, dead, feeding, folder }
+    }
+
+    /// The text of its site file.
+    pub fn site(&self) -> String {
+        std::fs::read_to_string(self.folder.path().join("server.toml")).unwrap()
     }
 
     /// Every frame from now on.

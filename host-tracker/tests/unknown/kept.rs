@@ -14,7 +14,6 @@ use std::process::Command;
 use host_tracker::store::export::{Format, export};
 use host_tracker::store::reader::Reader;
 use kehai_tracking::lines::Direction;
-use kehai_tracking::site::Site;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::RowAccessor;
 use serde_json::Value;
@@ -58,10 +57,7 @@ pub fn asked(judge: &mut Judge, truth: &Truth, map: &Map, database: &Path, rando
         }
     };
     let told = truth.until(told_s);
-    let site: Site = serde_json::from_value(map.ask("/api/site")["site"].take()).unwrap();
-    let some_count = site.zones.iter().any(|zone| zone.count);
-    let counted = site.zones.into_iter().filter(|zone| !some_count || zone.count);
-    overview(judge, told, &What::Zones(counted.map(|zone| zone.name).collect()), &glance);
+    overview(judge, told, &glance);
     figures(judge, told, "figures", &found);
     let row = |row: &Value| Row {
         zone: row["zone"].as_str().unwrap().to_owned(),
@@ -77,14 +73,14 @@ pub fn asked(judge: &mut Judge, truth: &Truth, map: &Map, database: &Path, rando
     }
 }
 
-/// It adds up the zones that make the total today.
-fn overview(judge: &mut Judge, told: Told<'_>, what: &What, glance: &Value) {
+/// It adds up the zones that made the total then.
+fn overview(judge: &mut Judge, told: Told<'_>, glance: &Value) {
     let bins = glance["bins"].as_array().unwrap();
     let (from_ms, to_ms) = (glance["from_ms"].as_u64().unwrap(), glance["to_ms"].as_u64().unwrap());
     let edge = |bin: usize| from_ms + ((to_ms - from_ms) as f64 * bin as f64 / bins.len() as f64) as u64;
     for (bin, _) in bins.iter().enumerate().filter(|(_, people)| **people == 0) {
         let (from_ms, to_ms) = (edge(bin), edge(bin + 1));
-        judge.empty("overview", what, When::Over(from_ms, to_ms, told), "0 in a bin");
+        judge.empty("overview", &What::Total, When::Over(from_ms, to_ms, told), "0 in a bin");
     }
 }
 

@@ -61,8 +61,6 @@ pub enum What {
     Zone(String),
     /// Nobody is there at all.
     Total,
-    /// Nobody is in any of these zones that there was then: those that make the total today.
-    Zones(Vec<String>),
     /// Nobody has come into a zone, or left it.
     Stays(String),
     /// Nobody has crossed a line.
@@ -91,16 +89,13 @@ impl Truth {
             let has_grown = [totals[0] > was[0], totals[1] > was[1]];
             (line.name.clone(), Line { known: line.state, totals, has_grown })
         };
-        let is_counted = |zone: &&kehai_tracking::site::Zone| zone.count;
-        let some_count = site.zones.iter().any(|zone| zone.count);
-        let counted = site.zones.iter().filter(|zone| !some_count || is_counted(zone));
         let moment = Moment {
             unix_ms: snapshot.unix_ms,
             t_s: snapshot.line.t,
             life,
             zones: snapshot.line.zones.iter().map(zone).collect(),
             lines: snapshot.lines.iter().map(line).collect(),
-            counted: counted.map(|zone| zone.name.clone()).collect(),
+            counted: site.counted().map(|zone| zone.name.clone()).collect(),
             is_nobody: snapshot.total.count == Some(0) && snapshot.total.state == ZoneKnown::Known,
         };
         self.0.push(moment);
@@ -175,11 +170,6 @@ impl Moment {
             What::Total => {
                 let is_empty = |name| self.zones.get(name).is_some_and(|zone: &Said| zone.is_empty());
                 self.counted.iter().all(is_empty)
-            }
-            What::Zones(names) if names.is_empty() => self.says(&What::Total, is_begun),
-            What::Zones(names) => {
-                let mut zones = names.iter().filter_map(|name| self.zones.get(name)).peekable();
-                zones.peek().is_some() && zones.all(|zone| zone.is_empty())
             }
             What::Stays(name) => self.zones.get(name).is_some_and(|zone| zone.known == ZoneKnown::Known),
             What::Crossed(name, direction) => self.lines.get(name).is_some_and(|line| {

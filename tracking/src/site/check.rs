@@ -180,6 +180,9 @@ fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)>
     if !(0.3..=20.0).contains(&length_m) {
         return Err(("line", format!("line: must be 0.3 to 20 m long, is {length_m:.2} m")));
     }
+    if let Some(what) = door.reader.and_then(|place| limits::no_place(&[place])) {
+        return Err(("reader", format!("reader: {what}")));
+    }
     if !(1..=16).contains(&door.people_max) {
         return Err(("people_max", format!("people_max: must be from 1 to 16, is {}", door.people_max)));
     }

@@ -47,6 +47,7 @@ pub(super) fn check(site: &Site, said: &mut Wrongs) {
     check_places(&site.entries, said);
     check_places(&site.movers, said);
     check_places(&site.excludes, said);
+    check_places(&site.doors, said);
     check_places(&site.readers, said);
     let mut area_m2 = 0.0;
     for (index, zone) in site.zones.iter().enumerate() {
@@ -105,6 +106,12 @@ mod tests {
             said("[[entry]]\nname = \"street\"\nline = [[0, 0], [inf, 1]]")
                 .starts_with("entry \"street\": inf")
         );
+        let door = "[[zone]]\nname = \"a\"\npolygon = [[0, 0], [1, 0], [1, 1]]\nsecure = true\n
+            [[door]]\nname = \"front\"\nzone = \"a\"\nfail = \"safe\"\nline = [[0, 0], [1, 0]]\n";
+        let far = door.replace("line = [[0, 0], [1, 0]]", "line = [[20000, 0], [20001, 0]]");
+        assert!(said(&far).starts_with("door \"front\": 20000 is no place"), "{}", said(&far));
+        let far = format!("{door}reader = [0, 1e9]\n");
+        assert!(said(&far).starts_with("door \"front\": reader: 1000000000 is no place"), "{}", said(&far));
         let large = "[[zone]]\nname = \"park\"\npolygon = [[0, 0], [1000, 0], [1000, 1000]]";
         assert!(said(large).starts_with("zone \"park\": all zones together are larger"));
         let zone = "[[zone]]\nname = \"a\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";

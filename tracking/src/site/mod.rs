@@ -375,6 +375,12 @@ impl Site {
         Ok(site)
     }
 
+    /// The zones that make the total: those that count, or all, if none does.
+    pub fn counted(&self) -> impl Iterator<Item = &Zone> {
+        let none = !self.zones.iter().any(|zone| zone.count);
+        self.zones.iter().filter(move |zone| none || zone.count)
+    }
+
     /// Zones that people enter and leave through entries alone.
     #[must_use]
     pub fn enclosed(&self) -> Areas {

@@ -1,9 +1,10 @@
 // The map: floor, fields of view, walls, zones, entries, lines, movers, modules, and people with their trails.
 
+import { modulePx, NAMES_PX, ofEntry, ofModule, ofZones, small } from "./labels.js";
 import { drawCounts, drawLines } from "./lines.js";
 import { BLOCKS, TRACK } from "./names.js";
 import { Motion } from "./motion.js";
-import { box, health, isCounted, isPlaced, middle, path, put, stripes, svg } from "./shapes.js";
+import { box, health, isCounted, isPlaced, path, put, stripes, svg } from "./shapes.js";
 import { say } from "./words.js";
 
 const TRAIL_MS = 12_000;
@@ -11,15 +12,15 @@ const FADES = [0.2, 0.4, 0.65, 0.9];
 const SIGMAS = 2;
 const BODY_M = 0.2;
 const HUES = 8;
-const NAMES_PX = 0.022; // metres a pixel
+/** How large the visitor wants text, in pixels. */
+const rem = () => parseFloat(getComputedStyle(document.documentElement).fontSize);
 
-/** Writes a zone's name and count, or the count alone where both reach over the right edge of the zone. */
+/** Writes a zone's name and count, or the count alone where both are wider than the zone has room for. */
 function label(element, name, count) {
   const full = count === undefined ? name : `${name} · ${count}`;
   if (element.dataset.label === full) return;
   element.dataset.label = element.textContent = full;
-  const { x, width } = element.getBBox();
-  if (x + width > Number(element.dataset.right)) element.textContent = count ?? "?";
+  if (element.getBBox().width > Number(element.dataset.room)) element.textContent = count ?? "?";
 }
 
 /** Panels from one column and row to another, those excluded, as a path. */
@@ -64,6 +65,7 @@ export class Drawing {
         "modules",
         "labels",
         "people",
+        "names",
         "things",
         "walk",
         "survey",
@@ -76,7 +78,7 @@ export class Drawing {
 
   /** Draws the site; needed again when the site or the zoom changes. */
   site(site, px, chosen) {
-    const { zones, movers, excludes, walls, entries, modules, labels } = this.layers;
+    const { zones, movers, excludes, walls, entries, modules } = this.layers;
     const counted = (site.zone ?? []).some((zone) => zone.count);
     zones.replaceChildren(
       ...(site.zone ?? []).map((zone) =>
@@ -124,28 +126,32 @@ export class Drawing {
     const waiting = (site.module ?? []).filter((module) => !isPlaced(module));
     this.waiting = new Set(waiting.map(({ name }) => name));
     modules.replaceChildren(...placed.map((module) => this.module(module, px, chosen)));
-    labels.replaceChildren(
-      ...(site.zone ?? []).filter((zone) => zone.count || !counted).map((zone) => {
-        const [left, , right, high] = box(zone.polygon);
-        return svg("text", {
-          class: "zone-name",
-          x: left,
-          y: -high,
-          dx: ".8em",
-          dy: "1.7em",
-          "data-zone": zone.name,
-          "data-right": right,
-        }, zone.name);
+    this.names(site, px, (site.zone ?? []).filter((zone) => zone.count || !counted));
+  }
+
+  /** Writes the names of zones and entries over the people, who pass beneath them; a click there is for the person, and where
+   * nobody is for the name, which stands unseen below them, too. */
+  names(site, px, zones) {
+    const places = ofZones(zones, site, px, rem()), size = small(px, rem());
+    const texts = (more) =>
+      zones.map(({ name }, index) => {
+        const { x, y, anchor, room } = places[index];
+        const where = { x, y: -y, "text-anchor": anchor, "data-zone": name, "data-room": room };
+        return svg("text", { class: "zone-name", ...where, ...more }, name);
+      });
+    this.layers.labels.replaceChildren(...texts());
+    this.layers.names.replaceChildren(
+      ...(site.entry ?? []).map((entry) => {
+        const { x, y, anchor } = ofEntry(entry, size);
+        return svg("text", { class: "entry-name", x, y: -y, "text-anchor": anchor }, entry.name);
       }),
-      ...(site.entry ?? []).map(({ name, line }) => {
-        const [x, y] = middle(line);
-        return svg("text", { class: "entry-name", x, y: -y, dy: "1.5em", "text-anchor": "middle" }, name);
-      }),
+      // Read aloud once: they are the same as those below.
+      ...texts({ "aria-hidden": true }),
     );
   }
 
   module(module, px, chosen) {
-    const r = (px > NAMES_PX ? 5 : 7) * px;
+    const r = modulePx(px) * px;
     const cone = [-32, 32].map((deg) => (deg * Math.PI) / 180).map((
       rad,
     ) => [Math.cos(rad) * 3.4 * r, -Math.sin(rad) * 3.4 * r]);
@@ -171,17 +177,11 @@ export class Drawing {
   }
 
   /** The name stands where the module looks; a small map has room for that of the chosen one only. */
-  moduleName({ name, yaw_deg }, px, chosen) {
+  moduleName(module, px, chosen) {
+    const { name } = module;
     if (px > NAMES_PX && chosen !== name) return "";
-    const rad = (yaw_deg * Math.PI) / 180, far = 30 * px;
-    const anchor = Math.cos(rad) > 0.4 ? "start" : Math.cos(rad) < -0.4 ? "end" : "middle";
-    return svg("text", {
-      class: "module-name",
-      x: Math.cos(rad) * far,
-      y: -Math.sin(rad) * far,
-      dy: Math.sin(rad) < -0.4 ? ".8em" : ".35em",
-      "text-anchor": anchor,
-    }, name);
+    const { x, y, anchor } = ofModule(module, px, small(px, rem()));
+    return svg("text", { class: "module-name", x, y: -y, "text-anchor": anchor }, name);
   }
 
   /** Draws what was seen within the last two seconds; the field of the chosen module stands out. */
@@ -226,7 +226,8 @@ export class Drawing {
       const state = health(byName.get(group.dataset.module));
       if (group.dataset.health !== state) group.dataset.health = state;
     }
-    for (const element of [...this.layers.zones.children, ...this.layers.labels.children]) {
+    const { zones: areas, labels, names } = this.layers;
+    for (const element of [areas, labels, names].flatMap(({ children }) => [...children])) {
       const zone = zones[element.dataset.zone];
       if (!element.dataset.zone) continue;
       element.classList.toggle("unknown", !isCounted(zone));

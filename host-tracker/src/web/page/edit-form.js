@@ -1,76 +1,19 @@
 // The editor's form in the panel: the fields of the chosen part, and Save and Discard.
 
 import { BLOCKS, KIND } from "./names.js";
+import { doorFields } from "./edit-door.js";
+import { fieldsOf } from "./edit-fields.js";
 import { sentence } from "./edit-merge.js";
 import { html } from "./shapes.js";
 import { dateTime, list, say, tell, word } from "./words.js";
 
-const NAME_CHARACTERS = 64;
-
-/** A field of the form; what is wrong with `key` is said under it. */
-function field(label, properties, key, tick = false) {
-  const input = html("input", { "aria-describedby": `wrong-${key}`, ...properties });
-  const named = tick ? html("label", { className: "tick" }, input, label) : html("label", {}, label, input);
-  return html("div", { dataset: { key } }, named, wrong(key));
-}
-
-const wrong = (key) =>
-  html("p", { className: "error wrong", id: `wrong-${key}`, role: "alert", hidden: true, lang: "en" });
-
 /** The fields of a part of a kind; `change(does)` is a listener that lets `does(input)` change the part. */
 function fields(editor, kind, part, change) {
-  const text = (label, key) =>
-    field(label, {
-      value: part[key],
-      id: `part-${key}`,
-      maxLength: NAME_CHARACTERS,
-      onchange: change((input) => editor.rename(part, key, input.value.trim())),
-    }, key);
-  const number = (label, key, sign, unit) =>
-    field(say("field.with-unit", { field: label, unit: sign }), {
-      type: "number",
-      step: "any",
-      value: part[key],
-      id: `part-${key}`,
-      ariaLabel: say(unit, { field: label }),
-      onchange: change((input) => {
-        if (Number.isFinite(input.valueAsNumber)) part[key] = input.valueAsNumber;
-      }),
-    }, key);
-  const most = () =>
-    field(say("field.people_max"), {
-      type: "number",
-      min: 0,
-      step: 1,
-      value: part.people_max ?? "",
-      placeholder: say("field.no-limit"),
-      id: "part-people_max",
-      onchange: change((input) => {
-        const count = input.valueAsNumber;
-        if (Number.isInteger(count) && count >= 0) part.people_max = count;
-        else delete part.people_max;
-      }),
-    }, "people_max");
-  const hold = () =>
-    field(say("field.hold_s"), {
-      type: "number",
-      min: 0,
-      step: "any",
-      value: part.hold_s ?? "",
-      placeholder: say("field.no-hold"),
-      id: "part-hold_s",
-      onchange: change((input) => {
-        if (Number.isFinite(input.valueAsNumber)) part.hold_s = input.valueAsNumber;
-        else delete part.hold_s;
-      }),
-    }, "hold_s");
-  const tick = (label, key, checked, set) =>
-    field(label, { type: "checkbox", checked, onchange: change((input) => set(input.checked)) }, key, true);
-  const flag = (label, key) => tick(label, key, part[key], (on) => part[key] = on);
+  const of = fieldsOf(editor, part, change), { name, number, most, hold, tick, flag } = of;
   switch (kind) {
     case KIND.ZONE:
       return [
-        text(say("field.name"), "name"),
+        name(),
         flag(say("field.count"), "count"),
         flag(say("field.enclosed"), "enclosed"),
         flag(say("field.secure"), "secure"),
@@ -90,17 +33,19 @@ function fields(editor, kind, part, change) {
         flag(say("field.mirror"), "mirror"),
       ];
     case KIND.ENTRY:
-      return [text(say("field.name"), "name"), destination(editor.site, part, change)];
+      return [name(), destination(editor.site, part, of)];
     case KIND.LINE: {
       const onclick = change(() => [part.from, part.to] = [part.to, part.from]);
       return [
-        text(say("field.name"), "name"),
+        name(),
         html("button", { type: "button", className: "button", id: "turn-round", onclick }, say("field.swap")),
       ];
     }
+    case KIND.DOOR:
+      return doorFields(editor, part, change, of);
     case KIND.MODULE:
       return [
-        text(say("field.name"), "name"),
+        name(),
         number(say("field.x"), "x", "m", "field.metres"),
         number(say("field.y"), "y", "m", "field.metres"),
         number(say("field.yaw_deg"), "yaw_deg", "°", "field.degrees"),
@@ -108,28 +53,15 @@ function fields(editor, kind, part, change) {
         flag(say("field.upside_down"), "upside_down"),
       ];
     default:
-      return [text(say("field.name"), "name")];
+      return [name()];
   }
 }
 
 /** The zone that an entry leads to. */
-function destination(site, entry, change) {
-  const zones = (site.zone ?? []).map(({ name }) =>
-    html("option", { value: name, selected: entry.zone === name }, name)
-  );
-  const choice = html(
-    "select",
-    { onchange: change((input) => entry.zone = input.value || null) },
-    html("option", { value: "" }, say("field.zone-any")),
-    ...zones,
-  );
-  choice.setAttribute("aria-describedby", "wrong-zone");
-  return html(
-    "div",
-    { dataset: { key: "zone" } },
-    html("label", {}, say("field.zone"), choice),
-    wrong("zone"),
-  );
+function destination(site, entry, { choice }) {
+  const zones = (site.zone ?? []).map(({ name }) => [name, name]);
+  const all = [["", say("field.zone-any")], ...zones];
+  return choice(say("field.zone"), "zone", all, (zone) => entry.zone = zone || null);
 }
 
 const button = (id, look, label, onclick, disabled = false) =>

@@ -8,6 +8,9 @@ const MINE = "mine", THEIRS = "theirs";
 
 const CHANGES_MOST = 5;
 
+/** Fields of a door that have words of their own. */
+const OF_DOORS = { zone: "guards", people_max: "group" };
+
 /** A sentence of changes, as the tracker lists them, in English. */
 export const sentence = (changes) => {
   const rest = changes.length - CHANGES_MOST;
@@ -35,12 +38,12 @@ function valued(value) {
 }
 
 /** What differs between two versions of a part, in words. */
-function differs(mine, theirs) {
+function differs(kind, mine, theirs) {
   const keys = [...new Set([...Object.keys(mine), ...Object.keys(theirs)])];
   const different = keys.filter((key) => JSON.stringify(mine[key]) !== JSON.stringify(theirs[key]));
   const said = different.map((key) =>
     Array.isArray(mine[key] ?? theirs[key]) ? say("merge.shape") : say("merge.either", {
-      field: word("field", key),
+      field: word("field", kind === KIND.DOOR ? OF_DOORS[key] ?? key : key),
       mine: valued(mine[key]),
       theirs: valued(theirs[key]),
     })
@@ -83,9 +86,9 @@ export function question(editor, done) {
       words,
     );
   const asked = conflicts.map((conflict, number) => {
-    const { mine, theirs } = conflict;
+    const { kind, mine, theirs } = conflict;
     const did = mine && theirs ? "merge.both-changed" : mine ? "merge.they-removed" : "merge.i-removed";
-    const both = mine && theirs ? say("merge.different", { what: differs(mine, theirs) }) : "";
+    const both = mine && theirs ? say("merge.different", { what: differs(kind, mine, theirs) }) : "";
     return html(
       "fieldset",
       { className: "conflict" },

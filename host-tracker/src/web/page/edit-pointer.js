@@ -16,7 +16,7 @@ export function down(editor, place, event) {
     editor.drag = { from: snap(editor, place) };
     return true;
   }
-  const target = event.target.closest("[data-corner],[data-mid],[data-turn],[data-kind]");
+  const target = event.target.closest("[data-corner],[data-mid],[data-turn],[data-reader],[data-kind]");
   if (!target) {
     if (editor.chosen) editor.choose(null);
     return false;
@@ -35,6 +35,7 @@ export function down(editor, place, event) {
     points,
     from: place,
     turn: target.dataset.turn,
+    reader: target.dataset.reader,
     body: Boolean(target.dataset.kind),
     corner: target.dataset.corner && Number(target.dataset.corner),
   };
@@ -66,8 +67,9 @@ export function move(editor, place, moved, event) {
     return;
   }
   if (!editor.drag || !moved) return;
-  const { part, points, from, corner, turn } = editor.drag, { kind } = editor.chosen;
+  const { part, points, from, corner, turn, reader } = editor.drag, { kind } = editor.chosen;
   if (turn) part.yaw_deg = Math.round((Math.atan2(place[1] - part.y, place[0] - part.x) * 180) / Math.PI);
+  else if (reader) part.reader = snap(editor, place, part);
   else if (corner !== undefined) {
     setCorners(
       kind,

@@ -10,7 +10,13 @@ import { say, word } from "./words.js";
 /** Distance of the handle that turns a module, in pixels. */
 const TURN_PX = 44;
 /** From the lowest to the topmost. */
-const ORDER = [KIND.ZONE, KIND.MOVER, KIND.EXCLUDE, KIND.WALL, KIND.ENTRY, KIND.LINE, KIND.MODULE];
+const ORDER = [KIND.ZONE, KIND.MOVER, KIND.EXCLUDE, KIND.WALL, KIND.ENTRY, KIND.LINE, KIND.DOOR, KIND.MODULE];
+
+/** The class of a shape; a door is drawn by its mark, and the editor shows its line only. */
+function classOf(kind, { blocks }) {
+  if (kind === KIND.DOOR) return "door-line";
+  return kind === KIND.WALL && !blocks.includes(BLOCKS.BEAMS) ? "wall glass" : kind;
+}
 
 /** All elements of the editor's layer. */
 export function editable(editor) {
@@ -23,7 +29,7 @@ export function editable(editor) {
         ? svg("circle", { cx: part.x, cy: -part.y, r: 16 * px, fill: "transparent" })
         : svg("path", {
           d,
-          class: kind === KIND.WALL && !part.blocks.includes(BLOCKS.BEAMS) ? "wall glass" : kind,
+          class: classOf(kind, part),
         });
       const group = svg("g", {
         class: `shape${chosen ? " chosen" : ""}${editor.check.of(kind, index).length ? " wrong" : ""}`,
@@ -77,6 +83,7 @@ function handles(editor, px) {
   if (kind !== KIND.MODULE) {
     points.forEach((point, index) => all.push(handle("", point, 7.5, { "data-corner": index })));
     all.push(...lengths(points, closed, px));
+    if (part.reader) all.push(handle("turn", part.reader, 7.5, { "data-reader": 1 }));
   }
   return all;
 }

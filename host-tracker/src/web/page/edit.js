@@ -1,4 +1,4 @@
-// Drawing: zones, walls, entries, lines, movers and module poses, with undo; saved to the site file, or not at all.
+// Drawing: zones, walls, entries, lines, movers, doors and module poses, with undo; saved to the site file, or not at all.
 
 import { Check } from "./edit-check.js";
 import { Draft } from "./edit-draft.js";
@@ -8,6 +8,7 @@ import { question, sentence } from "./edit-merge.js";
 import { down, move, rectangle, up } from "./edit-pointer.js";
 import { editable } from "./edit-shapes.js";
 import { Together } from "./edit-together.js";
+import { KIND } from "./names.js";
 import { corners, create, freeName, GRID_M, html, KINDS, SELECT, setCorners } from "./shapes.js";
 import { saveSite } from "./site-file.js";
 import { say, word } from "./words.js";
@@ -252,7 +253,9 @@ export class Editor extends Together {
     else if (ctrl && key === "d" && this.part(this.chosen)) this.duplicate();
     else if (key === "escape") this.draft || this.tool !== SELECT ? this.use(SELECT) : this.choose(null);
     else if (key === "enter" && this.draft) this.finish();
-    else if ((key === "delete" || key === "backspace") && this.part(this.chosen)) this.remove();
+    else if (key === "enter" && event.target.closest?.(".shape.chosen")) {
+      document.querySelector("#edit-form :is(input, select)")?.focus();
+    } else if ((key === "delete" || key === "backspace") && this.part(this.chosen)) this.remove();
     else if (step && this.part(this.chosen) && event.target.closest?.(".shape")) {
       this.note();
       const { kind } = this.chosen, part = this.part(this.chosen);
@@ -266,12 +269,11 @@ export class Editor extends Together {
     event.preventDefault();
   }
 
-  /** Entries follow the name of their zone. */
-  rename(part, key, name) {
-    if (key === "name" && this.chosen.kind === "zone") {
-      for (const entry of this.site.entry ?? []) if (entry.zone === part.name) entry.zone = name;
-    }
-    part[key] = name;
+  /** Entries and doors follow the name of their zone. */
+  rename(part, name) {
+    const { entry = [], door = [] } = this.chosen.kind === KIND.ZONE ? this.site : {};
+    for (const one of [...entry, ...door]) if (one.zone === part.name) one.zone = name;
+    part.name = name;
   }
 
   cancel() {

@@ -84,7 +84,10 @@ const panel = new Panel(get("panel"), {
   picture: () => begin(MODE.LAYING, picture),
 });
 const editor = new Editor(drawing.layers.edit, view, {
-  change: (site) => drawing.site(site, view.px, null),
+  change: (site) => {
+    drawing.site(site, view.px, null);
+    doorMarks.site(site, view.px, null);
+  },
   form: (form) => panel.edit(form),
   present: (open) => present(open),
   close: (said) => {
@@ -272,7 +275,6 @@ async function takeSite() {
     const answer = await readSite();
     Object.assign(state, { site: answer.site, revision: answer.revision, file: answer.file });
     get("site-name").textContent = answer.file.replace(/\.toml$/, "");
-    time.site = answer.site;
     body.toggle("guarded", (answer.site.door ?? []).length > 0);
     const all = bounds(answer.site);
     if (all && !state.fitted) {

@@ -51,8 +51,12 @@ export const KIND = {
   LINE: "line",
   MOVER: "mover",
   EXCLUDE: "exclude",
+  DOOR: "door",
   MODULE: "module",
 };
 
 /** What a wall stops; glass stops people only. */
 export const BLOCKS = { PEOPLE: "people", BEAMS: "beams" };
+
+/** What the lock of a door does when it is not known what happens there. */
+export const FAIL = { SECURE: "secure", SAFE: "safe" };

@@ -281,6 +281,10 @@ export class Panel {
   edit(form) {
     this.form.hidden = !form;
     this.figures.hidden = Boolean(form);
+    // Whoever goes through choices by arrow keys goes on; of what is typed Tab has taken the focus along already.
+    const focused = document.activeElement, { id } = focused;
+    const stays = this.form.contains(focused) && focused.closest("select, button, [type=checkbox]");
     this.form.replaceChildren(...(form ? [form] : []));
+    if (stays && id) document.getElementById(id)?.focus({ preventScroll: true });
   }
 }

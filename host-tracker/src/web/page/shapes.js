@@ -1,5 +1,6 @@
 // The parts of a site, all alike: a kind, a name, corners, and whether they close. Also SVG elements and small geometry.
 
+import { gone, newDoor } from "./door-part.js";
 import { BLINDING_ALARMS, BLOCKS, HEALTH, KIND, MODULE, TRACK } from "./names.js";
 import { say, word } from "./words.js";
 
@@ -68,6 +69,7 @@ export const KINDS = {
   [KIND.LINE]: { closed: false, least: 2, most: 2 },
   [KIND.MOVER]: { corners: "polygon", closed: true, least: 3 },
   [KIND.EXCLUDE]: { corners: "polygon", closed: true, least: 3 },
+  [KIND.DOOR]: { corners: "line", closed: false, least: 2, most: 2 },
   [KIND.MODULE]: { least: 1, most: 1 },
 };
 
@@ -100,7 +102,15 @@ export function setCorners(kind, part, points) {
     // Where somebody has put it, it is placed.
     delete part.placed;
   } else if (kind === KIND.LINE) [part.from, part.to] = round;
+  else if (kind === KIND.DOOR) moveDoor(part, round);
   else part[KINDS[kind].corners] = round;
+}
+
+/** Gives a door another line; where cards are shown goes along with one that is moved whole. */
+function moveDoor(door, line) {
+  const by = door.reader && gone(door.line, line);
+  if (by) door.reader = door.reader.map((metres, axis) => Math.round((metres + by[axis]) * 1000) / 1000);
+  door.line = line;
 }
 
 /** A name that no other part of a kind has: these words and the first number that is free. */
@@ -121,6 +131,7 @@ export function create(kind, points, site) {
     [KIND.LINE]: { name },
     [KIND.MOVER]: { name },
     [KIND.EXCLUDE]: { name },
+    [KIND.DOOR]: kind === KIND.DOOR && newDoor(name, points, site.zone ?? []),
     [KIND.MODULE]: { name, yaw_deg: 0, height_m: 0.6 },
   }[kind];
   setCorners(kind, part, points);

@@ -2,7 +2,7 @@
 // happen; what was before comes from the database, if there is one.
 
 import { EVENT } from "./names.js";
-import { html, people, svg } from "./shapes.js";
+import { html, svg } from "./shapes.js";
 import { say, time } from "./words.js";
 
 const KEEP_MS = 600_000;
@@ -17,6 +17,20 @@ const RANGES = {
   days: [[7, 604_800_000], [31, 2_678_400_000]],
 };
 
+/** The most people at once in each part of the time before `newest`, as the tracker said their number then; 0 only where that was
+ * known all the time, null where nothing was. */
+export function binned(lines, newest, range) {
+  const bins = new Array(BINS).fill(null), open = new Set();
+  for (const { unix_ms, total } of lines) {
+    const bin = Math.floor(((unix_ms - newest + range) / range) * BINS - 0.001);
+    if (bin < 0 || bin >= BINS) continue;
+    const count = total?.count ?? null;
+    if (count === null) open.add(bin);
+    else bins[bin] = Math.max(bins[bin] ?? 0, count);
+  }
+  return bins.map((most, bin) => most === 0 && open.has(bin) ? null : most);
+}
+
 const get = (id) => document.getElementById(id);
 const clock = (ms, parts) => time(ms, { hour: "2-digit", minute: "2-digit", ...parts });
 
@@ -27,7 +41,6 @@ export class TimeLine {
       past,
       on,
       lines: [],
-      site: {},
       at: null,
       wanted: null,
       playing: false,
@@ -122,8 +135,8 @@ export class TimeLine {
   add(frame) {
     if (frame.unix_ms < this.newest()) this.lines = [];
     if (frame.unix_ms - this.newest() >= STEP_MS) {
-      const { unix_ms, tracks, zones } = frame;
-      this.lines.push({ unix_ms, tracks, zones });
+      const { unix_ms, tracks, zones, total } = frame;
+      this.lines.push({ unix_ms, tracks, zones, total });
       while (this.lines[0].unix_ms < unix_ms - KEEP_MS) this.lines.shift();
       this.glance();
       if (this.lines.length % 4 === 0) this.draw();
@@ -184,12 +197,7 @@ export class TimeLine {
   /** The most people in each part of the range, null where nothing is known. */
   bins() {
     if (this.range > KEEP_MS && this.past.glance) return this.past.glance.bins;
-    const newest = this.newest(), bins = new Array(BINS).fill(null);
-    for (const line of this.lines) {
-      const bin = Math.floor(((line.unix_ms - newest + this.range) / this.range) * BINS - 0.001);
-      if (bin >= 0 && bin < BINS) bins[bin] = Math.max(bins[bin] ?? 0, people(line, this.site).length);
-    }
-    return bins;
+    return binned(this.lines, this.newest(), this.range);
   }
 
   draw() {

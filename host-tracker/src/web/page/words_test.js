@@ -21,6 +21,7 @@ const SETS = {
   prompt: ["DoorPrompt"],
   outcome: ["PassageOutcome"],
   zone: ["ZoneKnown"],
+  fail: ["Fail"],
   verdict: ["Verdict"],
   life: ["Life"],
   hides: ["Why"],
