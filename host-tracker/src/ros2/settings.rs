@@ -34,3 +34,19 @@ impl Ros2Settings {
         }
     }
 }
+
+#[cfg(all(test, feature = "zenoh"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_file_the_router_of_this_machine_is_asked_and_nobody_else() {
+        let config = Ros2Settings { domain: 0, network: Network::Found }.config().unwrap();
+        let get = |key: &str| config.get_json(key).unwrap();
+        assert_eq!(get("mode"), r#""peer""#);
+        assert_eq!(get("connect/endpoints"), r#"["tcp/localhost:7447"]"#);
+        assert_eq!(get("scouting/multicast/enabled"), "false");
+        let missing = Ros2Settings { domain: 0, network: Network::File("no-such.json5".into()) };
+        assert!(missing.config().unwrap_err().to_string().contains("no-such.json5"));
+    }
+}
