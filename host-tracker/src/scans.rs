@@ -77,7 +77,7 @@ pub struct ScanListener {
 
 impl ScanListener {
     /// The next one, if one waits.
-    pub fn next(&mut self) -> Option<Arc<Scan>> {
+    pub fn waiting(&mut self) -> Option<Arc<Scan>> {
         loop {
             match self.scans.try_recv() {
                 Ok(scan) => return Some(scan),
@@ -127,7 +127,7 @@ mod tests {
         for number in 0..WAITING + 10 {
             scans.publish(scan(number));
         }
-        let first = listener.next().unwrap();
+        let first = listener.waiting().unwrap();
         assert_eq!((first.start_s, listener.missed()), (10.0, 10));
         drop(listener);
         assert!(!scans.are_wanted());

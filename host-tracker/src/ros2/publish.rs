@@ -217,7 +217,7 @@ impl Listening {
     /// Sends what has come.
     fn put(&mut self, topics: &mut ScanTopics) -> Result<(), zenoh::Error> {
         let Some(listener) = &mut self.listener else { return Ok(()) };
-        while let Some(scan) = listener.next() {
+        while let Some(scan) = listener.waiting() {
             if let Some(to) = topics.get_mut(&scan.module).filter(|to| to.is_heard) {
                 to.topic.put(&laser_scan(&scan, &to.part, self.begun_ns))?;
             }
