@@ -59,9 +59,10 @@ declare -A PANICS_BUDGET=([mps2-an386]=232 [mps2-an386-floor]=228 [nucleo-h563zi
 # Both come from PyPI as one binary in a wheel: a bare Debian has Python, but no Node.js.
 LINTERS=(deno==2.9.8 ruff==0.17.6)
 # What the example of the sealed wire in Python needs, the client, and the tests of the OpenAPI document, of HEX files, of what a
-# recording shows in Foxglove, and of the queries of docs/analytics.md.
+# recording shows in Foxglove, of the queries of docs/analytics.md, and of what is published to ROS 2.
 PYTHON_TESTS=(cryptography==48.0.0 websockets==17.4 openapi-spec-validator==0.9.0 intelhex==2.3.0
-    mcap==1.6.0 mcap-protobuf-support==0.6.0 foxglove-schemas-protobuf==0.4.0 jsonschema==4.26.0 duckdb==2.0.1)
+    mcap==1.6.0 mcap-protobuf-support==0.6.0 foxglove-schemas-protobuf==0.4.0 jsonschema==4.26.0 duckdb==2.0.1
+    zenoh-ros2-sdk==0.1.8 rosbags==0.11.9)
 USUAL=(fmt clippy lint structure test doc embedded no-panic boards budget qemu bench demo figures deny fuzz package reproducible)
 EXTRA=(release targets fallback advisories)
 

@@ -4,6 +4,7 @@
 //!   service ─┬─▶ database ◀─ passages, changes of the site
 //!            ├─▶ MQTT     ◀─ door outputs
 //!            ├─▶ webhook  ◀─ what becomes of alarms
+//!            ├─▶ Zenoh: areas, ROS 2
 //!            ├─▶ live map ─▶ changes of the site, accepted poses ─▶ service, database
 //!            └─▶ next()   ─▶ the program: the newest snapshot and door outputs
 //! ```
@@ -22,6 +23,7 @@ use crate::access::Access;
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
 use crate::areas::AreaSettings;
 use crate::mqtt::{self, Broker, Publisher, Topics};
+use crate::ros2::Ros2Settings;
 use crate::service::{Options, Service};
 use crate::site_file::{SaveError, SiteFile};
 use crate::store::card::CardKey;
@@ -67,6 +69,8 @@ pub struct Settings {
     pub clear: Clear,
     /// The area of a large site that this tracker follows.
     pub area: Option<AreaSettings>,
+    /// The domain of ROS 2 in which people are published.
+    pub ros2: Option<Ros2Settings>,
 }
 
 /// Where what happens is kept.
@@ -153,6 +157,8 @@ pub struct Daemon {
     publisher: Option<Publisher>,
     #[cfg(feature = "zenoh")]
     area: Option<crate::areas::Area>,
+    #[cfg(feature = "zenoh")]
+    ros2: Option<crate::ros2::Ros2>,
     webhook: Option<Webhook>,
     snapshots: Receiver<Arc<Snapshot>>,
     outputs: Receiver<Output>,
@@ -183,9 +189,10 @@ impl Daemon {
             keys,
             clear,
             area,
+            ros2,
         } = settings;
         #[cfg(not(feature = "zenoh"))]
-        let _ = area;
+        let _ = (area, ros2);
         is_closed(map.as_ref())?;
         let site = file.current().site;
         let now_ms = unix_ms();
@@ -248,12 +255,26 @@ impl Daemon {
                 crate::areas::Area::start(area, service.queue(), service.site(), service.alarms(), say)
             })
             .transpose()?;
+        #[cfg(feature = "zenoh")]
+        let ros2 = ros2
+            .map(|settings| {
+                let inputs = crate::ros2::Inputs {
+                    snapshots: service.queue(),
+                    site: service.site(),
+                    scans: service.scans(),
+                    alarms: service.alarms(),
+                };
+                crate::ros2::Ros2::start(&settings, inputs, say)
+            })
+            .transpose()?;
         let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
         Ok(Self {
             map,
             publisher,
             #[cfg(feature = "zenoh")]
             area,
+            #[cfg(feature = "zenoh")]
+            ros2,
             webhook,
             snapshots,
             outputs,
@@ -348,12 +369,12 @@ impl Daemon {
     /// The tracker's socket has failed.
     pub fn stop(self) -> io::Result<Option<StoreState>> {
         #[cfg(feature = "zenoh")]
-        let area = self.area;
+        let zenoh = (self.area, self.ros2);
         let Self { map, publisher, webhook, service, store, .. } = self;
         drop(map);
         drop((publisher, webhook));
         #[cfg(feature = "zenoh")]
-        drop(area);
+        drop(zenoh);
         service.stop()?;
         Ok(store.map(|store| store.state()))
     }

@@ -28,6 +28,8 @@ pub mod picture;
 pub mod questions;
 pub mod record;
 pub mod reports;
+pub mod ros2;
+pub mod scans;
 pub mod schema;
 pub mod service;
 pub mod signs;

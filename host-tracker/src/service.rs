@@ -31,6 +31,7 @@ use crate::net::tracking::{Parts, TrackingLoop};
 use crate::questions::{ANSWERED, Asked, Questions};
 use crate::record::Recorder;
 use crate::reports::Reports;
+use crate::scans::Scans;
 use crate::signs::SignHandle;
 use crate::store::card::CardKey;
 use crate::tracker_alarms::TrackerAlarms;
@@ -86,6 +87,7 @@ pub struct Service {
     doors: DoorHandle,
     calibration: Calibration,
     reports: Reports,
+    scans: Scans,
     signs: SignHandle,
     questions: Questions,
     thread: Option<JoinHandle<io::Result<()>>>,
@@ -150,7 +152,7 @@ impl Service {
         let watchdog = Watchdog::start(doors.clone(), alarms.clone())?;
         let calibration = Calibration::default();
         calibration.set_site(&site);
-        let reports = Reports::default();
+        let (reports, scans) = (Reports::default(), Scans::default());
         let parts = Parts {
             recorder,
             alarms: alarms.clone(),
@@ -159,6 +161,7 @@ impl Service {
             doors: Some(doors.clone()),
             calibration: calibration.clone(),
             reports: reports.clone(),
+            scans: scans.clone(),
             signs: Some(signs.clone()),
             keys: options.keys.clone().map(Watched::new),
         };
@@ -186,6 +189,7 @@ impl Service {
             doors,
             calibration,
             reports,
+            scans,
             signs,
             questions,
             thread,
@@ -241,6 +245,12 @@ impl Service {
     #[must_use]
     pub fn reports(&self) -> Reports {
         self.reports.clone()
+    }
+
+    /// What each scan saw empty: for listeners that want the free space itself.
+    #[must_use]
+    pub fn scans(&self) -> Scans {
+        self.scans.clone()
     }
 
     /// Who is where: for signs and questions.

@@ -17,7 +17,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use chromium::Page;
-use editor::{axe, choose, drag, draw, fill, open_editor, picture, press, save, tab_to};
+use editor::{choose, drag, draw, fill, open_editor, picture, press, save, tab_to};
 use host_tracker::site_file::{self, SiteFile};
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
@@ -313,7 +313,7 @@ fn nonsense_is_refused_at_the_field() {
             &format!("document.querySelector('{field}').getAttribute('aria-invalid') === 'true'"),
         );
     }
-    axe(&mut page, "nonsense");
+    page.is_accessible("nonsense");
     picture(&mut page, "edit-nonsense");
     page.fits_a_phone("nonsense");
     choose(&mut page, "zone", 1);
@@ -390,7 +390,7 @@ fn all_is_drawn_by_the_keyboard_alone() {
     page.wait("and how far it is", &format!("{spoken}.endsWith(', 0.30 metres from the last corner')"));
     press(&mut page, "ArrowRight", true);
     page.wait("on the map, too", "document.querySelector('#map .length').textContent === '1.30 m · 0°'");
-    axe(&mut page, "drawing by keyboard");
+    page.is_accessible("drawing by keyboard");
     picture(&mut page, "edit-keyboard");
     press(&mut page, "Escape", false);
     page.wait(

@@ -12,7 +12,7 @@ mod http_client;
 
 use chromium::Page;
 use door_fixture::DoorServer;
-use editor::{axe, choose, draw, fill, open_editor, picture, press, save, tab_to};
+use editor::{choose, draw, fill, open_editor, picture, press, save, tab_to};
 use kehai_tracking::site::Site;
 use kehai_tracking::site::door::{Door, Fail};
 use serde_json::json;
@@ -87,7 +87,7 @@ fn a_door_is_drawn_by_mouse_and_set_in_its_card_and_stands_on_the_map() {
     // Of the nearest zone, which a door cannot have yet.
     assert_eq!(page.value("document.querySelector('#part-zone').value"), json!("area"));
     refused(&mut page, "zone", "must have secure = true");
-    axe(&mut page, "a door whose zone is not secure");
+    page.is_accessible("a door whose zone is not secure");
     page.click("#make-secure");
     taken(&mut page, "zone");
     // Without keys it is of no use, and the card says so.
@@ -111,7 +111,7 @@ fn a_door_is_drawn_by_mouse_and_set_in_its_card_and_stands_on_the_map() {
     }
     page.click("#part-elsewhere");
     page.wait("where cards are shown", "document.querySelector('#part-reader-x').value === '0.7'");
-    axe(&mut page, "the card of a door");
+    page.is_accessible("the card of a door");
     picture(&mut page, "edit-door");
     page.fits_a_phone("card of a door");
     // A copy takes its reader along; taking it away and undoing it are as with other shapes.
@@ -172,7 +172,10 @@ fn a_door_is_drawn_by_the_keyboard_alone_and_locks() {
     draw(&mut page, "door", &["ArrowLeft", "ArrowUp", "Enter", "ArrowLeft", "Enter"]);
     assert_eq!(page.value("document.querySelector('#part-zone').value"), json!("area"));
     // From the shape to its card; by Tab the next shape would be chosen.
-    page.wait("the shape has the focus", "document.activeElement.matches('.shape[data-kind=door], #part-name')");
+    page.wait(
+        "the shape has the focus",
+        "document.activeElement.matches('.shape[data-kind=door], #part-name')",
+    );
     if page.value("document.activeElement.id") != json!("part-name") {
         press(&mut page, "Enter", false);
     }

@@ -50,12 +50,12 @@ fn shown(file: &Path) -> String {
 }
 
 /// An error of Zenoh, without its places in the source.
-pub(super) fn one_line(error: &(impl fmt::Display + ?Sized)) -> String {
+pub(crate) fn one_line(error: &(impl fmt::Display + ?Sized)) -> String {
     error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ")
 }
 
 /// A session; none if the program ends before. `say` is told why there is none, each time that changes.
-pub(super) fn open(config: &Config, stop: &AtomicBool, say: impl Fn(&str)) -> Option<Session> {
+pub(crate) fn open(config: &Config, stop: &AtomicBool, say: impl Fn(&str)) -> Option<Session> {
     let mut told = String::new();
     while !stop.load(Ordering::Relaxed) {
         match zenoh::open(config.clone()).wait() {

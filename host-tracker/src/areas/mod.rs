@@ -45,6 +45,8 @@ use kehai_tracking::site::Site;
 #[cfg(feature = "zenoh")]
 use kehai_tracking::snapshot::Snapshot;
 
+#[cfg(feature = "zenoh")]
+pub(crate) use link::{one_line, open};
 pub use settings::{AreaPlace, AreaSettings, Network};
 #[cfg(feature = "zenoh")]
 pub use {

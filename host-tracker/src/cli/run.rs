@@ -25,7 +25,7 @@ use kehai_tracking::tracker::Selected;
 
 use super::address::address;
 #[cfg(feature = "zenoh")]
-use super::area::AreaArguments;
+use super::area::ZenohArguments;
 use super::broker::MqttArguments;
 use super::failure::Failure;
 use super::http::{HttpArguments, advised};
@@ -97,7 +97,7 @@ pub struct Arguments {
 
     #[cfg(feature = "zenoh")]
     #[command(flatten)]
-    area: AreaArguments,
+    zenoh: ZenohArguments,
 
     /// Stop after so long
     #[arg(long, value_name = "N")]
@@ -112,6 +112,7 @@ const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --mqtt mqtt://homeassistant.local
   kehai-tracker run --site door.toml --db door.db --keep-days 30
   kehai-tracker run --site east.toml --area campus/east  one of the areas that kehai-tracker site puts together
+  kehai-tracker run --site door.toml --ros2              people for ROS 2, over rmw_zenoh
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
 
 /// The site if none is named.
@@ -163,7 +164,12 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let silent = arguments.mqtt.is_given()
+    #[cfg(feature = "zenoh")]
+    let is_ros2 = arguments.zenoh.is_ros2();
+    #[cfg(not(feature = "zenoh"))]
+    let is_ros2 = false;
+    let silent = is_ros2
+        || arguments.mqtt.is_given()
         || arguments.db.is_some()
         || arguments.record.is_some()
         || arguments.http.is_given();
@@ -191,6 +197,10 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     if key_file::load(&keys_file)?.is_none() && arguments.keys.is_some() {
         return Err(format!("{}: there is no such file", keys_file.display()).into());
     }
+    #[cfg(feature = "zenoh")]
+    let (area, ros2) = arguments.zenoh.settings();
+    #[cfg(not(feature = "zenoh"))]
+    let (area, ros2) = (None, None);
     let settings = Settings {
         site,
         modules,
@@ -204,10 +214,8 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         card_key,
         keys: Some(keys_file),
         clear: if arguments.also_in_clear { Clear::Believed } else { Clear::Listed },
-        #[cfg(feature = "zenoh")]
-        area: arguments.area.settings(),
-        #[cfg(not(feature = "zenoh"))]
-        area: None,
+        area,
+        ros2,
     };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
         .map_err(|error| advised(error, &site_path))?;

@@ -23,6 +23,7 @@ use crate::net::poses::Poses;
 use crate::net::receiver::{self, Arrival, Receiver};
 use crate::record::Recorder;
 use crate::reports::{ReportLine, Reports};
+use crate::scans::{Scan, Scans};
 use crate::signs::SignHandle;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai::wire::Message;
@@ -70,6 +71,8 @@ pub struct Parts {
     pub calibration: Calibration,
     /// Listeners for every single report.
     pub reports: Reports,
+    /// Listeners for what each scan saw empty.
+    pub scans: Scans,
     /// Who is where.
     pub signs: Option<SignHandle>,
     /// The file of the devices' keys.
@@ -287,10 +290,13 @@ impl TrackingLoop {
             // One that is not placed is nowhere that could be wrong.
             if self.registry.site().is_placed(observation.view.module) {
                 self.poses.observe(observation);
-                if let Some(recorder) = &mut self.parts.recorder
-                    && let Some(module) = self.registry.site().modules.get(observation.view.module)
-                {
-                    recorder.scan(now_us, &module.name, observation);
+                if let Some(module) = self.registry.site().modules.get(observation.view.module) {
+                    if let Some(recorder) = &mut self.parts.recorder {
+                        recorder.scan(now_us, &module.name, observation);
+                    }
+                    if self.parts.scans.are_wanted() {
+                        self.parts.scans.publish(Scan::of(&module.name, observation));
+                    }
                 }
             }
             self.parts.calibration.observe(observation);

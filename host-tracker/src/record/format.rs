@@ -10,8 +10,8 @@ use kehai_tracking::site::Site;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::view::Scan;
 use crate::alarm_handle::AlarmChange;
+use crate::scans::Scan;
 
 pub(super) const SITE: &str = "/site";
 pub(super) const DATAGRAMS: &str = "/datagrams";

@@ -35,10 +35,10 @@ use kehai_tracking::observation::Observation;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::Selected;
 use parking_lot::Mutex;
-use view::Scan;
 use writer::Writer;
 
 use crate::alarm_handle::AlarmChange;
+use crate::scans::Scan;
 
 /// What waits while the disk is busy: five seconds of a hundred modules.
 const QUEUE: usize = 8192;

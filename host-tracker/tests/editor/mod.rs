@@ -42,16 +42,6 @@ pub fn drag(page: &mut Page, by: [f64; 4]) {
     page.drag([x + by[0], y + by[1]], [x + by[2], y + by[3]]);
 }
 
-/// Looks for violations of what axe knows, if it is there.
-pub fn axe(page: &mut Page, view: &str) {
-    let Ok(axe) = std::env::var("KEHAI_AXE") else { return };
-    let axe = std::fs::read_to_string(axe).unwrap();
-    page.value(&format!("void (() => {{ if (!window.axe) {{ {axe} }} window.found = undefined; }})()"));
-    page.value("void axe.run().then((found) => window.found = found.violations.map((one) => one.id + one.nodes.map((node) => node.html).join()))");
-    page.wait("axe", "window.found !== undefined");
-    assert_eq!(page.value("found"), json!([]), "{view}");
-}
-
 /// Keeps a picture of the page.
 pub fn picture(page: &mut Page, name: &str) {
     page.picture(&Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png")));

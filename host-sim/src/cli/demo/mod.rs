@@ -133,6 +133,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         keys: None,
         clear: Clear::default(),
         area: None,
+        ros2: None,
     };
     let mut daemon = Daemon::start(settings, |text| println!("{text}"))?;
     if let Some(address) = daemon.map_address().filter(|_| !arguments.headless) {

@@ -27,7 +27,7 @@ use schemars::JsonSchema;
 
 pub use log::log;
 pub use people::people;
-pub use scan::{Scan, scan};
+pub use scan::scan;
 pub use schema::of as schema_of;
 pub use site::{map, transforms};
 

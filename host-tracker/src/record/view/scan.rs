@@ -9,39 +9,16 @@
 //! Protobuf, and not JSON as the others: JSON has no NaN, the JSON schema of a scan no null, and viewers draw a null as 0,
 //! a point at the module. Fields: <https://docs.foxglove.dev/docs/sdk/schemas/laser-scan>.
 
-use std::sync::Arc;
-
-use kehai_tracking::observation::{Observation, View};
 use prost::Message;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, Timestamp};
 
 use super::module_frame;
+use crate::scans::Scan;
 
 pub const SCHEMA: &str = "foxglove.LaserScan";
 
 const NS_PER_S: u64 = 1_000_000_000;
-
-/// What is shown of an observation.
-#[derive(Clone, Debug)]
-pub struct Scan {
-    /// The module's name.
-    pub module: String,
-    /// When step 0 passed, s on the tracker's clock.
-    start_s: f64,
-    view: Arc<View>,
-    /// Beam by beam, up to which range nothing was, mm; 0: not known.
-    empty_mm: Vec<u16>,
-}
-
-impl Scan {
-    /// What `module` saw.
-    #[must_use]
-    pub fn of(module: &str, observation: &Observation) -> Self {
-        let &Observation { start_s, ref view, ref empty_mm, .. } = observation;
-        Self { module: module.to_owned(), start_s, view: Arc::clone(view), empty_mm: empty_mm.clone() }
-    }
-}
 
 /// Its message, in a recording whose clock stood at 0 at `begun_ns`, since 1970.
 pub fn scan(scan: &Scan, begun_ns: u64) -> Vec<u8> {
