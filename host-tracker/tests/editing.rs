@@ -142,7 +142,7 @@ fn two_who_edit_at_once_lose_nothing() {
     other.wait("a mover", "document.querySelectorAll('.shape[data-kind=mover]').length === 1");
     save(&mut one);
     other.wait("it is said at once", "document.querySelector('#edit-newer') !== null");
-    axe(&mut other, "somebody else has saved");
+    other.is_accessible("somebody else has saved");
     other.click("#take-in");
     other.wait("theirs are there", "document.querySelectorAll('.shape[data-kind=zone]').length === 3");
     other.wait(
@@ -191,7 +191,7 @@ fn two_who_edit_at_once_lose_nothing() {
     );
     assert_eq!(other.value("document.querySelector('#settle').disabled"), json!(true));
     assert_eq!(other.value("document.querySelectorAll('#map .theirs').length"), json!(1));
-    axe(&mut other, "a conflict");
+    other.is_accessible("a conflict");
     picture(&mut other, "edit-conflict");
     other.fits_a_phone("conflict");
     other.click("#conflicts input[value=mine]");

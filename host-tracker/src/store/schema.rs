@@ -202,6 +202,11 @@ CREATE TABLE total (
     at_ms INTEGER PRIMARY KEY,
     zones TEXT NOT NULL
 );
+DROP VIEW crossing_hour;
+CREATE VIEW crossing_hour AS
+    SELECT line.name AS line, at_ms / 3600000 * 3600000 AS hour_ms,
+        NULLIF(SUM(direction = 'in'), 0) AS inward, NULLIF(SUM(direction = 'out'), 0) AS outward
+    FROM crossing JOIN line USING (line) GROUP BY crossing.line, hour_ms;
 ";
 
 /// The database was written by a newer version.
@@ -332,6 +337,24 @@ mod tests {
         let mut counts = connection.prepare("SELECT count FROM count ORDER BY at_ms").unwrap();
         let counts = counts.query_map([], |row| row.get::<_, Option<i64>>(0)).unwrap();
         assert_eq!(counts.map(Result::unwrap).collect::<Vec<_>>(), [Some(0), None, Some(2), None]);
+    }
+
+    #[test]
+    fn an_hour_says_no_0_of_a_direction_in_which_nobody_was_counted() {
+        let mut connection = Connection::open_in_memory().unwrap();
+        prepare(&mut connection).unwrap().unwrap();
+        connection.execute_batch("INSERT INTO line (line, name) VALUES (1, 'gate')").unwrap();
+        for (at_ms, direction) in [(1, "in"), (2, "in"), (3_600_000, "out")] {
+            let row = rusqlite::params![at_ms, direction];
+            connection
+                .execute("INSERT INTO crossing (line, at_ms, direction) VALUES (1, ?1, ?2)", row)
+                .unwrap();
+        }
+        let mut hours =
+            connection.prepare("SELECT inward, outward FROM crossing_hour ORDER BY hour_ms").unwrap();
+        let hours = hours.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).unwrap();
+        let hours: Vec<(Option<i64>, Option<i64>)> = hours.map(Result::unwrap).collect();
+        assert_eq!(hours, [(Some(2), None), (None, Some(1))]);
     }
 
     #[test]
