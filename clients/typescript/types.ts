@@ -1282,6 +1282,8 @@ export interface Passed {
 
 /** What was known at a time. */
 export interface PastLine {
+  /** How many people were in the whole site, as it was then. */
+  total: Total;
   /** All tracks. */
   tracks: TrackLine[];
   /** When, ms since 1970. */

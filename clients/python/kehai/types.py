@@ -1372,6 +1372,8 @@ class Passed(TypedDict):
 class PastLine(TypedDict):
     """What was known at a time."""
 
+    # How many people were in the whole site, as it was then.
+    total: Total
     # All tracks.
     tracks: list[TrackLine]
     # When, ms since 1970.

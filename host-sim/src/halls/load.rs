@@ -116,6 +116,7 @@ pub fn measure(size: &Size) -> Result<Load, Box<dyn Error>> {
             secure: false,
             enclosed: false,
             people_max: None,
+            hold_s: None,
         };
         campus.set_site(name, Site { zones: vec![zone], ..Site::default() });
     }

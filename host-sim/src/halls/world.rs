@@ -118,6 +118,7 @@ impl Halls {
                 secure: false,
                 enclosed: false,
                 people_max: None,
+                hold_s: None,
             }
         };
         let zones = AREAS.iter().enumerate().map(zone).collect();

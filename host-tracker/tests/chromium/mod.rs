@@ -236,8 +236,9 @@ impl Page {
         [0, 1].map(|axis| place[axis].as_f64().unwrap_or_else(|| panic!("{selector} has no place")))
     }
 
-    /// Clicks on what a selector finds, with a real mouse.
+    /// Clicks on what a selector finds, with a real mouse; what is beyond the edge of the page is scrolled to first.
     pub fn click(&mut self, selector: &str) {
+        self.value(&format!("document.querySelector({selector:?}).scrollIntoView({{ block: 'nearest' }})"));
         let at = self.middle(selector);
         self.drag(at, at);
     }
