@@ -145,10 +145,10 @@ fn a_door_is_drawn_by_mouse_and_set_in_its_card_and_stands_on_the_map() {
     assert_eq!(site(&server).doors, [expected]);
     let text = server.site();
     assert!(text.starts_with("# the lobby") && text.contains("name = \"lobby\" # before the door"), "{text}");
-    // The frames have it from then on. Nobody makes frames of its zone: it stays in trouble, as it should.
+    // The frames have it from then on. Nobody makes frames of its zone: it is in trouble, says so, and stands open, as it fails safe.
     page.wait(
         "how it is",
-        "document.querySelector('#map .door[data-door=front]').dataset.state === 'trouble'",
+        "(({ state, lock }) => state === 'alarm' && lock === 'unlocked')(document.querySelector('#map .door[data-door=front]').dataset)",
     );
     page.wait("in the list, too", "document.querySelector('#doors').innerText.includes('front')");
     // Its neighbours stay as they were.

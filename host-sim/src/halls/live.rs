@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
-use std::net::{SocketAddr, TcpListener};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
@@ -20,7 +20,7 @@ use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 
 use super::judge::{Judge, numbers};
-use super::network::Network;
+use super::network::{Network, free};
 use super::simulated::{Outcome, Side};
 use super::totals::Totals;
 use super::world::{AREAS, Halls, area};
@@ -77,11 +77,6 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// A port that nobody has.
-pub(super) fn free() -> std::io::Result<SocketAddr> {
-    TcpListener::bind("127.0.0.1:0")?.local_addr()
 }
 
 /// The program of the trackers: the one that is named, or the one beside this program.

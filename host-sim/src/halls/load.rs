@@ -62,7 +62,7 @@ fn tracks(size: &Size, area: usize, stream: &mut Stream) -> Result<Vec<TrackLine
     let track = |id: usize, of: usize| {
         // The same person is at the same place in both areas.
         let mut place = Stream::new(of as u64, Purpose::Plan, [id as u64, 0]);
-        let at_border = id % 4 == 0;
+        let at_border = id.is_multiple_of(4);
         let x = of as f64 * HALL_M + if at_border { HALL_M } else { place.between(1.0, HALL_M - 1.0) };
         let y = place.between(0.0, HALL_M * size.people as f64 / 4.0);
         let off = || 0.05;

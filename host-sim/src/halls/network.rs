@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,13 +17,17 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::sample::SampleKind;
 use zenoh::{Config, Session, Wait};
 
-use super::live::free;
 use crate::world::random::{Purpose, Stream};
 
 /// What areas publish, answer and are (docs/areas.md).
 const FRAMES: &str = "kehai/*/*/frame";
 const SITES: &str = "kehai/*/*/site";
 const TOKENS: &str = "kehai/*/*/alive";
+
+/// A port that nobody has.
+pub(super) fn free() -> std::io::Result<SocketAddr> {
+    TcpListener::bind("127.0.0.1:0")?.local_addr()
+}
 
 /// The routers. They end when this is dropped.
 pub(super) struct Network {
