@@ -81,6 +81,8 @@ struct Known {
     /// The number that it was given when it was new, and has again when it is nobody else.
     own: u64,
     last: Heard,
+    /// Since it was heard first, s.
+    known_s: f64,
     /// For how long its area has seen it without a break, s; 0 while it is hidden.
     seen_s: f64,
     /// Since it was in a frame of its area last, s; 0 while it is.
@@ -152,6 +154,11 @@ impl Heard {
 }
 
 impl Known {
+    /// Whether it is seen and was known before: nothing that is hidden tells who it is.
+    fn is_sure(&self) -> bool {
+        !self.is_hidden() && self.known_s > LEFT_BEHIND_S
+    }
+
     /// Whether its area does not see it.
     fn is_hidden(&self) -> bool {
         self.gone_s > 0.0 || self.last.line.state == LifeCycle::Occluded
@@ -201,7 +208,10 @@ impl Persons {
     }
 
     fn note(&mut self, heard: Vec<Heard>, elapsed_s: f64) {
-        self.known.values_mut().for_each(|known| known.gone_s += elapsed_s);
+        for known in self.known.values_mut() {
+            known.known_s += elapsed_s;
+            known.gone_s += elapsed_s;
+        }
         for heard in heard.into_iter().filter(|heard| heard.line.state != LifeCycle::Tentative) {
             if let Some(known) = self.known.get_mut(&heard.key) {
                 let is_seen = heard.line.state != LifeCycle::Occluded;
@@ -211,7 +221,15 @@ impl Persons {
             } else {
                 self.newest += 1;
                 let (person, own) = (self.newest, self.newest);
-                let known = Known { person, own, last: heard, seen_s: 0.0, gone_s: 0.0, with: Vec::new() };
+                let known = Known {
+                    person,
+                    own,
+                    last: heard,
+                    known_s: 0.0,
+                    seen_s: 0.0,
+                    gone_s: 0.0,
+                    with: Vec::new(),
+                };
                 self.known.insert(known.last.key.clone(), known);
             }
         }
@@ -340,8 +358,15 @@ impl Persons {
             }
         }
         let known = |key: &Key| self.known.get(key);
+        let is_free = |number: &u64, taken: &BTreeSet<u64>| !taken.contains(number);
+        let oldest = |keys: &[Key], taken: &BTreeSet<u64>| {
+            let all = || keys.iter().filter_map(known);
+            let sure = all().filter(|known| known.is_sure()).map(|known| known.person);
+            let sure = sure.filter(|number| is_free(number, taken)).min();
+            sure.or_else(|| all().map(|known| known.person).filter(|number| is_free(number, taken)).min())
+        };
         let claim = |keys: &Vec<Key>| {
-            let wanted = keys.iter().filter_map(known).map(|known| known.person).min().unwrap_or(0);
+            let wanted = oldest(keys, &BTreeSet::new()).unwrap_or(0);
             let walks_on = |known: &&Known| known.gone_s == 0.0 && known.person == wanted;
             let walking = keys.iter().filter_map(known).filter(walks_on);
             let seen_ms = walking.map(|known| ((known.seen_s * 1e3) as u64, Reverse(known.own))).max();
@@ -353,7 +378,7 @@ impl Persons {
         let mut numbered: Vec<(u64, Vec<Key>)> = Vec::new();
         for keys in persons {
             let all = || keys.iter().filter_map(known);
-            let has = all().map(|known| known.person).filter(|number| !taken.contains(number)).min();
+            let has = oldest(&keys, &taken);
             let own = || all().map(|known| known.own).filter(|number| !held.contains(number)).min();
             let number = has.or_else(own).unwrap_or_else(|| {
                 self.newest += 1;
@@ -363,8 +388,11 @@ impl Persons {
             numbered.push((number, keys));
         }
         for (number, keys) in numbered {
+            let is_sure = keys.iter().filter_map(|key| self.known.get(key)).any(Known::is_sure);
             for key in keys {
-                if let Some(known) = self.known.get_mut(&key) {
+                // Who is hidden may be somebody else behind the one who is seen, and goes on with their own number when they part.
+                if let Some(known) = self.known.get_mut(&key).filter(|known| !(is_sure && known.is_hidden()))
+                {
                     known.person = number;
                 }
             }
@@ -373,7 +401,12 @@ impl Persons {
 
     fn shown(&self) -> Vec<TrackLine> {
         let mut best: BTreeMap<u64, &Heard> = BTreeMap::new();
-        let is_there = |known: &&Known| known.gone_s == 0.0 && !known.last.is_elsewhere;
+        let is_seen = |key: &Key| self.known.get(key).is_some_and(|known| !known.is_hidden());
+        let is_shown_by_another = |known: &Known| {
+            known.is_hidden() && !known.with.is_empty() && self.all_with(&known.last.key).iter().any(is_seen)
+        };
+        let is_there =
+            |known: &&Known| known.gone_s == 0.0 && !known.last.is_elsewhere && !is_shown_by_another(known);
         for known in self.known.values().filter(is_there) {
             let shown = best.entry(known.person).or_insert(&known.last);
             let (new, old) = (known.last.rank(), shown.rank());

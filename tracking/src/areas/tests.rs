@@ -289,6 +289,23 @@ fn who_is_hidden_from_one_area_is_where_the_other_sees_them() {
 }
 
 #[test]
+fn who_is_hidden_takes_no_number_from_one_who_passes() {
+    use LifeCycle::{Confirmed, Occluded};
+    let mut campus = halves();
+    assert_eq!(hidden(&mut campus, 1, Confirmed, -0.5, None), [1]);
+    for step in 2..40 {
+        assert_eq!(hidden(&mut campus, step, Confirmed, -0.5, Some(4.0)), [1, 2], "{step}");
+    }
+    // The first is hidden from then on, and the second comes by and goes away again.
+    for step in 40..80 {
+        let east = 0.1 + 0.2 * (step as f64 - 60.0).abs();
+        let shown = hidden(&mut campus, step, Occluded, -0.2, Some(east));
+        assert!(shown.contains(&2), "{step}: {shown:?}");
+    }
+    assert_eq!(hidden(&mut campus, 80, Confirmed, -0.5, Some(4.1)), [1, 2]);
+}
+
+#[test]
 fn what_an_area_supposes_in_another_that_sees_the_place_is_nobody() {
     let mut campus = halves();
     assert_eq!(hidden(&mut campus, 1, LifeCycle::Occluded, 2.0, None).len(), 0);
