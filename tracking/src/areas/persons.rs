@@ -14,7 +14,7 @@
 //!
 //! ```text
 //!   east 7 ── west 3 ── south 5      where several areas meet: all that hang together are one person, never two tracks of one area
-//!     12        15        18         the person has the oldest of their numbers: 12
+//!     12        15        18         the person has the oldest number of those that are seen: 12
 //!   east 7    west 3 ── south 5      parted: who had the number from the start keeps it, 12; the others have their own again, 15
 //! ```
 
@@ -343,8 +343,8 @@ impl Persons {
         all
     }
 
-    /// Gives each person one number: the oldest that its tracks have. Where two persons have the same, as they were one before, it
-    /// is that one's who walks on with it and was seen the longest, without a break; a track that is over is shown no more.
+    /// Gives each person one number: the oldest of its tracks that are seen and were known before, or of all where there are none
+    /// such. Where two persons have the same, as they were one before, it is that one's who walks on with it and was seen the longest, without a break; a track that is over is shown no more.
     fn number(&mut self) {
         let mut persons: Vec<Vec<Key>> = Vec::new();
         let mut seen = BTreeSet::new();
