@@ -487,7 +487,14 @@ make_package() {
     [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] \
         || cargo install --quiet --locked --force cargo-deb --version "$CARGO_DEB"
     need_cyclonedx
-    packaging/package.sh
+    need_target
+    if [ "$EMBEDDED_RUST" = rustup ]; then
+        need_command arm-none-eabi-objcopy binutils-arm-none-eabi
+        packaging/package.sh
+    else
+        not_judged "the firmware in the package: no rustup target"
+        KEHAI_WITHOUT_FIRMWARE=1 packaging/package.sh
+    fi
     packaging/sbom.sh Cargo.toml "$CORTEX_M33" "board-${BOARDS[-1]}" target/package/firmware.cdx.json
 }
 step_package() {

@@ -5,6 +5,7 @@
 #   BOARD.elf, .hex, .bin          the image; .elf has what decodes its log
 #   BOARD-boot.elf, .hex, .bin     its boot loader
 #   BOARD-complete.hex             both, for a debugger; of the board with a USB drive BOARD-complete.uf2, too
+#   MAKERS                         whose updates the boot loaders take: a public key a line, or "development"
 #   SHA256SUMS                     of all of them
 #
 #   packaging/firmware.sh                      all boards
@@ -46,4 +47,5 @@ for board in "${boards[@]}"; do
     [[ $board != w5500-* ]] \
         || python3 packaging/uf2.py "$out/$board-complete.uf2" "$out/$board-boot.hex" "$out/$board.hex"
 done
+tr , '\n' <<<"${KEHAI_UPDATE_KEYS:-development}" >"$out/MAKERS"
 (cd "$out" && sha256sum -- * >SHA256SUMS && cat SHA256SUMS)

@@ -51,10 +51,21 @@ for file in usr/share/man/man1/kehai-tracker-run.1.gz usr/share/bash-completion/
     [ -s "$root/$file" ] || fail "no /$file"
 done
 
+if [ -e "$root/usr/share/kehai/firmware/MAKERS" ]; then
+    inside sh -c 'cd /usr/share/kehai/firmware && sha256sum --check --quiet SHA256SUMS'
+    for file in w5500-evb-pico2-complete.uf2 nucleo-h563zi-complete.hex 69-kehai-probes.rules; do
+        [ -s "$root/usr/share/kehai/firmware/$file" ] || fail "no firmware file $file"
+    done
+fi
+
 # As an administrator would: the map at another port.
 port=18420
 sed -i "s/^KEHAI_OPTIONS=.*/KEHAI_OPTIONS=\"--http=127.0.0.1:$port\"/" "$root/etc/default/kehai-tracker"
-python3 "$here/supervise.py" "$root" kehai-tracker "http://127.0.0.1:$port"
+said=$(python3 "$here/supervise.py" "$root" kehai-tracker "http://127.0.0.1:$port")
+printf '%s\n' "$said"
+if [ -e "$root/usr/share/kehai/firmware/MAKERS" ]; then
+    [[ $said == *"['nucleo-h563zi', 'w5500-evb-pico2']"* ]] || fail "the map does not hand out the firmware of both boards"
+fi
 [ -s "$root/var/lib/kehai/site.db" ] || fail "the service has made no database in /var/lib/kehai"
 
 echo '# mine' >>"$root/etc/kehai/site.toml"

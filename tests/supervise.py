@@ -99,7 +99,16 @@ def main() -> None:
         except urllib.error.HTTPError as error:
             if error.code != 401:
                 raise
-        json.loads(get(f"{url}/api/state", log_in(url, password(log))))
+        session = log_in(url, password(log))
+        json.loads(get(f"{url}/api/state", session))
+        listed = json.loads(get(f"{url}/api/firmware", session))
+        for file in (file["name"] for file in listed["files"]):
+            if (
+                get(f"{url}/api/firmware/{file}", session)
+                != (root / "usr/share/kehai/firmware" / file).read_bytes()
+            ):
+                sys.exit(f"supervise.py: the map hands out another {file}")
+        boards = sorted({file["board"] for file in listed["files"] if file["board"]})
         if get(f"{url}/healthz") != b"ok\n":
             sys.exit("supervise.py: the tracker is not healthy")
         expect(notices, b"WATCHDOG=1")
@@ -112,7 +121,9 @@ def main() -> None:
     log.unlink()
     if status != 0:
         sys.exit(f"supervise.py: exit status {status}")
-    print(f"   the service ran as {unit['User']}: ready, the map answers, alive, stopped")
+    print(
+        f"   the service ran as {unit['User']}: ready, the map answers, alive, stopped; firmware of {boards}"
+    )
 
 
 if __name__ == "__main__":

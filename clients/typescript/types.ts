@@ -789,6 +789,28 @@ export interface FiguresKept {
   kept: true;
 }
 
+/** A file that is handed out. */
+export interface FirmwareFile {
+  /** The board; null: it is of none. */
+  board: string | null;
+  /** Its length. */
+  bytes: number;
+  /** Its name. */
+  name: string;
+  /** What it is for. */
+  purpose: Purpose;
+}
+
+/** All that is handed out. */
+export interface FirmwareFiles {
+  /** Whether the boot loaders take updates signed with the development key, whose secret everybody has; null: not known. */
+  development_key: boolean | null;
+  /** Board by board. */
+  files: FirmwareFile[];
+  /** Where on the tracker's machine they lie. */
+  folder: string;
+}
+
 /** A floor of pressure panels. */
 export interface Floor {
   /** Columns. */
@@ -1427,6 +1449,9 @@ export interface Proposal {
   /** Rooms, as zones whose people are counted. */
   zone: Zone[];
 }
+
+/** What a file is for. */
+export type Purpose = "drive" | "debugger" | "program" | "udev" | "sums";
 
 /** A reader. */
 export interface Reader {

@@ -22,6 +22,7 @@ use tokio::sync::watch;
 use crate::access::Access;
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
 use crate::areas::AreaSettings;
+use crate::firmware::folder::FirmwareFolder;
 use crate::mqtt::{self, Broker, Publisher, Topics};
 use crate::ros2::Ros2Settings;
 use crate::service::{Options, Service};
@@ -108,6 +109,8 @@ pub struct Map {
     pub names: Vec<String>,
     /// Who may do what there.
     pub access: Access,
+    /// Where firmware for new boards lies.
+    pub firmware: FirmwareFolder,
     /// Whether others than this machine are served though everybody may do everything.
     pub insecure: bool,
 }
@@ -447,6 +450,7 @@ fn serve(
         calibration: service.calibration(),
         accepted,
         database,
+        firmware: map.firmware.clone(),
         access: map.access.clone(),
         names: map.names.clone(),
         doors: Some(service.doors()),

@@ -185,7 +185,7 @@ const ASKED: [(&str, &[&str]); 18] = [
     ),
     ("`POST …/exit`", &["POST /api/door/front/exit"]),
     (
-        "`/ws`, `/metrics`, `GET /api/…`: state, history, overview, past, figures, heat, coverage, where, explain, site, calibration, alarms, picture",
+        "`/ws`, `/metrics`, `GET /api/…`: state, history, overview, past, figures, heat, coverage, where, explain, site, calibration, alarms, picture, firmware",
         &[
             "GET /ws",
             "GET /metrics",
@@ -203,6 +203,8 @@ const ASKED: [(&str, &[&str]); 18] = [
             "GET /api/alarms",
             "GET /api/picture",
             "GET /api/picture/place",
+            "GET /api/firmware",
+            "GET /api/firmware/front",
         ],
     ),
     (

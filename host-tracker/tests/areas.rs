@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 use host_tracker::access::Access;
 use host_tracker::areas::{Area, AreaSettings, CampusSettings, Network, Together, TogetherSettings};
 use host_tracker::daemon::Map;
+use host_tracker::firmware::folder::FirmwareFolder;
 use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::Bind;
 use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneLine};
@@ -82,6 +83,7 @@ impl Folder {
             listen: Bind { address: SocketAddr::from(([127, 0, 0, 1], 0)), certificate: None },
             doors: None,
             names: Vec::new(),
+            firmware: FirmwareFolder::default(),
             access: Access::open(),
             insecure: false,
         });

@@ -120,6 +120,9 @@ fn the_map_speaks_the_browser_s_language() {
         page.wait("the report is there", "document.querySelector('#range') !== null");
         has_no_english(&mut page, language, "report");
         page.fits_a_phone(&format!("report {language}"));
+        opens(&mut page, &server, "/firmware", wish);
+        page.wait("where firmware would be is said", "document.querySelector('#none') !== null");
+        has_no_english(&mut page, language, "firmware");
     }
     assert_eq!(page.errors, Vec::<String>::new());
 }

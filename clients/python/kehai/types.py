@@ -865,6 +865,30 @@ class FiguresKept(TypedDict):
     kept: Literal[True]
 
 
+class FirmwareFile(TypedDict):
+    """A file that is handed out."""
+
+    # The board; null: it is of none.
+    board: str | None
+    # Its length.
+    bytes: int
+    # Its name.
+    name: str
+    # What it is for.
+    purpose: Purpose
+
+
+class FirmwareFiles(TypedDict):
+    """All that is handed out."""
+
+    # Whether the boot loaders take updates signed with the development key, whose secret everybody has; null: not known.
+    development_key: bool | None
+    # Board by board.
+    files: list[FirmwareFile]
+    # Where on the tracker's machine they lie.
+    folder: str
+
+
 class Floor(TypedDict):
     """A floor of pressure panels."""
 
@@ -1515,6 +1539,10 @@ class Proposal(TypedDict):
     wall: list[Wall]
     # Rooms, as zones whose people are counted.
     zone: list[Zone]
+
+
+# What a file is for.
+Purpose = Literal["drive", "debugger", "program", "udev", "sums"]
 
 
 class Reader(TypedDict):

@@ -69,6 +69,7 @@ impl Together {
         let publisher = mqtt.map(publish).transpose()?;
         let serve = |map: Map| {
             let context = ServerContext {
+                firmware: map.firmware.clone(),
                 access: map.access.clone(),
                 names: map.names.clone(),
                 alarms,

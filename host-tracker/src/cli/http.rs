@@ -14,6 +14,7 @@ use host_tracker::access::{Access, FIRST, first_admin};
 use host_tracker::certificate::Certificate;
 use host_tracker::daemon::{DaemonError, Map, is_reached};
 use host_tracker::doctor::gather::MapPlace;
+use host_tracker::firmware::folder::{self, FirmwareFolder};
 use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;
@@ -37,6 +38,10 @@ pub(super) struct HttpArguments {
     /// address that a connection reaches are allowed without
     #[arg(long, value_name = "NAME", requires = "http")]
     http_name: Vec<String>,
+
+    /// Firmware that the map hands out for new boards
+    #[arg(long, value_name = "FOLDER", requires = "http", default_value = folder::USUAL)]
+    firmware: PathBuf,
 
     /// If nobody may log in yet, add the user admin, and say its password once in the log
     #[arg(long)]
@@ -117,7 +122,8 @@ impl HttpArguments {
         let access = self.access(site)?;
         let Some(listen) = served.map.clone() else { return Ok(None) };
         let (doors, names) = (served.doors.clone(), self.http_name.clone());
-        Ok(Some(Map { listen, doors, names, access, insecure: self.insecure }))
+        let firmware = FirmwareFolder::at(&self.firmware);
+        Ok(Some(Map { listen, doors, names, firmware, access, insecure: self.insecure }))
     }
 
     /// Who may do what; the first of them, if one is to be made.

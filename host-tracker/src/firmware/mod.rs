@@ -5,9 +5,10 @@
 //! ```
 //!
 //! The signature is Ed25519, by a maker whose public key is in the boot loader of the modules. `update` is how such an
-//! image is brought to modules, one after the other.
+//! image is brought to modules, one after the other; `folder` is what lies on this machine for new boards.
 
 mod flatten;
+pub mod folder;
 pub mod update;
 
 use std::fs;

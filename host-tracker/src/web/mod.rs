@@ -9,6 +9,7 @@
 //!                                         /api/state     the newest frame
 //!                                         /metrics       the same for Prometheus
 //!   poses by walking ◀──────────────────▶ /api/calibration
+//!   firmware files ─────────────────────▶ /api/firmware, /api/firmware/NAME
 //!   picture ◀───────────────────────────▶ /api/picture, /api/picture/place
 //!   measured walls, rooms ──────────────▶ /api/survey
 //!   site file ◀─ checked, saved ◀──────── /api/site      GET, PUT
@@ -46,6 +47,7 @@
 //! | `explain` | why a figure is what it is |
 //! | `sign` | cards and tags that were read, and where an ID is |
 //! | `calibration` | poses found by walking |
+//! | `firmware` | firmware for new boards, handed out |
 //! | `picture` | a picture of the place under the map |
 //! | `survey` | the plan that modules have measured |
 //! | `page/` | the page itself |
@@ -64,6 +66,7 @@ mod editors;
 mod exits;
 mod explain;
 mod feed;
+mod firmware;
 pub mod guard;
 mod heat;
 mod limits;

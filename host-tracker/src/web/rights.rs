@@ -36,9 +36,24 @@ pub fn needed(method: &Method, route: Option<&str>, input: Option<Input>) -> Opt
         // As little as the page's files: they are the same for all.
         ("/api/openapi.json" | "/api/asyncapi.json", true) => Free,
         (
-            "/ws" | "/api/site" | "/api/state" | "/api/history" | "/api/overview" | "/api/past"
-            | "/api/figures" | "/api/where" | "/api/explain" | "/api/heat" | "/api/coverage"
-            | "/api/calibration" | "/api/alarms" | "/metrics" | "/api/picture" | "/api/picture/place",
+            "/ws"
+            | "/api/site"
+            | "/api/state"
+            | "/api/history"
+            | "/api/overview"
+            | "/api/past"
+            | "/api/figures"
+            | "/api/where"
+            | "/api/explain"
+            | "/api/heat"
+            | "/api/coverage"
+            | "/api/calibration"
+            | "/api/alarms"
+            | "/metrics"
+            | "/api/picture"
+            | "/api/picture/place"
+            | "/api/firmware"
+            | "/api/firmware/{name}",
             true,
         ) => Needs(Action::Look),
         ("/api/door" | "/api/door/{name}", true) => Needs(Action::LookAtDoor),

@@ -24,8 +24,8 @@ use super::listener::{Ends, Line};
 use super::rights::{Needed, is_taken_in_clear, needed};
 use super::shared::Shared;
 use super::{
-    alarms, calibration, coverage, documents, door, explain, guard, heat, module, page, past, picture,
-    session, sign, site, socket, survey,
+    alarms, calibration, coverage, documents, door, explain, firmware, guard, heat, module, page, past,
+    picture, session, sign, site, socket, survey,
 };
 use crate::access::Who;
 use crate::connections::Cause;
@@ -61,6 +61,8 @@ pub fn map(doors_at: Option<String>) -> Router<Arc<Shared>> {
         .route("/api/calibration", get(calibration::show).post(calibration::change))
         .route("/api/picture/place", get(picture::place).put(picture::lay))
         .route("/api/picture", kept_picture())
+        .route("/api/firmware", get(firmware::list))
+        .route("/api/firmware/{name}", get(firmware::file))
         .route("/api/survey", get(survey::show))
         .route("/api/module/{name}", get(module::show))
         .route("/api/module/{name}/things", get(module::seen))

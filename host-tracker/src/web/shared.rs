@@ -23,6 +23,7 @@ use crate::alarm_handle::AlarmHandle;
 use crate::calibration::Calibration;
 use crate::connections::{Cause, Connections};
 use crate::doors::DoorHandle;
+use crate::firmware::folder::FirmwareFolder;
 use crate::module::kept::KeptClients;
 use crate::questions::Questions;
 use crate::reports::Reports;
@@ -54,6 +55,8 @@ pub struct ServerContext {
     pub database: Option<PathBuf>,
     /// The file of the keys of the site's modules; it may not be there.
     pub keys: Option<PathBuf>,
+    /// Where firmware for new boards lies.
+    pub firmware: FirmwareFolder,
     /// Who may do what.
     pub access: Access,
     /// Names under which a browser may ask for this machine, beside its addresses and its own name.
@@ -86,6 +89,7 @@ impl ServerContext {
             accepted: Box::new(|_| {}),
             database: None,
             keys: None,
+            firmware: FirmwareFolder::default(),
             access: Access::open(),
             names: Vec::new(),
             doors: None,

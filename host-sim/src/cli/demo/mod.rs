@@ -25,6 +25,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use host_tracker::access::Access;
 use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
+use host_tracker::firmware::folder::FirmwareFolder;
 use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -189,6 +190,7 @@ fn map(arguments: &Arguments, stage: &Stage) -> Option<Map> {
         listen: listen.into(),
         doors: None,
         names,
+        firmware: FirmwareFolder::default(),
         access: Access::open(),
         insecure: true,
     };

@@ -15,6 +15,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde_json::Value;
 
 use super::{Body, Operation, Query, number, word};
+use crate::firmware::folder::FirmwareFiles;
 use crate::module::absorb::{Absorbed, Seen as Thing};
 use crate::picture::Place;
 use crate::schema::collect::of;
@@ -120,6 +121,14 @@ pub fn operations() -> Vec<Operation> {
         Operation::get::<Explained>("/api/explain", "explain", "Why a figure is what it is: one of these.")
             .asks(&[ZONE, LINE, PERSON, ALARM])
             .refuses(&[400, 404, 503]),
+        Operation::get::<FirmwareFiles>(
+            "/api/firmware",
+            "firmware",
+            "Which firmware there is for new boards.",
+        )
+        .refuses(&[500]),
+        text("/api/firmware/{name}", "firmwareFile", "A file of it.", "application/octet-stream")
+            .refuses(&[404, 500]),
         Operation::get::<Proposal>(
             "/api/survey",
             "survey",

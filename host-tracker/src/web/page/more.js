@@ -1,4 +1,4 @@
-// What the map leads to: the report, the handover page; and where people were within the last day, as a layer.
+// What the map leads to: the report, the handover page, firmware; and where people were within the last day, as a layer.
 
 import { drawHeat, square } from "./heat.js";
 import { ask } from "./net.js";
@@ -31,6 +31,7 @@ export class More {
         { className: "row" },
         html("a", { className: "button", href: "/report" }, say("more.report")),
         html("a", { className: "button", href: "/handover" }, say("more.handover")),
+        html("a", { className: "button", href: "/firmware" }, say("more.firmware")),
         this.toggle,
       ),
       this.words,

@@ -133,6 +133,7 @@ export class Tray {
     this.title = html("h2", {});
     this.more = html("p", {});
     this.list = html("ul", {});
+    this.firmware = html("a", { className: "button", href: "/firmware" }, say("tray.firmware"));
     this.error = html("p", { className: "error", role: "alert", hidden: true });
     this.button = html("button", {
       id: "next",
@@ -140,7 +141,13 @@ export class Tray {
       className: "button main",
       onclick: () => this.next(),
     });
-    root.append(this.title, this.more, this.button, this.error, this.list);
+    root.append(
+      this.title,
+      this.more,
+      html("div", { className: "row" }, this.button, this.firmware),
+      this.error,
+      this.list,
+    );
   }
 
   /** Shows what waits, by the site and the modules of a frame; `known`: whether they are of now. */
@@ -156,6 +163,7 @@ export class Tray {
     put(this.button, next?.button ?? "");
     const now = this.root.dataset.stage = stage(site, lines);
     this.button.hidden = !next || !(now === STAGE.UNLEARNED ? mayAskModules() : mayChangeSite());
+    this.firmware.hidden = now !== STAGE.ALONE;
     const names = [...waits, ...found];
     for (const [name, card] of this.cards) {
       if (names.includes(name)) continue;

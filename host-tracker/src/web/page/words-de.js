@@ -3,6 +3,7 @@
 export default {
   "page.map": "kehai · Livekarte",
   "page.report": "kehai · Bericht",
+  "page.firmware": "kehai · Firmware",
   "page.handover": "kehai · Übergabe",
   "page.login": "kehai · Anmelden",
   "page.door": "kehai · Tür",
@@ -371,6 +372,7 @@ export default {
     other: "Aufgenommen: {range} entfernt, von {n} Strahlen gesehen. Neu einlernen macht es rückgängig.",
   },
   "tray.label": "Nächster Schritt",
+  "tray.firmware": "Firmware für eine neue Platine",
   "next.switch-on": "Ein Modul einschalten",
   "next.switch-on-more":
     "In diesem Netz ist noch keines gefunden. Es erscheint hier von selbst, einige Sekunden nachdem es Strom hat.",
@@ -756,12 +758,32 @@ export default {
   "more.title": "Berichte",
   "more.report": "Bericht",
   "more.handover": "Übergabe",
+  "more.firmware": "Firmware",
   "more.heat": "Wo heute Personen waren",
   "more.heat-words":
     "Die letzten 24 Stunden. Wärmste Stelle: {most} in {cell}; schraffiert: Niemand sah hin.",
   "more.heat-hidden":
     "Die letzten 24 Stunden. Wärmste Stelle: {most} in {cell}; schraffiert: Niemand sah hin; {hidden} lang war jemand verdeckt.",
   "report.not-kept": "Nichts wird aufbewahrt: Tracker mit --db DATEI starten.",
+  "purpose.drive": "auf die Platine zu ziehen",
+  "purpose.debugger": "für einen Debugger",
+  "purpose.program": "für Updates und Protokolle",
+  "purpose.udev": "für Linux: wer den Debugger benutzen darf, nach /etc/udev/rules.d",
+  "purpose.sums": "die Prüfsummen aller Dateien",
+  "firmware.title": "Firmware für neue Platinen",
+  "firmware.once": "Eine neue Platine bekommt sie einmal, über USB. Spätere Versionen kommen über das Netz.",
+  "firmware.development":
+    "Die Bootloader nehmen Updates, die mit dem Entwicklungsschlüssel unterschrieben sind; sein Geheimnis haben alle. Vor dem Einsatz für eigene Hersteller bauen.",
+  "firmware.none":
+    "In {folder} liegt keine Firmware. Das Paket des Trackers bringt sie mit; aus dem Quelltext macht sie packaging/firmware.sh.",
+  "firmware.size": "{n} kB",
+  "firmware.boot":
+    "BOOTSEL halten, die Platine mit USB verbinden, loslassen: Ein Laufwerk namens RP2350 erscheint.",
+  "firmware.drag": "Die Datei darauf kopieren. Das Laufwerk verschwindet, die Platine startet.",
+  "firmware.cable": "Die USB-Buchse des Debuggers der Platine mit einem PC verbinden.",
+  "firmware.write": "Die Datei schreiben:",
+  "firmware.appears": "Das Netzwerkkabel anschließen: Das Modul erscheint von selbst auf der Karte.",
+  "firmware.others": "Für alle Platinen",
   "report.title": "Bericht",
   "report.unknown": "unbekannt",
   "report.lines": "Zähllinien",

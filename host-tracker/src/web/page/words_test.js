@@ -25,6 +25,7 @@ const SETS = {
   verdict: ["Verdict"],
   life: ["Life"],
   hides: ["Why"],
+  purpose: ["Purpose"],
   advice: ["CalibrationAdvice"],
   refused: ["CalibrationRefusal"],
   grade: ["CalibrationGrade"],
@@ -34,6 +35,7 @@ const SETS = {
 const NO_WORDS = new Set([
   "kehai",
   "Content-Type",
+  "probe-rs download ${chip} --binary-format hex ${file(PURPOSE.DEBUGGER)}\\nprobe-rs reset ${chip}",
   "Bearer ${token}",
   "PUT",
   "POST",
