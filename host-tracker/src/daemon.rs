@@ -21,10 +21,9 @@ use tokio::sync::watch;
 
 use crate::access::Access;
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
-use crate::areas::AreaSettings;
 use crate::firmware::folder::FirmwareFolder;
+use crate::links::{LinkSettings, Links, LinksError};
 use crate::mqtt::{self, Broker, Publisher, Topics};
-use crate::ros2::Ros2Settings;
 use crate::service::{Options, Service};
 use crate::site_file::{SaveError, SiteFile};
 use crate::store::card::CardKey;
@@ -68,10 +67,8 @@ pub struct Settings {
     pub keys: Option<PathBuf>,
     /// What becomes of devices without a key once others have one.
     pub clear: Clear,
-    /// The area of a large site that this tracker follows.
-    pub area: Option<AreaSettings>,
-    /// The domain of ROS 2 in which people are published.
-    pub ros2: Option<Ros2Settings>,
+    /// Who else is told.
+    pub links: LinkSettings,
 }
 
 /// Where what happens is kept.
@@ -127,10 +124,9 @@ pub enum DaemonError {
     /// Everybody on the network could do everything.
     #[error("{0} is for the whole network, and nobody has been added who may log in")]
     Open(SocketAddr),
-    /// Zenoh.
-    #[cfg(feature = "zenoh")]
+    /// Somebody else who is told.
     #[error(transparent)]
-    Zenoh(#[from] crate::areas::LinkError),
+    Links(#[from] LinksError),
     /// The live map.
     #[error("the live map cannot be at {places}: {error}")]
     Map {
@@ -158,10 +154,7 @@ pub struct Daemon {
     // In the order in which they end.
     map: Option<Server>,
     publisher: Option<Publisher>,
-    #[cfg(feature = "zenoh")]
-    area: Option<crate::areas::Area>,
-    #[cfg(feature = "zenoh")]
-    ros2: Option<crate::ros2::Ros2>,
+    links: Links,
     webhook: Option<Webhook>,
     snapshots: Receiver<Arc<Snapshot>>,
     outputs: Receiver<Output>,
@@ -191,11 +184,8 @@ impl Daemon {
             card_key,
             keys,
             clear,
-            area,
-            ros2,
+            links,
         } = settings;
-        #[cfg(not(feature = "zenoh"))]
-        let _ = (area, ros2);
         is_closed(map.as_ref())?;
         let site = file.current().site;
         let now_ms = unix_ms();
@@ -252,41 +242,9 @@ impl Daemon {
         let tell = |target| Webhook::start(target, name, service.listed(), service.alarms());
         let webhook = webhook.map(tell).transpose()?;
         let site = service.site();
-        #[cfg(feature = "zenoh")]
-        let area = area
-            .map(|area| {
-                crate::areas::Area::start(area, service.queue(), service.site(), service.alarms(), say)
-            })
-            .transpose()?;
-        #[cfg(feature = "zenoh")]
-        let ros2 = ros2
-            .map(|settings| {
-                let inputs = crate::ros2::Inputs {
-                    snapshots: service.queue(),
-                    site: service.site(),
-                    scans: service.scans(),
-                    alarms: service.alarms(),
-                };
-                crate::ros2::Ros2::start(&settings, inputs, say)
-            })
-            .transpose()?;
+        let links = Links::start(links, &service, say)?;
         let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
-        Ok(Self {
-            map,
-            publisher,
-            #[cfg(feature = "zenoh")]
-            area,
-            #[cfg(feature = "zenoh")]
-            ros2,
-            webhook,
-            snapshots,
-            outputs,
-            changes,
-            site,
-            file,
-            service,
-            store,
-        })
+        Ok(Self { map, publisher, links, webhook, snapshots, outputs, changes, site, file, service, store })
     }
 
     /// Uses the site's file as it is now; true if it was changed by hand since it was last read or written.
@@ -366,18 +324,21 @@ impl Daemon {
         self.map.as_ref().map(Server::door_address)
     }
 
+    /// Where viewers such as Foxglove are served, if they are.
+    #[must_use]
+    pub fn viewers_address(&self) -> Option<SocketAddr> {
+        self.links.viewers()
+    }
+
     /// Ends it, and says how the database was last.
     ///
     /// # Errors
     /// The tracker's socket has failed.
     pub fn stop(self) -> io::Result<Option<StoreState>> {
-        #[cfg(feature = "zenoh")]
-        let zenoh = (self.area, self.ros2);
-        let Self { map, publisher, webhook, service, store, .. } = self;
+        let Self { map, publisher, links, webhook, service, store, .. } = self;
         drop(map);
         drop((publisher, webhook));
-        #[cfg(feature = "zenoh")]
-        drop(zenoh);
+        drop(links);
         service.stop()?;
         Ok(store.map(|store| store.state()))
     }

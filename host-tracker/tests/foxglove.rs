@@ -1,21 +1,27 @@
-//! What a recording shows in Foxglove and Lichtblick: as their schemas say, and without any effect on what is replayed.
+//! What Foxglove and Lichtblick show, in a recording and live: as their schemas say, and without any effect on what is replayed.
 //!
 //! ```text
 //!   recording ─┬─ tests/foxglove.py, Foxglove's own schemas and classes ─▶ every message is one of theirs
 //!              └─ without the derived channels, or with misleading ones ─▶ replay: the same
+//!   kehai-tracker run --foxglove ─ WebSocket ─▶ a viewer of our own ─▶ a recording of what it was shown ─▶ tests/foxglove.py
 //! ```
 #![allow(missing_docs, reason = "a test program")]
 
+mod described;
+mod hall;
 mod recorded;
+mod viewer;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use hall::{Hall, Tracker};
 use host_tracker::record::replay::{Outcome, replay};
 use kehai_tracking::tracker::Selected;
 use recorded::{Temporary, record};
 use serde_json::Value;
+use viewer::{Shown, Viewer};
 
 fn followed_again(file: &Path) -> (Outcome, Vec<String>) {
     let mut lines = Vec::new();
@@ -113,4 +119,69 @@ fn every_message_is_as_foxglove_and_its_own_schema_say() {
     assert!(
         said["beams"]["unknown"].as_u64().unwrap() > 0 && said["beams"]["known"].as_u64().unwrap() > 10_000
     );
+}
+
+/// Who is where in a message of /people: the number, x, y.
+fn places(shown: &Shown) -> Vec<(String, f64, f64)> {
+    let update: Value = serde_json::from_slice(&shown.bytes).unwrap();
+    let place = |entity: &Value| {
+        let at = &entity["cylinders"][0]["pose"]["position"];
+        (entity["id"].as_str().unwrap().to_owned(), at["x"].as_f64().unwrap(), at["y"].as_f64().unwrap())
+    };
+    update["entities"].as_array().unwrap().iter().map(place).collect()
+}
+
+#[cfg(feature = "foxglove")]
+#[test]
+fn a_viewer_is_shown_everything_live_and_scans_only_if_it_wants_them() {
+    let Some((mut python, schemas)) = judge() else { return };
+    let hall = Hall::new(4);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+    command.args(hall.arguments(&hall.database)).args(["--foxglove", "0"]);
+    let tracker = Tracker::start(command);
+    let address = tracker.says("Foxglove and Lichtblick are served at ws://");
+    let always = ["/tf", "/map", "/people", "/log"];
+    let scans = ["/scan/south", "/scan/east", "/scan/north"];
+    let mut viewer = Viewer::open(&address, &[&always[..], &scans].concat());
+    always.iter().for_each(|topic| viewer.subscribe(topic));
+    let mut all: Vec<Shown> = Vec::new();
+    let four = |all: &[Shown]| {
+        all.iter().filter(|shown| shown.topic == "/people" && places(shown).len() == 4).count()
+    };
+    while four(&all) < 30 {
+        all.push(viewer.shown());
+    }
+    assert!(!all.iter().any(|shown| shown.topic.starts_with("/scan")), "no scan was wanted");
+    // Those who come late are told where the modules are, too.
+    for topic in ["/tf", "/map"] {
+        assert!(all.iter().any(|shown| shown.topic == topic), "{topic}");
+    }
+    viewer.subscribe("/scan/east");
+    while all.iter().filter(|shown| shown.topic == "/scan/east").count() < 20 {
+        all.push(viewer.shown());
+    }
+    // Without modules alarms begin.
+    drop(hall.building);
+    while !all.iter().any(|shown| shown.topic == "/log") {
+        all.push(viewer.shown());
+    }
+
+    let file = Temporary::new("live");
+    viewer.keep(&all, &file.0);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/foxglove.py");
+    let output = python.arg(script).arg(&file.0).arg(schemas).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+    println!("{said}");
+    assert!(said["beams"]["known"].as_u64().unwrap() > 5_000, "{said}");
+
+    // What is shown is what the tracker says, to the last bit.
+    let lines: Vec<Vec<(String, f64, f64)>> = tracker
+        .kill()
+        .iter()
+        .map(|line| line.tracks.iter().map(|track| (track.id.to_string(), track.x, track.y)).collect())
+        .collect();
+    let people: Vec<_> = all.iter().filter(|shown| shown.topic == "/people").map(places).collect();
+    let unknown = people.iter().filter(|shown| !lines.contains(shown)).count();
+    assert_eq!(unknown, 0, "of {} updates are of no line", people.len());
 }

@@ -13,6 +13,7 @@ use tokio::sync::watch;
 
 use super::{Campus, CampusSettings};
 use crate::daemon::{DaemonError, Map, Mqtt, is_closed, listen, map_url};
+use crate::links::LinksError;
 use crate::mqtt::{self, Publisher};
 use crate::site_file::SiteFile;
 use crate::tracker_alarms::TrackerAlarms;
@@ -50,7 +51,8 @@ impl Together {
         let TogetherSettings { campus, path, map, mqtt } = settings;
         is_closed(map.as_ref())?;
         let (file, alarms) = (SiteFile::together(&path), TrackerAlarms::default());
-        let (campus, pictures) = Campus::start(campus, file.clone(), alarms.clone(), say)?;
+        let campus = Campus::start(campus, file.clone(), alarms.clone(), say);
+        let (campus, pictures) = campus.map_err(LinksError::from)?;
         let publish = |Mqtt { broker, trust, topics, commands: _ }| {
             let settings = mqtt::Settings {
                 broker,

@@ -37,11 +37,6 @@ pub(super) struct NetworkArguments {
 }
 
 impl ZenohArguments {
-    /// Whether ROS 2 is told.
-    pub(super) const fn is_ros2(&self) -> bool {
-        self.ros2
-    }
-
     pub(super) fn settings(self) -> (Option<AreaSettings>, Option<Ros2Settings>) {
         let network = self.network.network();
         let domain = self.ros2_domain;

@@ -13,6 +13,7 @@ use host_tracker::backup;
 use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
+use host_tracker::links::LinkSettings;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use host_tracker::webhook::Target;
@@ -99,6 +100,11 @@ pub struct Arguments {
     #[command(flatten)]
     zenoh: ZenohArguments,
 
+    /// Show everything live to Foxglove or Lichtblick on this machine: open a connection to ws://localhost:PORT [default: 8765]
+    #[cfg(feature = "foxglove")]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "8765")]
+    foxglove: Option<u16>,
+
     /// Stop after so long
     #[arg(long, value_name = "N")]
     seconds: Option<u64>,
@@ -113,6 +119,7 @@ const EXAMPLES: &str = "Examples:
   kehai-tracker run --site door.toml --db door.db --keep-days 30
   kehai-tracker run --site east.toml --area campus/east  one of the areas that kehai-tracker site puts together
   kehai-tracker run --site door.toml --ros2              people for ROS 2, over rmw_zenoh
+  kehai-tracker run --site door.toml --foxglove          everything live in Foxglove, at ws://localhost:8765
   kehai-tracker run --site door.toml --no-mdns --module 127.0.0.1:4040 --tracks-out tracks.jsonl --seconds 60";
 
 /// The site if none is named.
@@ -164,11 +171,17 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
+    #[cfg(feature = "foxglove")]
+    let foxglove = arguments.foxglove;
+    #[cfg(not(feature = "foxglove"))]
+    let foxglove = None;
     #[cfg(feature = "zenoh")]
-    let is_ros2 = arguments.zenoh.is_ros2();
+    let (area, ros2) = arguments.zenoh.settings();
     #[cfg(not(feature = "zenoh"))]
-    let is_ros2 = false;
-    let silent = is_ros2
+    let (area, ros2) = (None, None);
+    let links = LinkSettings { area, ros2, foxglove };
+    let silent = links.ros2.is_some()
+        || links.foxglove.is_some()
         || arguments.mqtt.is_given()
         || arguments.db.is_some()
         || arguments.record.is_some()
@@ -197,10 +210,6 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     if key_file::load(&keys_file)?.is_none() && arguments.keys.is_some() {
         return Err(format!("{}: there is no such file", keys_file.display()).into());
     }
-    #[cfg(feature = "zenoh")]
-    let (area, ros2) = arguments.zenoh.settings();
-    #[cfg(not(feature = "zenoh"))]
-    let (area, ros2) = (None, None);
     let settings = Settings {
         site,
         modules,
@@ -214,12 +223,14 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         card_key,
         keys: Some(keys_file),
         clear: if arguments.also_in_clear { Clear::Believed } else { Clear::Listed },
-        area,
-        ros2,
+        links,
     };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
         .map_err(|error| advised(error, &site_path))?;
     served.say(daemon.map_address(), daemon.door_address());
+    if let Some(address) = daemon.viewers_address() {
+        tracing::info!("Foxglove and Lichtblick are served at ws://{address}");
+    }
     if is_new {
         let file = site_path.display();
         tracing::info!(

@@ -10,13 +10,13 @@
 //!
 //! The first message is a site, and its time is the beginning of the tracker's clock. Messages are in the order in
 //! which the tracker took and gave them. A file that was cut off is good up to its last chunk, a second. A disk that is
-//! full is tried again each second. Beside these there is what Foxglove shows, derived from them: `view`.
+//! full is tried again each second. Beside these there is what Foxglove shows, derived from them: `derived`.
 //!
 //! Format: <https://mcap.dev/spec>.
 
+mod derived;
 mod format;
 pub mod replay;
-mod view;
 mod writer;
 
 use std::collections::BTreeMap;

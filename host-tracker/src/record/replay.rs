@@ -17,8 +17,8 @@ use mcap::io::MessageReader;
 use mcap::sans_io::LinearReaderOptions;
 use sha2::{Digest, Sha256};
 
+use super::derived::DERIVED;
 use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Lost, RecordError, SITE, Told};
-use super::view::DERIVED;
 use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site_tracker::SiteTracker;

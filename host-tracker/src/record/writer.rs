@@ -18,8 +18,9 @@ use mcap::write::NoSeek;
 use parking_lot::Mutex;
 use serde::Serialize;
 
+use super::derived;
 use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Losses, Lost, Message, SITE, Told};
-use super::view;
+use crate::viewer;
 use kehai_tracking::jsonl::TracksLine;
 
 /// Bytes that are not in the file yet. Clones are the same bytes.
@@ -63,7 +64,7 @@ struct Channels {
     elsewhere: u16,
     lines: u16,
     lost: u16,
-    view: view::Channels,
+    derived: derived::Channels,
 }
 
 /// A file that is being written.
@@ -97,13 +98,13 @@ impl<Out: Write> Writer<Out> {
             let schema = mcap.add_schema(name, "jsonschema", &schema)?;
             mcap.add_channel(schema, topic, "json", &none)
         };
-        let site = json(SITE, "kehai.Told", view::schema_of::<Told>())?;
-        let lines = json(LINES, "kehai.TracksLine", view::schema_of::<TracksLine>())?;
-        let lost_channel = json(LOST, "kehai.Lost", view::schema_of::<Lost>())?;
+        let site = json(SITE, "kehai.Told", viewer::schema_of::<Told>())?;
+        let lines = json(LINES, "kehai.TracksLine", viewer::schema_of::<TracksLine>())?;
+        let lost_channel = json(LOST, "kehai.Lost", viewer::schema_of::<Lost>())?;
         let datagrams = mcap.add_channel(0, DATAGRAMS, "kehai", &none)?;
         let elsewhere = mcap.add_channel(0, ELSEWHERE, "kehai", &none)?;
-        let view = view::Channels::add(&mut mcap)?;
-        let channels = Channels { site, datagrams, elsewhere, lines, lost: lost_channel, view };
+        let derived = derived::Channels::add(&mut mcap)?;
+        let channels = Channels { site, datagrams, elsewhere, lines, lost: lost_channel, derived };
         Ok(Self {
             mcap,
             pending,
@@ -131,11 +132,11 @@ impl<Out: Write> Writer<Out> {
             Message::Elsewhere(at_us, device) => self.message(self.channels.elsewhere, at_us, &device.0)?,
             Message::Line(at_us, line) => self.line(at_us, &line)?,
             Message::Scan(at_us, scan) => {
-                let channel = self.channels.view.scan(&mut self.mcap, &scan.module)?;
-                self.message(channel, at_us, &view::scan(&scan, self.begun_ns))?;
+                let channel = self.channels.derived.scan(&mut self.mcap, &scan.module)?;
+                self.message(channel, at_us, &viewer::scan(&scan, self.begun_ns))?;
             }
             Message::Alarm(at_us, change) => {
-                self.json(self.channels.view.log, at_us, &view::log(&change, self.unix_ns(at_us)))?;
+                self.json(self.channels.derived.log, at_us, &viewer::log(&change, self.unix_ns(at_us)))?;
             }
         }
         Ok(())
@@ -186,13 +187,13 @@ impl<Out: Write> Writer<Out> {
     fn told(&mut self, at_us: u64, told: &Told) -> Result<(), Cause> {
         let at_ns = self.unix_ns(at_us);
         self.json(self.channels.site, at_us, told)?;
-        self.json(self.channels.view.transforms, at_us, &view::transforms(&told.site, at_ns))?;
-        self.json(self.channels.view.map, at_us, &view::map(&told.site, at_ns))
+        self.json(self.channels.derived.transforms, at_us, &viewer::transforms(&told.site, at_ns))?;
+        self.json(self.channels.derived.map, at_us, &viewer::map(&told.site, at_ns))
     }
 
     fn line(&mut self, at_us: u64, line: &TracksLine) -> Result<(), Cause> {
         self.json(self.channels.lines, at_us, line)?;
-        self.json(self.channels.view.people, at_us, &view::people(line, self.unix_ns(at_us)))
+        self.json(self.channels.derived.people, at_us, &viewer::people(line, self.unix_ns(at_us)))
     }
 
     /// A time of the tracker's clock, ns since 1970.

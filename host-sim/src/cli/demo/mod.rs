@@ -26,6 +26,7 @@ use clap::Args;
 use host_tracker::access::Access;
 use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
 use host_tracker::firmware::folder::FirmwareFolder;
+use host_tracker::links::LinkSettings;
 use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -133,8 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         card_key: key.clone(),
         keys: None,
         clear: Clear::default(),
-        area: None,
-        ros2: None,
+        links: LinkSettings::default(),
     };
     let mut daemon = Daemon::start(settings, |text| println!("{text}"))?;
     if let Some(address) = daemon.map_address().filter(|_| !arguments.headless) {
