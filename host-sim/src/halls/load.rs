@@ -8,7 +8,7 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use kehai_tracking::areas::{AreaFrame, AreaName, Campus};
+use kehai_tracking::areas::{AreaFrame, AreaName, Campus, packed};
 use kehai_tracking::jsonl::{TrackLine, TracksLine};
 use kehai_tracking::site::{Site, Zone};
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
@@ -39,7 +39,7 @@ pub struct Size {
 /// What it costs.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
-    /// Of a frame of one area, bytes.
+    /// Of a frame of one area, in the mean, bytes.
     pub frame_bytes: usize,
     /// To read a frame, in the mean.
     pub read: Duration,
@@ -128,14 +128,14 @@ pub fn measure(size: &Size) -> Result<Load, Box<dyn Error>> {
         let now_us = number * EVERY_US;
         let is_measured = number > before;
         for (area, name) in names.iter().enumerate() {
-            let text = serde_json::to_vec(&frame(size, area, &mut stream)?)?;
+            let text = serde_json::to_vec(&packed(&frame(size, area, &mut stream)?, number))?;
             let begun = Instant::now();
             let frame: Snapshot = serde_json::from_slice(&text)?;
             campus.hear(name, AreaFrame { epoch: 1, number, frame }, now_us);
             if is_measured {
                 load.read += begun.elapsed();
+                load.frame_bytes += text.len();
             }
-            load.frame_bytes = text.len();
         }
         let begun = Instant::now();
         let picture = campus.picture(&site, now_us, 0);
@@ -144,6 +144,7 @@ pub fn measure(size: &Size) -> Result<Load, Box<dyn Error>> {
         }
         load.people = picture.line.tracks.len();
     }
+    load.frame_bytes /= PICTURES as usize * size.areas;
     load.read /= u32::try_from(PICTURES as usize * size.areas)?;
     load.picture /= u32::try_from(PICTURES)?;
     Ok(load)

@@ -22,6 +22,7 @@ use super::{AreaPlace, AreaSettings, LinkError, Said, SiteSaid};
 use crate::site_file;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
+use kehai_tracking::areas::packed;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
@@ -95,7 +96,8 @@ fn publish(
             site_revision = revision(&changed.borrow_and_update());
         }
         number += 1;
-        let said = serde_json::to_vec(&Said { site_revision, epoch, number, frame: Cow::Borrowed(&frame) });
+        let frame = Cow::Owned(packed(&frame, number));
+        let said = serde_json::to_vec(&Said { site_revision, epoch, number, frame });
         publisher.put(said.map_err(|error| error.to_string())?).wait()?;
     }
     Ok(())

@@ -8,9 +8,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::fields::Fields;
 use super::grounds::Grounds;
 use super::persons::{Heard, Key, Persons};
-use super::{AreaFrame, AreaName, prefix};
+use super::{AreaFrame, AreaName, SILENT_US, prefix};
 use crate::alarm::{AlarmKind, Cause, Severity};
 use crate::alarm_list::{About, ListedAlarm};
 use crate::names::{Likelihood, NameLine};
@@ -18,10 +19,6 @@ use crate::occupancy::{Total, ZoneKnown};
 use crate::site::Site;
 use crate::snapshot::Snapshot;
 use crate::total::total;
-
-/// An area of which no frame was heard for so long is not heard, µs: twenty frames, so that a network that loses a third of them
-/// never loses so many in a row, and less than the three seconds that frames hold elsewhere.
-pub const SILENT_US: u64 = 2_000_000;
 
 /// Of a name nothing is kept longer than trackers keep it, µs: an hour.
 const NAMED_US: u64 = 3_600_000_000;
@@ -34,6 +31,7 @@ const READ_ANEW_US: u64 = 500_000;
 struct Area {
     site: Option<Site>,
     last: Option<AreaFrame>,
+    fields: Fields,
     heard_us: u64,
     is_gone: bool,
     /// Since when it is not heard, ms since 1970.
@@ -98,12 +96,13 @@ impl Campus {
     }
 
     /// Takes what an area says; a frame that is older than the last one of the same start is left out.
-    pub fn hear(&mut self, name: &AreaName, frame: AreaFrame, now_us: u64) {
+    pub fn hear(&mut self, name: &AreaName, mut frame: AreaFrame, now_us: u64) {
         let Some(area) = self.area(name) else { return };
         let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
         if area.last.as_ref().is_some_and(is_old) {
             return;
         }
+        area.fields.unpack(&mut frame, now_us);
         *area = Area { last: Some(frame), heard_us: now_us, is_gone: false, ..std::mem::take(area) };
     }
 
