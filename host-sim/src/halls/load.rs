@@ -109,15 +109,7 @@ pub fn measure(size: &Size) -> Result<Load, Box<dyn Error>> {
     for (area, name) in names.iter().enumerate() {
         let (from, to, far) = (area as f64 * HALL_M, (area + 1) as f64 * HALL_M, HALL_M * size.people as f64);
         let polygon = vec![[from, -1.0], [to, -1.0], [to, far], [from, far]];
-        let zone = Zone {
-            name: "hall".into(),
-            polygon,
-            count: true,
-            secure: false,
-            enclosed: false,
-            people_max: None,
-            hold_s: None,
-        };
+        let zone = Zone::counted("hall".into(), polygon);
         campus.set_site(name, Site { zones: vec![zone], ..Site::default() });
     }
     let site = campus.site();

@@ -111,15 +111,7 @@ impl Halls {
         let zone = |(hall, name): (usize, &&str)| {
             let Point { x, y } = corner(hall);
             let polygon = vec![[x, y], [x + HALL_M, y], [x + HALL_M, y + HALL_M], [x, y + HALL_M]];
-            Zone {
-                name: (*name).into(),
-                polygon,
-                count: true,
-                secure: false,
-                enclosed: false,
-                people_max: None,
-                hold_s: None,
-            }
+            Zone::counted((*name).into(), polygon)
         };
         let zones = AREAS.iter().enumerate().map(zone).collect();
         Site { modules: self.modules(), walls, zones, ..Site::default() }

@@ -6,7 +6,7 @@ use super::world::{Random, SITE};
 
 fn zone(name: String, [x, y]: [f64; 2], size_m: f64, count: bool) -> Zone {
     let polygon = vec![[x, y], [x + size_m, y], [x + size_m, y + size_m], [x, y + size_m]];
-    Zone { name, polygon, count, secure: false, enclosed: false, people_max: None, hold_s: None }
+    Zone { count, ..Zone::counted(name, polygon) }
 }
 
 /// Changes the site, and says how.

@@ -286,6 +286,12 @@ pub struct Zone {
 }
 
 impl Zone {
+    /// One in which people are counted, with nothing else said of it.
+    #[must_use]
+    pub const fn counted(name: String, polygon: Vec<[f64; 2]>) -> Self {
+        Self { name, polygon, count: true, secure: false, enclosed: false, people_max: None, hold_s: None }
+    }
+
     /// Its polygon.
     #[must_use]
     pub fn corners(&self) -> Vec<Point> {

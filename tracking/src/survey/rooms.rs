@@ -84,15 +84,7 @@ pub(super) fn rooms(
         let name = unused("room", zones.iter().chain(&site.zones).map(|zone| zone.name.as_str()));
         let polygon = polygon(&rim, walls).into_iter().map(rounded).collect();
         named.insert(room, name.clone());
-        zones.push(Zone {
-            name,
-            polygon,
-            count: true,
-            secure: false,
-            enclosed: false,
-            people_max: None,
-            hold_s: None,
-        });
+        zones.push(Zone::counted(name, polygon));
     }
     let mut entries: Vec<Entry> = Vec::new();
     for (from, to) in doors {

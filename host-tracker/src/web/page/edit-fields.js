@@ -11,6 +11,7 @@ import { say } from "./words.js";
 const NAME_CHARACTERS = 64;
 /** Largest whole number of a site file: it has 32 bits. */
 const WHOLE_MOST = 2 ** 32 - 1;
+const whole = (value) => Math.min(Math.max(Math.round(value), 0), WHOLE_MOST);
 
 /** A field around its input; what is wrong with `key` is said under it. */
 function field(label, input, key, tick = false) {
@@ -67,7 +68,7 @@ export function fieldsOf(editor, part, change) {
     },
     /** A number of things, which the tracker reads as a whole one. */
     whole: (label, key) => {
-      const set = (value) => part[key] = Math.min(Math.max(Math.round(value), 0), WHOLE_MOST);
+      const set = (value) => part[key] = whole(value);
       return field(
         label,
         numeric(label, part[key], null, set, { id: `part-${key}`, min: 0, step: 1 }),
@@ -95,42 +96,24 @@ export function fieldsOf(editor, part, change) {
       const onchange = change((input) => set(input.value));
       return field(label, html("select", { id: `part-${key}`, onchange }, ...all), key);
     },
-    /** The most people of a zone; none, if nothing is written. */
-    most: () =>
+    /** A number that may be left out, for which `none` stands then; a number of things is taken as a whole one. */
+    optional: (label, key, none, ofThings) =>
       field(
-        say("field.people_max"),
+        label,
         html("input", {
           type: "number",
           min: 0,
-          step: 1,
-          value: part.people_max ?? "",
-          placeholder: say("field.no-limit"),
-          id: "part-people_max",
+          step: ofThings ? 1 : "any",
+          value: part[key] ?? "",
+          placeholder: none,
+          id: `part-${key}`,
           onchange: change((input) => {
-            const count = input.valueAsNumber;
-            if (Number.isInteger(count) && count >= 0) part.people_max = count;
-            else delete part.people_max;
+            if (Number.isFinite(input.valueAsNumber)) {
+              part[key] = ofThings ? whole(input.valueAsNumber) : input.valueAsNumber;
+            } else delete part[key];
           }),
         }),
-        "people_max",
-      ),
-    /** For how long a zone stays occupied; not at all, if nothing is written. */
-    hold: () =>
-      field(
-        say("field.hold_s"),
-        html("input", {
-          type: "number",
-          min: 0,
-          step: "any",
-          value: part.hold_s ?? "",
-          placeholder: say("field.no-hold"),
-          id: "part-hold_s",
-          onchange: change((input) => {
-            if (Number.isFinite(input.valueAsNumber)) part.hold_s = input.valueAsNumber;
-            else delete part.hold_s;
-          }),
-        }),
-        "hold_s",
+        key,
       ),
   };
 }

@@ -9,7 +9,7 @@ import { dateTime, list, say, tell, word } from "./words.js";
 
 /** The fields of a part of a kind; `change(does)` is a listener that lets `does(input)` change the part. */
 function fields(editor, kind, part, change) {
-  const of = fieldsOf(editor, part, change), { name, number, most, hold, tick, flag } = of;
+  const of = fieldsOf(editor, part, change), { name, number, optional, tick, flag } = of;
   switch (kind) {
     case KIND.ZONE:
       return [
@@ -17,8 +17,8 @@ function fields(editor, kind, part, change) {
         flag(say("field.count"), "count"),
         flag(say("field.enclosed"), "enclosed"),
         flag(say("field.secure"), "secure"),
-        most(),
-        hold(),
+        optional(say("field.people_max"), "people_max", say("field.no-limit"), true),
+        optional(say("field.hold_s"), "hold_s", say("field.no-hold"), false),
       ];
     case KIND.WALL:
       return [
