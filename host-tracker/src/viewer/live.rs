@@ -131,7 +131,7 @@ fn show(context: &Arc<Context>, inputs: &Inputs, stop: &AtomicBool) -> Result<()
                     channels.show_site(&site.borrow_and_update(), at_ns)?;
                 }
                 show_json(&channels.people, at_ns, || people(&snapshot.line, at_ns));
-                listener = channels.wants_scans().then(|| listener.unwrap_or_else(|| inputs.scans.listen()));
+                listener = chosen(listener, channels.wants_scans(), &inputs.scans);
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -143,6 +143,20 @@ fn show(context: &Arc<Context>, inputs: &Inputs, stop: &AtomicBool) -> Result<()
         channels.show_scans(listener.as_mut(), begun_ns);
     }
     Ok(())
+}
+
+/// Scans are listened to only while a viewer wants some; how many came too fast is logged in the end.
+fn chosen(listener: Option<ScanListener>, is_wanted: bool, scans: &Scans) -> Option<ScanListener> {
+    match (listener, is_wanted) {
+        (None, true) => Some(scans.listen()),
+        (Some(listener), false) => {
+            if listener.missed() > 0 {
+                tracing::warn!("viewers missed {} scans, which came too fast", listener.missed());
+            }
+            None
+        }
+        (listener, _) => listener,
+    }
 }
 
 struct Channels {
