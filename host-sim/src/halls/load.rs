@@ -22,8 +22,8 @@ const EVERY_US: u64 = 100_000;
 /// Pictures that are measured; those before are the first in which all is new.
 const PICTURES: u64 = 20;
 
-/// Corners of what a module's newest scan saw empty, of a hundred and more beams: as a live frame has them.
-const FREE_CORNERS: usize = 60;
+/// Corners of what a module's newest scan saw empty: the six modules of the demo have 155 to 172.
+const FREE_CORNERS: usize = 160;
 
 /// How large a site is.
 #[derive(Clone, Copy, Debug)]
