@@ -11,7 +11,7 @@ fn halls(borders: Borders) -> Halls {
 #[test]
 fn the_totals_of_the_site_are_those_of_one_tracker_nearly_always() {
     for borders in [Borders::Doorways, Borders::Open] {
-        let outcome = play(&halls(borders), 0.0).unwrap();
+        let outcome = play(&halls(borders)).unwrap().together(0.0);
         let (crossings, totals) = (outcome.four.crossings, outcome.totals);
         println!("{borders:?}: {crossings:?}, {totals:?}");
         assert!(crossings.all >= 10, "{borders:?}: {crossings:?}");

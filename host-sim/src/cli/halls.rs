@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let conditions = [0.0, arguments.lost];
     let seeds: Vec<u64> = arguments.seeds.clone().collect();
     let bar = bar("halls")?;
-    bar.set_length((seeds.len() * conditions.len()) as u64);
+    bar.set_length(seeds.len() as u64);
     let halls = |seed| Halls {
         borders: arguments.borders,
         people: arguments.people as usize,
@@ -81,26 +81,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         bar.finish_and_clear();
         return live(arguments, &conditions, &halls(*arguments.seeds.start()));
     }
-    let each = |lost: f64| -> Result<Vec<Outcome>, String> {
-        let one = |seed: &u64| {
-            let outcome = play(&halls(*seed), lost)?;
-            bar.inc(1);
-            Ok(outcome)
-        };
-        seeds.par_iter().map(one).collect()
+    let one = |seed: &u64| {
+        let followed = play(&halls(*seed))?;
+        bar.inc(1);
+        Ok(conditions.map(|lost| followed.together(lost)))
     };
-    let mut columns = Vec::new();
-    for lost in conditions {
-        let heading =
-            if lost == 0.0 { "four and a site".into() } else { format!("{:.0} % lost", lost * 100.0) };
-        let mut all = Outcome::default();
-        for (seed, outcome) in seeds.iter().zip(each(lost)?) {
+    let runs: Vec<[Outcome; 2]> = seeds.par_iter().map(one).collect::<Result<_, String>>()?;
+    let mut columns = conditions.map(|lost| (heading(lost), Outcome::default()));
+    for (seed, outcomes) in seeds.iter().zip(runs) {
+        for ((heading, all), outcome) in columns.iter_mut().zip(outcomes) {
             if arguments.list {
-                bar.suspend(|| list(&heading, *seed, &outcome));
+                bar.suspend(|| list(heading, *seed, &outcome));
             }
             all.add(outcome);
         }
-        columns.push((heading, all));
     }
     bar.finish_and_clear();
     print!("{}", markdown(&columns));

@@ -120,64 +120,103 @@ const fn card(person: u64) -> Card {
     Card((person as u128) << 112)
 }
 
-/// Plays the halls; this share of the frames of areas is lost.
+/// What all trackers said at one moment, and what was true.
+struct Said {
+    t_s: f64,
+    truth: Vec<Target>,
+    /// The one tracker.
+    whole: Snapshot,
+    /// The trackers of the areas, each at its own time.
+    areas: Vec<(u64, Snapshot)>,
+}
+
+/// The halls as they were followed, by the one tracker and by those of the areas.
+pub struct Followed {
+    halls: Halls,
+    /// The areas, and the site of each.
+    areas: Vec<(AreaName, Site)>,
+    moments: Vec<Said>,
+    /// The names of people whose cards were read.
+    labels: BTreeMap<u64, String>,
+}
+
+/// Plays the halls, and follows them in both ways.
 ///
 /// # Errors
 /// A fault of the simulation.
-pub fn play(halls: &Halls, lost_share: f64) -> Result<Outcome, String> {
+pub fn play(halls: &Halls) -> Result<Followed, String> {
     let scene = halls.scene().map_err(|error| error.to_string())?;
     let record = Record::of(&scene, halls.seed, &Options::default()).map_err(|error| error.to_string())?;
-    Ok(follow(halls, &record, lost_share))
+    Ok(follow(halls, &record))
 }
 
 /// Follows what was recorded, in both ways.
 #[must_use]
-pub fn follow(halls: &Halls, record: &Record, lost_share: f64) -> Outcome {
+pub fn follow(halls: &Halls, record: &Record) -> Followed {
     let all = &record.site;
     let mut one = Tracker::new(all.clone(), all);
-    let mut areas: Vec<Tracker> = (0..AREAS.len()).map(|hall| Tracker::new(area(all, hall), all)).collect();
-    let names: Vec<AreaName> = AREAS.iter().filter_map(|name| name.parse().ok()).collect();
-    let mut campus = Campus::new(&names, names.len());
-    for (name, tracker) in names.iter().zip(&areas) {
-        campus.set_site(name, (*tracker.site).clone());
-    }
-    let site = campus.site();
-    let (mut judge_one, mut judge_four, mut totals) = (Judge::default(), Judge::default(), Totals::default());
-    let mut stream = Stream::new(halls.seed, Purpose::Network, [u64::MAX, 0]);
+    let names = AREAS.iter().filter_map(|name| name.parse().ok());
+    let areas: Vec<(AreaName, Site)> = names.zip((0..).map(|hall| area(all, hall))).collect();
+    let mut trackers: Vec<Tracker> = areas.iter().map(|(_, site)| Tracker::new(site.clone(), all)).collect();
     let mut labels: BTreeMap<u64, String> = BTreeMap::new();
-    let mut lost = 0;
     let mut first_seen_s: BTreeMap<u64, f64> = BTreeMap::new();
-    for (number, moment) in (1..).zip(&record.truth) {
+    let mut said = |moment: &Moment| {
         let at_us = (moment.t * 1e6).round() as u64;
-        let truth: Vec<Target> = moment.people.iter().map(Target::from).collect();
         let signs = read(moment, &mut first_seen_s, &mut labels);
         let whole = one.says(&record.arrivals, at_us, &signs.iter().map(|sign| sign.1).collect::<Vec<_>>());
-        let mut local: Vec<Numbers> = Vec::new();
-        for (hall, (name, tracker)) in names.iter().zip(&mut areas).enumerate() {
+        let says = |(hall, tracker): (usize, &mut Tracker)| {
             let own: Vec<Sign> = signs.iter().filter(|sign| sign.0 == hall).map(|sign| sign.1).collect();
             let said_us = at_us.saturating_sub(APART_US * (AREAS.len() - hall) as u64);
-            let frame = tracker.says(&record.arrivals, said_us, &own);
-            local.push(numbers(&truth, &frame.line.tracks));
-            if stream.chance(lost_share) {
-                lost += 1;
-            } else {
-                campus.hear(name, AreaFrame { epoch: 1, number, frame }, said_us + ON_ITS_WAY_US);
-            }
-        }
-        let picture = campus.picture(&site, at_us, at_us / 1000);
-        if moment.t < halls.judged_from_s() {
-            continue;
-        }
-        judge_one.frame(moment.t, &truth, &whole.line.tracks, &whole.names, &labels, &[]);
-        judge_four.frame(moment.t, &truth, &picture.line.tracks, &picture.names, &labels, &local);
-        let people = u32::try_from(truth.len()).unwrap_or(u32::MAX);
-        totals.frame([whole.total.count, picture.total.count], people);
-    }
-    let side = |judge: Judge| {
-        let (tally, crossings, renumbered) = judge.finish();
-        Side { tally, crossings, renumbered }
+            (said_us, tracker.says(&record.arrivals, said_us, &own))
+        };
+        let areas = trackers.iter_mut().enumerate().map(says).collect();
+        Said { t_s: moment.t, truth: moment.people.iter().map(Target::from).collect(), whole, areas }
     };
-    Outcome { one: side(judge_one), four: side(judge_four), totals, lost }
+    let moments = record.truth.iter().map(&mut said).collect();
+    Followed { halls: *halls, areas, moments, labels }
+}
+
+impl Followed {
+    /// The areas put together, and judged beside the one tracker; this share of their frames is lost.
+    #[must_use]
+    pub fn together(&self, lost_share: f64) -> Outcome {
+        let names: Vec<AreaName> = self.areas.iter().map(|(name, _)| name.clone()).collect();
+        let mut campus = Campus::new(&names, names.len());
+        for (name, site) in &self.areas {
+            campus.set_site(name, site.clone());
+        }
+        let site = campus.site();
+        let mut stream = Stream::new(self.halls.seed, Purpose::Network, [u64::MAX, 0]);
+        let (mut judge_one, mut judge_four) = (Judge::default(), Judge::default());
+        let (mut totals, mut lost) = (Totals::default(), 0);
+        for (number, said) in (1..).zip(&self.moments) {
+            let Said { t_s, truth, whole, areas } = said;
+            for (name, (said_us, frame)) in names.iter().zip(areas) {
+                if stream.chance(lost_share) {
+                    lost += 1;
+                } else {
+                    let frame = AreaFrame { epoch: 1, number, frame: frame.clone() };
+                    campus.hear(name, frame, said_us + ON_ITS_WAY_US);
+                }
+            }
+            let at_us = (t_s * 1e6).round() as u64;
+            let picture = campus.picture(&site, at_us, at_us / 1000);
+            if *t_s < self.halls.judged_from_s() {
+                continue;
+            }
+            let local: Vec<Numbers> =
+                areas.iter().map(|(_, frame)| numbers(truth, &frame.line.tracks)).collect();
+            judge_one.frame(*t_s, truth, &whole.line.tracks, &whole.names, &self.labels, &[]);
+            judge_four.frame(*t_s, truth, &picture.line.tracks, &picture.names, &self.labels, &local);
+            let people = u32::try_from(truth.len()).unwrap_or(u32::MAX);
+            totals.frame([whole.total.count, picture.total.count], people);
+        }
+        let side = |judge: Judge| {
+            let (tally, crossings, renumbered) = judge.finish();
+            Side { tally, crossings, renumbered }
+        };
+        Outcome { one: side(judge_one), four: side(judge_four), totals, lost }
+    }
 }
 
 /// The cards that are read at this moment, each with the hall it is read in.

@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::fields::Fields;
 use super::grounds::Grounds;
-use super::persons::{Heard, Key, Persons};
+use super::persons::Persons;
+use super::tracks::{Heard, Key};
 use super::{AreaFrame, AreaName, SILENT_US, prefix};
 use crate::alarm::{AlarmKind, Cause, Severity};
 use crate::alarm_list::{About, ListedAlarm};
@@ -176,7 +177,7 @@ impl Campus {
                 key: Key { area: name.clone(), epoch: last.epoch, track: line.id },
                 line: line.clone(),
                 age_s: now_us.saturating_sub(area.heard_us) as f64 * 1e-6,
-                is_elsewhere: grounds.is_elsewhere(name, line),
+                is_abroad: grounds.is_abroad(name, line),
             }));
         }
         picture.line.tracks = self.persons.follow(heard, now_us);

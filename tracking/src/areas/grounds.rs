@@ -16,7 +16,6 @@ use crate::jsonl::TrackLine;
 use crate::occupancy::ZoneKnown;
 use crate::site::{Site, Zone};
 use crate::snapshot::Snapshot;
-use crate::tracker::LifeCycle;
 
 /// The zones of the areas that are heard.
 #[derive(Debug, Default)]
@@ -38,17 +37,16 @@ impl<'a> Grounds<'a> {
         Self { zones: areas.map(zones).collect() }
     }
 
-    /// Whether a track of an area is hidden from it at a place that is not its own, and that another area sees.
-    pub fn is_elsewhere(&self, area: &AreaName, track: &TrackLine) -> bool {
+    /// Whether a track of an area is at a place that is not its own, and that another area sees.
+    pub fn is_abroad(&self, area: &AreaName, track: &TrackLine) -> bool {
         let at = Point::new(track.x, track.y);
         let holds = |(corners, _): &&(Vec<Point>, bool)| inside(at, corners);
-        let is_hidden = track.state == LifeCycle::Occluded;
         let is_own =
             || self.zones.get(area).is_none_or(|own| own.is_empty() || own.iter().any(|zone| holds(&zone)));
         let is_seen = || {
             let others = self.zones.iter().filter(|(name, _)| **name != area).flat_map(|(_, zones)| zones);
             others.filter(holds).any(|(_, is_seen)| *is_seen)
         };
-        is_hidden && !is_own() && is_seen()
+        !is_own() && is_seen()
     }
 }

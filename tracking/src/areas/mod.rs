@@ -16,8 +16,9 @@
 //! | `name` | the name of an area, in topics and in front of the names of its zones |
 //! | `campus` | what was heard of each area, and the picture of all |
 //! | `fields` | what modules see empty, which few frames say |
-//! | `grounds` | whose ground a place is: what one area supposes behind the border is for the other to say |
-//! | `persons` | which tracks of different areas are one person: the numbers that go over borders |
+//! | `grounds` | whose ground a place is: what is behind the border is for the other area to say |
+//! | `persons` | who is who: numbers that go over borders |
+//! | `tracks` | a track as its area says it, at the time of the picture |
 //! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
 
 mod campus;
@@ -28,6 +29,11 @@ mod persons;
 mod prefix;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_persons;
+#[cfg(test)]
+mod tests_walks;
+mod tracks;
 
 use crate::snapshot::Snapshot;
 

@@ -1,0 +1,149 @@
+//! Which tracks of two and three areas are one person, and who keeps the number.
+//!
+//! ```text
+//!   west  ●────●┄┄┄┄┄○       ●     its track is hidden, and then somebody else's
+//!   east       ●────────●───────▶  the number goes with who is seen
+//! ```
+
+use super::tests::{SITE, area, both, frame, track};
+use super::{AreaName, Campus};
+use crate::jsonl::TrackLine;
+use crate::site::Site;
+use crate::snapshot::Snapshot;
+use crate::tracker::LifeCycle;
+
+#[test]
+fn two_who_stand_together_at_a_border_are_two() {
+    let (mut campus, site) = both();
+    campus.hear(&area("west"), frame(2, vec![track(7, 0.0, 0.0), track(8, 0.0, 0.6)]), 100_000);
+    campus.hear(&area("east"), frame(2, vec![track(7, 0.05, 0.03), track(8, 0.06, 0.66)]), 100_000);
+    let picture = campus.picture(&site, 100_000, 1);
+    assert_eq!(picture.line.tracks.len(), 2);
+    assert_eq!(picture.total.count, Some(2));
+}
+
+/// The numbers that are shown when these areas have one track each, at these places along x; without a place none.
+fn shown(campus: &mut Campus, step: u64, places: [(&str, Option<f64>); 3]) -> Vec<u64> {
+    for (name, x) in places {
+        let tracks = x.map(|x| track(1, x, 0.0)).into_iter().collect();
+        campus.hear(&area(name), frame(step, tracks), step * 100_000);
+    }
+    let picture = campus.picture(&Site::default(), step * 100_000, 1);
+    picture.line.tracks.iter().map(|track| track.id).collect()
+}
+
+#[test]
+fn where_three_areas_meet_a_person_is_one_though_two_of_them_differ() {
+    let mut campus = Campus::new(&[], 10);
+    let a = Some(0.0);
+    assert_eq!(shown(&mut campus, 1, [("a", a), ("b", a), ("c", a)]), [1]);
+    // What c says is between the two others, which are as far apart as two who walk side by side.
+    let apart = [("a", Some(-0.35)), ("b", Some(0.35)), ("c", Some(0.0))];
+    assert_eq!(shown(&mut campus, 2, apart).len(), 1);
+    assert_eq!(shown(&mut campus, 3, [("a", None), ("b", a), ("c", a)]), [1], "the number stays");
+}
+
+#[test]
+fn who_is_at_the_place_of_another_for_a_moment_keeps_the_number() {
+    let mut campus = Campus::new(&[], 10);
+    let say = |campus: &mut Campus, step, east: f64| {
+        shown(campus, step, [("east", Some(east)), ("west", Some(-0.5)), ("south", None)])
+    };
+    assert_eq!(say(&mut campus, 1, 5.0), [1, 2]);
+    for step in 2..6 {
+        assert_eq!(say(&mut campus, step, -0.4), [1, 2], "{step}: they are at one place");
+    }
+    assert_eq!(say(&mut campus, 6, 5.0), [1, 2]);
+}
+
+#[test]
+fn two_whom_two_areas_see_at_one_place_for_longer_are_one() {
+    let mut campus = Campus::new(&[], 10);
+    let say = |campus: &mut Campus, step, east: f64| {
+        shown(campus, step, [("east", Some(east)), ("west", Some(-0.5)), ("south", None)])
+    };
+    assert_eq!(say(&mut campus, 1, 5.0), [1, 2]);
+    let numbers: Vec<Vec<u64>> = (2..10).map(|step| say(&mut campus, step, -0.4)).collect();
+    assert_eq!(numbers.last(), Some(&vec![1]), "{numbers:?}");
+    assert_eq!(say(&mut campus, 10, 5.0).len(), 2, "they are two after all");
+}
+
+/// West's track is hidden at `west`, east's seen at `east`, in halls that meet at 0.
+fn hidden(campus: &mut Campus, number: u64, state: LifeCycle, west: f64, east: Option<f64>) -> Vec<u64> {
+    let tracks = vec![TrackLine { state, ..track(7, west, 0.0) }];
+    campus.hear(&area("west"), frame(number, tracks), number * 100_000);
+    let tracks = east.map(|x| track(8, x, 0.0)).into_iter().collect();
+    campus.hear(&area("east"), frame(number, tracks), number * 100_000);
+    let picture = campus.picture(&campus.site(), number * 100_000, 1);
+    picture.line.tracks.iter().map(|track| track.id).collect()
+}
+
+/// Two halls that meet at 0.
+fn halves() -> Campus {
+    let mut campus = Campus::new(&[], 10);
+    for (name, from, to) in [("west", "-9", "0"), ("east", "0", "9")] {
+        let polygon = format!("[[{from}, -9], [{to}, -9], [{to}, 9], [{from}, 9]]");
+        let text = SITE.replace("[[-9, -9], [9, -9], [9, 9], [-9, 9]]", &polygon);
+        campus.set_site(&area(name), Site::parse("half", &text).unwrap());
+    }
+    campus
+}
+
+#[test]
+fn who_is_hidden_from_one_area_is_where_the_other_sees_them() {
+    use LifeCycle::{Confirmed, Occluded};
+    let mut campus = halves();
+    assert_eq!(hidden(&mut campus, 1, Confirmed, 0.0, Some(0.05)), [1]);
+    // West supposes its own still at the border, while east sees them walk on.
+    for step in 2..40 {
+        let east = 0.1 * step as f64;
+        assert_eq!(hidden(&mut campus, step, Occluded, 0.3, Some(east)), [1], "{step}");
+    }
+    // Somebody else comes to the border, and west takes them for the one that it had lost: 1 is who east has seen all along.
+    assert_eq!(hidden(&mut campus, 40, Confirmed, -0.2, Some(4.0)).len(), 2);
+    let picture = campus.picture(&campus.site(), 4_000_000, 1);
+    let first = picture.line.tracks.iter().find(|track| track.id == 1).unwrap();
+    assert!(first.x > 3.5, "{first:?}");
+}
+
+#[test]
+fn who_is_hidden_takes_no_number_from_one_who_passes() {
+    use LifeCycle::{Confirmed, Occluded};
+    let mut campus = halves();
+    assert_eq!(hidden(&mut campus, 1, Confirmed, -0.5, None), [1]);
+    for step in 2..40 {
+        assert_eq!(hidden(&mut campus, step, Confirmed, -0.5, Some(4.0)), [1, 2], "{step}");
+    }
+    // The first is hidden from then on, and the second comes by and goes away again.
+    for step in 40..80 {
+        let east = 0.1 + 0.2 * (step as f64 - 60.0).abs();
+        let shown = hidden(&mut campus, step, Occluded, -0.2, Some(east));
+        assert!(shown.contains(&2), "{step}: {shown:?}");
+    }
+    assert_eq!(hidden(&mut campus, 80, Confirmed, -0.5, Some(4.1)), [1, 2]);
+}
+
+#[test]
+fn what_an_area_supposes_in_another_that_sees_the_place_is_nobody() {
+    let mut campus = halves();
+    assert_eq!(hidden(&mut campus, 1, LifeCycle::Occluded, 2.0, None).len(), 0);
+    assert_eq!(hidden(&mut campus, 2, LifeCycle::Occluded, -2.0, None).len(), 1, "its own ground");
+    assert_eq!(hidden(&mut campus, 3, LifeCycle::Confirmed, 2.0, None).len(), 1, "it sees them there");
+    campus.leave(&area("east"));
+    campus.hear(
+        &area("west"),
+        frame(9, vec![TrackLine { state: LifeCycle::Occluded, ..track(7, 2.0, 0.0) }]),
+        400_000,
+    );
+    assert_eq!(campus.picture(&campus.site(), 400_000, 1).line.tracks.len(), 1, "nobody else knows");
+}
+
+#[test]
+fn a_person_never_has_two_tracks_of_one_area() {
+    let mut campus = Campus::new(&[], 10);
+    // South's is between two of north's: one of these is the person, by whichever way round.
+    campus.hear(&area("north"), frame(1, vec![track(1, -0.3, 0.0), track(2, 0.3, 0.0)]), 0);
+    campus.hear(&area("south"), frame(1, vec![track(1, -0.28, 0.0)]), 0);
+    campus.hear(&area("west"), frame(1, vec![track(1, 0.02, 0.0)]), 0);
+    assert_eq!(campus.picture(&Site::default(), 0, 1).line.tracks.len(), 2);
+}
