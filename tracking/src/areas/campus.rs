@@ -15,7 +15,7 @@ use super::tracks::{Heard, Key};
 use super::{AreaFrame, AreaName, SILENT_US, prefix};
 use crate::alarm::{AlarmKind, Cause, Severity};
 use crate::alarm_list::{About, ListedAlarm};
-use crate::names::{Likelihood, NameLine};
+use crate::names::{Carried, Likelihood, NameLine};
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::Site;
 use crate::snapshot::Snapshot;
@@ -47,11 +47,11 @@ impl Area {
     }
 }
 
-/// An ID, and the persons that it may be.
-#[derive(Debug)]
-struct Named {
-    persons: Vec<(u64, f64)>,
+/// When an ID was read last, and when it was for what is known of it, µs.
+#[derive(Debug, Default)]
+struct Read {
     heard_us: u64,
+    taken_us: Option<u64>,
 }
 
 /// The areas of a site. Memory: a frame and a site of each area that was ever heard, at most as many as [`Campus::new`] allows.
@@ -62,7 +62,9 @@ pub struct Campus {
     /// Areas that there was no room for.
     refused: BTreeSet<AreaName>,
     persons: Persons,
-    names: BTreeMap<String, Named>,
+    read: BTreeMap<String, Read>,
+    names: Carried,
+    followed_us: u64,
     /// The number of each alarm of an area among those of all.
     alarms: BTreeMap<(AreaName, u64), u64>,
     newest_alarm: u64,
@@ -78,7 +80,9 @@ impl Campus {
             areas_max: areas_max.max(expected.len()),
             refused: BTreeSet::new(),
             persons: Persons::default(),
-            names: BTreeMap::new(),
+            read: BTreeMap::new(),
+            names: Carried::default(),
+            followed_us: 0,
             alarms: BTreeMap::new(),
             newest_alarm: 0,
             begun_us: None,
@@ -182,6 +186,9 @@ impl Campus {
         }
         picture.line.tracks = self.persons.follow(heard, now_us);
         picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
+        let passed_s = now_us.saturating_sub(self.followed_us) as f64 * 1e-6;
+        self.followed_us = now_us;
+        self.names.follow(&self.persons.all(), passed_s);
         picture.names = self.name(&picture, now_us);
         picture.alarms = self.list_alarms(unix_ms);
         picture.total = total(site, &picture.line, &picture.modules);
@@ -195,53 +202,40 @@ impl Campus {
         picture
     }
 
-    /// Which person each ID is: by what the areas say of their tracks, and by what they said before a person went over a border.
+    /// Which person each ID is: by what an area said of its tracks when it read the ID, and by where these persons have gone since.
     fn name(&mut self, picture: &Snapshot, now_us: u64) -> Vec<NameLine> {
         let mut lines: BTreeMap<String, NameLine> = BTreeMap::new();
         for (area, said) in &self.areas {
             let Some(last) = said.last.as_ref().filter(|_| said.silent_since_ms.is_none()) else { continue };
             for line in &last.frame.names {
                 let heard_us = said.heard_us.saturating_sub((line.heard_s.max(0.0) * 1e6) as u64);
-                let person = |likely: &Likelihood| {
-                    let key = Key { area: area.clone(), epoch: last.epoch, track: likely.track };
-                    Some((self.persons.of(&key)?, likely.probability))
-                };
-                let persons: Vec<(u64, f64)> = line.tracks.iter().filter_map(person).collect();
-                let named = self
-                    .names
-                    .entry(line.label.clone())
-                    .or_insert(Named { persons: Vec::new(), heard_us: 0 });
-                // The area that read it last knows best. A track that is over has perhaps gone over a border; and of whom another
-                // area sees by now, this one guesses.
-                let is_read_anew = heard_us > named.heard_us + READ_ANEW_US;
-                let is_away = || {
-                    named
-                        .persons
-                        .first()
-                        .is_some_and(|(person, _)| self.persons.is_seen_by_others(*person, area))
-                };
-                let knows_best = heard_us + READ_ANEW_US >= named.heard_us;
-                if !persons.is_empty() && (is_read_anew || (knows_best && !is_away())) {
-                    named.persons = persons;
+                let read = self.read.entry(line.label.clone()).or_default();
+                read.heard_us = read.heard_us.max(heard_us);
+                // The area that read it last knows best.
+                let is_last = heard_us + READ_ANEW_US >= read.heard_us;
+                if is_last && read.taken_us.is_none_or(|taken_us| heard_us > taken_us + READ_ANEW_US) {
+                    let person = |likely: &Likelihood| {
+                        let key = Key { area: area.clone(), epoch: last.epoch, track: likely.track };
+                        Some((self.persons.of(&key)?, likely.probability))
+                    };
+                    let shares: Vec<(u64, f64)> = line.tracks.iter().filter_map(person).collect();
+                    if !shares.is_empty() {
+                        self.names.read(&line.label, shares);
+                        read.taken_us = Some(heard_us);
+                    }
                 }
-                named.heard_us = named.heard_us.max(heard_us);
-                lines.insert(
-                    line.label.clone(),
-                    NameLine { tracks: Vec::new(), zones: Vec::new(), ..line.clone() },
-                );
+                let line = NameLine { tracks: Vec::new(), zones: Vec::new(), ..line.clone() };
+                lines.insert(line.label.clone(), line);
             }
         }
-        self.names.retain(|_, named| now_us.saturating_sub(named.heard_us) <= NAMED_US);
+        self.read.retain(|_, read| now_us.saturating_sub(read.heard_us) <= NAMED_US);
+        self.names.retain(|label| self.read.contains_key(label));
         let is_there = |person: u64| picture.line.tracks.iter().any(|track| track.id == person);
         for (label, line) in &mut lines {
-            let Some(named) = self.names.get(label) else { continue };
-            line.heard_s = now_us.saturating_sub(named.heard_us) as f64 * 1e-6;
-            line.tracks = named
-                .persons
-                .iter()
-                .filter(|(person, _)| is_there(*person))
-                .map(|&(track, probability)| Likelihood { track, probability })
-                .collect();
+            let Some(read) = self.read.get(label) else { continue };
+            line.heard_s = now_us.saturating_sub(read.heard_us) as f64 * 1e-6;
+            line.tracks = self.names.told(label);
+            line.tracks.retain(|likely| is_there(likely.track));
         }
         lines.into_values().collect()
     }

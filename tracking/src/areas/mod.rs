@@ -18,9 +18,13 @@
 //! | `fields` | what modules see empty, which few frames say |
 //! | `grounds` | whose ground a place is: what is behind the border is for the other area to say |
 //! | `persons` | who is who: numbers that go over borders |
+//! | `assigned` | which person each track of an area is |
+//! | `births` | who is somebody new, and which two persons are one |
 //! | `tracks` | a track as its area says it, at the time of the picture |
 //! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
 
+mod assigned;
+mod births;
 mod campus;
 mod fields;
 mod grounds;

@@ -8,6 +8,8 @@
 //!
 //! Nothing is compared by the clocks of the areas: a track is predicted from when its frame was heard.
 
+use std::ops::RangeInclusive;
+
 use super::AreaName;
 use crate::geometry::Point;
 use crate::jsonl::TrackLine;
@@ -39,6 +41,12 @@ pub struct Key {
     pub area: AreaName,
     pub epoch: u64,
     pub track: u64,
+}
+
+/// The keys of all tracks of an area.
+pub fn keys_of(area: &AreaName) -> RangeInclusive<Key> {
+    let key = |number: u64| Key { area: area.clone(), epoch: number, track: number };
+    key(0)..=key(u64::MAX)
 }
 
 /// A track of an area at the time of the picture.

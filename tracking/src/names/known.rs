@@ -47,6 +47,13 @@ pub(super) struct Known {
 }
 
 impl Known {
+    /// What somebody else knows.
+    pub(super) fn of(shares: impl IntoIterator<Item = (TrackId, f64)>) -> Self {
+        let mut known = Self { shares: shares.into_iter().collect(), none: 0.0 };
+        known.trim();
+        known
+    }
+
     /// A reading at `at` with the covariance `spread`, m², so long after the moment of `people`, s. How likely it was, as a
     /// share of what it could be at most.
     pub(super) fn weigh<'a>(

@@ -15,6 +15,7 @@
 //! | `message` | a sign as a message from outside |
 //! | `table` | tracks and IDs |
 //! | `known` | what is known of an ID: the likelihoods themselves |
+//! | `carried` | names that others have read, among the persons of several areas |
 //! | `believed` | names under one explanation of what was seen, where it has several |
 //! | `person` | a track as names know it: agreement with a reading, swaps with others |
 //! | `line` | what is said of them in a snapshot and to a question |
@@ -26,6 +27,7 @@
 //! ID over all particles, becomes: the likeliest track of an ID, and the probability of that.
 
 mod believed;
+mod carried;
 mod known;
 pub mod line;
 pub mod message;
@@ -35,6 +37,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
+pub use carried::Carried;
 pub use line::{Likelihood, NameLine, Whereabouts};
 pub use sign::{NotTaken, Read, Sign, SignCounts};
 pub use table::Names;

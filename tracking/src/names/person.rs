@@ -24,6 +24,10 @@ const MIX_S: f64 = 1.0;
 /// Rarer swaps are not worth computing, 1/s: one in a quarter of an hour.
 const RARE: f64 = 1e-3;
 
+/// Farther apart no two may have been swapped, m: however wide their covariances are, the rate is at most
+/// 2 · [`TOUCH_M`]² ÷ e ÷ distance², and less than [`RARE`] beyond 6.8 m.
+const FAR_M: f64 = 7.0;
+
 /// A track at one moment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Person {
@@ -77,6 +81,9 @@ pub(super) fn swaps(people: &[Person], first: usize, passed_s: f64) -> Vec<Swap>
     let mut swaps = Vec::new();
     for (index, one) in people.iter().enumerate() {
         for (number, other) in people.iter().enumerate().skip(first.max(index + 1)) {
+            if (other.at - one.at).length() > FAR_M {
+                continue;
+            }
             let (away, size_m4) = mahalanobis(other.at - one.at, one.covariance + other.covariance + touch);
             let rate = libm::exp(-0.5 * away) * (touch.determinant() / size_m4).sqrt() / MIX_S;
             if rate > RARE {

@@ -1,0 +1,84 @@
+//! Names that others have read, and that are kept among persons from then on: a site's, over all its areas.
+//!
+//! ```text
+//!   an area reads a11c   ─▶  person 4: 0.93   person 7: 0.05
+//!   time, persons touch  ─▶           0.80            0.16     as in the table of one tracker
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::known::Known;
+use super::person::{Person, Swap, swaps};
+use crate::names::Likelihood;
+use crate::tracker::{TrackId, TrackState};
+
+/// Less likely is not worth telling.
+const TOLD: f64 = 0.05;
+
+/// What is known of each name, by its label.
+#[derive(Debug, Default)]
+pub struct Carried {
+    names: BTreeMap<String, Known>,
+}
+
+impl Carried {
+    /// A name was read: these tracks have it, each so probably. What was known of it before is in that.
+    pub fn read(&mut self, label: &str, shares: impl IntoIterator<Item = (TrackId, f64)>) {
+        self.names.insert(label.to_owned(), Known::of(shares));
+    }
+
+    /// Forgets all names but these.
+    pub fn retain(&mut self, is_kept: impl Fn(&str) -> bool) {
+        self.names.retain(|label, _| is_kept(label));
+    }
+
+    /// Time passes, so much of it, s, and these are all tracks: who touches another may have been swapped, and a track that is gone
+    /// takes its share with it.
+    pub fn follow(&mut self, tracks: &[TrackState], passed_s: f64) {
+        if self.names.is_empty() {
+            return;
+        }
+        let people: Vec<Person> = tracks.iter().filter_map(Person::of).collect();
+        let numbers: BTreeMap<TrackId, usize> =
+            people.iter().enumerate().map(|(number, person)| (person.track, number)).collect();
+        let mut touching: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+        for (one, other, mixed) in swaps(&people, 0, passed_s) {
+            touching.entry(one).or_default().push((other, mixed));
+            touching.entry(other).or_default().push((one, mixed));
+        }
+        for known in self.names.values_mut() {
+            // Those who have a share, and whom they touch: a site has thousands, and a name a few.
+            let with: Vec<usize> =
+                known.shares.keys().filter_map(|track| numbers.get(track).copied()).collect();
+            let of = |number: &usize| touching.get(number).into_iter().flatten();
+            let touched = with.iter().flat_map(of).map(|(other, _)| *other);
+            let involved: BTreeSet<usize> = with.iter().copied().chain(touched).collect();
+            let place: BTreeMap<usize, usize> =
+                involved.iter().enumerate().map(|(place, number)| (*number, place)).collect();
+            let swap = |one: usize, (other, mixed): &(usize, f64)| -> Option<Swap> {
+                (one < *other).then_some((*place.get(&one)?, *place.get(other)?, *mixed))
+            };
+            let swaps: Vec<Swap> = involved
+                .iter()
+                .flat_map(|one| of(one).filter_map(|other| swap(*one, other)).collect::<Vec<_>>())
+                .collect();
+            let near: Vec<Person> =
+                involved.iter().filter_map(|number| people.get(*number)).copied().collect();
+            known.fade(&near, passed_s, swaps.iter());
+        }
+    }
+
+    /// Which tracks have a name, the likeliest first.
+    #[must_use]
+    pub fn told(&self, label: &str) -> Vec<Likelihood> {
+        let shares = self.names.get(label).into_iter().flat_map(|known| &known.shares);
+        let told = shares.filter(|(_, share)| **share >= TOLD);
+        let rounded = |(track, share): (&TrackId, &f64)| Likelihood {
+            track: *track,
+            probability: (share * 1e3).round() * 1e-3,
+        };
+        let mut told: Vec<Likelihood> = told.map(rounded).collect();
+        told.sort_by(|one, other| other.probability.total_cmp(&one.probability));
+        told
+    }
+}
