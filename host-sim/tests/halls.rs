@@ -1,21 +1,42 @@
-//! Four halls, by one tracker and by a tracker of each: the totals agree.
+//! Four halls, by one tracker and by a tracker of each: people keep their numbers and names over the borders, and the totals agree.
 
-use host_sim::halls::simulated::play;
+use host_sim::halls::simulated::{Outcome, play};
 use host_sim::halls::world::{Borders, Halls};
 
-/// Few people for a minute.
-fn halls(borders: Borders) -> Halls {
-    Halls { borders, people: 4, seconds: 60.0, seed: 2 }
+/// Six people for a minute, judged when all frames arrive and when three of ten are lost.
+fn outcomes(borders: Borders) -> [Outcome; 2] {
+    let followed = play(&Halls { borders, people: 6, seconds: 60.0, seed: 2 }).unwrap();
+    [0.0, 0.3].map(|lost| followed.together(lost))
+}
+
+/// As good as one tracker, but for this much of the IDF1; as many numbers may change by the border alone.
+fn judge(borders: Borders) {
+    for (outcome, idf1_less) in outcomes(borders).iter().zip([0.005, 0.01]) {
+        let (one, four, totals) = (&outcome.one, &outcome.four, outcome.totals);
+        println!("{borders:?}: {:?}, {:?}, {totals:?}", one.crossings, four.crossings);
+        assert!(four.crossings.all >= 20, "{borders:?}: {:?}", four.crossings);
+        assert_eq!(four.crossings.at_border, 0, "{borders:?}: {:?}", four.renumbered);
+        let idf1 = [one, four].map(|side| side.tally.figures().idf1.unwrap());
+        println!("{borders:?}: IDF1 {idf1:?}");
+        assert!(idf1[1] >= idf1[0] - idf1_less, "{borders:?}: {idf1:?}");
+        // A name is known before as many crossings as by one tracker, but for a few, and lost at no more.
+        let named = [one, four].map(|side| side.crossings.named);
+        let unnamed = [one, four].map(|side| side.crossings.unnamed);
+        assert!(
+            named[1] + 3 >= named[0] && unnamed[1] <= unnamed[0] + 2,
+            "{borders:?}: {named:?} {unnamed:?}"
+        );
+        assert!(totals.worse * 100 <= totals.frames, "{borders:?}: {totals:?}");
+        assert!(totals.longest_worse_s() <= 0.35, "{borders:?}: {totals:?}");
+    }
 }
 
 #[test]
-fn the_totals_of_the_site_are_those_of_one_tracker_nearly_always() {
-    for borders in [Borders::Doorways, Borders::Open] {
-        let outcome = play(&halls(borders)).unwrap().together(0.0);
-        let (crossings, totals) = (outcome.four.crossings, outcome.totals);
-        println!("{borders:?}: {crossings:?}, {totals:?}");
-        assert!(crossings.all >= 10, "{borders:?}: {crossings:?}");
-        // Hidden people of one area were shown beside those of the next for nine tenths of the time.
-        assert!(totals.different * 4 < totals.frames, "{borders:?}: {totals:?}");
-    }
+fn through_doorways_people_stay_who_they_are_and_are_counted_once() {
+    judge(Borders::Doorways);
+}
+
+#[test]
+fn over_open_borders_people_stay_who_they_are_and_are_counted_once() {
+    judge(Borders::Open);
 }

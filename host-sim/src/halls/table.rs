@@ -53,6 +53,11 @@ pub fn markdown(columns: &[Column]) -> String {
     text += &totals("for at most, and by at most", "–".into(), &|outcome| {
         format!("{:.1} s, {}", outcome.totals.longest_s(), outcome.totals.most)
     });
+    text += &totals("total wrong while that of one tracker is right", "–".into(), &|outcome| {
+        percent(outcome.totals.worse, outcome.totals.frames)
+    });
+    text +=
+        &totals("for at most", "–".into(), &|outcome| format!("{:.1} s", outcome.totals.longest_worse_s()));
     text += &totals("frames of areas lost", "–".into(), &|outcome| outcome.lost.to_string());
     text
 }

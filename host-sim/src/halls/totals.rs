@@ -21,7 +21,12 @@ pub struct Totals {
     pub most: u32,
     /// Pictures in which the one, and the other, is as many as there are.
     pub right: [u64; 2],
+    /// Those in which the other is not, while the one is.
+    pub worse: u64,
+    /// For so many pictures in a row, at most.
+    pub longest_worse: u64,
     row: u64,
+    row_worse: u64,
 }
 
 impl Totals {
@@ -31,6 +36,10 @@ impl Totals {
         for (right, said) in self.right.iter_mut().zip([one, other]) {
             *right += u64::from(said == Some(people));
         }
+        let is_worse = one == Some(people) && other != one;
+        self.worse += u64::from(is_worse);
+        self.row_worse = if is_worse { self.row_worse + 1 } else { 0 };
+        self.longest_worse = self.longest_worse.max(self.row_worse);
         if one == other {
             self.row = 0;
             return;
@@ -48,6 +57,8 @@ impl Totals {
         self.different += other.different;
         self.longest = self.longest.max(other.longest);
         self.most = self.most.max(other.most);
+        self.worse += other.worse;
+        self.longest_worse = self.longest_worse.max(other.longest_worse);
         self.right[0] += other.right[0];
         self.right[1] += other.right[1];
     }
@@ -56,6 +67,12 @@ impl Totals {
     #[must_use]
     pub fn longest_s(&self) -> f64 {
         self.longest as f64 * EVERY_S
+    }
+
+    /// The longest time during which only the one was right, s.
+    #[must_use]
+    pub fn longest_worse_s(&self) -> f64 {
+        self.longest_worse as f64 * EVERY_S
     }
 }
 
@@ -72,5 +89,7 @@ mod tests {
         totals.frame([Some(3), None], 3);
         assert_eq!((totals.frames, totals.different, totals.longest, totals.most), (6, 4, 2, 3));
         assert_eq!(totals.right, [5, 3]);
+        // When the one said 2, it was the one that was wrong.
+        assert_eq!((totals.worse, totals.longest_worse), (3, 2));
     }
 }

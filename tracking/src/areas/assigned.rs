@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!                       person 12, led by east 7     13, led by east 9      alone
-//!   west 3, 12 before            2.1                       17.0 + kept       33.5     ─▶ 12
-//!   west 4, new                 11.5 + kept                 0.4 + kept       33.5     ─▶ 13
+//!   west 3, 12 before            2.1                       17.0 + kept       27.5     ─▶ 12
+//!   west 4, new                 11.5 + kept                 0.4 + kept       27.5     ─▶ 13
 //! ```
 //!
 //! A distance is that of places by both covariances, and that of velocities. A track of before stays unless another is much nearer;
@@ -19,11 +19,8 @@ use crate::geometry::{Point, bounds};
 /// make.
 const KEPT: f64 = 9.0;
 
-/// A person whom nobody sees is so much farther than one who is seen: they may be anywhere about, twenty times less probably here.
-const UNSEEN: f64 = 6.0;
-
 /// What a hidden track of a person costs: as much as the dearest that is seen.
-const HIDDEN: f64 = GATE + KEPT + UNSEEN;
+const HIDDEN: f64 = GATE + KEPT;
 
 /// What a track costs that stays alone: a hundredth above the dearest.
 const ALONE: f64 = HIDDEN + 0.01;
@@ -86,7 +83,6 @@ impl Persons {
             return was.then_some(HIDDEN);
         }
         let apart = track.apart(leader)?;
-        let apart = apart + if person.is_seen { 0.0 } else { UNSEEN };
         let gate = GATE + if was { KEPT } else { 0.0 };
         (apart <= gate).then_some(if was { apart } else { apart + KEPT })
     }

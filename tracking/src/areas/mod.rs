@@ -34,6 +34,8 @@ mod prefix;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+mod tests_names;
+#[cfg(test)]
 mod tests_persons;
 #[cfg(test)]
 mod tests_walks;

@@ -147,3 +147,110 @@ fn a_person_never_has_two_tracks_of_one_area() {
     campus.hear(&area("west"), frame(1, vec![track(1, 0.02, 0.0)]), 0);
     assert_eq!(campus.picture(&Site::default(), 0, 1).line.tracks.len(), 2);
 }
+
+/// The numbers that are shown, each with its place along x, when west and east have these tracks, all on one line.
+fn places(
+    campus: &mut Campus,
+    number: u64,
+    west: &[(u64, f64, LifeCycle)],
+    east: &[(u64, f64, LifeCycle)],
+) -> Vec<(u64, f64)> {
+    for (name, tracks) in [("west", west), ("east", east)] {
+        let line = |&(id, x, state): &(u64, f64, LifeCycle)| TrackLine { state, ..track(id, x, 0.0) };
+        let tracks = tracks.iter().map(line).collect();
+        campus.hear(&area(name), frame(number, tracks), number * 100_000);
+    }
+    let picture = campus.picture(&campus.site(), number * 100_000, 1);
+    picture.line.tracks.iter().map(|track| (track.id, track.x)).collect()
+}
+
+#[test]
+fn a_track_that_is_taken_for_somebody_else_brings_no_number_along() {
+    use LifeCycle::{Confirmed, Occluded};
+    let mut campus = halves();
+    for number in 1..30 {
+        places(&mut campus, number, &[(7, 0.5, Confirmed)], &[(70, 0.5, Confirmed), (71, 3.0, Confirmed)]);
+    }
+    for number in 30..60 {
+        places(&mut campus, number, &[(7, 0.5, Occluded)], &[(70, 0.5, Confirmed), (71, 3.0, Confirmed)]);
+    }
+    // West's tracker finds its own again where the other one is.
+    for number in 60..90 {
+        let shown = places(
+            &mut campus,
+            number,
+            &[(7, 3.0, Confirmed)],
+            &[(70, 0.5, Confirmed), (71, 3.0, Confirmed)],
+        );
+        assert_eq!(shown, [(1, 0.5), (2, 3.0)], "{number}");
+    }
+}
+
+#[test]
+fn who_is_found_near_one_whom_the_neighbour_sees_has_no_number_yet() {
+    use LifeCycle::Confirmed;
+    let mut campus = halves();
+    assert_eq!(places(&mut campus, 1, &[(7, -0.5, Confirmed)], &[]).len(), 1);
+    // East finds them a metre ahead at first, as trackers do whose beams hit another leg or another person.
+    for number in 2..6 {
+        let shown = places(&mut campus, number, &[(7, -0.4, Confirmed)], &[(70, 0.6, Confirmed)]);
+        assert_eq!(shown.len(), 1, "{number}: {shown:?}");
+    }
+    let shown = places(&mut campus, 6, &[(7, 0.0, Confirmed)], &[(70, 0.1, Confirmed)]);
+    assert_eq!(shown.len(), 1);
+    let shown = places(&mut campus, 7, &[], &[(70, 0.2, Confirmed)]);
+    assert_eq!(shown, [(1, 0.2)]);
+    // One who stays there for longer is somebody.
+    for number in 8..18 {
+        places(&mut campus, number, &[(8, -0.7, Confirmed)], &[(70, 0.2, Confirmed)]);
+    }
+    assert_eq!(places(&mut campus, 18, &[(8, -0.7, Confirmed)], &[(70, 0.2, Confirmed)]).len(), 2);
+}
+
+#[test]
+fn who_is_new_on_the_ground_of_another_is_somebody_after_a_second() {
+    use LifeCycle::Confirmed;
+    let mut campus = halves();
+    for number in 1..11 {
+        let shown = places(&mut campus, number, &[(7, 2.0, Confirmed)], &[]);
+        assert_eq!(shown, [], "{number}: it is east's to say who is there");
+    }
+    let shown: Vec<usize> =
+        (11..15).map(|number| places(&mut campus, number, &[(7, 2.0, Confirmed)], &[]).len()).collect();
+    assert_eq!(shown.last(), Some(&1), "{shown:?}");
+}
+
+#[test]
+fn the_area_on_whose_ground_they_are_says_where() {
+    use LifeCycle::Confirmed;
+    let mut campus = halves();
+    let both = |campus: &mut Campus, number: u64, x: f64| {
+        places(campus, number, &[(7, x, Confirmed)], &[(70, x + 0.2, Confirmed)])
+    };
+    for number in 1..10 {
+        assert_eq!(both(&mut campus, number, -0.5), [(1, -0.5)], "{number}");
+    }
+    // East knew them before the border.
+    for number in 10..20 {
+        assert_eq!(both(&mut campus, number, 0.5), [(1, 0.7)], "{number}");
+    }
+}
+
+#[test]
+fn who_was_hidden_in_one_area_and_left_by_the_other_is_gone() {
+    use LifeCycle::{Confirmed, Occluded};
+    let mut campus = halves();
+    for number in 1..10 {
+        places(&mut campus, number, &[(7, -0.2, Confirmed)], &[(70, -0.2, Confirmed)]);
+    }
+    // They walk through east and out of it, while west supposes them at the border.
+    for number in 10..60 {
+        let x = 0.1 * number as f64;
+        let shown = places(&mut campus, number, &[(7, -0.2, Occluded)], &[(70, x, Confirmed)]);
+        assert_eq!(shown.len(), 1, "{number}: {shown:?}");
+    }
+    for number in 60..120 {
+        assert_eq!(places(&mut campus, number, &[(7, -0.2, Occluded)], &[]), [], "{number}");
+    }
+    assert_eq!(places(&mut campus, 120, &[(7, -0.2, Confirmed)], &[]).len(), 1, "somebody is there again");
+}

@@ -82,3 +82,46 @@ impl Carried {
         told
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::tracker::{LifeCycle, Origin};
+
+    fn at(id: TrackId, x: f64) -> TrackState {
+        TrackState {
+            id,
+            at: Point::new(x, 0.0),
+            velocity: Point::default(),
+            covariance_m2: [0.01, 0.0, 0.01],
+            state: LifeCycle::Confirmed,
+            existence: 1.0,
+            reason: "",
+            origin: Origin::Entered,
+        }
+    }
+
+    #[test]
+    fn a_name_is_shared_by_those_who_touch_and_goes_with_who_is_gone() {
+        let mut carried = Carried::default();
+        carried.read("a11c", [(1, 0.9)]);
+        carried.read("b0b0", [(3, 0.8)]);
+        for _ in 0..50 {
+            carried.follow(&[at(1, 0.0), at(2, 2.0), at(3, 50.0)], 0.1);
+        }
+        let alone = carried.told("a11c");
+        assert!(alone.len() == 1 && alone[0].probability > 0.89, "{alone:?}");
+        for _ in 0..50 {
+            carried.follow(&[at(1, 0.0), at(2, 0.3), at(3, 50.0)], 0.1);
+        }
+        let [one, other] = carried.told("a11c")[..] else { panic!("{:?}", carried.told("a11c")) };
+        assert!((one.probability - other.probability).abs() < 0.1, "{one:?} {other:?}");
+        let far = carried.told("b0b0");
+        assert!(far.len() == 1 && far[0].track == 3, "{far:?}");
+        carried.follow(&[at(2, 0.3)], 0.1);
+        assert!(carried.told("b0b0").is_empty() && carried.told("a11c").len() == 1);
+        carried.retain(|label| label == "b0b0");
+        assert!(carried.told("a11c").is_empty());
+    }
+}
