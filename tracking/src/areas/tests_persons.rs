@@ -168,21 +168,21 @@ fn places(
 fn a_track_that_is_taken_for_somebody_else_brings_no_number_along() {
     use LifeCycle::{Confirmed, Occluded};
     let mut campus = halves();
-    for number in 1..30 {
-        places(&mut campus, number, &[(7, 0.5, Confirmed)], &[(70, 0.5, Confirmed), (71, 3.0, Confirmed)]);
+    let (one, other) = ((70, 0.5, Confirmed), (71, 3.0, Confirmed));
+    places(&mut campus, 1, &[], &[one]);
+    places(&mut campus, 2, &[(7, -3.0, Confirmed)], &[one]);
+    // West's was somebody once, and is then the one whom east sees.
+    for number in 3..20 {
+        places(&mut campus, number, &[(7, 0.5, Confirmed)], &[one, other]);
     }
-    for number in 30..60 {
-        places(&mut campus, number, &[(7, 0.5, Occluded)], &[(70, 0.5, Confirmed), (71, 3.0, Confirmed)]);
+    for number in 20..50 {
+        places(&mut campus, number, &[(7, 0.5, Occluded)], &[one, other]);
     }
-    // West's tracker finds its own again where the other one is.
-    for number in 60..90 {
-        let shown = places(
-            &mut campus,
-            number,
-            &[(7, 3.0, Confirmed)],
-            &[(70, 0.5, Confirmed), (71, 3.0, Confirmed)],
-        );
-        assert_eq!(shown, [(1, 0.5), (2, 3.0)], "{number}");
+    // West's tracker finds its own again on the way to where the other one is.
+    for number in 50..80 {
+        let west = if number < 55 { 1.9 } else { 3.0 };
+        let shown = places(&mut campus, number, &[(7, west, Confirmed)], &[one, other]);
+        assert_eq!(shown, [(1, 0.5), (3, 3.0)], "{number}");
     }
 }
 
