@@ -28,9 +28,6 @@ const LEFT_BEHIND_S: f64 = 2.0;
 /// The area at home leads once it has seen the person for so long, s: by then its tracker knows how fast they walk.
 const SETTLED_S: f64 = 0.5;
 
-/// Who was just hidden behind the border is shown for so long, s: the other tracker takes as long to find them.
-const HANDED_S: f64 = 0.5;
-
 /// A person.
 #[derive(Debug)]
 pub(super) struct Person {
@@ -154,10 +151,11 @@ impl Persons {
     fn shown(&self) -> Vec<TrackLine> {
         let line = |(number, person): (&u64, &Person)| {
             let leader = self.tracks.get(&person.leader)?;
-            let is_handed = leader.last.is_abroad && !leader.is_seen() && leader.hidden_s > HANDED_S;
+            // Who is there, the area on whose ground it is has to say.
+            let is_supposed = leader.last.is_abroad && !leader.is_seen();
             let at = leader.shown_at();
             let line = || TrackLine { id: *number, x: at.x, y: at.y, ..leader.last.line.clone() };
-            (leader.is_there() && !is_handed).then(line)
+            (leader.is_there() && !is_supposed).then(line)
         };
         self.persons.iter().filter_map(line).collect()
     }

@@ -69,8 +69,6 @@ pub struct Track {
     pub gone_s: f64,
     /// For how long its area has seen it without a break, s; 0 while it is hidden.
     pub seen_s: f64,
-    /// For how long its area has not seen it, s; 0 while it does.
-    pub hidden_s: f64,
     /// For how long it has been seen and is nobody, s.
     pub nobody_s: f64,
     /// The person it is.
@@ -81,25 +79,19 @@ pub struct Track {
 
 impl Track {
     pub const fn new(last: Heard) -> Self {
-        Self { last, gone_s: 0.0, seen_s: 0.0, hidden_s: 0.0, nobody_s: 0.0, person: None, was_person: false }
+        Self { last, gone_s: 0.0, seen_s: 0.0, nobody_s: 0.0, person: None, was_person: false }
     }
 
     /// Time passes, without news of it so far.
     pub fn wait(&mut self, elapsed_s: f64) {
         self.gone_s += elapsed_s;
-        self.hidden_s += elapsed_s;
     }
 
     /// Its area says it again, so long after the last time.
     pub fn hear(&mut self, heard: Heard, elapsed_s: f64) {
         self.last = heard;
         self.gone_s = 0.0;
-        if self.is_seen() {
-            self.seen_s += elapsed_s;
-            self.hidden_s = 0.0;
-        } else {
-            self.seen_s = 0.0;
-        }
+        self.seen_s = if self.is_seen() { self.seen_s + elapsed_s } else { 0.0 };
     }
 
     /// Whether its area says that it sees it.
