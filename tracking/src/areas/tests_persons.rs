@@ -6,10 +6,9 @@
 //! ```
 
 use super::tests::{SITE, area, both, frame, track};
-use super::{AreaName, Campus};
+use super::Campus;
 use crate::jsonl::TrackLine;
 use crate::site::Site;
-use crate::snapshot::Snapshot;
 use crate::tracker::LifeCycle;
 
 #[test]
