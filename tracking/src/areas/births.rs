@@ -3,6 +3,7 @@
 //! ```text
 //!   nobody's track   at home, nobody near whom the area misses     ─▶ new at once
 //!                    on the ground of another, or near such a one  ─▶ new after a second: it is theirs to say who that is
+//!                    was somebody who went on without it           ─▶ the same: it was mistaken once
 //!   two persons      by two areas, in one place for half a second  ─▶ one
 //! ```
 
@@ -48,7 +49,7 @@ impl Persons {
         let missed: Vec<Point> = self.persons.values().filter(is_missed).map(|person| person.at).collect();
         for track in nobody {
             let is_near = |there: &Point| (*there - track.at()).length() <= GATE_M;
-            let may_be_another = track.last.is_abroad || missed.iter().any(is_near);
+            let may_be_another = track.was_person || track.last.is_abroad || missed.iter().any(is_near);
             let is_answered = track.is_seen() && track.nobody_s >= ANSWERED_S;
             if may_be_another && !is_answered {
                 continue;

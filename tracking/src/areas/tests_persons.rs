@@ -5,8 +5,8 @@
 //!   east       ●────────●───────▶  the number goes with who is seen
 //! ```
 
-use super::tests::{SITE, area, both, frame, track};
 use super::Campus;
+use super::tests::{SITE, area, both, frame, track};
 use crate::jsonl::TrackLine;
 use crate::site::Site;
 use crate::tracker::LifeCycle;
@@ -217,6 +217,23 @@ fn who_is_new_on_the_ground_of_another_is_somebody_after_a_second() {
     let shown: Vec<usize> =
         (11..15).map(|number| places(&mut campus, number, &[(7, 2.0, Confirmed)], &[]).len()).collect();
     assert_eq!(shown.last(), Some(&1), "{shown:?}");
+}
+
+#[test]
+fn a_track_whose_person_went_on_without_it_is_nobody_new_at_once() {
+    use LifeCycle::{Confirmed, Occluded};
+    let mut campus = halves();
+    let east = (70, 0.5, Confirmed);
+    for (numbers, west) in
+        [(1..20, (7, 0.5, Confirmed)), (20..30, (7, 0.5, Occluded)), (30..40, (7, -2.0, Confirmed))]
+    {
+        for number in numbers {
+            assert_eq!(places(&mut campus, number, &[west], &[east]), [(1, 0.5)], "{number}");
+        }
+    }
+    let shown: Vec<usize> =
+        (40..44).map(|number| places(&mut campus, number, &[(7, -2.0, Confirmed)], &[east]).len()).collect();
+    assert_eq!(shown.last(), Some(&2), "{shown:?}");
 }
 
 #[test]
