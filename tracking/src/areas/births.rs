@@ -3,7 +3,7 @@
 //! ```text
 //!   nobody's track   at home, nobody near whom the area misses     ─▶ new at once
 //!                    on the ground of another, or near such a one  ─▶ new after a second: it is theirs to say who that is
-//!                    was somebody who went on without it           ─▶ the same: it was mistaken once
+//!                    near anybody, and was somebody before         ─▶ the same: it was mistaken once
 //!   two persons      by two areas, in one place for half a second  ─▶ one
 //! ```
 
@@ -45,11 +45,14 @@ impl Persons {
         nobody.iter_mut().for_each(|track| track.nobody_s += elapsed_s);
         let nobody: Vec<Track> = nobody.into_iter().map(|track| track.clone()).collect();
         let sees = |key: &Key| self.tracks.get(key).is_some_and(Track::is_seen);
-        let is_missed = |person: &&Person| person.is_seen && !person.tracks.get(area).is_some_and(sees);
-        let missed: Vec<Point> = self.persons.values().filter(is_missed).map(|person| person.at).collect();
+        let is_missed = |person: &Person| !person.tracks.get(area).is_some_and(sees);
+        let seen = self.persons.values().filter(|person| person.is_seen);
+        let seen: Vec<(Point, bool)> = seen.map(|person| (person.at, is_missed(person))).collect();
         for track in nobody {
             let is_near = |there: &Point| (*there - track.at()).length() <= GATE_M;
-            let may_be_another = track.was_person || track.last.is_abroad || missed.iter().any(is_near);
+            let mut near = seen.iter().filter(|(there, _)| is_near(there));
+            let may_be_another =
+                track.last.is_abroad || near.any(|(_, is_missed)| *is_missed || track.was_person);
             let is_answered = track.is_seen() && track.nobody_s >= ANSWERED_S;
             if may_be_another && !is_answered {
                 continue;

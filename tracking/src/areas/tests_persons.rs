@@ -223,16 +223,22 @@ fn who_is_new_on_the_ground_of_another_is_somebody_after_a_second() {
 fn a_track_whose_person_went_on_without_it_is_nobody_new_at_once() {
     use LifeCycle::{Confirmed, Occluded};
     let mut campus = halves();
-    let east = (70, 0.5, Confirmed);
-    for (numbers, west) in
-        [(1..20, (7, 0.5, Confirmed)), (20..30, (7, 0.5, Occluded)), (30..40, (7, -2.0, Confirmed))]
-    {
-        for number in numbers {
-            assert_eq!(places(&mut campus, number, &[west], &[east]), [(1, 0.5)], "{number}");
-        }
+    let (east, found) = ((70, 0.5, Confirmed), (8, 0.5, Confirmed));
+    let lost = |x, state| (7, x, state);
+    for number in 1..20 {
+        places(&mut campus, number, &[lost(0.5, Confirmed)], &[east]);
     }
-    let shown: Vec<usize> =
-        (40..44).map(|number| places(&mut campus, number, &[(7, -2.0, Confirmed)], &[east]).len()).collect();
+    // West has another track for them, and the one before wakes beside it.
+    for number in 20..30 {
+        places(&mut campus, number, &[lost(0.5, Occluded), found], &[east]);
+    }
+    for number in 30..40 {
+        let shown = places(&mut campus, number, &[lost(-0.3, Confirmed), found], &[east]);
+        assert_eq!(shown, [(1, 0.5)], "{number}");
+    }
+    let shown: Vec<usize> = (40..44)
+        .map(|number| places(&mut campus, number, &[lost(-0.3, Confirmed), found], &[east]).len())
+        .collect();
     assert_eq!(shown.last(), Some(&2), "{shown:?}");
 }
 
