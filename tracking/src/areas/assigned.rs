@@ -9,6 +9,8 @@
 //! A distance is that of places by both covariances, and that of velocities. A track of before stays unless another is much nearer;
 //! who is hidden from the area stays, wherever it is supposed, but for one whom the area sees.
 
+use std::collections::BTreeSet;
+
 use super::AreaName;
 use super::persons::{Person, Persons};
 use super::tracks::{GATE, GATE_M, Key, Track, keys_of};
@@ -37,13 +39,14 @@ impl Persons {
         let (low, high) = bounds(own.iter().map(|track| track.at())).unwrap_or_default();
         let beyond = Point::new(GATE_M, GATE_M);
         let (low, high) = (low - beyond, high + beyond);
-        let is_near = |(_, person): &(&u64, &Person)| {
+        let is_near = |person: &Person| {
             let Point { x, y } = person.at;
-            let is_near = low.x <= x && x <= high.x && low.y <= y && y <= high.y;
-            is_near || person.tracks.contains_key(area)
+            low.x <= x && x <= high.x && low.y <= y && y <= high.y
         };
+        let near = self.persons.iter().filter(|(_, person)| is_near(person)).map(|(number, _)| *number);
+        let numbers: BTreeSet<u64> = own.iter().filter_map(|track| track.person).chain(near).collect();
         let persons: Vec<(u64, &Person)> =
-            self.persons.iter().filter(is_near).map(|(number, person)| (*number, person)).collect();
+            numbers.into_iter().filter_map(|number| Some((number, self.persons.get(&number)?))).collect();
         let cost = |row: usize, column: usize| {
             let (track, (number, person)) = (own.get(row)?, persons.get(column)?);
             self.cost(track, *number, person)

@@ -188,7 +188,9 @@ impl Campus {
         picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
         let passed_s = now_us.saturating_sub(self.followed_us) as f64 * 1e-6;
         self.followed_us = now_us;
-        self.names.follow(&self.persons.all(), passed_s);
+        if !self.read.is_empty() {
+            self.names.follow(&self.persons.all(), passed_s);
+        }
         picture.names = self.name(&picture, now_us);
         picture.alarms = self.list_alarms(unix_ms);
         picture.total = total(site, &picture.line, &picture.modules);
