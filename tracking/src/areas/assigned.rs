@@ -52,12 +52,11 @@ impl Persons {
             self.cost(track, *number, person)
         };
         let assigned = assign(own.len(), persons.len(), &Alone::all(ALONE), cost);
-        let numbers: Vec<(Key, Option<u64>)> = own
-            .iter()
-            .zip(assigned)
-            .map(|(track, column)| {
-                (track.last.key.clone(), column.and_then(|column| persons.get(column)).map(|person| person.0))
-            })
+        let number = |column: Option<usize>| Some(persons.get(column?)?.0);
+        let numbers = own.iter().zip(assigned).map(|(track, column)| (track, number(column)));
+        let numbers: Vec<(Key, Option<u64>)> = numbers
+            .filter(|(track, number)| track.person != *number)
+            .map(|(track, number)| (track.last.key.clone(), number))
             .collect();
         for (key, _) in &numbers {
             self.leave(key);
