@@ -48,8 +48,7 @@ const links = (files) =>
   );
 
 function section(board) {
-  const step = ({ say: key, run }) =>
-    html("li", {}, say(key), ...run ? [html("pre", {}, run)] : []);
+  const step = ({ say: key, run }) => html("li", {}, say(key), ...run ? [html("pre", {}, run)] : []);
   return html(
     "section",
     { dataset: { board: board.name } },
