@@ -3,15 +3,19 @@
 use host_sim::halls::simulated::{Outcome, play};
 use host_sim::halls::world::{Borders, Halls};
 
-/// Six people for a minute, judged when all frames arrive and when three of ten are lost.
-fn outcomes(borders: Borders) -> [Outcome; 2] {
-    let followed = play(&Halls { borders, people: 6, seconds: 60.0, seed: 2 }).unwrap();
+const fn halls(borders: Borders) -> Halls {
+    Halls { borders, people: 6, seconds: 60.0, seed: 2, silent: None }
+}
+
+/// A minute, judged when all frames arrive and when three of ten are lost.
+fn outcomes(halls: &Halls) -> [Outcome; 2] {
+    let followed = play(halls).unwrap();
     [0.0, 0.3].map(|lost| followed.together(lost))
 }
 
 /// As good as one tracker, but for this much of the IDF1; as many numbers may change by the border alone.
 fn judge(borders: Borders) {
-    for (outcome, idf1_less) in outcomes(borders).iter().zip([0.005, 0.01]) {
+    for (outcome, idf1_less) in outcomes(&halls(borders)).iter().zip([0.005, 0.01]) {
         let (one, four, totals) = (&outcome.one, &outcome.four, outcome.totals);
         println!("{borders:?}: {:?}, {:?}, {totals:?}", one.crossings, four.crossings);
         assert!(four.crossings.all >= 20, "{borders:?}: {:?}", four.crossings);
@@ -39,4 +43,19 @@ fn through_doorways_people_stay_who_they_are_and_are_counted_once() {
 #[test]
 fn over_open_borders_people_stay_who_they_are_and_are_counted_once() {
     judge(Borders::Open);
+}
+
+#[test]
+fn a_module_at_a_border_that_falls_silent_harms_four_trackers_as_little_as_one() {
+    for borders in [Borders::Doorways, Borders::Open] {
+        let whole = Halls { people: 12, ..halls(borders) };
+        let silent = whole.module("south border");
+        for outcome in outcomes(&Halls { silent, ..whole }) {
+            let idf1 = [&outcome.one, &outcome.four].map(|side| side.tally.figures().idf1.unwrap());
+            println!("{borders:?}: IDF1 {idf1:?}, {:?}, {:?}", outcome.four.crossings, outcome.totals);
+            assert!(idf1[1] >= idf1[0] - 0.01, "{borders:?}: {idf1:?}");
+            assert_eq!(outcome.four.crossings.at_border, 0, "{borders:?}: {:?}", outcome.four.renumbered);
+            assert!(outcome.totals.longest_worse_s() <= 0.35, "{borders:?}: {:?}", outcome.totals);
+        }
+    }
 }

@@ -21,6 +21,7 @@ use super::runs::{bar, seeds};
 #[command(after_help = "Examples:
   kehai-sim halls
   kehai-sim halls --borders open --people 16 --seeds 0-39
+  kehai-sim halls --silent 'south border'         a module at a border falls silent half-way
   kehai-sim halls --seeds 3-3 --list              each crossing that had another number after it
   kehai-sim halls --live --people 8 --seconds 60  the same by processes, in real time: without names")]
 pub struct Arguments {
@@ -54,6 +55,11 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", requires = "live")]
     tracker: Option<std::path::PathBuf>,
 
+    /// A module that falls silent half-way, as "south border"
+    #[cfg_attr(feature = "daemon", arg(conflicts_with = "live"))]
+    #[arg(long, value_name = "MODULE")]
+    silent: Option<String>,
+
     /// List the crossings after which a person had another number
     #[arg(long)]
     list: bool,
@@ -70,16 +76,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let seeds: Vec<u64> = arguments.seeds.clone().collect();
     let bar = bar("halls")?;
     bar.set_length(seeds.len() as u64);
-    let halls = |seed| Halls {
+    let first = Halls {
         borders: arguments.borders,
         people: arguments.people as usize,
         seconds: arguments.seconds as f64,
-        seed,
+        seed: *arguments.seeds.start(),
+        silent: None,
     };
+    let number = |name| {
+        first.module(name).ok_or_else(|| format!("--silent: there is no module \"{name}\" in the halls"))
+    };
+    let silent = arguments.silent.as_deref().map(number).transpose()?;
+    let halls = |seed| Halls { seed, silent, ..first };
     #[cfg(feature = "daemon")]
     if arguments.live {
         bar.finish_and_clear();
-        return live(arguments, &conditions, &halls(*arguments.seeds.start()));
+        return live(arguments, &conditions, &first);
     }
     let one = |seed: &u64| {
         let followed = play(&halls(*seed))?;

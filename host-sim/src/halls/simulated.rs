@@ -6,6 +6,7 @@
 //!   picture ──────────────────────────────┴─    one tracker's line of the same moment beside it
 //! ```
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -154,6 +155,7 @@ pub fn play(halls: &Halls) -> Result<Followed, String> {
 #[must_use]
 pub fn follow(halls: &Halls, record: &Record) -> Followed {
     let all = &record.site;
+    let arrivals = heard(halls, &record.arrivals);
     let mut one = Tracker::new(all.clone(), all);
     let names = AREAS.iter().filter_map(|name| name.parse().ok());
     let areas: Vec<(AreaName, Site)> = names.zip((0..).map(|hall| area(all, hall))).collect();
@@ -163,17 +165,25 @@ pub fn follow(halls: &Halls, record: &Record) -> Followed {
     let mut said = |moment: &Moment| {
         let at_us = (moment.t * 1e6).round() as u64;
         let signs = read(moment, &mut first_seen_s, &mut labels);
-        let whole = one.says(&record.arrivals, at_us, &signs.iter().map(|sign| sign.1).collect::<Vec<_>>());
+        let whole = one.says(&arrivals, at_us, &signs.iter().map(|sign| sign.1).collect::<Vec<_>>());
         let says = |(hall, tracker): (usize, &mut Tracker)| {
             let own: Vec<Sign> = signs.iter().filter(|sign| sign.0 == hall).map(|sign| sign.1).collect();
             let said_us = at_us.saturating_sub(APART_US * (AREAS.len() - hall) as u64);
-            (said_us, tracker.says(&record.arrivals, said_us, &own))
+            (said_us, tracker.says(&arrivals, said_us, &own))
         };
         let areas = trackers.iter_mut().enumerate().map(says).collect();
         Said { t_s: moment.t, truth: moment.people.iter().map(Target::from).collect(), whole, areas }
     };
     let moments = record.truth.iter().map(&mut said).collect();
     Followed { halls: *halls, areas, moments, labels }
+}
+
+/// What arrives: a module that falls silent is heard no more.
+fn heard<'a>(halls: &Halls, arrivals: &'a [Arrival]) -> Cow<'a, [Arrival]> {
+    let Some(silent) = halls.silent else { return arrivals.into() };
+    let from_us = (halls.seconds * 0.5e6) as u64;
+    let is_heard = |arrival: &&Arrival| usize::from(arrival.module) != silent || arrival.at_us < from_us;
+    arrivals.iter().filter(is_heard).cloned().collect()
 }
 
 impl Followed {

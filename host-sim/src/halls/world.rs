@@ -65,6 +65,8 @@ pub struct Halls {
     pub seconds: f64,
     /// Where they walk.
     pub seed: u64,
+    /// The module of this number falls silent half-way.
+    pub silent: Option<usize>,
 }
 
 /// The hall of this number: its corner with the smaller coordinates.
@@ -84,6 +86,12 @@ impl Halls {
     #[must_use]
     pub fn judged_from_s(&self) -> f64 {
         LEARNED_S + APART_S * self.people as f64 + FOUND_S
+    }
+
+    /// The number of a module, by its name.
+    #[must_use]
+    pub fn module(&self, name: &str) -> Option<usize> {
+        self.modules().iter().position(|module| module.name == name)
     }
 
     /// The scene: the site of all halls, and the people.
@@ -216,7 +224,7 @@ mod tests {
     #[test]
     fn a_module_at_a_border_is_of_both_areas_and_others_of_one() {
         for borders in [Borders::Doorways, Borders::Open] {
-            let halls = Halls { borders, people: 4, seconds: 30.0, seed: 1 };
+            let halls = Halls { borders, people: 4, seconds: 30.0, seed: 1, silent: None };
             let scene = halls.scene().unwrap();
             let areas = [0, 1, 2, 3].map(|hall| area(&scene.site, hall));
             for module in &scene.site.modules {
@@ -232,7 +240,7 @@ mod tests {
 
     #[test]
     fn people_walk_from_hall_to_hall_and_through_no_wall() {
-        let halls = Halls { borders: Borders::Doorways, people: 8, seconds: 60.0, seed: 3 };
+        let halls = Halls { borders: Borders::Doorways, people: 8, seconds: 60.0, seed: 3, silent: None };
         let world = World::new(&halls.scene().unwrap(), 3);
         let mut was: Vec<Option<Point>> = vec![None; 8];
         let mut crossings = 0;
