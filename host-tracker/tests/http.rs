@@ -56,7 +56,7 @@ impl Map {
 
     fn show(&self, unix_ms: u64) {
         let free = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
-        let module = ModuleLine { name: "left".into(), free, ..ModuleLine::default() };
+        let module = ModuleLine { name: "left".into(), free: free.into(), ..ModuleLine::default() };
         self.frames.send_replace(Arc::new(Snapshot {
             unix_ms,
             modules: vec![module],

@@ -91,7 +91,7 @@ fn frame(size: &Size, area: usize, stream: &mut Stream) -> Result<Snapshot, serd
         clock_offset_ms: Some(123.4),
         background_age_s: Some(1234.5),
         silent_s: Some(0.05),
-        free: vec![[12.34, 5.67]; FREE_CORNERS],
+        free: vec![[12.34, 5.67]; FREE_CORNERS].into(),
         ..ModuleLine::default()
     };
     let line = TracksLine { tracks: tracks(size, area, stream)?, ..TracksLine::default() };

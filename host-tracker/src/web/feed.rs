@@ -62,18 +62,13 @@ fn standing(frame: &Snapshot) -> Vec<(u64, bool)> {
 fn envelope(frame: &Snapshot) -> Utf8Bytes {
     let mut slim = frame.clone();
     for module in &mut slim.modules {
-        module.free.clear();
+        module.free = Arc::default();
     }
     text(&ToClient::Frame(&slim))
 }
 
-/// To the centimetre.
 fn fields(frame: &Snapshot) -> Utf8Bytes {
-    let round = |metres: f64| (metres * 100.0).round() / 100.0;
-    let fields: BTreeMap<&str, Vec<[f64; 2]>> = frame
-        .modules
-        .iter()
-        .map(|module| (module.name.as_str(), module.free.iter().map(|at| at.map(round)).collect()))
-        .collect();
+    let fields: BTreeMap<&str, Vec<[f64; 2]>> =
+        frame.modules.iter().map(|module| (module.name.as_str(), module.free.to_vec())).collect();
     text(&ToClient::Fields(fields))
 }

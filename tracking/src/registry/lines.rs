@@ -9,6 +9,8 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::iter;
+use std::sync::Arc;
 
 use kehai::wire::ModuleId;
 
@@ -153,8 +155,9 @@ fn show_view(line: &mut ModuleLine, newest: Option<&Observation>, now_us: u64) {
         let at = view.place(f64::from(view.geometry.bearing_rad(beam)), range_m);
         [cm(at.x), cm(at.y)]
     };
-    line.free = vec![[cm(view.pose.at.x), cm(view.pose.at.y)]];
-    line.free.extend(observation.empty_mm.chunks(each).enumerate().map(corner));
+    let from = [cm(view.pose.at.x), cm(view.pose.at.y)];
+    let corners = observation.empty_mm.chunks(each).enumerate().map(corner);
+    line.free = Arc::new(iter::once(from).chain(corners).collect());
     let seen = observation.detections.iter().filter(|seen| !seen.candidate.narrow);
     line.sees = seen.map(|seen| [cm(seen.centre.x), cm(seen.centre.y)]).collect();
 }

@@ -5,6 +5,7 @@
 //! ```
 
 use std::fmt;
+use std::sync::Arc;
 
 use kehai::wire::EventKind;
 use schemars::JsonSchema;
@@ -87,8 +88,9 @@ pub struct ModuleLine {
     pub unused_s: Option<f64>,
     /// What its newest scan saw empty, in the site's frame, m: the corners of an area that begins at the module.
     /// Empty while it sees nothing. What lies outside is not seen.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub free: Vec<[f64; 2]>,
+    // Most of the bytes of a frame: clones of it share them.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub free: Arc<Vec<[f64; 2]>>,
     /// How much of what it learns from it has, 0 to 1; absent while it does not learn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub learned_share: Option<f64>,
@@ -107,6 +109,10 @@ pub struct ModuleLine {
     /// What it has done within the last minute, oldest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<EventLine>,
+}
+
+fn is_nothing(corners: &Arc<Vec<[f64; 2]>>) -> bool {
+    corners.is_empty()
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
