@@ -10,6 +10,8 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::{Add, Mul, Sub};
 
+use nalgebra::{Matrix2, Vector2};
+
 /// The same direction as an angle between −π and π.
 #[must_use]
 pub fn wrapped(angle_rad: f64) -> f64 {
@@ -162,6 +164,15 @@ pub fn inside(point: Point, polygon: &[Point]) -> bool {
         }
     }
     within
+}
+
+/// The square of a distance in sigmas, and the determinant of its covariance; that of a matrix that is none is far.
+#[must_use]
+pub fn mahalanobis(offset: Point, covariance: Matrix2<f64>) -> (f64, f64) {
+    let offset = Vector2::new(offset.x, offset.y);
+    let inverse = covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
+    let (away, size_m4) = ((offset.transpose() * inverse * offset).x, covariance.determinant());
+    if away >= 0.0 && size_m4 > 0.0 { (away, size_m4) } else { (f64::INFINITY, f64::INFINITY) }
 }
 
 /// The lowest and the highest corner of the upright rectangle around all points; None without any.

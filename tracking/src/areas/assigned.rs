@@ -1,13 +1,13 @@
-//! Which person each track of an area is: all of the area at once, so that the distances from the leaders together are least.
+//! The tracks of an area are assigned to persons, all at once: the sum of their distances from the leaders is least.
 //!
 //! ```text
-//!                       person 12, led by east 7     13, led by east 9      alone
+//!                       person 12, led by east 7     13, led by east 9      unassigned
 //!   west 3, 12 before            2.1                       17.0 + kept       27.5     ─▶ 12
 //!   west 4, new                 11.5 + kept                 0.4 + kept       27.5     ─▶ 13
 //! ```
 //!
-//! A distance is that of places by both covariances, and that of velocities. A track of before stays unless another is much nearer;
-//! who is hidden from the area stays, wherever it is supposed, but for one whom the area sees.
+//! A distance is that of places, by both covariances, and that of velocities. A track keeps its person unless another track is much
+//! nearer. A hidden track keeps it, too, wherever its tracker supposes it, unless a track that is seen takes the person.
 
 use std::collections::BTreeSet;
 
@@ -17,14 +17,14 @@ use super::tracks::{GATE, GATE_M, Key, Track, keys_of};
 use crate::assignment::{Alone, assign};
 use crate::geometry::{Point, bounds};
 
-/// So much nearer must another track be than the one of before: three sigmas, which the noise of two who walk side by side does not
-/// make.
+/// So much nearer must another track be than the one that is assigned: the square of three sigmas, more than the noise of two people
+/// who walk side by side makes.
 const KEPT: f64 = 9.0;
 
-/// What a hidden track of a person costs: as much as the dearest that is seen.
+/// What it costs that a hidden track keeps its person: as much as the dearest of those that are seen.
 const HIDDEN: f64 = GATE + KEPT;
 
-/// What a track costs that stays alone: a hundredth above the dearest.
+/// What it costs that a track stays unassigned: a hundredth above the dearest.
 const ALONE: f64 = HIDDEN + 0.01;
 
 impl Persons {
@@ -59,7 +59,7 @@ impl Persons {
             .map(|(track, number)| (track.last.key.clone(), number))
             .collect();
         for (key, _) in &numbers {
-            self.leave(key);
+            self.unassign(key);
         }
         for (key, number) in numbers {
             if let Some(number) = number {
@@ -68,20 +68,20 @@ impl Persons {
         }
     }
 
-    /// What it costs that a track is that person.
+    /// What it costs to assign a track to a person; none: it cannot be.
     fn cost(&self, track: &Track, number: u64, person: &Person) -> Option<f64> {
         let leader = self.tracks.get(&person.leader)?;
         let key = &track.last.key;
         if person.leader == *key {
             return Some(0.0);
         }
-        // Its own area says that they are two.
+        // The leader is of the same area, which says that they are two people.
         if leader.last.key.area == key.area && leader.is_there() {
             return None;
         }
         let was = track.person == Some(number);
         if !track.is_seen() {
-            // Who is hidden from one area is where another sees them.
+            // A person hidden from one area is where another area sees them.
             return was.then_some(HIDDEN);
         }
         let apart = track.apart(leader)?;
@@ -89,8 +89,8 @@ impl Persons {
         (apart <= gate).then_some(if was { apart } else { apart + KEPT })
     }
 
-    /// A track is nobody's.
-    fn leave(&mut self, key: &Key) {
+    /// Takes a track from its person.
+    fn unassign(&mut self, key: &Key) {
         let Some(track) = self.tracks.get_mut(key) else { return };
         if let Some(person) = track.person.take().and_then(|number| self.persons.get_mut(&number)) {
             person.tracks.retain(|_, other| other != key);

@@ -1,10 +1,12 @@
-//! Who is somebody new, and which two persons are one after all.
+//! Which unassigned tracks become new persons, and which two persons are merged.
 //!
 //! ```text
-//!   nobody's track   at home, nobody near whom the area misses     ─▶ new at once
-//!                    on the ground of another, or near such a one  ─▶ new after a second: it is theirs to say who that is
-//!                    near anybody, and was somebody before         ─▶ the same: it was mistaken once
-//!   two persons      by two areas, in one place for half a second  ─▶ one
+//!   an unassigned track
+//!     on its area's ground, away from persons whom its area does not see   ─▶ a new person at once
+//!     on another area's ground                                             ─▶ after 1 s: that area may have a track of the same person
+//!     near a person whom another area sees and its own does not            ─▶ the same
+//!     near any person, and it was assigned before                          ─▶ the same: its tracker has confused two people
+//!   two persons, seen by different areas within 0.33 m for 0.5 s           ─▶ merged
 //! ```
 
 use std::collections::BTreeMap;
@@ -12,49 +14,46 @@ use std::collections::BTreeMap;
 use super::AreaName;
 use super::persons::{Person, Persons};
 use super::tracks::{GATE_M, Key, Track, keys_of};
-
 use crate::geometry::Point;
 
-/// So long a track is nobody who may be somebody of another area, s: a tracker finds who walks in within 0.8 s, and says it within
-/// another tenth.
+/// A track that another area may have, too, stays unassigned for so long before it is a new person, s: a tracker finds a person who
+/// walks in within 0.8 s, and sends it within another tenth.
 const ANSWERED_S: f64 = 1.0;
 
 /// Two bodies cannot be so near, m.
 const ONE_BODY_M: f64 = 0.33;
 
-/// Two who are so near for so long are one, s: who walks past another at 1.3 m/s each is for half of it.
+/// Two persons so near for so long are merged, s: two who walk past each other at 1.3 m/s each are for half of it.
 const ONE_BODY_S: f64 = 0.5;
 
 impl Persons {
-    /// Those of an area who are nobody yet are somebody new: at once at home, and on the ground of another once that one should have
-    /// answered.
-    pub(super) fn bear(&mut self, area: &AreaName, elapsed_s: f64) {
+    /// Makes new persons of an area's unassigned tracks: at once, or, where another area may have a track of the same person, after
+    /// [`ANSWERED_S`].
+    pub(super) fn begin(&mut self, area: &AreaName, elapsed_s: f64) {
         let may_be_new = |track: &Track| {
-            let was_lost = track.was_person && !track.is_seen();
+            let was_lost = track.was_assigned && !track.is_seen();
             track.person.is_none() && track.is_there() && !was_lost
         };
-        let mut nobody: Vec<&mut Track> = self
-            .tracks
-            .range_mut(keys_of(area))
-            .map(|(_, track)| track)
-            .filter(|track| may_be_new(track))
-            .collect();
-        if nobody.is_empty() {
+        let own = self.tracks.range_mut(keys_of(area)).map(|(_, track)| track);
+        let waited = |track: &mut Track| {
+            track.unassigned_s += elapsed_s;
+            track.clone()
+        };
+        let unassigned: Vec<Track> = own.filter(|track| may_be_new(track)).map(waited).collect();
+        if unassigned.is_empty() {
             return;
         }
-        nobody.iter_mut().for_each(|track| track.nobody_s += elapsed_s);
-        let nobody: Vec<Track> = nobody.into_iter().map(|track| track.clone()).collect();
         let sees = |key: &Key| self.tracks.get(key).is_some_and(Track::is_seen);
         let is_missed = |person: &Person| !person.tracks.get(area).is_some_and(sees);
         let seen = self.persons.values().filter(|person| person.is_seen);
         let seen: Vec<(Point, bool)> = seen.map(|person| (person.at, is_missed(person))).collect();
-        for track in nobody {
+        for track in unassigned {
             let is_near = |there: &Point| (*there - track.at()).length() <= GATE_M;
             let mut near = seen.iter().filter(|(there, _)| is_near(there));
-            let may_be_another =
-                track.last.is_abroad || near.any(|(_, is_missed)| *is_missed || track.was_person);
-            let is_answered = track.is_seen() && track.nobody_s >= ANSWERED_S;
-            if may_be_another && !is_answered {
+            let may_be_known =
+                track.last.is_abroad || near.any(|(_, is_missed)| *is_missed || track.was_assigned);
+            let is_answered = track.is_seen() && track.unassigned_s >= ANSWERED_S;
+            if may_be_known && !is_answered {
                 continue;
             }
             self.newest += 1;
@@ -70,8 +69,8 @@ impl Persons {
         }
     }
 
-    /// Two persons whom different areas see in one place are one, with the number of who was seen the longest without a break.
-    pub(super) fn unite(&mut self, elapsed_s: f64) {
+    /// Merges two persons whom different areas see in one place. The number of the one seen longest without a break stays.
+    pub(super) fn merge(&mut self, elapsed_s: f64) {
         let mut seen: Vec<(u64, &Person)> = self
             .persons
             .iter()
@@ -102,12 +101,12 @@ impl Persons {
             let seen_s = |number: u64| self.persons.get(&number).map(|person| person.seen_s);
             let Some((first_s, second_s)) = seen_s(one).zip(seen_s(other)) else { continue };
             let (kept, given) = if second_s > first_s { (other, one) } else { (one, other) };
-            self.give(given, kept);
+            self.hand_over(given, kept);
         }
     }
 
-    /// The tracks of one person are another's, but for those of areas that see that one otherwise.
-    fn give(&mut self, given: u64, kept: u64) {
+    /// Removes a person and assigns its tracks to another, but for tracks of areas by which the other is seen already.
+    fn hand_over(&mut self, given: u64, kept: u64) {
         let Some(given) = self.persons.remove(&given) else { return };
         for (area, key) in given.tracks {
             let has = self.persons.get(&kept).and_then(|person| person.tracks.get(&area));

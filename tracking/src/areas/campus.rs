@@ -184,12 +184,12 @@ impl Campus {
                 is_abroad: grounds.is_abroad(name, line),
             }));
         }
-        picture.line.tracks = self.persons.follow(heard, now_us);
-        picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
-        let passed_s = now_us.saturating_sub(self.followed_us) as f64 * 1e-6;
+        let elapsed_s = now_us.saturating_sub(self.followed_us) as f64 * 1e-6;
         self.followed_us = now_us;
+        picture.line.tracks = self.persons.follow(heard, elapsed_s);
+        picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
         if !self.read.is_empty() {
-            self.names.follow(&self.persons.all(), passed_s);
+            self.names.follow(&self.persons.all(), elapsed_s);
         }
         picture.names = self.name(&picture, now_us);
         picture.alarms = self.list_alarms(unix_ms);

@@ -17,9 +17,9 @@
 //! | `campus` | what was heard of each area, and the picture of all |
 //! | `fields` | what modules see empty, which few frames say |
 //! | `grounds` | whose ground a place is: what is behind the border is for the other area to say |
-//! | `persons` | who is who: numbers that go over borders |
-//! | `assigned` | which person each track of an area is |
-//! | `births` | who is somebody new, and which two persons are one |
+//! | `persons` | persons, whose numbers go over borders, and which track leads each |
+//! | `assigned` | tracks of an area, assigned to persons |
+//! | `births` | new persons, and persons that are merged |
 //! | `tracks` | a track as its area says it, at the time of the picture |
 //! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
 

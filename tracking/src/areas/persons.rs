@@ -1,18 +1,18 @@
-//! Who is who: persons with numbers that are given once, and the tracks of the areas that follow them.
+//! Persons, whose numbers never change, and the tracks of the areas that are assigned to them.
 //!
 //! ```text
 //!            east's modules see ──────────────┤
-//!   east 7   ●──────────────────●┄┄┄┄┄┄○                 leads, then hidden, then over
-//!   west 3               ○──────────────────●─────▶      follows; leads from the border on
+//!   east 7   ●──────────────────●┄┄┄┄┄┄○                 leads, is hidden, ends
+//!   west 3               ○──────────────────●─────▶      assigned, leads from the border on
 //!                         ├────────────── west's modules see
 //!   person 12  ──────────────────────────────────▶      one number all the way
 //! ```
 //!
-//! A person has a number, at most one track of each area, and one of them leads: the person is where that one is. The number is the
-//! person's: a track brings none along, whomever its tracker took it for before.
+//! A person has a number and at most one track of each area. One of these tracks leads: the person is where it is. The number belongs
+//! to the person. A track that its tracker confuses with another takes no number along.
 //!
-//! One picture: who leads (here), the tracks of each area are assigned (`assigned`), those who are nobody yet may be new, and two
-//! persons in one place become one (`births`).
+//! For each picture the leaders are chosen (here), each area's tracks are assigned (`assigned`), unassigned ones may become new
+//! persons, and two persons in one place are merged (`births`).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,22 +22,22 @@ use crate::geometry::Point;
 use crate::jsonl::TrackLine;
 use crate::tracker::{LifeCycle, TrackState};
 
-/// A track is left behind for so long after it is over, s: a walker at 1.3 m/s passes a gap of two metres.
+/// A track that has ended is kept for so long, s: a walker at 1.3 m/s passes a gap of two metres between two areas' views.
 const LEFT_BEHIND_S: f64 = 2.0;
 
-/// The area at home leads once it has seen the person for so long, s: by then its tracker knows how fast they walk.
+/// The track of the area on whose ground a person is leads once it was seen for so long, s: by then its velocity is known.
 const SETTLED_S: f64 = 0.5;
 
 /// A person.
 #[derive(Debug)]
 pub(super) struct Person {
-    /// By this track the person is known.
+    /// The track that says where the person is.
     pub leader: Key,
-    /// Where that one is by now.
+    /// Where it is at the time of the picture.
     pub at: Point,
     /// Whether its area sees it.
     pub is_seen: bool,
-    /// For how long one after the other has seen them, without a break, s.
+    /// For how long one leader after the other was seen, without a break, s.
     pub seen_s: f64,
     /// All tracks, at most one of each area; the leader among them.
     pub tracks: BTreeMap<AreaName, Key>,
@@ -51,33 +51,30 @@ pub struct Persons {
     /// Two numbers, and for how long both have been in one place, s.
     pub(super) one_place_s: BTreeMap<(u64, u64), f64>,
     pub(super) newest: u64,
-    last_us: u64,
 }
 
 impl Persons {
-    /// The persons of the tracks that are heard at `now_us`, each by the track that leads, under the person's number. Tentative
-    /// tracks are none yet.
-    pub fn follow(&mut self, heard: Vec<Heard>, now_us: u64) -> Vec<TrackLine> {
-        let elapsed_s = now_us.saturating_sub(self.last_us) as f64 * 1e-6;
-        self.last_us = now_us;
+    /// Takes the tracks that are heard, `elapsed_s` after those of the last call, and returns a line for each person that is shown:
+    /// the leader's, with the person's number. Tentative tracks are left out.
+    pub fn follow(&mut self, heard: Vec<Heard>, elapsed_s: f64) -> Vec<TrackLine> {
         self.note(heard, elapsed_s);
         self.lead(0.0);
         let areas: BTreeSet<AreaName> = self.tracks.keys().map(|key| key.area.clone()).collect();
         for area in areas {
             self.assign(&area);
-            self.bear(&area, elapsed_s);
+            self.begin(&area, elapsed_s);
         }
         self.lead(elapsed_s);
-        self.unite(elapsed_s);
+        self.merge(elapsed_s);
         self.shown()
     }
 
-    /// The person that a track of an area is, if it is one.
+    /// The number of the person to whom a track is assigned.
     pub fn of(&self, key: &Key) -> Option<u64> {
         self.tracks.get(key)?.person
     }
 
-    /// All persons, those among them who are not shown for a moment.
+    /// All persons, also those who are not shown at the moment.
     pub fn all(&self) -> Vec<TrackState> {
         let state = |(number, person): (&u64, &Person)| {
             let leader = self.tracks.get(&person.leader)?;
@@ -99,7 +96,8 @@ impl Persons {
         persons.values_mut().for_each(|person| person.tracks.retain(|_, key| tracks.contains_key(key)));
     }
 
-    /// Who leads each person: who did, unless they see the person no more, or the area sees them on whose ground they are.
+    /// Chooses each person's leader. The leader stays while it is seen, unless the area on whose ground the person is sees them,
+    /// too. A person without any track left is removed.
     fn lead(&mut self, elapsed_s: f64) {
         let Self { tracks, persons, .. } = self;
         persons.retain(|_, person| {
@@ -113,7 +111,7 @@ impl Persons {
                 all().filter(|_| is_abroad).filter(is_at_home).min_by_key(by)
             } else {
                 let seen = all().filter(|track| track.is_seen()).min_by_key(by);
-                // Who supposes them where they were seen last.
+                // A hidden track at the place where the leader ended.
                 let is_near =
                     |track: &&Track| before.and_then(|before| before.apart(track)).is_some_and(|d| d <= GATE);
                 let is_over = before.is_none_or(|before| !before.is_there());
@@ -134,7 +132,7 @@ impl Persons {
         }
     }
 
-    /// A track is that person's; one of its area that is over was the same.
+    /// Assigns a track to a person, in place of the one of the same area that was before.
     pub(super) fn join(&mut self, key: Key, number: u64) {
         let Some(person) = self.persons.get_mut(&number) else { return };
         if let Some(before) = person.tracks.insert(key.area.clone(), key.clone())
@@ -144,14 +142,14 @@ impl Persons {
             before.person = None;
         }
         if let Some(track) = self.tracks.get_mut(&key) {
-            (track.person, track.was_person, track.nobody_s) = (Some(number), true, 0.0);
+            (track.person, track.was_assigned, track.unassigned_s) = (Some(number), true, 0.0);
         }
     }
 
     fn shown(&self) -> Vec<TrackLine> {
         let line = |(number, person): (&u64, &Person)| {
             let leader = self.tracks.get(&person.leader)?;
-            // Who is there, the area on whose ground it is has to say.
+            // Whether a person is hidden there is for the area to say whose ground it is.
             let is_supposed = leader.last.is_abroad && !leader.is_seen();
             let at = leader.shown_at();
             let line = || TrackLine { id: *number, x: at.x, y: at.y, ..leader.last.line.clone() };

@@ -10,8 +10,10 @@
 
 use std::ops::RangeInclusive;
 
+use nalgebra::Matrix2;
+
 use super::AreaName;
-use crate::geometry::Point;
+use crate::geometry::{Point, mahalanobis};
 use crate::jsonl::TrackLine;
 use crate::tracker::LifeCycle;
 
@@ -57,7 +59,7 @@ pub struct Heard {
     pub line: TrackLine,
     /// Since then, s.
     pub age_s: f64,
-    /// Its place is not its area's but another one's, who sees that place.
+    /// It is on the ground of another area, which sees that place.
     pub is_abroad: bool,
 }
 
@@ -69,17 +71,17 @@ pub struct Track {
     pub gone_s: f64,
     /// For how long its area has seen it without a break, s; 0 while it is hidden.
     pub seen_s: f64,
-    /// For how long it has been seen and is nobody, s.
-    pub nobody_s: f64,
-    /// The person it is.
+    /// For how long it has been unassigned, s.
+    pub unassigned_s: f64,
+    /// The person to whom it is assigned.
     pub person: Option<u64>,
-    /// It was a person once.
-    pub was_person: bool,
+    /// Whether it was assigned to any person before.
+    pub was_assigned: bool,
 }
 
 impl Track {
     pub const fn new(last: Heard) -> Self {
-        Self { last, gone_s: 0.0, seen_s: 0.0, nobody_s: 0.0, person: None, was_person: false }
+        Self { last, gone_s: 0.0, seen_s: 0.0, unassigned_s: 0.0, person: None, was_assigned: false }
     }
 
     /// Time passes, without news of it so far.
@@ -118,29 +120,25 @@ impl Track {
         Point::new(x + vx * late_s, y + vy * late_s)
     }
 
-    /// The covariance of that: xx, xy, yy in m².
-    fn covariance_m2(&self) -> [f64; 3] {
+    /// The covariance of [`Track::at`], m².
+    fn covariance_m2(&self) -> Matrix2<f64> {
         let [xx, xy, yy] = self.last.line.cov.unwrap_or([APART_M2, 0.0, APART_M2]);
         let turned_m = 0.5 * TURNS_MPS2 * self.gone_s * self.gone_s;
-        [xx + turned_m * turned_m, xy, yy + turned_m * turned_m]
+        Matrix2::new(xx, xy, xy, yy) + Matrix2::identity() * (turned_m * turned_m)
     }
 
     /// How unsure its place is, m².
     pub fn spread_m2(&self) -> f64 {
-        let [xx, _, yy] = self.covariance_m2();
-        xx + yy
+        self.covariance_m2().trace()
     }
 
     /// How far apart two tracks are, as [`GATE`] measures it; none if they are farther than [`GATE_M`].
     pub fn apart(&self, other: &Self) -> Option<f64> {
-        let (here, there) = (self.at(), other.at());
-        let (x, y) = (here.x - there.x, here.y - there.y);
-        let [a, b] = [self, other].map(Self::covariance_m2);
-        let [xx, xy, yy] = [a[0] + b[0] + APART_M2, a[1] + b[1], a[2] + b[2] + APART_M2];
-        let determinant = xx * yy - xy * xy;
-        let places = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant.max(1e-9);
+        let offset = self.at() - other.at();
+        let noise_m2 = Matrix2::identity() * APART_M2;
+        let (places, _) = mahalanobis(offset, self.covariance_m2() + other.covariance_m2() + noise_m2);
         let (here, there) = (&self.last.line, &other.last.line);
         let velocities = (here.vx - there.vx).hypot(here.vy - there.vy) / VELOCITY_APART_MPS;
-        (x.hypot(y) <= GATE_M).then_some(places + velocities * velocities)
+        (offset.length() <= GATE_M).then_some(places + velocities * velocities)
     }
 }

@@ -12,9 +12,6 @@ use super::person::{Person, Swap, swaps};
 use crate::names::Likelihood;
 use crate::tracker::{TrackId, TrackState};
 
-/// Less likely is not worth telling.
-const TOLD: f64 = 0.05;
-
 /// What is known of each name, by its label.
 #[derive(Debug, Default)]
 pub struct Carried {
@@ -22,7 +19,7 @@ pub struct Carried {
 }
 
 impl Carried {
-    /// A name was read: these tracks have it, each so probably. What was known of it before is in that.
+    /// A name was read, by an area whose own table gave these shares: they replace what was known of the name.
     pub fn read(&mut self, label: &str, shares: impl IntoIterator<Item = (TrackId, f64)>) {
         self.names.insert(label.to_owned(), Known::of(shares));
     }
@@ -71,15 +68,7 @@ impl Carried {
     /// Which tracks have a name, the likeliest first.
     #[must_use]
     pub fn told(&self, label: &str) -> Vec<Likelihood> {
-        let shares = self.names.get(label).into_iter().flat_map(|known| &known.shares);
-        let told = shares.filter(|(_, share)| **share >= TOLD);
-        let rounded = |(track, share): (&TrackId, &f64)| Likelihood {
-            track: *track,
-            probability: (share * 1e3).round() * 1e-3,
-        };
-        let mut told: Vec<Likelihood> = told.map(rounded).collect();
-        told.sort_by(|one, other| other.probability.total_cmp(&one.probability));
-        told
+        self.names.get(label).map(|known| known.told(Some)).unwrap_or_default()
     }
 }
 

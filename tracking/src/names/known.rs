@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Matrix2;
 
+use super::line::Likelihood;
 use super::person::{Person, Swap, agreement};
 use crate::geometry::Point;
 use crate::tracker::TrackId;
@@ -35,6 +36,9 @@ const HALF_S: f64 = 600.0;
 /// That its bearer is none of the tracks is half forgotten in so long, s: a person walks into view.
 const UNSEEN_HALF_S: f64 = 10.0;
 
+/// Less likely is not worth telling.
+const TOLD: f64 = 0.05;
+
 /// Less likely is not worth keeping.
 const KEPT: f64 = 0.002;
 
@@ -47,7 +51,7 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// What somebody else knows.
+    /// Shares that another table has worked out.
     pub(super) fn of(shares: impl IntoIterator<Item = (TrackId, f64)>) -> Self {
         let mut known = Self { shares: shares.into_iter().collect(), none: 0.0 };
         known.trim();
@@ -114,6 +118,17 @@ impl Known {
         }
         self.shares = people.iter().zip(of).map(|(person, share)| (person.track, share)).collect();
         self.trim();
+    }
+
+    /// The tracks that may be its bearer, the likeliest first, each by the number that `track` has for it; one without is left out.
+    pub(super) fn told(&self, track: impl Fn(TrackId) -> Option<TrackId>) -> Vec<Likelihood> {
+        let told = |(of, share): (&TrackId, &f64)| {
+            Some(Likelihood { track: track(*of)?, probability: (share * 1e3).round() * 1e-3 })
+        };
+        let mut told: Vec<Likelihood> =
+            self.shares.iter().filter(|(_, share)| **share >= TOLD).filter_map(told).collect();
+        told.sort_by(|one, other| other.probability.total_cmp(&one.probability));
+        told
     }
 
     /// Keeps what is worth keeping.

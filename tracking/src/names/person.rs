@@ -7,9 +7,9 @@
 //!
 //! Source: eq. 3 of Ota et al. 2006 (docs/bibliography.md, paper B), with the track's own covariance beside the reading's.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::Matrix2;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, mahalanobis};
 use crate::tracker::{Origin, TrackId, TrackState};
 
 /// A tag is carried so far from the middle of its body, m, one sigma along each axis: half a torso's width.
@@ -61,14 +61,6 @@ pub(super) fn agreement(offset: Point, covariance: Matrix2<f64>, spread: Matrix2
     let spread = spread + Matrix2::identity() * (CARRIED_M * CARRIED_M);
     let (away, size_m4) = mahalanobis(offset, covariance + spread);
     libm::exp(-0.5 * away) * (spread.determinant() / size_m4).sqrt().min(1.0)
-}
-
-/// The square of a distance in sigmas, and the determinant of its covariance; that of a matrix that is none is far.
-fn mahalanobis(offset: Point, covariance: Matrix2<f64>) -> (f64, f64) {
-    let offset = Vector2::new(offset.x, offset.y);
-    let inverse = covariance.try_inverse().unwrap_or_else(Matrix2::zeros);
-    let (away, size_m4) = ((offset.transpose() * inverse * offset).x, covariance.determinant());
-    if away >= 0.0 && size_m4 > 0.0 { (away, size_m4) } else { (f64::INFINITY, f64::INFINITY) }
 }
 
 /// Two who may have been swapped, by their places in the list, and how far they have become alike, 0 to 1.

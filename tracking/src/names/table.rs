@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::slice;
 
 use super::believed::{self, Believed};
-use super::line::{Likelihood, NameLine, Whereabouts, zones_at};
+use super::line::{NameLine, Whereabouts, zones_at};
 use super::message::LATE_MS;
 use super::person::{Person, swaps};
 use super::sign::{NotTaken, Sign};
@@ -43,9 +43,6 @@ const EXPLANATIONS_MAX: usize = 16;
 
 /// Where nothing has two explanations, this is the one.
 static ONLY: Explanation = Explanation { line: Vec::new(), surprise: 0.0, people: Vec::new() };
-
-/// Less likely is not worth telling.
-const TOLD: f64 = 0.05;
 
 /// All tracks at one moment.
 #[derive(Clone, Debug)]
@@ -208,17 +205,11 @@ impl Names {
     /// What is known of an ID, and where its likeliest track is.
     fn line(&self, card: Card, heard: &Heard, told: &Told<'_>, site: &Site) -> (NameLine, Option<Point>) {
         let known = told.believed.and_then(|believed| believed.ids.get(&card));
-        let rounded = |(person, share): (&TrackId, &f64)| {
-            let track = match &told.tracks {
-                Some(tracks) => *tracks.get(person)?,
-                None => *person,
-            };
-            Some(Likelihood { track, probability: (share * 1e3).round() * 1e-3 })
+        let track = |person: TrackId| match &told.tracks {
+            Some(tracks) => tracks.get(&person).copied(),
+            None => Some(person),
         };
-        let shares = known.into_iter().flat_map(|known| &known.shares);
-        let mut tracks: Vec<Likelihood> =
-            shares.filter(|(_, share)| **share >= TOLD).filter_map(rounded).collect();
-        tracks.sort_by(|one, other| other.probability.total_cmp(&one.probability));
+        let tracks = known.map(|known| known.told(track)).unwrap_or_default();
         let likeliest = tracks.first().map(|likelihood| likelihood.track);
         let mut people = self.moments.back().into_iter().flat_map(Moment::tracks);
         let at = people.find(|person| Some(person.track) == likeliest).map(|person| person.at);
