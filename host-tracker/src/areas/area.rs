@@ -96,7 +96,7 @@ fn publish(
             site_revision = revision(&changed.borrow_and_update());
         }
         number += 1;
-        let frame = Cow::Owned(packed(&frame, number));
+        let frame = packed(&frame, number);
         let said = serde_json::to_vec(&Said { site_revision, epoch, number, frame });
         publisher.put(said.map_err(|error| error.to_string())?).wait()?;
     }

@@ -10,13 +10,12 @@ use kehai_tracking::occupancy::ZoneKnown;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Level};
-use super::people::stamp_ns;
 
 /// One status of people, and one of each module. `missed_scans` are those that were not published.
 pub fn diagnostics(snapshot: &Snapshot, missed_scans: u64) -> DiagnosticArray {
     let mut status = vec![people(snapshot, missed_scans)];
     status.extend(snapshot.modules.iter().map(module));
-    DiagnosticArray { header: Header::new("", stamp_ns(snapshot)), status }
+    DiagnosticArray { header: Header::new("", snapshot.stamp_ns()), status }
 }
 
 fn people(snapshot: &Snapshot, missed_scans: u64) -> DiagnosticStatus {

@@ -22,7 +22,7 @@ use super::messages::{
     ColorRgba, Duration, Header, Marker, MarkerArray, Point, Pose, Quaternion, Shape, Vector3,
 };
 use super::names::MAP;
-use super::people::{followed, stamp_ns};
+use super::people::followed;
 
 /// A body, m: as a recording draws it.
 const WIDTH_M: f64 = 0.45;
@@ -54,7 +54,7 @@ const fn rgb(r: f32, g: f32, b: f32) -> ColorRgba {
 
 /// Everything that is drawn.
 pub fn markers(snapshot: &Snapshot, site: &Site) -> MarkerArray {
-    let header = Header::new(MAP, stamp_ns(snapshot));
+    let header = Header::new(MAP, snapshot.stamp_ns());
     let mut markers = Vec::new();
     for (number, wall) in (0..).zip(&site.walls) {
         markers.push(strip(&header, "walls", number, &wall.points, (WALL_M, WALL)));

@@ -25,20 +25,13 @@ use super::names::MAP;
 /// A card is said of its likeliest track if that is more probable than all others together.
 const LIKELY: f64 = 0.5;
 
-const NS_PER_MS: u64 = 1_000_000;
-
-/// When a snapshot was made, ns since 1970.
-pub fn stamp_ns(snapshot: &Snapshot) -> u64 {
-    snapshot.unix_ms.saturating_mul(NS_PER_MS)
-}
-
 /// Everybody who is followed; none where it is not known that nobody is there.
 pub fn people(snapshot: &Snapshot, site: &Site) -> Option<People> {
     let people: Vec<Person> =
         followed(snapshot, site).map(|track| person(track, &snapshot.names, site)).collect();
     let is_empty = snapshot.total == Total { count: Some(0), state: ZoneKnown::Known };
     let is_said = !people.is_empty() || is_empty;
-    is_said.then(|| People { header: Header::new(MAP, stamp_ns(snapshot)), people })
+    is_said.then(|| People { header: Header::new(MAP, snapshot.stamp_ns()), people })
 }
 
 /// Confirmed and occluded tracks, but where nobody is counted.

@@ -60,11 +60,7 @@ fn standing(frame: &Snapshot) -> Vec<(u64, bool)> {
 }
 
 fn envelope(frame: &Snapshot) -> Utf8Bytes {
-    let mut slim = frame.clone();
-    for module in &mut slim.modules {
-        module.free = Arc::default();
-    }
-    text(&ToClient::Frame(&slim))
+    text(&ToClient::Frame(&frame.without_free()))
 }
 
 fn fields(frame: &Snapshot) -> Utf8Bytes {

@@ -5,6 +5,7 @@
 //!   what is empty  ■   ·  ·  ·  ·   ■      · as the last one said, for two seconds at most
 //! ```
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -20,12 +21,8 @@ const fn says_it(number: u64) -> bool {
 
 /// A frame as it is sent under this number: with all corners, or none.
 #[must_use]
-pub fn packed(frame: &Snapshot, number: u64) -> Snapshot {
-    let mut frame = frame.clone();
-    if !says_it(number) {
-        frame.modules.iter_mut().for_each(|module| module.free = Arc::default());
-    }
-    frame
+pub fn packed(frame: &Snapshot, number: u64) -> Cow<'_, Snapshot> {
+    if says_it(number) { Cow::Borrowed(frame) } else { Cow::Owned(frame.without_free()) }
 }
 
 /// What an area has said last of it.
@@ -65,7 +62,7 @@ mod tests {
     fn said(epoch: u64, number: u64) -> AreaFrame {
         let module = ModuleLine { name: "left".into(), free: vec![CORNER].into(), ..ModuleLine::default() };
         let frame = Snapshot { modules: vec![module], ..Snapshot::default() };
-        AreaFrame { epoch, number, frame: packed(&frame, number) }
+        AreaFrame { epoch, number, frame: packed(&frame, number).into_owned() }
     }
 
     fn unpacked(fields: &mut Fields, epoch: u64, number: u64, now_us: u64) -> Vec<[f64; 2]> {

@@ -15,6 +15,7 @@
 mod module;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use schemars::JsonSchema;
@@ -203,6 +204,26 @@ impl Snapshot {
         let tracks = line.tracks.iter().map(TrackState::from).collect();
         Self { unix_ms, line, tracks, ..Self::default() }
     }
+
+    /// When it was made, ns since 1970.
+    #[must_use]
+    pub const fn stamp_ns(&self) -> u64 {
+        self.unix_ms.saturating_mul(1_000_000)
+    }
+
+    /// When the tracker's clock stood at 0, ns since 1970.
+    #[must_use]
+    pub fn begun_ns(&self) -> u64 {
+        self.stamp_ns().saturating_sub((self.line.t * 1e9) as u64)
+    }
+
+    /// The same, but for what modules see empty: most of the bytes, and slow to change.
+    #[must_use]
+    pub fn without_free(&self) -> Self {
+        let mut without = self.clone();
+        without.modules.iter_mut().for_each(|module| module.free = Arc::default());
+        without
+    }
 }
 
 /// Datagrams that were not used, by cause.
@@ -292,6 +313,12 @@ pub struct FloorLine {
 mod tests {
     use super::*;
     use crate::occupancy::{Found, ZoneKnown, ZoneLine};
+
+    #[test]
+    fn the_tracker_began_as_long_before_a_snapshot_as_its_clock_says() {
+        let snapshot = Snapshot::of(1_700_000_000_500, TracksLine { t: 2.25, ..TracksLine::default() });
+        assert_eq!(snapshot.begun_ns(), 1_699_999_998_250_000_000);
+    }
 
     #[test]
     fn a_frame_survives_being_written_and_read() {
