@@ -94,6 +94,42 @@ impl ScanListener {
     }
 }
 
+/// Scans that are listened to only while somebody wants them.
+#[derive(Debug, Default)]
+pub struct WantedScans {
+    listener: Option<ScanListener>,
+    /// Those that listeners of before were too slow for.
+    missed: u64,
+}
+
+impl WantedScans {
+    /// Listens from now on, or no more.
+    pub fn want(&mut self, are_wanted: bool, scans: &Scans) {
+        if are_wanted {
+            self.listener.get_or_insert_with(|| scans.listen());
+        } else if let Some(listener) = self.listener.take() {
+            self.missed += listener.missed();
+        }
+    }
+
+    /// Whether they are listened to.
+    #[must_use]
+    pub const fn are_wanted(&self) -> bool {
+        self.listener.is_some()
+    }
+
+    /// The next one, if one waits.
+    pub fn waiting(&mut self) -> Option<Arc<Scan>> {
+        self.listener.as_mut()?.waiting()
+    }
+
+    /// How many came too fast, of all that were ever wanted.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.missed + self.listener.as_ref().map_or(0, ScanListener::missed)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

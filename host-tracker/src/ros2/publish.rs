@@ -20,13 +20,13 @@ use super::diagnostics::diagnostics;
 use super::markers::markers;
 use super::messages::{DiagnosticArray, LaserScan, MarkerArray, People, TfMessage};
 use super::names::{Node, parts, scan_topic};
-use super::people::{people, stamp_ns};
+use super::people::people;
 use super::publisher::Topic;
 use super::qos::{Durability, Qos};
 use super::scan::laser_scan;
 use super::transforms::transforms;
 use crate::areas::{LinkError, one_line, open};
-use crate::scans::{ScanListener, Scans};
+use crate::scans::{Scans, WantedScans};
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::site::Site;
@@ -94,11 +94,11 @@ fn publish(session: &Session, domain: u32, inputs: &Inputs, stop: &AtomicBool) -
             site = Arc::clone(&site_changes.borrow_and_update());
             topics.place(session, &site)?;
         }
-        let wait = if listening.listener.is_some() { TICK } else { WAIT };
+        let wait = if listening.scans.are_wanted() { TICK } else { WAIT };
         match inputs.snapshots.recv_timeout(wait) {
             Ok(snapshot) => {
-                topics.put(&snapshot, &site, listening.missed())?;
-                listening.begun_ns = begun_ns(&snapshot);
+                topics.put(&snapshot, &site, listening.scans.missed())?;
+                listening.begun_ns = snapshot.begun_ns();
                 listening.choose(&mut topics.scans, &inputs.scans)?;
             }
             Err(RecvTimeoutError::Timeout) => {}
@@ -107,11 +107,6 @@ fn publish(session: &Session, domain: u32, inputs: &Inputs, stop: &AtomicBool) -
         listening.put(&mut topics.scans)?;
     }
     Ok(())
-}
-
-/// When the tracker's clock stood at 0, ns since 1970.
-fn begun_ns(snapshot: &Snapshot) -> u64 {
-    stamp_ns(snapshot).saturating_sub((snapshot.line.t * 1e9) as u64)
 }
 
 /// The topics of scans, by the module's name.
@@ -181,61 +176,33 @@ impl Topics {
     }
 }
 
-/// Scans are listened to only while somebody subscribes to one.
+/// The scans that subscribers have asked for.
 #[derive(Default)]
 struct Listening {
-    listener: Option<ScanListener>,
-    /// Those that listeners of before were too slow for.
-    missed: u64,
+    scans: WantedScans,
     /// When the tracker's clock stood at 0, ns since 1970.
     begun_ns: u64,
 }
 
 impl Listening {
-    fn missed(&self) -> u64 {
-        self.missed + self.listener.as_ref().map_or(0, ScanListener::missed)
-    }
-
-    /// Looks who subscribes.
+    /// Looks which topics are subscribed to.
     fn choose(&mut self, topics: &mut ScanTopics, scans: &Scans) -> Result<(), zenoh::Error> {
         let mut is_wanted = false;
         for scan in topics.values_mut() {
             scan.is_heard = scan.topic.is_heard()?;
             is_wanted |= scan.is_heard;
         }
-        match (&self.listener, is_wanted) {
-            (None, true) => self.listener = Some(scans.listen()),
-            (Some(_), false) => {
-                self.missed = self.missed();
-                self.listener = None;
-            }
-            (None, false) | (Some(_), true) => {}
-        }
+        self.scans.want(is_wanted, scans);
         Ok(())
     }
 
     /// Sends what has come.
     fn put(&mut self, topics: &mut ScanTopics) -> Result<(), zenoh::Error> {
-        let Some(listener) = &mut self.listener else { return Ok(()) };
-        while let Some(scan) = listener.waiting() {
+        while let Some(scan) = self.scans.waiting() {
             if let Some(to) = topics.get_mut(&scan.module).filter(|to| to.is_heard) {
                 to.topic.put(&laser_scan(&scan, &to.part, self.begun_ns))?;
             }
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_tracker_began_as_long_before_a_snapshot_as_its_clock_says() {
-        let snapshot = Snapshot::of(
-            1_700_000_000_500,
-            kehai_tracking::jsonl::TracksLine { t: 2.25, ..Default::default() },
-        );
-        assert_eq!(begun_ns(&snapshot), 1_699_999_998_250_000_000);
     }
 }

@@ -24,7 +24,7 @@ use tokio::sync::watch;
 
 use super::{SCAN, Topic, log, map, people, scan, scan_descriptor, scan_topic, transforms};
 use crate::alarm_handle::AlarmChange;
-use crate::scans::{ScanListener, Scans};
+use crate::scans::{Scans, WantedScans};
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::site::Site;
@@ -119,19 +119,23 @@ impl Drop for Live {
 fn show(context: &Arc<Context>, inputs: &Inputs, stop: &AtomicBool) -> Result<(), FoxgloveError> {
     let mut channels = Channels::open(context)?;
     let mut site = inputs.site.clone();
-    let (mut listener, mut begun_ns, mut site_s) = (None, 0, 0.0);
+    let (mut scans, mut missed, mut begun_ns, mut site_s) = (WantedScans::default(), 0, 0, 0.0);
     while !stop.load(Ordering::Relaxed) {
         let is_other = site.has_changed().unwrap_or(false);
-        match inputs.snapshots.recv_timeout(if listener.is_some() { TICK } else { WAIT }) {
+        match inputs.snapshots.recv_timeout(if scans.are_wanted() { TICK } else { WAIT }) {
             Ok(snapshot) => {
-                let (at_ns, at_s) = (snapshot.unix_ms.saturating_mul(NS_PER_MS), snapshot.line.t);
-                begun_ns = at_ns.saturating_sub((at_s * 1e9) as u64);
+                let (at_ns, at_s) = (snapshot.stamp_ns(), snapshot.line.t);
+                begun_ns = snapshot.begun_ns();
                 if is_other || at_s >= site_s {
                     site_s = at_s + SITE_S;
                     channels.show_site(&site.borrow_and_update(), at_ns)?;
                 }
                 show_json(&channels.people, at_ns, || people(&snapshot.line, at_ns));
-                listener = chosen(listener, channels.wants_scans(), &inputs.scans);
+                scans.want(channels.wants_scans(), &inputs.scans);
+                if !scans.are_wanted() && scans.missed() > missed {
+                    tracing::warn!("viewers missed {} scans, which came too fast", scans.missed() - missed);
+                    missed = scans.missed();
+                }
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -140,23 +144,9 @@ fn show(context: &Arc<Context>, inputs: &Inputs, stop: &AtomicBool) -> Result<()
             let at_ns = unix_ms().saturating_mul(NS_PER_MS);
             show_json(&channels.log, at_ns, || log(&change, at_ns));
         }
-        channels.show_scans(listener.as_mut(), begun_ns);
+        channels.show_scans(&mut scans, begun_ns);
     }
     Ok(())
-}
-
-/// Scans are listened to only while a viewer wants some; how many came too fast is logged in the end.
-fn chosen(listener: Option<ScanListener>, is_wanted: bool, scans: &Scans) -> Option<ScanListener> {
-    match (listener, is_wanted) {
-        (None, true) => Some(scans.listen()),
-        (Some(listener), false) => {
-            if listener.missed() > 0 {
-                tracing::warn!("viewers missed {} scans, which came too fast", listener.missed());
-            }
-            None
-        }
-        (listener, _) => listener,
-    }
 }
 
 struct Channels {
@@ -212,9 +202,8 @@ impl Channels {
         self.scans.values().any(|channel| channel.has_sinks())
     }
 
-    fn show_scans(&self, listener: Option<&mut ScanListener>, begun_ns: u64) {
-        let Some(listener) = listener else { return };
-        while let Some(seen) = listener.waiting() {
+    fn show_scans(&self, scans: &mut WantedScans, begun_ns: u64) {
+        while let Some(seen) = scans.waiting() {
             if let Some(channel) = self.scans.get(&seen.module).filter(|channel| channel.has_sinks()) {
                 let at_ns = begun_ns.saturating_add((seen.start_s * 1e9) as u64);
                 channel.log_with_meta(&scan(&seen, begun_ns), PartialMetadata::with_log_time(at_ns));
