@@ -15,7 +15,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use chromium::Page;
+use chromium::{Page, pictures};
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_sim::world::walker::Repeat;
@@ -136,12 +136,7 @@ fn in_the_browser(mut page: Page, file: &Path, building: &Building, truth: &Site
         "the map says of a place who sees it",
         "[...document.querySelectorAll('#map .coverage title')].some((title) => /^Seen by \\w+, \\w+/.test(title.textContent))",
     );
-    let pictures = if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
-    } else {
-        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
-    };
-    page.picture(&pictures.join("calibration.png"));
+    page.picture(&pictures().join("calibration.png"));
     page.fits_a_phone("calibration result");
     page.value("document.querySelector('#calibrate-accept').scrollIntoView()");
     page.click("#calibrate-accept");

@@ -5,8 +5,7 @@ mod described;
 mod door_fixture;
 mod http_client;
 
-use std::path::{Path, PathBuf};
-
+use chromium::pictures;
 use door_fixture::DoorServer;
 use kehai_tracking::snapshot::unix_ms;
 use serde_json::json;
@@ -233,14 +232,6 @@ fn a_passage_is_replayed_on_the_map() {
     page.open(&format!("http://{}/#at={begun_ms}", server.server.address()));
     page.wait("the same from outside", &at(-0.4));
     assert_eq!(page.errors, Vec::<String>::new());
-}
-
-fn pictures() -> PathBuf {
-    if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
-    } else {
-        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
-    }
 }
 
 #[test]

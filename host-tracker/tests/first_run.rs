@@ -133,11 +133,7 @@ fn from_nothing_to_a_counted_room_in_a_browser_alone() {
     page.size(1440, 900, 1);
     page.scheme("light");
     page.open(&map);
-    let pictures = if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
-    } else {
-        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
-    };
+    let pictures = chromium::pictures();
     let mut visitor = Visitor { page, actions: 0, pictures };
 
     visitor.stage("found");

@@ -1,4 +1,5 @@
 //! Firmware for new boards, from the map's page to a file on an installer's disk, in a real browser and as a program takes it.
+//! With `KEHAI_SCREENSHOTS=1` the picture of `docs/images` is taken anew.
 //!
 //! ```text
 //!   folder of firmware ─▶ kehai-tracker run --firmware ─HTTP▶ Chromium: boards, steps, links ─▶ the file's bytes
@@ -10,13 +11,19 @@ mod http_client;
 mod mapped;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
+use chromium::pictures;
 use mapped::{Tracker, map_of};
 use serde_json::{Value, json};
 
 const DRAGGED: &str = "w5500-evb-pico2-complete.uf2";
+
+/// What is in a file: of the length of a real one, about.
+fn content(name: &str) -> String {
+    format!("this is {name}\n").repeat(10_000)
+}
 
 /// As packaging/firmware.sh makes them, but for what is in them; a maker's key lies there by mistake.
 fn firmware(folder: &Path) {
@@ -30,7 +37,7 @@ fn firmware(folder: &Path) {
         "SHA256SUMS",
         "maker.key",
     ] {
-        fs::write(folder.join(name), format!("this is {name}")).unwrap();
+        fs::write(folder.join(name), content(name)).unwrap();
     }
     fs::write(folder.join("MAKERS"), "development\n").unwrap();
 }
@@ -43,10 +50,6 @@ fn tracker(site: &Path, firmware: &Path) -> Tracker {
     let mut process = command.arg("--firmware").arg(firmware).stderr(Stdio::piped()).spawn().unwrap();
     let map = map_of(&mut process);
     Tracker { process, map }
-}
-
-fn pictures() -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
 }
 
 #[test]
@@ -75,14 +78,15 @@ fn an_installer_takes_the_firmware_of_a_board_from_the_map() {
     for scheme in ["light", "dark"] {
         page.scheme(scheme);
         page.is_accessible(&format!("firmware, {scheme}"));
-        page.picture(&pictures().join(format!("firmware-{scheme}.png")));
     }
+    page.scheme("light");
+    page.picture(&pictures().join("firmware.png"));
     page.fits_a_phone("firmware");
     assert_eq!(page.errors, Vec::<String>::new());
 
     let address = tracker.map.trim_start_matches("http://").trim_end_matches('/').parse().unwrap();
     let get = |path: &str| http_client::ask(address, &format!("GET {path}"), &[], b"");
-    assert_eq!(get(&format!("/api/firmware/{DRAGGED}")), (200, format!("this is {DRAGGED}")));
+    assert_eq!(get(&format!("/api/firmware/{DRAGGED}")), (200, content(DRAGGED)));
     let (_, listed) = get("/api/firmware");
     let listed: Value = serde_json::from_str(&listed).unwrap();
     assert_eq!(listed["development_key"], true, "{listed}");

@@ -9,10 +9,10 @@
 mod chromium;
 mod mapped;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use chromium::Page;
+use chromium::{Page, pictures};
 use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_tracker::site_file;
@@ -45,14 +45,6 @@ const SAMPLER: &str = "void (() => {
         if (total !== '–') kept.least = Math.min(kept.least, Number(total));
     }, 20);
 })()";
-
-fn pictures() -> PathBuf {
-    if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
-    } else {
-        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
-    }
-}
 
 #[test]
 fn people_modules_zones_and_the_past_in_a_browser() {

@@ -17,7 +17,7 @@ mod phone;
 
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -49,6 +49,15 @@ const FONTS: &str = r#"<?xml version="1.0"?>
 
 /// One of the files of those fonts (`fonts-dejavu-core`).
 const FONT: &str = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+
+/// Where pictures of the documentation go: under `target/`, or with `KEHAI_SCREENSHOTS=1` to `docs/images`.
+pub fn pictures() -> PathBuf {
+    if std::env::var_os("KEHAI_SCREENSHOTS").is_some() {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images")
+    } else {
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
+    }
+}
 
 /// A browser with an empty page. Without Chromium: fails under CI, else says so.
 pub fn start() -> Option<Page> {
