@@ -1,5 +1,5 @@
-//! The tracker by its name, with one part of it left out, so that the part's worth is measured (an ablation), or with fewer
-//! samples and rays, so that their worth is.
+//! The tracker by its name, with one part of it left out, so that the part's worth is measured (an ablation), with fewer
+//! samples and rays, so that their worth is, or with another draw of its random numbers, so that chance is.
 
 use std::fmt;
 use std::str::FromStr;
@@ -104,7 +104,7 @@ pub struct RenderingModel {
 
 impl Default for RenderingModel {
     fn default() -> Self {
-        Self { without: None, detail: Detail::Whole, seed: 1 }
+        Self { without: None, detail: Detail::Whole, seed: SEED }
     }
 }
 
@@ -114,14 +114,19 @@ impl RenderingModel {
     }
 }
 
+/// Random numbers of a tracker without a draw of its own.
+const SEED: u64 = 1;
+
 const NAME: &str = "rendering";
 const WITHOUT: &str = "rendering-without-";
+const DRAW: &str = "rendering-draw-";
 
 impl fmt::Display for RenderingModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = |without: Part| Part::NAMED.iter().find(|(part, _)| *part == without);
         match self.without.and_then(named) {
             Some((_, name)) => write!(f, "{WITHOUT}{name}"),
+            None if self.seed != SEED => write!(f, "{DRAW}{}", self.seed),
             None => {
                 let fewer = Detail::NAMED.iter().find(|(detail, _)| *detail == self.detail);
                 f.write_str(fewer.map_or(NAME, |(_, name)| name))
@@ -139,6 +144,10 @@ impl FromStr for RenderingModel {
 
     fn from_str(text: &str) -> Result<Self, UnknownVariant> {
         let part = |name: &str| Part::NAMED.iter().find(|(_, own)| *own == name).map(|(part, _)| *part);
+        if let Some(seed) = text.strip_prefix(DRAW) {
+            let seed = seed.parse().map_err(|_| UnknownVariant)?;
+            return Ok(Self { seed, ..Self::default() });
+        }
         match text.strip_prefix(WITHOUT) {
             Some(name) => Ok(Self { without: Some(part(name).ok_or(UnknownVariant)?), ..Self::default() }),
             None if text == NAME => Ok(Self::default()),
@@ -175,6 +184,9 @@ mod tests {
             let model: RenderingModel = name.parse().unwrap();
             assert!(model.detail == detail && model.to_string() == name);
         }
+        let drawn: RenderingModel = "rendering-draw-7".parse().unwrap();
+        assert!(drawn.seed == 7 && drawn.to_string() == "rendering-draw-7");
+        assert!("rendering-draw-x".parse::<RenderingModel>().is_err());
         assert!("rendering-without-bodies".parse::<RenderingModel>().is_err());
     }
 }
