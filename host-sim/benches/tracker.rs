@@ -31,6 +31,7 @@ use host_tracker::net::tracking::{Parts, TrackingLoop};
 use kehai::seal::{Nonces, Role};
 use kehai::wire::{HEADER_LEN, Incoming, Message, Request};
 use kehai_tracking::keys::{Clear, Keys, Links};
+use kehai_tracking::observation::LATE_S;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::session::Session;
 use kehai_tracking::site_tracker::SiteTracker;
@@ -188,67 +189,100 @@ fn cost(world: &World, tracker: Choice) -> Result<Cost, Box<dyn Error>> {
     })
 }
 
-/// A host and its newest requests: the record's answers are to those of the host that was simulated.
-#[derive(Clone, Copy)]
-struct Host {
-    address: SocketAddr,
-    /// Request id and T1.
-    subscribe: [u8; 12],
-    /// Request id.
+/// A module of the record, as it answers the live host.
+struct Answers {
+    /// Where the host is, once it has asked.
+    host: Option<SocketAddr>,
+    /// Request id of its newest question for information.
     info: [u8; 4],
+    /// What the module answered to its subscriber in the record, and its clock, µs ahead of the record's.
+    subscribed: Option<(Vec<u8>, i64)>,
 }
 
-impl Host {
-    fn note(&mut self, request: &[u8]) {
-        let Ok(incoming) = Incoming::open(request) else { return };
-        let id = incoming.request_id.to_le_bytes();
+impl Answers {
+    /// Of each module, by what it sent in the record.
+    fn of(record: &Record) -> Vec<Self> {
+        let silent = |_| Self { host: None, info: [0; 4], subscribed: None };
+        let mut all: Vec<Self> = (0..record.modules.len()).map(silent).collect();
+        for arrival in &record.arrivals {
+            if let Some(own) = all.get_mut(usize::from(arrival.module)).filter(|own| own.subscribed.is_none())
+                && let Ok((_, Message::Subscribed(subscribed))) = Message::decode(&arrival.bytes)
+            {
+                let ahead_us = subscribed.t3_us as i64 - arrival.at_us as i64;
+                own.subscribed = Some((arrival.bytes.to_vec(), ahead_us));
+            }
+        }
+        all
+    }
+
+    /// Takes a request of the host. One to subscribe is answered at once, or the host would learn a false time of the module.
+    fn take(&mut self, request: &[u8], from: SocketAddr, now_us: u64) -> Option<Vec<u8>> {
+        self.host = Some(from);
+        let incoming = Incoming::open(request).ok()?;
         match incoming.request(incoming.header.identity) {
             Ok(Request::Subscribe { t1 }) => {
-                self.subscribe[..4].copy_from_slice(&id);
-                self.subscribe[4..].copy_from_slice(&t1);
+                let (bytes, ahead_us) = self.subscribed.as_ref()?;
+                let now_us = now_us.saturating_add_signed(*ahead_us).to_le_bytes();
+                let (head, rest) = bytes.split_at(HEADER_LEN);
+                let id = incoming.request_id.to_le_bytes();
+                let times = [&id[..], &t1, &now_us, &now_us].concat();
+                Some([head, &times, rest.get(times.len()..)?].concat())
             }
-            Ok(Request::Info) => self.info = id,
-            _ => {}
+            Ok(Request::Info) => {
+                self.info = incoming.request_id.to_le_bytes();
+                None
+            }
+            _ => None,
         }
     }
 
-    /// The datagram, as an answer to this host.
-    fn answer(&self, bytes: &[u8]) -> Vec<u8> {
+    /// A datagram of the record, for this host; none that answers another one's subscription.
+    fn played(&self, bytes: &[u8]) -> Option<Vec<u8>> {
         let own: &[u8] = match Message::decode(bytes) {
-            Ok((_, Message::Cookie { .. } | Message::Subscribed(_))) => &self.subscribe,
+            Ok((_, Message::Cookie { .. } | Message::Subscribed(_))) => return None,
             Ok((_, Message::Info(_))) => &self.info,
             _ => &[],
         };
-        let mut answer = bytes.to_vec();
-        answer[HEADER_LEN..HEADER_LEN + own.len()].copy_from_slice(own);
-        answer
+        let mut played = bytes.to_vec();
+        played[HEADER_LEN..HEADER_LEN + own.len()].copy_from_slice(own);
+        Some(played)
     }
 }
 
+/// What became of the datagrams that were to be sent.
+#[derive(Clone, Copy, Default)]
+struct Sent {
+    reports: u64,
+    /// Reports that the sender itself was slow to send: by more than a tracker waits.
+    behind: u64,
+    most_behind_s: f64,
+}
+
 /// Sends the datagrams of a record at their times of arrival, each module from its own socket.
-fn send(record: &Record, sockets: &[UdpSocket], begun: Instant) -> u64 {
-    let mut to: Vec<Option<Host>> = vec![None; sockets.len()];
-    let mut reports = 0;
+fn send(record: &Record, mut modules: Vec<Answers>, sockets: &[UdpSocket], begun: Instant) -> Sent {
+    let mut sent = Sent::default();
     let mut asked = [0; 2048];
     for arrival in &record.arrivals {
         let at = Duration::from_micros(arrival.at_us);
         std::thread::sleep(at.saturating_sub(begun.elapsed()));
-        let (Some(socket), Some(to)) =
-            (sockets.get(usize::from(arrival.module)), to.get_mut(usize::from(arrival.module)))
-        else {
-            continue;
-        };
-        // Every request subscribes its sender; the record holds the answers.
+        let module = usize::from(arrival.module);
+        let (Some(socket), Some(answers)) = (sockets.get(module), modules.get_mut(module)) else { continue };
+        // Every request subscribes its sender.
         while let Ok((length, from)) = socket.recv_from(&mut asked) {
-            let host = to.get_or_insert(Host { address: from, subscribe: [0; 12], info: [0; 4] });
-            host.note(&asked[..length]);
+            if let Some(answer) = answers.take(&asked[..length], from, begun.elapsed().as_micros() as u64) {
+                let _ = socket.send_to(&answer, from);
+            }
         }
-        let Some(host) = to else { continue };
-        if socket.send_to(&host.answer(&arrival.bytes), host.address).is_ok() {
-            reports += u64::from(matches!(Message::decode(&arrival.bytes), Ok((_, Message::Report(_)))));
+        let Some((host, played)) = answers.host.zip(answers.played(&arrival.bytes)) else { continue };
+        let is_report = matches!(Message::decode(&arrival.bytes), Ok((_, Message::Report(_))));
+        if socket.send_to(&played, host).is_ok() && is_report {
+            let behind_s = begun.elapsed().saturating_sub(at).as_secs_f64();
+            sent.reports += 1;
+            sent.behind += u64::from(behind_s > LATE_S);
+            sent.most_behind_s = sent.most_behind_s.max(behind_s);
         }
     }
-    reports
+    sent
 }
 
 /// Follows modules over the loopback for so long; reports sent, and how many of them never came.
@@ -262,9 +296,10 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     let (socket, site_tracker) = (TrackingLoop::bind()?, site_tracker(&record, Choice::default()));
     let links = Links::new(Arc::new(Keys::none()), Role::Read, Nonces::new([0; 16]), Clear::Believed);
     let mut tracking = TrackingLoop::new(socket, (registry, links), None, site_tracker, Parts::default())?;
+    let answers = Answers::of(&record);
     let begun = Instant::now();
     let sent = std::thread::scope(|scope| {
-        let sender = scope.spawn(|| send(&record, &sockets, begun));
+        let sender = scope.spawn(|| send(&record, answers, &sockets, begun));
         while tracking.now_us() < (u64::from(seconds) + 1) * 1_000_000 {
             tracking.snapshot()?;
         }
@@ -282,7 +317,8 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     if drops.late > 0 {
         println!("  ({} of them came too late to be used)", drops.late);
     }
-    Ok((sent, sent.saturating_sub(came)))
+    println!("  (the sender was late itself with {}, by up to {:.2} s)", sent.behind, sent.most_behind_s);
+    Ok((sent.reports, sent.reports.saturating_sub(came)))
 }
 
 fn report(loopback_s: u32, loopback_modules: usize) -> Result<ExitCode, Box<dyn Error>> {

@@ -32,6 +32,7 @@ mod equations;
 pub mod joint;
 mod limits;
 mod names;
+mod nearby;
 mod result;
 pub mod room;
 mod row;

@@ -80,8 +80,10 @@ pub(super) enum Scan {
 pub struct Walk {
     /// A module's scans by their slot.
     scans: Vec<BTreeMap<i64, Scan>>,
-    /// Slots in which some module saw several people.
-    crowds: BTreeMap<i64, usize>,
+    /// Slots in which some module saw several people, and which one; by module where only those nearby matter.
+    crowds: Vec<BTreeMap<i64, usize>>,
+    /// Of each module those that may see the same person; `None`: all others.
+    nearby: Option<Vec<Vec<usize>>>,
     /// Of the modules that are floors.
     steps: Vec<Steps>,
 }
@@ -91,7 +93,27 @@ impl Walk {
     #[must_use]
     pub fn new(modules: usize) -> Self {
         let (scans, steps) = (vec![BTreeMap::new(); modules], vec![Steps::default(); modules]);
-        Self { scans, crowds: BTreeMap::new(), steps }
+        Self { scans, crowds: vec![BTreeMap::new()], nearby: None, steps }
+    }
+
+    /// A walk of which a module knows only what those say that may see the same person: none until [`Self::set_nearby`].
+    #[must_use]
+    pub(super) fn apart(modules: usize) -> Self {
+        let crowds = vec![BTreeMap::new(); modules];
+        Self { crowds, nearby: Some(vec![Vec::new(); modules]), ..Self::new(modules) }
+    }
+
+    /// From now on these may see the same person as a module: a list for each.
+    pub(super) fn set_nearby(&mut self, nearby: Vec<Vec<usize>>) {
+        self.nearby = Some(nearby);
+    }
+
+    /// The other modules that may see the same person, in their order.
+    pub(super) fn others(&self, module: usize) -> impl Iterator<Item = usize> + '_ {
+        let nearby = self.nearby.as_ref().map(|nearby| nearby.get(module).map_or(&[][..], Vec::as_slice));
+        let all = if nearby.is_none() { 0..self.modules() } else { 0..0 };
+        let others = nearby.unwrap_or_default().iter().copied().chain(all);
+        others.filter(move |other| *other != module)
     }
 
     /// How many modules there are.
@@ -110,14 +132,22 @@ impl Walk {
         let Some(scans) = self.scans.get_mut(module) else { return };
         let slot = (start_s / SLOT_S).floor() as i64;
         if matches!(scan, Scan::Several) {
-            self.crowds.insert(slot, module);
+            let whose = self
+                .nearby
+                .as_ref()
+                .map_or(&[0][..], |nearby| nearby.get(module).map_or(&[][..], Vec::as_slice));
+            let own = self.nearby.is_some().then_some(module);
+            for whose in whose.iter().copied().chain(own) {
+                let Some(crowds) = self.crowds.get_mut(whose) else { continue };
+                crowds.insert(slot, module);
+                if crowds.len() > MOST {
+                    crowds.pop_first();
+                }
+            }
         }
         scans.insert(slot, scan);
         if scans.len() > MOST {
             scans.pop_first();
-        }
-        while self.crowds.len() > MOST {
-            self.crowds.pop_first();
         }
     }
 
@@ -128,17 +158,30 @@ impl Walk {
         }
     }
 
-    fn is_crowded(&self, slot: i64) -> bool {
-        self.crowds.range(slot - CROWD_SLOTS..=slot + CROWD_SLOTS).next().is_some()
+    /// The crowds that matter to a module.
+    fn crowds(&self, module: usize) -> Option<&BTreeMap<i64, usize>> {
+        self.crowds.get(if self.nearby.is_some() { module } else { 0 })
+    }
+
+    fn is_crowded(&self, module: usize, slot: i64) -> bool {
+        let around = slot - CROWD_SLOTS..=slot + CROWD_SLOTS;
+        self.crowds(module).is_some_and(|crowds| crowds.range(around).next().is_some())
+    }
+
+    /// Whether several people were in view within the half second before `at_s`.
+    pub(super) fn was_crowded(&self, module: usize, at_s: f64) -> bool {
+        let slot = (at_s / SLOT_S).floor() as i64;
+        let before = slot - CROWD_SLOTS..=slot;
+        self.crowds(module).is_some_and(|crowds| crowds.range(before).next().is_some())
     }
 
     /// Everything that counts, by time.
     #[must_use]
     pub fn glimpses(&self) -> Vec<Glimpse> {
         let mut all: Vec<Glimpse> = Vec::new();
-        for scans in &self.scans {
+        for (module, scans) in self.scans.iter().enumerate() {
             all.extend(scans.iter().filter_map(|(slot, scan)| match scan {
-                Scan::One(glimpse) if !self.is_crowded(*slot) => Some(*glimpse),
+                Scan::One(glimpse) if !self.is_crowded(module, *slot) => Some(*glimpse),
                 _ => None,
             }));
         }
@@ -179,7 +222,8 @@ impl Walk {
                 Some(Scan::One(there)) => Some(*there),
                 _ => None,
             })?;
-            (!self.is_crowded(*slot)).then_some((*here, found))
+            let is_crowded = self.is_crowded(one, *slot) || self.is_crowded(other, *slot);
+            (!is_crowded).then_some((*here, found))
         })
     }
 
@@ -192,9 +236,10 @@ impl Walk {
     /// Every pair that saw the walker together, and for how long, s.
     #[must_use]
     pub fn pairs(&self) -> Vec<((usize, usize), f64)> {
-        let modules = self.modules();
-        let pairs = (0..modules).flat_map(|one| (one + 1..modules).map(move |other| (one, other)));
-        pairs
+        let later =
+            |one: usize| self.others(one).filter(move |other| *other > one).map(move |other| (one, other));
+        (0..self.modules())
+            .flat_map(later)
             .map(|pair| (pair, self.common_s(pair.0, pair.1)))
             .filter(|(_, common_s)| *common_s > 0.0)
             .collect()
@@ -210,7 +255,9 @@ impl Walk {
     /// For how long several people were in view, s, and of which module last.
     #[must_use]
     pub fn crowded(&self) -> (f64, Option<usize>) {
-        (self.crowds.len() as f64 * SLOT_S, self.crowds.last_key_value().map(|(_, module)| *module))
+        let slots: BTreeMap<i64, usize> =
+            self.crowds.iter().flatten().map(|(slot, module)| (*slot, *module)).collect();
+        (slots.len() as f64 * SLOT_S, slots.last_key_value().map(|(_, module)| *module))
     }
 
     /// The newest glimpse of a module since `from_s`.
@@ -229,7 +276,9 @@ impl Walk {
         for scans in &mut self.scans {
             *scans = scans.split_off(&first);
         }
-        self.crowds = self.crowds.split_off(&first);
+        for crowds in &mut self.crowds {
+            *crowds = crowds.split_off(&first);
+        }
     }
 
     /// The modules that see the walker at `at_s`, within the last half second, and the modules that see several people.

@@ -6,7 +6,7 @@
 //!   met      others see a walker where this one should: it detects · it is blocked · it sees free space there
 //! ```
 //!
-//! Only moments with one walker count, so a crowd raises nothing. What was found stays until the module agrees with the
+//! Only moments with one walker count, so a crowd raises nothing where it is, nor where its place may be seen (`nearby`). What was found stays until the module agrees with the
 //! others again, or the site is changed.
 
 use std::collections::VecDeque;
@@ -18,6 +18,7 @@ use crate::site::{Mover, Site};
 
 use super::align::link;
 use super::median;
+use super::nearby::{Reach, nearby};
 use super::turned::{MOST_RAD, TURN_RAD, Walls};
 use super::walk::{Glimpse, Walk};
 use super::walker::moves;
@@ -114,6 +115,9 @@ enum Outcome {
 #[derive(Clone, Debug, Default)]
 struct Known {
     view: Option<Arc<View>>,
+    /// The background that `reach` is of.
+    background_mm: Arc<[u16]>,
+    reach: Option<Reach>,
     walls: Walls,
     /// The turn that the walls say, rad to the left.
     turned_rad: Option<f64>,
@@ -135,6 +139,8 @@ pub struct PoseWatch {
     /// The module that the walk blames, of what, and how often in a row.
     blamed: Option<(usize, Finding, u32)>,
     judged_s: f64,
+    /// Whether a module may see farther than when the walk was told which are nearby, or elsewhere.
+    are_other: bool,
 }
 
 impl PoseWatch {
@@ -144,11 +150,12 @@ impl PoseWatch {
         let modules = site.modules.len();
         let movers = site.movers.iter().map(Mover::corners).collect();
         Self {
-            walk: Walk::new(modules),
+            walk: Walk::apart(modules),
             known: vec![Known::default(); modules],
             movers,
             blamed: None,
             judged_s: 0.0,
+            are_other: false,
         }
     }
 
@@ -167,6 +174,7 @@ impl PoseWatch {
         let expected = self.expected(module, observation);
         let Some(known) = self.known.get_mut(module) else { return };
         known.view = Some(Arc::clone(&observation.view));
+        self.are_other |= known.see(observation);
         known.hidden_share = hidden_share(observation);
         known.walls.observe(observation);
         known.met.extend(expected);
@@ -185,8 +193,7 @@ impl PoseWatch {
     /// A person that another module sees where this one should, and what this one makes of it.
     fn expected(&self, module: usize, observation: &Observation) -> Option<(f64, Point, Outcome)> {
         let at_s = observation.start_s;
-        let (_, crowds) = self.walk.now(at_s);
-        if !crowds.is_empty() {
+        if self.walk.was_crowded(module, at_s) {
             return None;
         }
         let other = |other: usize| {
@@ -194,7 +201,7 @@ impl PoseWatch {
             let view = self.known.get(other)?.view.as_ref()?;
             Some(view.pose.to_site(glimpse.place()))
         };
-        let place = (0..self.known.len()).filter(|number| *number != module).find_map(other)?;
+        let place = self.walk.others(module).find_map(other)?;
         let (range_m, Some(beam)) = observation.view.beam_at(place) else { return None };
         // Not at the edge of what it sees: a hand's breadth to either side, and half a metre behind.
         let aside = (0.2 / range_m.max(0.2) / f64::from(observation.view.geometry.beam_rad())) as u16;
@@ -221,6 +228,10 @@ impl PoseWatch {
     pub fn findings(&mut self, now_s: f64) -> Vec<(usize, Finding)> {
         if now_s >= self.judged_s + JUDGE_S {
             self.judged_s = now_s;
+            if std::mem::take(&mut self.are_other) {
+                let reaches: Vec<Option<Reach>> = self.known.iter().map(|known| known.reach).collect();
+                self.walk.set_nearby(nearby(&reaches, FARTHEST_M));
+            }
             self.walk.forget(now_s - WINDOW_S);
             self.judge();
         }
@@ -348,6 +359,23 @@ impl Compared {
 }
 
 impl Known {
+    /// Takes how far it sees from where; whether that is another reach than before.
+    fn see(&mut self, observation: &Observation) -> bool {
+        let at = observation.view.pose.at;
+        let is_same = self.reach.is_some_and(|reach| reach.at == at);
+        if is_same && Arc::ptr_eq(&self.background_mm, &observation.background_mm) {
+            return false;
+        }
+        let farthest_mm = observation.background_mm.iter().copied().max().unwrap_or_default();
+        // A background that is not known yet says nothing.
+        if farthest_mm == 0 {
+            return false;
+        }
+        self.background_mm = Arc::clone(&observation.background_mm);
+        let reach = Some(Reach { at, reach_m: f64::from(farthest_mm) * 1e-3 });
+        std::mem::replace(&mut self.reach, reach) != reach
+    }
+
     /// Whether the newest so many moments ended in this way, nine of ten (to be well, half), with a person walking.
     fn lately(&self, moments: usize, wanted: Outcome) -> bool {
         let newest = || self.met.iter().rev().take(moments);

@@ -154,3 +154,36 @@ fn a_covered_module_is_named() {
     }
     assert_eq!(found, [(1, Finding::Covered)]);
 }
+
+/// What the watch says of two modules, of which the second was turned by 10°, while a third sees two people, `aside_m` east of
+/// the first.
+fn beside_a_crowd(aside_m: f64) -> Vec<(usize, Finding)> {
+    let mut three = site(3);
+    three.modules[2].x = aside_m;
+    let mut watch = PoseWatch::new(&three);
+    let crowded =
+        Arc::new(View { pose: Pose { at: Point::new(aside_m, 4.0), yaw_rad: -1.57 }, ..(*view(2)).clone() });
+    let views = [view(0), view(1)];
+    let mut found = Vec::new();
+    for scan in 0..200 {
+        let at_s = f64::from(scan) * 0.1;
+        let place = walker(at_s + 0.05);
+        let turned = from_elsewhere(place, 0.17, Point::default());
+        watch.observe(&observation(&views[0], at_s, Some(place)));
+        watch.observe(&observation(&views[1], at_s, Some(turned)));
+        let mut several = observation(&crowded, at_s, Some(Point::new(aside_m, 2.0)));
+        several
+            .detections
+            .extend(observation(&crowded, at_s, Some(Point::new(aside_m + 1.0, 2.0))).detections);
+        watch.observe(&several);
+        found = watch.findings(at_s);
+    }
+    found
+}
+
+#[test]
+fn a_crowd_silences_the_watch_where_its_place_may_be_seen_and_nowhere_else() {
+    assert_eq!(beside_a_crowd(2.0), [], "the crowd may be what both see");
+    let found = beside_a_crowd(30.0);
+    assert!(matches!(found[..], [(1, Finding::Moved { .. })]), "{found:?}");
+}
