@@ -251,6 +251,8 @@ step_fmt() { cargo fmt --all --check; }
 
 step_clippy() {
     cargo clippy --locked --workspace --all-targets --all-features -- -D warnings
+    # A tracker for one site, without Zenoh and Foxglove.
+    cargo clippy --locked -p host-tracker --no-default-features -- -D warnings
     # The fuzz targets are a package of their own, and share files with tests of the workspace.
     cargo clippy --locked --manifest-path fuzz/Cargo.toml --target-dir target -- -D warnings
 }

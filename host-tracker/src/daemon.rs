@@ -338,7 +338,7 @@ impl Daemon {
         let Self { map, publisher, links, webhook, service, store, .. } = self;
         drop(map);
         drop((publisher, webhook));
-        drop(links);
+        links.stop();
         service.stop()?;
         Ok(store.map(|store| store.state()))
     }

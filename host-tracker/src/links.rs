@@ -103,4 +103,7 @@ impl Links {
         #[cfg(not(feature = "foxglove"))]
         None
     }
+
+    /// They are told no more.
+    pub fn stop(self) {}
 }
