@@ -59,6 +59,13 @@ impl Point {
         self.dot(self).sqrt()
     }
 
+    /// The vector, or one of the same direction that is so long.
+    #[must_use]
+    pub fn at_most(self, length: f64) -> Self {
+        let own = self.length();
+        if own > length { self * (length / own) } else { self }
+    }
+
     /// Direction of the vector, counter-clockwise from x.
     #[must_use]
     pub fn angle_rad(self) -> f64 {

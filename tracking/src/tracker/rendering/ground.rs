@@ -104,7 +104,9 @@ impl Ground<'_> {
             Passage::InView => crosses && (!self.covers(to) || (self.comes_out(from, to) && !self.sees(to))),
             // People come in hidden behind others.
             Passage::None if crosses && self.walls.enters(from, to) => false,
-            Passage::None => crosses || self.walls.stop(from, to) || self.leaves(from, to),
+            Passage::None => {
+                crosses || (self.walls.stop(from, to) && !self.comes_up(to)) || self.leaves(from, to)
+            }
         }
     }
 
@@ -119,6 +121,11 @@ impl Ground<'_> {
     /// Whether the middle of a body cannot be at a place beside a wall or an entry, because half of it would be in a wall.
     fn touches_wall(&self, place: Point) -> bool {
         self.walls.entry_m(place) > NEAR_M
+    }
+
+    /// Whether it is the place of a body that stands before an entry, outside: the next step leads in.
+    fn comes_up(&self, to: Point) -> bool {
+        !self.enclosed.hold(to) && !self.touches_wall(to)
     }
 
     fn comes_out(&self, from: Point, to: Point) -> bool {
@@ -184,6 +191,16 @@ mod tests {
         let (from, to) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
         assert!(!stops(4000, from, to, Passage::InView));
         assert!(stops(4000, from, to, Passage::None));
+    }
+
+    #[test]
+    fn a_hidden_body_comes_up_to_an_entry_and_in_step_by_step() {
+        let mut x = 2.3;
+        while x > 1.7 {
+            let (from, to) = (Point::new(x, 0.0), Point::new(x - 0.03, 0.0));
+            assert!(!stops(4000, from, to, Passage::None), "{x}");
+            x -= 0.03;
+        }
     }
 
     #[test]

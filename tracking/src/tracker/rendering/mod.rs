@@ -59,6 +59,9 @@ const AGAINST: (f64, f64) = (-0.6, -0.1);
 /// A body that was last seen nearer to an entry than this may have left, m: a stride, and half of a body's depth.
 const STRIDE_M: f64 = 0.35;
 
+/// Where a body was seen is known if its cloud deviates by less, m: half its width.
+const PLACED_M: f64 = 0.3;
+
 /// Most bodies.
 const BODIES: usize = 1024;
 
@@ -140,10 +143,14 @@ impl Rendering {
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
             if *evidence >= SPEAKS {
                 body.supported_s = start_s;
-                let Moments { at, velocity, .. } = *body.cloud.moments();
-                body.passage = ground.passage(at, velocity);
-                body.inside = ground.enclosed.hold(at);
-                body.may_leave = !body.inside || ground.walls.entry_m(at) < STRIDE_M;
+                let moments = body.cloud.moments();
+                // A scan may speak for a part of a wide cloud, whose mean is in the shadow.
+                if moments.variance_m2() < PLACED_M * PLACED_M {
+                    let Moments { at, velocity, .. } = *moments;
+                    body.passage = ground.passage(at, velocity);
+                    body.inside = ground.enclosed.hold(at);
+                    body.may_leave = !body.inside || ground.walls.entry_m(at) < STRIDE_M;
+                }
             } else if *evidence < -SPEAKS && self.model.has(Part::Surprise) {
                 let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
                 body.cloud.surprise(standing, body.way(ground, start_s), &mut self.random);

@@ -24,7 +24,7 @@ pub enum Part {
     Surprise,
     /// Who comes into view in an enclosed zone is a body that was hidden there.
     Conservation,
-    /// A datum is 8 cm of silhouette; without it, a beam.
+    /// A datum is 15 cm of silhouette; without it, a beam.
     Datum,
     /// The edge of a silhouette is soft.
     SoftEdge,

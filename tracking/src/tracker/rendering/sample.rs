@@ -20,6 +20,9 @@ const KEEPS_UNSEEN_S: f64 = 0.6;
 const PROCESS_NOISE: f64 = 2.0;
 const PROCESS_NOISE_UNSEEN: f64 = 0.7;
 
+/// A person who runs in is not faster, m/s. A cloud that takes another's outline would be.
+const FASTEST_MPS: f64 = 3.5;
+
 /// Process noise of the place, m per √s: model error.
 const DRIFT: f64 = 0.02;
 
@@ -122,7 +125,7 @@ impl Sample {
         let &Step { step_s, root, slower, process_noise, stays_out } = step;
         let noise = if lively { 3.0 } else { 1.0 } * process_noise * root;
         let (x, y) = random.pair();
-        self.velocity = self.velocity * slower + Point::new(x, y) * noise;
+        self.velocity = (self.velocity * slower + Point::new(x, y) * noise).at_most(FASTEST_MPS);
         let (x, y) = random.pair();
         let next = self.at + self.velocity * step_s + Point::new(x, y) * (DRIFT * root);
         if way.stops(self.at, next) {

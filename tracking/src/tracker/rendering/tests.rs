@@ -309,7 +309,8 @@ fn a_box_before_the_belly_makes_a_body_deeper_and_no_second_one() {
         let mut bench = Bench::new();
         bench.tracker.random = Random::new(seed);
         (0..20).for_each(|_| bench.shows(&[(2.0, 0.0)]));
-        (0..30).for_each(|_| bench.shows_deep(&[(2.0, 0.0)], 1.7));
+        // Two seconds, in which a box is lifted.
+        (0..40).for_each(|_| bench.shows_deep(&[(2.0, 0.0)], 1.7));
         assert_eq!(bench.tracks().len(), 1);
         let samples = &bench.tracker.bodies[0].cloud.samples();
         samples.iter().map(|sample| sample.depth).sum::<f64>() / samples.len() as f64

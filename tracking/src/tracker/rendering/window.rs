@@ -13,8 +13,10 @@ use super::ellipse::{Fan, MISS, Outline};
 use super::scan::Scan;
 use crate::geometry::Point;
 
-/// Arc of silhouette that is one independent datum, m: neighbouring beams share the error of the shape.
-const DATUM_M: f64 = 0.08;
+/// Arc of silhouette that is one independent datum, m: neighbouring beams share the error of the shape, which an arm of 8 cm
+/// makes on both of its sides. Of a body that is not seen a sliver comes into view, and each arm's width of it counts.
+const DATUM_M: f64 = 0.15;
+const DATUM_UNSEEN_M: f64 = 0.08;
 
 /// Beams nearer to each other than this at a body are left out, m; at one that is not seen, of which a sliver may come
 /// into view, every one counts that is this far from the next.
@@ -57,14 +59,15 @@ pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
         return None;
     }
     let grain_m = aim.distance_m.max(0.2) * scan.beam_rad();
-    let grain = if body.is_unseen(body.cloud.at_s()) { GRAIN_UNSEEN_M } else { GRAIN_M };
+    let is_unseen = body.is_unseen(body.cloud.at_s());
+    let (grain, datum_m) = if is_unseen { (GRAIN_UNSEEN_M, DATUM_UNSEEN_M) } else { (GRAIN_M, DATUM_M) };
     let stride = ((grain / grain_m) as usize).max(1) * divisor;
     let (first, last) = (first.max(0.0) as usize / stride * stride, last.min(beams - 1.0) as usize);
     Some(Window {
         first,
         last,
         stride,
-        weight: (stride as f64 * grain_m / DATUM_M).min(1.0),
+        weight: (stride as f64 * grain_m / datum_m).min(1.0),
         delay_s: scan.delay_s(aim.beam),
         fan: Fan::of((first..=last).step_by(stride).map(|beam| scan.towards(beam))),
         aim,
