@@ -17,7 +17,7 @@ use crate::geometry::Point;
 pub struct Reach {
     /// Its place, m.
     pub at: Point,
-    /// The farthest of its background, m; beams without one are taken to reach as far as the farthest that has one.
+    /// The farthest of its background, m: of an open beam, how far it surely sees.
     pub reach_m: f64,
 }
 
