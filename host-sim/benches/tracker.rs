@@ -256,11 +256,29 @@ struct Sent {
     /// Reports that the sender itself was slow to send: by more than a tracker waits.
     behind: u64,
     most_behind_s: f64,
+    processor_s: f64,
+}
+
+/// Processor time of this process's threads of that name so far, s; of this one if none is given.
+fn processor_s(name: Option<&str>) -> f64 {
+    /// Ticks a second, in which Linux counts to all programs.
+    const TICKS: f64 = 100.0;
+    let of = |folder: &Path| {
+        let stat = std::fs::read_to_string(folder.join("stat")).ok()?;
+        // After the name in brackets: state, ten more, utime, stime.
+        let mut times = stat.rsplit_once(')')?.1.split_whitespace().skip(11).map(str::parse::<f64>);
+        Some((times.next()?.ok()? + times.next()?.ok()?) / TICKS)
+    };
+    let Some(name) = name else { return of(Path::new("/proc/thread-self")).unwrap_or_default() };
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten().map(|task| task.path());
+    let is_of =
+        |folder: &PathBuf| std::fs::read_to_string(folder.join("comm")).is_ok_and(|comm| comm.trim() == name);
+    tasks.filter(is_of).filter_map(|folder| of(&folder)).sum()
 }
 
 /// Sends the datagrams of a record at their times of arrival, each module from its own socket.
 fn send(record: &Record, mut modules: Vec<Answers>, sockets: &[UdpSocket], begun: Instant) -> Sent {
-    let mut sent = Sent::default();
+    let (mut sent, before_s) = (Sent::default(), processor_s(None));
     let mut asked = [0; 2048];
     for arrival in &record.arrivals {
         let at = Duration::from_micros(arrival.at_us);
@@ -282,7 +300,7 @@ fn send(record: &Record, mut modules: Vec<Answers>, sockets: &[UdpSocket], begun
             sent.most_behind_s = sent.most_behind_s.max(behind_s);
         }
     }
-    sent
+    Sent { processor_s: processor_s(None) - before_s, ..sent }
 }
 
 /// Follows modules over the loopback for so long; reports sent, and how many of them never came.
@@ -297,7 +315,7 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     let links = Links::new(Arc::new(Keys::none()), Role::Read, Nonces::new([0; 16]), Clear::Believed);
     let mut tracking = TrackingLoop::new(socket, (registry, links), None, site_tracker, Parts::default())?;
     let answers = Answers::of(&record);
-    let begun = Instant::now();
+    let (begun, before_s) = (Instant::now(), processor_s(None));
     let sent = std::thread::scope(|scope| {
         let sender = scope.spawn(|| send(&record, answers, &sockets, begun));
         while tracking.now_us() < (u64::from(seconds) + 1) * 1_000_000 {
@@ -317,6 +335,12 @@ fn loopback(modules: usize, seconds: u32) -> Result<(u64, u64), Box<dyn Error>> 
     if drops.late > 0 {
         println!("  ({} of them came too late to be used)", drops.late);
     }
+    println!(
+        "  (processor time: tracking {:.1} s, receiver {:.1} s, sender {:.1} s)",
+        processor_s(None) - before_s,
+        processor_s(Some("receiver")),
+        sent.processor_s
+    );
     println!("  (the sender was late itself with {}, by up to {:.2} s)", sent.behind, sent.most_behind_s);
     Ok((sent.reports, sent.reports.saturating_sub(came)))
 }
