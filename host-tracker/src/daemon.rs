@@ -337,8 +337,7 @@ impl Daemon {
     pub fn stop(self) -> io::Result<Option<StoreState>> {
         let Self { map, publisher, links, webhook, service, store, .. } = self;
         drop(map);
-        drop((publisher, webhook));
-        links.stop();
+        drop((publisher, webhook, links));
         service.stop()?;
         Ok(store.map(|store| store.state()))
     }

@@ -103,7 +103,4 @@ impl Links {
         #[cfg(not(feature = "foxglove"))]
         None
     }
-
-    /// They are told no more.
-    pub fn stop(self) {}
 }

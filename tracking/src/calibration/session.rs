@@ -382,7 +382,7 @@ impl Active {
             advice_is: Some(ToldAdvice::of(&self.advice.with_turned(&self.turned), &names)),
             place: self.place(),
             sees: sees.into_iter().map(name).collect(),
-            crowded_s: self.walk.crowded().0,
+            crowded_s: self.walk.crowded_s(),
             pairs: self.walk.pairs().into_iter().filter(|pair| pair.1 >= OVERLAP_S).map(pair).collect(),
             found: found.map(|found| self.found(found, &names)),
             refused: refused.map(|refusal| words::refusal(refusal, &names)),

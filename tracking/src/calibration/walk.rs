@@ -9,7 +9,7 @@
 //! `look` decides what a scan shows. A floor is one more module here, behind those that measure beams: it sees a place in its
 //! own frame, in which its outer corner is the origin.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::floor::Reading;
 use crate::geometry::Point;
@@ -80,8 +80,8 @@ pub(super) enum Scan {
 pub struct Walk {
     /// A module's scans by their slot.
     scans: Vec<BTreeMap<i64, Scan>>,
-    /// Slots in which some module saw several people, and which one; by module where only those nearby matter.
-    crowds: Vec<BTreeMap<i64, usize>>,
+    /// Slots in which some module saw several people: one set of all modules, or one for each where only those nearby matter.
+    crowds: Vec<BTreeSet<i64>>,
     /// Of each module those that may see the same person; `None`: all others.
     nearby: Option<Vec<Vec<usize>>>,
     /// Of the modules that are floors.
@@ -93,13 +93,13 @@ impl Walk {
     #[must_use]
     pub fn new(modules: usize) -> Self {
         let (scans, steps) = (vec![BTreeMap::new(); modules], vec![Steps::default(); modules]);
-        Self { scans, crowds: vec![BTreeMap::new()], nearby: None, steps }
+        Self { scans, crowds: vec![BTreeSet::new()], nearby: None, steps }
     }
 
     /// A walk of which a module knows only what those say that may see the same person: none until [`Self::set_nearby`].
     #[must_use]
     pub(super) fn apart(modules: usize) -> Self {
-        let crowds = vec![BTreeMap::new(); modules];
+        let crowds = vec![BTreeSet::new(); modules];
         Self { crowds, nearby: Some(vec![Vec::new(); modules]), ..Self::new(modules) }
     }
 
@@ -110,10 +110,9 @@ impl Walk {
 
     /// The other modules that may see the same person, in their order.
     pub(super) fn others(&self, module: usize) -> impl Iterator<Item = usize> + '_ {
-        let nearby = self.nearby.as_ref().map(|nearby| nearby.get(module).map_or(&[][..], Vec::as_slice));
-        let all = if nearby.is_none() { 0..self.modules() } else { 0..0 };
-        let others = nearby.unwrap_or_default().iter().copied().chain(all);
-        others.filter(move |other| *other != module)
+        let nearby = self.nearby.iter().filter_map(move |nearby| nearby.get(module)).flatten().copied();
+        let all = self.nearby.is_none().then(|| 0..self.modules());
+        nearby.chain(all.into_iter().flatten()).filter(move |other| *other != module)
     }
 
     /// How many modules there are.
@@ -129,22 +128,24 @@ impl Walk {
 
     /// Takes what a module saw in one scan that began at `start_s`.
     pub(super) fn extend(&mut self, module: usize, start_s: f64, scan: Scan) {
-        let Some(scans) = self.scans.get_mut(module) else { return };
+        if module >= self.modules() {
+            return;
+        }
         let slot = (start_s / SLOT_S).floor() as i64;
         if matches!(scan, Scan::Several) {
-            let whose = self
-                .nearby
-                .as_ref()
-                .map_or(&[0][..], |nearby| nearby.get(module).map_or(&[][..], Vec::as_slice));
-            let own = self.nearby.is_some().then_some(module);
-            for whose in whose.iter().copied().chain(own) {
+            let matters_to: Vec<usize> = match &self.nearby {
+                None => vec![0],
+                Some(_) => self.others(module).chain([module]).collect(),
+            };
+            for whose in matters_to {
                 let Some(crowds) = self.crowds.get_mut(whose) else { continue };
-                crowds.insert(slot, module);
+                crowds.insert(slot);
                 if crowds.len() > MOST {
                     crowds.pop_first();
                 }
             }
         }
+        let Some(scans) = self.scans.get_mut(module) else { return };
         scans.insert(slot, scan);
         if scans.len() > MOST {
             scans.pop_first();
@@ -159,7 +160,7 @@ impl Walk {
     }
 
     /// The crowds that matter to a module.
-    fn crowds(&self, module: usize) -> Option<&BTreeMap<i64, usize>> {
+    fn crowds(&self, module: usize) -> Option<&BTreeSet<i64>> {
         self.crowds.get(if self.nearby.is_some() { module } else { 0 })
     }
 
@@ -252,12 +253,10 @@ impl Walk {
         self.scans.get(module).map_or(0.0, |scans| scans.values().filter(one).count() as f64 * SLOT_S)
     }
 
-    /// For how long several people were in view, s, and of which module last.
+    /// For how long several people were in view of some module, s; where only those nearby matter, of the first or of those near it.
     #[must_use]
-    pub fn crowded(&self) -> (f64, Option<usize>) {
-        let slots: BTreeMap<i64, usize> =
-            self.crowds.iter().flatten().map(|(slot, module)| (*slot, *module)).collect();
-        (slots.len() as f64 * SLOT_S, slots.last_key_value().map(|(_, module)| *module))
+    pub fn crowded_s(&self) -> f64 {
+        self.crowds.first().map_or(0, BTreeSet::len) as f64 * SLOT_S
     }
 
     /// The newest glimpse of a module since `from_s`.
