@@ -135,7 +135,10 @@ impl Walls {
         if !(cell.x >= 0.0 && cell.y >= 0.0 && cell.x < self.columns as f64) {
             return false;
         }
-        self.blocked.get(cell.y as usize * self.columns + cell.x as usize).copied().unwrap_or(false)
+        self.blocked
+            .get(cell.y as u32 as usize * self.columns + cell.x as u32 as usize)
+            .copied()
+            .unwrap_or(false)
     }
 
     /// Whether a wall or entry is between two places.

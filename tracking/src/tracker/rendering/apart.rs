@@ -7,6 +7,7 @@
 //! ```
 
 use super::body::Body;
+use super::sample::Sample;
 use crate::geometry::Point;
 
 /// Deviation of the overlap that two bodies may have, m: clothes.
@@ -30,8 +31,8 @@ const NEAR_M: f64 = 1.1;
 pub struct Keeper {
     existence: f64,
     middle: Point,
-    /// No sample is farther from the middle, m.
-    spread_m: f64,
+    /// No body that is farther from the middle enters a sample, m.
+    near_m: f64,
     /// Places and headings of some.
     samples: Vec<(Point, Point)>,
 }
@@ -47,14 +48,13 @@ impl Keeper {
         let sum = samples.iter().fold(Point::default(), |sum, (at, _)| sum + *at);
         let middle = sum * (1.0 / samples.len().max(1) as f64);
         let spread_m = samples.iter().map(|(at, _)| (*at - middle).length()).fold(0.0, f64::max);
-        Self { existence, middle, spread_m, samples }
+        Self { existence, middle, near_m: spread_m + 2.0 * CORE_M.0, samples }
     }
 
     /// Log likelihood that a sample at a place does not overlap it.
     fn apart(&self, at: Point, heading: Point) -> f64 {
         let off = self.middle - at;
-        let near_m = self.spread_m + 2.0 * CORE_M.0;
-        if off.dot(off) > near_m * near_m {
+        if off.dot(off) > self.near_m * self.near_m {
             return 0.0;
         }
         let allowed = |&(other, other_heading): &(Point, Point)| {
@@ -76,11 +76,14 @@ impl Keeper {
 
 /// The other bodies that one may enter.
 pub fn keepers(bodies: &[Body], index: usize) -> Vec<Keeper> {
-    let Some(own) = bodies.get(index) else { return Vec::new() };
-    let own = own.cloud.moments();
+    let Some(body) = bodies.get(index) else { return Vec::new() };
+    let own = body.cloud.moments();
     let reach_m = NEAR_M + 2.0 * own.variance_m2().sqrt();
+    let square_m2 = |sample: &Sample| (sample.at - own.at).dot(sample.at - own.at);
+    let spread_m = body.cloud.samples().iter().map(square_m2).fold(0.0, f64::max).sqrt();
     let others = bodies.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, body)| body);
-    others.filter(|body| (body.cloud.moments().at - own.at).length() < reach_m).map(Keeper::of).collect()
+    let near = others.filter(|body| (body.cloud.moments().at - own.at).length() < reach_m).map(Keeper::of);
+    near.filter(|keeper| (keeper.middle - own.at).length() < keeper.near_m + spread_m).collect()
 }
 
 /// Log likelihood of not overlapping the other bodies.

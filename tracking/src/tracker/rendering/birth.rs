@@ -46,11 +46,12 @@ impl Rendering {
             let measured = scan.measured(beam);
             let unexplained = match measured {
                 Measured::Hit(range_m) => {
+                    let met = || fields.iter().filter_map(|field| field.at(beam));
+                    // Most hits are surely somebody's.
+                    let held = met().any(|surface| surface.holds(range_m));
                     surfaces.clear();
-                    surfaces.extend(fields.iter().filter_map(|field| field.at(beam)).copied());
-                    let held = surfaces.iter().any(|surface| surface.holds(range_m));
-                    let mixture = if held { None } else { Mixture::new(measured, &mut surfaces) };
-                    mixture.is_some_and(|mixture| mixture.is_clutter()).then_some(range_m)
+                    surfaces.extend(met().copied().take_while(|_| !held));
+                    (!held && Mixture::new(measured, &mut surfaces).is_clutter()).then_some(range_m)
                 }
                 _ => None,
             };

@@ -28,6 +28,9 @@ const STRETCHES: f64 = 0.05;
 /// Price of doing so, as a log likelihood: a hand may be anywhere within reach, and is put where something is.
 const STRETCH_PRICE: f64 = 3.0;
 
+/// A sample whose log likelihood is so far below the best one's weighs nothing: 10⁻¹³ of it.
+const NOTHING: f64 = -30.0;
+
 /// Mean and spread of a cloud.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moments {
@@ -40,9 +43,10 @@ pub struct Moments {
 impl Moments {
     fn of(samples: &[Sample], weights: &[f64]) -> Self {
         let weighted = || samples.iter().zip(weights);
-        let at = weighted().fold(Point::default(), |sum, (sample, weight)| sum + sample.at * *weight);
-        let velocity =
-            weighted().fold(Point::default(), |sum, (sample, weight)| sum + sample.velocity * *weight);
+        let (at, velocity) =
+            weighted().fold(<(Point, Point)>::default(), |(at, velocity), (sample, weight)| {
+                (at + sample.at * *weight, velocity + sample.velocity * *weight)
+            });
         let square = |[xx, xy, yy]: [f64; 3], (sample, weight): (&Sample, &f64)| {
             let off = sample.at - at;
             [xx + weight * off.x * off.x, xy + weight * off.x * off.y, yy + weight * off.y * off.y]
@@ -123,7 +127,7 @@ impl Cloud {
         let most = log_ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weighed = self.weights.iter().zip(log_ratios);
         let mut weights: Vec<f64> =
-            weighed.map(|(weight, ratio)| weight * libm::exp(power * (ratio - most))).collect();
+            weighed.map(|(weight, ratio)| weight * relative(power * (ratio - most))).collect();
         let sum: f64 = weights.iter().sum();
         if sum > 0.0 && sum.is_finite() {
             weights.iter_mut().for_each(|weight| *weight /= sum);
@@ -219,6 +223,11 @@ impl Cloud {
     fn settle(&mut self) {
         self.moments = Moments::of(&self.samples, &self.weights);
     }
+}
+
+/// How likely something is beside the best, by the difference of the log likelihoods. Most are far below it.
+pub fn relative(log_ratio: f64) -> f64 {
+    if log_ratio < NOTHING { 0.0 } else { libm::exp(log_ratio) }
 }
 
 /// Effective share of samples with these weights, which sum to 1.

@@ -33,11 +33,21 @@ const STEPS: f64 = 256.0;
 /// With soft edges, and with hard ones.
 static TABLES: LazyLock<[Vec<f64>; 2]> = LazyLock::new(|| {
     let entries = (MISS * MISS * STEPS) as usize + 1;
-    let off = |entry: usize| ((entry as f64 + 0.5) / STEPS).sqrt() - 1.0;
+    let off = |entry: usize| (entry as f64 / STEPS).sqrt() - 1.0;
     let soft = |entry| OPAQUE / (1.0 + libm::exp(off(entry) / EDGE));
     let hard = |entry| if off(entry) < 0.0 { OPAQUE } else { 0.0 };
     [(0..entries).map(soft).collect(), (0..entries).map(hard).collect()]
 });
+
+/// The nearest whole number, of one that is not negative; a number that no table holds where it is large or none. Several
+/// take three instructions, where a cast takes ten for each.
+pub const fn nearest_step(steps: f32) -> u32 {
+    /// From here on the numbers of single precision are whole, and the last bits count them.
+    const WHOLE: f32 = 8_388_608.0;
+    const MOST: f32 = 65_536.0;
+    let steps = if steps < MOST { steps } else { MOST };
+    (steps + WHOLE).to_bits() & 0x7f_ffff
+}
 
 /// Opacity by the distance at which a ray passes, looked up once for many rays.
 #[derive(Clone, Copy)]
@@ -50,14 +60,25 @@ impl Opacity {
         Self(if soft { with_soft } else { with_hard })
     }
 
-    /// To a ray that passes at the root of `off_square` half widths.
-    fn to(self, off_square: f32) -> f64 {
-        self.0.get((off_square * STEPS as f32) as usize).copied().unwrap_or(0.0)
+    /// To a ray whose square of half widths is so many steps.
+    fn to(self, steps: u32) -> f64 {
+        self.0.get(steps as usize).copied().unwrap_or(0.0)
     }
 }
 
 /// Beams that are met at once.
-const LANES: usize = 4;
+pub const LANES: usize = 4;
+
+/// What neighbouring beams of a fan meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// Place of the first of them.
+    pub first: usize,
+    /// Opacities: 0 where a beam passes.
+    pub opacity: [f64; LANES],
+    /// Ranges of the surface or of the closest approach, m.
+    pub range_m: [f32; LANES],
+}
 
 /// Directions of beams, by coordinate, so that several are met at once; the last one fills up.
 #[derive(Clone, Debug, Default)]
@@ -132,18 +153,28 @@ impl Ellipse {
         fan: &Fan,
         places: Range<usize>,
         table: Opacity,
-        mut each: impl FnMut(usize, f64, f64),
+        mut each: impl FnMut(usize, f64, f32),
     ) {
-        for first in places.clone().step_by(LANES) {
-            let (Some(x), Some(y)) = (fan.x.get(first..), fan.y.get(first..)) else { return };
-            let (Some(x), Some(y)) = (x.first_chunk(), y.first_chunk()) else { return };
-            let (off_square, range_m) = self.meet_some(x, y);
-            for (lane, place) in (first..places.end.min(first + LANES)).enumerate() {
-                let opacity = table.to(off_square[lane]);
+        let end = places.end;
+        self.meet_blocks(fan, places, table, |Block { first, opacity, range_m }| {
+            for ((place, opacity), range_m) in (first..end).zip(opacity).zip(range_m) {
                 if opacity > 0.0 {
-                    each(place, opacity, f64::from(range_m[lane]));
+                    each(place, opacity, range_m);
                 }
             }
+        });
+    }
+
+    /// Calls `each` for the blocks that hold these places; the last one may hold some more.
+    #[inline]
+    pub fn meet_blocks(&self, fan: &Fan, places: Range<usize>, table: Opacity, mut each: impl FnMut(Block)) {
+        let filled = places.start..places.start + places.len().next_multiple_of(LANES);
+        let (Some(x), Some(y)) = (fan.x.get(filled.clone()), fan.y.get(filled)) else { return };
+        let mut first = places.start;
+        for (x, y) in x.as_chunks().0.iter().zip(y.as_chunks().0) {
+            let (steps, range_m) = self.meet_some(x, y);
+            each(Block { first, opacity: steps.map(|steps| table.to(steps)), range_m });
+            first += LANES;
         }
     }
 
@@ -152,13 +183,15 @@ impl Ellipse {
     pub fn meet_one(&self, towards: Point, table: Opacity) -> (f64, f64) {
         let mut met = (0.0, f64::INFINITY);
         self.meet(&Fan::of([towards].into_iter()), 0..1, table, |_, opacity, range_m| {
-            met = (opacity, range_m)
+            met = (opacity, f64::from(range_m));
         });
         met
     }
 
-    /// Squares of the distance in half widths, and ranges.
-    fn meet_some(&self, x: &[f32; LANES], y: &[f32; LANES]) -> ([f32; LANES], [f32; LANES]) {
+    /// Squares of the distance in half widths, in steps of the table, and ranges.
+    // Inlined, its lanes are taken apart.
+    #[inline(never)]
+    fn meet_some(&self, x: &[f32; LANES], y: &[f32; LANES]) -> ([u32; LANES], [f32; LANES]) {
         let across: [f32; LANES] = from_fn(|lane| x[lane] * self.across[0] + y[lane] * self.across[1]);
         let along: [f32; LANES] = from_fn(|lane| x[lane] * self.along[0] + y[lane] * self.along[1]);
         let inverse: [f32; LANES] =
@@ -169,7 +202,7 @@ impl Ellipse {
             let closest_m = -(self.origin[0] * across[lane] + self.origin[1] * along[lane]) * inverse[lane];
             closest_m - ((1.0 - off_square[lane]).max(0.0) * inverse[lane]).sqrt()
         });
-        (off_square, range_m)
+        (from_fn(|lane| nearest_step(off_square[lane] * STEPS as f32)), range_m)
     }
 }
 
@@ -196,7 +229,9 @@ mod tests {
         let towards: Vec<Point> = (0..11).map(|beam| Point::towards(f64::from(beam) * 0.05 - 0.1)).collect();
         let mut met = Vec::new();
         let fan = Fan::of(towards.iter().copied());
-        body.meet(&fan, 1..11, table, |place, opacity, range_m| met.push((place, opacity, range_m)));
+        body.meet(&fan, 1..11, table, |place, opacity, range_m| {
+            met.push((place, opacity, f64::from(range_m)))
+        });
         let one = |place: usize| (place, body.meet_one(towards[place], table));
         let alone: Vec<_> = (1..11)
             .map(one)

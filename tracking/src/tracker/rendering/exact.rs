@@ -91,8 +91,8 @@ fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
                 [Measured::Hit(2.0 - ALONG_M), Measured::Hit(1.3), Measured::Free(2.2), Measured::Free(3.9)]
             {
                 let surface = Surface { opacity: other.0, range_m: other.1, variance_m2: 0.0 };
-                let mixture = Mixture::new(measured, &mut [surface]).unwrap();
-                fast += libm::log(mixture.ratio(own.0, own.1, noise));
+                let mixture = Mixture::new(measured, &mut [surface]);
+                fast += libm::log(mixture.ratio_alone(own.0, own.1 as f32, noise));
                 slow += libm::log(density(measured, vec![own, other]) / density(measured, vec![other]));
             }
         }
@@ -109,7 +109,7 @@ fn the_likelihood_of_all_ranges_is_what_does_not_pass() {
         .map(|measured| {
             let mut surfaces =
                 surfaces.map(|(opacity, range_m)| Surface { opacity, range_m, variance_m2: 0.0 });
-            (Mixture::new(measured, &mut surfaces).unwrap().without - 0.10) * step_m
+            (Mixture::new(measured, &mut surfaces).without - 0.10) * step_m
         })
         .sum();
     assert!((mass - (1.0 - 0.4 * 0.1)).abs() < 0.001, "{mass}");
@@ -128,7 +128,8 @@ fn the_mean_field_of_a_seen_body_is_the_mean_over_its_cloud() {
         for (beam, &measured) in BEAMS.zip(&measured) {
             let mut surfaces: Vec<Surface> = field.at(beam).copied().into_iter().collect();
             let (opacity, range_m) = own.meet_one(scan.towards(beam), table);
-            fast += libm::log(Mixture::new(measured, &mut surfaces).unwrap().ratio(opacity, range_m, noise));
+            let mixture = Mixture::new(measured, &mut surfaces);
+            fast += libm::log(mixture.ratio_alone(opacity, range_m as f32, noise));
         }
         // Exactly: the likelihood of all beams together, on the average over the other's places.
         let (mut with, mut without) = (0.0, 0.0);

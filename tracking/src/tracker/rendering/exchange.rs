@@ -9,6 +9,7 @@
 //! follows from the scan; which of them is which, from where both were.
 
 use super::body::Body;
+use super::cloud::relative;
 use super::sample::Sample;
 use crate::geometry::Point;
 
@@ -52,7 +53,7 @@ impl Before {
     fn density(&self, at: Point) -> f64 {
         let kernel = |place: &Point| {
             let off = *place - at;
-            libm::exp(-0.5 * off.dot(off) / (KERNEL_M * KERNEL_M))
+            relative(-0.5 * off.dot(off) / (KERNEL_M * KERNEL_M))
         };
         let sum: f64 = self.places.iter().map(kernel).sum();
         libm::log(

@@ -41,13 +41,13 @@ pub fn render(body: &Body, scan: &Scan, window: &Window, opacity: Opacity) -> Fi
     // Opacity, and its products with range and square of range.
     let mut sums = vec![(0.0, 0.0, 0.0); window.len()];
     let mut total = 0.0;
-    let mut arms = Arms::default();
+    let (mut arms, all) = (Arms::default(), 0..window.len());
     for (sample, weight) in body.cloud.weighted().step_by((body.cloud.samples().len() / FIELD).max(1)) {
         total += weight;
-        meet(sample, (scan, window), opacity, &mut arms, |place, Met { near, far }| {
+        meet(sample, (scan, window, &all), opacity, &mut arms, |place, Met { near, far }| {
             let mut passes = weight;
             for Layer { opacity, range_m } in [Some(near), far].into_iter().flatten() {
-                let held = passes * opacity;
+                let (held, range_m) = (passes * opacity, f64::from(range_m));
                 passes -= held;
                 let (sum, first, second) = sums[place];
                 sums[place] = (sum + held, first + held * range_m, second + held * range_m * range_m);

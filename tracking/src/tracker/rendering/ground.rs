@@ -89,7 +89,7 @@ impl Ground<'_> {
     pub fn stops(&self, from: Point, to: Point, passage: Passage) -> bool {
         // Most steps are short and far from walls and entries.
         let (was_beside, is_beside) = (self.walls.beside(from), self.walls.beside(to));
-        if !was_beside && !is_beside && (to - from).length() < SHORT_M {
+        if !was_beside && !is_beside && (to - from).dot(to - from) < SHORT_M * SHORT_M {
             return self.guards && passage == Passage::None && self.leaves(from, to);
         }
         let crosses = self.walls.between(from, to);

@@ -11,6 +11,7 @@
 //! after another (Gauss–Seidel): what one has explained, the next need not explain.
 
 mod apart;
+mod beams;
 mod birth;
 mod body;
 mod cloud;
@@ -132,7 +133,9 @@ impl Rendering {
                 let waits = look == Look::Coarse && self.is_standing(index, start_s);
                 if !looked[index].done && !waits {
                     looked[index] = self.look(index, scan, window, look);
-                    self.fields[index] = render(&self.bodies[index], scan, window, self.opacity);
+                    if looked[index].changed {
+                        self.fields[index] = render(&self.bodies[index], scan, window, self.opacity);
+                    }
                 }
             }
         }

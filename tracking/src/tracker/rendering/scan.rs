@@ -74,9 +74,13 @@ impl Scan {
             let (first, last) =
                 (geometry.beam(seen.candidate.first_step), geometry.beam(seen.candidate.last_step));
             let background = is_background(seen);
+            let knots_m = knots_m(&seen.candidate);
+            let span = f64::from(seen.candidate.last_step - seen.candidate.first_step).max(1.0);
+            let knots_a_step = (knots_m.len() - 1) as f64 / span;
             for beam in first..=last {
                 let Some(measured) = self.measured.get_mut(usize::from(beam)) else { break };
-                let range_m = range_m(&seen.candidate, geometry.step(beam));
+                let step = geometry.step(beam).saturating_sub(seen.candidate.first_step);
+                let range_m = between(&knots_m, f64::from(step) * knots_a_step);
                 *measured = if background { Measured::Free(range_m) } else { Measured::Hit(range_m) };
             }
         }
@@ -153,17 +157,31 @@ impl Scan {
     }
 }
 
-/// Range of a candidate's outline at a step, m: interpolated between the points that were sent.
-fn range_m(candidate: &Candidate, step: u16) -> f64 {
-    let points = candidate.contour.len();
-    let span = f64::from(candidate.last_step - candidate.first_step).max(1.0);
-    let place = f64::from(step.saturating_sub(candidate.first_step)) / span * (points + 1) as f64;
-    let known = |point: usize| match point {
-        0 => candidate.first_mm,
-        point if point > points => candidate.last_mm,
-        point => candidate.contour_mm(point - 1).unwrap_or(candidate.mid_mm),
-    };
-    let before = place.floor();
-    let (near, far) = (f64::from(known(before as usize)), f64::from(known(before as usize + 1)));
-    (near + (far - near) * (place - before)) * 0.001
+/// Ranges of a candidate's outline at equal distances from its first step to its last, m: the points that were sent, two at
+/// least.
+fn knots_m(candidate: &Candidate) -> Vec<f64> {
+    let known = |point| candidate.contour_mm(point).unwrap_or(candidate.mid_mm);
+    let inner = (0..candidate.contour.len()).map(known);
+    let all = [candidate.first_mm].into_iter().chain(inner).chain([candidate.last_mm]);
+    all.map(|range_mm| f64::from(range_mm) * 0.001).collect()
+}
+
+/// Interpolated at so many knots from the first.
+fn between(knots: &[f64], place: f64) -> f64 {
+    let before = place as u32 as usize;
+    let last = knots.last().copied().unwrap_or(0.0);
+    let near = knots.get(before).copied().unwrap_or(last);
+    let far = knots.get(before + 1).copied().unwrap_or(last);
+    near + (far - near) * (place - before as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_lies_on_the_line_between_two_points_that_were_sent() {
+        let found = [0.0, 0.5, 1.5, 2.0, 5.0].map(|place| between(&[1.0, 2.0, 4.0], place));
+        assert_eq!(found, [1.0, 1.5, 3.0, 4.0, 4.0]);
+    }
 }

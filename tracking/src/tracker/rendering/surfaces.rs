@@ -7,6 +7,8 @@
 //!     ╲╌╌▬▬▬▬╌╌╌╌     an arm alone
 //! ```
 
+use std::ops::Range;
+
 use super::ellipse::Opacity;
 use super::sample::Sample;
 use super::scan::Scan;
@@ -16,7 +18,7 @@ use super::window::Window;
 #[derive(Clone, Copy, Debug)]
 pub struct Layer {
     pub opacity: f64,
-    pub range_m: f64,
+    pub range_m: f32,
 }
 
 /// What is met by one beam, nearest first.
@@ -30,10 +32,10 @@ pub struct Met {
 #[derive(Default)]
 pub struct Arms(Vec<(usize, Layer)>);
 
-/// Calls `each` for the beams of a window that a sample does not let pass, counted from the window's first.
+/// Calls `each` for those beams of a window, of some, that a sample does not let pass, counted from the window's first.
 pub fn meet(
     sample: &Sample,
-    (scan, window): (&Scan, &Window),
+    (scan, window, of): (&Scan, &Window, &Range<usize>),
     opacity: Opacity,
     Arms(arms): &mut Arms,
     mut each: impl FnMut(usize, Met),
@@ -42,13 +44,13 @@ pub fn meet(
     arms.clear();
     if let Some(arm) = sample.arm() {
         let ellipse = arm.before(origin, moved);
-        ellipse.meet(&window.fan, window.covered(&arm, scan), opacity, |place, opacity, range_m| {
+        ellipse.meet(&window.fan, window.covered(&arm, scan, of), opacity, |place, opacity, range_m| {
             arms.push((place, Layer { opacity, range_m }));
         });
     }
     let torso = sample.torso();
     let ellipse = torso.before(origin, moved);
-    ellipse.meet(&window.fan, window.covered(&torso, scan), opacity, |place, opacity, range_m| {
+    ellipse.meet(&window.fan, window.covered(&torso, scan, of), opacity, |place, opacity, range_m| {
         let own = Layer { opacity, range_m };
         let met = match arms.iter().position(|(other, _)| *other == place) {
             None => Met { near: own, far: None },
@@ -89,13 +91,19 @@ mod tests {
         let sample = Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand };
         let window = window(&Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0)), &scan, 1).unwrap();
         let (mut both, mut alone) = (0, 0);
-        meet(&sample, (&scan, &window), Opacity::of(true), &mut Arms::default(), |_, met| match met.far {
-            Some(far) => {
-                assert!(met.near.range_m <= far.range_m, "{met:?}");
-                both += 1;
-            }
-            None => alone += i32::from(met.near.range_m < 1.8),
-        });
+        meet(
+            &sample,
+            (&scan, &window, &(0..window.len())),
+            Opacity::of(true),
+            &mut Arms::default(),
+            |_, met| match met.far {
+                Some(far) => {
+                    assert!(met.near.range_m <= far.range_m, "{met:?}");
+                    both += 1;
+                }
+                None => alone += i32::from(met.near.range_m < 1.8),
+            },
+        );
         assert!(both > 0 && alone > 0, "{both} before the torso, {alone} beside it");
     }
 }

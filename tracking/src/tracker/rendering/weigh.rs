@@ -4,13 +4,14 @@
 //!   others' fields ─▶ mixture of each beam ─▶ log likelihood ratio of each sample ─▶ weights, existence
 //! ```
 
-use super::apart::{apart, keepers};
-use super::cloud::effective;
+use super::apart::{Keeper, apart, keepers};
+use super::beams::Beams;
+use super::cloud::{effective, relative};
 use super::field::Field;
 use super::ray::Mixture;
 use super::sample::{COARSE, FINE, HIDDEN, Sample};
 use super::scan::{Measured, Scan};
-use super::surfaces::{Arms, Met, meet};
+use super::surfaces::{Arms, meet};
 use super::window::Window;
 use super::{Part, Rendering};
 use crate::geometry::Point;
@@ -46,20 +47,26 @@ pub struct Looked {
     pub evidence: f64,
     /// Whether the scan needs no further look.
     pub done: bool,
+    /// Whether the cloud is another than before.
+    pub changed: bool,
 }
 
 impl Rendering {
     /// One look of one body at a scan: weighs its samples.
     pub(super) fn look(&mut self, index: usize, scan: &Scan, window: &Window, look: Look) -> Looked {
-        let mixtures = self.mixtures(index, scan, window);
-        if mixtures.iter().all(Option::is_none) {
-            return Looked { evidence: 0.0, done: true };
-        }
+        let mut beams = self.beams(index, scan, window);
         if look == Look::Coarse && self.model.has(Part::Arms) {
-            let unexplained = self.unexplained(index, (scan, window), &mixtures);
+            let unexplained = self.unexplained(index, (scan, window), &beams);
             self.bodies[index].cloud.reach(&unexplained, &mut self.random);
         }
-        let log_ratios = self.log_ratios(index, (scan, window), &mixtures);
+        // After an arm was stretched out: it meets beams that hit something far before the body.
+        beams.silence(window.nearest_m(self.bodies[index].cloud.samples(), scan));
+        let is_unknown = || window.beams().all(|beam| scan.measured(beam) == Measured::Unknown);
+        let keepers = if self.model.has(Part::Apart) { keepers(&self.bodies, index) } else { Vec::new() };
+        if beams.telling().is_empty() && (keepers.is_empty() || is_unknown()) {
+            return Looked { evidence: 0.0, done: true, changed: false };
+        }
+        let log_ratios = self.log_ratios(index, (scan, window), &beams, &keepers);
         let (least, most) =
             log_ratios.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &ratio| {
                 (least.min(ratio), most.max(ratio))
@@ -83,7 +90,7 @@ impl Rendering {
             }
         }
         let of = if self.model.has(Part::BestQuarter) { 4 } else { 1 };
-        Looked { evidence: best(log_ratios, of), done: !tempered }
+        Looked { evidence: best(log_ratios, of), done: !tempered, changed: true }
     }
 
     /// Log likelihood of the scan with each sample of a body over that without it.
@@ -91,59 +98,48 @@ impl Rendering {
         &self,
         index: usize,
         (scan, window): (&Scan, &Window),
-        mixtures: &[Option<Mixture>],
+        beams: &Beams,
+        keepers: &[Keeper],
     ) -> Vec<f64> {
-        let keepers = if self.model.has(Part::Apart) { keepers(&self.bodies, index) } else { Vec::new() };
-        let noise = self.noise;
+        let (origin, noise) = (scan.origin(), self.noise);
         let mut arms = Arms::default();
         let log_ratio = |sample: &Sample| {
             let mut product = 1.0;
-            meet(sample, (scan, window), self.opacity, &mut arms, |place, Met { near, far }| {
-                let Some(Some(mixture)) = mixtures.get(place) else { return };
-                product *= match far {
-                    None => mixture.ratio(near.opacity, near.range_m, noise),
-                    // The likelihood is a mean of what the nearer one holds and of what it lets pass.
-                    Some(far) => {
-                        let held = mixture.ratio(1.0, near.range_m, noise);
-                        let passes = mixture.ratio(far.opacity, far.range_m, noise);
-                        near.opacity * held + (1.0 - near.opacity) * passes
-                    }
-                };
-            });
-            window.weight * libm::log(product.max(1e-300)) + apart(sample.at, sample.heading, &keepers)
+            if sample.hand.is_none() {
+                let torso = sample.torso();
+                let places = window.covered(&torso, scan, beams.telling());
+                let ellipse = torso.before(origin, sample.velocity * window.delay_s);
+                ellipse.meet_blocks(&window.fan, places, self.opacity, |block| {
+                    product *= beams.ratio_of_block(&block, noise);
+                });
+            } else {
+                let telling = (scan, window, beams.telling());
+                meet(sample, telling, self.opacity, &mut arms, |place, met| {
+                    product *= beams.ratio(place, met, noise);
+                });
+            }
+            window.weight * libm::log(product.max(1e-300)) + apart(sample.at, sample.heading, keepers)
         };
         self.bodies[index].cloud.samples().iter().map(log_ratio).collect()
     }
 
     /// Where something is within reach of a body that no body explains.
-    fn unexplained(
-        &self,
-        index: usize,
-        (scan, window): (&Scan, &Window),
-        mixtures: &[Option<Mixture>],
-    ) -> Vec<Point> {
+    fn unexplained(&self, index: usize, (scan, window): (&Scan, &Window), beams: &Beams) -> Vec<Point> {
         let middle = self.bodies[index].cloud.moments().at;
-        let hit = |(beam, mixture): (usize, &Option<Mixture>)| {
+        let hit = |(beam, mixture): (usize, &Mixture)| {
             let Measured::Hit(range_m) = scan.measured(beam) else { return None };
             let place = scan.origin() + scan.towards(beam) * range_m;
-            let is_clutter = mixture.as_ref().is_some_and(Mixture::is_clutter);
-            (is_clutter && (place - middle).length() < ARM_M).then_some(place)
+            (mixture.is_clutter() && (place - middle).length() < ARM_M).then_some(place)
         };
-        window.beams().zip(mixtures).filter_map(hit).collect()
+        window.beams().zip(beams.mixtures()).filter_map(hit).collect()
     }
 
     /// The beams of a window without this body.
-    fn mixtures(&self, index: usize, scan: &Scan, window: &Window) -> Vec<Option<Mixture>> {
+    fn beams(&self, index: usize, scan: &Scan, window: &Window) -> Beams {
         let others = self.fields.iter().enumerate().filter(|(other, _)| *other != index);
         let others: Vec<&Field> =
             others.map(|(_, field)| field).filter(|field| field.meets(window)).collect();
-        let mut surfaces = Vec::new();
-        let mixture = |beam| {
-            surfaces.clear();
-            surfaces.extend(others.iter().filter_map(|field| field.at(beam)).copied());
-            Mixture::new(scan.measured(beam), &mut surfaces)
-        };
-        window.beams().map(mixture).collect()
+        Beams::of(scan, window, &others)
     }
 }
 
@@ -156,6 +152,59 @@ pub fn best(mut ratios: Vec<f64>, of: usize) -> f64 {
     ratios.select_nth_unstable_by(count - 1, |one, other| other.total_cmp(one));
     ratios.truncate(count);
     let most = ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = ratios.iter().map(|ratio| libm::exp(ratio - most)).sum();
+    let sum: f64 = ratios.iter().map(|ratio| relative(ratio - most)).sum();
     most + libm::log(sum / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ::kehai::scan::{Geometry, URG_04LX};
+
+    use super::super::body::{Body, SURE};
+    use super::super::cloud::Cloud;
+    use super::super::field::render;
+    use super::super::model::RenderingModel;
+    use super::super::window::window;
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::observation::View;
+    use crate::site::Site;
+
+    #[test]
+    fn a_body_that_no_beam_tells_of_is_kept_out_of_another() {
+        let site: Site = toml::from_str("[[module]]\nname = 'm'\nx = 0\ny = 0\nyaw_deg = 0").unwrap();
+        let mut tracker = Rendering::new(&site, RenderingModel::default());
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let view = View { module: 0, pose, height_m: 1.0, geometry, upside_down: false };
+        let mut scan = Scan::of(&Arc::new(view));
+        let body = |id, x_m: f64, places_m: &[f64]| {
+            let sample = |&y_m: &f64| Sample {
+                at: Point::new(x_m, y_m),
+                velocity: Point::default(),
+                heading: Point::new(0.0, 1.0),
+                size: 1.0,
+                depth: 1.0,
+                hand: None,
+            };
+            Body::begin(id, SURE, Cloud::new(places_m.iter().map(sample).collect(), 0.0))
+        };
+        // Two bodies far behind one that may stand anywhere before them: one of these stands where the other may be.
+        scan.set(vec![Measured::Hit(0.75); scan.beams()]);
+        let before: Vec<f64> = (-5..11).map(|place| 0.1 * f64::from(place)).collect();
+        tracker.bodies = vec![body(1, 3.0, &[0.0, 0.8]), body(2, 3.0, &[0.0]), body(3, 1.0, &before)];
+        let windows: Vec<Window> =
+            tracker.bodies.iter().map(|body| window(body, &scan, 1).unwrap()).collect();
+        let rendered = tracker.bodies.iter().zip(&windows);
+        tracker.fields =
+            rendered.map(|(body, window)| render(body, &scan, window, tracker.opacity)).collect();
+        let mut beams = tracker.beams(0, &scan, &windows[0]);
+        beams.silence(windows[0].nearest_m(tracker.bodies[0].cloud.samples(), &scan));
+        assert!(beams.telling().is_empty());
+        tracker.look(0, &scan, &windows[0], Look::Fine);
+        let at = tracker.bodies[0].cloud.moments().at;
+        assert!(at.y > 0.75, "{at:?}");
+    }
 }

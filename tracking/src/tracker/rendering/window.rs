@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::body::Body;
 use super::ellipse::{Fan, MISS, Outline};
+use super::sample::Sample;
 use super::scan::Scan;
 use crate::geometry::Point;
 
@@ -45,11 +46,15 @@ pub struct Window {
 pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
     let aim = Aim::at(body.cloud.moments().at, scan);
     let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut hold = |outline: &Outline| {
+        let (middle, reach) = aim.shadow(outline, scan);
+        first = first.min(middle - reach);
+        last = last.max(middle + reach);
+    };
     for sample in body.cloud.samples() {
-        for outline in [Some(sample.torso()), sample.arm()].into_iter().flatten() {
-            let (middle, reach) = aim.shadow(&outline, scan);
-            first = first.min(middle - reach);
-            last = last.max(middle + reach);
+        hold(&sample.torso());
+        if let Some(arm) = sample.arm() {
+            hold(&arm);
         }
     }
     let reach = REACH_M / aim.distance_m.max(0.3) / scan.beam_rad();
@@ -85,12 +90,29 @@ impl Window {
         (self.first..=self.last).step_by(self.stride)
     }
 
-    /// Which of its beams an outline covers, counted from its first.
-    pub fn covered(&self, outline: &Outline, scan: &Scan) -> Range<usize> {
+    /// No part of these samples is nearer to the module, m.
+    pub fn nearest_m(&self, samples: &[Sample], scan: &Scan) -> f64 {
+        let origin = scan.origin();
+        let nearest_m = |outline: &Outline, moved: Point| {
+            (outline.middle + moved - origin).length() - outline.across_m.max(outline.along_m)
+        };
+        let of_sample = |sample: &Sample| {
+            let moved = sample.velocity * self.delay_s;
+            let torso_m = nearest_m(&sample.torso(), moved);
+            sample.arm().map_or(torso_m, |arm| torso_m.min(nearest_m(&arm, moved)))
+        };
+        samples.iter().map(of_sample).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Which of its beams an outline covers, of some of them, counted from its first.
+    pub fn covered(&self, outline: &Outline, scan: &Scan, of: &Range<usize>) -> Range<usize> {
         let (middle, reach) = self.aim.shadow(outline, scan);
         let place = |beam: f64| ((beam - self.first as f64) / self.stride as f64).max(0.0);
-        let to = (place(middle + reach) as usize + 1).min(self.len());
-        (place(middle - reach).ceil() as usize).min(to)..to
+        let to = (place(middle + reach) as u32 as usize + 1).min(of.end);
+        let from = place(middle - reach);
+        let before = from as u32;
+        let from = before as usize + usize::from(from > f64::from(before));
+        from.max(of.start).min(to)..to
     }
 }
 
@@ -110,6 +132,7 @@ impl Aim {
     }
 
     /// Middle beam of what an outline covers, and how many beams on each side.
+    #[inline]
     fn shadow(&self, outline: &Outline, scan: &Scan) -> (f64, f64) {
         let offset = outline.middle - scan.origin();
         let (ahead_m, aside_m) = (offset.dot(self.towards), self.towards.cross(offset));
