@@ -8,6 +8,7 @@
 
 use super::body::Body;
 use super::cloud::{Cloud, SAMPLES};
+use super::field::Field;
 use super::ray::{Mixture, Surface};
 use super::sample::Sample;
 use super::scan::{Measured, Scan};
@@ -37,7 +38,7 @@ const INSIDE: f64 = -5.806;
 impl Rendering {
     /// Begins bodies where hits are not explained.
     pub(super) fn begin(&mut self, scan: &Scan, start_s: f64) {
-        let fields = &self.fields;
+        let fields: Vec<&Field> = self.fields.iter().filter(|field| !field.is_empty()).collect();
         let mut surfaces: Vec<Surface> = Vec::new();
         let mut run: Vec<Point> = Vec::new();
         let mut runs: Vec<Vec<Point>> = Vec::new();

@@ -25,10 +25,12 @@ pub struct Body {
     /// When it began, and when a scan last spoke for it, s.
     pub begun_s: f64,
     pub supported_s: f64,
+    /// Until when it was doubted for what may have left, s.
+    pub doubted_s: f64,
     /// Whether it was near an entry then, so that it may have left.
     pub may_leave: bool,
-    /// Whether it was inside an enclosed zone then.
-    pub inside: bool,
+    /// The number of the enclosed zone it was in then.
+    pub inside: Option<usize>,
     /// Which entries it was about to cross then.
     pub passage: Passage,
     /// Until when it was beside a body that is older, s: it may be an arm of that one.
@@ -48,7 +50,8 @@ impl Body {
             begun_s,
             supported_s: begun_s,
             may_leave: true,
-            inside: false,
+            inside: None,
+            doubted_s: begun_s,
             passage: Passage::InView,
             accompanied_s: f64::NEG_INFINITY,
         }

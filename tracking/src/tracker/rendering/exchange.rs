@@ -34,16 +34,19 @@ const SOME: usize = 3;
 /// Where a number was before the scan.
 #[derive(Clone, Debug)]
 pub struct Before {
+    /// Its place among the bodies.
+    index: usize,
     mean: Point,
     /// Some of the samples.
     places: Vec<Point>,
 }
 
 impl Before {
-    /// Of a body.
-    pub fn of(body: &Body) -> Self {
+    /// Of the body at a place among all.
+    pub fn of(index: usize, body: &Body) -> Self {
         let place = |sample: &Sample| sample.at;
         Self {
+            index,
             mean: body.cloud.moments().at,
             places: body.cloud.samples().iter().step_by(SOME).map(place).collect(),
         }
@@ -62,29 +65,32 @@ impl Before {
     }
 }
 
-/// Exchanges the numbers of pairs of bodies. `before` holds where each of the first bodies was.
+/// Exchanges the numbers of pairs of bodies. `before` holds where some of them were.
 pub fn rename(bodies: &mut [Body], before: &mut [Before]) {
-    let count = bodies.len().min(before.len());
-    let now: Vec<Point> = bodies.iter().map(|body| body.cloud.moments().at).collect();
-    for one in 0..count {
-        if !bodies[one].confirmed || (now[one] - before[one].mean).length() < WALKED_M {
+    let place = |was: &Before| bodies.get(was.index).map_or(was.mean, |body| body.cloud.moments().at);
+    let now: Vec<Point> = before.iter().map(place).collect();
+    let confirmed: Vec<bool> =
+        before.iter().map(|was| bodies.get(was.index).is_some_and(|body| body.confirmed)).collect();
+    for one in 0..before.len() {
+        if !confirmed[one] || (now[one] - before[one].mean).length() < WALKED_M {
             continue;
         }
         let gain = |other: usize| {
             let (own, its) = (&before[one], &before[other]);
             own.density(now[other]) + its.density(now[one]) - own.density(now[one]) - its.density(now[other])
         };
-        let others = (0..count).filter(|&other| {
-            other != one && bodies[other].confirmed && (now[one] - now[other]).length() < NEAR_M
-        });
+        let others = (0..before.len())
+            .filter(|&other| other != one && confirmed[other] && (now[one] - now[other]).length() < NEAR_M);
         let best = others.map(|other| (gain(other), other)).max_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((gain, other)) = best
             && gain > CLEAR
         {
-            let id = bodies[one].id;
-            bodies[one].id = bodies[other].id;
-            bodies[other].id = id;
+            let (first, second) = (before[one].index, before[other].index);
+            let id = bodies[first].id;
+            bodies[first].id = bodies[second].id;
+            bodies[second].id = id;
             before.swap(one, other);
+            (before[one].index, before[other].index) = (first, second);
         }
     }
 }
@@ -109,7 +115,8 @@ mod tests {
 
     /// Numbers after a scan, of two bodies that were and are at these places.
     fn renamed(were: [f64; 2], are: [f64; 2]) -> [u64; 2] {
-        let mut before: Vec<Before> = were.iter().map(|&x| Before::of(&body(0, x))).collect();
+        let mut before: Vec<Before> =
+            were.iter().enumerate().map(|(index, &x)| Before::of(index, &body(0, x))).collect();
         let mut bodies = [body(1, are[0]), body(2, are[1])];
         rename(&mut bodies, &mut before);
         bodies.map(|body| body.id)
@@ -132,7 +139,8 @@ mod tests {
 
     #[test]
     fn tentative_bodies_have_no_number_to_exchange() {
-        let mut before: Vec<Before> = [0.0, 0.6].iter().map(|&x| Before::of(&body(0, x))).collect();
+        let mut before: Vec<Before> =
+            [0.0, 0.6].iter().enumerate().map(|(index, &x)| Before::of(index, &body(0, x))).collect();
         let mut bodies = [body(1, 0.55), Body { confirmed: false, ..body(2, 0.05) }];
         rename(&mut bodies, &mut before);
         assert_eq!(bodies.map(|body| body.id), [1, 2]);

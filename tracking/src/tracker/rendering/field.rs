@@ -23,6 +23,11 @@ pub struct Field {
 }
 
 impl Field {
+    /// Whether it is in the way of no beam.
+    pub fn is_empty(&self) -> bool {
+        self.surfaces.is_empty()
+    }
+
     /// Whether it is in the way of a window's beams.
     pub fn meets(&self, window: &Window) -> bool {
         let behind_last = self.first + self.surfaces.len() * self.stride;

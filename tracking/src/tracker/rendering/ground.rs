@@ -7,6 +7,7 @@
 //! ```
 
 use super::model::{Part, RenderingModel};
+use super::modules::Modules;
 use super::scan::Scan;
 use crate::cells::Areas;
 use crate::geometry::Point;
@@ -41,19 +42,18 @@ pub struct Terrain {
     pub walls: Walls,
     /// Zones that nobody leaves but by an entry.
     pub enclosed: Areas,
-    /// Of each module.
-    pub scans: Vec<Option<Scan>>,
+    pub modules: Modules,
 }
 
 impl Terrain {
     pub fn of(site: &Site) -> Self {
-        Self { walls: Walls::of(site), enclosed: site.enclosed(), scans: vec![None; site.modules.len()] }
+        Self { walls: Walls::of(site), enclosed: site.enclosed(), modules: Modules::of(site.modules.len()) }
     }
 
-    /// The ground while a scan is taken, which is not among `scans` meanwhile.
+    /// The ground while a scan is taken, which is not among those of `modules` meanwhile.
     pub fn ground<'a>(&'a self, model: RenderingModel, newest: &'a Scan) -> Ground<'a> {
         let guards = model.has(Part::Entries);
-        Ground { walls: &self.walls, enclosed: &self.enclosed, guards, scans: &self.scans, newest }
+        Ground { walls: &self.walls, enclosed: &self.enclosed, guards, modules: &self.modules, newest }
     }
 }
 
@@ -65,8 +65,8 @@ pub struct Ground<'a> {
     pub enclosed: &'a Areas,
     /// Whether entries stop whom no module sees.
     pub guards: bool,
-    pub scans: &'a [Option<Scan>],
-    /// The scan that is being taken, which is not among `scans` meanwhile.
+    pub modules: &'a Modules,
+    /// The scan that is being taken, which is not among those of `modules` meanwhile.
     pub newest: &'a Scan,
 }
 
@@ -134,7 +134,7 @@ impl Ground<'_> {
 
     /// Whether a module sees a place now: no body stands before it.
     fn sees(&self, place: Point) -> bool {
-        self.newest.sees(place) || self.scans.iter().flatten().any(|scan| scan.sees(place))
+        self.newest.sees(place) || self.modules.asked().any(|scan| scan.sees(place))
     }
 
     fn leaves(&self, from: Point, to: Point) -> bool {
@@ -143,13 +143,8 @@ impl Ground<'_> {
 
     /// Whether a module sees a place when nothing stands before it.
     fn covers(&self, place: Point) -> bool {
-        covered(place, self.newest, self.scans)
+        self.modules.cover(place, self.newest)
     }
-}
-
-/// Whether a module sees a place when nothing stands before it; `newest` is not among `scans` while it is taken.
-pub fn covered(place: Point, newest: &Scan, scans: &[Option<Scan>]) -> bool {
-    newest.covers(place) || scans.iter().flatten().any(|scan| scan.covers(place))
 }
 
 #[cfg(test)]
@@ -182,7 +177,8 @@ mod tests {
         scan.reach(reach_mm);
         let walls = Walls::of(&site);
         let enclosed = site.enclosed();
-        Ground { walls: &walls, enclosed: &enclosed, guards: true, scans: &[], newest: &scan }
+        let modules = Modules::default();
+        Ground { walls: &walls, enclosed: &enclosed, guards: true, modules: &modules, newest: &scan }
             .stops(from, to, passage)
     }
 
@@ -230,8 +226,9 @@ mod tests {
             [(Measured::Hit(1.0), true), (Measured::Hit(1.9), false), (Measured::Free(4.0), false)]
         {
             scan.set(vec![measured; scan.beams()]);
+            let modules = Modules::default();
             let ground =
-                Ground { walls: &walls, enclosed: &enclosed, guards: true, scans: &[], newest: &scan };
+                Ground { walls: &walls, enclosed: &enclosed, guards: true, modules: &modules, newest: &scan };
             assert_eq!(ground.stops(inside, outside, Passage::InView), shadowed, "{measured:?}");
             assert!(!ground.stops(outside, inside, Passage::InView), "people come in hidden behind others");
         }

@@ -6,7 +6,7 @@
 //! ```
 
 use super::body::{Body, SURE};
-use super::ground::{Passage, covered};
+use super::ground::Passage;
 use super::sample::Sample;
 use super::scan::Scan;
 use super::{Part, Rendering};
@@ -24,11 +24,12 @@ const TENTATIVE: f64 = 1.5;
 const LEAVES: f64 = 0.5;
 const GONE: f64 = 10.0;
 
-/// Share that is left in a scan of the weight of a sample outside, when its body was last seen in an enclosed zone.
-const STRAYED: f64 = 0.01;
+/// Hazard of the weight of a sample outside, when its body was last seen in an enclosed zone, 1/s: a hundredth is left after
+/// a scan of two modules, 0.05 s.
+const STRAYED: f64 = 92.0;
 
-/// Most that a scan takes from the existence of such a body: it is inside, where its samples are not.
-const KEPT: f64 = 0.9;
+/// Most that this takes from the existence of such a body, 1/s: it is inside, where its samples are not. A tenth in 0.05 s.
+const KEPT: f64 = 2.1;
 
 /// A tentative body nearer than this to a confirmed one is in its company, m: a stretched arm. Half of the people in a
 /// dense crowd have a neighbour who is nearer.
@@ -46,8 +47,8 @@ const WAITS_S: f64 = 2.0;
 impl Rendering {
     /// Deletes what is not believed any more. The number of a body that vanishes inside an enclosed zone goes to a
     /// tentative one there.
-    pub(super) fn forget(&mut self, newest: &Scan, start_s: f64) {
-        for index in 0..self.bodies.len() {
+    pub(super) fn forget(&mut self, concerned: &[usize], newest: &Scan, start_s: f64) {
+        for &index in concerned {
             if self.bodies[index].is_unseen(start_s) {
                 self.doubt_outside(index, newest, start_s);
             }
@@ -78,20 +79,21 @@ impl Rendering {
 
     /// An unseen body may have left where its samples are outside enclosed zones: their weight falls, and existence with it.
     fn doubt_outside(&mut self, index: usize, newest: &Scan, start_s: f64) {
-        let (enclosed, scans) = (&self.terrain.enclosed, &self.terrain.scans);
+        let (enclosed, modules) = (&self.terrain.enclosed, &self.terrain.modules);
         let has_inside = self.model.has(Part::Inside);
         let body = &mut self.bodies[index];
-        let step_s = (start_s - body.supported_s).clamp(0.0, 0.05);
-        let stays = has_inside && body.inside && body.passage != Passage::Through;
+        let step_s = (start_s - body.doubted_s.max(body.supported_s)).max(0.0);
+        body.doubted_s = start_s;
+        let stays = has_inside && body.inside.is_some() && body.passage != Passage::Through;
         let stays_there = |sample: &Sample| {
             if enclosed.hold(sample.at) {
                 return 1.0;
             }
-            let hazard = if covered(sample.at, newest, scans) { LEAVES } else { GONE };
-            libm::exp(-step_s * hazard) * if stays { STRAYED } else { 1.0 }
+            let hazard = if modules.cover(sample.at, newest) { LEAVES } else { GONE };
+            libm::exp(-step_s * (hazard + if stays { STRAYED } else { 0.0 }))
         };
         let left = body.cloud.thin(stays_there);
-        let kept = if stays { left.max(KEPT) } else { left };
+        let kept = if stays { left.max(libm::exp(-step_s * KEPT)) } else { left };
         body.log_odds = (body.log_odds + libm::log(kept.max(1e-9))).clamp(-SURE, SURE);
     }
 
@@ -99,8 +101,9 @@ impl Rendering {
     fn hand_on(&mut self, id: u64, at: Point) {
         let enclosed = &self.terrain.enclosed;
         let distance_m = |body: &Body| (body.cloud.moments().at - at).length();
+        let is_there = |place: Point| enclosed.around(at).any(|zone| enclosed.is_in(zone, place));
         let heirs = self.bodies.iter_mut().filter(|body| {
-            !body.confirmed && body.log_odds >= CONFIRMED && enclosed.hold(body.cloud.moments().at)
+            !body.confirmed && body.log_odds >= CONFIRMED && is_there(body.cloud.moments().at)
         });
         if let Some(heir) = heirs.min_by(|one, other| distance_m(one).total_cmp(&distance_m(other))) {
             heir.id = id;
@@ -138,8 +141,12 @@ impl Rendering {
                 continue;
             }
             let ghosts = self.bodies.iter().enumerate();
-            let ghosts = ghosts
-                .filter(|(other, ghost)| *other != index && ghost.confirmed && ghost.is_unseen(start_s));
+            let enclosed = &self.terrain.enclosed;
+            // One who is hidden in another zone is not this one.
+            let may_be_here = |ghost: &Body| ghost.inside.is_none_or(|zone| enclosed.is_in(zone, at));
+            let ghosts = ghosts.filter(|(other, ghost)| {
+                *other != index && ghost.confirmed && ghost.is_unseen(start_s) && may_be_here(ghost)
+            });
             let best = ghosts
                 .map(|(other, ghost)| (other, density(ghost, at, start_s)))
                 .max_by(|one, other| one.1.total_cmp(&other.1));

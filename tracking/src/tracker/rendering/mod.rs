@@ -21,6 +21,7 @@ mod field;
 mod ground;
 mod life;
 mod model;
+mod modules;
 mod random;
 mod ray;
 mod sample;
@@ -102,11 +103,13 @@ impl Rendering {
         }
     }
 
-    /// Updates all bodies by one scan, and begins new ones.
-    fn update(&mut self, scan: &Scan, start_s: f64) {
+    /// Updates the bodies that one scan of a module concerns, and begins new ones.
+    fn update(&mut self, module: usize, scan: &Scan, start_s: f64) {
         self.now_s = self.now_s.max(start_s);
+        let concerned = self.terrain.modules.concern(module, scan, start_s, &self.bodies);
         let ground = self.terrain.ground(self.model, scan);
-        for body in &mut self.bodies {
+        for &index in &concerned {
+            let body = &mut self.bodies[index];
             let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
             if self.model.has(Part::Depth) {
                 body.cloud.deepen(start_s, &mut self.random);
@@ -117,13 +120,19 @@ impl Rendering {
             }
             body.cloud.predict(start_s, standing, way, &mut self.random);
         }
-        let mut before: Vec<Before> = self.bodies.iter().map(Before::of).collect();
-        let windows: Vec<Option<Window>> = self.bodies.iter().map(|body| self.window(body, scan)).collect();
-        let field = |(body, window): (&Body, &Option<Window>)| {
-            window.as_ref().map_or_else(Field::default, |window| render(body, scan, window, self.opacity))
-        };
-        self.fields = self.bodies.iter().zip(&windows).map(field).collect();
-        let order = self.order();
+        let mut before: Vec<Before> =
+            concerned.iter().map(|&index| Before::of(index, &self.bodies[index])).collect();
+        let mut windows: Vec<Option<Window>> = vec![None; self.bodies.len()];
+        self.fields.clear();
+        self.fields.resize_with(self.bodies.len(), Field::default);
+        for &index in &concerned {
+            let body = &self.bodies[index];
+            windows[index] = self.window(body, scan);
+            if let Some(window) = &windows[index] {
+                self.fields[index] = render(body, scan, window, self.opacity);
+            }
+        }
+        let order = self.order(&concerned);
         let mut looked = vec![Looked::default(); self.bodies.len()];
         let looks =
             if self.model.has(Part::Annealing) { &[Look::Coarse, Look::Fine][..] } else { &[Look::Fine] };
@@ -140,7 +149,8 @@ impl Rendering {
             }
         }
         let ground = self.terrain.ground(self.model, scan);
-        for (body, Looked { evidence, .. }) in self.bodies.iter_mut().zip(&looked) {
+        for &index in &concerned {
+            let (body, Looked { evidence, .. }) = (&mut self.bodies[index], &looked[index]);
             let against = if body.may_leave || !self.model.has(Part::Exits) { AGAINST.0 } else { AGAINST.1 };
             body.log_odds += evidence.clamp(against, FOR);
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
@@ -151,8 +161,8 @@ impl Rendering {
                 if moments.variance_m2() < PLACED_M * PLACED_M {
                     let Moments { at, velocity, .. } = *moments;
                     body.passage = ground.passage(at, velocity);
-                    body.inside = ground.enclosed.hold(at);
-                    body.may_leave = !body.inside || ground.walls.entry_m(at) < STRIDE_M;
+                    body.inside = ground.enclosed.around(at).next();
+                    body.may_leave = body.inside.is_none() || ground.walls.entry_m(at) < STRIDE_M;
                 }
             } else if *evidence < -SPEAKS && self.model.has(Part::Surprise) {
                 let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
@@ -162,7 +172,7 @@ impl Rendering {
         if self.model.has(Part::Names) {
             rename(&mut self.bodies, &mut before);
         }
-        self.forget(scan, start_s);
+        self.forget(&concerned, scan, start_s);
         self.begin(scan, start_s);
         self.confirm(start_s);
     }
@@ -181,12 +191,12 @@ impl Rendering {
         Some(window)
     }
 
-    /// Compact and confirmed bodies first: what they explain, the others need not.
-    fn order(&self) -> Vec<usize> {
+    /// Some bodies, compact and confirmed ones first: what they explain, the others need not.
+    fn order(&self, of: &[usize]) -> Vec<usize> {
         let spread =
             |body: &Body| body.cloud.moments().variance_m2() + if body.confirmed { 0.0 } else { 100.0 };
         let mut order: Vec<(f64, usize)> =
-            self.bodies.iter().enumerate().map(|(index, body)| (spread(body), index)).collect();
+            of.iter().map(|&index| (spread(&self.bodies[index]), index)).collect();
         order.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
         order.into_iter().map(|(_, index)| index).collect()
     }
@@ -215,14 +225,19 @@ impl Rendering {
 impl Tracker for Rendering {
     fn observe(&mut self, observation: &Observation) {
         let view = &observation.view;
-        let Some(slot) = self.terrain.scans.get_mut(view.module) else { return };
-        let mut scan = slot.take().filter(|scan| scan.is_of(view)).unwrap_or_else(|| Scan::of(view));
+        if !self.terrain.modules.has(view.module) {
+            return;
+        }
+        let known = self.terrain.modules.take(view.module).filter(|scan| scan.is_of(view));
+        let is_moved = known.is_none();
+        let mut scan = known.unwrap_or_else(|| Scan::of(view));
         let movers = &self.movers;
         scan.measure(observation, |seen: &Detection| movers.one_holds(&seen.outline));
-        self.update(&scan, observation.start_s);
-        if let Some(slot) = self.terrain.scans.get_mut(view.module) {
-            *slot = Some(scan);
+        if is_moved {
+            self.terrain.modules.place(view.module, &scan);
         }
+        self.update(view.module, &scan, observation.start_s);
+        self.terrain.modules.put(view.module, scan);
     }
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {

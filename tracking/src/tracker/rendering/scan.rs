@@ -123,6 +123,11 @@ impl Scan {
         }
     }
 
+    /// No beam measures farther, m.
+    pub fn reach_m(&self) -> f64 {
+        f64::from(self.view.geometry.range_max_mm()) * 0.001
+    }
+
     /// Number of beams.
     pub fn beams(&self) -> usize {
         self.measured.len()

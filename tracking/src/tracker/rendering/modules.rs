@@ -1,0 +1,190 @@
+//! The modules of a site, each with its newest rays: which of them a scan of one, and a body, may concern.
+//!
+//! ```text
+//!     ╭───────╮                 ○ newest: asked are A, whose circle of view touches its own, and itself
+//!     │ A ╭───┼───╮   ╭─────╮
+//!     ╰───┼───╯ ○ │   │  B  │     · a body in the circle is concerned
+//!         │  ·    │   ╰─────╯
+//!         ╰───────╯             a body that no scan has concerned for a while is concerned by any, and all are asked
+//! ```
+//!
+//! So the cost of a report does not grow with the site.
+
+use super::body::Body;
+use super::scan::Scan;
+use crate::geometry::Point;
+
+/// A body that no module has concerned for so long is looked after at any scan, s: five scans of a module. It may have left
+/// where no module looks, or its module may be silent.
+const STALE_S: f64 = 0.5;
+
+/// A cloud reaches so many deviations beyond its mean, and a body so far beyond a sample, m: half its width and an arm.
+const DEVIATIONS: f64 = 3.0;
+const BODY_M: f64 = 0.75;
+
+/// See the module.
+#[derive(Default)]
+pub struct Modules {
+    /// The newest rays of each, by its number.
+    scans: Vec<Option<Scan>>,
+    /// For each, the others whose views its own may touch.
+    near: Vec<Vec<usize>>,
+    /// Those that are asked about the bodies of the scan that is being taken.
+    asked: Vec<usize>,
+}
+
+impl Modules {
+    /// Of a site with so many.
+    pub fn of(count: usize) -> Self {
+        Self { scans: vec![None; count], near: vec![Vec::new(); count], asked: Vec::new() }
+    }
+
+    /// Takes a module's rays out, so that they are measured anew; none if it has none.
+    pub fn take(&mut self, module: usize) -> Option<Scan> {
+        self.scans.get_mut(module)?.take()
+    }
+
+    /// Whether the site has a module of this number.
+    pub fn has(&self, module: usize) -> bool {
+        module < self.scans.len()
+    }
+
+    /// Notes which views a module's may touch, since it looks from elsewhere than before.
+    pub fn place(&mut self, module: usize, scan: &Scan) {
+        let touches =
+            |other: &Scan| (other.origin() - scan.origin()).length() < other.reach_m() + scan.reach_m();
+        let others = self.scans.iter().enumerate().filter(|(number, _)| *number != module);
+        let near = others.filter(|(_, other)| other.as_ref().is_some_and(touches));
+        let near: Vec<usize> = near.map(|(number, _)| number).collect();
+        for (number, others) in self.near.iter_mut().enumerate() {
+            others.retain(|other| *other != module);
+            if near.contains(&number) {
+                others.push(module);
+            }
+        }
+        if let Some(others) = self.near.get_mut(module) {
+            *others = near;
+        }
+    }
+
+    /// Puts a module's rays in.
+    pub fn put(&mut self, module: usize, scan: Scan) {
+        if let Some(slot) = self.scans.get_mut(module) {
+            *slot = Some(scan);
+        }
+    }
+
+    /// The numbers of the bodies that a scan concerns; from then on the modules are asked that these concern.
+    pub fn concern(&mut self, module: usize, scan: &Scan, start_s: f64, bodies: &[Body]) -> Vec<usize> {
+        let is_stale = |body: &Body| start_s - body.cloud.at_s() > STALE_S;
+        let is_near = |body: &Body| {
+            let moments = body.cloud.moments();
+            let reach_m = scan.reach_m() + DEVIATIONS * moments.variance_m2().sqrt() + BODY_M;
+            let off = moments.at - scan.origin();
+            off.dot(off) < reach_m * reach_m
+        };
+        let mut some_stale = false;
+        let mut concerned = Vec::with_capacity(bodies.len());
+        for (index, body) in bodies.iter().enumerate() {
+            let stale = is_stale(body);
+            some_stale |= stale;
+            if stale || is_near(body) {
+                concerned.push(index);
+            }
+        }
+        self.asked.clear();
+        match self.near.get(module) {
+            Some(near) if !some_stale => self.asked.extend_from_slice(near),
+            _ => self.asked.extend(0..self.scans.len()),
+        }
+        concerned
+    }
+
+    /// The rays of the modules that are asked, but of the newest scan's.
+    pub fn asked(&self) -> impl Iterator<Item = &Scan> {
+        self.asked.iter().filter_map(|&number| self.scans.get(number)?.as_ref())
+    }
+
+    /// Whether one of them, or `newest`, sees a place when nothing stands before it.
+    pub fn cover(&self, place: Point, newest: &Scan) -> bool {
+        newest.covers(place) || self.asked().any(|scan| scan.covers(place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ::kehai::scan::{Geometry, URG_04LX};
+
+    use super::super::cloud::Cloud;
+    use super::super::sample::Sample;
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::observation::View;
+
+    /// A module at x, that looks 4 m far; its view reaches to what is possible.
+    fn scan(module: usize, x_m: f64) -> Scan {
+        let pose = Pose { at: Point::new(x_m, 0.0), yaw_rad: 0.0 };
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let mut scan =
+            Scan::of(&Arc::new(View { module, pose, height_m: 1.0, geometry, upside_down: false }));
+        scan.reach(4000);
+        scan
+    }
+
+    fn body(x_m: f64, at_s: f64) -> Body {
+        let (at, heading) = (Point::new(x_m, 0.0), Point::new(0.0, 1.0));
+        let sample = Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand: None };
+        Body::begin(1, 0.0, Cloud::new(vec![sample; 8], at_s))
+    }
+
+    /// Three modules, of which the first two are near each other.
+    fn modules() -> Modules {
+        let mut modules = Modules::of(3);
+        for (number, x_m) in [0.0, 5.0, 40.0].into_iter().enumerate() {
+            let scan = scan(number, x_m);
+            modules.place(number, &scan);
+            modules.put(number, scan);
+        }
+        modules
+    }
+
+    #[test]
+    fn a_scan_concerns_the_bodies_that_its_module_may_see() {
+        let mut modules = modules();
+        let newest = modules.take(0).unwrap();
+        let bodies = [body(1.0, 9.9), body(20.0, 9.9), body(4.0, 9.9)];
+        assert_eq!(modules.concern(0, &newest, 10.0, &bodies), [0, 2]);
+    }
+
+    #[test]
+    fn only_modules_whose_views_touch_are_asked() {
+        let mut modules = modules();
+        let newest = modules.take(0).unwrap();
+        modules.concern(0, &newest, 10.0, &[body(1.0, 9.9)]);
+        assert_eq!(modules.asked().map(|scan| scan.origin().x).collect::<Vec<_>>(), [5.0]);
+        let far = Point::new(42.0, 0.0);
+        assert!(!modules.cover(far, &newest));
+    }
+
+    #[test]
+    fn a_body_that_no_module_concerns_is_not_forgotten_and_all_are_asked_about_it() {
+        let mut modules = modules();
+        let newest = modules.take(0).unwrap();
+        assert_eq!(modules.concern(0, &newest, 10.0, &[body(1.0, 9.9), body(42.0, 9.0)]), [0, 1]);
+        assert!(modules.cover(Point::new(42.0, 0.0), &newest));
+    }
+
+    #[test]
+    fn a_module_that_was_moved_is_near_others_than_before() {
+        let mut modules = modules();
+        for (x_m, near) in [(2.0, 2), (60.0, 1)] {
+            modules.place(2, &scan(2, x_m));
+            let newest = modules.take(0).unwrap();
+            modules.concern(0, &newest, 10.0, &[]);
+            assert_eq!(modules.asked().count(), near, "{x_m}");
+            modules.put(0, newest);
+        }
+    }
+}
