@@ -2,9 +2,10 @@
 
 use host_sim::halls::simulated::{Outcome, play};
 use host_sim::halls::world::{Borders, Halls};
+use kehai_tracking::tracker::Selected;
 
-const fn halls(borders: Borders) -> Halls {
-    Halls { borders, people: 6, seconds: 60.0, seed: 2, silent: None }
+fn halls(borders: Borders) -> Halls {
+    Halls { borders, people: 6, seconds: 60.0, seed: 2, silent: None, tracker: Selected::default() }
 }
 
 /// A minute, judged when all frames arrive and when three of ten are lost.
@@ -56,6 +57,20 @@ fn a_module_at_a_border_that_falls_silent_harms_four_trackers_as_little_as_one()
             assert!(idf1[1] >= idf1[0] - 0.01, "{borders:?}: {idf1:?}");
             assert_eq!(outcome.four.crossings.at_border, 0, "{borders:?}: {:?}", outcome.four.renumbered);
             assert!(outcome.totals.longest_worse_s() <= 0.35, "{borders:?}: {:?}", outcome.totals);
+        }
+    }
+}
+
+/// Three people meet on the border: rules give two of them each other's numbers, by one tracker and by four.
+#[test]
+fn people_who_meet_on_an_open_border_keep_their_numbers_by_the_rendering_tracker() {
+    let tracker = "rendering".parse().unwrap();
+    let met = Halls { people: 12, seconds: 45.0, seed: 41, tracker, ..halls(Borders::Open) };
+    for outcome in outcomes(&met) {
+        for side in [&outcome.one, &outcome.four] {
+            println!("{:?}", side.crossings);
+            assert!(side.crossings.all >= 20 && side.crossings.renumbered == 0, "{:?}", side.renumbered);
+            assert!(side.tally.figures().idf1.unwrap() > 0.98);
         }
     }
 }

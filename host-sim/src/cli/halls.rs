@@ -9,6 +9,7 @@ use host_sim::halls::live;
 use host_sim::halls::simulated::{Outcome, play};
 use host_sim::halls::table::markdown;
 use host_sim::halls::world::{AREAS, Borders, Halls};
+use kehai_tracking::tracker::Selected;
 use rayon::prelude::*;
 
 use super::runs::{bar, seeds};
@@ -23,6 +24,7 @@ use super::runs::{bar, seeds};
   kehai-sim halls --borders open --people 16 --seeds 0-39
   kehai-sim halls --silent 'south border'         a module at a border falls silent half-way
   kehai-sim halls --seeds 3-3 --list              each crossing that had another number after it
+  kehai-sim halls --tracker rendering             by another tracker
   kehai-sim halls --live --people 8 --seconds 60  the same by processes, in real time: without names")]
 pub struct Arguments {
     /// What is between two halls
@@ -45,15 +47,19 @@ pub struct Arguments {
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, value_parser = share)]
     lost: f64,
 
-    /// In real time, one run for each condition: every tracker, the router and the service of the site as processes of this machine
+    /// In real time: every tracker, the router and the service of the site as processes of this machine
     #[cfg(feature = "daemon")]
     #[arg(long)]
     live: bool,
 
+    /// The tracker: kehai, or rendering (experimental), by the names of kehai-tracker run
+    #[arg(long, value_name = "NAME", default_value_t)]
+    tracker: Selected,
+
     /// The kehai-tracker of --live [default: the one beside this program]
     #[cfg(feature = "daemon")]
     #[arg(long, value_name = "FILE", requires = "live")]
-    tracker: Option<std::path::PathBuf>,
+    program: Option<std::path::PathBuf>,
 
     /// A module that falls silent half-way, as "south border"
     #[cfg_attr(feature = "daemon", arg(conflicts_with = "live"))]
@@ -82,6 +88,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         seconds: arguments.seconds as f64,
         seed: *arguments.seeds.start(),
         silent: None,
+        tracker: arguments.tracker,
     };
     let number = |name| {
         first.module(name).ok_or_else(|| format!("--silent: there is no module \"{name}\" in the halls"))
@@ -91,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     #[cfg(feature = "daemon")]
     if arguments.live {
         bar.finish_and_clear();
-        return live(arguments, &conditions, &first);
+        return live(arguments, &conditions, &first, &seeds);
     }
     let one = |seed: &u64| {
         let followed = play(&halls(*seed))?;
@@ -119,24 +126,27 @@ fn heading(lost: f64) -> String {
 
 /// In real time.
 #[cfg(feature = "daemon")]
-fn live(arguments: &Arguments, conditions: &[f64], halls: &Halls) -> Result<(), Box<dyn Error>> {
-    let program = live::tracker(arguments.tracker.as_deref())?;
-    let mut columns = Vec::new();
-    for &lost in conditions {
-        let found = live::play(halls, lost, &program)?;
-        println!(
-            "{}: {} pictures, {} of them missed; of a module's reports at most {:.1} % lost to the one tracker, {:.1} % to an area's; a frame of an area has up to {} bytes",
-            heading(lost),
-            found.pictures,
-            found.missed,
-            found.lost_percent[0],
-            found.lost_percent[1],
-            found.frame_bytes
-        );
-        if arguments.list {
-            list(&heading(lost), halls.seed, &found.outcome);
+fn live(
+    arguments: &Arguments,
+    conditions: &[f64; 2],
+    first: &Halls,
+    seeds: &[u64],
+) -> Result<(), Box<dyn Error>> {
+    let program = live::tracker(arguments.program.as_deref())?;
+    let mut columns = conditions.map(|lost| (heading(lost), Outcome::default()));
+    for &seed in seeds {
+        let halls = Halls { seed, ..*first };
+        for (&lost, (heading, all)) in conditions.iter().zip(&mut columns) {
+            let found = live::play(&halls, lost, &program)?;
+            println!(
+                "seed {seed}, {heading}: {} pictures, {} of them missed; of a module's reports at most {:.1} % lost to the one tracker, {:.1} % to an area's; a frame of an area has up to {} bytes",
+                found.pictures, found.missed, found.lost_percent[0], found.lost_percent[1], found.frame_bytes
+            );
+            if arguments.list {
+                list(heading, seed, &found.outcome);
+            }
+            all.add(found.outcome);
         }
-        columns.push((heading(lost), found.outcome));
     }
     print!("{}", markdown(&columns));
     Ok(())

@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
+use kehai_tracking::tracker::Selected;
 
 use super::judge::{Judge, numbers};
 use super::network::{Network, free};
@@ -102,7 +103,7 @@ impl Trackers {
         program: &Path,
         folder: &Path,
         building: &Building,
-        all: &Site,
+        (all, model): (&Site, Selected),
         network: &Network,
     ) -> Result<Self, Box<dyn Error>> {
         let run = |name: &str, site: &Site| -> Result<Vec<String>, Box<dyn Error>> {
@@ -110,6 +111,7 @@ impl Trackers {
             fs::write(&file, toml::to_string(site)?)?;
             let mut arguments =
                 vec!["run".into(), "--no-mdns".into(), "--site".into(), file.display().to_string()];
+            arguments.extend(["--tracker".into(), model.to_string()]);
             let is_its = |name: &str| site.modules.iter().any(|module| module.name == name);
             for (_, address) in building.modules().iter().filter(|(name, _)| is_its(name)) {
                 arguments.extend(["--module".into(), address.to_string()]);
@@ -148,7 +150,7 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
     let network = Network::start(lost_share, halls.seed)?;
     // The processes need some seconds before they look, and the world waits for nobody.
     let building = Building::start(&scene, halls.seed)?;
-    let trackers = Trackers::start(program, &folder.0, &building, &scene.site, &network)?;
+    let trackers = Trackers::start(program, &folder.0, &building, (&scene.site, halls.tracker), &network)?;
     let agent: ureq::Agent = ureq::Agent::config_builder().timeout_global(Some(PATIENCE)).build().into();
     let all = || [&trackers.one, &trackers.site].into_iter().chain(&trackers.areas);
     let begun = Instant::now();

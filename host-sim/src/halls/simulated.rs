@@ -18,11 +18,11 @@ use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::total::total;
+use kehai_tracking::tracker::Selected;
 
 use super::judge::{Crossings, Judge, Numbers, Renumbered, numbers};
 use super::totals::Totals;
 use super::world::{AREAS, Halls, area, depth_m};
-use crate::baselines::Choice;
 use crate::run::{Arrival, Moment, Options, Record, TICK_US};
 use crate::score::{Tally, Target};
 use crate::world::random::{Purpose, Stream};
@@ -87,10 +87,10 @@ struct Tracker {
 }
 
 impl Tracker {
-    fn new(site: Site, all: &Site) -> Self {
+    fn new(site: Site, all: &Site, model: Selected) -> Self {
         let takes = all.modules.iter().map(|module| site.modules.contains(module)).collect();
         let site = Arc::new(site);
-        let tracker = SiteTracker::new(&site, Choice::default());
+        let tracker = SiteTracker::new(&site, model);
         Self { site, tracker, names: Names::default(), takes, next: 0 }
     }
 
@@ -156,10 +156,11 @@ pub fn play(halls: &Halls) -> Result<Followed, String> {
 pub fn follow(halls: &Halls, record: &Record) -> Followed {
     let all = &record.site;
     let arrivals = heard(halls, &record.arrivals);
-    let mut one = Tracker::new(all.clone(), all);
+    let mut one = Tracker::new(all.clone(), all, halls.tracker);
     let names = AREAS.iter().filter_map(|name| name.parse().ok());
     let areas: Vec<(AreaName, Site)> = names.zip((0..).map(|hall| area(all, hall))).collect();
-    let mut trackers: Vec<Tracker> = areas.iter().map(|(_, site)| Tracker::new(site.clone(), all)).collect();
+    let of_area = |(_, site): &(AreaName, Site)| Tracker::new(site.clone(), all, halls.tracker);
+    let mut trackers: Vec<Tracker> = areas.iter().map(of_area).collect();
     let mut labels: BTreeMap<u64, String> = BTreeMap::new();
     let mut first_seen_s: BTreeMap<u64, f64> = BTreeMap::new();
     let mut said = |moment: &Moment| {

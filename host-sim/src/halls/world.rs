@@ -12,6 +12,7 @@
 //! ```
 
 use kehai_tracking::geometry::Point;
+use kehai_tracking::tracker::Selected;
 
 use crate::world::person_spec::PersonSpec;
 use crate::world::random::{Purpose, Stream};
@@ -67,6 +68,8 @@ pub struct Halls {
     pub seed: u64,
     /// The module of this number falls silent half-way.
     pub silent: Option<usize>,
+    /// By which everybody is followed, in all halls and in each.
+    pub tracker: Selected,
 }
 
 /// The hall of this number: its corner with the smaller coordinates.
@@ -224,7 +227,14 @@ mod tests {
     #[test]
     fn a_module_at_a_border_is_of_both_areas_and_others_of_one() {
         for borders in [Borders::Doorways, Borders::Open] {
-            let halls = Halls { borders, people: 4, seconds: 30.0, seed: 1, silent: None };
+            let halls = Halls {
+                borders,
+                people: 4,
+                seconds: 30.0,
+                seed: 1,
+                silent: None,
+                tracker: Selected::default(),
+            };
             let scene = halls.scene().unwrap();
             let areas = [0, 1, 2, 3].map(|hall| area(&scene.site, hall));
             for module in &scene.site.modules {
@@ -240,7 +250,14 @@ mod tests {
 
     #[test]
     fn people_walk_from_hall_to_hall_and_through_no_wall() {
-        let halls = Halls { borders: Borders::Doorways, people: 8, seconds: 60.0, seed: 3, silent: None };
+        let halls = Halls {
+            borders: Borders::Doorways,
+            people: 8,
+            seconds: 60.0,
+            seed: 3,
+            silent: None,
+            tracker: Selected::default(),
+        };
         let world = World::new(&halls.scene().unwrap(), 3);
         let mut was: Vec<Option<Point>> = vec![None; 8];
         let mut crossings = 0;
