@@ -1,7 +1,7 @@
 //! The halls in real time: one tracker, a tracker of each hall, a router of Zenoh and the service of the site, as processes.
 //!
 //! ```text
-//!   emulated modules ─UDP─┬─▶ kehai-tracker run ───────────────────────────────────▶ GET /api/state ─╮
+//!   emulated modules ─UDP─┬─▶ relays ─▶ kehai-tracker run ───────────────────────────────────▶ GET /api/state ─╮
 //!   (this process)        ├─▶ kehai-tracker run --area halls/south-west ─╮                          ├─▶ judged, ten times a second
 //!                         ├─▶ …                                          ├─ router ─▶ kehai-tracker site halls ─▶ GET /api/state
 //!                         └─▶ kehai-tracker run --area halls/north-east ─╯  (this process; with loss two, and what loses between them)
@@ -10,6 +10,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
@@ -21,6 +22,7 @@ use kehai_tracking::tracker::Selected;
 
 use super::judge::{Judge, numbers};
 use super::network::{Network, free};
+use super::relay::Relay;
 use super::simulated::{Outcome, Side};
 use super::totals::Totals;
 use super::world::{AREAS, Halls, area};
@@ -96,6 +98,8 @@ struct Trackers {
     one: Process,
     areas: Vec<Process>,
     site: Process,
+    /// The one tracker's ways to the modules.
+    _relays: Vec<(String, Relay)>,
 }
 
 impl Trackers {
@@ -106,14 +110,24 @@ impl Trackers {
         (all, model): (&Site, Selected),
         network: &Network,
     ) -> Result<Self, Box<dyn Error>> {
-        let run = |name: &str, site: &Site| -> Result<Vec<String>, Box<dyn Error>> {
+        // The trackers of two areas have taken both places that a module at a border has for this machine's address.
+        let relay = |module: &(String, SocketAddr)| -> Result<(String, Relay), Box<dyn Error>> {
+            Ok((module.0.clone(), Relay::to(module.1)?))
+        };
+        let relays: Vec<(String, Relay)> = building.modules().iter().map(relay).collect::<Result<_, _>>()?;
+        let relayed: Vec<(String, SocketAddr)> =
+            relays.iter().map(|(name, relay)| (name.clone(), relay.at())).collect();
+        let run = |name: &str,
+                   site: &Site,
+                   modules: &[(String, SocketAddr)]|
+         -> Result<Vec<String>, Box<dyn Error>> {
             let file = folder.join(format!("{name}.toml"));
             fs::write(&file, toml::to_string(site)?)?;
             let mut arguments =
                 vec!["run".into(), "--no-mdns".into(), "--site".into(), file.display().to_string()];
             arguments.extend(["--tracker".into(), model.to_string()]);
             let is_its = |name: &str| site.modules.iter().any(|module| module.name == name);
-            for (_, address) in building.modules().iter().filter(|(name, _)| is_its(name)) {
+            for (_, address) in modules.iter().filter(|(name, _)| is_its(name)) {
                 arguments.extend(["--module".into(), address.to_string()]);
             }
             Ok(arguments)
@@ -130,13 +144,14 @@ impl Trackers {
         together.extend(AREAS.iter().flat_map(|name| ["--area".into(), (*name).into()]));
         let site = Process::start(program, &together)?;
         let of_area = |(hall, name): (usize, &&str)| {
-            let mut arguments = run(name, &area(all, hall))?;
+            let mut arguments = run(name, &area(all, hall), building.modules())?;
             arguments.extend(["--area".into(), format!("halls/{name}")]);
             arguments.extend(to_areas.clone());
             Process::start(program, &arguments)
         };
         let areas = AREAS.iter().enumerate().map(of_area).collect::<Result<_, _>>()?;
-        Ok(Self { one: Process::start(program, &run("all", all)?)?, areas, site })
+        let one = Process::start(program, &run("all", all, &relayed)?)?;
+        Ok(Self { one, areas, site, _relays: relays })
     }
 }
 

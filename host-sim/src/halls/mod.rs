@@ -17,6 +17,7 @@
 //! | `simulated` | in memory, on simulated time |
 //! | `live` | in real time, by processes |
 //! | `network` | a router of Zenoh between them, and one that loses frames |
+//! | `relay` | a second way to a module, by another address |
 //! | `load` | what a service of many areas costs |
 //! | `table` | the figures, for people |
 
@@ -26,6 +27,8 @@ pub mod live;
 pub mod load;
 #[cfg(feature = "daemon")]
 mod network;
+#[cfg(feature = "daemon")]
+mod relay;
 pub mod simulated;
 pub mod table;
 pub mod totals;
