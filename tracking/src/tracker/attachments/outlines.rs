@@ -30,6 +30,11 @@ const WIDE_M: f64 = 0.3;
 /// While a body is slower, its outlines are one and the same, m/s: half a slow walk.
 pub const WALKING_MPS: f64 = 0.35;
 
+/// Shares of straight outlines of a box, and of a body that shows many: suitcases, pushchairs, wheels and the back of a chair
+/// showed 0.82 to 1 on 28 walks, a person in a wide coat six in ten while a third is usual.
+const OF_BOX: f64 = 0.85;
+const OF_COAT: f64 = 0.45;
+
 /// What the outlines of a body look like.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Outlines {
@@ -38,10 +43,25 @@ pub struct Outlines {
 }
 
 impl Outlines {
+    /// So many, of which so many are straight.
+    #[cfg(test)]
+    pub const fn of(wide: u32, straight: u32) -> Self {
+        Self { wide, straight }
+    }
+
     /// Whether enough of them have been seen, and most are straight.
     #[must_use]
     pub fn are_of_thing(self) -> bool {
         self.wide >= OUTLINES && f64::from(self.straight) >= MOSTLY * f64::from(self.wide)
+    }
+
+    /// Log odds that they are of a box and not of a body in a wide coat, from even ones: of a body in ordinary clothes they
+    /// are far below.
+    #[must_use]
+    pub fn log_odds(self) -> f64 {
+        let round = f64::from(self.wide - self.straight);
+        f64::from(self.straight) * libm::log(OF_BOX / OF_COAT)
+            + round * libm::log((1.0 - OF_BOX) / (1.0 - OF_COAT))
     }
 
     /// Takes one more, of a body that walks.
@@ -99,6 +119,14 @@ mod tests {
             .map(|point| half_m * (f64::from(point) / 4.0 - 1.0))
             .map(|y| Point::new(near_m(y), y))
             .collect()
+    }
+
+    #[test]
+    fn straight_outlines_speak_for_a_box_and_round_ones_more_against_it() {
+        assert!(Outlines::default().log_odds() == 0.0);
+        assert!(Outlines::of(8, 8).log_odds() > libm::log(100.0), "eight straight ones");
+        assert!(Outlines::of(26, 17).log_odds() < 0.0, "two in three: a coat");
+        assert!(Outlines::of(26, 21).log_odds() > libm::log(100.0), "a suitcase");
     }
 
     #[test]
