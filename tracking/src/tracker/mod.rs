@@ -10,6 +10,7 @@
 //! | `kehai-without-…` | the same with one idea left out, to measure what it is worth (an ablation) |
 //! | `rendering` | experimental: one formula of how likely a scan is, given the bodies believed in |
 
+pub mod attachments;
 pub mod history;
 pub mod kalman;
 pub mod kehai;

@@ -9,11 +9,11 @@
 use super::ablation::Idea;
 use super::boxes::Faces;
 use super::size;
-use super::stir::Stirring;
 use super::track::{SURE, THIN_M, Track};
 use super::{Kehai, MOVED_M, PROCESS_NOISE, other_leg};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
+use crate::tracker::attachments::stir::Stirring;
 use crate::tracker::history::SeenBy;
 use crate::tracker::kalman::Kinematics;
 use nalgebra::Vector2;

@@ -19,7 +19,7 @@
 //! | occlusion, line of sight | `occlusion`, `look`, `walls` |
 //! | duplicate tracks, fragments, attachments | `twins`, `birth`, `parts` |
 //! | sizes of bodies | `size` |
-//! | clutter: things and reflections | `stir`, `reflection` |
+//! | clutter: things and reflections | `../attachments/stir.rs`, `reflection` |
 //! | ablation switches | `ablation` |
 
 pub mod ablation;
@@ -35,7 +35,6 @@ mod parts;
 mod reflection;
 mod restore;
 mod size;
-mod stir;
 #[cfg(test)]
 mod tests;
 mod track;

@@ -9,11 +9,11 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::occlusion::Cloud;
-use super::stir::Stirring;
 use super::track::{SURE, Track};
 use super::{Kehai, PROCESS_NOISE};
 use crate::geometry::Point;
 use crate::tracker::TrackState;
+use crate::tracker::attachments::stir::Stirring;
 use crate::tracker::history::SeenBy;
 use crate::tracker::kalman::Kinematics;
 

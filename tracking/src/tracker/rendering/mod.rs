@@ -22,11 +22,15 @@ mod ground;
 mod life;
 mod model;
 mod modules;
+mod note;
+mod notes;
+mod put_down;
 mod random;
 mod ray;
 mod sample;
 mod scan;
 mod surfaces;
+mod tow;
 mod weigh;
 mod window;
 
@@ -42,6 +46,7 @@ use exchange::{Before, rename};
 use field::{Field, render};
 use ground::Terrain;
 pub use model::{Detail, Part, RenderingModel, UnknownVariant};
+use notes::Notes;
 use random::Random;
 use ray::Noise;
 use scan::Scan;
@@ -76,6 +81,7 @@ pub struct Rendering {
     excluded: Areas,
     bodies: Vec<Body>,
     fields: Vec<Field>,
+    notes: Notes,
     next_id: u64,
     now_s: f64,
     random: Random,
@@ -95,6 +101,7 @@ impl Rendering {
             excluded: site.excluded(),
             bodies: Vec::new(),
             fields: Vec::new(),
+            notes: Notes::default(),
             next_id: 1,
             now_s: 0.0,
             random: Random::new(model.seed),
@@ -204,20 +211,26 @@ impl Rendering {
     fn state(&self, body: &Body, at_s: f64) -> TrackState {
         let Moments { at, covariance_m2, velocity } = *body.cloud.moments();
         let seen = !body.is_unseen(at_s);
+        let origin = self.notes.origin(body.id);
         let ahead_s = if seen { (at_s - body.cloud.at_s()).clamp(0.0, 0.3) } else { 0.0 };
         TrackState {
             id: body.id,
             at: at + velocity * ahead_s,
             velocity: if seen { velocity } else { Point::default() },
             covariance_m2,
-            state: match (body.confirmed, seen) {
+            state: match (body.confirmed && origin == Origin::Entered, seen) {
                 (false, _) => LifeCycle::Tentative,
                 (true, true) => LifeCycle::Confirmed,
                 (true, false) => LifeCycle::Occluded,
             },
             existence: body.existence(),
-            reason: if seen { "seen" } else { "not in view" },
-            origin: Origin::Entered,
+            reason: match origin {
+                Origin::PartOf(_) => "a part of somebody: looks like a box and keeps its place",
+                Origin::Unexplained => "unexplained: stayed behind, and has not stirred since",
+                Origin::Entered if seen => "seen",
+                Origin::Entered => "not in view",
+            },
+            origin,
         }
     }
 }
@@ -238,6 +251,7 @@ impl Tracker for Rendering {
         }
         self.update(view.module, &scan, observation.start_s);
         self.terrain.modules.put(view.module, scan);
+        self.notes.update(&self.bodies, observation, &self.terrain.enclosed, self.model);
     }
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {

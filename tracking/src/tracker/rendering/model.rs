@@ -42,11 +42,15 @@ pub enum Part {
     Inside,
     /// A body that no entry was near cannot have left, and is doubted less.
     Exits,
+    /// A box that keeps its place within somebody's reach is that person's.
+    Tow,
+    /// Who stays behind of two who came as one may be a thing.
+    PutDown,
 }
 
 impl Part {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 15] = [
+    pub const NAMED: [(Self, &str); 17] = [
         (Self::Annealing, "annealing"),
         (Self::BestQuarter, "best-quarter"),
         (Self::Apart, "apart"),
@@ -62,6 +66,8 @@ impl Part {
         (Self::Company, "company"),
         (Self::Inside, "inside"),
         (Self::Exits, "exits"),
+        (Self::Tow, "tow"),
+        (Self::PutDown, "put-down"),
     ];
 }
 

@@ -1,0 +1,164 @@
+//! A note: what is kept of a number besides its body.
+//!
+//! ```text
+//!   number ─┬ where it is, smoothed
+//!           ├ in tow: what it looks like, whom it accompanies, whose it is
+//!           └ put down: where it was left, and whether it has stirred since
+//! ```
+//!
+//! A note belongs to a number and not to a body: numbers are exchanged between bodies, and a body that comes into view
+//! takes the number of a hidden one.
+
+use super::body::Body;
+use crate::geometry::Point;
+use crate::tracker::attachments::outlines::Outlines;
+use crate::tracker::attachments::reach::Reach;
+use crate::tracker::attachments::stir::Stirring;
+use crate::tracker::{Origin, TrackId};
+
+/// Time over which a place and a velocity are smoothed, s: the mean of a cloud jumps by a decimetre from scan to scan, and
+/// six scans of two modules halve that.
+const SMOOTHED_S: f64 = 0.3;
+
+/// What is kept of a number.
+#[derive(Clone, Debug)]
+pub struct Note {
+    pub id: TrackId,
+    /// Where its body is, m.
+    pub place: Point,
+    /// The same and its velocity, smoothed, m and m/s: those of all are late by the same time.
+    pub at: Point,
+    pub velocity: Point,
+    /// When both were taken last, s.
+    at_s: f64,
+    /// When it was first seen, s.
+    since_s: f64,
+    pub confirmed: bool,
+    /// Whether a scan has spoken for it lately.
+    pub seen: bool,
+    pub tow: Tow,
+    pub put_down: PutDown,
+}
+
+impl Note {
+    /// Of a number that is new at `at_s`.
+    pub fn new(id: TrackId, place: Point, velocity: Point, at_s: f64) -> Self {
+        Self {
+            id,
+            place,
+            at: place,
+            velocity,
+            at_s,
+            since_s: at_s,
+            confirmed: false,
+            seen: true,
+            tow: Tow::default(),
+            put_down: PutDown::default(),
+        }
+    }
+
+    /// Takes where its body is, as long as that is seen.
+    pub fn follow(&mut self, body: &Body, at_s: f64) {
+        let moments = body.cloud.moments();
+        (self.confirmed, self.seen) = (body.confirmed, !body.is_unseen(at_s));
+        if self.seen {
+            let share = 1.0 - libm::exp(-(at_s - self.at_s).max(0.0) / SMOOTHED_S);
+            self.place = moments.at;
+            self.at = self.at + (moments.at - self.at) * share;
+            self.velocity = self.velocity + (moments.velocity - self.velocity) * share;
+            self.at_s = self.at_s.max(at_s);
+        }
+    }
+
+    /// For how long it has been seen, s.
+    pub fn age_s(&self) -> f64 {
+        self.at_s - self.since_s
+    }
+
+    /// How it came to be.
+    pub fn origin(&self) -> Origin {
+        match self.tow.owner() {
+            Some(owner) => Origin::PartOf(owner),
+            None if self.put_down.is_doubted() => Origin::Unexplained,
+            None => Origin::Entered,
+        }
+    }
+}
+
+/// What a number looks like, whom it accompanies, and whose it is.
+#[derive(Clone, Debug, Default)]
+pub struct Tow {
+    pub outlines: Outlines,
+    pub reach: Vec<Reach<TrackId>>,
+    pub tie: Option<Tie>,
+    /// Whether it has been somebody's.
+    pub was_tied: bool,
+}
+
+/// What ties a number to its owner.
+#[derive(Clone, Copy, Debug)]
+pub struct Tie {
+    pub owner: TrackId,
+    /// At this distance it has parted, m.
+    pub parted_m: f64,
+}
+
+impl Tow {
+    /// Whose it is.
+    pub fn owner(&self) -> Option<TrackId> {
+        self.tie.map(|tie| tie.owner)
+    }
+
+    /// Forgets whom it has accompanied of those who are gone.
+    pub fn forget(&mut self, is_gone: impl Fn(TrackId) -> bool) {
+        self.reach.retain(|reach| !is_gone(reach.other));
+    }
+}
+
+/// Whether a number was left behind.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PutDown {
+    /// Where, while it is not known to be a person.
+    pub at: Option<Point>,
+    pub stirring: Stirring,
+}
+
+impl PutDown {
+    /// Whether it is not known to be a person.
+    pub const fn is_doubted(&self) -> bool {
+        self.at.is_some()
+    }
+
+    /// It was left at a place: it has to move, or to stir.
+    pub fn doubt(&mut self, at: Point) {
+        *self = Self { at: Some(at), stirring: Stirring::default() };
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use nalgebra::{Matrix2, Vector2};
+
+    use super::*;
+    use crate::observation::Detection;
+
+    /// A detection whose outline is the chord between two places.
+    pub fn chord(first: (f64, f64), last: (f64, f64)) -> Detection {
+        let (first, last) = (Point::new(first.0, first.1), Point::new(last.0, last.1));
+        let middle = (first + last) * 0.5;
+        Detection {
+            candidate: ::kehai::candidate::Candidate::default(),
+            at_s: 0.0,
+            centre: Vector2::new(middle.x, middle.y),
+            covariance: Matrix2::identity() * 0.0009,
+            outline: [first, middle, last],
+            width_m: (last - first).length(),
+            size: None,
+        }
+    }
+
+    /// A confirmed number at a place.
+    pub fn at(id: TrackId, x: f64, y: f64) -> Note {
+        Note { confirmed: true, ..Note::new(id, Point::new(x, y), Point::default(), 0.0) }
+    }
+}

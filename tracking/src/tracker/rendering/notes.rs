@@ -1,0 +1,112 @@
+//! The notes of all numbers, by which those are judged that may be no person of their own.
+//!
+//! ```text
+//!   detections ─▶ the seen bodies they are of ─┬▶ `tow`: a part of somebody?
+//!                                              └▶ `put_down`: left behind?
+//! ```
+
+use super::body::Body;
+use super::model::{Part, RenderingModel};
+use super::note::Note;
+use super::{put_down, tow};
+use crate::cells::Areas;
+use crate::geometry::Point;
+use crate::observation::{Detection, Observation};
+use crate::tracker::{Origin, TrackId};
+
+/// A detection is of the seen body that is nearest to the middle of its chord, no farther away than this, m: a body's half
+/// width, 0.26, and what its place is off by.
+const OWN_M: f64 = 0.4;
+
+/// It is also of the bodies this near to its chord, m: inside of what has that outline. A pushchair is as long as two
+/// bodies, and is believed to be two. Half of a body's depth is 0.14; a person who pushes stands 0.4 behind.
+const INSIDE_M: f64 = 0.2;
+
+/// The notes of all numbers.
+#[derive(Debug, Default)]
+pub struct Notes(Vec<Note>);
+
+impl Notes {
+    /// Takes where all bodies are after an observation, and judges what it shows of them.
+    pub fn update(&mut self, bodies: &[Body], seen: &Observation, enclosed: &Areas, model: RenderingModel) {
+        let is_there = |id: TrackId| bodies.iter().any(|body| body.id == id);
+        self.0.retain(|note| is_there(note.id));
+        self.0.iter_mut().for_each(|note| note.tow.forget(|other| !is_there(other)));
+        for body in bodies {
+            if let Some(note) = self.0.iter_mut().find(|note| note.id == body.id) {
+                note.follow(body, seen.start_s);
+            } else {
+                let moments = body.cloud.moments();
+                self.0.push(Note::new(body.id, moments.at, moments.velocity, seen.start_s));
+            }
+        }
+        let own = own(&self.0, &seen.detections);
+        let parted =
+            if model.has(Part::Tow) { tow::judge(&mut self.0, &own, &seen.view) } else { Vec::new() };
+        if model.has(Part::PutDown) {
+            put_down::judge(&mut self.0, &own, seen.view.module);
+            for index in parted {
+                if let Some(note) = self.0.get_mut(index)
+                    && enclosed.hold(note.at)
+                {
+                    note.put_down.doubt(note.at);
+                }
+            }
+        }
+    }
+
+    /// How a number came to be.
+    pub fn origin(&self, id: TrackId) -> Origin {
+        self.0.iter().find(|note| note.id == id).map_or(Origin::Entered, Note::origin)
+    }
+}
+
+/// Which note's each detection is, in the order of the notes and of the beams.
+fn own<'a>(notes: &[Note], detections: &'a [Detection]) -> Vec<(usize, &'a Detection)> {
+    let mut own = Vec::new();
+    for seen in detections {
+        let far_m = |note: &Note| (note.place - seen.chord_middle()).length();
+        let visible = notes.iter().enumerate().filter(|(_, note)| note.seen);
+        let nearest = visible.clone().min_by(|one, other| far_m(one.1).total_cmp(&far_m(other.1)));
+        let nearest = nearest.filter(|(_, note)| far_m(note) < OWN_M).map(|(index, _)| index);
+        let is_of =
+            |(index, note): &(usize, &Note)| Some(*index) == nearest || chord_m(seen, note.place) < INSIDE_M;
+        own.extend(visible.filter(is_of).map(|(index, _)| (index, seen)));
+    }
+    own.sort_by_key(|(index, seen)| (*index, seen.candidate.first_step));
+    own
+}
+
+/// Distance of a place from a detection's chord, m.
+fn chord_m(seen: &Detection, place: Point) -> f64 {
+    let [first, _, last] = seen.outline;
+    let chord = last - first;
+    let share = (place - first).dot(chord) / chord.dot(chord).max(1e-9);
+    (first + chord * share.clamp(0.0, 1.0) - place).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::note::tests::{at, chord};
+    use super::*;
+
+    fn owners(notes: &[Note], seen: &Detection) -> Vec<TrackId> {
+        own(notes, std::slice::from_ref(seen)).into_iter().map(|(index, _)| notes[index].id).collect()
+    }
+
+    #[test]
+    fn a_detection_is_of_the_nearest_body_and_of_those_inside_its_outline() {
+        let notes = [at(1, 0.0, 0.3), at(2, 0.0, -0.3), at(3, 0.0, -0.9)];
+        // The side of a pushchair and who pushes it.
+        assert_eq!(owners(&notes, &chord((0.1, 0.5), (0.1, -0.5))), [1, 2]);
+        assert_eq!(owners(&notes, &chord((-0.2, -0.75), (0.2, -0.75))), [3]);
+        assert_eq!(owners(&notes, &chord((-0.2, -1.5), (0.2, -1.5))), [0; 0], "of none");
+    }
+
+    #[test]
+    fn a_detection_is_of_no_body_that_is_not_seen() {
+        let mut hidden = at(1, 0.0, 0.0);
+        hidden.seen = false;
+        assert_eq!(owners(&[hidden, at(2, 0.0, 0.3)], &chord((-0.2, 0.0), (0.2, 0.0))), [2]);
+    }
+}

@@ -1,0 +1,246 @@
+//! In tow: what has the outlines of a box and keeps its place within reach of somebody is that person's, until it parts.
+//!
+//! ```text
+//!   ■ suitcase   ● owner        ● ■■ pushchair       ▐■▌ wheelchair: one of its bodies stays,
+//!     tied to ─────▶               ◀── both tied         and is counted; the others are tied to it
+//! ```
+//!
+//! Wheels and the frame of a wheelchair are straight, too: no footprint of a vehicle is needed. Whoever has parts is nobody's
+//! part, so that a vehicle stays one person. The owner is rather somebody round: of two halves of a pushchair neither is the
+//! other's. Judgements of outlines and ways are shared with the tracker with rules: `attachments`.
+
+use super::note::{Note, Tie};
+use crate::geometry::Point;
+use crate::observation::{Detection, View};
+use crate::tracker::attachments::outlines::WALKING_MPS;
+use crate::tracker::attachments::reach::{Reach, SLACK_M, is_within};
+
+/// A part that is so far from its owner has parted from it at any rate, m: half a wheelchair's length and an arm.
+const PARTED_M: f64 = 0.9;
+
+/// Log odds from which outlines are those of a box: one in a hundred. With seven in twelve straight, as the tracker with
+/// rules asks for, people in wide coats were parts of their neighbours.
+const BOX: f64 = 4.605;
+
+/// After this time a number that has been nobody's is not judged any more, s: the way from the edge of a module's range to its
+/// middle.
+const JUDGED_S: f64 = 8.0;
+
+/// Whether a number looks like a box.
+fn is_box(note: &Note) -> bool {
+    note.tow.outlines.log_odds() > BOX
+}
+
+/// Takes what an observation shows of each number, ties things to owners, and releases those that have parted. Returns which
+/// have.
+pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], view: &View) -> Vec<usize> {
+    for &(index, seen) in own {
+        look(notes, index, seen, view);
+    }
+    for index in 0..notes.len() {
+        if let Some(tie) = owner(notes, index)
+            && let Some(note) = notes.get_mut(index)
+        {
+            (note.tow.tie, note.tow.was_tied) = (Some(tie), true);
+        }
+    }
+    (0..notes.len()).filter(|&index| parts(notes, index)).collect()
+}
+
+/// Takes one outline of a number, and where it is beside the others.
+fn look(notes: &mut [Note], index: usize, seen: &Detection, view: &View) {
+    let Some(Note { id, at, velocity, .. }) = notes.get(index).cloned() else { return };
+    let others: Vec<_> = notes.iter().filter(|other| other.seen && other.id != id).collect();
+    let others: Vec<_> = others.into_iter().map(|other| (other.id, other.place, at - other.at)).collect();
+    let Some(Note { tow, .. }) = notes.get_mut(index) else { return };
+    if velocity.length() > WALKING_MPS {
+        tow.outlines.push(seen, view);
+    }
+    for (other, place, offset) in others {
+        if let Some(reach) = tow.reach.iter_mut().find(|reach| reach.other == other) {
+            reach.note(at, offset);
+        } else if is_within(&seen.outline, place) {
+            tow.reach.push(Reach::begin(other, at, offset));
+        }
+    }
+}
+
+/// The tie of a thing to its owner, once it has gone far enough beside that one.
+fn owner(notes: &[Note], index: usize) -> Option<Tie> {
+    let thing = notes.get(index)?;
+    let is_judged = thing.confirmed && thing.seen && (thing.tow.was_tied || thing.age_s() < JUDGED_S);
+    let has_parts = || notes.iter().any(|other| other.tow.owner() == Some(thing.id));
+    if !is_judged || !is_box(thing) || thing.tow.tie.is_some() || has_parts() {
+        return None;
+    }
+    let beside = thing.tow.reach.iter().filter_map(|reach| {
+        let other = notes.iter().find(|other| other.id == reach.other)?;
+        let is_person =
+            other.confirmed && !other.put_down.is_doubted() && other.tow.owner() != Some(thing.id);
+        is_person.then(|| (reach, other, thing.at - other.at))
+    });
+    let rank = |(_, other, offset): &(_, &Note, Point)| (is_box(other), offset.length());
+    let (reach, other, offset) = beside.min_by(|one, two| {
+        let (one, two) = (rank(one), rank(two));
+        one.0.cmp(&two.0).then(one.1.total_cmp(&two.1))
+    })?;
+    let owner = other.tow.owner().unwrap_or(other.id);
+    let tie = Tie { owner, parted_m: (offset.length() + SLACK_M).max(PARTED_M) };
+    reach.is_kept(thing.at, offset).then_some(tie)
+}
+
+/// Releases a part that has parted from its owner, and returns true. If the owner is gone, its other parts become parts of
+/// this one.
+fn parts(notes: &mut [Note], index: usize) -> bool {
+    let Some((part, tie)) = notes.get(index).and_then(|part| Some((part, part.tow.tie?))) else {
+        return false;
+    };
+    let id = part.id;
+    let owner = notes.iter().find(|other| other.id == tie.owner);
+    if owner.is_some_and(|owner| !owner.seen || !part.seen || (owner.at - part.at).length() < tie.parted_m) {
+        return false;
+    }
+    let is_orphan = owner.is_none();
+    for note in notes.iter_mut() {
+        match &mut note.tow.tie {
+            tie if note.id == id => *tie = None,
+            Some(other) if is_orphan && other.owner == tie.owner => other.owner = id,
+            _ => {}
+        }
+    }
+    !is_orphan
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::note::tests::{at, chord};
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::tracker::TrackId;
+    use crate::tracker::attachments::outlines::Outlines;
+    use ::kehai::scan::{Geometry, URG_04LX};
+
+    fn view() -> View {
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        View { module: 0, pose, height_m: 0.6, geometry, upside_down: false }
+    }
+
+    /// With the outlines of a box, or of a body.
+    fn looks(mut note: Note, is_box: bool) -> Note {
+        note.tow.outlines = Outlines::of(20, if is_box { 18 } else { 4 });
+        note
+    }
+
+    /// Moves all along y by 5 cm a scan, each seen by a chord across it; returns who has parted.
+    fn walk(notes: &mut [Note], scans: usize) -> Vec<TrackId> {
+        let mut parted = Vec::new();
+        for _ in 0..scans {
+            step(notes, &[], 0.05);
+            let detections: Vec<Detection> = notes
+                .iter()
+                .map(|note| chord((note.at.x - 0.2, note.at.y), (note.at.x + 0.2, note.at.y)))
+                .collect();
+            let own: Vec<_> = detections.iter().enumerate().collect();
+            parted.extend(judge(notes, &own, &view()).into_iter().map(|index| notes[index].id));
+        }
+        parted
+    }
+
+    /// Moves all but `stay` along y.
+    fn step(notes: &mut [Note], stay: &[TrackId], way_m: f64) {
+        for note in notes.iter_mut().filter(|note| !stay.contains(&note.id)) {
+            note.at = note.at + Point::new(0.0, way_m);
+            note.place = note.at;
+        }
+    }
+
+    fn owners(notes: &[Note]) -> Vec<Option<TrackId>> {
+        notes.iter().map(|note| note.tow.owner()).collect()
+    }
+
+    #[test]
+    fn a_box_in_tow_is_its_owners_until_it_parts() {
+        let mut notes = [looks(at(1, 0.0, 0.0), false), looks(at(2, 0.0, -0.5), true)];
+        walk(&mut notes, 10);
+        assert_eq!(owners(&notes), [None, None], "after half a metre");
+        walk(&mut notes, 10);
+        assert_eq!(owners(&notes), [None, Some(1)]);
+        step(&mut notes, &[2], 0.3);
+        assert!(judge(&mut notes, &[], &view()).is_empty());
+        step(&mut notes, &[2], 0.2);
+        assert_eq!(judge(&mut notes, &[], &view()), [1]);
+        assert_eq!(owners(&notes), [None, None]);
+    }
+
+    #[test]
+    fn two_who_are_round_are_two() {
+        let mut notes = [looks(at(1, 0.0, 0.0), false), looks(at(2, 0.0, -0.5), false)];
+        walk(&mut notes, 60);
+        assert_eq!(owners(&notes), [None, None]);
+    }
+
+    #[test]
+    fn two_in_wide_coats_are_two() {
+        let mut notes = [at(1, 0.0, 0.0), at(2, 0.0, -0.5)];
+        notes.iter_mut().for_each(|note| note.tow.outlines = Outlines::of(26, 17));
+        walk(&mut notes, 60);
+        assert_eq!(owners(&notes), [None, None]);
+    }
+
+    #[test]
+    fn of_bodies_that_are_all_boxes_one_is_a_person() {
+        let boxes = [at(1, 0.0, 0.0), at(2, 0.2, -0.3), at(3, -0.2, -0.3)];
+        let mut notes = boxes.map(|note| looks(note, true));
+        walk(&mut notes, 60);
+        let parts = owners(&notes).into_iter().flatten();
+        assert_eq!(parts.clone().count(), 2, "{:?}", owners(&notes));
+        let owner = notes.iter().find(|note| note.tow.owner().is_none()).unwrap().id;
+        assert!(parts.into_iter().all(|of| of == owner));
+    }
+
+    #[test]
+    fn who_has_parts_is_nobodys() {
+        let mut notes = vec![looks(at(1, 0.0, 0.0), true), looks(at(2, 0.2, -0.4), true)];
+        walk(&mut notes, 60);
+        assert_eq!(owners(&notes), [None, Some(1)]);
+        let behind = notes[0].at - Point::new(0.0, 0.5);
+        notes.push(looks(at(3, behind.x, behind.y), false));
+        walk(&mut notes, 60);
+        assert_eq!(owners(&notes), [None, Some(1), None], "a wheelchair that somebody pushes");
+    }
+
+    #[test]
+    fn both_halves_of_a_pushchair_are_of_who_pushes_it() {
+        let mut notes =
+            [looks(at(1, 0.0, 1.0), true), looks(at(2, 0.0, 0.5), true), looks(at(3, 0.0, 0.0), false)];
+        // The front half is within reach of who pushes by the far end of its outline.
+        notes[0].tow.reach.push(Reach::begin(3, notes[0].at, Point::new(0.0, 1.0)));
+        walk(&mut notes, 60);
+        assert_eq!(owners(&notes), [Some(3), Some(3), None]);
+    }
+
+    #[test]
+    fn the_parts_of_an_owner_who_is_gone_are_one_person() {
+        let mut notes = vec![
+            looks(at(1, 0.0, 0.0), false),
+            looks(at(2, 0.2, -0.4), true),
+            looks(at(3, -0.2, -0.4), true),
+        ];
+        walk(&mut notes, 20);
+        assert_eq!(owners(&notes), [None, Some(1), Some(1)]);
+        notes.remove(0);
+        assert!(judge(&mut notes, &[], &view()).is_empty(), "none is left behind");
+        assert_eq!(owners(&notes), [None, Some(2)]);
+    }
+
+    #[test]
+    fn a_hidden_part_does_not_part() {
+        let mut notes = [looks(at(1, 0.0, 0.0), false), looks(at(2, 0.0, -0.5), true)];
+        walk(&mut notes, 20);
+        notes[1].seen = false;
+        step(&mut notes, &[2], 2.0);
+        assert!(judge(&mut notes, &[], &view()).is_empty());
+        assert_eq!(owners(&notes), [None, Some(1)]);
+    }
+}
