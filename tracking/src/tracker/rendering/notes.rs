@@ -22,25 +22,33 @@ const OWN_M: f64 = 0.4;
 /// bodies, and is believed to be two. Half of a body's depth is 0.14; a person who pushes stands 0.4 behind.
 const INSIDE_M: f64 = 0.2;
 
-/// The notes of all numbers.
+/// The notes of all numbers, in their order.
 #[derive(Debug, Default)]
 pub struct Notes(Vec<Note>);
 
 impl Notes {
-    /// Takes where all bodies are after an observation, and judges what it shows of them.
+    /// Takes where all bodies are after an observation, and judges what it shows of those that it concerned.
     pub fn update(&mut self, bodies: &[Body], seen: &Observation, enclosed: &Areas, model: RenderingModel) {
-        let is_there = |id: TrackId| bodies.iter().any(|body| body.id == id);
+        let mut ids: Vec<TrackId> = bodies.iter().map(|body| body.id).collect();
+        ids.sort_unstable();
+        let is_there = |id: TrackId| ids.binary_search(&id).is_ok();
         self.0.retain(|note| is_there(note.id));
         self.0.iter_mut().for_each(|note| note.tow.forget(|other| !is_there(other)));
-        for body in bodies {
-            if let Some(note) = self.0.iter_mut().find(|note| note.id == body.id) {
-                note.follow(body, seen.start_s);
-            } else {
-                let moments = body.cloud.moments();
-                self.0.push(Note::new(body.id, moments.at, moments.velocity, seen.start_s));
+        let concerned = bodies.iter().filter(|body| body.cloud.at_s() >= seen.start_s);
+        let mut followed: Vec<TrackId> = Vec::new();
+        for body in concerned {
+            followed.push(body.id);
+            match self.place(body.id) {
+                Ok(place) => self.0[place].follow(body, seen.start_s),
+                Err(place) => {
+                    let moments = body.cloud.moments();
+                    self.0.insert(place, Note::new(body.id, moments.at, moments.velocity, seen.start_s));
+                }
             }
         }
-        let own = own(&self.0, &seen.detections);
+        let mut among: Vec<usize> = followed.into_iter().filter_map(|id| self.place(id).ok()).collect();
+        among.sort_unstable();
+        let own = own(&self.0, &among, &seen.detections);
         let parted =
             if model.has(Part::Tow) { tow::judge(&mut self.0, &own, &seen.view) } else { Vec::new() };
         if model.has(Part::PutDown) {
@@ -57,16 +65,22 @@ impl Notes {
 
     /// How a number came to be.
     pub fn origin(&self, id: TrackId) -> Origin {
-        self.0.iter().find(|note| note.id == id).map_or(Origin::Entered, Note::origin)
+        self.place(id).map_or(Origin::Entered, |place| self.0[place].origin())
+    }
+
+    /// Where the note of a number is, or belongs.
+    fn place(&self, id: TrackId) -> Result<usize, usize> {
+        self.0.binary_search_by_key(&id, |note| note.id)
     }
 }
 
-/// Which note's each detection is, in the order of the notes and of the beams.
-fn own<'a>(notes: &[Note], detections: &'a [Detection]) -> Vec<(usize, &'a Detection)> {
+/// Which of some notes each detection is of, in the order of the notes and of the beams.
+fn own<'a>(notes: &[Note], among: &[usize], detections: &'a [Detection]) -> Vec<(usize, &'a Detection)> {
     let mut own = Vec::new();
     for seen in detections {
         let far_m = |note: &Note| (note.place - seen.chord_middle()).length();
-        let visible = notes.iter().enumerate().filter(|(_, note)| note.seen);
+        let visible = among.iter().filter_map(|&index| Some((index, notes.get(index)?)));
+        let visible = visible.filter(|(_, note)| note.seen);
         let nearest = visible.clone().min_by(|one, other| far_m(one.1).total_cmp(&far_m(other.1)));
         let nearest = nearest.filter(|(_, note)| far_m(note) < OWN_M).map(|(index, _)| index);
         let is_of =
@@ -91,7 +105,8 @@ mod tests {
     use super::*;
 
     fn owners(notes: &[Note], seen: &Detection) -> Vec<TrackId> {
-        own(notes, std::slice::from_ref(seen)).into_iter().map(|(index, _)| notes[index].id).collect()
+        let all: Vec<usize> = (0..notes.len()).collect();
+        own(notes, &all, std::slice::from_ref(seen)).into_iter().map(|(index, _)| notes[index].id).collect()
     }
 
     #[test]

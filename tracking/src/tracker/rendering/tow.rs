@@ -12,6 +12,7 @@
 use super::note::{Note, Tie};
 use crate::geometry::Point;
 use crate::observation::{Detection, View};
+use crate::tracker::TrackId;
 use crate::tracker::attachments::outlines::WALKING_MPS;
 use crate::tracker::attachments::reach::{Reach, SLACK_M, is_within};
 
@@ -25,6 +26,10 @@ const BOX: f64 = 4.605;
 /// After this time a number that has been nobody's is not judged any more, s: the way from the edge of a module's range to its
 /// middle.
 const JUDGED_S: f64 = 8.0;
+
+/// Nobody who is farther away than this is within reach of an outline, m: half of a pushchair, an arm, and what both
+/// places lag behind on the way.
+const NEAR_M: f64 = 2.0;
 
 /// Whether a number looks like a box.
 fn is_box(note: &Note) -> bool {
@@ -49,9 +54,12 @@ pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], view: &View) -> Ve
 
 /// Takes one outline of a number, and where it is beside the others.
 fn look(notes: &mut [Note], index: usize, seen: &Detection, view: &View) {
-    let Some(Note { id, at, velocity, .. }) = notes.get(index).cloned() else { return };
-    let others: Vec<_> = notes.iter().filter(|other| other.seen && other.id != id).collect();
-    let others: Vec<_> = others.into_iter().map(|other| (other.id, other.place, at - other.at)).collect();
+    let Some(&Note { id, at, velocity, ref tow, .. }) = notes.get(index) else { return };
+    let is_known = |other: TrackId| tow.reach.iter().any(|reach| reach.other == other);
+    let is_near = |other: &Note| (other.at - at).dot(other.at - at) < NEAR_M * NEAR_M;
+    let others = notes.iter().filter(|other| other.seen && other.id != id);
+    let others = others.filter(|other| is_near(other) || is_known(other.id));
+    let others: Vec<_> = others.map(|other| (other.id, other.place, at - other.at)).collect();
     let Some(Note { tow, .. }) = notes.get_mut(index) else { return };
     if velocity.length() > WALKING_MPS {
         tow.outlines.push(seen, view);
