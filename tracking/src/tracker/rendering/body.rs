@@ -6,6 +6,7 @@
 
 use super::cloud::Cloud;
 use super::ground::{AHEAD_S, Ground, Passage, Way};
+use super::modules::Whereabouts;
 
 /// A body is not seen when no scan has spoken for it for so long, s.
 pub const UNSEEN_S: f64 = 0.3;
@@ -55,6 +56,12 @@ impl Body {
             passage: Passage::InView,
             accompanied_s: f64::NEG_INFINITY,
         }
+    }
+
+    /// Where it is, as far as it is known.
+    pub fn whereabouts(&self) -> Whereabouts {
+        let moments = self.cloud.moments();
+        Whereabouts { at: moments.at, variance_m2: moments.variance_m2(), at_s: self.cloud.at_s() }
     }
 
     /// Probability that it is there.

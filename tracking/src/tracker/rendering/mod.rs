@@ -113,7 +113,8 @@ impl Rendering {
     /// Updates the bodies that one scan of a module concerns, and begins new ones.
     fn update(&mut self, module: usize, scan: &Scan, start_s: f64) {
         self.now_s = self.now_s.max(start_s);
-        let concerned = self.terrain.modules.concern(module, scan, start_s, &self.bodies);
+        let concerned =
+            self.terrain.modules.concern(module, scan, start_s, self.bodies.iter().map(Body::whereabouts));
         let ground = self.terrain.ground(self.model, scan);
         for &index in &concerned {
             let body = &mut self.bodies[index];

@@ -10,7 +10,6 @@
 //!
 //! So the cost of a report does not grow with the site.
 
-use super::body::Body;
 use super::scan::Scan;
 use crate::geometry::Point;
 
@@ -21,6 +20,17 @@ const STALE_S: f64 = 0.5;
 /// A cloud reaches so many deviations beyond its mean, and a body so far beyond a sample, m: half its width and an arm.
 const DEVIATIONS: f64 = 3.0;
 const BODY_M: f64 = 0.75;
+
+/// Where a body is, as far as it is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Whereabouts {
+    /// Mean of its cloud.
+    pub at: Point,
+    /// Variance over both directions, m².
+    pub variance_m2: f64,
+    /// When that was, s.
+    pub at_s: f64,
+}
 
 /// See the module.
 #[derive(Default)]
@@ -74,21 +84,25 @@ impl Modules {
         }
     }
 
-    /// The numbers of the bodies that a scan concerns; from then on the modules are asked that these concern.
-    pub fn concern(&mut self, module: usize, scan: &Scan, start_s: f64, bodies: &[Body]) -> Vec<usize> {
-        let is_stale = |body: &Body| start_s - body.cloud.at_s() > STALE_S;
-        let is_near = |body: &Body| {
-            let moments = body.cloud.moments();
-            let reach_m = scan.reach_m() + DEVIATIONS * moments.variance_m2().sqrt() + BODY_M;
-            let off = moments.at - scan.origin();
+    /// Which of some bodies a scan concerns, by their places among them; from then on the modules are asked that these concern.
+    pub fn concern(
+        &mut self,
+        module: usize,
+        scan: &Scan,
+        start_s: f64,
+        bodies: impl Iterator<Item = Whereabouts>,
+    ) -> Vec<usize> {
+        let is_near = |body: &Whereabouts| {
+            let reach_m = scan.reach_m() + DEVIATIONS * body.variance_m2.sqrt() + BODY_M;
+            let off = body.at - scan.origin();
             off.dot(off) < reach_m * reach_m
         };
         let mut some_stale = false;
-        let mut concerned = Vec::with_capacity(bodies.len());
-        for (index, body) in bodies.iter().enumerate() {
-            let stale = is_stale(body);
-            some_stale |= stale;
-            if stale || is_near(body) {
+        let mut concerned = Vec::new();
+        for (index, body) in bodies.enumerate() {
+            let is_stale = start_s - body.at_s > STALE_S;
+            some_stale |= is_stale;
+            if is_stale || is_near(&body) {
                 concerned.push(index);
             }
         }
@@ -117,8 +131,6 @@ mod tests {
 
     use ::kehai::scan::{Geometry, URG_04LX};
 
-    use super::super::cloud::Cloud;
-    use super::super::sample::Sample;
     use super::*;
     use crate::geometry::Pose;
     use crate::observation::View;
@@ -133,10 +145,8 @@ mod tests {
         scan
     }
 
-    fn body(x_m: f64, at_s: f64) -> Body {
-        let (at, heading) = (Point::new(x_m, 0.0), Point::new(0.0, 1.0));
-        let sample = Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand: None };
-        Body::begin(1, 0.0, Cloud::new(vec![sample; 8], at_s))
+    fn body(x_m: f64, at_s: f64) -> Whereabouts {
+        Whereabouts { at: Point::new(x_m, 0.0), variance_m2: 0.0, at_s }
     }
 
     /// Three modules, of which the first two are near each other.
@@ -155,14 +165,14 @@ mod tests {
         let mut modules = modules();
         let newest = modules.take(0).unwrap();
         let bodies = [body(1.0, 9.9), body(20.0, 9.9), body(4.0, 9.9)];
-        assert_eq!(modules.concern(0, &newest, 10.0, &bodies), [0, 2]);
+        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter()), [0, 2]);
     }
 
     #[test]
     fn only_modules_whose_views_touch_are_asked() {
         let mut modules = modules();
         let newest = modules.take(0).unwrap();
-        modules.concern(0, &newest, 10.0, &[body(1.0, 9.9)]);
+        modules.concern(0, &newest, 10.0, [body(1.0, 9.9)].into_iter());
         assert_eq!(modules.asked().map(|scan| scan.origin().x).collect::<Vec<_>>(), [5.0]);
         let far = Point::new(42.0, 0.0);
         assert!(!modules.cover(far, &newest));
@@ -172,7 +182,8 @@ mod tests {
     fn a_body_that_no_module_concerns_is_not_forgotten_and_all_are_asked_about_it() {
         let mut modules = modules();
         let newest = modules.take(0).unwrap();
-        assert_eq!(modules.concern(0, &newest, 10.0, &[body(1.0, 9.9), body(42.0, 9.0)]), [0, 1]);
+        let bodies = [body(1.0, 9.9), body(42.0, 9.0)];
+        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter()), [0, 1]);
         assert!(modules.cover(Point::new(42.0, 0.0), &newest));
     }
 
@@ -182,7 +193,7 @@ mod tests {
         for (x_m, near) in [(2.0, 2), (60.0, 1)] {
             modules.place(2, &scan(2, x_m));
             let newest = modules.take(0).unwrap();
-            modules.concern(0, &newest, 10.0, &[]);
+            modules.concern(0, &newest, 10.0, std::iter::empty());
             assert_eq!(modules.asked().count(), near, "{x_m}");
             modules.put(0, newest);
         }
