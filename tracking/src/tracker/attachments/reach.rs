@@ -34,6 +34,34 @@ pub fn is_within(outline: &[Point], place: Point) -> bool {
     outline.iter().any(|point| (*point - place).length() < REACH_M)
 }
 
+/// Bounds of the offsets of a body from another.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    low: Point,
+    high: Point,
+}
+
+impl Bounds {
+    /// Of one offset.
+    #[must_use]
+    pub const fn of(offset: Point) -> Self {
+        Self { low: offset, high: offset }
+    }
+
+    /// Takes one more.
+    pub fn take(&mut self, offset: Point) {
+        self.low = Point::new(self.low.x.min(offset.x), self.low.y.min(offset.y));
+        self.high = Point::new(self.high.x.max(offset.x), self.high.y.max(offset.y));
+    }
+
+    /// Whether both keep their places beside each other, as far as places are known.
+    #[must_use]
+    pub fn are_rigid(self) -> bool {
+        let size = self.high - self.low;
+        size.x.max(size.y) < RIGID_M
+    }
+}
+
 /// Another body within reach; `Id` is a tracker's number of it.
 #[derive(Clone, Debug)]
 pub struct Reach<Id> {
@@ -41,23 +69,20 @@ pub struct Reach<Id> {
     pub other: Id,
     /// Where the way of both began: they came within reach, or their places beside each other had changed.
     from: Point,
-    /// Bounds of the offset from the other since.
-    low: Point,
-    high: Point,
+    /// Offsets from the other since.
+    offsets: Bounds,
 }
 
 impl<Id: Copy> Reach<Id> {
     /// Begins where a body is that came within reach of another, `offset` from that one.
     pub const fn begin(other: Id, at: Point, offset: Point) -> Self {
-        Self { other, from: at, low: offset, high: offset }
+        Self { other, from: at, offsets: Bounds::of(offset) }
     }
 
     /// Takes where the body is, and its offset from the other.
     pub fn note(&mut self, at: Point, offset: Point) {
-        self.low = Point::new(self.low.x.min(offset.x), self.low.y.min(offset.y));
-        self.high = Point::new(self.high.x.max(offset.x), self.high.y.max(offset.y));
-        let size = self.high - self.low;
-        if size.x.max(size.y) >= RIGID_M {
+        self.offsets.take(offset);
+        if !self.offsets.are_rigid() {
             *self = Self::begin(self.other, at, offset);
         }
     }

@@ -14,12 +14,10 @@ use super::Kehai;
 use super::ablation::Idea;
 use crate::geometry::Point;
 use crate::observation::Detection;
+use crate::tracker::attachments::reach::Bounds;
 
 /// A part's middle is nearer to its owner's, m: half a wheelchair's length and what places are off by. A stride.
 const NEAR_M: f64 = 0.75;
-
-/// How far the place of a part beside its owner is misjudged at most on that way, m.
-const RIGID_M: f64 = 0.36;
 
 /// How far an appearance has gone when it is judged, m.
 const WAY_M: f64 = 0.35;
@@ -73,8 +71,7 @@ pub struct Company {
 #[derive(Clone, Debug)]
 struct Beside {
     owner: u32,
-    low: Point,
-    high: Point,
+    offsets: Bounds,
 }
 
 impl Kehai {
@@ -96,7 +93,7 @@ impl Kehai {
             company
         } else {
             let near = offsets.filter(|(_, offset)| offset.length() < NEAR_M);
-            let near = near.map(|(owner, offset)| Beside { owner, low: offset, high: offset }).collect();
+            let near = near.map(|(owner, offset)| Beside { owner, offsets: Bounds::of(offset) }).collect();
             Company { from: at, chords: Point::default(), hits: 0.0, held: 0.0, near }
         };
         let chord = seen.outline[2] - seen.outline[0];
@@ -170,9 +167,7 @@ impl Kehai {
 impl Beside {
     /// Takes one more offset; whether it is near, and where it was before.
     fn stays(&mut self, offset: Point) -> bool {
-        self.low = Point::new(self.low.x.min(offset.x), self.low.y.min(offset.y));
-        self.high = Point::new(self.high.x.max(offset.x), self.high.y.max(offset.y));
-        let size = self.high - self.low;
-        offset.length() < NEAR_M && size.x.max(size.y) < RIGID_M
+        self.offsets.take(offset);
+        offset.length() < NEAR_M && self.offsets.are_rigid()
     }
 }
