@@ -99,7 +99,7 @@ struct Trackers {
     areas: Vec<Process>,
     site: Process,
     /// The one tracker's ways to the modules.
-    _relays: Vec<(String, Relay)>,
+    _relays: Vec<Relay>,
 }
 
 impl Trackers {
@@ -111,12 +111,13 @@ impl Trackers {
         network: &Network,
     ) -> Result<Self, Box<dyn Error>> {
         // The trackers of two areas have taken both places that a module at a border has for this machine's address.
-        let relay = |module: &(String, SocketAddr)| -> Result<(String, Relay), Box<dyn Error>> {
-            Ok((module.0.clone(), Relay::to(module.1)?))
-        };
-        let relays: Vec<(String, Relay)> = building.modules().iter().map(relay).collect::<Result<_, _>>()?;
-        let relayed: Vec<(String, SocketAddr)> =
-            relays.iter().map(|(name, relay)| (name.clone(), relay.at())).collect();
+        let mut relays = Vec::new();
+        let mut relayed = Vec::new();
+        for (name, module) in building.modules() {
+            let relay = Relay::to(*module)?;
+            relayed.push((name.clone(), relay.at()));
+            relays.push(relay);
+        }
         let run = |name: &str,
                    site: &Site,
                    modules: &[(String, SocketAddr)]|

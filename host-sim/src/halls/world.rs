@@ -68,7 +68,7 @@ pub struct Halls {
     pub seed: u64,
     /// The module of this number falls silent half-way.
     pub silent: Option<usize>,
-    /// By which everybody is followed, in all halls and in each.
+    /// The tracker of all halls, and of each.
     pub tracker: Selected,
 }
 
