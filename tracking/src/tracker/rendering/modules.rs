@@ -5,7 +5,8 @@
 //!     │ A ╭───┼───╮   ╭─────╮
 //!     ╰───┼───╯ ○ │   │  B  │     · a body in the circle is concerned
 //!         │  ·    │   ╰─────╯
-//!         ╰───────╯             a body that no scan has concerned for a while is concerned by any, and all are asked
+//!         ╰───────╯             a body that no scan has concerned for half a second is updated by the next scan of any
+//!                                       module, and all modules are asked whether they see it
 //! ```
 //!
 //! So the cost of a report does not grow with the site.

@@ -1,7 +1,7 @@
 //! Put down: a thing that its owner has left in an enclosed zone is unexplained until it moves by itself, or stirs.
 //!
 //! ```text
-//!   ● ■ ─▶ part of ●      ◀─ ●      ■ unexplained       ■ ─▶ 0.3 m: somebody after all
+//!   ● ■ ─▶ part of ●      ◀─ ●      ■ unexplained       ■ ─▶ 0.3 m: a person after all
 //! ```
 //!
 //! Whether it stirs, the device says: for how long what it sees has been still (`attachments/stir`).

@@ -1,13 +1,13 @@
-//! In tow: what has the outlines of a box and keeps its place within reach of somebody is that person's, until it parts.
+//! In tow: a body with the outlines of a box that keeps its place within a person's reach is part of that person, until it parts.
 //!
 //! ```text
 //!   ■ suitcase   ● owner        ● ■■ pushchair       ▐■▌ wheelchair: one of its bodies stays,
 //!     tied to ─────▶               ◀── both tied         and is counted; the others are tied to it
 //! ```
 //!
-//! Wheels and the frame of a wheelchair are straight, too: no footprint of a vehicle is needed. Whoever has parts is nobody's
-//! part, so that a vehicle stays one person. The owner is rather somebody round: of two halves of a pushchair neither is the
-//! other's. Judgements of outlines and ways are shared with the tracker with rules: `attachments`.
+//! Wheels and the frame of a wheelchair are straight, too: no footprint of a vehicle is needed. A body with parts is never a
+//! part itself, so that a vehicle stays one person. A body with round outlines is preferred as the owner: otherwise one half of
+//! a pushchair would own the other. Judgements of outlines and ways are shared with the tracker with rules: `attachments`.
 
 use super::note::{Note, Tie};
 use crate::geometry::Point;
