@@ -13,6 +13,9 @@ use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
 use crate::geometry::Point;
 
+/// Process noise: spectral density of a pedestrian's acceleration, m²/s³: a person turns or stops within half a second.
+pub const PROCESS_NOISE: f64 = 0.4;
+
 /// Place and velocity with their covariance, at a time.
 #[derive(Clone, Debug)]
 pub struct Kinematics {

@@ -11,11 +11,14 @@
 //! | `rendering` | experimental: one formula of how likely a scan is, given the bodies believed in |
 
 pub mod attachments;
+pub mod floor_plan;
 pub mod history;
 pub mod kalman;
 pub mod kehai;
+pub mod reflections;
 pub mod rendering;
 pub mod selected;
+pub mod walls;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -47,6 +50,10 @@ pub enum LifeCycle {
 
 /// Number of a track: never used again.
 pub type TrackId = u64;
+
+/// How fast a place gets lost that nobody looks at, m/s: people at home and in offices stand or sit half of the time, and walk
+/// at 1 m/s otherwise.
+const DRIFT_MPS: f64 = 0.5;
 
 /// How a track came to be, and with that whether it is a person of its own.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]

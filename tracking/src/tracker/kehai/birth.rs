@@ -188,8 +188,7 @@ impl Kehai {
         let Some(index) = self.index_of(id) else { return };
         let track = &self.tracks[index];
         let (at_s, at) = (track.last_hit_s, track.motion.place(track.last_hit_s));
-        let interior =
-            self.is_enclosed(track.first_at) && self.grounds.walls.entry_m(track.first_at) > ENTRY_M;
+        let interior = self.is_enclosed(track.first_at) && self.plan.walls.entry_m(track.first_at) > ENTRY_M;
         if interior && self.ideas.has(Idea::Relink) {
             let likeliest = self
                 .tracks
@@ -217,7 +216,7 @@ impl Kehai {
         let beside = track.beside.or_else(|| self.beside(at, at_s));
         // Legs come in walking; legs that only stand, wherever it is, were put there.
         let stands = track.is_still() && (at - track.first_at).length() < MOVED_M;
-        let unexplained = (interior || stands) && !beginning && self.grounds.walls.has_entries();
+        let unexplained = (interior || stands) && !beginning && self.plan.walls.has_entries();
         let unexplained = unexplained && self.ideas.has(Idea::Doubt);
         let track = &mut self.tracks[index];
         track.beside = beside;

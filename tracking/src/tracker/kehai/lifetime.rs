@@ -50,14 +50,14 @@ impl Kehai {
                 }
                 continue;
             };
-            cloud.predict(end_s, &self.grounds.walls);
+            cloud.predict(end_s, &self.plan.walls);
             let enters = cloud.enters();
             let mut covered = 0;
             let likelihood = |place| {
                 let (look, would_see) = eye.at_point(place);
                 covered += usize::from(would_see);
                 let crowded = seen_now.iter().any(|(_, other)| (*other - place).length() < 0.3);
-                let beside = if !enters && self.grounds.walls.beside(place) { 0.4 } else { 1.0 };
+                let beside = if !enters && self.plan.walls.beside(place) { 0.4 } else { 1.0 };
                 (1.0 - 0.8 * look.through).min(beside) * if crowded { 0.8 } else { 1.0 }
             };
             let left = if shadow { cloud.weigh(likelihood) } else { cloud.expect(likelihood) };
@@ -129,7 +129,7 @@ impl Kehai {
         }
         let track = &mut self.tracks[index];
         if track.near_in == self.scan && now_s - track.last_hit_s > OCCLUDED_S {
-            let cloud = Cloud::new(now_s, &track.motion, track.last_hit_s, &self.grounds.walls, track.id);
+            let cloud = Cloud::new(now_s, &track.motion, track.last_hit_s, &self.plan.walls, track.id);
             track.cloud = Some(cloud);
             track.reason = "hidden";
             track.faded_s = now_s;

@@ -16,10 +16,10 @@
 //! | track state, existence probability, confirmation | `track` |
 //! | birth | `birth` |
 //! | missed detections, existence decay, deletion | `lifetime` |
-//! | occlusion, line of sight | `occlusion`, `look`, `walls` |
+//! | occlusion, line of sight | `occlusion`, `line_of_sight`, `../walls.rs` |
 //! | duplicate tracks, fragments, attachments | `twins`, `birth`, `parts` |
 //! | sizes of bodies | `size` |
-//! | clutter: things and reflections | `../attachments/stir.rs`, `reflection` |
+//! | clutter: things and reflections | `../attachments/stir.rs`, `../reflections.rs` |
 //! | ablation switches | `ablation` |
 
 pub mod ablation;
@@ -32,7 +32,6 @@ mod line_of_sight;
 mod near;
 mod occlusion;
 mod parts;
-mod reflection;
 mod restore;
 mod size;
 #[cfg(test)]
@@ -40,31 +39,24 @@ mod tests;
 mod track;
 mod twins;
 mod vehicle;
-pub(super) mod walls;
 
+use super::floor_plan::FloorPlan;
 use super::history::History;
+use super::kalman::PROCESS_NOISE;
+use super::reflections::Reflections;
 use super::{TrackId, TrackState, Tracker};
-use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
+use crate::site::Site;
 use crate::site::change::SiteChange;
-use crate::site::{Mover, Site};
 use ablation::{Idea, Ideas};
 use associate::other_leg;
 use near::Near;
-use reflection::Reflection;
 use track::Track;
 use vehicle::Vehicle;
-use walls::Walls;
-
-/// Process noise: spectral density of a pedestrian's acceleration, m²/s³: a person turns or stops within half a second.
-const PROCESS_NOISE: f64 = 0.4;
 
 /// Two tracks nearer than this are at the same place, m: two bodies cannot be.
 const TWINS_M: f64 = 0.33;
-
-/// What is nearer to a module touches it, and has no place, mm.
-const TOUCHING_MM: u16 = 80;
 
 /// What the face of a mover is unsure by, mm.
 const FACE_MM: u16 = 60;
@@ -89,12 +81,12 @@ const RESTS_S: f64 = 1.0;
 
 /// Our tracker.
 pub struct Kehai {
-    grounds: Grounds,
+    plan: FloorPlan,
     ideas: Ideas,
     /// In the order of their numbers.
     tracks: Vec<Track>,
     near: Near,
-    reflections: Vec<Reflection>,
+    reflections: Reflections,
     vehicles: Vec<Vehicle>,
     next_id: u32,
     /// The newest observation's time.
@@ -117,38 +109,16 @@ impl Heard {
     const NEVER: Self = Self { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
 }
 
-/// What a site says of where people can be.
-struct Grounds {
-    walls: Walls,
-    /// Zones that are entered through entries alone.
-    enclosed: Areas,
-    movers: Areas,
-    /// Where no track begins.
-    excluded: Areas,
-}
-
-impl Grounds {
-    fn of(site: &Site) -> Self {
-        let movers = site.movers.iter().map(Mover::corners).collect();
-        Self {
-            walls: Walls::of(site),
-            enclosed: site.enclosed(),
-            movers: Areas::of(movers),
-            excluded: site.excluded(),
-        }
-    }
-}
-
 impl Kehai {
     /// A tracker without tracks.
     #[must_use]
     pub fn new(site: &Site, ideas: Ideas) -> Self {
         Self {
-            grounds: Grounds::of(site),
+            plan: FloorPlan::of(site),
             ideas,
             tracks: Vec::new(),
             near: Near::over(site),
-            reflections: Vec::new(),
+            reflections: Reflections::default(),
             vehicles: Vec::new(),
             next_id: 1,
             now_s: 0.0,
@@ -187,32 +157,28 @@ impl Kehai {
 
     /// Whether a person gets to a place only across an entry.
     fn is_enclosed(&self, place: Point) -> bool {
-        self.grounds.enclosed.hold(place)
-    }
-
-    /// Whether a candidate is a door leaf or a curtain: all of it where one moves.
-    fn is_mover(&self, seen: &Detection) -> bool {
-        self.grounds.movers.one_holds(&seen.outline)
+        self.plan.enclosed.hold(place)
     }
 
     /// Whether no track is confirmed at a place: a door leaf or a curtain moves there, or it is excluded.
     fn confirms_nobody(&self, place: Point) -> bool {
-        self.grounds.movers.hold(place) || self.is_excluded(place)
+        self.plan.movers.hold(place) || self.is_excluded(place)
     }
 
     /// Whether no track begins at a place.
     fn is_excluded(&self, place: Point) -> bool {
-        self.grounds.excluded.hold(place)
+        self.plan.excluded.hold(place)
     }
 
     /// The observation with everything before a door leaf or a curtain taken as empty, up to its outline: of a body
     /// only its nearest point says what is empty, of a leaf its whole face does. None without one.
     fn before_movers(&self, observation: &Observation) -> Option<Observation> {
-        if self.grounds.movers.is_empty() || !observation.detections.iter().any(|seen| self.is_mover(seen)) {
+        if self.plan.movers.is_empty() || !observation.detections.iter().any(|seen| self.plan.is_mover(seen))
+        {
             return None;
         }
         let mut cleared = observation.clone();
-        for seen in observation.detections.iter().filter(|seen| self.is_mover(seen)) {
+        for seen in observation.detections.iter().filter(|seen| self.plan.is_mover(seen)) {
             let geometry = &observation.view.geometry;
             let candidate = &seen.candidate;
             for beam in geometry.beam(candidate.first_step)..=geometry.beam(candidate.last_step) {
@@ -292,11 +258,13 @@ impl Tracker for Kehai {
         let places: Vec<Point> =
             self.seen_places(observation.start_s).into_iter().map(|(_, place)| place).collect();
         let at = observation.view.pose.at;
-        let is_thing = |seen: &&Detection| seen.candidate.near_mm < TOUCHING_MM || self.is_mover(seen);
-        let stands_out = observation.detections.iter().filter(|seen| !is_thing(seen));
+        let stands_out = observation.detections.iter().filter(|seen| !self.plan.is_thing(seen));
         let (reflected, real): (Vec<&Detection>, Vec<&Detection>) =
-            stands_out.partition(|seen| self.is_reflection(at, seen));
-        self.reflect(reflected.into_iter());
+            stands_out.partition(|seen| self.plan.is_reflection(at, seen));
+        self.reflections.follow(reflected.into_iter(), self.now_s, || {
+            self.next_id += 1;
+            TrackId::from(self.next_id - 1)
+        });
         let estimator = self.ideas.estimator();
         let has_division = self.ideas.has(Idea::Division);
         let mut pieces = Vec::with_capacity(real.len());
@@ -339,9 +307,7 @@ impl Tracker for Kehai {
     }
 
     fn peek(&self, at_s: f64) -> Vec<TrackState> {
-        let reflections = self.reflections.iter().filter(|reflection| reflection.lasts(at_s));
-        let somebody = self.tracks.iter().map(|track| track.state(at_s));
-        somebody.chain(reflections.map(|reflection| reflection.state(at_s))).collect()
+        self.tracks.iter().map(|track| track.state(at_s)).chain(self.reflections.states(at_s)).collect()
     }
 
     fn history(&self, id: TrackId) -> Option<History> {
@@ -354,7 +320,7 @@ impl Tracker for Kehai {
 
     fn change_site(&mut self, change: &SiteChange<'_>) -> bool {
         let site = change.now;
-        self.grounds = Grounds::of(site);
+        self.plan = FloorPlan::of(site);
         self.near = Near::over(site);
         let numbers: Vec<Option<usize>> =
             (0..site.modules.len()).map(|number| change.stands(number)).collect();

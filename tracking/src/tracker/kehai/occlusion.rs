@@ -10,9 +10,9 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::walls::Walls;
 use crate::geometry::{Point, bounds};
 use crate::tracker::kalman::Kinematics;
+use crate::tracker::walls::Walls;
 
 /// Number of particles.
 pub const PLACES: usize = 96;

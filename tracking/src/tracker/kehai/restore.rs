@@ -12,14 +12,10 @@ use super::occlusion::Cloud;
 use super::track::{SURE, Track};
 use super::{Kehai, PROCESS_NOISE};
 use crate::geometry::Point;
-use crate::tracker::TrackState;
 use crate::tracker::attachments::stir::Stirring;
 use crate::tracker::history::SeenBy;
 use crate::tracker::kalman::Kinematics;
-
-/// How fast a person's position gets lost, m/s: people at home and in offices stand or sit half of the time, and walk
-/// at 1 m/s otherwise.
-const DRIFT_MPS: f64 = 0.5;
+use crate::tracker::{DRIFT_MPS, TrackState};
 
 /// Log-odds that they are still there: as sure as a fresh birth, twenty to one.
 const STILL_THERE: f64 = 0.5 * SURE;
@@ -33,7 +29,7 @@ impl Kehai {
             let drift_m = DRIFT_MPS * age_s;
             let spread = Matrix2::new(xx, xy, xy, yy) + Matrix2::identity() * (drift_m * drift_m);
             let motion = Kinematics::new(at_s, place, &spread, 0.0, PROCESS_NOISE);
-            let cloud = Cloud::new(at_s, &motion, at_s, &self.grounds.walls, self.next_id);
+            let cloud = Cloud::new(at_s, &motion, at_s, &self.plan.walls, self.next_id);
             let at = Point::new(person.at.x, person.at.y);
             self.tracks.push(Track {
                 id: self.next_id,

@@ -58,7 +58,7 @@ impl Kehai {
                 let track = &mut self.tracks[one];
                 let mut motion = track.motion.clone();
                 motion.covariance += nalgebra::Matrix4::identity() * (0.3 * 0.3);
-                track.cloud = Some(Cloud::new(now_s, &motion, now_s, &self.grounds.walls, track.id));
+                track.cloud = Some(Cloud::new(now_s, &motion, now_s, &self.plan.walls, track.id));
                 track.reason = "taken for somebody else";
                 // The detections since then were of the other track.
                 track.last_hit_s = track.last_hit_s.min(track.twin_since_s);

@@ -83,7 +83,10 @@ impl Rendering {
         let way = way * (1.0 / way.length().max(1e-6));
         let middle = contour + way * (0.5 * (BEHIND_M.0 + BEHIND_M.1));
         let near = |body: &Body| !body.confirmed && (body.cloud.moments().at - middle).length() < APART_M;
-        if self.excluded.hold(middle) || self.bodies.len() >= BODIES || self.bodies.iter().any(near) {
+        if self.terrain.plan.excluded.hold(middle)
+            || self.bodies.len() >= BODIES
+            || self.bodies.iter().any(near)
+        {
             return;
         }
         let random = &mut self.random;
@@ -102,7 +105,7 @@ impl Rendering {
             }
         };
         let samples: Vec<Sample> = (0..SAMPLES / self.model.detail.divisor()).map(sample).collect();
-        let prior = if self.terrain.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
+        let prior = if self.terrain.plan.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
         let id = self.next_id;
         self.next_id += 1;
         self.bodies.push(Body::begin(id, prior, Cloud::new(samples, start_s)));

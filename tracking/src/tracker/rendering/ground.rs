@@ -12,7 +12,8 @@ use super::scan::Scan;
 use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::site::Site;
-use crate::tracker::kehai::walls::Walls;
+use crate::tracker::floor_plan::FloorPlan;
+use crate::tracker::walls::Walls;
 
 /// A body whose middle is nearer to an entry than this, m, would be in the leaf if a door were closed there: half of a
 /// body's depth.
@@ -37,23 +38,22 @@ pub enum Passage {
     Through,
 }
 
-/// The walls of a site, and the newest rays of its modules.
+/// The floor plan of a site, and the newest rays of its modules.
 pub struct Terrain {
-    pub walls: Walls,
-    /// Zones that nobody leaves but by an entry.
-    pub enclosed: Areas,
+    pub plan: FloorPlan,
     pub modules: Modules,
 }
 
 impl Terrain {
     pub fn of(site: &Site) -> Self {
-        Self { walls: Walls::of(site), enclosed: site.enclosed(), modules: Modules::of(site.modules.len()) }
+        Self { plan: FloorPlan::of(site), modules: Modules::of(site.modules.len()) }
     }
 
     /// The ground while a scan is taken, which is not among those of `modules` meanwhile.
     pub fn ground<'a>(&'a self, model: RenderingModel, newest: &'a Scan) -> Ground<'a> {
         let guards = model.has(Part::Entries);
-        Ground { walls: &self.walls, enclosed: &self.enclosed, guards, modules: &self.modules, newest }
+        let FloorPlan { walls, enclosed, .. } = &self.plan;
+        Ground { walls, enclosed, guards, modules: &self.modules, newest }
     }
 }
 

@@ -53,7 +53,7 @@ impl Rendering {
                 self.doubt_outside(index, newest, start_s);
             }
         }
-        let enclosed = &self.terrain.enclosed;
+        let enclosed = &self.terrain.plan.enclosed;
         let mut vanished: Vec<(u64, Point)> = Vec::new();
         let mut keeps = Vec::new();
         self.bodies.retain(|body| {
@@ -79,7 +79,7 @@ impl Rendering {
 
     /// An unseen body may have left where its samples are outside enclosed zones: their weight falls, and existence with it.
     fn doubt_outside(&mut self, index: usize, newest: &Scan, start_s: f64) {
-        let (enclosed, modules) = (&self.terrain.enclosed, &self.terrain.modules);
+        let (enclosed, modules) = (&self.terrain.plan.enclosed, &self.terrain.modules);
         let has_inside = self.model.has(Part::Inside);
         let body = &mut self.bodies[index];
         let step_s = (start_s - body.doubted_s.max(body.supported_s)).max(0.0);
@@ -99,7 +99,7 @@ impl Rendering {
 
     /// Who vanishes inside an enclosed zone has not left it: the nearest tentative body there is that person.
     fn hand_on(&mut self, id: u64, at: Point) {
-        let enclosed = &self.terrain.enclosed;
+        let enclosed = &self.terrain.plan.enclosed;
         let distance_m = |body: &Body| (body.cloud.moments().at - at).length();
         let is_there = |place: Point| enclosed.around(at).any(|zone| enclosed.is_in(zone, place));
         let heirs = self.bodies.iter_mut().filter(|body| {
@@ -136,12 +136,12 @@ impl Rendering {
             if self.is_accompanied(index, start_s) {
                 continue;
             }
-            if !self.terrain.enclosed.hold(at) || !self.model.has(Part::Conservation) {
+            if !self.terrain.plan.enclosed.hold(at) || !self.model.has(Part::Conservation) {
                 self.bodies[index].confirmed = true;
                 continue;
             }
             let ghosts = self.bodies.iter().enumerate();
-            let enclosed = &self.terrain.enclosed;
+            let enclosed = &self.terrain.plan.enclosed;
             // One who is hidden in another zone is not this one.
             let may_be_here = |ghost: &Body| ghost.inside.is_none_or(|zone| enclosed.is_in(zone, at));
             let ghosts = ghosts.filter(|(other, ghost)| {

@@ -34,10 +34,10 @@ mod tow;
 mod weigh;
 mod window;
 
-use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
-use crate::site::{Mover, Site};
+use crate::site::Site;
+use crate::tracker::reflections::Reflections;
 use crate::tracker::{LifeCycle, Origin, TrackState, Tracker};
 use body::{Body, SURE};
 use cloud::Moments;
@@ -76,12 +76,10 @@ const BODIES: usize = 1024;
 pub struct Rendering {
     model: RenderingModel,
     terrain: Terrain,
-    movers: Areas,
-    /// Where no body begins.
-    excluded: Areas,
     bodies: Vec<Body>,
     fields: Vec<Field>,
     notes: Notes,
+    reflections: Reflections,
     next_id: u64,
     now_s: f64,
     random: Random,
@@ -93,15 +91,13 @@ impl Rendering {
     /// A tracker without tracks.
     #[must_use]
     pub fn new(site: &Site, model: RenderingModel) -> Self {
-        let movers = site.movers.iter().map(Mover::corners).collect();
         Self {
             model,
             terrain: Terrain::of(site),
-            movers: Areas::of(movers),
-            excluded: site.excluded(),
             bodies: Vec::new(),
             fields: Vec::new(),
             notes: Notes::default(),
+            reflections: Reflections::default(),
             next_id: 1,
             now_s: 0.0,
             random: Random::new(model.seed),
@@ -245,14 +241,21 @@ impl Tracker for Rendering {
         let known = self.terrain.modules.take(view.module).filter(|scan| scan.is_of(view));
         let is_moved = known.is_none();
         let mut scan = known.unwrap_or_else(|| Scan::of(view));
-        let movers = &self.movers;
-        scan.measure(observation, |seen: &Detection| movers.one_holds(&seen.outline));
+        let plan = &self.terrain.plan;
+        let is_reflection = |seen: &Detection| plan.is_reflection(view.pose.at, seen);
+        scan.measure(observation, |seen: &Detection| plan.is_thing(seen) || is_reflection(seen));
+        let reflected =
+            observation.detections.iter().filter(|seen| !plan.is_thing(seen) && is_reflection(seen));
+        self.reflections.follow(reflected, observation.start_s, || {
+            self.next_id += 1;
+            self.next_id - 1
+        });
         if is_moved {
             self.terrain.modules.place(view.module, &scan);
         }
         self.update(view.module, &scan, observation.start_s);
         self.terrain.modules.put(view.module, scan);
-        self.notes.update(&self.bodies, observation, &self.terrain.enclosed, self.model);
+        self.notes.update(&self.bodies, observation, &self.terrain.plan.enclosed, self.model);
     }
 
     fn tracks(&mut self, at_s: f64) -> Vec<TrackState> {
@@ -260,7 +263,8 @@ impl Tracker for Rendering {
     }
 
     fn peek(&self, at_s: f64) -> Vec<TrackState> {
-        self.bodies.iter().map(|body| self.state(body, at_s)).collect()
+        let bodies = self.bodies.iter().map(|body| self.state(body, at_s));
+        bodies.chain(self.reflections.states(at_s)).collect()
     }
 }
 

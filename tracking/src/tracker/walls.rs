@@ -1,4 +1,4 @@
-//! Walls for the particles of occluded tracks: where a person cannot be, and what cannot be crossed unobserved.
+//! Walls for the particles of tracks: where a person cannot be, and what cannot be crossed unobserved.
 //!
 //! ```text
 //!   ━━━━━━━ wall        ▒ cells nearer than half a body: no body's centre is there
