@@ -68,8 +68,8 @@ pub struct Arguments {
     #[command(flatten)]
     http: HttpArguments,
 
-    /// The tracker: kehai, or rendering (experimental: follows people by one formula; it knows no things and no wheels,
-    /// takes back no people after a restart, and is far slower)
+    /// The tracker: kehai, or rendering (experimental: follows people by one formula; of things it knows boxes and wheels
+    /// only, and it is far slower)
     #[arg(long, value_name = "NAME", default_value_t = Selected::default())]
     tracker: Selected,
 

@@ -15,6 +15,7 @@ mod beams;
 mod birth;
 mod body;
 mod cloud;
+mod edit;
 mod ellipse;
 mod exchange;
 mod field;
@@ -27,6 +28,7 @@ mod notes;
 mod put_down;
 mod random;
 mod ray;
+mod restore;
 mod sample;
 mod scan;
 mod surfaces;
@@ -37,8 +39,10 @@ mod window;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 use crate::site::Site;
+use crate::site::change::SiteChange;
+use crate::tracker::history::History;
 use crate::tracker::reflections::Reflections;
-use crate::tracker::{LifeCycle, Origin, TrackState, Tracker};
+use crate::tracker::{LifeCycle, Origin, TrackId, TrackState, Tracker};
 use body::{Body, SURE};
 use cloud::Moments;
 use ellipse::Opacity;
@@ -225,6 +229,10 @@ impl Rendering {
                 Origin::PartOf(_) => "a part of somebody: looks like a box and keeps its place",
                 Origin::Unexplained => "unexplained: stayed behind, and has not stirred since",
                 Origin::Entered if seen => "seen",
+                // No scan has spoken for it since it began.
+                Origin::Entered if body.supported_s < body.begun_s => {
+                    "known before a restart, not seen since"
+                }
                 Origin::Entered => "not in view",
             },
             origin,
@@ -262,6 +270,19 @@ impl Tracker for Rendering {
         self.peek(at_s)
     }
 
+    fn history(&self, id: TrackId) -> Option<History> {
+        self.notes.history(id)
+    }
+
+    fn restore(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
+        self.take_back(people, age_s, at_s);
+    }
+
+    fn change_site(&mut self, change: &SiteChange<'_>) -> bool {
+        self.edit(change);
+        true
+    }
+
     fn peek(&self, at_s: f64) -> Vec<TrackState> {
         let bodies = self.bodies.iter().map(|body| self.state(body, at_s));
         bodies.chain(self.reflections.states(at_s)).collect()
@@ -272,3 +293,5 @@ impl Tracker for Rendering {
 mod exact;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_observed;

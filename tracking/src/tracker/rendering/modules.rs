@@ -78,6 +78,19 @@ impl Modules {
         }
     }
 
+    /// The modules have other numbers: by each number now, the one before. What the others measured is forgotten.
+    pub fn renumber(&mut self, before: &[Option<usize>]) {
+        let mut was = std::mem::take(&mut self.scans);
+        *self = Self::of(before.len());
+        for (number, before) in before.iter().enumerate() {
+            if let Some(scan) = before.and_then(|before| was.get_mut(before)?.take()) {
+                let scan = scan.numbered(number);
+                self.place(number, &scan);
+                self.put(number, scan);
+            }
+        }
+    }
+
     /// Puts a module's rays in.
     pub fn put(&mut self, module: usize, scan: Scan) {
         if let Some(slot) = self.scans.get_mut(module) {

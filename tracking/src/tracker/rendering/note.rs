@@ -1,7 +1,7 @@
 //! A note: what is kept of a number besides its body.
 //!
 //! ```text
-//!   number ─┬ where it is, smoothed
+//!   number ─┬ where it is, smoothed; since when, and which modules have seen it
 //!           ├ in tow: what it looks like, whom it accompanies, whose it is
 //!           └ put down: where it was left, and whether it has stirred since
 //! ```
@@ -14,6 +14,7 @@ use crate::geometry::Point;
 use crate::tracker::attachments::outlines::Outlines;
 use crate::tracker::attachments::reach::Reach;
 use crate::tracker::attachments::stir::Stirring;
+use crate::tracker::history::{History, SeenBy};
 use crate::tracker::{Origin, TrackId};
 
 /// Time over which a place and a velocity are smoothed, s: the mean of a cloud jumps by a decimetre from scan to scan, and
@@ -31,8 +32,8 @@ pub struct Note {
     pub velocity: Point,
     /// When both were taken last, s.
     at_s: f64,
-    /// When it was first seen, s.
-    since_s: f64,
+    /// When and where it began, and which modules have seen it.
+    pub history: History,
     pub confirmed: bool,
     /// Whether a scan has spoken for it lately.
     pub seen: bool,
@@ -49,7 +50,7 @@ impl Note {
             at: place,
             velocity,
             at_s,
-            since_s: at_s,
+            history: History { first_s: at_s, first_at: place, last_s: at_s, seen_by: SeenBy::default() },
             confirmed: false,
             seen: true,
             tow: Tow::default(),
@@ -57,9 +58,13 @@ impl Note {
         }
     }
 
-    /// Takes where its body is, as long as that is seen.
-    pub fn follow(&mut self, body: &Body, at_s: f64) {
+    /// Takes where its body is after a scan of a module, as long as it is seen.
+    pub fn follow(&mut self, body: &Body, module: usize, at_s: f64) {
         let moments = body.cloud.moments();
+        if body.supported_s >= at_s {
+            self.history.last_s = self.history.last_s.max(at_s);
+            self.history.seen_by.note(module, at_s);
+        }
         (self.confirmed, self.seen) = (body.confirmed, !body.is_unseen(at_s));
         if self.seen {
             let share = 1.0 - libm::exp(-(at_s - self.at_s).max(0.0) / SMOOTHED_S);
@@ -72,7 +77,7 @@ impl Note {
 
     /// For how long it has been seen, s.
     pub fn age_s(&self) -> f64 {
-        self.at_s - self.since_s
+        self.at_s - self.history.first_s
     }
 
     /// How it came to be.

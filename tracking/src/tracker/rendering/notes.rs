@@ -12,6 +12,7 @@ use super::{put_down, tow};
 use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
+use crate::tracker::history::History;
 use crate::tracker::{Origin, TrackId};
 
 /// A detection is of the seen body that is nearest to the middle of its chord, no farther away than this, m: a body's half
@@ -38,13 +39,12 @@ impl Notes {
         let mut followed: Vec<TrackId> = Vec::new();
         for body in concerned {
             followed.push(body.id);
-            match self.place(body.id) {
-                Ok(place) => self.0[place].follow(body, seen.start_s),
-                Err(place) => {
-                    let moments = body.cloud.moments();
-                    self.0.insert(place, Note::new(body.id, moments.at, moments.velocity, seen.start_s));
-                }
-            }
+            let place = self.place(body.id).unwrap_or_else(|place| {
+                let moments = body.cloud.moments();
+                self.0.insert(place, Note::new(body.id, moments.at, moments.velocity, seen.start_s));
+                place
+            });
+            self.0[place].follow(body, seen.view.module, seen.start_s);
         }
         let mut among: Vec<usize> = followed.into_iter().filter_map(|id| self.place(id).ok()).collect();
         among.sort_unstable();
@@ -66,6 +66,19 @@ impl Notes {
     /// How a number came to be.
     pub fn origin(&self, id: TrackId) -> Origin {
         self.place(id).map_or(Origin::Entered, |place| self.0[place].origin())
+    }
+
+    /// What a number has been through; none if it is not known.
+    pub fn history(&self, id: TrackId) -> Option<History> {
+        self.place(id).ok().map(|place| self.0[place].history.clone())
+    }
+
+    /// The modules have other numbers: by each number now, the one before.
+    pub fn renumber(&mut self, before: &[Option<usize>]) {
+        for note in &mut self.0 {
+            note.history.seen_by.renumber(before);
+            note.put_down.stirring.begin_anew();
+        }
     }
 
     /// Where the note of a number is, or belongs.

@@ -62,6 +62,12 @@ impl Scan {
         *self.view == *view
     }
 
+    /// The same of a module that has this number now.
+    pub fn numbered(mut self, module: usize) -> Self {
+        self.view = Arc::new(View { module, ..(*self.view).clone() });
+        self
+    }
+
     /// Takes the rays of an observation. Detections for which `is_background` is true count as background.
     pub fn measure(&mut self, observation: &Observation, is_background: impl Fn(&Detection) -> bool) {
         for (measured, &empty_mm) in self.measured.iter_mut().zip(&observation.empty_mm) {

@@ -12,25 +12,25 @@ use crate::geometry::Pose;
 use crate::observation::View;
 
 /// Time between two scans, s.
-const SCAN_S: f64 = 0.1;
+pub const SCAN_S: f64 = 0.1;
 
 /// Range of the wall behind everything, m.
 const WALL_M: f64 = 4.0;
 
-struct Bench {
-    tracker: Rendering,
-    scan: Scan,
-    now_s: f64,
+pub struct Bench {
+    pub tracker: Rendering,
+    pub scan: Scan,
+    pub now_s: f64,
 }
 
 impl Bench {
     /// A module at the origin that looks along x, in a site without walls.
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self::within("")
     }
 
     /// The same with more in the site.
-    fn within(more: &str) -> Self {
+    pub fn within(more: &str) -> Self {
         let site = format!("[[module]]\nname = 'm'\nx = 0\ny = 0\nyaw_deg = 0\n{more}");
         let site: Site = toml::from_str(&site).unwrap();
         let geometry = Geometry::new(URG_04LX).unwrap();
@@ -40,7 +40,7 @@ impl Bench {
     }
 
     /// One scan of bodies whose middles are at `bodies` and that look along y.
-    fn shows(&mut self, bodies: &[(f64, f64)]) {
+    pub fn shows(&mut self, bodies: &[(f64, f64)]) {
         self.shows_deep(bodies, 1.0);
     }
 
@@ -69,7 +69,7 @@ impl Bench {
     }
 
     /// The tracks that are not tentative.
-    fn tracks(&self) -> Vec<TrackState> {
+    pub fn tracks(&self) -> Vec<TrackState> {
         let mut tracks = self.tracker.peek(self.now_s - SCAN_S);
         tracks.retain(|track| track.state != LifeCycle::Tentative);
         tracks
@@ -229,45 +229,6 @@ fn existence_asks_for_the_best_quarter() {
     ratios.extend([0.0; 25]);
     assert!(best(ratios, 4).abs() < 1e-9, "a quarter of the places is not contradicted");
     assert!(best(vec![-3.0; 100], 4) < -2.9);
-}
-
-#[test]
-fn candidates_in_another_order_give_the_same_tracks() {
-    let observation = |turned: bool| {
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false });
-        let beams = usize::from(view.geometry.beams());
-        let candidate = |first_step, last_step, mm| ::kehai::candidate::Candidate {
-            first_step,
-            last_step,
-            first_mm: mm,
-            mid_mm: mm,
-            last_mm: mm,
-            near_mm: mm,
-            ..Default::default()
-        };
-        let candidates = [candidate(300, 360, 1500), candidate(420, 470, 2100)];
-        let estimator = kehai::centre::Estimator::default();
-        let seen =
-            |candidate: ::kehai::candidate::Candidate| Detection::new(candidate, &view, 0.0, estimator);
-        let mut detections: Vec<Detection> = candidates.into_iter().map(seen).collect();
-        if turned {
-            detections.reverse();
-        }
-        let (empty_mm, background_mm) = (vec![4000; beams], vec![4000; beams].into());
-        Observation { view: Arc::clone(&view), start_s: 0.0, detections, empty_mm, background_mm }
-    };
-    let run = |turned| {
-        let mut tracker = Bench::new().tracker;
-        for scan in 0..20 {
-            let observation = Observation { start_s: SCAN_S * f64::from(scan), ..observation(turned) };
-            tracker.observe(&observation);
-        }
-        format!("{:?}", tracker.peek(2.0))
-    };
-    assert!(run(false).contains("Confirmed"), "{}", run(false));
-    assert_eq!(run(false), run(true));
 }
 
 #[test]

@@ -1,0 +1,93 @@
+//! Observations with candidates made by hand: which of them are bodies, and what is noted of those.
+
+use std::sync::Arc;
+
+use ::kehai::scan::{Geometry, URG_04LX};
+
+use super::tests::{Bench, SCAN_S};
+use super::*;
+use crate::geometry::Pose;
+use crate::observation::View;
+
+/// An observation of the bench's module that shows candidates: first and last step, and one range, mm.
+fn observed(at_s: f64, candidates: &[(u16, u16, u16)]) -> Observation {
+    let geometry = Geometry::new(URG_04LX).unwrap();
+    let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+    let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false });
+    let beams = usize::from(view.geometry.beams());
+    let candidate = |&(first_step, last_step, mm): &(u16, u16, u16)| ::kehai::candidate::Candidate {
+        first_step,
+        last_step,
+        first_mm: mm,
+        mid_mm: mm,
+        last_mm: mm,
+        near_mm: mm,
+        ..Default::default()
+    };
+    let estimator = kehai::centre::Estimator::default();
+    let seen = |candidate: ::kehai::candidate::Candidate| Detection::new(candidate, &view, at_s, estimator);
+    let detections = candidates.iter().map(candidate).map(seen).collect();
+    let (empty_mm, background_mm) = (vec![4000; beams], vec![4000; beams].into());
+    Observation { view: Arc::clone(&view), start_s: at_s, detections, empty_mm, background_mm }
+}
+
+#[test]
+fn candidates_in_another_order_give_the_same_tracks() {
+    let run = |candidates: &[(u16, u16, u16)]| {
+        let mut tracker = Bench::new().tracker;
+        (0..20).for_each(|scan| tracker.observe(&observed(SCAN_S * f64::from(scan), candidates)));
+        format!("{:?}", tracker.peek(2.0))
+    };
+    let (one, other) = ((300, 360, 1500), (420, 470, 2100));
+    assert!(run(&[one, other]).contains("Confirmed"), "{}", run(&[one, other]));
+    assert_eq!(run(&[one, other]), run(&[other, one]));
+}
+
+/// What a bench's tracker says after two seconds of one candidate straight ahead, about 0.4 m wide.
+fn after_two_seconds(site: &str, range_mm: u16) -> (Rendering, Vec<TrackState>) {
+    let mut tracker = Bench::within(site).tracker;
+    let half = (200.0 / f64::from(range_mm) / 0.006136).min(100.0) as u16;
+    let seen = (384 - half, 384 + half, range_mm);
+    (0..20).for_each(|scan| tracker.observe(&observed(SCAN_S * f64::from(scan), &[seen])));
+    let tracks = tracker.tracks(1.95);
+    (tracker, tracks)
+}
+
+#[test]
+fn a_reflection_is_shown_and_never_anybody() {
+    let (mut tracker, tracks) =
+        after_two_seconds("[[wall]]\npoints = [[1.5, -2], [1.5, 2]]\nmirror = true", 2500);
+    let [shown] = tracks[..] else { panic!("one reflection: {tracks:?}") };
+    assert_eq!((shown.state, shown.existence), (LifeCycle::Tentative, 0.0));
+    assert!(
+        shown.reason.contains("reflection") && (shown.at - Point::new(2.5, 0.0)).length() < 0.3,
+        "{shown:?}"
+    );
+    (20..30).for_each(|scan| tracker.observe(&observed(SCAN_S * f64::from(scan), &[])));
+    assert!(tracker.tracks(3.0).is_empty());
+}
+
+#[test]
+fn what_touches_the_module_is_nobody() {
+    // A sleeve on the sensor, of which the rest is farther away.
+    let people = |near_mm: u16| {
+        let mut tracker = Bench::new().tracker;
+        for scan in 0..20 {
+            let mut observation = observed(SCAN_S * f64::from(scan), &[(300, 468, 500)]);
+            observation.detections[0].candidate.near_mm = near_mm;
+            tracker.observe(&observation);
+        }
+        tracker.tracks(1.95).len()
+    };
+    assert_eq!((people(60), people(490)), (0, 1));
+}
+
+#[test]
+fn a_number_remembers_since_when_and_by_which_module_it_was_seen() {
+    let (tracker, tracks) = after_two_seconds("", 2000);
+    let history = tracker.history(tracks[0].id).unwrap();
+    assert_eq!(history.seen_by.iter().map(|(module, _)| module).collect::<Vec<_>>(), [0]);
+    assert!(history.first_s < 0.5 && history.last_s > 1.8, "{history:?}");
+    assert!((history.first_at - Point::new(2.15, 0.0)).length() < 0.3, "{history:?}");
+    assert!(tracker.history(99).is_none());
+}
