@@ -7,7 +7,7 @@
 //! ```
 
 use super::body::Body;
-use super::cloud::{Cloud, SAMPLES};
+use super::cloud::{BEHIND_M, Cloud, SAMPLES, behind};
 use super::field::Field;
 use super::ray::{Mixture, Surface};
 use super::sample::Sample;
@@ -24,9 +24,6 @@ const APART_M: f64 = 0.3;
 
 /// Two beams of one run differ by less, m: half a body's depth and an arm.
 const STEP_M: f64 = 0.2;
-
-/// A body's middle is so far behind its contour, m.
-const BEHIND_M: (f64, f64) = (0.08, 0.22);
 
 /// Deviation of a new body's velocity, m/s: a slow walk.
 const SPEED_MPS: f64 = 0.6;
@@ -91,12 +88,11 @@ impl Rendering {
         }
         let random = &mut self.random;
         let sample = |_| {
-            let (across, along) = random.pair();
+            let at = behind(contour, origin, random);
             let (x, y) = random.pair();
-            let behind_m = BEHIND_M.0 + (BEHIND_M.1 - BEHIND_M.0) * random.uniform();
             let heading = random.uniform() * core::f64::consts::TAU;
             Sample {
-                at: contour + way * (behind_m + 0.02 * along) + way.left() * (0.08 * across),
+                at,
                 velocity: Point::new(x, y) * SPEED_MPS,
                 heading: Point::towards(heading),
                 size: 1.0,

@@ -36,6 +36,8 @@ pub struct Body {
     pub passage: Passage,
     /// Until when it was beside a body that is older, s: it may be an arm of that one.
     pub accompanied_s: f64,
+    /// Whether it is not seen though it was looked for: it mostly stands. As of the scan that is being taken.
+    pub hidden: bool,
 }
 
 impl Body {
@@ -55,6 +57,7 @@ impl Body {
             doubted_s: begun_s,
             passage: Passage::InView,
             accompanied_s: f64::NEG_INFINITY,
+            hidden: false,
         }
     }
 
@@ -72,6 +75,12 @@ impl Body {
     /// Whether no scan has spoken for it lately.
     pub fn is_unseen(&self, at_s: f64) -> bool {
         at_s - self.supported_s > UNSEEN_S
+    }
+
+    /// Whether it is not seen though a scan has looked for it since it was. Call it before the cloud is predicted: who walks
+    /// while no module says anything goes on walking.
+    pub fn is_hidden(&self, at_s: f64) -> bool {
+        self.is_unseen(at_s) && self.cloud.at_s() > self.supported_s
     }
 
     /// Where it may go.

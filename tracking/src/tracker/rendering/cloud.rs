@@ -22,14 +22,29 @@ const COMPACT_M: f64 = 0.1;
 /// One sample in this many has three times the process noise.
 const LIVELY: usize = 7;
 
+/// A step of prediction is no longer than this, s, as between two scans of one module; nor are there more: after ten seconds a person
+/// may be anywhere at any rate.
+const STEP_S: f64 = 0.2;
+const STEPS: f64 = 50.0;
+
 /// Share of the samples that stretch out an arm in a scan that shows something near which no body explains.
 const STRETCHES: f64 = 0.05;
 
 /// Price of doing so, as a log likelihood: a hand may be anywhere within reach, and is put where something is.
 const STRETCH_PRICE: f64 = 3.0;
 
+/// One in so many samples of a body that is not seen is tried where something comes into view: a dozen of them, of which one in
+/// three has a depth and a heading that fit.
+const REAPPEARS: usize = 20;
+
+/// Area over which such samples are spread, m²: as wide as a body, and as deep as its middle may be behind its contour.
+const SPOT_M2: f64 = 0.07;
+
 /// A sample whose log likelihood is so far below the best one's weighs nothing: 10⁻¹³ of it.
 const NOTHING: f64 = -30.0;
+
+/// A body's middle is so far behind its contour, m.
+pub const BEHIND_M: (f64, f64) = (0.08, 0.22);
 
 /// Mean and spread of a cloud.
 #[derive(Clone, Copy, Debug, Default)]
@@ -115,9 +130,13 @@ impl Cloud {
             return;
         }
         self.at_s = at_s;
-        let step = Step::new(step_s, standing);
-        for (index, sample) in self.samples.iter_mut().enumerate() {
-            sample.predict(&step, index % LIVELY == 0, way, random);
+        // After a gap, in steps that are as short as between scans: in one, the velocity at its end would hold for all of it.
+        let steps = (step_s / STEP_S).ceil().clamp(1.0, STEPS);
+        let step = Step::new(step_s / steps, standing);
+        for _ in 0..steps as usize {
+            for (index, sample) in self.samples.iter_mut().enumerate() {
+                sample.predict(&step, index % LIVELY == 0, way, random);
+            }
         }
         self.settle();
     }
@@ -192,6 +211,48 @@ impl Cloud {
         }
     }
 
+    /// Density of the cloud at a place, each sample as a normal distribution with this deviation, up to a factor of 2π, 1/m².
+    pub fn density(&self, at: Point, kernel_m: f64) -> f64 {
+        let kernel = |(sample, weight): (&Sample, f64)| {
+            let off_m = (sample.at - at).length() / kernel_m;
+            weight * libm::exp(-0.5 * off_m * off_m)
+        };
+        self.weighted().map(kernel).sum::<f64>() / (kernel_m * kernel_m)
+    }
+
+    /// Moves some samples of a body that is not seen to behind contours that no body explains, of a module at `origin`. A sample
+    /// there is as likely as the cloud is dense there, and not as often as it is tried (importance sampling).
+    pub fn reappear(
+        &mut self,
+        contours: &[Point],
+        (origin, kernel_m): (Point, f64),
+        may_go: impl Fn(Point, Point) -> bool,
+        random: &mut Random,
+    ) {
+        let share = 1.0 / REAPPEARS as f64;
+        let first = (random.uniform() * REAPPEARS as f64) as usize;
+        let mut moved = Vec::new();
+        for index in (first..self.samples.len()).step_by(REAPPEARS) {
+            let drawn = (random.uniform() * contours.len() as f64) as usize;
+            let (Some(&contour), Some(&sample)) = (contours.get(drawn), self.samples.get(index)) else {
+                break;
+            };
+            let at = behind(contour, origin, random);
+            if may_go(sample.at, at) {
+                let expected = self.density(at, kernel_m) / core::f64::consts::TAU * SPOT_M2;
+                moved.push((index, at, expected / ((1.0 - share) * expected + share)));
+            }
+        }
+        let even = 1.0 / self.samples.len().max(1) as f64;
+        for (index, at, weight) in moved {
+            self.samples[index] = Sample { at, velocity: Point::default(), ..self.samples[index] };
+            self.weights[index] = even * weight;
+        }
+        let sum: f64 = self.weights.iter().sum();
+        self.weights.iter_mut().for_each(|weight| *weight /= sum);
+        self.settle();
+    }
+
     /// Roughens every third sample: the body must be somewhere that no scan contradicts.
     pub fn surprise(&mut self, standing: bool, way: Way<'_>, random: &mut Random) {
         let velocity_mps = if standing { HIDDEN.velocity_mps } else { SURPRISED.velocity_mps };
@@ -223,6 +284,15 @@ impl Cloud {
     fn settle(&mut self) {
         self.moments = Moments::of(&self.samples, &self.weights);
     }
+}
+
+/// A place of a body behind a contour that a module at `origin` sees.
+pub fn behind(contour: Point, origin: Point, random: &mut Random) -> Point {
+    let way = contour - origin;
+    let way = way * (1.0 / way.length().max(1e-6));
+    let (across, along) = random.pair();
+    let behind_m = BEHIND_M.0 + (BEHIND_M.1 - BEHIND_M.0) * random.uniform();
+    contour + way * (behind_m + 0.02 * along) + way.left() * (0.08 * across)
 }
 
 /// How likely something is beside the best, by the difference of the log likelihoods. Most are far below it.

@@ -148,7 +148,7 @@ impl Rendering {
                 *other != index && ghost.confirmed && ghost.is_unseen(start_s) && may_be_here(ghost)
             });
             let best = ghosts
-                .map(|(other, ghost)| (other, density(ghost, at, start_s)))
+                .map(|(other, ghost)| (other, ghost.cloud.density(at, kernel_m(ghost, start_s))))
                 .max_by(|one, other| one.1.total_cmp(&other.1));
             match best {
                 Some((ghost, density)) if density > 0.0 => {
@@ -166,12 +166,7 @@ impl Rendering {
     }
 }
 
-/// How likely it is that an unseen body comes into view at a place: the kernel density of its cloud there.
-fn density(ghost: &Body, at: Point, at_s: f64) -> f64 {
-    let kernel_m = 0.15 + 0.25 * (at_s - ghost.supported_s).clamp(0.0, 2.0);
-    let kernel = |(sample, weight): (&Sample, f64)| {
-        let off_m = (sample.at - at).length() / kernel_m;
-        weight * libm::exp(-0.5 * off_m * off_m)
-    };
-    ghost.cloud.weighted().map(kernel).sum::<f64>() / (kernel_m * kernel_m)
+/// What the place of an unseen body is uncertain by beside its cloud, m: a walk that the cloud did not foresee.
+pub fn kernel_m(ghost: &Body, at_s: f64) -> f64 {
+    0.15 + 0.25 * (at_s - ghost.supported_s).clamp(0.0, 2.0)
 }

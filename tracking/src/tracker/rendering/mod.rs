@@ -118,15 +118,15 @@ impl Rendering {
         let ground = self.terrain.ground(self.model, scan);
         for &index in &concerned {
             let body = &mut self.bodies[index];
-            let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
+            body.hidden = self.model.has(Part::Standing) && body.is_hidden(start_s);
             if self.model.has(Part::Depth) {
                 body.cloud.deepen(start_s, &mut self.random);
             }
             let way = body.way(ground, start_s);
-            if standing {
+            if body.is_unseen(start_s) {
                 body.cloud.spread(way, &mut self.random);
             }
-            body.cloud.predict(start_s, standing, way, &mut self.random);
+            body.cloud.predict(start_s, body.hidden, way, &mut self.random);
         }
         let mut before: Vec<Before> =
             concerned.iter().map(|&index| Before::of(index, &self.bodies[index])).collect();
@@ -147,7 +147,7 @@ impl Rendering {
         for &look in looks {
             for &index in &order {
                 let Some(window) = &windows[index] else { continue };
-                let waits = look == Look::Coarse && self.is_standing(index, start_s);
+                let waits = look == Look::Coarse && self.bodies[index].hidden;
                 if !looked[index].done && !waits {
                     looked[index] = self.look(index, scan, window, look);
                     if looked[index].changed {
@@ -173,8 +173,7 @@ impl Rendering {
                     body.may_leave = body.inside.is_none() || ground.walls.entry_m(at) < STRIDE_M;
                 }
             } else if *evidence < -SPEAKS && self.model.has(Part::Surprise) {
-                let standing = self.model.has(Part::Standing) && body.is_unseen(start_s);
-                body.cloud.surprise(standing, body.way(ground, start_s), &mut self.random);
+                body.cloud.surprise(body.hidden, body.way(ground, start_s), &mut self.random);
             }
         }
         if self.model.has(Part::Names) {
@@ -183,11 +182,6 @@ impl Rendering {
         self.forget(&concerned, scan, start_s);
         self.begin(scan, start_s);
         self.confirm(start_s);
-    }
-
-    /// Whether a body mostly stands: it is not seen.
-    fn is_standing(&self, index: usize, at_s: f64) -> bool {
-        self.model.has(Part::Standing) && self.bodies.get(index).is_some_and(|body| body.is_unseen(at_s))
     }
 
     /// The beams that a body may concern.

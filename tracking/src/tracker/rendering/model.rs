@@ -46,11 +46,13 @@ pub enum Part {
     Tow,
     /// Who stays behind of two who came as one may be a thing.
     PutDown,
+    /// An unseen body is tried where something comes into view that no body explains.
+    Reappearance,
 }
 
 impl Part {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 17] = [
+    pub const NAMED: [(Self, &str); 18] = [
         (Self::Annealing, "annealing"),
         (Self::BestQuarter, "best-quarter"),
         (Self::Apart, "apart"),
@@ -68,6 +70,7 @@ impl Part {
         (Self::Exits, "exits"),
         (Self::Tow, "tow"),
         (Self::PutDown, "put-down"),
+        (Self::Reappearance, "reappearance"),
     ];
 }
 

@@ -8,6 +8,7 @@ use super::apart::{Keeper, apart, keepers};
 use super::beams::Beams;
 use super::cloud::{effective, relative};
 use super::field::Field;
+use super::life::kernel_m;
 use super::ray::Mixture;
 use super::sample::{COARSE, FINE, HIDDEN, Sample};
 use super::scan::{Measured, Scan};
@@ -56,8 +57,15 @@ impl Rendering {
     pub(super) fn look(&mut self, index: usize, scan: &Scan, window: &Window, look: Look) -> Looked {
         let mut beams = self.beams(index, scan, window);
         if look == Look::Coarse && self.model.has(Part::Arms) {
-            let unexplained = self.unexplained(index, (scan, window), &beams);
+            let middle = self.bodies[index].cloud.moments().at;
+            let mut unexplained = unexplained((scan, window), &beams);
+            unexplained.retain(|place| (*place - middle).length() < ARM_M);
             self.bodies[index].cloud.reach(&unexplained, &mut self.random);
+        }
+        let body = &self.bodies[index];
+        let is_first = look == Look::Coarse || body.hidden;
+        if self.model.has(Part::Reappearance) && is_first && body.is_unseen(body.cloud.at_s()) {
+            self.reappear(index, (scan, window), &beams);
         }
         // After an arm was stretched out: it meets beams that hit something far before the body.
         beams.silence(window.nearest_m(self.bodies[index].cloud.samples(), scan));
@@ -72,7 +80,6 @@ impl Rendering {
                 (least.min(ratio), most.max(ratio))
             });
         let at_s = self.bodies[index].cloud.at_s();
-        let standing = self.is_standing(index, at_s);
         let body = &mut self.bodies[index];
         let way = body.way(self.terrain.ground(self.model, scan), at_s);
         let whole = body.cloud.weighed(&log_ratios, 1.0);
@@ -85,7 +92,7 @@ impl Rendering {
                 let worn = effective(&whole) < WORN;
                 body.cloud.take(whole);
                 if worn {
-                    body.cloud.resample(if standing { HIDDEN } else { FINE }, way, &mut self.random);
+                    body.cloud.resample(if body.hidden { HIDDEN } else { FINE }, way, &mut self.random);
                 }
             }
         }
@@ -123,15 +130,14 @@ impl Rendering {
         self.bodies[index].cloud.samples().iter().map(log_ratio).collect()
     }
 
-    /// Where something is within reach of a body that no body explains.
-    fn unexplained(&self, index: usize, (scan, window): (&Scan, &Window), beams: &Beams) -> Vec<Point> {
-        let middle = self.bodies[index].cloud.moments().at;
-        let hit = |(beam, mixture): (usize, &Mixture)| {
-            let Measured::Hit(range_m) = scan.measured(beam) else { return None };
-            let place = scan.origin() + scan.towards(beam) * range_m;
-            (mixture.is_clutter() && (place - middle).length() < ARM_M).then_some(place)
-        };
-        window.beams().zip(beams.mixtures()).filter_map(hit).collect()
+    /// Lets a body that is not seen come into view where something is that no body explains.
+    fn reappear(&mut self, index: usize, (scan, window): (&Scan, &Window), beams: &Beams) {
+        let contours = unexplained((scan, window), beams);
+        let body = &mut self.bodies[index];
+        let kernel_m = kernel_m(body, body.cloud.at_s());
+        let walls = &self.terrain.plan.walls;
+        let may_go = |from: Point, to: Point| !walls.between(from, to);
+        body.cloud.reappear(&contours, (scan.origin(), kernel_m), may_go, &mut self.random);
     }
 
     /// The beams of a window without this body.
@@ -141,6 +147,15 @@ impl Rendering {
             others.map(|(_, field)| field).filter(|field| field.meets(window)).collect();
         Beams::of(scan, window, &others)
     }
+}
+
+/// Where something is that no other body explains.
+fn unexplained((scan, window): (&Scan, &Window), beams: &Beams) -> Vec<Point> {
+    let hit = |(beam, mixture): (usize, &Mixture)| {
+        let Measured::Hit(range_m) = scan.measured(beam) else { return None };
+        mixture.is_clutter().then(|| scan.origin() + scan.towards(beam) * range_m)
+    };
+    window.beams().zip(beams.mixtures()).filter_map(hit).collect()
 }
 
 /// Log mean of the exponentials of the best part, one in `of`: is there any place that the scan does not contradict?
