@@ -19,7 +19,7 @@ pub const SAMPLES: usize = 240;
 const COMPACT: usize = 3;
 const COMPACT_M: f64 = 0.1;
 
-/// One sample in this many has three times the process noise.
+/// One pair of samples in this many is lively.
 const LIVELY: usize = 7;
 
 /// A step of prediction is no longer than this, s, as between two scans of one module; nor are there more: after ten seconds a person
@@ -134,8 +134,12 @@ impl Cloud {
         let steps = (step_s / STEP_S).ceil().clamp(1.0, STEPS);
         let step = Step::new(step_s / steps, standing);
         for _ in 0..steps as usize {
-            for (index, sample) in self.samples.iter_mut().enumerate() {
-                sample.predict(&step, index % LIVELY == 0, way, random);
+            // Neighbours come of one sample more often than not. Mirrored noise moves their mean nowhere.
+            for (index, two) in self.samples.chunks_mut(2).enumerate() {
+                let mut mirrored = random.mirrored();
+                for (sample, random) in two.iter_mut().zip([&mut *random, &mut mirrored]) {
+                    sample.predict(&step, index % LIVELY == 0, way, random);
+                }
             }
         }
         self.settle();
@@ -173,12 +177,19 @@ impl Cloud {
         let mut drawn = Vec::with_capacity(count);
         let (mut passed, mut index) = (self.weights.first().copied().unwrap_or(1.0), 0);
         let offset = random.uniform();
+        let mut mirrored = random.mirrored();
         for number in 0..count {
             let place = (number as f64 + offset) / count as f64;
             while passed < place && index + 1 < self.samples.len() {
                 index += 1;
                 passed += self.weights[index];
             }
+            let random = if number % 2 == 0 {
+                mirrored = random.mirrored();
+                &mut *random
+            } else {
+                &mut mirrored
+            };
             drawn.push(self.samples[index].roughened(roughness, way, random));
         }
         self.samples = drawn;

@@ -15,10 +15,14 @@ use crate::geometry::Point;
 const KEEPS_S: f64 = 1.2;
 const KEEPS_UNSEEN_S: f64 = 0.6;
 
-/// Process noise of the velocity, m/s per √s: people in a crowd reverse within 0.2 s; and of a body that is not seen,
-/// which mostly stands.
-const PROCESS_NOISE: f64 = 2.0;
+/// Process noise of the velocity, m/s per √s: who now stands and now walks has a velocity that deviates by 0.55 m/s on each
+/// axis (0.8 m/s over both), and 0.55 √(2 / 1.2 s) keeps it so; and of a body that is not seen, which mostly stands.
+const PROCESS_NOISE: f64 = 0.7;
 const PROCESS_NOISE_UNSEEN: f64 = 0.7;
+
+/// A lively sample has so many times the process noise: people in a crowd reverse within 0.2 s, from 1.2 m/s to as much
+/// backwards, which is 5.4 m/s per √s.
+const LIVELIER: f64 = 8.0;
 
 /// A person who runs in is not faster, m/s. A cloud that takes another's outline would be.
 const FASTEST_MPS: f64 = 3.5;
@@ -79,8 +83,8 @@ pub struct Roughness {
     pub heading_rad: f64,
 }
 
-/// After the first look.
-pub const COARSE: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.25, heading_rad: 0.2 };
+/// After the first look. Its velocity is as rough as the process noise makes it from scan to scan: 0.7 √0.025 s.
+pub const COARSE: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.1, heading_rad: 0.2 };
 /// After the second.
 pub const FINE: Roughness = Roughness { place_m: 0.008, velocity_mps: 0.02, heading_rad: 0.03 };
 /// Of a body that is not seen, which has nothing to walk to.
@@ -120,10 +124,10 @@ impl Sample {
         self.depth = depth.clamp(*DEPTHS.start(), *DEPTHS.end());
     }
 
-    /// Moves it by a step, as far as the ground allows. `lively`: with three times the process noise.
+    /// Moves it by a step, as far as the ground allows. `lively`: with far more process noise.
     pub fn predict(&mut self, step: &Step, lively: bool, way: Way<'_>, random: &mut Random) {
         let &Step { step_s, root, slower, process_noise, stays_out } = step;
-        let noise = if lively { 3.0 } else { 1.0 } * process_noise * root;
+        let noise = if lively { LIVELIER } else { 1.0 } * process_noise * root;
         let (x, y) = random.pair();
         self.velocity = (self.velocity * slower + Point::new(x, y) * noise).at_most(FASTEST_MPS);
         let (x, y) = random.pair();
@@ -194,6 +198,12 @@ impl Sample {
             along_m: (0.5 * hand.length()).max(ARM_M),
         })
     }
+}
+
+/// Variance on each axis of how far a body that is not lively strays within a time from where its velocity takes it, m²: of
+/// white noise of the velocity.
+pub const fn strayed_m2(time_s: f64) -> f64 {
+    PROCESS_NOISE * PROCESS_NOISE * time_s * time_s * time_s / 3.0
 }
 
 /// A unit vector turned by a small angle.

