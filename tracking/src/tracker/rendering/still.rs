@@ -26,7 +26,8 @@ fn who_stands_does_not_jitter() {
     let mean = places.iter().fold(Point::default(), |sum, (at, _)| sum + *at) * (1.0 / count);
     let square_m2: f64 = places.iter().map(|(at, _)| (*at - mean).dot(*at - mean)).sum();
     let jitter_m = (square_m2 / count).sqrt();
-    assert!(jitter_m < 0.045, "{jitter_m}");
+    // With the noise of turning back for all samples it is 3.2 cm, with that of a walk 1.9.
+    assert!(jitter_m < 0.025, "{jitter_m}");
 }
 
 #[test]
