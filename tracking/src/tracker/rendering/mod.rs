@@ -253,9 +253,9 @@ impl Tracker for Rendering {
         let mut scan = known.unwrap_or_else(|| Scan::of(view));
         let plan = &self.terrain.plan;
         let is_reflection = |seen: &Detection| plan.is_reflection(view.pose.at, seen);
-        scan.measure(observation, |seen: &Detection| plan.is_thing(seen) || is_reflection(seen));
+        scan.measure(observation, |seen: &Detection| plan.is_mover(seen) || is_reflection(seen));
         let reflected =
-            observation.detections.iter().filter(|seen| !plan.is_thing(seen) && is_reflection(seen));
+            observation.detections.iter().filter(|seen| !plan.is_mover(seen) && is_reflection(seen));
         self.reflections.follow(reflected, observation.start_s, || {
             self.next_id += 1;
             self.next_id - 1

@@ -68,21 +68,6 @@ fn a_reflection_is_shown_and_never_anybody() {
 }
 
 #[test]
-fn what_touches_the_module_is_nobody() {
-    // A sleeve on the sensor, of which the rest is farther away.
-    let people = |near_mm: u16| {
-        let mut tracker = Bench::new().tracker;
-        for scan in 0..20 {
-            let mut observation = observed(SCAN_S * f64::from(scan), &[(300, 468, 500)]);
-            observation.detections[0].candidate.near_mm = near_mm;
-            tracker.observe(&observation);
-        }
-        tracker.tracks(1.95).len()
-    };
-    assert_eq!((people(60), people(490)), (0, 1));
-}
-
-#[test]
 fn a_number_remembers_since_when_and_by_which_module_it_was_seen() {
     let (tracker, tracks) = after_two_seconds("", 2000);
     let history = tracker.history(tracks[0].id).unwrap();

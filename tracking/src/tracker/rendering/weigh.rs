@@ -63,8 +63,9 @@ impl Rendering {
             self.bodies[index].cloud.reach(&unexplained, &mut self.random);
         }
         let body = &self.bodies[index];
-        let is_first = look == Look::Coarse || body.hidden;
-        if self.model.has(Part::Reappearance) && is_first && body.is_unseen(body.cloud.at_s()) {
+        // Nobody has looked since it was seen. One that is hidden is not tried: it would take every arm that its neighbours stretch out.
+        let is_lost = body.is_unseen(body.cloud.at_s()) && !body.hidden;
+        if self.model.has(Part::Reappearance) && look == Look::Coarse && is_lost {
             self.reappear(index, (scan, window), &beams);
         }
         // After an arm was stretched out: it meets beams that hit something far before the body.
