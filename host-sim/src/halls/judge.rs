@@ -15,6 +15,7 @@ use kehai_tracking::jsonl::TrackLine;
 use kehai_tracking::names::NameLine;
 use kehai_tracking::tracker::LifeCycle;
 
+use super::named::{Named, lost_alone};
 use super::world::{AREAS, depth_m};
 use crate::score::assign::nearest;
 use crate::score::{Estimate, Frame, Scorer, Settings, Tally, Target};
@@ -44,6 +45,8 @@ pub struct Crossings {
     pub named: u64,
     /// Of these, those without it, or with another one, after.
     pub unnamed: u64,
+    /// Of these, those whom the other way of following has named after, too.
+    pub unnamed_alone: u64,
 }
 
 impl std::ops::AddAssign for Crossings {
@@ -53,6 +56,7 @@ impl std::ops::AddAssign for Crossings {
         self.at_border += other.at_border;
         self.named += other.named;
         self.unnamed += other.unnamed;
+        self.unnamed_alone += other.unnamed_alone;
     }
 }
 
@@ -89,6 +93,7 @@ pub struct Judge {
     walks: BTreeMap<u64, Walk>,
     crossings: Crossings,
     renumbered: Vec<Renumbered>,
+    named: Vec<Named>,
 }
 
 impl Default for Judge {
@@ -99,6 +104,7 @@ impl Default for Judge {
             walks: BTreeMap::new(),
             crossings: Crossings::default(),
             renumbered: Vec::new(),
+            named: Vec::new(),
         }
     }
 }
@@ -156,7 +162,12 @@ impl Judge {
                     at_border: u64::from(at_border),
                     named: u64::from(was_named),
                     unnamed: u64::from(was_named && !named),
+                    // Known once both ways have been followed.
+                    unnamed_alone: 0,
                 };
+                if was_named {
+                    self.named.push(Named { t_s, person: person.id, halls: [from, hall], kept: named });
+                }
                 if before != number {
                     self.renumbered.push(Renumbered {
                         t_s,
@@ -172,9 +183,16 @@ impl Judge {
         }
     }
 
-    /// The scores, and the crossings: all, and those with another number.
+    /// The crossings of people who had their name before.
     #[must_use]
-    pub fn finish(self) -> (Tally, Crossings, Vec<Renumbered>) {
+    pub fn named(&self) -> &[Named] {
+        &self.named
+    }
+
+    /// The scores, and the crossings: all, and those with another number. `other` followed the same people in the other way.
+    #[must_use]
+    pub fn finish(mut self, other: &[Named]) -> (Tally, Crossings, Vec<Renumbered>) {
+        self.crossings.unnamed_alone = lost_alone(&self.named, other);
         (self.scorer.finish().0, self.crossings, self.renumbered)
     }
 }

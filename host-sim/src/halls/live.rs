@@ -23,7 +23,7 @@ use kehai_tracking::tracker::Selected;
 use super::judge::{Judge, numbers};
 use super::network::{Network, free};
 use super::relay::Relay;
-use super::simulated::{Outcome, Side};
+use super::simulated::Outcome;
 use super::totals::Totals;
 use super::world::{AREAS, Halls, area};
 use crate::building::Building;
@@ -216,11 +216,7 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
         };
         lost = [lost[0].max(worst(std::slice::from_ref(one))), lost[1].max(worst(areas))];
     }
-    let side = |judge: Judge| {
-        let (tally, crossings, renumbered) = judge.finish();
-        Side { tally, crossings, renumbered }
-    };
-    live.outcome = Outcome { one: side(judge_one), four: side(judge_four), totals, lost: network.lost() };
+    live.outcome = Outcome::of(judge_one, judge_four, totals, network.lost());
     live.lost_percent = lost.map(|share| share * 100.0);
     Ok(live)
 }

@@ -26,6 +26,7 @@ pub mod judge;
 pub mod live;
 pub mod load;
 #[cfg(feature = "daemon")]
+pub mod named;
 mod network;
 #[cfg(feature = "daemon")]
 mod relay;

@@ -64,6 +64,17 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Of what was judged in both ways.
+    #[must_use]
+    pub fn of(one: Judge, four: Judge, totals: Totals, lost: u64) -> Self {
+        let named = [&one, &four].map(|judge| judge.named().to_vec());
+        let [one, four] = [(one, &named[1]), (four, &named[0])].map(|(judge, other)| {
+            let (tally, crossings, renumbered) = judge.finish(other);
+            Side { tally, crossings, renumbered }
+        });
+        Self { one, four, totals, lost }
+    }
+
     /// Adds another run.
     pub fn add(&mut self, other: Self) {
         for (side, more) in [(&mut self.one, other.one), (&mut self.four, other.four)] {
@@ -222,11 +233,7 @@ impl Followed {
             let people = u32::try_from(truth.len()).unwrap_or(u32::MAX);
             totals.frame([whole.total.count, picture.total.count], people);
         }
-        let side = |judge: Judge| {
-            let (tally, crossings, renumbered) = judge.finish();
-            Side { tally, crossings, renumbered }
-        };
-        Outcome { one: side(judge_one), four: side(judge_four), totals, lost }
+        Outcome::of(judge_one, judge_four, totals, lost)
     }
 }
 

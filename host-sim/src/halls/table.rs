@@ -35,6 +35,7 @@ pub fn markdown(columns: &[Column]) -> String {
     row("of these by the border alone", &crossed(|crossings| crossings.at_border));
     row("crossings with a name before", &crossed(|crossings| crossings.named));
     row("of these without it after", &crossed(|crossings| crossings.unnamed));
+    row("of these with it by the other way", &crossed(|crossings| crossings.unnamed_alone));
     let totals = |name: &str, first: String, of: &dyn Fn(&Outcome) -> String| {
         let mut line = format!("| {name} | {first} |");
         for (_, outcome) in columns {
