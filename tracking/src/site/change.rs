@@ -28,6 +28,12 @@ impl<'a> SiteChange<'a> {
         (looks_alike(was, module) && was.placed == module.placed).then_some(before)
     }
 
+    /// The same of each module, in the order of their numbers now.
+    #[must_use]
+    pub fn numbers_before(&self) -> Vec<Option<usize>> {
+        (0..self.now.modules.len()).map(|number| self.stands(number)).collect()
+    }
+
     /// Modules that have moved: as they were, with their number then, and as they are.
     pub fn moved(&self) -> impl Iterator<Item = (usize, &'a Module, &'a Module)> {
         let Self { before, now } = *self;

@@ -10,9 +10,6 @@ use crate::geometry::Point;
 use crate::observation::Detection;
 use crate::site::{Mover, Site};
 
-/// What is nearer to a module touches it, and has no place, mm.
-const TOUCHING_MM: u16 = 80;
-
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub struct FloorPlan {
@@ -43,12 +40,6 @@ impl FloorPlan {
     #[must_use]
     pub fn is_mover(&self, seen: &Detection) -> bool {
         self.movers.one_holds(&seen.outline)
-    }
-
-    /// Whether a detection is a thing for its place: it touches the module, or is a mover.
-    #[must_use]
-    pub fn is_thing(&self, seen: &Detection) -> bool {
-        seen.candidate.near_mm < TOUCHING_MM || self.is_mover(seen)
     }
 
     /// Whether a module at `from` sees this behind a wall that no beam passes.

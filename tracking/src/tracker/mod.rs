@@ -100,6 +100,19 @@ pub struct TrackState {
     pub origin: Origin,
 }
 
+/// A person in view, for tests.
+#[cfg(test)]
+pub const PERSON: TrackState = TrackState {
+    id: 1,
+    at: Point::new(0.5, 0.5),
+    velocity: Point::new(0.0, 0.0),
+    covariance_m2: [0.01, 0.0, 0.01],
+    state: LifeCycle::Confirmed,
+    existence: 1.0,
+    reason: "seen",
+    origin: Origin::Entered,
+};
+
 /// Turns observations into people.
 pub trait Tracker {
     /// Takes what a module saw. Observations come in order of arrival, not of time.

@@ -58,6 +58,9 @@ use vehicle::Vehicle;
 /// Two tracks nearer than this are at the same place, m: two bodies cannot be.
 const TWINS_M: f64 = 0.33;
 
+/// What is nearer to a module touches it, and has no place, mm.
+const TOUCHING_MM: u16 = 80;
+
 /// What the face of a mover is unsure by, mm.
 const FACE_MM: u16 = 60;
 
@@ -258,7 +261,8 @@ impl Tracker for Kehai {
         let places: Vec<Point> =
             self.seen_places(observation.start_s).into_iter().map(|(_, place)| place).collect();
         let at = observation.view.pose.at;
-        let stands_out = observation.detections.iter().filter(|seen| !self.plan.is_thing(seen));
+        let is_thing = |seen: &&Detection| seen.candidate.near_mm < TOUCHING_MM || self.plan.is_mover(seen);
+        let stands_out = observation.detections.iter().filter(|seen| !is_thing(seen));
         let (reflected, real): (Vec<&Detection>, Vec<&Detection>) =
             stands_out.partition(|seen| self.plan.is_reflection(at, seen));
         self.reflections.follow(reflected.into_iter(), self.now_s, || {
@@ -322,8 +326,7 @@ impl Tracker for Kehai {
         let site = change.now;
         self.plan = FloorPlan::of(site);
         self.near = Near::over(site);
-        let numbers: Vec<Option<usize>> =
-            (0..site.modules.len()).map(|number| change.stands(number)).collect();
+        let numbers = change.numbers_before();
         let heard = |number: &Option<usize>| number.and_then(|number| self.modules.get(number).copied());
         self.modules = numbers.iter().map(|number| heard(number).unwrap_or(Heard::NEVER)).collect();
         self.tracks.iter_mut().for_each(|track| track.renumber(&numbers));

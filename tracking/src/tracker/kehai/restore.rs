@@ -73,19 +73,10 @@ mod tests {
     use super::*;
     use crate::site::Site;
     use crate::tracker::kehai::ablation::Ideas;
-    use crate::tracker::{LifeCycle, Origin, Tracker};
+    use crate::tracker::{LifeCycle, PERSON, Tracker};
 
     fn person(x: f64) -> TrackState {
-        TrackState {
-            id: 40,
-            at: Point::new(x, 0.0),
-            velocity: Point::default(),
-            covariance_m2: [0.01, 0.0, 0.01],
-            state: LifeCycle::Confirmed,
-            existence: 1.0,
-            reason: "seen",
-            origin: Origin::Entered,
-        }
+        TrackState { at: Point::new(x, 0.0), ..PERSON }
     }
 
     #[test]

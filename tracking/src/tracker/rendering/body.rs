@@ -83,6 +83,11 @@ impl Body {
         self.is_unseen(at_s) && self.cloud.at_s() > self.supported_s
     }
 
+    /// What the place of an unseen body is uncertain by beside its cloud, m: a walk that the cloud did not foresee.
+    pub fn kernel_m(&self, at_s: f64) -> f64 {
+        0.15 + 0.25 * (at_s - self.supported_s).clamp(0.0, 2.0)
+    }
+
     /// Where it may go.
     pub fn way<'a>(&self, ground: Ground<'a>, at_s: f64) -> Way<'a> {
         let passage = match self.passage {

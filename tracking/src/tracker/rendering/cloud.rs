@@ -33,8 +33,8 @@ const STRETCHES: f64 = 0.05;
 /// Price of doing so, as a log likelihood: a hand may be anywhere within reach, and is put where something is.
 const STRETCH_PRICE: f64 = 3.0;
 
-/// One in so many samples of a body that is not seen is tried where something comes into view: a dozen of them, of which one in
-/// three has a depth and a heading that fit.
+/// One in so many samples of a body that no scan has looked for is tried where something comes into view: a dozen of them; the others
+/// stay where the body is believed to be.
 const REAPPEARS: usize = 20;
 
 /// Area over which such samples are spread, m²: as wide as a body, and as deep as its middle may be behind its contour.
@@ -231,7 +231,7 @@ impl Cloud {
         self.weighted().map(kernel).sum::<f64>() / (kernel_m * kernel_m)
     }
 
-    /// Moves some samples of a body that is not seen to behind contours that no body explains, of a module at `origin`. A sample
+    /// Moves some samples of a body that no scan has looked for to behind contours that no body explains, of a module at `origin`. A sample
     /// there is as likely as the cloud is dense there, and not as often as it is tried (importance sampling).
     pub fn reappear(
         &mut self,

@@ -13,8 +13,7 @@ use crate::tracker::floor_plan::FloorPlan;
 impl Rendering {
     /// Goes on in a site that was edited.
     pub(super) fn edit(&mut self, change: &SiteChange<'_>) {
-        let numbers: Vec<Option<usize>> =
-            (0..change.now.modules.len()).map(|number| change.stands(number)).collect();
+        let numbers = change.numbers_before();
         self.terrain.plan = FloorPlan::of(change.now);
         self.terrain.modules.renumber(&numbers);
         self.notes.renumber(&numbers);

@@ -148,7 +148,7 @@ impl Rendering {
                 *other != index && ghost.confirmed && ghost.is_unseen(start_s) && may_be_here(ghost)
             });
             let best = ghosts
-                .map(|(other, ghost)| (other, ghost.cloud.density(at, kernel_m(ghost, start_s))))
+                .map(|(other, ghost)| (other, ghost.cloud.density(at, ghost.kernel_m(start_s))))
                 .max_by(|one, other| one.1.total_cmp(&other.1));
             match best {
                 Some((ghost, density)) if density > 0.0 => {
@@ -164,9 +164,4 @@ impl Rendering {
             }
         }
     }
-}
-
-/// What the place of an unseen body is uncertain by beside its cloud, m: a walk that the cloud did not foresee.
-pub fn kernel_m(ghost: &Body, at_s: f64) -> f64 {
-    0.15 + 0.25 * (at_s - ghost.supported_s).clamp(0.0, 2.0)
 }

@@ -46,7 +46,7 @@ pub enum Part {
     Tow,
     /// Who stays behind of two who came as one may be a thing.
     PutDown,
-    /// An unseen body is tried where something comes into view that no body explains.
+    /// A body that no scan has looked for since it was seen is tried where something comes into view that no body explains.
     Reappearance,
 }
 

@@ -60,19 +60,10 @@ impl Rendering {
 mod tests {
     use super::super::tests::Bench;
     use super::*;
-    use crate::tracker::{LifeCycle, Origin, Tracker};
+    use crate::tracker::{LifeCycle, PERSON, Tracker};
 
     fn person(x: f64, y: f64) -> TrackState {
-        TrackState {
-            id: 40,
-            at: Point::new(x, y),
-            velocity: Point::default(),
-            covariance_m2: [0.01, 0.0, 0.01],
-            state: LifeCycle::Confirmed,
-            existence: 1.0,
-            reason: "seen",
-            origin: Origin::Entered,
-        }
+        TrackState { at: Point::new(x, y), ..PERSON }
     }
 
     #[test]

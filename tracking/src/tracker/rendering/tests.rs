@@ -69,7 +69,7 @@ impl Bench {
     }
 
     /// All tracks so long after the newest scan.
-    pub(super) fn peek_after(&self, after_s: f64) -> Vec<TrackState> {
+    pub fn peek_after(&self, after_s: f64) -> Vec<TrackState> {
         self.tracker.peek(self.now_s - SCAN_S + after_s)
     }
 

@@ -8,7 +8,6 @@ use super::apart::{Keeper, apart, keepers};
 use super::beams::Beams;
 use super::cloud::{effective, relative};
 use super::field::Field;
-use super::life::kernel_m;
 use super::ray::Mixture;
 use super::sample::{COARSE, FINE, HIDDEN, Sample};
 use super::scan::{Measured, Scan};
@@ -131,11 +130,11 @@ impl Rendering {
         self.bodies[index].cloud.samples().iter().map(log_ratio).collect()
     }
 
-    /// Lets a body that is not seen come into view where something is that no body explains.
+    /// Lets a body that no scan has looked for since it was seen come into view where something is that no body explains.
     fn reappear(&mut self, index: usize, (scan, window): (&Scan, &Window), beams: &Beams) {
         let contours = unexplained((scan, window), beams);
         let body = &mut self.bodies[index];
-        let kernel_m = kernel_m(body, body.cloud.at_s());
+        let kernel_m = body.kernel_m(body.cloud.at_s());
         let walls = &self.terrain.plan.walls;
         let may_go = |from: Point, to: Point| !walls.between(from, to);
         body.cloud.reappear(&contours, (scan.origin(), kernel_m), may_go, &mut self.random);

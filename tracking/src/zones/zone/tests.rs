@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::count::distribution;
-use crate::tracker::TrackState;
+use crate::tracker::{PERSON, TrackState};
 
 #[test]
 fn an_unexplained_track_counts_only_where_it_is_secure_and_a_part_nowhere() {
@@ -63,17 +63,6 @@ fn seen_square(at_s: f64) -> Zone {
     zone.cells.iter_mut().for_each(|cell| cell.seen_s = at_s);
     zone
 }
-
-const PERSON: TrackState = TrackState {
-    id: 1,
-    at: Point::new(0.5, 0.5),
-    velocity: Point::new(0.0, 0.0),
-    covariance_m2: [0.01, 0.0, 0.01],
-    state: LifeCycle::Confirmed,
-    existence: 1.0,
-    reason: "seen",
-    origin: Origin::Entered,
-};
 
 #[test]
 fn nobody_leaves_a_zone_that_is_not_looked_at() {
