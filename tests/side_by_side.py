@@ -1,12 +1,12 @@
 """All tests of the workspace, with the daemon's programs beside the others.
 
-    cargo test --no-run ─▶ programs ─┬─▶ host-tracker: browsers, disks, deaths; it mostly waits
-                                     └─▶ the others: QEMU and simulations; they mostly compute
+    cargo test --no-run ─▶ programs ─┬─▶ host-tracker: browsers, disks, deaths; it mostly waits  ◀─╮ and then helps here
+                                     └─▶ the others: QEMU and simulations; they mostly compute  ─╯
     cargo test --doc, at the end
 
 `cargo test` runs one program after the other, and leaves a core idle while the daemon's tests wait. Each program runs as
 cargo would run it: in its package's folder, with cargo's variables. What a program prints stands whole, when it has
-ended. Every program runs, whatever fails before; the exit status is 1 if one fails.
+ended, with the seconds it took. Every program runs, whatever fails before; the exit status is 1 if one fails.
 """
 
 import json
@@ -14,12 +14,15 @@ import os
 import subprocess
 import sys
 import threading
+import time
+from collections import deque
 from pathlib import Path
 
 CARGO_TEST = ["cargo", "test", "--locked", "--workspace"]
 WAITS = "host-tracker"
 
 printing = threading.Lock()
+taking = threading.Lock()
 
 
 def programs():
@@ -34,9 +37,17 @@ def programs():
             yield Path(message["executable"]), Path(message["manifest_path"]).parent
 
 
-def run(lane, failed):
-    """Runs the programs of a lane, one after the other; those that fail are appended to `failed`."""
-    for executable, folder in lane:
+def take(lanes):
+    """The next program of the first of these lanes that has one left; none when all are empty."""
+    with taking:
+        return next((lane.popleft() for lane in lanes if lane), None)
+
+
+def run(lanes, failed):
+    """Runs the programs of these lanes, one after the other; those that fail are appended to `failed`."""
+    while program := take(lanes):
+        executable, folder = program
+        begun_s = time.monotonic()
         environment = {**os.environ, "CARGO": "cargo", "CARGO_MANIFEST_DIR": str(folder)}
         ended = subprocess.run(
             [executable],
@@ -46,8 +57,9 @@ def run(lane, failed):
             stderr=subprocess.STDOUT,
             check=False,
         )
+        took_s = time.monotonic() - begun_s
         with printing:
-            print(f"\n     Running {folder.name}: {executable.name}", flush=True)
+            print(f"\n     Running {folder.name}: {executable.name}, {took_s:.0f} s", flush=True)
             sys.stdout.buffer.write(ended.stdout)
             sys.stdout.flush()
         if ended.returncode != 0:
@@ -56,13 +68,16 @@ def run(lane, failed):
 
 def main():
     """Runs both lanes and the examples of the documentation."""
-    lanes = ([], [])
+    computing, waiting = deque(), deque()
     for executable, folder in programs():
-        lanes[folder.name == WAITS].append((executable, folder))
-    if not all(lanes):
+        (waiting if folder.name == WAITS else computing).append((executable, folder))
+    if not (computing and waiting):
         sys.exit("side_by_side.py: a lane has no programs: was the package of the daemon renamed?")
     failed = []
-    threads = [threading.Thread(target=run, args=(lane, failed)) for lane in lanes]
+    # Two programs of the daemon at once wait as well as one does.
+    threads = [
+        threading.Thread(target=run, args=(lanes, failed)) for lanes in ([waiting], [computing, waiting])
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
