@@ -112,7 +112,14 @@ mod tests {
 
     fn person(track: TrackId, x: f64) -> Person {
         let at = Point::new(x, 0.0);
-        Person { track, at, velocity: Point::default(), covariance: Matrix2::identity(), existence: 1.0 }
+        Person {
+            track,
+            at,
+            velocity: Point::default(),
+            covariance: Matrix2::identity(),
+            existence: 1.0,
+            is_hidden: false,
+        }
     }
 
     fn places(people: &[(TrackId, f64)], tracks: &[(TrackId, f64)]) -> Vec<(TrackId, TrackId)> {

@@ -102,13 +102,13 @@ mod tests {
         let alone = carried.told("a11c");
         assert!(alone.len() == 1 && alone[0].probability > 0.89, "{alone:?}");
         for _ in 0..50 {
-            carried.follow(&[at(1, 0.0), at(2, 0.3), at(3, 50.0)], 0.1);
+            carried.follow(&[at(1, 0.0), at(2, 0.1), at(3, 50.0)], 0.1);
         }
         let [one, other] = carried.told("a11c")[..] else { panic!("{:?}", carried.told("a11c")) };
         assert!((one.probability - other.probability).abs() < 0.1, "{one:?} {other:?}");
         let far = carried.told("b0b0");
         assert!(far.len() == 1 && far[0].track == 3, "{far:?}");
-        carried.follow(&[at(2, 0.3)], 0.1);
+        carried.follow(&[at(2, 0.1)], 0.1);
         assert!(carried.told("b0b0").is_empty() && carried.told("a11c").len() == 1);
         carried.retain(|label| label == "b0b0");
         assert!(carried.told("a11c").is_empty());
