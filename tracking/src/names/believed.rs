@@ -118,7 +118,7 @@ mod tests {
             velocity: Point::default(),
             covariance: Matrix2::identity(),
             existence: 1.0,
-            is_hidden: false,
+            is_told_apart: true,
         }
     }
 

@@ -15,12 +15,12 @@ use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
 /// A tag is carried so far from the middle of its body, m, one sigma along each axis: half a torso's width.
 const CARRIED_M: f64 = 0.15;
 
-/// Two middles so far apart touch while both are seen, m, one sigma: with it about as many swaps are expected as trackers make
+/// Two middles so far apart touch while modules see both, m, one sigma: with it about as many swaps are expected as trackers make
 /// (docs/design.md, names); shoulder to shoulder is three of them.
 const TOUCH_M: f64 = 0.15;
 
-/// The same while one of them is hidden, m: nothing tells them apart until both are seen again, and a body is that wide.
-const HIDDEN_TOUCH_M: f64 = 0.25;
+/// The same while one of them is hidden or known by its feet, m: a body is that wide.
+const WIDE_TOUCH_M: f64 = 0.25;
 
 /// Tracks that touch for so long are alike by two thirds, s: the tracker tells passing walkers apart.
 const MIX_S: f64 = 1.0;
@@ -29,7 +29,7 @@ const MIX_S: f64 = 1.0;
 const RARE: f64 = 1e-3;
 
 /// Farther apart no two may have been swapped, m: however wide their covariances are, the rate is at most
-/// 2 · [`HIDDEN_TOUCH_M`]² ÷ e ÷ distance², and less than [`RARE`] beyond 6.8 m.
+/// 2 · [`WIDE_TOUCH_M`]² ÷ e ÷ distance², and less than [`RARE`] beyond 6.8 m.
 const FAR_M: f64 = 7.0;
 
 /// A track at one moment.
@@ -40,7 +40,8 @@ pub(super) struct Person {
     pub(super) velocity: Point,
     pub(super) covariance: Matrix2<f64>,
     pub(super) existence: f64,
-    pub(super) is_hidden: bool,
+    /// Whether what sees it tells it from one that touches it: a module does, a floor and nobody do not.
+    pub(super) is_told_apart: bool,
 }
 
 impl Person {
@@ -56,7 +57,7 @@ impl Person {
             velocity: track.velocity,
             covariance: Matrix2::new(xx, xy, xy, yy),
             existence: if track.existence.is_nan() { 0.0 } else { track.existence.clamp(0.0, 1.0) },
-            is_hidden: track.state == LifeCycle::Occluded,
+            is_told_apart: track.state != LifeCycle::Occluded,
         })
     }
 }
@@ -81,7 +82,7 @@ pub(super) fn swaps(people: &[Person], first: usize, passed_s: f64) -> Vec<Swap>
             if (other.at - one.at).length() > FAR_M {
                 continue;
             }
-            let touch_m = if one.is_hidden || other.is_hidden { HIDDEN_TOUCH_M } else { TOUCH_M };
+            let touch_m = if one.is_told_apart && other.is_told_apart { TOUCH_M } else { WIDE_TOUCH_M };
             let touch = Matrix2::identity() * (touch_m * touch_m);
             let (away, size_m4) = mahalanobis(other.at - one.at, one.covariance + other.covariance + touch);
             let rate = libm::exp(-0.5 * away) * (touch.determinant() / size_m4).sqrt() / MIX_S;

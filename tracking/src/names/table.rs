@@ -238,7 +238,8 @@ impl Moment {
         };
         let others = tracks.iter().filter(|track| !is_explained(track)).filter_map(Person::of);
         let people = |explanation: &Explanation| {
-            let people = explanation.people.iter().filter_map(Person::of).take(TRACKS_MAX);
+            let by_feet = |person| Person { is_told_apart: false, ..person };
+            let people = explanation.people.iter().filter_map(Person::of).map(by_feet).take(TRACKS_MAX);
             (explanation.line.first().copied(), people.collect())
         };
         Self {
