@@ -40,7 +40,7 @@ pub(super) struct Person {
     pub(super) velocity: Point,
     pub(super) covariance: Matrix2<f64>,
     pub(super) existence: f64,
-    /// Whether what sees it tells it from one that touches it: a module does, a floor and nobody do not.
+    /// Whether a module sees it, and so tells it from one that touches it; not while it is hidden, nor if a floor feels its feet.
     pub(super) is_told_apart: bool,
 }
 

@@ -2,6 +2,8 @@
 
 use proptest::prelude::*;
 
+use std::slice;
+
 use super::*;
 use crate::card::Card;
 use crate::explanation::Explanation;
@@ -154,6 +156,15 @@ fn two_side_by_side_keep_their_names_while_both_are_seen() {
     };
     let (seen, hidden) = (alike(LifeCycle::Confirmed), alike(LifeCycle::Occluded));
     assert!(seen < 0.05 && hidden > 0.1, "{seen} {hidden}");
+    // By their feet two are not told apart so near, in any explanation.
+    let (mut names, _) = two();
+    let people = vec![track(1, 0.0, 0.0), track(2, 0.6, 0.0)];
+    let explanation = Explanation { line: vec![1], surprise: 0.0, people: people.clone() };
+    for step in 1..=50 {
+        names.follow_explained(&people, slice::from_ref(&explanation), f64::from(step) * 0.1);
+    }
+    let by_feet = known(&names, ALICE, 2);
+    assert!(by_feet > 0.1, "{by_feet}");
 }
 
 #[test]
@@ -282,7 +293,7 @@ fn an_explanation_of_which_no_elder_is_known_has_the_names_of_the_likeliest() {
     let (mut names, _) = two_or_swapped();
     names.sign(&sign(ALICE, 0.1, 2.0, 0.0)).unwrap();
     let other = explained(&[30, 20], true, 0.0);
-    names.follow_explained(&other.people, std::slice::from_ref(&other), 0.2);
+    names.follow_explained(&other.people, slice::from_ref(&other), 0.2);
     assert!(known(&names, ALICE, 1) > 0.9, "{:?}", names.lines(&Site::default()));
     // So have tracks of a site whose floors are gone.
     names.follow(&other.people, 0.3);
@@ -300,7 +311,7 @@ fn a_late_sign_meets_the_people_of_the_explanation_that_it_grew_out_of() {
     }
     names.sign(&sign(ALICE, 0.1, 0.0, 0.0)).unwrap();
     let swapped = explained(&[7, 4], true, 0.0);
-    names.follow_explained(&swapped.people, std::slice::from_ref(&swapped), 1.2);
+    names.follow_explained(&swapped.people, slice::from_ref(&swapped), 1.2);
     assert!(
         known(&names, ALICE, 1) > 0.9 && known(&names, BOB, 2) > 0.9,
         "{:?}",
