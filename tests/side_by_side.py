@@ -74,7 +74,7 @@ def main():
     if not (computing and waiting):
         sys.exit("side_by_side.py: a lane has no programs: was the package of the daemon renamed?")
     failed = []
-    # Two programs of the daemon at once wait as well as one does.
+    # Two programs of the daemon may run at once: they mostly wait.
     threads = [
         threading.Thread(target=run, args=(lanes, failed)) for lanes in ([waiting], [computing, waiting])
     ]
