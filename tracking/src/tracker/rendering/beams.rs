@@ -144,7 +144,7 @@ mod tests {
                 heading: Point::new(0.0, 1.0),
                 size: 1.0,
                 depth: 1.0,
-                hand: None,
+                arm: None,
             };
             Body::begin(1, 5.0, Cloud::new((-20..20).map(sample).collect(), 0.0))
         };

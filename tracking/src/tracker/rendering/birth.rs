@@ -12,7 +12,7 @@ use super::field::Field;
 use super::ray::{Mixture, Surface};
 use super::sample::Sample;
 use super::scan::{Measured, Scan};
-use super::{BODIES, Rendering};
+use super::{BODIES, Rendering, STRIDE_M};
 use crate::geometry::Point;
 
 /// Fewest beams, and least arc, of a run that begins a body, m.
@@ -31,6 +31,11 @@ const SPEED_MPS: f64 = 0.6;
 /// Existence of a new body outside enclosed zones, and inside, where nobody begins: log odds of 0.1 and 0.003.
 const OUTSIDE: f64 = -2.197;
 const INSIDE: f64 = -5.806;
+
+/// Whether a body began where nobody begins.
+pub fn began_inside(body: &Body) -> bool {
+    body.prior <= INSIDE
+}
 
 impl Rendering {
     /// Begins bodies where hits are not explained.
@@ -80,7 +85,9 @@ impl Rendering {
         let way = way * (1.0 / way.length().max(1e-6));
         let middle = contour + way * (0.5 * (BEHIND_M.0 + BEHIND_M.1));
         let near = |body: &Body| !body.confirmed && (body.cloud.moments().at - middle).length() < APART_M;
-        if self.terrain.plan.excluded.hold(middle)
+        let plan = &self.terrain.plan;
+        if plan.excluded.hold(middle)
+            || plan.movers.hold(contour)
             || self.bodies.len() >= BODIES
             || self.bodies.iter().any(near)
         {
@@ -97,11 +104,13 @@ impl Rendering {
                 heading: Point::towards(heading),
                 size: 1.0,
                 depth: 1.0,
-                hand: None,
+                arm: None,
             }
         };
         let samples: Vec<Sample> = (0..SAMPLES / self.model.detail.divisor()).map(sample).collect();
-        let prior = if self.terrain.plan.enclosed.hold(middle) { INSIDE } else { OUTSIDE };
+        // Nearer to an entry than a stride it may have come in unseen.
+        let is_inside = plan.enclosed.hold(middle) && plan.walls.entry_m(middle) > STRIDE_M;
+        let prior = if is_inside { INSIDE } else { OUTSIDE };
         let id = self.next_id;
         self.next_id += 1;
         self.bodies.push(Body::begin(id, prior, Cloud::new(samples, start_s)));

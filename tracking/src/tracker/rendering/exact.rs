@@ -60,7 +60,7 @@ fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
             heading: Point::new(0.0, 1.0),
             size: 1.0,
             depth: 1.0,
-            hand: None,
+            arm: None,
         }
     };
     Body::begin(1, 20.0, Cloud::new((0..SAMPLES).map(sample).collect(), 0.0))

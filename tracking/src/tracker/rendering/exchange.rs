@@ -108,7 +108,7 @@ mod tests {
             heading: Point::new(0.0, 1.0),
             size: 1.0,
             depth: 1.0,
-            hand: None,
+            arm: None,
         };
         Body { confirmed: true, ..Body::begin(id, 5.0, Cloud::new(vec![sample; 6], 0.0)) }
     }

@@ -7,6 +7,7 @@
 use super::body::Body;
 use super::ellipse::Opacity;
 use super::ray::Surface;
+use super::sample::Sample;
 use super::scan::Scan;
 use super::surfaces::{Arms, Layer, Met, meet};
 use super::window::Window;
@@ -43,13 +44,28 @@ impl Field {
 
 /// What a body puts in the way of the beams of its window, on the average of some of its samples.
 pub fn render(body: &Body, scan: &Scan, window: &Window, opacity: Opacity) -> Field {
+    draw(body, scan, window, opacity, |sample| *sample)
+}
+
+/// The same without the arms that it stretches out.
+pub fn render_torso(body: &Body, scan: &Scan, window: &Window, opacity: Opacity) -> Field {
+    draw(body, scan, window, opacity, |sample| Sample { arm: None, ..*sample })
+}
+
+fn draw(
+    body: &Body,
+    scan: &Scan,
+    window: &Window,
+    opacity: Opacity,
+    shown: impl Fn(&Sample) -> Sample,
+) -> Field {
     // Opacity, and its products with range and square of range.
     let mut sums = vec![(0.0, 0.0, 0.0); window.len()];
     let mut total = 0.0;
     let (mut arms, all) = (Arms::default(), 0..window.len());
     for (sample, weight) in body.cloud.weighted().step_by((body.cloud.samples().len() / FIELD).max(1)) {
         total += weight;
-        meet(sample, (scan, window, &all), opacity, &mut arms, |place, Met { near, far }| {
+        meet(&shown(sample), (scan, window, &all), opacity, &mut arms, |place, Met { near, far }| {
             let mut passes = weight;
             for Layer { opacity, range_m } in [Some(near), far].into_iter().flatten() {
                 let (held, range_m) = (passes * opacity, f64::from(range_m));

@@ -5,6 +5,7 @@
 //!      └──── in an enclosed zone: the unseen body that is most likely there comes into view
 //! ```
 
+use super::birth::began_inside;
 use super::body::{Body, SURE};
 use super::ground::Passage;
 use super::sample::Sample;
@@ -38,10 +39,7 @@ const COMPANY_M: f64 = 0.5;
 /// For so long it must have been elsewhere to be a person, s: five scans of a module.
 const ALONE_S: f64 = 0.5;
 
-/// Bodies that began within this time came together, s: the second is no arm of the first.
-const TOGETHER_S: f64 = 0.4;
-
-/// A newborn inside an enclosed zone waits so long for an unseen body to be it, s.
+/// What begins inside an enclosed zone, a stride from its entries, waits so long for an unseen body to be it, s.
 const WAITS_S: f64 = 2.0;
 
 impl Rendering {
@@ -116,10 +114,7 @@ impl Rendering {
         if !self.model.has(Part::Company) {
             return false;
         }
-        let (at, begun_s) = (self.bodies[index].cloud.moments().at, self.bodies[index].begun_s);
-        let mut older =
-            self.bodies.iter().filter(|body| body.confirmed && body.begun_s < begun_s - TOGETHER_S);
-        if older.any(|body| (body.cloud.moments().at - at).length() < COMPANY_M) {
+        if self.has_elder(index, COMPANY_M) {
             self.bodies[index].accompanied_s = start_s;
         }
         start_s - self.bodies[index].accompanied_s < ALONE_S
@@ -133,6 +128,7 @@ impl Rendering {
                 continue;
             }
             let at = body.cloud.moments().at;
+            let waits = began_inside(body) && start_s - body.begun_s <= WAITS_S;
             if self.is_accompanied(index, start_s) {
                 continue;
             }
@@ -159,7 +155,7 @@ impl Rendering {
                     self.bodies.remove(ghost);
                     return;
                 }
-                _ if start_s - self.bodies[index].begun_s > WAITS_S => self.bodies[index].confirmed = true,
+                _ if !waits => self.bodies[index].confirmed = true,
                 _ => {}
             }
         }

@@ -21,6 +21,7 @@ mod exchange;
 mod field;
 mod ground;
 mod life;
+mod limb;
 mod model;
 mod modules;
 mod note;
@@ -61,7 +62,7 @@ use window::{Window, window};
 /// A scan speaks for a body from this log likelihood ratio on, and against it below its negative.
 const SPEAKS: f64 = 0.7;
 
-/// Most that one scan says for existence.
+/// Most that one scan says for existence, and against what may be a limb of another body.
 const FOR: f64 = 2.5;
 
 /// Most that one scan says against a body that may have left, and against one that cannot, since no entry was near it:
@@ -163,10 +164,10 @@ impl Rendering {
                 }
             }
         }
+        let against: Vec<f64> = concerned.iter().map(|&index| self.against(index)).collect();
         let ground = self.terrain.ground(self.model, scan);
-        for &index in &concerned {
+        for (&index, against) in concerned.iter().zip(against) {
             let (body, Looked { evidence, .. }) = (&mut self.bodies[index], &looked[index]);
-            let against = if body.may_leave || !self.model.has(Part::Exits) { AGAINST.0 } else { AGAINST.1 };
             body.log_odds += evidence.clamp(against, FOR);
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
             if *evidence >= SPEAKS {
@@ -189,6 +190,15 @@ impl Rendering {
         self.forget(&concerned, scan, start_s);
         self.begin(scan, start_s);
         self.confirm(start_s);
+    }
+
+    /// Most that a scan says against a body.
+    fn against(&self, index: usize) -> f64 {
+        match self.bodies.get(index) {
+            _ if self.may_be_limb(index) => -FOR,
+            Some(body) if body.may_leave || !self.model.has(Part::Exits) => AGAINST.0,
+            _ => AGAINST.1,
+        }
     }
 
     /// The beams that a body may concern.

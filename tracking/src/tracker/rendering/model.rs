@@ -38,6 +38,8 @@ pub enum Part {
     Arms,
     /// What is beside an older body from its birth on is an arm of that one until it has been elsewhere.
     Company,
+    /// What is within an older body's reach may be its arm, and has to show more than one.
+    Limbs,
     /// A body last seen in an enclosed zone is there until it is seen outside.
     Inside,
     /// A body that no entry was near cannot have left, and is doubted less.
@@ -52,7 +54,7 @@ pub enum Part {
 
 impl Part {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 18] = [
+    pub const NAMED: [(Self, &str); 19] = [
         (Self::Annealing, "annealing"),
         (Self::BestQuarter, "best-quarter"),
         (Self::Apart, "apart"),
@@ -66,6 +68,7 @@ impl Part {
         (Self::Depth, "depth"),
         (Self::Arms, "arms"),
         (Self::Company, "company"),
+        (Self::Limbs, "limbs"),
         (Self::Inside, "inside"),
         (Self::Exits, "exits"),
         (Self::Tow, "tow"),

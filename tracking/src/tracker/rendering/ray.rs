@@ -65,6 +65,11 @@ impl Noise {
 /// Squares of deviations beyond which a density is nothing: 10⁻⁶ of its peak.
 const NOTHING: f64 = 28.0;
 
+/// Log likelihood of one datum that a body explains best, over that of clutter.
+pub fn most_of_a_datum() -> f64 {
+    libm::log(Noise::get().density(0) / CLUTTER)
+}
+
 /// Density of a range that is `off_m` from a surface whose range has a variance of its own.
 fn density(off_m: f64, variance_m2: f64) -> f64 {
     let part = |(sd_m, share): (f64, f64)| {

@@ -3,7 +3,8 @@
 //! ```text
 //!      heading ↑  ╭──╮ depth
 //!          ╭──────┴──┴─╮          torso: an ellipse, `size` times the ordinary one, `depth` times as deep
-//!          ╰───────────╯▬▬▬▬ hand     arm: a narrow ellipse from the middle to a hand that is stretched out
+//!          ╰───────────╯▬▬▬▬ hand     level arm: a narrow ellipse from the middle to a hand that is stretched out
+//!                           ● hand     one that reaches up or down: the plane cuts it where something is seen
 //! ```
 
 use super::ellipse::{ACROSS_M, ALONG_M, Outline};
@@ -53,10 +54,14 @@ const STRETCHED_S: f64 = 1.0;
 const FINGERS_M: (f64, f64) = (0.03, 0.02);
 
 /// Distances of a stretched hand from the middle of a body, m: beyond the torso, up to the length of an arm.
-const REACH: std::ops::Range<f64> = 0.25..0.75;
+pub const REACH: std::ops::Range<f64> = 0.25..0.75;
 
-/// Half the width of an arm, m.
+/// Half the width of an arm, m; and half the length of what the plane cuts of a forearm that slopes by 45°.
 const ARM_M: f64 = 0.05;
+const FOREARM_M: f64 = 0.07;
+
+/// Share of stretched arms that are level.
+const LEVEL: f64 = 0.5;
 
 /// Sizes: a child to a coat.
 const SIZES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
@@ -71,8 +76,16 @@ pub struct Sample {
     pub size: f64,
     /// Factor of the half axis along the heading: what is carried before the belly, and folded arms, make a body deeper.
     pub depth: f64,
-    /// The hand of an arm that is stretched out, in the frame of the heading and its left, m.
-    pub hand: Option<Point>,
+    pub arm: Option<Arm>,
+}
+
+/// An arm that is stretched out.
+#[derive(Clone, Copy, Debug)]
+pub struct Arm {
+    /// Its hand, in the frame of the heading and its left, m.
+    pub hand: Point,
+    /// Whether the plane cuts it from the body to the hand: one that reaches down over a table it cuts at one place.
+    pub is_level: bool,
 }
 
 /// How much a resampled cloud is roughened.
@@ -145,10 +158,10 @@ impl Sample {
         self.heading = turned(self.heading, towards + TURNS * root * turn);
         let size = self.size + (1.0 - self.size) * step_s / ORDINARY_S + GROWS * root * growth;
         self.size = size.clamp(*SIZES.start(), *SIZES.end());
-        if let Some(hand) = self.hand {
+        if let Some(arm) = self.arm {
             let (x, y) = random.pair();
-            let moved = hand + Point::new(x, y) * (HAND_DRIFT * root);
-            self.hand = (random.uniform() < stays_out).then_some(moved);
+            let hand = arm.hand + Point::new(x, y) * (HAND_DRIFT * root);
+            self.arm = (random.uniform() < stays_out).then_some(Arm { hand, ..arm });
         }
     }
 
@@ -161,7 +174,8 @@ impl Sample {
         }
         let (beyond, _) = random.pair();
         let hand = off * (1.0 + (FINGERS_M.0 + FINGERS_M.1 * beyond) / distance_m);
-        self.hand = Some(Point::new(hand.dot(self.heading), hand.dot(self.heading.left())));
+        let hand = Point::new(hand.dot(self.heading), hand.dot(self.heading.left()));
+        self.arm = Some(Arm { hand, is_level: random.uniform() < LEVEL });
         true
     }
 
@@ -186,17 +200,14 @@ impl Sample {
         Outline { middle: self.at, along: self.heading, across_m, along_m }
     }
 
-    /// The arm that is stretched out, from the middle of the body to the hand.
-    pub fn arm(&self) -> Option<Outline> {
-        let hand = self.hand?;
+    /// What the plane cuts of the arm that is stretched out: from the middle of the body to the hand, or a forearm's section there.
+    pub fn outline_of_arm(&self) -> Option<Outline> {
+        let Arm { hand, is_level } = self.arm?;
         let hand = self.heading * hand.x + self.heading.left() * hand.y;
-        let along = hand * (1.0 / hand.length().max(1e-6));
-        Some(Outline {
-            middle: self.at + hand * 0.5,
-            along,
-            across_m: ARM_M,
-            along_m: (0.5 * hand.length()).max(ARM_M),
-        })
+        let length_m = hand.length();
+        let along = hand * (1.0 / length_m.max(1e-6));
+        let half_m = if is_level { (0.5 * length_m).max(ARM_M) } else { FOREARM_M };
+        Some(Outline { middle: self.at + hand - along * half_m, along, across_m: ARM_M, along_m: half_m })
     }
 }
 
@@ -218,19 +229,30 @@ mod tests {
 
     fn sample() -> Sample {
         let (at, heading) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
-        Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand: None }
+        Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, arm: None }
     }
 
     #[test]
     fn a_hand_is_stretched_out_to_where_something_is_and_turns_with_the_body() {
         let mut sample = sample();
-        assert!(sample.arm().is_none());
+        assert!(sample.outline_of_arm().is_none());
         assert!(sample.reach(Point::new(1.5, 0.0), &mut Random::new(1)));
-        let arm = sample.arm().unwrap();
+        let arm = sample.outline_of_arm().unwrap();
         let hand = |arm: Outline| arm.middle + arm.along * arm.along_m;
         assert!((hand(arm) - Point::new(1.53, 0.0)).length() < 0.1, "{arm:?}");
         sample.heading = Point::new(-1.0, 0.0);
-        assert!((hand(sample.arm().unwrap()) - Point::new(1.0, 0.53)).length() < 0.1);
+        assert!((hand(sample.outline_of_arm().unwrap()) - Point::new(1.0, 0.53)).length() < 0.1);
+    }
+
+    #[test]
+    fn of_an_arm_that_reaches_down_only_a_section_is_seen_at_the_hand() {
+        let hand = Point::new(0.0, -0.6);
+        let length_m = |is_level| {
+            let arm = Sample { arm: Some(Arm { hand, is_level }), ..sample() }.outline_of_arm().unwrap();
+            assert!((arm.middle + arm.along * arm.along_m - Point::new(1.6, 0.0)).length() < 1e-9, "{arm:?}");
+            2.0 * arm.along_m
+        };
+        assert!((length_m(true) - 0.6).abs() < 1e-9 && length_m(false) < 0.15);
     }
 
     #[test]
@@ -238,7 +260,7 @@ mod tests {
         let mut sample = sample();
         for x in [1.1, 1.8, 9.0] {
             assert!(!sample.reach(Point::new(x, 0.0), &mut Random::new(1)), "{x}");
-            assert!(sample.arm().is_none());
+            assert!(sample.outline_of_arm().is_none());
         }
     }
 

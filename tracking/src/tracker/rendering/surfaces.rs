@@ -42,7 +42,7 @@ pub fn meet(
 ) {
     let (origin, moved) = (scan.origin(), sample.velocity * window.delay_s);
     arms.clear();
-    if let Some(arm) = sample.arm() {
+    if let Some(arm) = sample.outline_of_arm() {
         let ellipse = arm.before(origin, moved);
         ellipse.meet(&window.fan, window.covered(&arm, scan, of), opacity, |place, opacity, range_m| {
             arms.push((place, Layer { opacity, range_m }));
@@ -75,6 +75,7 @@ mod tests {
 
     use super::super::body::Body;
     use super::super::cloud::Cloud;
+    use super::super::sample::Arm;
     use super::super::window::window;
     use super::*;
     use crate::geometry::{Point, Pose};
@@ -87,8 +88,8 @@ mod tests {
         let scan = Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }));
         // Two metres ahead, it looks at the module and reaches towards it and to one side.
         let (at, heading) = (Point::new(2.0, 0.0), Point::new(-1.0, 0.0));
-        let hand = Some(Point::new(0.4, 0.4));
-        let sample = Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, hand };
+        let arm = Some(Arm { hand: Point::new(0.4, 0.4), is_level: true });
+        let sample = Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, arm };
         let window = window(&Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0)), &scan, 1).unwrap();
         let (mut both, mut alone) = (0, 0);
         meet(

@@ -97,7 +97,8 @@ impl Rendering {
             }
         }
         let of = if self.model.has(Part::BestQuarter) { 4 } else { 1 };
-        Looked { evidence: best(log_ratios, of), done: !tempered, changed: true }
+        let evidence = self.beyond_a_limb(index, best(log_ratios, of));
+        Looked { evidence, done: !tempered, changed: true }
     }
 
     /// Log likelihood of the scan with each sample of a body over that without it.
@@ -112,7 +113,7 @@ impl Rendering {
         let mut arms = Arms::default();
         let log_ratio = |sample: &Sample| {
             let mut product = 1.0;
-            if sample.hand.is_none() {
+            if sample.arm.is_none() {
                 let torso = sample.torso();
                 let places = window.covered(&torso, scan, beams.telling());
                 let ellipse = torso.before(origin, sample.velocity * window.delay_s);
@@ -142,9 +143,12 @@ impl Rendering {
 
     /// The beams of a window without this body.
     fn beams(&self, index: usize, scan: &Scan, window: &Window) -> Beams {
+        let unarmed = self.unarmed(index, scan);
         let others = self.fields.iter().enumerate().filter(|(other, _)| *other != index);
-        let others: Vec<&Field> =
-            others.map(|(_, field)| field).filter(|field| field.meets(window)).collect();
+        let of = |(number, field)| {
+            unarmed.iter().find(|(other, _)| *other == number).map_or(field, |(_, torso)| torso)
+        };
+        let others: Vec<&Field> = others.map(of).filter(|field| field.meets(window)).collect();
         Beams::of(scan, window, &others)
     }
 }
@@ -202,7 +206,7 @@ mod tests {
                 heading: Point::new(0.0, 1.0),
                 size: 1.0,
                 depth: 1.0,
-                hand: None,
+                arm: None,
             };
             Body::begin(id, SURE, Cloud::new(places_m.iter().map(sample).collect(), 0.0))
         };

@@ -53,7 +53,7 @@ pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
     };
     for sample in body.cloud.samples() {
         hold(&sample.torso());
-        if let Some(arm) = sample.arm() {
+        if let Some(arm) = sample.outline_of_arm() {
             hold(&arm);
         }
     }
@@ -99,7 +99,7 @@ impl Window {
         let of_sample = |sample: &Sample| {
             let moved = sample.velocity * self.delay_s;
             let torso_m = nearest_m(&sample.torso(), moved);
-            sample.arm().map_or(torso_m, |arm| torso_m.min(nearest_m(&arm, moved)))
+            sample.outline_of_arm().map_or(torso_m, |arm| torso_m.min(nearest_m(&arm, moved)))
         };
         samples.iter().map(of_sample).fold(f64::INFINITY, f64::min)
     }

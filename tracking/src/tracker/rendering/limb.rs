@@ -1,0 +1,65 @@
+//! Limbs: what appears within reach of an older body may be an arm of it. To be a person it has to show more than an arm does.
+//!
+//! ```text
+//!   ╭───╮      ▪        a hand on a table, narrower than 15 cm: one datum of silhouette at most
+//!   ╰───╯─ ─ ─
+//!   ╭───╮    ╭───╮      a person shows two or three, and each module that sees the place shows some
+//!   ╰───╯    ╰───╯
+//! ```
+
+use super::body::Body;
+use super::field::{Field, render_torso};
+use super::ray::most_of_a_datum;
+use super::sample::REACH;
+use super::scan::Scan;
+use super::{Part, Rendering};
+
+/// Bodies that began within this time came together, s: the second is no arm of the first.
+const TOGETHER_S: f64 = 0.4;
+
+impl Rendering {
+    /// Whether a body is nearer than this to a confirmed one that is older.
+    pub(super) fn has_elder(&self, index: usize, within_m: f64) -> bool {
+        self.bodies.get(index).is_some_and(|body| {
+            let (at, begun_s) = (body.cloud.moments().at, body.begun_s);
+            let mut elders =
+                self.bodies.iter().filter(|elder| elder.confirmed && elder.begun_s < begun_s - TOGETHER_S);
+            elders.any(|elder| (elder.cloud.moments().at - at).length() < within_m)
+        })
+    }
+
+    /// Whether a body may be a limb of an older one.
+    pub(super) fn may_be_limb(&self, index: usize) -> bool {
+        self.model.has(Part::Limbs)
+            && self.bodies.get(index).is_some_and(|body| !body.confirmed)
+            && self.has_elder(index, REACH.end)
+    }
+
+    /// What a scan says of the existence of a body that may be a limb: a limb would explain one datum.
+    pub(super) fn beyond_a_limb(&self, index: usize, evidence: f64) -> f64 {
+        if evidence > 0.0 && self.may_be_limb(index) {
+            (evidence - most_of_a_datum()).max(0.0)
+        } else {
+            evidence
+        }
+    }
+
+    /// The confirmed bodies within whose reach a body that may be a limb is, without the arms that they stretch out: with one, a
+    /// body explains its neighbour's outline, and the neighbour stays unknown.
+    pub(super) fn unarmed(&self, index: usize, scan: &Scan) -> Vec<(usize, Field)> {
+        let Some(body) = self.bodies.get(index).filter(|_| self.may_be_limb(index)) else {
+            return Vec::new();
+        };
+        let at = body.cloud.moments().at;
+        let is_armed = |elder: &Body| {
+            elder.confirmed
+                && (elder.cloud.moments().at - at).length() < REACH.end
+                && elder.cloud.samples().iter().any(|sample| sample.arm.is_some())
+        };
+        let armed = self.bodies.iter().enumerate().filter(|(_, elder)| is_armed(elder));
+        let torso = |(number, elder): (usize, &Body)| {
+            Some((number, render_torso(elder, scan, &self.window(elder, scan)?, self.opacity)))
+        };
+        armed.filter_map(torso).collect()
+    }
+}
