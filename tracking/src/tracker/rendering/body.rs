@@ -11,6 +11,9 @@ use super::modules::Whereabouts;
 /// A body is not seen when no scan has spoken for it for so long, s.
 pub const UNSEEN_S: f64 = 0.3;
 
+/// Nor is it when no scan at all has looked for it for so long, s: reports of a camera, five a second, are lost and late.
+pub const UNHEARD_S: f64 = 0.5;
+
 /// Bounds of the log odds: one in a thousand.
 pub const SURE: f64 = 7.0;
 
@@ -75,6 +78,12 @@ impl Body {
     /// Whether no scan has spoken for it lately.
     pub fn is_unseen(&self, at_s: f64) -> bool {
         at_s - self.supported_s > UNSEEN_S
+    }
+
+    /// Whether it is said to be seen: a scan that has looked for it in vain says more than none.
+    pub fn is_in_view(&self, at_s: f64) -> bool {
+        let was_looked_for = self.cloud.at_s() > self.supported_s;
+        at_s - self.supported_s <= if was_looked_for { UNSEEN_S } else { UNHEARD_S }
     }
 
     /// Whether it is not seen though a scan has looked for it since it was. Call it before the cloud is predicted: who walks

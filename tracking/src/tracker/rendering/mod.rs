@@ -44,7 +44,7 @@ use crate::site::change::SiteChange;
 use crate::tracker::history::History;
 use crate::tracker::reflections::Reflections;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState, Tracker};
-use body::{Body, SURE};
+use body::{Body, SURE, UNHEARD_S};
 use cloud::Moments;
 use ellipse::Opacity;
 use exchange::{Before, rename};
@@ -94,6 +94,8 @@ pub struct Rendering {
     reflections: Reflections,
     next_id: u64,
     now_s: f64,
+    /// When the scan began that is being taken, s.
+    scan_s: f64,
     random: Random,
     opacity: Opacity,
     noise: Noise,
@@ -112,6 +114,7 @@ impl Rendering {
             reflections: Reflections::default(),
             next_id: 1,
             now_s: 0.0,
+            scan_s: 0.0,
             random: Random::new(model.seed),
             opacity: Opacity::of(model.has(Part::SoftEdge)),
             noise: Noise::get(),
@@ -120,7 +123,7 @@ impl Rendering {
 
     /// Updates the bodies that one scan of a module concerns, and begins new ones.
     fn update(&mut self, module: usize, scan: &Scan, start_s: f64) {
-        self.now_s = self.now_s.max(start_s);
+        (self.now_s, self.scan_s) = (self.now_s.max(start_s), start_s);
         let concerned =
             self.terrain.modules.concern(module, scan, start_s, self.bodies.iter().map(Body::whereabouts));
         let ground = self.terrain.ground(self.model, scan);
@@ -171,7 +174,7 @@ impl Rendering {
             body.log_odds += evidence.clamp(against, FOR);
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
             if *evidence >= SPEAKS {
-                body.supported_s = start_s;
+                body.supported_s = body.supported_s.max(start_s);
                 let moments = body.cloud.moments();
                 // A scan may speak for a part of a wide cloud, whose mean is in the shadow.
                 if moments.variance_m2() < PLACED_M * PLACED_M {
@@ -204,6 +207,8 @@ impl Rendering {
     /// The beams that a body may concern.
     fn window(&self, body: &Body, scan: &Scan) -> Option<Window> {
         let mut window = window(body, scan, self.model.detail.divisor())?;
+        // A scan that arrives after a younger one saw the body where it was.
+        window.delay_s -= (body.cloud.at_s() - self.scan_s).max(0.0);
         if !self.model.has(Part::Datum) {
             window.weight = 1.0;
         }
@@ -222,9 +227,9 @@ impl Rendering {
 
     fn state(&self, body: &Body, at_s: f64) -> TrackState {
         let Moments { at, covariance_m2: [xx, xy, yy], velocity } = *body.cloud.moments();
-        let seen = !body.is_unseen(at_s);
+        let seen = body.is_in_view(at_s);
         let origin = self.notes.origin(body.id);
-        let ahead_s = if seen { (at_s - body.cloud.at_s()).clamp(0.0, 0.3) } else { 0.0 };
+        let ahead_s = if seen { (at_s - body.cloud.at_s()).clamp(0.0, UNHEARD_S) } else { 0.0 };
         let error_m2 = if seen { SHAPE_M * SHAPE_M + strayed_m2(ahead_s) } else { 0.0 };
         TrackState {
             id: body.id,

@@ -97,3 +97,33 @@ fn one_who_turns_round_while_no_module_says_anything_is_found_at_once_under_the_
     println!("found in {with} of 50, without reappearance in {without}");
     assert!(with >= 48 && without < 48, "{with} {without}");
 }
+
+#[test]
+fn scans_that_arrive_in_another_order_leave_a_walker_seen_and_in_place() {
+    const SPEED_MPS: f64 = 1.2;
+    let place = |at_s: f64| Point::new(2.0, SPEED_MPS * at_s - 2.0);
+    // Of every two scans the younger one first; read a quarter of a second after the one before.
+    let farthest_m = |seed: u64| {
+        let mut bench = Bench::new();
+        bench.tracker.random = Random::new(seed);
+        let mut farthest_m: f64 = 0.0;
+        for pair in 0..16 {
+            let at_s = 2.0 * SCAN_S * f64::from(pair);
+            for scan_s in [at_s + SCAN_S, at_s] {
+                let at = place(scan_s);
+                bench.now_s = scan_s;
+                bench.shows(&[(at.x, at.y)]);
+            }
+            if pair >= 6 {
+                let read_s = at_s + 0.35;
+                let [track] = bench.tracker.peek(read_s)[..] else { panic!("one person") };
+                assert_eq!(track.state, LifeCycle::Confirmed, "seed {seed}, pair {pair}");
+                farthest_m = farthest_m.max((track.at - place(read_s)).length());
+            }
+        }
+        farthest_m
+    };
+    let mean_m = (0..50).map(farthest_m).sum::<f64>() / 50.0;
+    println!("off by {mean_m:.3} m at most, on the average of 50 draws");
+    assert!(mean_m < 0.15, "{mean_m}");
+}
