@@ -6,7 +6,8 @@
 
 `cargo test` runs one program after the other, and leaves a core idle while the daemon's tests wait. Each program runs as
 cargo would run it: in its package's folder, with cargo's variables. What a program prints stands whole, when it has
-ended, with the seconds it took. Every program runs, whatever fails before; the exit status is 1 if one fails.
+ended, with the seconds it took. Every program runs, whatever fails before; the exit status is 1 if one fails. What every
+tracker promises runs once more for each of the others.
 """
 
 import json
@@ -20,13 +21,16 @@ from pathlib import Path
 
 CARGO_TEST = ["cargo", "test", "--locked", "--workspace"]
 WAITS = "host-tracker"
+# What the trackers promise: run by the default one, and by these (`tracking/tests/intake/tracker.rs`).
+PROMISES = {"edits", "explain", "floor", "intake", "names", "people", "sources", "unknown"}
+TRACKERS = ["rendering"]
 
 printing = threading.Lock()
 taking = threading.Lock()
 
 
 def programs():
-    """The test programs, in cargo's order: (executable, folder of its package)."""
+    """The test programs, in cargo's order: (executable, folder of its package, variables)."""
     command = [*CARGO_TEST, "--no-run", "--message-format=json-render-diagnostics"]
     built = subprocess.run(command, stdout=subprocess.PIPE, check=False)
     if built.returncode != 0:
@@ -34,7 +38,11 @@ def programs():
     for line in built.stdout.splitlines():
         message = json.loads(line)
         if message.get("executable") and message["profile"]["test"]:
-            yield Path(message["executable"]), Path(message["manifest_path"]).parent
+            executable, folder = Path(message["executable"]), Path(message["manifest_path"]).parent
+            yield executable, folder, {}
+            if message["target"]["name"] in PROMISES and folder.name in {"tracking", WAITS}:
+                for tracker in TRACKERS:
+                    yield executable, folder, {"KEHAI_TRACKER": tracker}
 
 
 def take(lanes):
@@ -46,9 +54,10 @@ def take(lanes):
 def run(lanes, failed):
     """Runs the programs of these lanes, one after the other; those that fail are appended to `failed`."""
     while program := take(lanes):
-        executable, folder = program
+        executable, folder, variables = program
+        name = " ".join([executable.name, *(f"{name}={value}" for name, value in variables.items())])
         begun_s = time.monotonic()
-        environment = {**os.environ, "CARGO": "cargo", "CARGO_MANIFEST_DIR": str(folder)}
+        environment = {**os.environ, "CARGO": "cargo", "CARGO_MANIFEST_DIR": str(folder), **variables}
         ended = subprocess.run(
             [executable],
             cwd=folder,
@@ -59,18 +68,18 @@ def run(lanes, failed):
         )
         took_s = time.monotonic() - begun_s
         with printing:
-            print(f"\n     Running {folder.name}: {executable.name}, {took_s:.0f} s", flush=True)
+            print(f"\n     Running {folder.name}: {name}, {took_s:.0f} s", flush=True)
             sys.stdout.buffer.write(ended.stdout)
             sys.stdout.flush()
         if ended.returncode != 0:
-            failed.append(f"{folder.name}: {executable.name}, status {ended.returncode}")
+            failed.append(f"{folder.name}: {name}, status {ended.returncode}")
 
 
 def main():
     """Runs both lanes and the examples of the documentation."""
     computing, waiting = deque(), deque()
-    for executable, folder in programs():
-        (waiting if folder.name == WAITS else computing).append((executable, folder))
+    for program in programs():
+        (waiting if program[1].name == WAITS else computing).append(program)
     if not (computing and waiting):
         sys.exit("side_by_side.py: a lane has no programs: was the package of the daemon renamed?")
     failed = []

@@ -9,6 +9,8 @@ mod judge;
 mod scene;
 #[path = "intake/times.rs"]
 mod times;
+#[path = "intake/tracker.rs"]
+mod tracker;
 #[path = "intake/world.rs"]
 #[allow(dead_code, reason = "what other tests do in it")]
 mod world;

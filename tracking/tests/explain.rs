@@ -4,6 +4,8 @@
 #[path = "intake/scene.rs"]
 #[allow(dead_code, reason = "the people of other tests")]
 mod scene;
+#[path = "intake/tracker.rs"]
+mod tracker;
 
 use std::sync::Arc;
 
@@ -19,9 +21,9 @@ use kehai_tracking::observation::{Detection, Observation, View};
 use kehai_tracking::occupancy::ZoneKnown;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
 use kehai_tracking::zones::verdict::{Role, Verdict};
 use scene::{BEAMS, silhouettes};
+use tracker::tracker;
 
 /// As far as the emulated background is.
 const WALLS_M: f64 = 4.5;
@@ -62,7 +64,7 @@ struct Room {
 impl Room {
     fn new() -> Self {
         let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
-        let tracker = SiteTracker::new(&site, Ideas::default());
+        let tracker = SiteTracker::new(&site, tracker());
         Self { site, tracker, tenths: 0, bodies: Vec::new(), silent: false }
     }
 

@@ -2,6 +2,9 @@
 //! *unknown*, never *empty*.
 #![allow(missing_docs, reason = "a test program")]
 
+#[path = "intake/tracker.rs"]
+mod tracker;
+
 use std::sync::Arc;
 
 use kehai::floor::{Bits, Fault, READING_US};
@@ -13,8 +16,8 @@ use kehai_tracking::occupancy::{ZoneKnown, ZoneLine};
 use kehai_tracking::session::subscription::Subscription;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
 use proptest::prelude::*;
+use tracker::tracker;
 
 const SITE: &str = "[[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 24\nrows = 24\n
     [[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1.92, 0], [1.92, 1.92], [0, 1.92]]\ncount = true\n";
@@ -37,7 +40,7 @@ impl Rig {
     fn new(site: &str) -> Self {
         let site = Arc::new(Site::parse("test.toml", site).unwrap());
         Self {
-            site_tracker: SiteTracker::new(&site, Ideas::default()),
+            site_tracker: SiteTracker::new(&site, tracker()),
             identity: Identity { module: device(1), boot: 1 },
             sequence: 0,
         }

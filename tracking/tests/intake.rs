@@ -13,6 +13,8 @@ mod judge;
 mod scene;
 #[path = "intake/times.rs"]
 mod times;
+#[path = "intake/tracker.rs"]
+mod tracker;
 #[path = "intake/world.rs"]
 mod world;
 
@@ -21,8 +23,8 @@ use std::sync::Arc;
 use fake::{Fake, SITE};
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
 use proptest::prelude::*;
+use tracker::tracker;
 
 const SECOND_US: u64 = 1_000_000;
 const SCAN_US: u64 = 100_000;
@@ -38,7 +40,7 @@ struct Room {
 impl Room {
     fn new() -> Self {
         let site = Arc::new(toml::from_str(SITE).unwrap());
-        let site_tracker = SiteTracker::new(&site, Ideas::default());
+        let site_tracker = SiteTracker::new(&site, tracker());
         let mut room = Self { site_tracker, left: Fake::new(1, 5, "left"), now_us: 10 * SECOND_US, asked: 0 };
         let (info, profile) = (room.left.info(1), room.left.profile());
         room.exchange();

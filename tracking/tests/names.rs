@@ -1,12 +1,18 @@
 //! Signs never move a track: whatever is read, whenever and wherever, the tracks are the same bit by bit.
 #![allow(missing_docs, reason = "a test program")]
 
+#[path = "intake/scene.rs"]
+#[allow(dead_code, reason = "the people of other tests")]
+mod scene;
+#[path = "intake/tracker.rs"]
+mod tracker;
+
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use kehai::candidate::Candidate;
+use kehai::centre::Estimator;
 use kehai::floor::Bits;
-use kehai::scan::{Geometry, URG_04LX};
+use kehai::scan::Geometry;
 use kehai_tracking::card::Card;
 use kehai_tracking::floor::{Plan, Reading};
 use kehai_tracking::geometry::{Point, Pose};
@@ -14,9 +20,10 @@ use kehai_tracking::names::{Names, Read, Sign, SignCounts};
 use kehai_tracking::observation::{Detection, Observation, View};
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::{Estimate, SiteTracker};
-use kehai_tracking::tracker::{Ideas, TrackState};
-use nalgebra::{Matrix2, Vector2};
+use kehai_tracking::tracker::TrackState;
 use proptest::prelude::*;
+use scene::{BEAMS, silhouettes};
+use tracker::tracker;
 
 const SCAN_S: f64 = 0.1;
 
@@ -29,24 +36,16 @@ fn site() -> Arc<Site> {
 }
 
 fn observation(view: &Arc<View>, start_s: f64, places: &[(f64, f64)]) -> Observation {
-    let seen = |&(x, y): &(f64, f64)| {
-        let (at, half) = (Point::new(x, y), Point::new(0.2, 0.0));
-        Detection {
-            candidate: Candidate { near_mm: 1000, ..Candidate::default() },
-            at_s: start_s,
-            centre: Vector2::new(x, y),
-            covariance: Matrix2::identity() * 0.0009,
-            outline: [at - half, at, at + half],
-            width_m: 0.4,
-            size: None,
-        }
-    };
+    let bodies = places.iter().map(|&(x, y)| Point::new(x, y));
+    let seen = silhouettes(bodies, view.pose, BEAMS);
+    let detections =
+        seen.into_iter().map(|seen| Detection::new(seen, view, start_s, Estimator::default())).collect();
     let background_mm = vec![9000; usize::from(view.geometry.beams())];
     Observation {
         view: Arc::clone(view),
         start_s,
-        detections: places.iter().map(seen).collect(),
-        empty_mm: Vec::new(),
+        detections,
+        empty_mm: background_mm.clone(),
         background_mm: background_mm.into(),
     }
 }
@@ -69,10 +68,10 @@ type Said = (f64, f64, f64, f64, u8);
 /// signs.
 fn tracked(walks: &[(f64, f64)], signs: Option<&[Said]>) -> (Vec<Estimate>, SignCounts) {
     let site = site();
-    let geometry = Geometry::new(URG_04LX).unwrap();
+    let geometry = Geometry::new(BEAMS).unwrap();
     let pose = Pose { at: Point::new(0.0, -4.0), yaw_rad: FRAC_PI_2 };
     let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false });
-    let mut site_tracker = SiteTracker::new(&site, Ideas::default());
+    let mut site_tracker = SiteTracker::new(&site, tracker());
     let mut names = Names::default();
     let (mut known, mut counts) = (Vec::new(), SignCounts::default());
     for (tenth, &(x, y)) in (0..).zip(walks) {
@@ -107,7 +106,7 @@ fn on_a_floor(apart_m: f64, signs: Option<&[Said]>) -> Vec<Estimate> {
     let text = "[[floor]]\nname = \"mat\"\nx = -0.96\ny = -0.96\ncolumns = 24\nrows = 24\n";
     let site = Arc::new(Site::parse("test.toml", text).unwrap());
     let plan = Plan::from(&site.floors[0]);
-    let mut site_tracker = SiteTracker::new(&site, Ideas::default());
+    let mut site_tracker = SiteTracker::new(&site, tracker());
     let mut names = Names::default();
     let mut known = Vec::new();
     for tick in 0..60_u32 {

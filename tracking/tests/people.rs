@@ -11,6 +11,8 @@ mod judge;
 mod scene;
 #[path = "intake/times.rs"]
 mod times;
+#[path = "intake/tracker.rs"]
+mod tracker;
 #[path = "intake/world.rs"]
 mod world;
 

@@ -9,6 +9,8 @@ mod hall;
 #[path = "intake/scene.rs"]
 #[allow(dead_code, reason = "the room of other tests")]
 mod scene;
+#[path = "intake/tracker.rs"]
+mod tracker;
 
 use std::collections::BTreeSet;
 
@@ -201,9 +203,10 @@ proptest! {
         let kinds = if with_mat && people.press_panels() { &Kind::ALL[..] } else { &Kind::ALL[..2] };
         let in_order = counts(kinds, people, phase_us, |_, _| 0);
         let late = counts(kinds, people, phase_us, |source, number| late_us[(number as usize * 3 + source) % late_us.len()]);
-        // People are found within 4 s. One who crosses the zone's edge does so a line sooner, or two lines later.
+        // People are found within 4 s. One who crosses the zone's edge does so three lines sooner or later: a place is told ahead of
+        // the newest scan, by up to half a second.
         for (line, count) in late.iter().enumerate().skip(40) {
-            let near = &in_order[line - 2..(line + 2).min(in_order.len())];
+            let near = &in_order[line - 3..(line + 4).min(in_order.len())];
             let (least, most) = (near.iter().min().unwrap(), near.iter().max().unwrap());
             prop_assert!((least..=most).contains(&count), "line {}: {:?}, in order {:?}", line, count, near);
         }

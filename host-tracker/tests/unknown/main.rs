@@ -31,6 +31,8 @@ mod run;
 #[path = "../../../tracking/tests/intake/scene.rs"]
 #[allow(dead_code, reason = "another room's people")]
 mod scene;
+#[path = "../../../tracking/tests/intake/tracker.rs"]
+mod tracker;
 mod truth;
 mod world;
 

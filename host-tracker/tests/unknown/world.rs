@@ -20,10 +20,10 @@ use kehai_tracking::lines::Totals;
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
 
 use super::fake::Fake;
 use super::scene::{BEAMS, silhouettes};
+use super::tracker::tracker;
 
 /// Between two scans of a module, and between two snapshots, µs.
 pub const TENTH_US: u64 = 100_000;
@@ -139,7 +139,7 @@ impl World {
         let addresses: Vec<SocketAddr> = (0..modules.len()).map(address).collect();
         Self {
             registry: Registry::new(Arc::clone(site), &addresses),
-            site_tracker: SiteTracker::new(site, Ideas::default()),
+            site_tracker: SiteTracker::new(site, tracker()),
             modules,
             people: Vec::new(),
             now_us: 10_000_000,
@@ -155,7 +155,7 @@ impl World {
     ) {
         let addresses: Vec<SocketAddr> = (0..self.modules.len()).map(address).collect();
         self.registry = Registry::new(Arc::clone(site), &addresses);
-        self.site_tracker = SiteTracker::new(site, Ideas::default());
+        self.site_tracker = SiteTracker::new(site, tracker());
         if let Some((line, age_s)) = restored {
             self.site_tracker.restore(line, *age_s);
         }

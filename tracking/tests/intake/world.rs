@@ -20,12 +20,12 @@ use kehai_tracking::session::datagram::Datagram;
 use kehai_tracking::session::outstanding::is_answer;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
 
 use super::fake::{Fake, id};
 use super::judge::{Judge, Report, Used};
 use super::scene::{BEAMS, People, ROOM};
 use super::times::{SCAN_US, SECOND_US, WAY_US};
+use super::tracker::tracker;
 
 /// A module says so often that it is there.
 const ANNOUNCES_US: u64 = 5 * SECOND_US;
@@ -131,8 +131,8 @@ impl World {
         right.fake.offset_us = (1 << 33) + 6 * SECOND_US as i64;
         let mut world = Self {
             registry: Registry::new(Arc::clone(&SITE), &[address(0), address(PEER)]),
-            site_tracker: SiteTracker::new(&SITE, Ideas::default()),
-            again: (seed >> 4 == 0).then(|| SiteTracker::new(&SITE, Ideas::default())),
+            site_tracker: SiteTracker::new(&SITE, tracker()),
+            again: (seed >> 4 == 0).then(|| SiteTracker::new(&SITE, tracker())),
             honest: [module(1, "left", -2.0, 0.0), right],
             peer: Fake::new(9, 1, PEERS_NAME),
             people,

@@ -17,10 +17,10 @@ use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::occupancy::ZoneLine;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
 
 use super::fake::Fake;
 use super::scene::{BEAMS, silhouettes};
+use super::tracker::tracker;
 
 /// What looks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -224,7 +224,7 @@ impl Hall {
         let site = kinds.iter().map(|kind| kind.site()).collect::<String>() + ZONE;
         let site = Arc::new(Site::parse("hall.toml", &site).unwrap());
         let sources = kinds.iter().map(|kind| Source::new(*kind)).collect();
-        Self { site_tracker: SiteTracker::new(&site, Ideas::default()), sources }
+        Self { site_tracker: SiteTracker::new(&site, tracker()), sources }
     }
 
     pub fn hear(&mut self, bytes: &[u8], now_us: u64) {

@@ -1,0 +1,11 @@
+//! The tracker that these tests are about: the one that `KEHAI_TRACKER` names, or the default one. What they promise, each of
+//! them keeps: `./ci.sh test` runs them with both.
+
+use kehai_tracking::tracker::Selected;
+
+pub fn tracker() -> Selected {
+    match std::env::var("KEHAI_TRACKER") {
+        Ok(name) => name.parse().unwrap_or_else(|error| panic!("KEHAI_TRACKER: {error}")),
+        Err(_) => Selected::default(),
+    }
+}
