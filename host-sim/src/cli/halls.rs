@@ -25,7 +25,7 @@ use super::runs::{bar, seeds};
   kehai-sim halls --silent 'south border'         a module at a border falls silent half-way
   kehai-sim halls --seeds 3-3 --list              each crossing that had another number after it
   kehai-sim halls --tracker rendering             by another tracker
-  kehai-sim halls --live --people 8 --seconds 60  the same by processes, in real time: without names")]
+  kehai-sim halls --live --people 8 --seconds 60  the same by processes, in real time")]
 pub struct Arguments {
     /// What is between two halls
     #[arg(long, value_name = "KIND", default_value = "doorways")]

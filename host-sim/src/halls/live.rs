@@ -16,10 +16,14 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use host_tracker::store::card::CardKey;
+use kehai_tracking::card::Card;
+use kehai_tracking::geometry::Point;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::tracker::Selected;
 
+use super::cards::{Cards, Due, SIGMA_M};
 use super::judge::{Judge, numbers};
 use super::network::{Network, free};
 use super::relay::Relay;
@@ -29,6 +33,12 @@ use super::world::{AREAS, Halls, area};
 use crate::building::Building;
 use crate::run::TICK_US;
 use crate::score::Target;
+
+/// The key of all cards, copied beside the file of each site: a card has one label everywhere.
+const KEY: &str = "all.key";
+
+/// A reader that is in no hall: a site with one has a key for cards. Each card is read at a place of its own.
+const READER: &str = "[[reader]]\nname = \"cards\"\nx = 0.0\ny = 0.0\nreach_m = 0.1\n";
 
 /// An answer takes no longer, or the picture is missed.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -54,7 +64,7 @@ pub struct Live {
 /// A tracker or the service, and where it answers. It ends when this is dropped.
 struct Process {
     child: Child,
-    state: String,
+    address: SocketAddr,
 }
 
 impl Process {
@@ -64,13 +74,22 @@ impl Process {
         command.args(arguments).args(["--http", &address.to_string()]);
         let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         let child = child.map_err(|error| format!("{}: {error}", program.display()))?;
-        Ok(Self { child, state: format!("http://{address}/api/state") })
+        Ok(Self { child, address })
     }
 
     /// Its newest frame, and of how many bytes that is.
     fn says(&self, agent: &ureq::Agent) -> Option<(Snapshot, usize)> {
-        let text = agent.get(&self.state).call().ok()?.body_mut().read_to_string().ok()?;
+        let state = format!("http://{}/api/state", self.address);
+        let text = agent.get(&state).call().ok()?.body_mut().read_to_string().ok()?;
         Some((serde_json::from_str(&text).ok()?, text.len()))
+    }
+
+    /// Tells it that a card was read at a place. One that comes before any track is refused, and changes nothing.
+    fn reads(&self, agent: &ureq::Agent, due: &Due) {
+        let Due { person, at: Point { x, y }, .. } = due;
+        let id = id(*person);
+        let sign = format!("{{\"id\": \"{id}\", \"x\": {x}, \"y\": {y}, \"sigma_m\": {SIGMA_M}}}");
+        let _ = agent.post(&format!("http://{}/api/sign", self.address)).send(&sign);
     }
 }
 
@@ -123,7 +142,8 @@ impl Trackers {
                    modules: &[(String, SocketAddr)]|
          -> Result<Vec<String>, Box<dyn Error>> {
             let file = folder.join(format!("{name}.toml"));
-            fs::write(&file, toml::to_string(site)?)?;
+            fs::write(&file, toml::to_string(site)? + READER)?;
+            fs::copy(folder.join(KEY), CardKey::beside(&file))?;
             let mut arguments =
                 vec!["run".into(), "--no-mdns".into(), "--site".into(), file.display().to_string()];
             arguments.extend(["--tracker".into(), model.to_string()]);
@@ -163,6 +183,7 @@ impl Trackers {
 pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<dyn Error>> {
     let scene = halls.scene()?;
     let folder = Folder::new()?;
+    let key = CardKey::load(&folder.0.join(KEY))?;
     let network = Network::start(lost_share, halls.seed)?;
     // The processes need some seconds before they look, and the world waits for nobody.
     let building = Building::start(&scene, halls.seed)?;
@@ -180,20 +201,30 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
     let (mut judge_one, mut judge_four, mut totals) = (Judge::default(), Judge::default(), Totals::default());
     let mut lost = [0.0_f64; 2];
     let every_s = TICK_US as f64 * 1e-6;
-    let mut next_s = halls.judged_from_s().max(building.now_s());
+    let (mut cards, mut labels) = (Cards::default(), BTreeMap::new());
+    let mut next_s = building.now_s();
     while next_s < halls.seconds {
         sleep(Duration::from_secs_f64((next_s - building.now_s()).max(0.0)));
-        live.pictures += 1;
         let t_s = building.now_s();
         let people = building.world().truth(t_s).people;
         let truth: Vec<Target> = people
             .iter()
-            .map(|person| Target {
-                id: person.id as u64,
-                at: kehai_tracking::geometry::Point::new(person.x, person.y),
-                beams: None,
-            })
+            .map(|person| Target { id: person.id as u64, at: Point::new(person.x, person.y), beams: None })
             .collect();
+        for due in cards.due(t_s, truth.iter().map(|target| (target.id, target.at))) {
+            labels.insert(due.person, Card::from(key.hash(&id(due.person))).label());
+            trackers
+                .areas
+                .get(due.hall)
+                .into_iter()
+                .chain([&trackers.one])
+                .for_each(|it| it.reads(&agent, &due));
+        }
+        if t_s < halls.judged_from_s() {
+            next_s = (next_s + every_s).max(building.now_s());
+            continue;
+        }
+        live.pictures += 1;
         let said: Vec<Option<(Snapshot, usize)>> = all().map(|process| process.says(&agent)).collect();
         // What was missed while it was asked is missed.
         next_s = (next_s + every_s).max(building.now_s());
@@ -206,9 +237,8 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
         };
         live.frame_bytes = bytes.iter().copied().fold(live.frame_bytes, usize::max);
         let local: Vec<_> = areas.iter().map(|frame| numbers(&truth, &frame.line.tracks)).collect();
-        let none = BTreeMap::new();
-        judge_one.frame(t_s, &truth, &one.line.tracks, &[], &none, &[]);
-        judge_four.frame(t_s, &truth, &site.line.tracks, &[], &none, &local);
+        judge_one.frame(t_s, &truth, &one.line.tracks, &one.names, &labels, &[]);
+        judge_four.frame(t_s, &truth, &site.line.tracks, &site.names, &labels, &local);
         totals.frame([one.total.count, site.total.count], u32::try_from(truth.len()).unwrap_or(u32::MAX));
         let worst = |frames: &[Snapshot]| {
             let shares = frames.iter().flat_map(|frame| &frame.modules).map(|module| module.lost_share);
@@ -219,6 +249,11 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
     live.outcome = Outcome::of(judge_one, judge_four, totals, network.lost());
     live.lost_percent = lost.map(|share| share * 100.0);
     Ok(live)
+}
+
+/// What is on the card of a person.
+fn id(person: u64) -> String {
+    format!("P{person}")
 }
 
 /// The files of the processes; gone at the end.

@@ -12,6 +12,7 @@
 //! | file | what |
 //! |---|---|
 //! | `world` | the halls, their modules, the people, the site of each area |
+//! | `cards` | when and where the card of each person is read |
 //! | `judge` | one stream of pictures against the truth: IDF1, numbers and names over borders |
 //! | `totals` | two totals side by side |
 //! | `simulated` | in memory, on simulated time |
@@ -21,6 +22,7 @@
 //! | `load` | what a service of many areas costs |
 //! | `table` | the figures, for people |
 
+pub mod cards;
 pub mod judge;
 #[cfg(feature = "daemon")]
 pub mod live;

@@ -20,9 +20,10 @@ use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::total::total;
 use kehai_tracking::tracker::Selected;
 
+use super::cards::{Cards, Due, SIGMA_M};
 use super::judge::{Crossings, Judge, Numbers, Renumbered, numbers};
 use super::totals::Totals;
-use super::world::{AREAS, Halls, area, depth_m};
+use super::world::{AREAS, Halls, area};
 use crate::run::{Arrival, Moment, Options, Record, TICK_US};
 use crate::score::{Tally, Target};
 use crate::world::random::{Purpose, Stream};
@@ -32,12 +33,6 @@ const ON_ITS_WAY_US: u64 = 5_000;
 
 /// Between the frames of two areas, µs: they share no clock.
 const APART_US: u64 = TICK_US / AREAS.len() as u64;
-
-/// A card is read once, so long after its person has appeared, s: they have been found.
-const READ_AFTER_S: f64 = 2.0;
-
-/// How well a reader knows where a card is, m².
-const READ_M2: f64 = 0.1 * 0.1;
 
 /// How a site did.
 #[derive(Clone, Debug, Default)]
@@ -173,10 +168,10 @@ pub fn follow(halls: &Halls, record: &Record) -> Followed {
     let of_area = |(_, site): &(AreaName, Site)| Tracker::new(site.clone(), all, halls.tracker);
     let mut trackers: Vec<Tracker> = areas.iter().map(of_area).collect();
     let mut labels: BTreeMap<u64, String> = BTreeMap::new();
-    let mut first_seen_s: BTreeMap<u64, f64> = BTreeMap::new();
+    let mut cards = Cards::default();
     let mut said = |moment: &Moment| {
         let at_us = (moment.t * 1e6).round() as u64;
-        let signs = read(moment, &mut first_seen_s, &mut labels);
+        let signs = read(moment, &mut cards, &mut labels);
         let whole = one.says(&arrivals, at_us, &signs.iter().map(|sign| sign.1).collect::<Vec<_>>());
         let says = |(hall, tracker): (usize, &mut Tracker)| {
             let own: Vec<Sign> = signs.iter().filter(|sign| sign.0 == hall).map(|sign| sign.1).collect();
@@ -238,22 +233,13 @@ impl Followed {
 }
 
 /// The cards that are read at this moment, each with the hall it is read in.
-fn read(
-    moment: &Moment,
-    first_seen_s: &mut BTreeMap<u64, f64>,
-    labels: &mut BTreeMap<u64, String>,
-) -> Vec<(usize, Sign)> {
-    let mut signs = Vec::new();
-    for person in &moment.people {
-        let id = u64::from(person.id);
-        let since_s = *first_seen_s.entry(id).or_insert(moment.t);
-        let at = Point::new(person.x, person.y);
-        let hall = (0..AREAS.len()).find(|hall| depth_m(*hall, at) > 0.0);
-        let is_due = moment.t - since_s >= READ_AFTER_S && !labels.contains_key(&id);
-        let Some(hall) = hall.filter(|_| is_due) else { continue };
-        labels.insert(id, card(id).label());
-        let read = Read::Place { at, covariance_m2: [READ_M2, 0.0, READ_M2] };
-        signs.push((hall, Sign { card: card(id), at_s: moment.t, read }));
-    }
-    signs
+fn read(moment: &Moment, cards: &mut Cards, labels: &mut BTreeMap<u64, String>) -> Vec<(usize, Sign)> {
+    let people = moment.people.iter().map(|person| (u64::from(person.id), Point::new(person.x, person.y)));
+    let sign = |due: Due| {
+        labels.insert(due.person, card(due.person).label());
+        let variance_m2 = SIGMA_M * SIGMA_M;
+        let read = Read::Place { at: due.at, covariance_m2: [variance_m2, 0.0, variance_m2] };
+        (due.hall, Sign { card: card(due.person), at_s: moment.t, read })
+    };
+    cards.due(moment.t, people).into_iter().map(sign).collect()
 }
