@@ -1,7 +1,7 @@
 //! Limbs: what appears within reach of an older body may be an arm of it. To be a person it has to show more than an arm does.
 //!
 //! ```text
-//!   ╭───╮      ▪        a hand on a table, narrower than 15 cm: one datum of silhouette at most
+//!   ╭───╮      ▪        a hand on a table, up to 20 cm with its sleeve: a datum of silhouette is 15 cm
 //!   ╰───╯─ ─ ─
 //!   ╭───╮    ╭───╮      a person shows two or three, and each module that sees the place shows some
 //!   ╰───╯    ╰───╯
@@ -13,6 +13,9 @@ use super::ray::most_of_a_datum;
 use super::sample::REACH;
 use super::scan::Scan;
 use super::{Part, Rendering};
+
+/// Data that a limb would explain: a forearm that slopes is 10 by 14 cm, more with a sleeve, and its edges are soft.
+const LIMB_DATA: f64 = 1.5;
 
 /// Bodies that began within this time came together, s: the second is no arm of the first.
 const TOGETHER_S: f64 = 0.4;
@@ -35,10 +38,10 @@ impl Rendering {
             && self.has_elder(index, REACH.end)
     }
 
-    /// What a scan says of the existence of a body that may be a limb: a limb would explain one datum.
+    /// What a scan says of the existence of a body that may be a limb: what goes beyond a limb.
     pub(super) fn beyond_a_limb(&self, index: usize, evidence: f64) -> f64 {
         if evidence > 0.0 && self.may_be_limb(index) {
-            (evidence - most_of_a_datum()).max(0.0)
+            (evidence - LIMB_DATA * most_of_a_datum()).max(0.0)
         } else {
             evidence
         }
