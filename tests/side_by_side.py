@@ -55,7 +55,8 @@ def run(lanes, failed):
     """Runs the programs of these lanes, one after the other; those that fail are appended to `failed`."""
     while program := take(lanes):
         executable, folder, variables = program
-        name = " ".join([executable.name, *(f"{name}={value}" for name, value in variables.items())])
+        settings = [f"{variable}={value}" for variable, value in variables.items()]
+        name = " ".join([executable.name, *settings])
         begun_s = time.monotonic()
         environment = {**os.environ, "CARGO": "cargo", "CARGO_MANIFEST_DIR": str(folder), **variables}
         ended = subprocess.run(

@@ -1,5 +1,5 @@
-//! The tracker that these tests are about: the one that `KEHAI_TRACKER` names, or the default one. What they promise, each of
-//! them keeps: `./ci.sh test` runs them with both.
+//! The tracker that these tests are about: the one that `KEHAI_TRACKER` names, or the default one. Every tracker has to pass
+//! them: `./ci.sh test` runs them by both.
 
 use kehai_tracking::tracker::Selected;
 
