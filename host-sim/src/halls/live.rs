@@ -22,6 +22,7 @@ use kehai_tracking::geometry::Point;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::tracker::Selected;
+use serde_json::json;
 
 use super::cards::{Cards, Due, SIGMA_M};
 use super::judge::{Judge, numbers};
@@ -86,10 +87,8 @@ impl Process {
 
     /// Tells it that a card was read at a place. One that comes before any track is refused, and changes nothing.
     fn reads(&self, agent: &ureq::Agent, due: &Due) {
-        let Due { person, at: Point { x, y }, .. } = due;
-        let id = id(*person);
-        let sign = format!("{{\"id\": \"{id}\", \"x\": {x}, \"y\": {y}, \"sigma_m\": {SIGMA_M}}}");
-        let _ = agent.post(&format!("http://{}/api/sign", self.address)).send(&sign);
+        let sign = json!({"id": id(due.person), "x": due.at.x, "y": due.at.y, "sigma_m": SIGMA_M});
+        let _ = agent.post(&format!("http://{}/api/sign", self.address)).send(&sign.to_string());
     }
 }
 
@@ -213,12 +212,9 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
             .collect();
         for due in cards.due(t_s, truth.iter().map(|target| (target.id, target.at))) {
             labels.insert(due.person, Card::from(key.hash(&id(due.person))).label());
-            trackers
-                .areas
-                .get(due.hall)
-                .into_iter()
-                .chain([&trackers.one])
-                .for_each(|it| it.reads(&agent, &due));
+            for tracker in trackers.areas.get(due.hall).into_iter().chain([&trackers.one]) {
+                tracker.reads(&agent, &due);
+            }
         }
         if t_s < halls.judged_from_s() {
             next_s = (next_s + every_s).max(building.now_s());

@@ -93,7 +93,6 @@ pub struct Rendering {
     notes: Notes,
     reflections: Reflections,
     next_id: u64,
-    now_s: f64,
     /// When the scan began that is being taken, s.
     scan_s: f64,
     random: Random,
@@ -113,7 +112,6 @@ impl Rendering {
             notes: Notes::default(),
             reflections: Reflections::default(),
             next_id: 1,
-            now_s: 0.0,
             scan_s: 0.0,
             random: Random::new(model.seed),
             opacity: Opacity::of(model.has(Part::SoftEdge)),
@@ -123,7 +121,7 @@ impl Rendering {
 
     /// Updates the bodies that one scan of a module concerns, and begins new ones.
     fn update(&mut self, module: usize, scan: &Scan, start_s: f64) {
-        (self.now_s, self.scan_s) = (self.now_s.max(start_s), start_s);
+        self.scan_s = start_s;
         let concerned =
             self.terrain.modules.concern(module, scan, start_s, self.bodies.iter().map(Body::whereabouts));
         let ground = self.terrain.ground(self.model, scan);
