@@ -14,6 +14,8 @@ mod judge;
 mod scene;
 #[path = "../../tracking/tests/intake/times.rs"]
 mod times;
+#[path = "../../tracking/tests/intake/tracker.rs"]
+mod tracker;
 #[path = "../../tracking/tests/intake/world.rs"]
 mod world;
 
