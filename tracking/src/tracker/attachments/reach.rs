@@ -87,6 +87,13 @@ impl<Id: Copy> Reach<Id> {
         }
     }
 
+    /// Whether it goes before the other, as what is pushed does: on its way it is less beside than ahead.
+    #[must_use]
+    pub fn is_ahead(&self, at: Point, offset: Point) -> bool {
+        let way = at - self.from;
+        offset.dot(way) > offset.cross(way).abs()
+    }
+
     /// Whether both have gone far enough beside each other for a thing at `at` to be the other's.
     #[must_use]
     pub fn is_kept(&self, at: Point, offset: Point) -> bool {

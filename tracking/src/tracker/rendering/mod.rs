@@ -10,6 +10,7 @@
 //! all bodies (`ray`). While a body is updated, the others enter as averages over their clouds (mean field), one
 //! after another (Gauss–Seidel): what one has explained, the next need not explain.
 
+mod aboard;
 mod apart;
 mod beams;
 mod birth;

@@ -82,7 +82,7 @@ impl Note {
 
     /// How it came to be.
     pub fn origin(&self) -> Origin {
-        match self.tow.owner() {
+        match self.tow.owner().or(self.tow.aboard) {
             Some(owner) => Origin::PartOf(owner),
             None if self.put_down.is_doubted() => Origin::Unexplained,
             None => Origin::Entered,
@@ -98,12 +98,16 @@ pub struct Tow {
     pub tie: Option<Tie>,
     /// Whether it has been somebody's.
     pub was_tied: bool,
+    /// Which vehicle it is another side of, as long as it is tentative.
+    pub aboard: Option<TrackId>,
 }
 
 /// What ties a number to its owner.
 #[derive(Clone, Copy, Debug)]
 pub struct Tie {
     pub owner: TrackId,
+    /// Whether it went before its owner.
+    pub is_pushed: bool,
     /// At this distance it has parted, m.
     pub parted_m: f64,
 }
@@ -114,9 +118,10 @@ impl Tow {
         self.tie.map(|tie| tie.owner)
     }
 
-    /// Forgets whom it has accompanied of those who are gone.
+    /// Forgets those who are gone.
     pub fn forget(&mut self, is_gone: impl Fn(TrackId) -> bool) {
         self.reach.retain(|reach| !is_gone(reach.other));
+        self.aboard = self.aboard.filter(|&vehicle| !is_gone(vehicle));
     }
 }
 

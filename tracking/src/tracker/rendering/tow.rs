@@ -7,8 +7,10 @@
 //!
 //! Wheels and the frame of a wheelchair are straight, too: no footprint of a vehicle is needed. A body with parts is never a
 //! part itself, so that a vehicle stays one person. A body with round outlines is preferred as the owner: otherwise one half of
-//! a pushchair would own the other. Judgements of outlines and ways are shared with the tracker with rules: `attachments`.
+//! a pushchair would own the other. What is pushed goes before its owner; a box that came first and has its owner beside it is a
+//! wheelchair with a companion. Judgements of outlines and ways are shared with the tracker with rules: `attachments`.
 
+use super::aboard::board;
 use super::note::{Note, Tie};
 use crate::geometry::Point;
 use crate::observation::{Detection, View};
@@ -17,7 +19,7 @@ use crate::tracker::attachments::outlines::WALKING_MPS;
 use crate::tracker::attachments::reach::{Reach, SLACK_M, is_within};
 
 /// A part that is so far from its owner has parted from it at any rate, m: half a wheelchair's length and an arm.
-const PARTED_M: f64 = 0.9;
+pub const PARTED_M: f64 = 0.9;
 
 /// Log odds from which outlines are those of a box: one in a hundred. With seven in twelve straight, as the tracker with
 /// rules asks for, people in wide coats were parts of their neighbours.
@@ -32,7 +34,7 @@ const JUDGED_S: f64 = 8.0;
 const NEAR_M: f64 = 2.0;
 
 /// Whether a number looks like a box.
-fn is_box(note: &Note) -> bool {
+pub fn is_box(note: &Note) -> bool {
     note.tow.outlines.log_odds() > BOX
 }
 
@@ -49,6 +51,7 @@ pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], view: &View) -> Ve
             (note.tow.tie, note.tow.was_tied) = (Some(tie), true);
         }
     }
+    board(notes);
     (0..notes.len()).filter(|&index| parts(notes, index)).collect()
 }
 
@@ -83,9 +86,11 @@ fn owner(notes: &[Note], index: usize) -> Option<Tie> {
     }
     let beside = thing.tow.reach.iter().filter_map(|reach| {
         let other = notes.iter().find(|other| other.id == reach.other)?;
+        let offset = thing.at - other.at;
         let is_person =
             other.confirmed && !other.put_down.is_doubted() && other.tow.owner() != Some(thing.id);
-        is_person.then(|| (reach, other, thing.at - other.at))
+        let came_first = thing.history.first_s < other.history.first_s;
+        (is_person && (!came_first || reach.is_ahead(thing.at, offset))).then_some((reach, other, offset))
     });
     let rank = |(_, other, offset): &(_, &Note, Point)| (is_box(other), offset.length());
     let (reach, other, offset) = beside.min_by(|one, two| {
@@ -93,7 +98,8 @@ fn owner(notes: &[Note], index: usize) -> Option<Tie> {
         one.0.cmp(&two.0).then(one.1.total_cmp(&two.1))
     })?;
     let owner = other.tow.owner().unwrap_or(other.id);
-    let tie = Tie { owner, parted_m: (offset.length() + SLACK_M).max(PARTED_M) };
+    let is_pushed = reach.is_ahead(thing.at, offset);
+    let tie = Tie { owner, is_pushed, parted_m: (offset.length() + SLACK_M).max(PARTED_M) };
     reach.is_kept(thing.at, offset).then_some(tie)
 }
 
@@ -216,6 +222,17 @@ mod tests {
         notes.push(looks(at(3, behind.x, behind.y), false));
         walk(&mut notes, 60);
         assert_eq!(owners(&notes), [None, Some(1), None], "a wheelchair that somebody pushes");
+    }
+
+    #[test]
+    fn a_box_that_came_first_is_pushed_or_nobodys() {
+        // A wheelchair and its user, whom somebody catches up with: beside it, or behind it.
+        for (x, y, tied) in [(0.5, 0.0, None), (0.0, -0.5, Some(2))] {
+            let mut notes = [looks(at(1, 0.0, 0.0), true), looks(at(2, x, y), false)];
+            notes[1].history.first_s = 1.0;
+            walk(&mut notes, 60);
+            assert_eq!(owners(&notes), [tied, None]);
+        }
     }
 
     #[test]

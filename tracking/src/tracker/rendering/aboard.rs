@@ -1,0 +1,93 @@
+//! Aboard: a tentative body that appears at a vehicle may be another side of it, and is part of it until it is confirmed, elsewhere.
+//!
+//! ```text
+//!   ▐■▌   ▪ a rear wheel, a knee, a corner of a pushchair that turns: now one is in view, now another
+//!   vehicle
+//! ```
+//!
+//! A torso explains one side of a vehicle; what it leaves begins bodies that live for a moment. Without this a door that
+//! counts one person right stays locked, since what may be a person stands beside.
+
+use super::note::Note;
+use super::tow::{PARTED_M, is_box};
+use crate::tracker::TrackId;
+
+/// Takes which tentative bodies are aboard which vehicles.
+pub fn board(notes: &mut [Note]) {
+    for index in 0..notes.len() {
+        let aboard = vehicle(notes, index);
+        if let Some(note) = notes.get_mut(index) {
+            note.tow.aboard = aboard;
+        }
+    }
+}
+
+/// The vehicle that a tentative body is aboard: it appeared within a vehicle's length of it. What is in tow is no vehicle: a
+/// suitcase is smaller than a body.
+fn vehicle(notes: &[Note], index: usize) -> Option<TrackId> {
+    let side = notes.get(index).filter(|note| !note.confirmed)?;
+    let is_vehicle =
+        |other: &&Note| other.confirmed && is_box(other) && other.tow.tie.is_none_or(|tie| tie.is_pushed);
+    let appears_at = |other: &&Note| {
+        other.history.first_s < side.history.first_s && (other.place - side.place).length() < PARTED_M
+    };
+    let is_known = |other: &&Note| side.tow.aboard == Some(other.id);
+    let mut vehicles = notes.iter().filter(is_vehicle);
+    vehicles.find(|other| appears_at(other) || is_known(other)).map(|vehicle| vehicle.id)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::note::Tie;
+    use super::super::note::tests::at;
+    use super::*;
+    use crate::geometry::Point;
+    use crate::tracker::Origin;
+    use crate::tracker::attachments::outlines::Outlines;
+
+    fn vehicle() -> Note {
+        let mut note = at(1, 0.0, 0.0);
+        note.tow.outlines = Outlines::of(20, 18);
+        note
+    }
+
+    #[test]
+    fn what_appears_at_a_box_is_aboard_until_it_is_confirmed() {
+        let origins = |notes: &[Note]| notes.iter().map(Note::origin).collect::<Vec<_>>();
+        let mut notes = vec![vehicle(), at(2, 5.0, 0.0)];
+        for (id, x) in [(3, 0.6), (4, 5.6), (5, 1.5)] {
+            let mut side = at(id, x, 0.0);
+            (side.confirmed, side.history.first_s) = (false, 1.0);
+            notes.push(side);
+        }
+        board(&mut notes);
+        let entered = Origin::Entered;
+        assert_eq!(origins(&notes), [entered, entered, Origin::PartOf(1), entered, entered]);
+        // It shifts while it is seen from another side.
+        notes[2].place = Point::new(1.2, 0.0);
+        board(&mut notes);
+        assert_eq!(notes[2].origin(), Origin::PartOf(1));
+        notes[2].confirmed = true;
+        board(&mut notes);
+        assert_eq!(notes[2].origin(), entered);
+    }
+
+    #[test]
+    fn a_pushchair_has_sides_and_a_suitcase_in_tow_has_none() {
+        for is_pushed in [true, false] {
+            let mut notes = [vehicle(), at(2, 0.0, 0.6), at(3, 0.3, -0.3)];
+            notes[0].tow.tie = Some(Tie { owner: 2, is_pushed, parted_m: PARTED_M });
+            (notes[2].confirmed, notes[2].history.first_s) = (false, 1.0);
+            board(&mut notes);
+            assert_eq!(notes[2].origin() == Origin::PartOf(1), is_pushed);
+        }
+    }
+
+    #[test]
+    fn a_side_of_a_vehicle_that_is_gone_is_nobodys() {
+        let mut side = at(2, 0.0, 0.0);
+        side.tow.aboard = Some(1);
+        side.tow.forget(|other| other == 1);
+        assert_eq!(side.origin(), Origin::Entered);
+    }
+}
