@@ -5,6 +5,7 @@
 //!                                              └▶ `put_down`: left behind?
 //! ```
 
+use super::aboard::board;
 use super::body::Body;
 use super::model::{Part, RenderingModel};
 use super::note::Note;
@@ -49,8 +50,11 @@ impl Notes {
         let mut among: Vec<usize> = followed.into_iter().filter_map(|id| self.place(id).ok()).collect();
         among.sort_unstable();
         let own = own(&self.0, &among, &seen.detections);
-        let parted =
-            if model.has(Part::Tow) { tow::judge(&mut self.0, &own, &seen.view) } else { Vec::new() };
+        let mut parted = Vec::new();
+        if model.has(Part::Tow) {
+            parted = tow::judge(&mut self.0, &own, &seen.view);
+            board(&mut self.0);
+        }
         if model.has(Part::PutDown) {
             put_down::judge(&mut self.0, &own, seen.view.module);
             for index in parted {

@@ -10,7 +10,6 @@
 //! a pushchair would own the other. What is pushed goes before its owner; a box that came first and has its owner beside it is a
 //! wheelchair with a companion. Judgements of outlines and ways are shared with the tracker with rules: `attachments`.
 
-use super::aboard::board;
 use super::note::{Note, Tie};
 use crate::geometry::Point;
 use crate::observation::{Detection, View};
@@ -51,7 +50,6 @@ pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], view: &View) -> Ve
             (note.tow.tie, note.tow.was_tied) = (Some(tie), true);
         }
     }
-    board(notes);
     (0..notes.len()).filter(|&index| parts(notes, index)).collect()
 }
 
