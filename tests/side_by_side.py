@@ -24,8 +24,8 @@ WAITS = "host-tracker"
 # What the trackers promise: run by the default one, and by these (`tracking/tests/intake/tracker.rs`).
 PROMISES = {"edits", "explain", "floor", "intake", "names", "people", "sources", "unknown"}
 TRACKERS = ["rendering"]
-# They draw by chance, and some drawn worlds in a thousand break a promise by a few lines of 0.1 s: one who turns round outside a
-# zone is in it half a second late, one who begins is two. So each commit is judged by the same worlds.
+# Their samples are random, and in some of a thousand random worlds a promise is broken for half a second: a person who turns round
+# outside a zone is counted in it too late, or a person who appears counts as two. So every commit is judged by the same worlds.
 SAME_CASES = {"PROPTEST_RNG_SEED": "1"}
 
 printing = threading.Lock()

@@ -10,30 +10,24 @@
 
 use super::note::Note;
 use super::tow::{PARTED_M, is_box};
+use crate::geometry::Point;
 use crate::tracker::TrackId;
 
-/// Takes which tentative bodies are aboard which vehicles.
+/// Notes of each tentative body the vehicle that it is aboard: it appeared within a vehicle's length of it. What is in tow is no
+/// vehicle: a suitcase is smaller than a body.
 pub fn board(notes: &mut [Note]) {
-    for index in 0..notes.len() {
-        let aboard = vehicle(notes, index);
-        if let Some(note) = notes.get_mut(index) {
-            note.tow.aboard = aboard;
-        }
-    }
-}
-
-/// The vehicle that a tentative body is aboard: it appeared within a vehicle's length of it. What is in tow is no vehicle: a
-/// suitcase is smaller than a body.
-fn vehicle(notes: &[Note], index: usize) -> Option<TrackId> {
-    let side = notes.get(index).filter(|note| !note.confirmed)?;
     let is_vehicle =
-        |other: &&Note| other.confirmed && is_box(other) && other.tow.tie.is_none_or(|tie| tie.is_pushed);
-    let appears_at = |other: &&Note| {
-        other.history.first_s < side.history.first_s && (other.place - side.place).length() < PARTED_M
-    };
-    let is_known = |other: &&Note| side.tow.aboard == Some(other.id);
-    let mut vehicles = notes.iter().filter(is_vehicle);
-    vehicles.find(|other| appears_at(other) || is_known(other)).map(|vehicle| vehicle.id)
+        |note: &&Note| note.confirmed && is_box(note) && note.tow.tie.is_none_or(|tie| tie.is_pushed);
+    let vehicles = notes.iter().filter(is_vehicle).map(|note| (note.id, note.place, note.history.first_s));
+    let vehicles: Vec<(TrackId, Point, f64)> = vehicles.collect();
+    for note in notes {
+        let is_of = |&&(vehicle, place, first_s): &&(TrackId, Point, f64)| {
+            note.tow.aboard == Some(vehicle)
+                || (first_s < note.history.first_s && (place - note.place).length() < PARTED_M)
+        };
+        let vehicle = vehicles.iter().filter(|_| !note.confirmed).find(is_of);
+        note.tow.aboard = vehicle.map(|&(vehicle, ..)| vehicle);
+    }
 }
 
 #[cfg(test)]
@@ -41,7 +35,6 @@ mod tests {
     use super::super::note::Tie;
     use super::super::note::tests::at;
     use super::*;
-    use crate::geometry::Point;
     use crate::tracker::Origin;
     use crate::tracker::attachments::outlines::Outlines;
 
