@@ -82,7 +82,11 @@ pub fn keepers(bodies: &[Body], index: usize) -> Vec<Keeper> {
     let square_m2 = |sample: &Sample| (sample.at - own.at).dot(sample.at - own.at);
     let spread_m = body.cloud.samples().iter().map(square_m2).fold(0.0, f64::max).sqrt();
     let others = bodies.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, body)| body);
-    let near = others.filter(|body| (body.cloud.moments().at - own.at).length() < reach_m).map(Keeper::of);
+    let near = others.filter(|body| {
+        let off = body.cloud.moments().at - own.at;
+        off.dot(off) < reach_m * reach_m
+    });
+    let near = near.map(Keeper::of);
     near.filter(|keeper| (keeper.middle - own.at).length() < keeper.near_m + spread_m).collect()
 }
 

@@ -40,7 +40,8 @@ pub fn began_inside(body: &Body) -> bool {
 impl Rendering {
     /// Begins bodies where hits are not explained.
     pub(super) fn begin(&mut self, scan: &Scan, start_s: f64) {
-        let fields: Vec<&Field> = self.fields.iter().filter(|field| !field.is_empty()).collect();
+        let fields: Vec<&Field> =
+            self.fields.iter().map(|(_, field)| field).filter(|field| !field.is_empty()).collect();
         let mut surfaces: Vec<Surface> = Vec::new();
         let mut run: Vec<Point> = Vec::new();
         let mut runs: Vec<Vec<Point>> = Vec::new();

@@ -66,8 +66,7 @@ impl Rendering {
             keeps.push(kept);
             kept
         });
-        let mut keeps = keeps.into_iter();
-        self.fields.retain(|_| keeps.next().unwrap_or(false));
+        self.fields.retain(|(index, _)| keeps.get(*index) == Some(&true));
         if self.model.has(Part::Conservation) {
             for (id, at) in vanished {
                 self.hand_on(id, at);

@@ -90,7 +90,8 @@ pub struct Rendering {
     model: RenderingModel,
     terrain: Terrain,
     bodies: Vec<Body>,
-    fields: Vec<Field>,
+    /// What the bodies put in the way that the newest scan concerns, by their places among all.
+    fields: Vec<(usize, Field)>,
     notes: Notes,
     reflections: Reflections,
     next_id: u64,
@@ -140,36 +141,33 @@ impl Rendering {
         }
         let mut before: Vec<Before> =
             concerned.iter().map(|&index| Before::of(index, &self.bodies[index])).collect();
-        let mut windows: Vec<Option<Window>> = vec![None; self.bodies.len()];
-        self.fields.clear();
-        self.fields.resize_with(self.bodies.len(), Field::default);
-        for &index in &concerned {
-            let body = &self.bodies[index];
-            windows[index] = self.window(body, scan);
-            if let Some(window) = &windows[index] {
-                self.fields[index] = render(body, scan, window, self.opacity);
-            }
-        }
+        let windows: Vec<Option<Window>> =
+            concerned.iter().map(|&index| self.window(&self.bodies[index], scan)).collect();
+        let rendered = concerned.iter().zip(&windows).map(|(&index, window)| {
+            let field = window.as_ref().map(|window| render(&self.bodies[index], scan, window, self.opacity));
+            (index, field.unwrap_or_default())
+        });
+        self.fields = rendered.collect();
         let order = self.order(&concerned);
-        let mut looked = vec![Looked::default(); self.bodies.len()];
+        let mut looked = vec![Looked::default(); concerned.len()];
         let looks =
             if self.model.has(Part::Annealing) { &[Look::Coarse, Look::Fine][..] } else { &[Look::Fine] };
         for &look in looks {
-            for &index in &order {
-                let Some(window) = &windows[index] else { continue };
+            for &place in &order {
+                let (Some(window), index) = (&windows[place], concerned[place]) else { continue };
                 let waits = look == Look::Coarse && self.bodies[index].hidden;
-                if !looked[index].done && !waits {
-                    looked[index] = self.look(index, scan, window, look);
-                    if looked[index].changed {
-                        self.fields[index] = render(&self.bodies[index], scan, window, self.opacity);
+                if !looked[place].done && !waits {
+                    looked[place] = self.look(index, scan, window, look);
+                    if looked[place].changed {
+                        self.fields[place].1 = render(&self.bodies[index], scan, window, self.opacity);
                     }
                 }
             }
         }
         let against: Vec<f64> = concerned.iter().map(|&index| self.against(index)).collect();
         let ground = self.terrain.ground(self.model, scan);
-        for (&index, against) in concerned.iter().zip(against) {
-            let (body, Looked { evidence, .. }) = (&mut self.bodies[index], &looked[index]);
+        for ((&index, against), Looked { evidence, .. }) in concerned.iter().zip(against).zip(&looked) {
+            let body = &mut self.bodies[index];
             body.log_odds += evidence.clamp(against, FOR);
             body.log_odds = body.log_odds.clamp(-SURE, SURE);
             if *evidence >= SPEAKS {
@@ -214,14 +212,14 @@ impl Rendering {
         Some(window)
     }
 
-    /// Some bodies, compact and confirmed ones first: what they explain, the others need not.
+    /// The places among `of`, of compact and confirmed bodies first: what they explain, the others need not.
     fn order(&self, of: &[usize]) -> Vec<usize> {
         let spread =
             |body: &Body| body.cloud.moments().variance_m2() + if body.confirmed { 0.0 } else { 100.0 };
         let mut order: Vec<(f64, usize)> =
-            of.iter().map(|&index| (spread(&self.bodies[index]), index)).collect();
+            of.iter().enumerate().map(|(place, &index)| (spread(&self.bodies[index]), place)).collect();
         order.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
-        order.into_iter().map(|(_, index)| index).collect()
+        order.into_iter().map(|(_, place)| place).collect()
     }
 
     fn state(&self, body: &Body, at_s: f64) -> TrackState {

@@ -24,41 +24,42 @@ const OWN_M: f64 = 0.4;
 /// bodies, and is believed to be two. Half of a body's depth is 0.14; a person who pushes stands 0.4 behind.
 const INSIDE_M: f64 = 0.2;
 
-/// The notes of all numbers, in their order.
+/// The notes of all numbers.
 #[derive(Debug, Default)]
-pub struct Notes(Vec<Note>);
+pub struct Notes {
+    /// In the order of their numbers.
+    notes: Vec<Note>,
+    /// The numbers there were at the last observation, in the order of the bodies: mostly the same as now.
+    ids: Vec<TrackId>,
+}
 
 impl Notes {
     /// Takes where all bodies are after an observation, and judges what it shows of those that it concerned.
     pub fn update(&mut self, bodies: &[Body], seen: &Observation, enclosed: &Areas, model: RenderingModel) {
-        let mut ids: Vec<TrackId> = bodies.iter().map(|body| body.id).collect();
-        ids.sort_unstable();
-        let is_there = |id: TrackId| ids.binary_search(&id).is_ok();
-        self.0.retain(|note| is_there(note.id));
-        self.0.iter_mut().for_each(|note| note.tow.forget(|other| !is_there(other)));
+        self.forget(bodies);
         let concerned = bodies.iter().filter(|body| body.cloud.at_s() >= seen.start_s);
         let mut followed: Vec<TrackId> = Vec::new();
         for body in concerned {
             followed.push(body.id);
             let place = self.place(body.id).unwrap_or_else(|place| {
                 let moments = body.cloud.moments();
-                self.0.insert(place, Note::new(body.id, moments.at, moments.velocity, seen.start_s));
+                self.notes.insert(place, Note::new(body.id, moments.at, moments.velocity, seen.start_s));
                 place
             });
-            self.0[place].follow(body, seen.view.module, seen.start_s);
+            self.notes[place].follow(body, seen.view.module, seen.start_s);
         }
         let mut among: Vec<usize> = followed.into_iter().filter_map(|id| self.place(id).ok()).collect();
         among.sort_unstable();
-        let own = own(&self.0, &among, &seen.detections);
+        let own = own(&self.notes, &among, &seen.detections);
         let mut parted = Vec::new();
         if model.has(Part::Tow) {
-            parted = tow::judge(&mut self.0, &own, &seen.view);
-            board(&mut self.0);
+            parted = tow::judge(&mut self.notes, &own, &seen.view);
+            board(&mut self.notes);
         }
         if model.has(Part::PutDown) {
-            put_down::judge(&mut self.0, &own, seen.view.module);
+            put_down::judge(&mut self.notes, &own, seen.view.module);
             for index in parted {
-                if let Some(note) = self.0.get_mut(index)
+                if let Some(note) = self.notes.get_mut(index)
                     && enclosed.hold(note.at)
                 {
                     note.put_down.doubt(note.at);
@@ -67,19 +68,33 @@ impl Notes {
         }
     }
 
+    /// Forgets the numbers that no body has any more.
+    fn forget(&mut self, bodies: &[Body]) {
+        if self.ids.iter().copied().eq(bodies.iter().map(|body| body.id)) {
+            return;
+        }
+        self.ids.clear();
+        self.ids.extend(bodies.iter().map(|body| body.id));
+        let mut ids = self.ids.clone();
+        ids.sort_unstable();
+        let is_there = |id: TrackId| ids.binary_search(&id).is_ok();
+        self.notes.retain(|note| is_there(note.id));
+        self.notes.iter_mut().for_each(|note| note.tow.forget(|other| !is_there(other)));
+    }
+
     /// How a number came to be.
     pub fn origin(&self, id: TrackId) -> Origin {
-        self.place(id).map_or(Origin::Entered, |place| self.0[place].origin())
+        self.place(id).map_or(Origin::Entered, |place| self.notes[place].origin())
     }
 
     /// What a number has been through; none if it is not known.
     pub fn history(&self, id: TrackId) -> Option<History> {
-        self.place(id).ok().map(|place| self.0[place].history.clone())
+        self.place(id).ok().map(|place| self.notes[place].history.clone())
     }
 
     /// The modules have other numbers: by each number now, the one before.
     pub fn renumber(&mut self, before: &[Option<usize>]) {
-        for note in &mut self.0 {
+        for note in &mut self.notes {
             note.history.seen_by.renumber(before);
             note.put_down.stirring.begin_anew();
         }
@@ -87,7 +102,7 @@ impl Notes {
 
     /// Where the note of a number is, or belongs.
     fn place(&self, id: TrackId) -> Result<usize, usize> {
-        self.0.binary_search_by_key(&id, |note| note.id)
+        self.notes.binary_search_by_key(&id, |note| note.id)
     }
 }
 

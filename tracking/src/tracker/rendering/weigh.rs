@@ -144,11 +144,11 @@ impl Rendering {
     /// The beams of a window without this body.
     fn beams(&self, index: usize, scan: &Scan, window: &Window) -> Beams {
         let unarmed = self.unarmed(index, scan);
-        let others = self.fields.iter().enumerate().filter(|(other, _)| *other != index);
-        let of = |(number, field)| {
-            unarmed.iter().find(|(other, _)| *other == number).map_or(field, |(_, torso)| torso)
-        };
-        let others: Vec<&Field> = others.map(of).filter(|field| field.meets(window)).collect();
+        let others = self.fields.iter().filter(|(other, _)| *other != index);
+        let shown = others.map(|(number, field)| {
+            unarmed.iter().find(|(other, _)| other == number).map_or(field, |(_, torso)| torso)
+        });
+        let others: Vec<&Field> = shown.filter(|field| field.meets(window)).collect();
         Beams::of(scan, window, &others)
     }
 }
@@ -217,8 +217,8 @@ mod tests {
         let windows: Vec<Window> =
             tracker.bodies.iter().map(|body| window(body, &scan, 1).unwrap()).collect();
         let rendered = tracker.bodies.iter().zip(&windows);
-        tracker.fields =
-            rendered.map(|(body, window)| render(body, &scan, window, tracker.opacity)).collect();
+        let fields = rendered.map(|(body, window)| render(body, &scan, window, tracker.opacity));
+        tracker.fields = fields.enumerate().collect();
         let mut beams = tracker.beams(0, &scan, &windows[0]);
         beams.silence(windows[0].nearest_m(tracker.bodies[0].cloud.samples(), &scan));
         assert!(beams.telling().is_empty());
