@@ -72,8 +72,9 @@ jobs() {
         [ -e "$path" ] || continue
         printf 'case %s\tcase %s\n' "$(basename "$(dirname "$path")")" "$(dirname "$path")"
     done
-    local people tracker own="kehai" every="kehai lee lee-38 particle" ideas="kehai" idea
-    for idea in persistence free-space division limbs strict-births relink twins shadow silhouette doubt parts; do
+    local people tracker own="kehai" every="kehai kehai-rules lee lee-38 particle" ideas="kehai" idea
+    for idea in annealing best-quarter apart standing surprise conservation datum soft-edge names entries depth arms \
+        company limbs inside exits tow put-down reappearance; do
         ideas+=" kehai-without-$idea"
     done
     for people in 1 2 3 4 5 6 7; do
@@ -86,7 +87,7 @@ jobs() {
     local scene
     for scene in one-of-two together chair-back chair-legs suitcase pushchair wheelchair backpack crouching \
         embracing child; do
-        scenes 200 "kehai lee particle" "$scene" "$scene"
+        scenes 200 "kehai kehai-rules lee particle" "$scene" "$scene"
     done
     scenes 200 "$own" touching touching
     scenes 10 "$every" "home, torso" home --section torso --seconds 90

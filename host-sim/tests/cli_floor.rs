@@ -14,7 +14,7 @@ use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::snapshot::DeviceState;
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 use program::{Program, word};
 
 const SITE: &str = "[[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 24\nrows = 24\n
@@ -30,7 +30,7 @@ fn follow(address: SocketAddr, mut is_enough: impl FnMut(&ZoneLine) -> bool) -> 
     socket.set_read_timeout(Some(Duration::from_millis(20))).expect("a time");
     let site = Arc::new(Site::parse("test.toml", SITE).expect("a site"));
     let mut registry = Registry::new(Arc::clone(&site), &[address]);
-    let mut site_tracker = SiteTracker::new(&site, Ideas::default());
+    let mut site_tracker = SiteTracker::new(&site, Selected::default());
     let begin = Instant::now();
     let mut buffer = [0; DATAGRAM_MAX];
     loop {

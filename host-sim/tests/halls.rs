@@ -61,11 +61,10 @@ fn a_module_at_a_border_that_falls_silent_harms_four_trackers_as_little_as_one()
     }
 }
 
-/// Three people meet on the border: rules give two of them each other's numbers, by one tracker and by four.
+/// Three people meet on the border: `kehai-rules` gives two of them each other's numbers, by one tracker and by four.
 #[test]
-fn people_who_meet_on_an_open_border_keep_their_numbers_by_the_rendering_tracker() {
-    let tracker = "rendering".parse().unwrap();
-    let met = Halls { people: 12, seconds: 45.0, seed: 41, tracker, ..halls(Borders::Open) };
+fn people_who_meet_on_an_open_border_keep_their_numbers() {
+    let met = Halls { people: 12, seconds: 45.0, seed: 41, ..halls(Borders::Open) };
     for outcome in outcomes(&met) {
         for side in [&outcome.one, &outcome.four] {
             println!("{:?}", side.crossings);

@@ -1,12 +1,12 @@
 //! The tracker's memory has a bound that can be worked out beforehand: bytes are counted as they are taken and given back.
 //!
 //! ```text
-//!   most bytes = 128 kB  +  16 kB · modules  +  8 kB · people
+//!   most bytes = 128 kB  +  40 kB · modules  +  33 kB · people
 //!                        +  0.7 kB · m² of zones  +  0.4 kB · m² each module sees of them
 //!                        +  0.5 kB · m² of the rectangle around the walls, 4 MB at most
 //! ```
 //!
-//! The same is said in `docs/design.md`.
+//! Of a module 24 kB are the rays of its newest scan, of a person 25 kB the samples. The same is said in `docs/design.md`.
 #![allow(missing_docs, reason = "a test program")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -53,8 +53,8 @@ const SEEN_M2: f64 = 27.0;
 fn bound(halls: usize, modules: usize, people: usize) -> f64 {
     let side_m = (halls as f64).sqrt().ceil() * APART_M;
     128e3
-        + 16e3 * modules as f64
-        + 8e3 * people as f64
+        + 40e3 * modules as f64
+        + 33e3 * people as f64
         + 700.0 * HALL_M * HALL_M * halls as f64
         + 400.0 * SEEN_M2 * modules as f64
         + (500.0 * side_m * side_m).min(4e6)

@@ -180,19 +180,19 @@ fn own_address() -> Option<String> {
 }
 
 #[test]
-fn the_experimental_tracker_follows_people_over_the_loopback() {
+fn the_tracker_with_rules_follows_people_over_the_loopback() {
     let hall = Hall::new(31);
     let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
-    command.args(hall.arguments(&hall.database)).args(["--tracker", "rendering"]);
+    command.args(hall.arguments(&hall.database)).args(["--tracker", "kehai-rules"]);
     let tracker = Tracker::start(command);
     tracker.until_somebody();
     drop(tracker);
 
     let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
-    command.args(hall.arguments(&hall.database)).args(["--tracker", "renderings"]);
+    command.args(hall.arguments(&hall.database)).args(["--tracker", "rules"]);
     let output = command.output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && said.contains("rendering (experimental)"), "{said}");
+    assert!(output.status.code() == Some(2) && said.contains("choose kehai or kehai-rules"), "{said}");
 }
 
 #[test]

@@ -33,9 +33,9 @@ fn a_recorded_run_is_followed_again_bit_for_bit() {
 }
 
 #[test]
-fn a_run_of_the_experimental_tracker_is_followed_again_bit_for_bit() {
-    let (file, rendering) = (Temporary::new("rendering"), "rendering".parse().unwrap());
-    let (_, lines) = record(&file.0, rendering, rendering);
+fn a_run_of_the_tracker_with_rules_is_followed_again_bit_for_bit() {
+    let (file, rules) = (Temporary::new("rules"), "kehai-rules".parse().unwrap());
+    let (_, lines) = record(&file.0, rules, rules);
     let outcome = followed_again(&file.0);
     assert_eq!((outcome.lines, outcome.different), (lines, 0));
 }
@@ -43,7 +43,7 @@ fn a_run_of_the_experimental_tracker_is_followed_again_bit_for_bit() {
 #[test]
 fn another_tracker_is_noticed() {
     let file = Temporary::new("other");
-    record(&file.0, "kehai-without-division".parse().unwrap(), Selected::default());
+    record(&file.0, "kehai-rules".parse().unwrap(), Selected::default());
     let outcome = followed_again(&file.0);
     assert!(outcome.different > 0 && outcome.recorded != outcome.replayed);
 }

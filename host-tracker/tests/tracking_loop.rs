@@ -18,7 +18,7 @@ use kehai_tracking::keys::{Clear, Keys, Links};
 use kehai_tracking::registry::Registry;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 const SITE: &str = r#"
     [[module]]
@@ -41,7 +41,7 @@ const DEVICE: ModuleId = ModuleId([2, 0, 0, 0, 0, 1]);
 fn tracking(devices: &[SocketAddr], parts: Parts) -> TrackingLoop {
     let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
     let registry = Registry::new(Arc::clone(&site), devices);
-    let site_tracker = SiteTracker::new(&site, Ideas::default());
+    let site_tracker = SiteTracker::new(&site, Selected::default());
     let links = Links::new(Arc::new(Keys::none()), Role::Read, Nonces::new([0; 16]), Clear::Believed);
     TrackingLoop::new(TrackingLoop::bind().unwrap(), (registry, links), None, site_tracker, parts).unwrap()
 }

@@ -141,8 +141,8 @@ fn the_same_bytes_give_the_same_tracks() {
     let mut digest = Digest::new();
     datagrams.iter().for_each(|(_, bytes)| digest.add(bytes));
     println!("digest of {} datagrams {:016x}", datagrams.len(), digest.0);
-    judge("kehai", &datagrams, Ideas::default());
-    judge("rendering", &datagrams, RenderingModel::default());
+    judge("kehai-rules", &datagrams, Ideas::default());
+    judge("kehai", &datagrams, RenderingModel::default());
 }
 
 /// Prints the digest of a tracker's tracks.

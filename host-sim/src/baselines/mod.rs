@@ -27,16 +27,16 @@ use kehai_tracking::tracker::{Ideas, Model, Tracker, UnknownTracker};
 use lee::LeeSettings;
 use particle::ParticleSettings;
 
-/// The names of the trackers of the published tables. `rendering` is experimental, and has pages of its own.
-pub const NAMES: [&str; 4] = ["kehai", "lee", "lee-38", "particle"];
+/// The names of the trackers of the published tables.
+pub const NAMES: [&str; 5] = ["kehai", "kehai-rules", "lee", "lee-38", "particle"];
 
 /// A tracker by its name: ours, or a paper's.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Choice {
-    /// Ours.
-    Kehai(Ideas),
-    /// The experimental one that renders what it believes.
+    /// Ours: it renders what it believes.
     Rendering(RenderingModel),
+    /// Ours with rules.
+    Rules(Ideas),
     /// Paper A's.
     Lee(LeeSettings),
     /// Paper C's.
@@ -45,14 +45,12 @@ pub enum Choice {
 
 /// No tracker of that name.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error(
-    "{0}; or rendering (experimental), rendering-without-…, or one of the papers': lee, lee-38, particle"
-)]
+#[error("{0}; or one of the papers': lee, lee-38, particle")]
 pub struct UnknownChoice(#[from] UnknownTracker);
 
 impl Default for Choice {
     fn default() -> Self {
-        Self::Kehai(Ideas::default())
+        Self::Rendering(RenderingModel::default())
     }
 }
 
@@ -66,7 +64,7 @@ impl FromStr for Choice {
             "particle" => Self::Particle(ParticleSettings::RADIUS_15),
             _ => match name.parse() {
                 Ok(model) => Self::Rendering(model),
-                Err(UnknownVariant) => Self::Kehai(name.parse()?),
+                Err(UnknownVariant) => Self::Rules(name.parse()?),
             },
         })
     }
@@ -75,7 +73,7 @@ impl FromStr for Choice {
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Kehai(ideas) => ideas.fmt(f),
+            Self::Rules(ideas) => ideas.fmt(f),
             Self::Rendering(model) => model.fmt(f),
             Self::Lee(LeeSettings::RADIUS_38) => f.write_str("lee-38"),
             Self::Lee(_) => f.write_str("lee"),
@@ -87,7 +85,7 @@ impl fmt::Display for Choice {
 impl Model for Choice {
     fn estimator(&self) -> Estimator {
         match self {
-            Self::Kehai(ideas) => Model::estimator(ideas),
+            Self::Rules(ideas) => Model::estimator(ideas),
             Self::Rendering(model) => model.estimator(),
             Self::Particle(_) => Estimator::Silhouette,
             Self::Lee(settings) => Estimator::TwoPoint { radius_mm: settings.radius_mm },
@@ -96,7 +94,7 @@ impl Model for Choice {
 
     fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
         match self {
-            Self::Kehai(ideas) => ideas.build(site),
+            Self::Rules(ideas) => ideas.build(site),
             Self::Rendering(model) => model.build(site),
             Self::Lee(settings) => Box::new(lee::Lee::new(*settings)),
             Self::Particle(settings) => Box::new(particle::Particle::new(site, *settings)),
@@ -110,10 +108,10 @@ mod tests {
 
     #[test]
     fn every_tracker_is_found_by_the_name_it_prints() {
-        for name in NAMES.into_iter().chain(["rendering"]) {
+        for name in NAMES {
             assert_eq!(name.parse::<Choice>().unwrap().to_string(), name);
         }
         let refused = "lees".parse::<Choice>().unwrap_err().to_string();
-        assert!(refused.contains("lee-38") && refused.contains("kehai-without-"), "{refused}");
+        assert!(refused.contains("lee-38") && refused.contains("kehai-rules-without-"), "{refused}");
     }
 }

@@ -24,7 +24,7 @@ use super::runs::{bar, seeds};
   kehai-sim halls --borders open --people 16 --seeds 0-39
   kehai-sim halls --silent 'south border'         a module at a border falls silent half-way
   kehai-sim halls --seeds 3-3 --list              each crossing that had another number after it
-  kehai-sim halls --tracker rendering             by another tracker
+  kehai-sim halls --tracker kehai-rules           by another tracker
   kehai-sim halls --live --people 8 --seconds 60  the same by processes, in real time")]
 pub struct Arguments {
     /// What is between two halls
@@ -52,7 +52,7 @@ pub struct Arguments {
     #[arg(long)]
     live: bool,
 
-    /// The tracker: kehai, or rendering (experimental), by the names of kehai-tracker run
+    /// The tracker, by the names of kehai-tracker run
     #[arg(long, value_name = "NAME", default_value_t)]
     tracker: Selected,
 

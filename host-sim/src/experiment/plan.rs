@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::baselines::Choice;
-use kehai_tracking::tracker::Idea;
+use kehai_tracking::tracker::rendering::Part;
 
 use super::passages;
 use super::table::Cell;
@@ -68,7 +68,7 @@ pub enum Table {
     All,
     /// Paper A's door area, conditions D and H, one to seven people, all trackers
     Door,
-    /// Condition H with five to seven people, our tracker with each idea left out in turn
+    /// Condition H with five to seven people, our tracker with each part left out in turn
     Ideas,
     /// Thighs instead of torsos, one to five people
     Thighs,
@@ -180,12 +180,12 @@ impl Table {
             Self::FloorPoses => return Work::FloorPoses(seeds.cloned().unwrap_or(10_000..=10_099)),
             Self::Lines => return Work::Lines(seeds.cloned().unwrap_or(10_000..=10_199)),
             Self::Entrance => return Work::Entrance(seeds.cloned().unwrap_or(10_000..=10_199)),
-            Self::Leaving => trial::leaving(&own(&["kehai", "lee", "particle"])),
-            // Only our tracker reports unexplained measurements.
-            Self::Touching => trial::touching(&own(&["kehai"])),
+            Self::Leaving => trial::leaving(&own(&["kehai", "kehai-rules", "lee", "particle"])),
+            // Only ours report unexplained measurements.
+            Self::Touching => trial::touching(&own(&["kehai", "kehai-rules"])),
             Self::Standing => trial::standing(&own(&["kehai"])),
-            Self::Chairs => trial::chairs(&own(&["kehai", "lee", "particle"])),
-            Self::Carried => trial::carried(&own(&["kehai", "lee", "particle"])),
+            Self::Chairs => trial::chairs(&own(&["kehai", "kehai-rules", "lee", "particle"])),
+            Self::Carried => trial::carried(&own(&["kehai", "kehai-rules", "lee", "particle"])),
             Self::Home => trial::home(&own(&crate::baselines::NAMES)),
             Self::HomeHard => trial::home_hard(&own(&crate::baselines::NAMES)),
             Self::Passages => {
@@ -222,12 +222,7 @@ impl Table {
         match self {
             Self::Door => [door(Letter::D, 1..=7, &all), door(Letter::H, 1..=7, &all)].concat(),
             Self::Ideas => {
-                // Sizes show in the entrance's table; vehicles at a guarded door: docs/door.md has both figures.
-                let without: Vec<String> = Idea::NAMED
-                    .iter()
-                    .filter(|(idea, _)| !matches!(idea, Idea::Size | Idea::Vehicles))
-                    .map(|(_, name)| format!("kehai-without-{name}"))
-                    .collect();
+                let without = Part::NAMED.map(|(_, name)| format!("kehai-without-{name}"));
                 let names: Vec<&str> =
                     std::iter::once("kehai").chain(without.iter().map(String::as_str)).collect();
                 door(Letter::H, 5..=7, &own(&names))

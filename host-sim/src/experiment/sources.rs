@@ -46,9 +46,9 @@ const PLACES: [(&str, f64, f64, f64); 3] =
 
 /// What is installed, of [`PLACES`]; and with which trackers.
 const SOURCES: [(&str, &[usize], &[&str]); 3] = [
-    ("camera alone", &[0], &["kehai", "kehai-without-size"]),
-    ("two range finders alone", &[1, 2], &["kehai"]),
-    ("camera and two range finders", &[0, 1, 2], &["kehai", "kehai-without-size"]),
+    ("camera alone", &[0], &["kehai", "kehai-rules", "kehai-rules-without-size"]),
+    ("two range finders alone", &[1, 2], &["kehai", "kehai-rules"]),
+    ("camera and two range finders", &[0, 1, 2], &["kehai", "kehai-rules", "kehai-rules-without-size"]),
 ];
 
 /// The figure that segments alone have not.

@@ -20,7 +20,7 @@ use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::session::subscription::Subscription;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
-use kehai_tracking::tracker::Ideas;
+use kehai_tracking::tracker::Selected;
 
 /// Between two lines of tracks, µs.
 pub const LINE_US: u64 = 100_000;
@@ -78,7 +78,7 @@ impl FloorChain {
         let mut module = Box::new(Module::new(about));
         module.begin(1, Settings { tiles: Some(*layout), ..Settings::new() });
         module.rename(NAME);
-        let mut site_tracker = SiteTracker::new(&Arc::new(site(layout)?), Ideas::default());
+        let mut site_tracker = SiteTracker::new(&Arc::new(site(layout)?), Selected::default());
         site_tracker.sessions_mut().meet(DEVICE, &Subscription::default(), 0);
         let (tiles, sent) = (Tiles::new(), Sent::default());
         Ok(Self { tiles, module, sent, site_tracker, now_us: 0, readings: 0 })

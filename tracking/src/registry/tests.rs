@@ -8,7 +8,7 @@ use crate::alarm::AlarmKind;
 use crate::jsonl::ZoneKnown;
 use crate::site_tracker::SiteTracker;
 use crate::snapshot::ModuleLine;
-use crate::tracker::Ideas;
+use crate::tracker::Selected;
 use fake::{Fake, SITE, id};
 
 const SECOND_US: u64 = 1_000_000;
@@ -31,8 +31,8 @@ impl Network {
     fn new(given: &[SocketAddr], modules: Vec<(SocketAddr, Fake)>) -> Self {
         let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
         let registry = Registry::new(Arc::clone(&site), given);
-        let site_tracker = SiteTracker::new(&site, Ideas::default());
-        let again = SiteTracker::new(&site, Ideas::default());
+        let site_tracker = SiteTracker::new(&site, Selected::default());
+        let again = SiteTracker::new(&site, Selected::default());
         Self { registry, site_tracker, again, modules, now_us: 10 * SECOND_US }
     }
 

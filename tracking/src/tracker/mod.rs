@@ -6,17 +6,17 @@
 //!
 //! | name | what it is |
 //! |---|---|
-//! | `kehai` | this project's, the default |
-//! | `kehai-without-…` | the same with one idea left out, to measure what it is worth (an ablation) |
-//! | `rendering` | experimental: one formula of how likely a scan is, given the bodies believed in |
+//! | `kehai` | the default: one formula of how likely a scan is, given the bodies believed in ([`rendering`]) |
+//! | `kehai-rules` | what it is compared with: detections are associated with tracks by rules ([`rules`]) |
+//! | `kehai-without-…`, `kehai-rules-without-…` | the same with one part left out, to measure what it is worth (an ablation) |
 
 pub mod attachments;
 pub mod floor_plan;
 pub mod history;
 pub mod kalman;
-pub mod kehai;
 pub mod reflections;
 pub mod rendering;
+pub mod rules;
 pub mod selected;
 pub mod walls;
 
@@ -33,7 +33,8 @@ use crate::observation::Observation;
 use crate::site::Site;
 use crate::site::change::SiteChange;
 use history::History;
-pub use kehai::ablation::{Idea, Ideas};
+use rendering::Part;
+pub use rules::ablation::{Idea, Ideas};
 pub use selected::Selected;
 
 /// Where a track is in its life.
@@ -152,15 +153,16 @@ pub trait Model: fmt::Display + Send {
     fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker>;
 }
 
-/// Our tracker's name.
-const NAME: &str = "kehai";
+/// Name of the tracker with rules.
+const NAME: &str = "kehai-rules";
 
-/// Names of our tracker with an idea left out begin so.
-const WITHOUT: &str = "kehai-without-";
+/// Names of the tracker with rules with an idea left out begin so.
+const WITHOUT: &str = "kehai-rules-without-";
 
 /// No tracker of that name.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("there is no tracker \"{0}\": choose {NAME}, kehai-without- and {ideas}; or rendering (experimental)",
+#[error("there is no tracker \"{0}\": choose kehai or {NAME}; kehai-without- and {parts}; {WITHOUT} and {ideas}",
+    parts = Part::NAMED.map(|(_, name)| name).join(", "),
     ideas = Idea::NAMED.map(|(_, name)| name).join(", "))]
 pub struct UnknownTracker(pub String);
 
@@ -191,7 +193,7 @@ impl Model for Ideas {
     }
 
     fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
-        Box::new(kehai::Kehai::new(site, *self))
+        Box::new(rules::RuleTracker::new(site, *self))
     }
 }
 
@@ -205,6 +207,6 @@ mod tests {
         for name in [NAME.to_owned()].iter().chain(&ideas) {
             assert_eq!(name.parse::<Ideas>().unwrap().to_string(), *name);
         }
-        assert!("kehai-without-sense".parse::<Ideas>().is_err());
+        assert!("kehai-rules-without-sense".parse::<Ideas>().is_err());
     }
 }

@@ -1,8 +1,8 @@
 //! The tracker that a daemon runs, by its name.
 //!
 //! ```text
-//!   "kehai", "kehai-without-…" ─▶ rules       │ both give tracks from the same observations
-//!   "rendering", "rendering-without-…" ─▶ one formula, experimental
+//!   "kehai", "kehai-without-…", "kehai-draw-…" ─▶ one formula    │ both give tracks from the same observations
+//!   "kehai-rules", "kehai-rules-without-…" ─▶ rules              │
 //! ```
 
 use std::fmt;
@@ -15,18 +15,18 @@ use super::rendering::{RenderingModel, UnknownVariant};
 use super::{Ideas, Model, Tracker, UnknownTracker};
 use crate::site::Site;
 
-/// One of this project's trackers. The default is the one with rules.
+/// One of this project's trackers. The default is the one that renders what it believes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Selected {
-    /// With rules: `kehai`.
-    Kehai(Ideas),
-    /// With one formula, experimental: `rendering`.
+    /// With one formula: `kehai`.
     Rendering(RenderingModel),
+    /// With rules, to compare with: `kehai-rules`.
+    Rules(Ideas),
 }
 
 impl Default for Selected {
     fn default() -> Self {
-        Self::Kehai(Ideas::default())
+        Self::Rendering(RenderingModel::default())
     }
 }
 
@@ -36,7 +36,7 @@ impl FromStr for Selected {
     fn from_str(name: &str) -> Result<Self, UnknownTracker> {
         match name.parse() {
             Ok(model) => Ok(Self::Rendering(model)),
-            Err(UnknownVariant) => name.parse().map(Self::Kehai),
+            Err(UnknownVariant) => name.parse().map(Self::Rules),
         }
     }
 }
@@ -44,7 +44,7 @@ impl FromStr for Selected {
 impl fmt::Display for Selected {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Kehai(ideas) => ideas.fmt(f),
+            Self::Rules(ideas) => ideas.fmt(f),
             Self::Rendering(model) => model.fmt(f),
         }
     }
@@ -53,14 +53,14 @@ impl fmt::Display for Selected {
 impl Model for Selected {
     fn estimator(&self) -> Estimator {
         match self {
-            Self::Kehai(ideas) => Model::estimator(ideas),
+            Self::Rules(ideas) => Model::estimator(ideas),
             Self::Rendering(model) => model.estimator(),
         }
     }
 
     fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
         match self {
-            Self::Kehai(ideas) => ideas.build(site),
+            Self::Rules(ideas) => ideas.build(site),
             Self::Rendering(model) => model.build(site),
         }
     }
@@ -72,11 +72,11 @@ mod tests {
 
     #[test]
     fn every_tracker_is_selected_by_the_name_it_prints() {
-        for name in ["kehai", "kehai-without-division", "rendering", "rendering-without-apart"] {
+        for name in ["kehai", "kehai-without-apart", "kehai-rules", "kehai-rules-without-division"] {
             assert_eq!(name.parse::<Selected>().unwrap().to_string(), name);
         }
         assert_eq!(Selected::default().to_string(), "kehai");
-        let refused = "renderings".parse::<Selected>().unwrap_err().to_string();
-        assert!(refused.contains("kehai") && refused.contains("rendering"), "{refused}");
+        let refused = "rules".parse::<Selected>().unwrap_err().to_string();
+        assert!(refused.contains("kehai-without-") && refused.contains("kehai-rules"), "{refused}");
     }
 }

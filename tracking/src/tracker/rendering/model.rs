@@ -91,7 +91,7 @@ pub enum Detail {
 
 impl Detail {
     /// Those with fewer, by name.
-    const NAMED: [(Self, &str); 2] = [(Self::Half, "rendering-half"), (Self::Quarter, "rendering-quarter")];
+    const NAMED: [(Self, &str); 2] = [(Self::Half, "kehai-half"), (Self::Quarter, "kehai-quarter")];
 
     /// One of so many is there.
     pub(super) const fn divisor(self) -> usize {
@@ -129,9 +129,9 @@ impl RenderingModel {
 /// Random numbers of a tracker without a draw of its own.
 const SEED: u64 = 1;
 
-const NAME: &str = "rendering";
-const WITHOUT: &str = "rendering-without-";
-const DRAW: &str = "rendering-draw-";
+const NAME: &str = "kehai";
+const WITHOUT: &str = "kehai-without-";
+const DRAW: &str = "kehai-draw-";
 
 impl fmt::Display for RenderingModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -191,14 +191,14 @@ mod tests {
             let model: RenderingModel = format!("{WITHOUT}{name}").parse().unwrap();
             assert!(!model.has(part) && model.to_string() == format!("{WITHOUT}{name}"));
         }
-        assert_eq!("rendering".parse(), Ok(RenderingModel::default()));
+        assert_eq!("kehai".parse(), Ok(RenderingModel::default()));
         for (detail, name) in Detail::NAMED {
             let model: RenderingModel = name.parse().unwrap();
             assert!(model.detail == detail && model.to_string() == name);
         }
-        let drawn: RenderingModel = "rendering-draw-7".parse().unwrap();
-        assert!(drawn.seed == 7 && drawn.to_string() == "rendering-draw-7");
-        assert!("rendering-draw-x".parse::<RenderingModel>().is_err());
-        assert!("rendering-without-bodies".parse::<RenderingModel>().is_err());
+        let drawn: RenderingModel = "kehai-draw-7".parse().unwrap();
+        assert!(drawn.seed == 7 && drawn.to_string() == "kehai-draw-7");
+        assert!("kehai-draw-x".parse::<RenderingModel>().is_err());
+        assert!("kehai-without-bodies".parse::<RenderingModel>().is_err());
     }
 }

@@ -155,7 +155,7 @@ fn a_stretched_arm_belongs_to_its_body() {
         }
         (farthest_m, is_alone)
     };
-    let [with, without] = ["rendering", "rendering-without-arms"].map(|model| {
+    let [with, without] = ["kehai", "kehai-without-arms"].map(|model| {
         let played = (0..DRAWS).map(|seed| play(model.parse().unwrap(), seed));
         played.fold((0.0, 0), |(off_m, alone), (far_m, is_alone)| {
             (off_m + far_m / DRAWS as f64, alone + u64::from(is_alone))
@@ -309,8 +309,8 @@ fn a_hand_on_a_table_within_reach_of_a_body_is_nobody_and_farther_away_it_is() {
         };
         (0..32).filter(|&seed| play(seed)).count()
     };
-    let (near, far) = (becomes("rendering", 0.6), becomes("rendering", 0.9));
-    let without = becomes("rendering-without-limbs", 0.6);
+    let (near, far) = (becomes("kehai", 0.6), becomes("kehai", 0.9));
+    let without = becomes("kehai-without-limbs", 0.6);
     println!("of 32 draws a hand is a person: 0.6 m away {near}, without limbs {without}, 0.9 m away {far}");
     assert!(near <= 1 && without > 8 && far > 8);
 }

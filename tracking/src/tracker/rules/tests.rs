@@ -24,7 +24,7 @@ const SCAN_S: f64 = 0.05;
 type Thing = (f64, f64, f64, f64);
 
 struct Bench {
-    tracker: Kehai,
+    tracker: RuleTracker,
     view: Arc<View>,
     now_s: f64,
 }
@@ -37,7 +37,7 @@ impl Bench {
         let pose = Pose { at: Point::new(0.0, -4.0), yaw_rad: core::f64::consts::FRAC_PI_2 };
         let geometry = Geometry::new(URG_04LX).unwrap();
         let view = Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false });
-        let mut bench = Self { tracker: Kehai::new(&site, Ideas::default()), view, now_s: 0.0 };
+        let mut bench = Self { tracker: RuleTracker::new(&site, Ideas::default()), view, now_s: 0.0 };
         bench.watch(11.0, |_| Vec::new());
         bench
     }

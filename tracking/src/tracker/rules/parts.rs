@@ -10,7 +10,7 @@
 //! Judged only once, when a tentative track has gone far enough. A part is shown and not counted, until it leaves its
 //! owner.
 
-use super::Kehai;
+use super::RuleTracker;
 use super::ablation::Idea;
 use crate::geometry::Point;
 use crate::observation::Detection;
@@ -74,7 +74,7 @@ struct Beside {
     offsets: Bounds,
 }
 
-impl Kehai {
+impl RuleTracker {
     /// Notes where an appearance is relative to the tracks that were there before it, and how long it is.
     pub(super) fn compare(&mut self, index: usize, seen: &Detection) {
         let Some(track) = self.tracks.get(index) else { return };

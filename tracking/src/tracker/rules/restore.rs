@@ -10,7 +10,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::occlusion::Cloud;
 use super::track::{SURE, Track};
-use super::{Kehai, PROCESS_NOISE};
+use super::{PROCESS_NOISE, RuleTracker};
 use crate::geometry::Point;
 use crate::tracker::attachments::stir::Stirring;
 use crate::tracker::history::SeenBy;
@@ -20,7 +20,7 @@ use crate::tracker::{DRIFT_MPS, TrackState};
 /// Log-odds that they are still there: as sure as a fresh birth, twenty to one.
 const STILL_THERE: f64 = 0.5 * SURE;
 
-impl Kehai {
+impl RuleTracker {
     /// Restores the people that were known `age_s` before `at_s`, under new numbers.
     pub(super) fn take_back(&mut self, people: &[TrackState], age_s: f64, at_s: f64) {
         for person in people {
@@ -72,7 +72,7 @@ mod tests {
 
     use super::*;
     use crate::site::Site;
-    use crate::tracker::kehai::ablation::Ideas;
+    use crate::tracker::rules::ablation::Ideas;
     use crate::tracker::{LifeCycle, PERSON, Tracker};
 
     fn person(x: f64) -> TrackState {
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn people_come_back_hidden_where_they_were_and_fade_if_nobody_sees_them() {
-        let mut tracker = Kehai::new(&Arc::new(Site::default()), Ideas::default());
+        let mut tracker = RuleTracker::new(&Arc::new(Site::default()), Ideas::default());
         tracker.restore(&[person(-1.0), person(2.0)], 10.0, 0.0);
         let tracks = tracker.tracks(0.1);
         assert_eq!(tracks.len(), 2);

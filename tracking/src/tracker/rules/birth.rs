@@ -10,7 +10,7 @@ use super::ablation::Idea;
 use super::boxes::Faces;
 use super::size;
 use super::track::{SURE, THIN_M, Track};
-use super::{Kehai, MOVED_M, PROCESS_NOISE, other_leg};
+use super::{MOVED_M, PROCESS_NOISE, RuleTracker, other_leg};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 use crate::tracker::attachments::stir::Stirring;
@@ -46,7 +46,7 @@ const ENTRY_M: f64 = 0.35;
 /// How fast an occluded person may have walked, m/s.
 const WALK_MPS: f64 = 1.0;
 
-impl Kehai {
+impl RuleTracker {
     /// Takes away what belongs to people already seen in this scan.
     pub(super) fn drop_limbs(&self, observation: &Observation, pieces: &[Detection], taken: &mut [bool]) {
         let seen = self.seen_places(observation.start_s);

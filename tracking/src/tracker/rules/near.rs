@@ -12,7 +12,7 @@
 //! for. What lies behind the walls that a device sees is outside its field of view ([`Reach`]), except tracks that this
 //! device has detected itself.
 
-use super::Kehai;
+use super::RuleTracker;
 use super::associate::GATE_M;
 use super::track::Track;
 use crate::cells::Cells;
@@ -152,7 +152,7 @@ fn whereabouts(track: &Track, (from_s, until_s): (f64, f64)) -> (Point, Point) {
     (Point::new(one.x.min(other.x), one.y.min(other.y)), Point::new(one.x.max(other.x), one.y.max(other.y)))
 }
 
-impl Kehai {
+impl RuleTracker {
     /// Finds the tracks within reach of an observation's module, and brings their existence up to date.
     pub(super) fn find_near(&mut self, observation: &Observation) {
         let reach = Reach::of(observation);

@@ -7,7 +7,7 @@
 
 use std::cell::LazyCell;
 
-use super::Kehai;
+use super::RuleTracker;
 use super::ablation::Idea;
 use super::birth::PATIENCE_S;
 use super::line_of_sight::Eye;
@@ -28,7 +28,7 @@ const HALF_LIFE_S: (f64, f64) = (15.0, 3.0);
 /// What one such half-life takes, as log-odds: from sure to deleted in three.
 const HALVES: f64 = 4.2;
 
-impl Kehai {
+impl RuleTracker {
     /// Updates every track within reach that the observation did not detect.
     pub(super) fn miss(&mut self, observation: &Observation) {
         let eye = LazyCell::new(|| Eye::of(observation));

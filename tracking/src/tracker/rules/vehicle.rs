@@ -17,7 +17,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::ablation::Idea;
 use super::track::{OCCLUDED_S, Track};
-use super::{Kehai, PROCESS_NOISE};
+use super::{PROCESS_NOISE, RuleTracker};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
 use crate::tracker::kalman::Kinematics;
@@ -159,7 +159,7 @@ fn contained(bounds: (f64, f64), outline: [f64; 3], half: f64) -> (f64, f64) {
     (middle, middle)
 }
 
-impl Kehai {
+impl RuleTracker {
     /// Makes a vehicle of the track `owner`, of which a track that has gone this `way` is a part now.
     pub(super) fn mount(&mut self, owner: u32, way: Point) {
         let is_known = self.vehicles.iter().any(|vehicle| vehicle.owner == owner);

@@ -83,7 +83,7 @@ const WALKING_MPS: f64 = 0.5;
 const RESTS_S: f64 = 1.0;
 
 /// Our tracker.
-pub struct Kehai {
+pub struct RuleTracker {
     plan: FloorPlan,
     ideas: Ideas,
     /// In the order of their numbers.
@@ -112,7 +112,7 @@ impl Heard {
     const NEVER: Self = Self { since_s: f64::NEG_INFINITY, last_s: f64::NEG_INFINITY };
 }
 
-impl Kehai {
+impl RuleTracker {
     /// A tracker without tracks.
     #[must_use]
     pub fn new(site: &Site, ideas: Ideas) -> Self {
@@ -253,7 +253,7 @@ impl Kehai {
     }
 }
 
-impl Tracker for Kehai {
+impl Tracker for RuleTracker {
     fn observe(&mut self, observation: &Observation) {
         let with_movers = self.before_movers(observation);
         let observation = with_movers.as_ref().unwrap_or(observation);

@@ -8,7 +8,7 @@
 
 use super::occlusion::Cloud;
 use super::track::Track;
-use super::{Kehai, TWINS_M};
+use super::{RuleTracker, TWINS_M};
 use crate::geometry::Point;
 
 /// Nearer than this they are one even if two candidates were seen: a torso and its arm, m.
@@ -17,7 +17,7 @@ const ONE_BODY_M: f64 = 0.25;
 /// After so many scans in which only one of two tracks was detected they are one person.
 const TWIN_SCANS: u32 = 12;
 
-impl Kehai {
+impl RuleTracker {
     /// Separates two tracks that are always detected one at a time at the same place: they are one person, and the
     /// track that came there last is occluded somewhere near.
     pub(super) fn part_twins(&mut self, now_s: f64) {

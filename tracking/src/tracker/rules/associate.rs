@@ -17,7 +17,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::line_of_sight::Eye;
 use super::size;
 use super::track::{SURE, Track};
-use super::{Kehai, TWINS_M};
+use super::{RuleTracker, TWINS_M};
 use crate::assignment::{Alone, assign};
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
@@ -38,7 +38,7 @@ const STRIDE_M: core::ops::Range<f64> = 0.08..0.45;
 /// Deviation of the middle between two legs from their owner's, m.
 const LEGS_M: f64 = 0.06;
 
-impl Kehai {
+impl RuleTracker {
     /// Whether a candidate belongs to an appearance that was there while the occluded `track` was still detected.
     fn is_somebody_else(&self, track: &Track, seen: &Detection) -> bool {
         let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));

@@ -9,7 +9,7 @@
 //!
 //! A suitcase in tow and a pushchair are boxes. A thing that has parts of its own is a vehicle with a driver, and no part.
 
-use super::Kehai;
+use super::RuleTracker;
 use super::ablation::Idea;
 use super::parts::Tie;
 use crate::geometry::Point;
@@ -38,7 +38,7 @@ impl Faces {
     }
 }
 
-impl Kehai {
+impl RuleTracker {
     /// Takes one more candidate of an appearance; ties it to its owner once it is a thing and has gone far enough.
     pub(super) fn face(&mut self, index: usize, seen: &Detection, view: &View) {
         let Some(track) = self.tracks.get_mut(index) else { return };
