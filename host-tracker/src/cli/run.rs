@@ -68,7 +68,7 @@ pub struct Arguments {
     #[command(flatten)]
     http: HttpArguments,
 
-    /// The tracker: kehai, or kehai-rules, which follows people by rules; it takes a tenth of the processor, and loses
+    /// The tracker: kehai, or kehai-rules, which follows people by rules; it takes far less of the processor, and loses
     /// people who crowd together
     #[arg(long, value_name = "NAME", default_value_t = Selected::default())]
     tracker: Selected,

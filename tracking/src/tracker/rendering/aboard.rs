@@ -56,6 +56,7 @@ mod tests {
         board(&mut notes);
         let entered = Origin::Entered;
         assert_eq!(origins(&notes), [entered, entered, Origin::PartOf(1), entered, entered]);
+        assert!(notes[2].tow.is_aboard() && !notes[3].tow.is_aboard());
         // It shifts while it is seen from another side.
         notes[2].place = Point::new(1.2, 0.0);
         board(&mut notes);
@@ -73,6 +74,7 @@ mod tests {
             (notes[2].confirmed, notes[2].history.first_s) = (false, 1.0);
             board(&mut notes);
             assert_eq!(notes[2].origin() == Origin::PartOf(1), is_pushed);
+            assert!(!notes[0].tow.is_aboard(), "in tow");
         }
     }
 

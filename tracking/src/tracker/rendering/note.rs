@@ -118,6 +118,11 @@ impl Tow {
         self.tie.map(|tie| tie.owner)
     }
 
+    /// Whether it is no part but because it appeared beside a vehicle.
+    pub fn is_aboard(&self) -> bool {
+        self.tie.is_none() && self.aboard.is_some()
+    }
+
     /// Forgets those who are gone.
     pub fn forget(&mut self, is_gone: impl Fn(TrackId) -> bool) {
         self.reach.retain(|reach| !is_gone(reach.other));

@@ -87,6 +87,12 @@ impl Notes {
         self.place(id).map_or(Origin::Entered, |place| self.notes[place].origin())
     }
 
+    /// Whether a number is a part because it appeared beside a vehicle.
+    pub fn is_aboard(&self, id: TrackId) -> bool {
+        let is_aboard = |place: usize| self.notes.get(place).is_some_and(|note| note.tow.is_aboard());
+        self.place(id).is_ok_and(is_aboard)
+    }
+
     /// What a number has been through; none if it is not known.
     pub fn history(&self, id: TrackId) -> Option<History> {
         self.place(id).ok().map(|place| self.notes[place].history.clone())
