@@ -9,7 +9,7 @@
 //!
 //! `cargo bench -p host-sim` prints the table and fails when a budget is exceeded. `-- --loopback N` listens to the
 //! network for N seconds, too, and fails when a report is lost there, which a busy machine may cause;
-//! `-- --loopback-modules N` to so many modules.
+//! `-- --loopback-modules N` to so many modules, for a minute if nothing else is said.
 //!
 //! Only the tracker is measured: its input was recorded before. A line of tracks is asked for every 0.1 s, as
 //! `kehai-tracker` does, and is part of the cost.
@@ -425,5 +425,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         let at = arguments.iter().position(|argument| argument == flag);
         at.map_or(Ok(otherwise), |at| arguments.get(at + 1).map_or("", String::as_str).parse())
     };
-    report(number("--loopback", 0)?, number("--loopback-modules", 64)? as usize)
+    let is_asked = arguments.iter().any(|argument| argument == "--loopback-modules");
+    let seconds = number("--loopback", if is_asked { 60 } else { 0 })?;
+    report(seconds, number("--loopback-modules", 64)? as usize)
 }

@@ -33,8 +33,8 @@ const BEGUN_S: f64 = 150.0;
 /// Fewest scans of a soak: the first tenth has to go beyond what is left out at its begin.
 pub const SCANS_MIN: u64 = 40_000;
 
-/// What one module and one person may take more than at first, bytes: their shares of the tracker's bound
-/// (`docs/design.md`).
+/// What one module and one person may take more than at first, bytes: a third of their shares of the tracker's bound
+/// (`docs/design.md`), which holds samples that are there from the first scan on.
 const MODULE_BYTES: u64 = 16_000;
 const PERSON_BYTES: u64 = 8_000;
 

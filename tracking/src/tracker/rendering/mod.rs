@@ -240,7 +240,9 @@ impl Rendering {
             },
             existence: body.existence(),
             reason: match origin {
-                Origin::PartOf(_) if self.notes.is_aboard(body.id) => "a side of a vehicle: appeared beside a box",
+                Origin::PartOf(_) if self.notes.is_aboard(body.id) => {
+                    "a side of a vehicle: appeared beside a box"
+                }
                 Origin::PartOf(_) => "a part of somebody: looks like a box and keeps its place",
                 Origin::Unexplained => "unexplained: stayed behind, and has not stirred since",
                 Origin::Entered if seen => "seen",
