@@ -207,7 +207,7 @@ proptest! {
         let late = counts(kinds, people, phase_us, |source, number| late_us[(number as usize * 3 + source) % late_us.len()]);
         // People are found within 4 s. One who crosses the zone's edge does so a line sooner, or two lines later; three by the tracker
         // that renders, whose places are drawn by chance and told ahead of the newest scan by up to half a second.
-        let (before, behind) = if tracker() == Selected::default() { (2, 2) } else { (3, 4) };
+        let (before, behind) = if matches!(tracker(), Selected::Rules(_)) { (2, 2) } else { (3, 4) };
         for (line, count) in late.iter().enumerate().skip(40) {
             let near = &in_order[line - before..(line + behind).min(in_order.len())];
             let (least, most) = (near.iter().min().unwrap(), near.iter().max().unwrap());
