@@ -1,4 +1,4 @@
-//! The tracker of this project: an occluded track is kept until the place has been seen empty.
+//! The tracker with rules, to compare with: an occluded track is kept until the place has been seen empty.
 //!
 //! ```text
 //!   observation ─▶ divide ─▶ associate ─▶ update ──────────────▶ detected
@@ -82,7 +82,7 @@ const WALKING_MPS: f64 = 0.5;
 /// A track that has not moved for so long rests, s.
 const RESTS_S: f64 = 1.0;
 
-/// Our tracker.
+/// See the module.
 pub struct RuleTracker {
     plan: FloorPlan,
     ideas: Ideas,
