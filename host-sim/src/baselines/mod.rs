@@ -21,8 +21,7 @@ use std::sync::Arc;
 
 use kehai::centre::Estimator;
 use kehai_tracking::site::Site;
-use kehai_tracking::tracker::rendering::{RenderingModel, UnknownVariant};
-use kehai_tracking::tracker::{Ideas, Model, Tracker, UnknownTracker};
+use kehai_tracking::tracker::{Model, Selected, Tracker, UnknownTracker};
 
 use lee::LeeSettings;
 use particle::ParticleSettings;
@@ -33,10 +32,8 @@ pub const NAMES: [&str; 5] = ["kehai", "kehai-rules", "lee", "lee-38", "particle
 /// A tracker by its name: ours, or a paper's.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Choice {
-    /// Ours: it renders what it believes.
-    Rendering(RenderingModel),
-    /// Ours with rules.
-    Rules(Ideas),
+    /// One of ours.
+    Ours(Selected),
     /// Paper A's.
     Lee(LeeSettings),
     /// Paper C's.
@@ -50,7 +47,7 @@ pub struct UnknownChoice(#[from] UnknownTracker);
 
 impl Default for Choice {
     fn default() -> Self {
-        Self::Rendering(RenderingModel::default())
+        Self::Ours(Selected::default())
     }
 }
 
@@ -62,10 +59,7 @@ impl FromStr for Choice {
             "lee" => Self::Lee(LeeSettings::RADIUS_19),
             "lee-38" => Self::Lee(LeeSettings::RADIUS_38),
             "particle" => Self::Particle(ParticleSettings::RADIUS_15),
-            _ => match name.parse() {
-                Ok(model) => Self::Rendering(model),
-                Err(UnknownVariant) => Self::Rules(name.parse()?),
-            },
+            _ => Self::Ours(name.parse()?),
         })
     }
 }
@@ -73,8 +67,7 @@ impl FromStr for Choice {
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Rules(ideas) => ideas.fmt(f),
-            Self::Rendering(model) => model.fmt(f),
+            Self::Ours(tracker) => tracker.fmt(f),
             Self::Lee(LeeSettings::RADIUS_38) => f.write_str("lee-38"),
             Self::Lee(_) => f.write_str("lee"),
             Self::Particle(_) => f.write_str("particle"),
@@ -85,8 +78,7 @@ impl fmt::Display for Choice {
 impl Model for Choice {
     fn estimator(&self) -> Estimator {
         match self {
-            Self::Rules(ideas) => Model::estimator(ideas),
-            Self::Rendering(model) => model.estimator(),
+            Self::Ours(tracker) => tracker.estimator(),
             Self::Particle(_) => Estimator::Silhouette,
             Self::Lee(settings) => Estimator::TwoPoint { radius_mm: settings.radius_mm },
         }
@@ -94,8 +86,7 @@ impl Model for Choice {
 
     fn build(&self, site: &Arc<Site>) -> Box<dyn Tracker> {
         match self {
-            Self::Rules(ideas) => ideas.build(site),
-            Self::Rendering(model) => model.build(site),
+            Self::Ours(tracker) => tracker.build(site),
             Self::Lee(settings) => Box::new(lee::Lee::new(*settings)),
             Self::Particle(settings) => Box::new(particle::Particle::new(site, *settings)),
         }
