@@ -5,6 +5,8 @@
 //!                    ├──────────┤
 //!   told    ├────────┤   ├──────┤           ├──────┤    of what two tell of nothing is known
 //! ```
+//!
+//! The row with which a run ends is of its last millisecond, in which the other does not tell alone yet.
 
 /// What exactly one of these spans holds, in order of time.
 fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
@@ -19,7 +21,7 @@ fn told_once(runs: &[(u64, u64)]) -> Vec<(u64, u64)> {
             told.push((since_ms, at_ms));
         }
         running += change;
-        since_ms = at_ms;
+        since_ms = at_ms + u64::from(change < 0);
     }
     told
 }
@@ -39,8 +41,8 @@ mod tests {
     #[test]
     fn what_two_runs_tell_of_is_told_by_none() {
         assert_eq!(told_once(&[(0, 100), (200, 300)]), [(0, 100), (200, 300)]);
-        assert_eq!(told_once(&[(0, 100), (60, 160)]), [(0, 60), (100, 160)], "set back by 40 ms");
-        assert_eq!(told_once(&[(0, 100), (20, 50)]), [(0, 20), (50, 100)]);
+        assert_eq!(told_once(&[(0, 100), (60, 160)]), [(0, 60), (101, 160)], "set back by 40 ms");
+        assert_eq!(told_once(&[(0, 100), (20, 50)]), [(0, 20), (51, 100)]);
         assert_eq!(told_once(&[(0, 100), (100, 200), (200, 200)]), [(0, 100), (100, 200)]);
     }
 }

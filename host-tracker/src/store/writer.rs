@@ -178,14 +178,9 @@ fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Re
                 .execute(params![zone, integer(*at_ms), count, state.name()])?;
         }
         Row::Total { at_ms, zones } => {
-            // After a restart it is mostly what it was.
+            // Each run says it, though it be as before: the clock may be set back later, and another run say otherwise in between.
             transaction
-                .prepare_cached(
-                    "INSERT OR REPLACE INTO total (at_ms, zones)
-                     SELECT ?1, ?2 WHERE NOT EXISTS (
-                         SELECT 1 FROM (SELECT zones FROM total WHERE at_ms <= ?1 ORDER BY at_ms DESC LIMIT 1)
-                         WHERE zones = ?2)",
-                )?
+                .prepare_cached("INSERT OR REPLACE INTO total (at_ms, zones) VALUES (?1, ?2)")?
                 .execute(params![integer(*at_ms), serde_json::to_string(zones).unwrap_or_default()])?;
         }
         Row::Crossing { line, at_ms, direction } => {

@@ -445,3 +445,23 @@ fn a_passage_is_kept_whole_and_found_by_its_time() {
     let kinds: Vec<(&str, &str)> = events.iter().map(|event| (&*event.kind, &*event.text)).collect();
     assert_eq!(kinds, [("door-alarm", "3 of 2 went in: more went in than were let in")]);
 }
+
+#[test]
+fn each_run_says_which_zones_made_the_total_though_it_be_as_before() {
+    let folder = Folder::new();
+    let zone = |name: &str| {
+        let text = format!("name = \"{name}\"\npolygon = [[0, 0], [4, 0], [4, 4]]\ncount = true");
+        toml::from_str(&text).unwrap()
+    };
+    let now_ms = unix_ms();
+    // The clock is set back in the third run, which counts another zone.
+    for (at_ms, name) in [(now_ms, "hall"), (now_ms + 60_000, "hall"), (now_ms + 30_000, "study")] {
+        let site = Arc::new(kehai_tracking::site::Site { zones: vec![zone(name)], ..(*site()).clone() });
+        let store = Store::open(&folder.file(), &site, keep(30)).unwrap();
+        store.see_waiting(frame(at_ms, vec![]));
+    }
+    let totals = Reader::open(&folder.file()).unwrap().totals().unwrap();
+    let said: Vec<(u64, bool)> =
+        totals.iter().map(|total| (total.at_ms - now_ms, total.zones.contains("hall"))).collect();
+    assert_eq!(said, [(0, true), (30_000, false), (60_000, true)]);
+}
