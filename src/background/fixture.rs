@@ -19,7 +19,7 @@ impl BackgroundFixture {
         let parts = GeometryParts { first_step: 300, last_step: 363, ..URG_04LX };
         let geometry = Geometry::new(parts).unwrap();
         let mut background = Box::new(Background::new());
-        background.bind(&geometry, Fingerprint(1));
+        background.bind(&geometry, Fingerprint(1), Some(19));
         Self { geometry, background, now_ds: 0 }
     }
 
@@ -38,7 +38,7 @@ impl BackgroundFixture {
         let scan = Scan { geometry: &self.geometry, ranges_mm: &ranges_mm, time: ScanTime::default() };
         self.now_ds += 1;
         self.background.judge(&scan, self.now_ds);
-        self.background.learn_scan(&scan, Some(19), 0, self.now_ds);
+        self.background.learn_scan(&scan, 0, self.now_ds);
         self.background.publish_drift(self.now_ds);
     }
 

@@ -37,7 +37,7 @@ pub enum Class {
     Background,
     /// Something nearer than the background.
     Foreground,
-    /// A wall beam without a valid return.
+    /// A wall beam without a valid return, or any that could not be measured.
     NoReturn,
 }
 
@@ -196,7 +196,9 @@ impl<const BEAMS: usize> Background<BEAMS> {
         };
         let wall = beam.profile.state == BeamState::Wall;
         let Some(range_mm) = scan.geometry.reading(value_mm).range_mm() else {
-            *status = if wall { status.without_return() } else { status.at_background() };
+            // In the open nothing returns, but a step that cannot be measured does not say so.
+            let is_background = !wall && band.holds(value_mm);
+            *status = if is_background { status.at_background() } else { status.without_return() };
             return;
         };
         if band.holds(value_mm) {
@@ -320,6 +322,16 @@ mod tests {
         fixture.scan(|beam| if beam == 55 { 5000 } else { BackgroundFixture::room(beam) });
         assert_eq!(foreground_beams(&fixture), [55]);
         assert_eq!(fixture.background.class(56), Class::Background);
+    }
+
+    #[test]
+    fn an_open_beam_that_could_not_be_measured_is_not_empty() {
+        let mut fixture = BackgroundFixture::learned();
+        // Somebody leans on the sensor, which reads 19 everywhere; then goes.
+        fixture.scan(|_| 19);
+        assert!([5, 25, 55].into_iter().all(|beam| fixture.background.class(beam) == Class::NoReturn));
+        fixture.scan(BackgroundFixture::room);
+        assert_eq!(fixture.background.class(55), Class::Background);
     }
 
     #[test]

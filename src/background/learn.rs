@@ -243,17 +243,9 @@ impl<const BEAMS: usize> Background<BEAMS> {
         }
     }
 
-    /// Gives a scan to the learning under way. True when a new background came of it.
-    ///
-    /// `blind_code` is the code by which the model says that it cannot measure a step, `spread_min_mm` the least
-    /// spread a beam gets.
-    pub(crate) fn learn_scan(
-        &mut self,
-        scan: &Scan<'_>,
-        blind_code: Option<u16>,
-        spread_min_mm: u8,
-        now_ds: u32,
-    ) -> bool {
+    /// Gives a scan to the learning under way. True when a new background came of it. `spread_min_mm` is the least spread a
+    /// beam gets.
+    pub(crate) fn learn_scan(&mut self, scan: &Scan<'_>, spread_min_mm: u8, now_ds: u32) -> bool {
         if !self.learner.running || !self.learner.push(scan, self.beams) {
             return false;
         }
@@ -263,11 +255,11 @@ impl<const BEAMS: usize> Background<BEAMS> {
             self.learner.restart(moved);
             return false;
         }
-        self.install(scan, blind_code, spread_min_mm, now_ds);
+        self.install(scan, spread_min_mm, now_ds);
         true
     }
 
-    fn install(&mut self, scan: &Scan<'_>, blind_code: Option<u16>, spread_min_mm: u8, now_ds: u32) {
+    fn install(&mut self, scan: &Scan<'_>, spread_min_mm: u8, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
         for (at, (beam, modes)) in
@@ -277,7 +269,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
             profile.spread_mm = profile.spread_mm.max(spread_min_mm);
             // A step the sensor cannot measure says so by a code of its own, always the same.
             let silent = profile.state == BeamState::Open && profile.far_mm == 0;
-            let blind = silent && blind_code.is_some() && scan.ranges_mm.get(at).copied() == blind_code;
+            let blind =
+                silent && self.blind_code.is_some() && scan.ranges_mm.get(at).copied() == self.blind_code;
             *beam = Beam { profile: if blind { BeamProfile::default() } else { profile }, ..Beam::UNKNOWN };
         }
         self.statuses.fill(Status::QUIET);

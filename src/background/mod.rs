@@ -170,14 +170,16 @@ impl Band {
         (value_mm as u32).wrapping_sub(self.0) & 0xffff <= self.0 >> 16
     }
 
-    fn of(profile: &BeamProfile, geometry: &Geometry) -> Self {
+    /// `blind_code`: the code that says nothing of a step, not even that nothing returned.
+    fn of(profile: &BeamProfile, geometry: &Geometry, blind_code: Option<u16>) -> Self {
         let edge_mm = profile.far_mm.saturating_sub(profile.threshold_mm()).max(geometry.range_min_mm());
         match profile.state {
             BeamState::Unknown => Self::EVERYTHING,
             BeamState::Open => {
                 let base =
                     if profile.far_mm == 0 { geometry.range_max_mm().saturating_add(1) } else { edge_mm };
-                let codes = geometry.range_min_mm().saturating_sub(1);
+                let end = geometry.range_min_mm();
+                let codes = blind_code.map_or(end, |blind| blind.min(end)).saturating_sub(1);
                 Self::new(base, codes.wrapping_sub(base))
             }
             BeamState::Wall => {
@@ -235,6 +237,7 @@ pub struct Background<const BEAMS: usize> {
     published_ds: u32,
     judged_ds: u32,
     fingerprint: Fingerprint,
+    blind_code: Option<u16>,
 }
 
 impl<const BEAMS: usize> Background<BEAMS> {
@@ -256,14 +259,17 @@ impl<const BEAMS: usize> Background<BEAMS> {
             published_ds: 0,
             judged_ds: 0,
             fingerprint: Fingerprint(0),
+            blind_code: None,
         }
     }
 
     /// Binds this background to a sensor and a geometry of at most `BEAMS` beams.
     ///
     /// A background bound to the same fingerprint is kept; any other is forgotten, and the version
-    /// steps if there was one. Learning under way ends.
-    pub fn bind(&mut self, geometry: &Geometry, fingerprint: Fingerprint) {
+    /// steps if there was one. Learning under way ends. `blind_code` is the code by which the model says that it
+    /// cannot measure a step.
+    pub fn bind(&mut self, geometry: &Geometry, fingerprint: Fingerprint, blind_code: Option<u16>) {
+        self.blind_code = blind_code;
         let beams = usize::from(geometry.beams()).min(BEAMS);
         if fingerprint == self.fingerprint && beams == self.beams {
             self.settle(geometry);
@@ -333,7 +339,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
     /// Works out again what follows from the profiles of the beams `first..end`.
     fn refresh(&mut self, first: usize, end: usize, geometry: &Geometry) {
         for (band, beam) in self.bands.iter_mut().zip(&self.per_beam).take(end).skip(first) {
-            *band = Band::of(&beam.profile, geometry);
+            *band = Band::of(&beam.profile, geometry, self.blind_code);
         }
         for at in first.saturating_sub(DILATION_BEAMS)..(end + DILATION_BEAMS).min(self.beams) {
             let start = at.saturating_sub(DILATION_BEAMS);
@@ -378,7 +384,7 @@ mod tests {
     fn a_band_holds_the_wall_and_a_little_behind_and_nothing_else() {
         let fixture = BackgroundFixture::new();
         let wall = BeamProfile { far_mm: 3000, near_mm: 0, spread_mm: 4, state: BeamState::Wall };
-        let band = Band::of(&wall, &fixture.geometry);
+        let band = Band::of(&wall, &fixture.geometry, Some(19));
         assert!([2900, 3000, 3030].into_iter().all(|value_mm| band.holds(value_mm)));
         assert!(![0, 19, 2899, 3031, 5601, u16::MAX].into_iter().any(|value_mm| band.holds(value_mm)));
     }
@@ -387,10 +393,10 @@ mod tests {
     fn an_open_band_holds_codes_the_limit_and_everything_beyond() {
         let fixture = BackgroundFixture::new();
         let open = |far_mm| BeamProfile { far_mm, near_mm: 0, spread_mm: 4, state: BeamState::Open };
-        let limited = Band::of(&open(3000), &fixture.geometry);
-        assert!([0, 7, 19, 2900, 5600, u16::MAX].into_iter().all(|value_mm| limited.holds(value_mm)));
-        assert!(!limited.holds(20) && !limited.holds(2899));
-        let free = Band::of(&open(0), &fixture.geometry);
+        let limited = Band::of(&open(3000), &fixture.geometry, Some(19));
+        assert!([0, 7, 18, 2900, 5600, u16::MAX].into_iter().all(|value_mm| limited.holds(value_mm)));
+        assert!(![19, 20, 2899].into_iter().any(|value_mm| limited.holds(value_mm)));
+        let free = Band::of(&open(0), &fixture.geometry, None);
         assert!([0, 7, 19, 5601, u16::MAX].into_iter().all(|value_mm| free.holds(value_mm)));
         assert!(!free.holds(20) && !free.holds(5600));
     }
@@ -399,9 +405,9 @@ mod tests {
     fn another_sensor_or_geometry_forgets_the_background_and_steps_the_version() {
         let mut fixture = BackgroundFixture::learned();
         let version = fixture.background.version();
-        fixture.background.bind(&fixture.geometry, Fingerprint(1));
+        fixture.background.bind(&fixture.geometry, Fingerprint(1), Some(19));
         assert!(fixture.background.is_known());
-        fixture.background.bind(&fixture.geometry, Fingerprint(2));
+        fixture.background.bind(&fixture.geometry, Fingerprint(2), Some(19));
         assert!(!fixture.background.is_known());
         assert_eq!(fixture.profile(0).state, BeamState::Unknown);
         assert_eq!(fixture.background.version(), version + 1);

@@ -128,7 +128,7 @@ mod tests {
             fixture.background.restore_part(at * 8, part);
         }
         fixture.background.restored(learned.len(), version, fingerprint);
-        fixture.background.bind(&fixture.geometry, fingerprint);
+        fixture.background.bind(&fixture.geometry, fingerprint, Some(19));
         assert!(fixture.background.is_known());
         assert_eq!(fixture.background.version(), version);
         assert!(fixture.background.profile().eq(learned.iter().copied()));
@@ -145,7 +145,7 @@ mod tests {
         *fixture.background = Background::new();
         fixture.background.restore_part(0, &part[..written]);
         fixture.background.restored(written / BEAM_BYTES, 7, fingerprint);
-        fixture.background.bind(&fixture.geometry, Fingerprint(fingerprint.0 ^ 1));
+        fixture.background.bind(&fixture.geometry, Fingerprint(fingerprint.0 ^ 1), Some(19));
         assert!(!fixture.background.is_known());
         assert_eq!(fixture.background.version(), 8, "a new version: the old one is gone");
     }

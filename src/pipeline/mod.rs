@@ -111,7 +111,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
         self.geometry = Some(*geometry);
         self.settings = settings;
         self.breaks = Breaks::of(geometry);
-        self.background.bind(geometry, fingerprint);
+        self.background.bind(geometry, fingerprint, settings.blind_code);
         Ok(())
     }
 
@@ -134,8 +134,7 @@ impl<const BEAMS: usize> Pipeline<BEAMS> {
             // Refused only for too few scans; then the background stays unknown, and says so.
             let _ = self.background.learn(self.settings.learn);
         }
-        let Settings { blind_code, spread_min_mm, .. } = self.settings;
-        self.background.learn_scan(scan, blind_code, spread_min_mm, now_ds);
+        self.background.learn_scan(scan, self.settings.spread_min_mm, now_ds);
         self.background.publish_drift(now_ds);
         self.judgement.learning = self.background.learning(&geometry);
         &self.judgement

@@ -48,7 +48,7 @@ fn background(number: u16) -> Box<Background<MAX_BEAMS>> {
     let beams: Vec<u8> = (0..MAX_BEAMS).flat_map(|beam| [low, high, beam as u8, 0, 9, 2]).collect();
     background.restore_part(0, &beams);
     background.restored(MAX_BEAMS, number, Fingerprint::of(b"H123", &geometry()));
-    background.bind(&geometry(), Fingerprint::of(b"H123", &geometry()));
+    background.bind(&geometry(), Fingerprint::of(b"H123", &geometry()), Some(19));
     background
 }
 
@@ -59,7 +59,7 @@ fn stored(flash: &Flash) -> Option<u16> {
     assert_eq!(serial.as_str(), "H123");
     let number = read.version();
     assert_eq!(read.fingerprint(), Fingerprint::of(b"H123", &geometry()));
-    read.bind(&geometry(), Fingerprint::of(b"H123", &geometry()));
+    read.bind(&geometry(), Fingerprint::of(b"H123", &geometry()), Some(19));
     assert!(read.is_known());
     assert!(read.profile().eq(background(number).profile()), "background {number} is not whole");
     Some(number)

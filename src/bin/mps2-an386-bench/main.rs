@@ -115,6 +115,7 @@ mod image {
     /// One sensor, and all that handles its scans.
     struct Bench {
         geometry: Geometry,
+        blind_code: Option<u16>,
         request: Request,
         reader: Reader,
         ranges_mm: [u16; MAX_BEAMS],
@@ -138,7 +139,9 @@ mod image {
             pipeline.configure(&geometry, settings, fingerprint).expect("room for every sensor");
             let ranges_mm = [0; MAX_BEAMS];
             let background = Background::new();
-            Self { geometry, request, reader, ranges_mm, pipeline, background, counter: Counter::new() }
+            let blind_code = settings.blind_code;
+            let counter = Counter::new();
+            Self { geometry, blind_code, request, reader, ranges_mm, pipeline, background, counter }
         }
 
         /// Learns the empty room, lets people in and counts.
@@ -159,12 +162,12 @@ mod image {
             let len = from.store_part(0, &mut bytes);
             to.restore_part(0, &bytes[..len]);
             to.restored(from.beams(), from.version(), from.fingerprint());
-            to.bind(&self.geometry, from.fingerprint());
+            to.bind(&self.geometry, from.fingerprint(), self.blind_code);
         }
 
         /// One scan, from bytes to bytes.
         fn scan(&mut self, room: &Room, number: u32) -> Cost {
-            let Self { geometry, request, reader, ranges_mm, pipeline, background, counter } = self;
+            let Self { geometry, request, reader, ranges_mm, pipeline, background, counter, .. } = self;
             let mut reply = Vec::<u8, REPLY_MAX>::new();
             room.reply(geometry, request.echo(), number, &mut reply);
             let (decode, header) = counter.count(|| {
