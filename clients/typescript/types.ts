@@ -1853,7 +1853,7 @@ export interface Wrong {
 export interface Zone {
   /** People in it are counted. */
   count: boolean;
-  /** Walls and entries surround it. */
+  /** Walls and entries surround it. Where they are drawn all around it need not be said. */
   enclosed: boolean;
   /** For how long it stays occupied for automations after the last person, s. */
   hold_s?: number | null;
@@ -1902,7 +1902,7 @@ export interface ZoneLine {
 export interface ZoneRead {
   /** People in it are counted. */
   count?: boolean;
-  /** Walls and entries surround it. */
+  /** Walls and entries surround it. Where they are drawn all around it need not be said. */
   enclosed?: boolean;
   /** For how long it stays occupied for automations after the last person, s. */
   hold_s?: number | null;

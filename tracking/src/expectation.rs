@@ -144,7 +144,12 @@ mod tests {
         let poor = expectations(&seen(0.6, 0.1, 20.0));
         for (well, poor) in well.iter().zip(&poor) {
             assert!(well.worst <= well.exact && well.exact <= well.best, "{well:?}");
-            assert!(well.exact > poor.exact, "who sees more counts better: {well:?} {poor:?}");
+            // One person alone is counted as well by either.
+            let as_well = if well.people == 1 { 0.01 } else { 0.0 };
+            assert!(
+                well.exact > poor.exact - as_well,
+                "modules that see more count better: {well:?} {poor:?}"
+            );
         }
         assert!(well.is_sorted_by(|fewer, more| fewer.exact >= more.exact - 0.02), "{well:?}");
     }

@@ -239,7 +239,7 @@ fn spots(cells: &[Cell], zones: &[&Zone], m2: f64) -> Vec<Spot> {
 
 /// The place on a wall from which one more module like this one adds most.
 fn next(site: &Site, cells: &[Cell], like: &View) -> Option<Next> {
-    let stops = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
+    let stops = |wall: &&Wall| wall.stops(Blocks::Beams);
     let walls: Vec<(Point, Point)> = site.walls.iter().filter(stops).flat_map(Wall::sides).collect();
     let look = |pose: Pose| {
         let view = View { pose, ..like.clone() };

@@ -34,7 +34,7 @@ pub fn mounts(site: &Site, most: f64) -> Vec<Pose> {
 
 /// The pieces of wall that carry a module.
 fn mountable(site: &Site) -> Vec<(Point, Point)> {
-    let carries = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams) && !wall.mirror;
+    let carries = |wall: &&Wall| wall.stops(Blocks::Beams) && !wall.mirror;
     let sides = site.walls.iter().filter(carries).flat_map(|wall| wall.sides());
     sides.filter(|(from, to)| (*to - *from).length() > SAME_M).collect()
 }

@@ -1978,7 +1978,7 @@ class Zone(TypedDict):
 
     # People in it are counted.
     count: bool
-    # Walls and entries surround it.
+    # Walls and entries surround it. Where they are drawn all around it need not be said.
     enclosed: bool
     # For how long it stays occupied for automations after the last person, s.
     hold_s: NotRequired[float | None]
@@ -2031,7 +2031,7 @@ class ZoneRead(TypedDict):
 
     # People in it are counted.
     count: NotRequired[bool]
-    # Walls and entries surround it.
+    # Walls and entries surround it. Where they are drawn all around it need not be said.
     enclosed: NotRequired[bool]
     # For how long it stays occupied for automations after the last person, s.
     hold_s: NotRequired[float | None]

@@ -352,7 +352,7 @@ pub fn things(scene: &Scene) -> Vec<Thing> {
 /// What people cannot walk through.
 #[must_use]
 pub fn obstacles(scene: &Scene) -> Vec<Outline> {
-    let solid = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
+    let solid = |wall: &&Wall| wall.stops(Blocks::People);
     let walls = scene.site.walls.iter().filter(solid).flat_map(sides);
     walls.chain(scene.furniture.iter().flat_map(furniture).map(|thing| thing.outline)).collect()
 }
@@ -370,7 +370,7 @@ fn sides(wall: &Wall) -> Vec<Outline> {
 
 /// What beams meet of a wall; of glass, nothing.
 fn opaque(wall: &Wall, reflectance: f64) -> Vec<Thing> {
-    let stops_beams = wall.blocks.contains(&Blocks::Beams);
+    let stops_beams = wall.stops(Blocks::Beams);
     let mirror = wall.mirror;
     let thing = |outline| Thing { outline, reflectance, low_m: 0.0, high_m: CEILING_M, mirror };
     sides(wall).into_iter().filter(|_| stops_beams).map(thing).collect()

@@ -173,7 +173,7 @@ impl<'a> Scene<'a> {
     /// The walls of a site that stop beams, and tracks.
     #[must_use]
     pub fn of(site: &Site, tracks: &'a [TrackState], at_s: f64) -> Self {
-        let stops = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
+        let stops = |wall: &&Wall| wall.stops(Blocks::Beams);
         let walls = site.walls.iter().filter(stops).flat_map(Wall::sides).collect();
         Self { at_s, walls, tracks }
     }

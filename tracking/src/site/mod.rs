@@ -59,6 +59,7 @@
 pub mod change;
 mod check;
 pub mod door;
+mod enclosure;
 pub mod floor;
 mod kinds;
 mod limits;
@@ -250,6 +251,12 @@ impl Wall {
         Self { points, blocks: everything(), mirror: false }
     }
 
+    /// Whether it stops people, or beams.
+    #[must_use]
+    pub fn stops(&self, what: Blocks) -> bool {
+        self.blocks.contains(&what)
+    }
+
     /// Its straight pieces.
     pub fn sides(&self) -> impl Iterator<Item = (Point, Point)> {
         self.points.windows(2).map(|ends| (Point::from(ends[0]), Point::from(ends[1])))
@@ -274,7 +281,7 @@ pub struct Zone {
     /// Unexplained tracks count, too.
     #[serde(default)]
     pub secure: bool,
-    /// Walls and entries surround it.
+    /// Walls and entries surround it. Where they are drawn all around it need not be said.
     #[serde(default)]
     pub enclosed: bool,
     /// More people in it than this raise an alarm.
@@ -385,12 +392,6 @@ impl Site {
     pub fn counted(&self) -> impl Iterator<Item = &Zone> {
         let none = !self.zones.iter().any(|zone| zone.count);
         self.zones.iter().filter(move |zone| none || zone.count)
-    }
-
-    /// Zones that people enter and leave through entries alone.
-    #[must_use]
-    pub fn enclosed(&self) -> Areas {
-        Areas::of(self.zones.iter().filter(|zone| zone.enclosed).map(Zone::corners).collect())
     }
 
     /// Areas in which nobody is counted.

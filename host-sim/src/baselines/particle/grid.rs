@@ -39,7 +39,7 @@ impl GridMap {
     #[must_use]
     pub fn of(site: &Site) -> Self {
         let mut map = Self::default();
-        for wall in site.walls.iter().filter(|wall| wall.blocks.contains(&Blocks::People)) {
+        for wall in site.walls.iter().filter(|wall| wall.stops(Blocks::People)) {
             for (from, to) in wall.sides() {
                 map.draw_wall(from, to);
             }
