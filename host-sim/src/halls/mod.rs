@@ -20,6 +20,7 @@
 //! | `network` | a router of Zenoh between them, and one that loses frames |
 //! | `relay` | a second way to a module, by another address |
 //! | `load` | what a service of many areas costs |
+//! | `strollers` | those who walk to and fro over its borders |
 //! | `table` | the figures, for people |
 
 pub mod cards;
@@ -27,12 +28,13 @@ pub mod judge;
 #[cfg(feature = "daemon")]
 pub mod live;
 pub mod load;
-#[cfg(feature = "daemon")]
 pub mod named;
+#[cfg(feature = "daemon")]
 mod network;
 #[cfg(feature = "daemon")]
 mod relay;
 pub mod simulated;
+mod strollers;
 pub mod table;
 pub mod totals;
 pub mod world;

@@ -43,13 +43,15 @@ impl Persons {
         if unassigned.is_empty() {
             return;
         }
+        let is_near = |there: Point, track: &Track| (there - track.at()).length() <= GATE_M;
+        // First whether they are near: of a large site hardly anybody is.
+        let is_near_any = |person: &&Person| unassigned.iter().any(|track| is_near(person.at, track));
         let sees = |key: &Key| self.tracks.get(key).is_some_and(Track::is_seen);
         let is_missed = |person: &Person| !person.tracks.get(area).is_some_and(sees);
-        let seen = self.persons.values().filter(|person| person.is_seen);
+        let seen = self.persons.values().filter(|person| person.is_seen).filter(is_near_any);
         let seen: Vec<(Point, bool)> = seen.map(|person| (person.at, is_missed(person))).collect();
         for track in unassigned {
-            let is_near = |there: &Point| (*there - track.at()).length() <= GATE_M;
-            let mut near = seen.iter().filter(|(there, _)| is_near(there));
+            let mut near = seen.iter().filter(|(there, _)| is_near(*there, &track));
             let may_be_known =
                 track.last.is_abroad || near.any(|(_, is_missed)| *is_missed || track.was_assigned);
             let is_answered = track.is_seen() && track.unassigned_s >= ANSWERED_S;
