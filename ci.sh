@@ -281,7 +281,18 @@ step_test() {
     # Without QEMU, Python, a broker, Chromium or a network of its own, their tests are skipped on a developer's machine, but fail here.
     [ -z "${CI:-}" ] || { need_qemu; need_python; need_python_tests; need_foxglove; need_axe; need_mosquitto; need_chromium; need_command ip iproute2; need_command jq jq; }
     need_command python3 python3
-    python3 tests/side_by_side.py
+    # What comes after the tests is built with what they leave of the processor.
+    local meanwhile=()
+    if [ -n "${CI:-}" ]; then
+        meanwhile=(
+            --meanwhile "cargo bench --locked --no-run -p kehai"
+            --meanwhile "cargo bench --locked --no-run -p host-sim"
+            --meanwhile "cargo build --locked --profile bench -p host-tracker --bin kehai-tracker"
+        )
+        has_deb || meanwhile+=(--meanwhile "$INSTALL_DEB")
+        has_cyclonedx || meanwhile+=(--meanwhile "$INSTALL_CYCLONEDX")
+    fi
+    python3 tests/side_by_side.py "${meanwhile[@]}"
     QEMU_TESTED=${CI:-}
 }
 
@@ -477,17 +488,17 @@ step_deny() {
 # What makes the package and the bills of materials; other versions may lay them out otherwise.
 CARGO_DEB=3.8.0
 CARGO_CYCLONEDX=0.5.9
-need_cyclonedx() {
-    [[ "$(cargo cyclonedx --version 2>/dev/null)" == *" $CARGO_CYCLONEDX" ]] \
-        || cargo install --quiet --locked --force cargo-cyclonedx --version "$CARGO_CYCLONEDX"
-}
+INSTALL_DEB="cargo install --quiet --locked --force cargo-deb --version $CARGO_DEB"
+INSTALL_CYCLONEDX="cargo install --quiet --locked --force cargo-cyclonedx --version $CARGO_CYCLONEDX"
+# One that is there and does not run, such as another machine's, is replaced.
+has_deb() { [[ " $(cargo deb --version 2>/dev/null)" == *" $CARGO_DEB" ]]; }
+has_cyclonedx() { [[ "$(cargo cyclonedx --version 2>/dev/null)" == *" $CARGO_CYCLONEDX" ]]; }
+need_cyclonedx() { has_cyclonedx || $INSTALL_CYCLONEDX; }
 # The package, and the bills of materials of both programs.
 make_package() {
     need_command dpkg-shlibdeps dpkg-dev
     need_command python3 python3
-    # One that is there and does not run, such as another machine's, is replaced.
-    [ "$(cargo deb --version 2>/dev/null)" = "$CARGO_DEB" ] \
-        || cargo install --quiet --locked --force cargo-deb --version "$CARGO_DEB"
+    has_deb || $INSTALL_DEB
     need_cyclonedx
     need_target
     if [ "$EMBEDDED_RUST" = rustup ]; then

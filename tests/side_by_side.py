@@ -2,16 +2,21 @@
 
     cargo test --no-run ─▶ programs ─┬─▶ host-tracker: browsers, disks, deaths; it mostly waits  ◀─╮ and then helps here
                                      └─▶ the others: QEMU and simulations; they mostly compute  ─╯
+    --meanwhile COMMAND ─────────────┴─▶ one after the other, with what the tests leave of the processor
     cargo test --doc, at the end
 
 `cargo test` runs one program after the other, and leaves a core idle while the daemon's tests wait. Each program runs as
 cargo would run it: in its package's folder, with cargo's variables. What a program prints stands whole, when it has
 ended, with the seconds it took. Every program runs, whatever fails before; the exit status is 1 if one fails. What every
 tracker promises runs once more for each of the others.
+
+Commands for meanwhile build what comes after the tests. Whether they succeed is not judged: what needs them does it again, and says so.
 """
 
+import argparse
 import json
 import os
+import shlex
 import subprocess
 import sys
 import threading
@@ -81,8 +86,26 @@ def run(lanes, failed):
             failed.append(f"{folder.name}: {name}, status {ended.returncode}")
 
 
+def build_ahead(commands):
+    """Runs commands with the lowest priority; returns when all have ended."""
+    for command in commands:
+        begun_s = time.monotonic()
+        ended = subprocess.run(
+            ["nice", "-n", "19", *shlex.split(command)],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
+        with printing:
+            took_s = time.monotonic() - begun_s
+            print(f"\n   Meanwhile {command}: status {ended.returncode}, {took_s:.0f} s", flush=True)
+
+
 def main():
     """Runs both lanes and the examples of the documentation."""
+    parser = argparse.ArgumentParser(description="All tests of the workspace.")
+    parser.add_argument("--meanwhile", metavar="COMMAND", action="append", default=[])
+    arguments = parser.parse_args()
     computing, waiting = deque(), deque()
     for program in programs():
         (waiting if program[1].name == WAITS else computing).append(program)
@@ -93,6 +116,7 @@ def main():
     threads = [
         threading.Thread(target=run, args=(lanes, failed)) for lanes in ([waiting], [computing, waiting])
     ]
+    threads.append(threading.Thread(target=build_ahead, args=(arguments.meanwhile,)))
     for thread in threads:
         thread.start()
     for thread in threads:
