@@ -83,7 +83,7 @@ impl Walls {
     /// Of a site.
     #[must_use]
     pub fn of(site: &Site) -> Self {
-        let stops_people = |wall: &&Wall| wall.blocks.contains(&Blocks::People);
+        let stops_people = |wall: &&Wall| wall.stops(Blocks::People);
         let mut pieces: Vec<_> = site.walls.iter().filter(stops_people).flat_map(Wall::sides).collect();
         let walls = pieces.len();
         pieces.extend(site.entries.iter().map(Entry::ends));
@@ -92,7 +92,7 @@ impl Walls {
             site.zones.iter().find(named).map_or(Point::default(), |zone| centroid(&zone.corners()))
         };
         let inner = site.entries.iter().map(leads_to).collect();
-        let stops_beams = |wall: &&Wall| wall.blocks.contains(&Blocks::Beams);
+        let stops_beams = |wall: &&Wall| wall.stops(Blocks::Beams);
         let opaque = site.walls.iter().filter(stops_beams).flat_map(Wall::sides).collect();
         let (pieces, opaque) = (Pieces::of(pieces), Pieces::of(opaque));
         let mut map = Self { pieces, walls, opaque, inner, ..Self::default() };
@@ -178,6 +178,34 @@ impl Walls {
         self.opaque.cross(from, before, self.opaque.all.len())
     }
 
+    /// Whether one wall that no beam passes hides all of a circle from a module at `from`.
+    ///
+    /// ```text
+    ///            ┃    ╭──╮
+    ///   from ●╌╌╌┃╌╌╌╌│  │     the wall crosses both tangents, and the circle is behind it
+    ///          ╌╌┃╌╌╌╌╰──╯
+    /// ```
+    #[must_use]
+    pub fn hides(&self, from: Point, middle: Point, radius_m: f64) -> bool {
+        let way = middle - from;
+        let square_m2 = way.dot(way);
+        let tangent_m2 = square_m2 - radius_m * radius_m;
+        if tangent_m2 <= 0.0 {
+            return false;
+        }
+        // Tangent points: along the way by t² / d, across it by t r / d, with t the length of a tangent.
+        let along = from + way * (tangent_m2 / square_m2);
+        let across = way.left() * (tangent_m2.sqrt() * radius_m / square_m2);
+        let hides = |&(one, other): &(Point, Point)| {
+            let wall = other - one;
+            cross((from, along + across), (one, other))
+                && cross((from, along - across), (one, other))
+                && wall.cross(middle - one).abs() > radius_m * wall.length()
+        };
+        let pieces = self.opaque.cells.near(around(from, middle));
+        pieces.filter_map(|number| self.opaque.all.get(number)).any(hides)
+    }
+
     /// Whether the way leads across an entry into its zone.
     #[must_use]
     pub fn enters(&self, from: Point, to: Point) -> bool {
@@ -232,5 +260,15 @@ mod tests {
         let walls = corridor();
         assert!(walls.stop(Point::new(2.0, 0.05), Point::new(2.0, -0.02)));
         assert!(!walls.stop(Point::new(2.0, 0.05), Point::new(2.0, 0.08)));
+    }
+
+    #[test]
+    fn a_wall_hides_what_is_behind_it_as_a_whole() {
+        let walls = corridor();
+        let hides = |x_m, y_m, radius_m| walls.hides(Point::new(2.0, 0.5), Point::new(x_m, y_m), radius_m);
+        assert!(hides(2.0, 2.5, 0.7) && hides(2.0, -2.0, 0.7));
+        assert!(!hides(2.0, 1.6, 0.7), "a part of it is before the wall");
+        assert!(!hides(7.5, 2.5, 0.7), "a part of it is seen past the end of the wall");
+        assert!(!hides(3.0, 0.5, 0.3) && !hides(2.2, 0.5, 0.7), "no wall is between");
     }
 }

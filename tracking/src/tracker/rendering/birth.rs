@@ -12,7 +12,7 @@ use super::field::Field;
 use super::ray::{Mixture, Surface};
 use super::sample::Sample;
 use super::scan::{Measured, Scan};
-use super::{BODIES, Rendering, STRIDE_M};
+use super::{BODIES, Rendering};
 use crate::geometry::Point;
 
 /// Fewest beams, and least arc, of a run that begins a body, m.
@@ -27,6 +27,9 @@ const STEP_M: f64 = 0.2;
 
 /// Deviation of a new body's velocity, m/s: a slow walk.
 const SPEED_MPS: f64 = 0.6;
+
+/// What begins nearer to an entry than this may have come in unseen, m: a stride, and half of a body's depth.
+const STRIDE_M: f64 = 0.35;
 
 /// Existence of a new body outside enclosed zones, and inside, where nobody begins: log odds of 0.1 and 0.003.
 const OUTSIDE: f64 = -2.197;
@@ -109,7 +112,6 @@ impl Rendering {
             }
         };
         let samples: Vec<Sample> = (0..SAMPLES / self.model.detail.divisor()).map(sample).collect();
-        // Nearer to an entry than a stride it may have come in unseen.
         let is_inside = plan.enclosed.hold(middle) && plan.walls.entry_m(middle) > STRIDE_M;
         let prior = if is_inside { INSIDE } else { OUTSIDE };
         let id = self.next_id;

@@ -7,6 +7,7 @@
 use super::cloud::Cloud;
 use super::ground::{AHEAD_S, Ground, Passage, Way};
 use super::modules::Whereabouts;
+use super::openings::Openings;
 
 /// A body is not seen when no scan has spoken for it for so long, s.
 pub const UNSEEN_S: f64 = 0.3;
@@ -31,8 +32,6 @@ pub struct Body {
     pub supported_s: f64,
     /// Until when it was doubted for what may have left, s.
     pub doubted_s: f64,
-    /// Whether it was near an entry then, so that it may have left.
-    pub may_leave: bool,
     /// The number of the enclosed zone it was in then.
     pub inside: Option<usize>,
     /// Which entries it was about to cross then.
@@ -55,7 +54,6 @@ impl Body {
             cloud,
             begun_s,
             supported_s: begun_s,
-            may_leave: true,
             inside: None,
             doubted_s: begun_s,
             passage: Passage::InView,
@@ -99,7 +97,9 @@ impl Body {
 
     /// Where it may go.
     pub fn way<'a>(&self, ground: Ground<'a>, at_s: f64) -> Way<'a> {
+        let stands_open = |openings: &Openings| openings.are_near(self.cloud.moments().at);
         let passage = match self.passage {
+            _ if self.is_unseen(at_s) && ground.openings.is_some_and(stands_open) => Passage::Through,
             Passage::InView if self.is_unseen(at_s) => Passage::None,
             Passage::Through if at_s - self.supported_s > AHEAD_S => Passage::None,
             passage => passage,

@@ -8,7 +8,7 @@
 
 use super::ground::Way;
 use super::random::Random;
-use super::sample::{HIDDEN, Roughness, SURPRISED, Sample, Step};
+use super::sample::{HIDDEN, Roughness, SURPRISED, Sample, Step, WAITS_MPS, WALKS_MPS};
 use crate::geometry::Point;
 
 /// Samples of a cloud. A hidden body needs them: with 100, 65 of 100 come out as themselves, with 240, 87.
@@ -19,8 +19,10 @@ pub const SAMPLES: usize = 240;
 const COMPACT: usize = 3;
 const COMPACT_M: f64 = 0.1;
 
-/// One pair of samples in this many is lively.
-const LIVELY: usize = 7;
+/// One pair of samples in this many takes another velocity in each step, of one who walks or of one who waits in turn. People in a
+/// crowd stop, turn and reverse within 0.2 s. An acceleration that allows for it, drawn anew in each step, adds up to 3 m/s, with which
+/// a cloud leaves its person for another's place.
+const ANEW: usize = 5;
 
 /// A step of prediction is no longer than this, s, as between two scans of one module; nor are there more: after ten seconds a person
 /// may be anywhere at any rate.
@@ -140,7 +142,7 @@ impl Cloud {
             for (index, two) in self.samples.chunks_mut(2).enumerate() {
                 let mut mirrored = random.mirrored();
                 for (sample, random) in two.iter_mut().zip([&mut *random, &mut mirrored]) {
-                    sample.predict(&step, index % LIVELY == 0, way, random);
+                    sample.predict(&step, anew_mps(index), way, random);
                 }
             }
         }
@@ -296,6 +298,15 @@ impl Cloud {
 
     fn settle(&mut self) {
         self.moments = Moments::of(&self.samples, &self.weights);
+    }
+}
+
+/// Deviation of the velocity that a pair of samples takes in this step, if it takes another, m/s.
+const fn anew_mps(pair: usize) -> Option<f64> {
+    match pair % (2 * ANEW) {
+        0 => Some(WALKS_MPS),
+        ANEW => Some(WAITS_MPS),
+        _ => None,
     }
 }
 

@@ -21,14 +21,13 @@ impl Rendering {
         for body in &mut self.bodies {
             let Some(zone) = body.inside else { continue };
             body.inside = before.get(zone).and_then(|name| now.iter().position(|other| other == name));
-            body.may_leave |= body.inside.is_none();
         }
     }
 }
 
 /// The names of the enclosed zones, in the order of their numbers.
 fn enclosed(site: &Site) -> Vec<&str> {
-    site.zones.iter().filter(|zone| zone.enclosed).map(|zone| zone.name.as_str()).collect()
+    site.enclosed_zones().map(|zone| zone.name.as_str()).collect()
 }
 
 #[cfg(test)]
@@ -83,11 +82,11 @@ mod tests {
     fn who_was_in_a_zone_that_is_gone_may_have_left() {
         let mut bench = Bench::within(ZONE);
         (0..40).for_each(|_| bench.shows(&[(2.0, 0.0)]));
-        assert!(!bench.tracker.bodies[0].may_leave);
+        assert_eq!(bench.tracker.bodies[0].inside, Some(0));
         let (was, now) = (site(&(module("m", 0.0) + ZONE)), site(&module("m", 0.0)));
         assert!(bench.tracker.change_site(&SiteChange { before: &was, now: &now }));
         let body = &bench.tracker.bodies[0];
-        assert!(body.may_leave && body.inside.is_none());
+        assert!(body.inside.is_none());
         assert_eq!(bench.tracks()[0].state, LifeCycle::Confirmed);
     }
 }

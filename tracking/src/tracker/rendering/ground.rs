@@ -3,11 +3,12 @@
 //! ```text
 //!   ┃ wall of the site       · ─╳▶   nobody passes
 //!   ░ behind the background  · ─╳▶   an unseen body does not: it would have been seen to leave, or a closed door holds it
-//!   ┄ entry                  · ─▶    a seen body crosses it to where a module sees
+//!   ┄ entry                  · ─▶    a seen body crosses it to where a module sees, an unseen one if it stands open
 //! ```
 
 use super::model::{Part, RenderingModel};
 use super::modules::Modules;
+use super::openings::Openings;
 use super::scan::Scan;
 use crate::cells::Areas;
 use crate::geometry::Point;
@@ -38,22 +39,29 @@ pub enum Passage {
     Through,
 }
 
-/// The floor plan of a site, and the newest rays of its modules.
+/// The floor plan of a site, the newest rays of its modules, and which entries stand open.
 pub struct Terrain {
     pub plan: FloorPlan,
     pub modules: Modules,
+    pub openings: Openings,
 }
 
 impl Terrain {
     pub fn of(site: &Site) -> Self {
-        Self { plan: FloorPlan::of(site), modules: Modules::of(site.modules.len()) }
+        Self {
+            plan: FloorPlan::of(site),
+            modules: Modules::of(site.modules.len()),
+            openings: Openings::default(),
+        }
     }
 
     /// The ground while a scan is taken, which is not among those of `modules` meanwhile.
     pub fn ground<'a>(&'a self, model: RenderingModel, newest: &'a Scan) -> Ground<'a> {
         let guards = model.has(Part::Entries);
+        let has_openings = model.has(Part::Openings);
         let FloorPlan { walls, enclosed, .. } = &self.plan;
-        Ground { walls, enclosed, guards, modules: &self.modules, newest }
+        let openings = has_openings.then_some(&self.openings);
+        Ground { walls, enclosed, guards, openings, modules: &self.modules, newest }
     }
 }
 
@@ -65,6 +73,8 @@ pub struct Ground<'a> {
     pub enclosed: &'a Areas,
     /// Whether entries stop whom no module sees.
     pub guards: bool,
+    /// Entries that stand open, if they let an unseen body through.
+    pub openings: Option<&'a Openings>,
     pub modules: &'a Modules,
     /// The scan that is being taken, which is not among those of `modules` meanwhile.
     pub newest: &'a Scan,
@@ -153,19 +163,24 @@ mod tests {
 
     use ::kehai::scan::{Geometry, URG_04LX};
 
+    use super::super::body::Body;
+    use super::super::cloud::Cloud;
+    use super::super::sample::Sample;
     use super::super::scan::Measured;
     use super::*;
     use crate::geometry::Pose;
     use crate::observation::View;
-    use crate::site::Site;
 
     const SITE: &str = "[[zone]]\nname = 'a'\npolygon = [[0, -1], [2, -1], [2, 1], [0, 1]]\n\
         [[entry]]\nname = 'e'\nline = [[2, -1], [2, 1]]\nzone = 'a'\n\
         [[wall]]\npoints = [[0, 1], [2, 1]]";
 
-    /// Whether a step along x or y is stopped; a background at `reach_mm` all around.
-    fn stops(reach_mm: u16, from: Point, to: Point, passage: Passage) -> bool {
-        let site: Site = toml::from_str(SITE).unwrap();
+    fn terrain(site: &str) -> Terrain {
+        Terrain::of(&toml::from_str(site).unwrap())
+    }
+
+    /// A scan before a background at `reach_mm` all around.
+    fn scan(reach_mm: u16) -> Scan {
         let view = View {
             module: 0,
             pose: Pose { at: Point::default(), yaw_rad: 0.0 },
@@ -175,11 +190,13 @@ mod tests {
         };
         let mut scan = Scan::of(&Arc::new(view));
         scan.reach(reach_mm);
-        let walls = Walls::of(&site);
-        let enclosed = site.enclosed();
-        let modules = Modules::default();
-        Ground { walls: &walls, enclosed: &enclosed, guards: true, modules: &modules, newest: &scan }
-            .stops(from, to, passage)
+        scan
+    }
+
+    /// Whether a step along x or y is stopped; a background at `reach_mm` all around.
+    fn stops(reach_mm: u16, from: Point, to: Point, passage: Passage) -> bool {
+        let (terrain, scan) = (terrain(SITE), scan(reach_mm));
+        terrain.ground(RenderingModel::default(), &scan).stops(from, to, passage)
     }
 
     #[test]
@@ -187,6 +204,29 @@ mod tests {
         let (from, to) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
         assert!(!stops(4000, from, to, Passage::InView));
         assert!(stops(4000, from, to, Passage::None));
+    }
+
+    #[test]
+    fn a_hidden_body_leaves_by_an_entry_near_which_a_person_was_just_seen_to_leave() {
+        let (at, to) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
+        let sample = Sample {
+            at,
+            velocity: Point::default(),
+            heading: Point::new(1.0, 0.0),
+            size: 1.0,
+            depth: 1.0,
+            arm: None,
+        };
+        let body = Body::begin(1, 5.0, Cloud::new(vec![sample], 0.0));
+        let (mut terrain, scan) = (terrain(SITE), scan(4000));
+        let leaves = |terrain: &Terrain, at_s| {
+            !body.way(terrain.ground(RenderingModel::default(), &scan), at_s).stops(at, to)
+        };
+        assert!(!leaves(&terrain, 5.0));
+        terrain.openings.note([to], 5.0);
+        assert!(leaves(&terrain, 5.0));
+        terrain.openings.note([], 9.0);
+        assert!(!leaves(&terrain, 9.0));
     }
 
     #[test]
@@ -209,26 +249,14 @@ mod tests {
 
     #[test]
     fn nobody_comes_out_of_an_enclosed_zone_into_the_shadow_of_another() {
-        let site: Site =
-            toml::from_str(&SITE.replace("1]]\n[[entry]]", "1]]\nenclosed = true\n[[entry]]")).unwrap();
-        let enclosed = site.enclosed();
-        let view = View {
-            module: 0,
-            pose: Pose { at: Point::default(), yaw_rad: 0.0 },
-            height_m: 1.0,
-            geometry: Geometry::new(URG_04LX).unwrap(),
-            upside_down: false,
-        };
-        let mut scan = Scan::of(&Arc::new(view));
-        let walls = Walls::of(&site);
+        let terrain = terrain(&SITE.replace("1]]\n[[entry]]", "1]]\nenclosed = true\n[[entry]]"));
+        let mut scan = scan(4000);
         let (inside, outside) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
         for (measured, shadowed) in
             [(Measured::Hit(1.0), true), (Measured::Hit(1.9), false), (Measured::Free(4.0), false)]
         {
             scan.set(vec![measured; scan.beams()]);
-            let modules = Modules::default();
-            let ground =
-                Ground { walls: &walls, enclosed: &enclosed, guards: true, modules: &modules, newest: &scan };
+            let ground = terrain.ground(RenderingModel::default(), &scan);
             assert_eq!(ground.stops(inside, outside, Passage::InView), shadowed, "{measured:?}");
             assert!(!ground.stops(outside, inside, Passage::InView), "people come in hidden behind others");
         }

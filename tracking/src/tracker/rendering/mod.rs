@@ -27,6 +27,7 @@ mod model;
 mod modules;
 mod note;
 mod notes;
+mod openings;
 mod put_down;
 mod random;
 mod ray;
@@ -50,7 +51,7 @@ use cloud::Moments;
 use ellipse::Opacity;
 use exchange::{Before, rename};
 use field::{Field, render};
-use ground::Terrain;
+use ground::{Passage, Terrain};
 pub use model::{Detail, Part, RenderingModel, UnknownVariant};
 use notes::Notes;
 use random::Random;
@@ -66,12 +67,8 @@ const SPEAKS: f64 = 0.7;
 /// Most that one scan says for existence, and against what may be a limb of another body.
 const FOR: f64 = 2.5;
 
-/// Most that one scan says against a body that may have left, and against one that cannot, since no entry was near it:
-/// that one is somewhere, and what contradicts it is the error of the model. In 1.2 s and 4 s all is forgotten.
-const AGAINST: (f64, f64) = (-0.6, -0.1);
-
-/// A body that was last seen nearer to an entry than this may have left, m: a stride, and half of a body's depth.
-const STRIDE_M: f64 = 0.35;
+/// Most that one scan says against any other body: the rest may be an error of the model. In 1.2 s all is forgotten.
+const AGAINST: f64 = -0.6;
 
 /// Where a body was seen is known if its cloud deviates by less, m: half its width.
 const PLACED_M: f64 = 0.3;
@@ -124,8 +121,9 @@ impl Rendering {
     /// Updates the bodies that one scan of a module concerns, and begins new ones.
     fn update(&mut self, module: usize, scan: &Scan, start_s: f64) {
         self.scan_s = start_s;
-        let concerned =
-            self.terrain.modules.concern(module, scan, start_s, self.bodies.iter().map(Body::whereabouts));
+        let Terrain { modules, plan, .. } = &mut self.terrain;
+        let bodies = self.bodies.iter().map(Body::whereabouts);
+        let concerned = modules.concern(module, scan, start_s, bodies, &plan.walls);
         let ground = self.terrain.ground(self.model, scan);
         for &index in &concerned {
             let body = &mut self.bodies[index];
@@ -166,6 +164,7 @@ impl Rendering {
         }
         let against: Vec<f64> = concerned.iter().map(|&index| self.against(index)).collect();
         let ground = self.terrain.ground(self.model, scan);
+        let mut passing = Vec::new();
         for ((&index, against), Looked { evidence, .. }) in concerned.iter().zip(against).zip(&looked) {
             let body = &mut self.bodies[index];
             body.log_odds += evidence.clamp(against, FOR);
@@ -178,12 +177,15 @@ impl Rendering {
                     let Moments { at, velocity, .. } = *moments;
                     body.passage = ground.passage(at, velocity);
                     body.inside = ground.enclosed.around(at).next();
-                    body.may_leave = body.inside.is_none() || ground.walls.entry_m(at) < STRIDE_M;
+                    if body.confirmed && body.passage == Passage::Through && body.inside.is_some() {
+                        passing.push(at);
+                    }
                 }
             } else if *evidence < -SPEAKS && self.model.has(Part::Surprise) {
                 body.cloud.surprise(body.hidden, body.way(ground, start_s), &mut self.random);
             }
         }
+        self.terrain.openings.note(passing, start_s);
         if self.model.has(Part::Names) {
             rename(&mut self.bodies, &mut before);
         }
@@ -194,11 +196,7 @@ impl Rendering {
 
     /// Most that a scan says against a body.
     fn against(&self, index: usize) -> f64 {
-        match self.bodies.get(index) {
-            _ if self.may_be_limb(index) => -FOR,
-            Some(body) if body.may_leave || !self.model.has(Part::Exits) => AGAINST.0,
-            _ => AGAINST.1,
-        }
+        if self.may_be_limb(index) { -FOR } else { AGAINST }
     }
 
     /// The beams that a body may concern.

@@ -18,6 +18,8 @@ pub enum Part {
     BestQuarter,
     /// Two bodies do not share a place.
     Apart,
+    /// How much room a confirmed body has beside the others says nothing of its existence.
+    Room,
     /// An unseen body mostly stands.
     Standing,
     /// A body that a scan contradicts is looked for farther away.
@@ -42,8 +44,8 @@ pub enum Part {
     Limbs,
     /// A body last seen in an enclosed zone is there until it is seen outside.
     Inside,
-    /// A body that no entry was near cannot have left, and is doubted less.
-    Exits,
+    /// Unseen bodies cross an entry near which a person was just seen to leave.
+    Openings,
     /// A box that keeps its place within somebody's reach is that person's.
     Tow,
     /// Who stays behind of two who came as one may be a thing.
@@ -54,10 +56,11 @@ pub enum Part {
 
 impl Part {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 19] = [
+    pub const NAMED: [(Self, &str); 20] = [
         (Self::Annealing, "annealing"),
         (Self::BestQuarter, "best-quarter"),
         (Self::Apart, "apart"),
+        (Self::Room, "room"),
         (Self::Standing, "standing"),
         (Self::Surprise, "surprise"),
         (Self::Conservation, "conservation"),
@@ -70,7 +73,7 @@ impl Part {
         (Self::Company, "company"),
         (Self::Limbs, "limbs"),
         (Self::Inside, "inside"),
-        (Self::Exits, "exits"),
+        (Self::Openings, "openings"),
         (Self::Tow, "tow"),
         (Self::PutDown, "put-down"),
         (Self::Reappearance, "reappearance"),

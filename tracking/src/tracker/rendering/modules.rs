@@ -3,16 +3,17 @@
 //! ```text
 //!     ╭───────╮                 ○ newest: asked are A, whose circle of view touches its own, and itself
 //!     │ A ╭───┼───╮   ╭─────╮
-//!     ╰───┼───╯ ○ │   │  B  │     · a body in the circle is concerned
+//!     ╰───┼───╯ ○ │   │  B  │     · a body in the circle is concerned, unless a wall of the site hides all of it
 //!         │  ·    │   ╰─────╯
 //!         ╰───────╯             a body that no scan has concerned for half a second is updated by the next scan of any
-//!                                       module, and all modules are asked whether they see it
+//!                                       module, and asked are those, too, whose views it may be in
 //! ```
 //!
-//! So the cost of a report does not grow with the site.
+//! So the cost of a report does not grow with the site, nor the cost of a second with the reports that are lost.
 
 use super::scan::Scan;
 use crate::geometry::Point;
+use crate::tracker::walls::Walls;
 
 /// A body that no module has concerned for so long is looked after at any scan, s: five scans of a module. It may have left
 /// where no module looks, or its module may be silent.
@@ -31,6 +32,20 @@ pub struct Whereabouts {
     pub variance_m2: f64,
     /// When that was, s.
     pub at_s: f64,
+}
+
+impl Whereabouts {
+    /// No part of it is farther from the middle, m.
+    fn radius_m(&self) -> f64 {
+        DEVIATIONS * self.variance_m2.sqrt() + BODY_M
+    }
+
+    /// Whether a part of it may be where a module looks.
+    fn may_be_in_view(&self, scan: &Scan) -> bool {
+        let reach_m = scan.reach_m() + self.radius_m();
+        let off = self.at - scan.origin();
+        off.dot(off) < reach_m * reach_m
+    }
 }
 
 /// See the module.
@@ -105,25 +120,27 @@ impl Modules {
         scan: &Scan,
         start_s: f64,
         bodies: impl Iterator<Item = Whereabouts>,
+        walls: &Walls,
     ) -> Vec<usize> {
-        let is_near = |body: &Whereabouts| {
-            let reach_m = scan.reach_m() + DEVIATIONS * body.variance_m2.sqrt() + BODY_M;
-            let off = body.at - scan.origin();
-            off.dot(off) < reach_m * reach_m
-        };
-        let mut some_stale = false;
         let mut concerned = Vec::new();
+        let mut stale = Vec::new();
         for (index, body) in bodies.enumerate() {
-            let is_stale = start_s - body.at_s > STALE_S;
-            some_stale |= is_stale;
-            if is_stale || is_near(&body) {
+            if start_s - body.at_s > STALE_S {
+                stale.push(body);
+                concerned.push(index);
+            } else if body.may_be_in_view(scan) && !walls.hides(scan.origin(), body.at, body.radius_m()) {
                 concerned.push(index);
             }
         }
         self.asked.clear();
-        match self.near.get(module) {
-            Some(near) if !some_stale => self.asked.extend_from_slice(near),
-            _ => self.asked.extend(0..self.scans.len()),
+        self.asked.extend(self.near.get(module).into_iter().flatten());
+        if !stale.is_empty() {
+            let may_see = |scan: &Scan| stale.iter().any(|body| body.may_be_in_view(scan));
+            let others = self.scans.iter().enumerate();
+            let others = others.filter(|(_, other)| other.as_ref().is_some_and(may_see));
+            self.asked.extend(others.map(|(number, _)| number));
+            self.asked.sort_unstable();
+            self.asked.dedup();
         }
         concerned
     }
@@ -179,26 +196,39 @@ mod tests {
         let mut modules = modules();
         let newest = modules.take(0).unwrap();
         let bodies = [body(1.0, 9.9), body(20.0, 9.9), body(4.0, 9.9)];
-        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter()), [0, 2]);
+        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter(), &Walls::default()), [0, 2]);
+    }
+
+    #[test]
+    fn a_body_behind_a_wall_of_the_site_is_not_concerned() {
+        let mut modules = modules();
+        let newest = modules.take(0).unwrap();
+        let site = toml::from_str("[[wall]]\npoints = [[1.5, -9], [1.5, 9]]").unwrap();
+        let bodies = [body(0.0, 9.9), body(1.0, 9.9), body(2.0, 9.9), body(4.0, 9.9)];
+        let concerned = modules.concern(0, &newest, 10.0, bodies.into_iter(), &Walls::of(&site));
+        assert_eq!(concerned, [0, 1, 2], "the third is beside the wall");
     }
 
     #[test]
     fn only_modules_whose_views_touch_are_asked() {
         let mut modules = modules();
         let newest = modules.take(0).unwrap();
-        modules.concern(0, &newest, 10.0, [body(1.0, 9.9)].into_iter());
+        modules.concern(0, &newest, 10.0, [body(1.0, 9.9)].into_iter(), &Walls::default());
         assert_eq!(modules.asked().map(|scan| scan.origin().x).collect::<Vec<_>>(), [5.0]);
         let far = Point::new(42.0, 0.0);
         assert!(!modules.cover(far, &newest));
     }
 
     #[test]
-    fn a_body_that_no_module_concerns_is_not_forgotten_and_all_are_asked_about_it() {
+    fn a_body_that_no_module_concerns_is_not_forgotten_and_those_near_it_are_asked() {
         let mut modules = modules();
         let newest = modules.take(0).unwrap();
         let bodies = [body(1.0, 9.9), body(42.0, 9.0)];
-        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter()), [0, 1]);
+        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter(), &Walls::default()), [0, 1]);
         assert!(modules.cover(Point::new(42.0, 0.0), &newest));
+        let bodies = [body(1.0, 9.9), body(80.0, 9.0)];
+        assert_eq!(modules.concern(0, &newest, 10.0, bodies.into_iter(), &Walls::default()), [0, 1]);
+        assert_eq!(modules.asked().count(), 1, "the module at 40 m cannot see 80 m");
     }
 
     #[test]
@@ -207,7 +237,7 @@ mod tests {
         for (x_m, near) in [(2.0, 2), (60.0, 1)] {
             modules.place(2, &scan(2, x_m));
             let newest = modules.take(0).unwrap();
-            modules.concern(0, &newest, 10.0, std::iter::empty());
+            modules.concern(0, &newest, 10.0, std::iter::empty(), &Walls::default());
             assert_eq!(modules.asked().count(), near, "{x_m}");
             modules.put(0, newest);
         }

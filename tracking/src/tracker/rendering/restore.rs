@@ -10,7 +10,7 @@ use super::body::{Body, SURE, UNSEEN_S};
 use super::cloud::{Cloud, SAMPLES};
 use super::ground::Passage;
 use super::sample::Sample;
-use super::{BODIES, Rendering, STRIDE_M};
+use super::{BODIES, Rendering};
 use crate::geometry::Point;
 use crate::tracker::{DRIFT_MPS, TrackState};
 
@@ -37,7 +37,6 @@ impl Rendering {
             body.supported_s = at_s - age_s.max(2.0 * UNSEEN_S);
             body.passage = Passage::None;
             body.inside = plan.enclosed.around(person.at).next();
-            body.may_leave = body.inside.is_none() || plan.walls.entry_m(person.at) < STRIDE_M;
             self.bodies.push(body);
         }
     }

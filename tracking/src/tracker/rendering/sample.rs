@@ -21,9 +21,9 @@ const KEEPS_UNSEEN_S: f64 = 0.6;
 const PROCESS_NOISE: f64 = 0.7;
 const PROCESS_NOISE_UNSEEN: f64 = 0.7;
 
-/// A lively sample has so many times the process noise: people in a crowd reverse within 0.2 s, from 1.2 m/s to as much
-/// backwards, which is 5.4 m/s per √s.
-const LIVELIER: f64 = 8.0;
+/// Deviation on each axis of the velocity of a person who stands, or waits among others, and of one who walks, m/s.
+pub const WAITS_MPS: f64 = 0.3;
+pub const WALKS_MPS: f64 = 0.9;
 
 /// A person who runs in is not faster, m/s. A cloud that takes another's outline would be.
 const FASTEST_MPS: f64 = 3.5;
@@ -137,12 +137,13 @@ impl Sample {
         self.depth = depth.clamp(*DEPTHS.start(), *DEPTHS.end());
     }
 
-    /// Moves it by a step, as far as the ground allows. `lively`: with far more process noise.
-    pub fn predict(&mut self, step: &Step, lively: bool, way: Way<'_>, random: &mut Random) {
+    /// Moves it by a step, as far as the ground allows. `anew_mps`: with another velocity, whatever it was, of
+    /// this deviation on each axis.
+    pub fn predict(&mut self, step: &Step, anew_mps: Option<f64>, way: Way<'_>, random: &mut Random) {
         let &Step { step_s, root, slower, process_noise, stays_out } = step;
-        let noise = if lively { LIVELIER } else { 1.0 } * process_noise * root;
+        let (kept, noise) = anew_mps.map_or((slower, process_noise * root), |deviation| (0.0, deviation));
         let (x, y) = random.pair();
-        self.velocity = (self.velocity * slower + Point::new(x, y) * noise).at_most(FASTEST_MPS);
+        self.velocity = (self.velocity * kept + Point::new(x, y) * noise).at_most(FASTEST_MPS);
         let (x, y) = random.pair();
         let next = self.at + self.velocity * step_s + Point::new(x, y) * (DRIFT * root);
         if way.stops(self.at, next) {
@@ -211,7 +212,7 @@ impl Sample {
     }
 }
 
-/// Variance on each axis of how far a body that is not lively strays within a time from where its velocity takes it, m²: of
+/// Variance on each axis of how far a body whose velocity is not taken anew strays within a time from where its velocity takes it, m²: of
 /// white noise of the velocity.
 pub const fn strayed_m2(time_s: f64) -> f64 {
     PROCESS_NOISE * PROCESS_NOISE * time_s * time_s * time_s / 3.0

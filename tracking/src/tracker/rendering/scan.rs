@@ -16,6 +16,9 @@ use crate::observation::{Detection, Observation, View};
 /// The middle of a body is at most so far behind a hit, m: half its width.
 const BODY_M: f64 = 0.26;
 
+/// More than a distance is rounded by, m.
+const NEARLY_M: f64 = 1e-6;
+
 /// Result of one beam, m.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Measured {
@@ -35,6 +38,8 @@ pub struct Scan {
     towards: Vec<Point>,
     measured: Vec<Measured>,
     background_mm: Arc<[u16]>,
+    /// No background is farther, m.
+    background_m: f64,
     first_rad: f64,
     beam_rad: f64,
     forward: Point,
@@ -51,6 +56,7 @@ impl Scan {
             towards: (0..beams).map(|beam| Point::towards(bearing(beam))).collect(),
             measured: vec![Measured::Unknown; usize::from(beams)],
             background_mm: Arc::default(),
+            background_m: 0.0,
             first_rad: f64::from(geometry.bearing_rad(0)),
             beam_rad: f64::from(geometry.beam_rad()),
             forward: view.forward(),
@@ -74,7 +80,7 @@ impl Scan {
             *measured =
                 if empty_mm == 0 { Measured::Unknown } else { Measured::Free(f64::from(empty_mm) * 0.001) };
         }
-        self.background_mm = Arc::clone(&observation.background_mm);
+        self.take_background(Arc::clone(&observation.background_mm));
         let geometry = &self.view.geometry;
         for seen in &observation.detections {
             let (first, last) =
@@ -92,17 +98,22 @@ impl Scan {
         }
     }
 
+    fn take_background(&mut self, background_mm: Arc<[u16]>) {
+        self.background_m = background_mm.iter().copied().max().map_or(0.0, f64::from) * 0.001;
+        self.background_mm = background_mm;
+    }
+
     /// Takes these results, beam by beam, before a background at 4 m.
     #[cfg(test)]
     pub fn set(&mut self, measured: Vec<Measured>) {
-        self.background_mm = measured.iter().map(|_| 4000).collect();
+        self.reach(4000);
         self.measured = measured;
     }
 
     /// Takes a background at one range all around.
     #[cfg(test)]
     pub fn reach(&mut self, reach_mm: u16) {
-        self.background_mm = self.measured.iter().map(|_| reach_mm).collect();
+        self.take_background(self.measured.iter().map(|_| reach_mm).collect());
     }
 
     /// The module's place.
@@ -112,6 +123,11 @@ impl Scan {
 
     /// Whether the module sees a place when nothing stands before it.
     pub fn covers(&self, place: Point) -> bool {
+        let off = place - self.origin();
+        // Of the modules of a site most see nothing of a place, and the angle is dear.
+        if off.dot(off) > (self.background_m + NEARLY_M) * (self.background_m + NEARLY_M) {
+            return false;
+        }
         let (beam, distance_m) = self.beam_at(place);
         let beam = beam.round();
         let reach_mm = if beam >= 0.0 { self.background_mm.get(beam as usize).copied() } else { None };

@@ -185,25 +185,6 @@ fn a_body_whose_place_is_seen_empty_is_gone() {
 }
 
 #[test]
-fn a_body_that_no_entry_was_near_is_doubted_less_than_one_that_may_have_left() {
-    const ZONE: &str = "[[zone]]\nname = 'a'\npolygon = [[0, -3], [3.9, -3], [3.9, 3], [0, 3]]\nenclosed = true\n\
-        [[wall]]\npoints = [[0, -3], [3.9, -3], [3.9, 3], [0, 3], [0, -3]]";
-    let left_after = |more: &str| {
-        let mut bench = Bench::within(more);
-        for _ in 0..40 {
-            bench.shows(&[(2.0, 0.0)]);
-        }
-        assert_eq!(bench.tracks().len(), 1);
-        (1..200).find(|_| {
-            bench.shows(&[]);
-            bench.tracks().is_empty()
-        })
-    };
-    let (enclosed, open) = (left_after(ZONE).unwrap(), left_after("").unwrap());
-    assert!(open <= 20 && (50..150).contains(&enclosed), "{open} {enclosed} scans");
-}
-
-#[test]
 fn a_scan_that_saw_nothing_changes_no_existence() {
     let mut bench = Bench::new();
     for _ in 0..20 {

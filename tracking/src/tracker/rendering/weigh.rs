@@ -74,7 +74,8 @@ impl Rendering {
         if beams.telling().is_empty() && (keepers.is_empty() || is_unknown()) {
             return Looked { evidence: 0.0, done: true, changed: false };
         }
-        let log_ratios = self.log_ratios(index, (scan, window), &beams, &keepers);
+        let aparts = self.aparts(index, &keepers);
+        let log_ratios = self.log_ratios(index, (scan, window), &beams, &aparts);
         let (least, most) =
             log_ratios.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &ratio| {
                 (least.min(ratio), most.max(ratio))
@@ -97,8 +98,18 @@ impl Rendering {
             }
         }
         let of = if self.model.has(Part::BestQuarter) { 4 } else { 1 };
-        let evidence = self.beyond_a_limb(index, best(log_ratios, of));
+        // How little room a body has beside others is no news of this scan. Counted again by each, it would delete every person who
+        // waits hidden.
+        let is_known = !keepers.is_empty() && self.bodies[index].confirmed && self.model.has(Part::Room);
+        let room = if is_known { best(aparts, of) } else { 0.0 };
+        let evidence = self.beyond_a_limb(index, best(log_ratios, of) - room);
         Looked { evidence, done: !tempered, changed: true }
+    }
+
+    /// Log likelihood of each sample of a body that it does not overlap the others.
+    fn aparts(&self, index: usize, keepers: &[Keeper]) -> Vec<f64> {
+        let samples = self.bodies[index].cloud.samples().iter();
+        samples.map(|sample| apart(sample.at, sample.heading, keepers)).collect()
     }
 
     /// Log likelihood of the scan with each sample of a body over that without it.
@@ -107,11 +118,11 @@ impl Rendering {
         index: usize,
         (scan, window): (&Scan, &Window),
         beams: &Beams,
-        keepers: &[Keeper],
+        aparts: &[f64],
     ) -> Vec<f64> {
         let (origin, noise) = (scan.origin(), self.noise);
         let mut arms = Arms::default();
-        let log_ratio = |sample: &Sample| {
+        let log_ratio = |(sample, apart): (&Sample, &f64)| {
             let mut product = 1.0;
             if sample.arm.is_none() {
                 let torso = sample.torso();
@@ -126,9 +137,9 @@ impl Rendering {
                     product *= beams.ratio(place, met, noise);
                 });
             }
-            window.weight * libm::log(product.max(1e-300)) + apart(sample.at, sample.heading, keepers)
+            window.weight * libm::log(product.max(1e-300)) + apart
         };
-        self.bodies[index].cloud.samples().iter().map(log_ratio).collect()
+        self.bodies[index].cloud.samples().iter().zip(aparts).map(log_ratio).collect()
     }
 
     /// Lets a body that no scan has looked for since it was seen come into view where something is that no body explains.
@@ -191,8 +202,8 @@ mod tests {
     use crate::observation::View;
     use crate::site::Site;
 
-    #[test]
-    fn a_body_that_no_beam_tells_of_is_kept_out_of_another() {
+    /// A body far behind others that stand anywhere before it, and one beside it.
+    fn behind_others(places_m: &[f64], beside_m: f64) -> (Rendering, Scan, Vec<Window>) {
         let site: Site = toml::from_str("[[module]]\nname = 'm'\nx = 0\ny = 0\nyaw_deg = 0").unwrap();
         let mut tracker = Rendering::new(&site, RenderingModel::default());
         let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
@@ -213,17 +224,37 @@ mod tests {
         // Two bodies far behind one that may stand anywhere before them: one of these stands where the other may be.
         scan.set(vec![Measured::Hit(0.75); scan.beams()]);
         let before: Vec<f64> = (-5..11).map(|place| 0.1 * f64::from(place)).collect();
-        tracker.bodies = vec![body(1, 3.0, &[0.0, 0.8]), body(2, 3.0, &[0.0]), body(3, 1.0, &before)];
+        tracker.bodies = vec![body(1, 3.0, places_m), body(2, 3.0, &[beside_m]), body(3, 1.0, &before)];
         let windows: Vec<Window> =
             tracker.bodies.iter().map(|body| window(body, &scan, 1).unwrap()).collect();
         let rendered = tracker.bodies.iter().zip(&windows);
         let fields = rendered.map(|(body, window)| render(body, &scan, window, tracker.opacity));
         tracker.fields = fields.enumerate().collect();
+        (tracker, scan, windows)
+    }
+
+    #[test]
+    fn a_body_that_no_beam_tells_of_is_kept_out_of_another() {
+        let (mut tracker, scan, windows) = behind_others(&[0.0, 0.8], 0.0);
         let mut beams = tracker.beams(0, &scan, &windows[0]);
         beams.silence(windows[0].nearest_m(tracker.bodies[0].cloud.samples(), &scan));
         assert!(beams.telling().is_empty());
         tracker.look(0, &scan, &windows[0], Look::Fine);
         let at = tracker.bodies[0].cloud.moments().at;
         assert!(at.y > 0.75, "{at:?}");
+    }
+
+    #[test]
+    fn how_little_room_a_body_has_is_no_evidence() {
+        let evidence = |confirmed, without| {
+            // The other is 5 cm nearer than two bodies leave each other room.
+            let (mut tracker, scan, windows) = behind_others(&[0.0, 0.01], 0.35);
+            tracker.model.without = without;
+            tracker.bodies[0].confirmed = confirmed;
+            tracker.look(0, &scan, &windows[0], Look::Fine).evidence
+        };
+        assert!(evidence(true, None).abs() < 0.01);
+        assert!(evidence(true, Some(Part::Room)) < -0.3);
+        assert!(evidence(false, None) < -0.3, "a tentative one may be the arm of the other");
     }
 }
