@@ -10,11 +10,12 @@ use host_sim::plan::{ORDINARY_CLOTHES, Task};
 use host_sim::world::optics::SensorModel;
 use host_sim::world::random::{Purpose, Stream};
 
-/// People in every room.
-const PEOPLE: usize = 4;
+/// People in every room: with four, two modules count right for 99 % of the time from more than one of three layouts.
+const PEOPLE: usize = 6;
 
-/// Runs of each layout; `KEHAI_PLAN_SEEDS` asks for others.
-const SEEDS: u64 = 10;
+/// Runs of each layout; `KEHAI_PLAN_SEEDS` asks for others. The best two of a room may count right for 98 and 99 % of the time: with ten
+/// runs chance said in two rooms which is the better.
+const SEEDS: u64 = 40;
 
 fn seeds() -> std::ops::RangeInclusive<u64> {
     let asked = std::env::var("KEHAI_PLAN_SEEDS").ok().and_then(|seeds| seeds.parse::<u64>().ok());
@@ -97,24 +98,33 @@ fn the_greedy_choice_of_two_is_within_five_per_cent_of_the_best_of_all_pairs() {
     assert!(worst >= 0.95, "{worst}");
 }
 
+/// Of two layouts that count as well, chance says which counts better: another order is one beyond what the runs deviate by.
 #[test]
 fn the_simulator_ranks_three_layouts_as_their_values_do() {
-    let mut same = 0;
+    let (mut same, mut none_against) = (0, 0);
     for number in 0..10 {
         let task = task(number);
         let survey = Survey::of(&task).unwrap();
         let layouts = three(&survey, number);
         let modules = layouts.each_ref().map(|layout| survey.modules(layout));
         let found = expect(&Visitors::of(&task).unwrap(), &modules, &seeds(), || {}).unwrap();
-        let exact = [0, 1, 2].map(|layout: usize| found[layout].mean().unwrap().mean);
-        let is_same = exact.is_sorted_by(|one, other| one > other);
+        let exact = [0, 1, 2].map(|layout: usize| found[layout].mean().unwrap());
+        let [high, _, low] = exact.each_ref().map(|exact| exact.mean);
+        let is_same = exact.is_sorted_by(|one, other| one.mean > other.mean);
+        let may_be_same = exact.is_sorted_by(|one, other| one.interval.high >= other.interval.low);
         println!(
-            "room {number}: values {:.3?}, exact {exact:.3?}{}",
+            "room {number}: values {:.3?}, exact {:.3?}{}",
             layouts.map(|layout| layout.value),
-            if is_same { "" } else { ": another order" }
+            exact.map(|exact| exact.mean),
+            match (is_same, may_be_same) {
+                (true, _) => "",
+                (false, true) => ": another order, by chance",
+                (false, false) => ": another order",
+            }
         );
         same += usize::from(is_same);
+        none_against += usize::from(may_be_same && high > low);
     }
-    println!("{same} of 10 rooms in the same order");
-    assert_eq!(same, 10);
+    println!("{same} of 10 rooms in the same order, {none_against} in no other than by chance");
+    assert!(same >= 9 && none_against == 10, "{same}, {none_against}");
 }
