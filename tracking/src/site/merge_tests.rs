@@ -146,12 +146,26 @@ fn nothing_is_dropped<P: Part>(base: &[P], edit: &[P], merged: &[P], asked: &[&V
     }
 }
 
-/// What both have left as it was is there as often as both have it.
+/// What neither has touched is there. Of two equal walls each may have changed another, and then none is left.
 fn the_same_stays<P: Part>([base, mine, theirs]: [&[P]; 3], merged: &[P]) {
     for part in base {
-        let kept = count(base, part).min(count(mine, part)).min(count(theirs, part));
-        assert!(kept == 0 || count(merged, part) > 0, "{} is lost", part.label(0));
+        let of_base = count(base, part);
+        let touched = |edit| of_base.saturating_sub(count(edit, part));
+        let kept = of_base.saturating_sub(touched(mine) + touched(theirs));
+        let is_kept = count(merged, part) >= kept;
+        assert!(is_kept, "{} is there less than {kept} times", part.label(0));
     }
+}
+
+#[test]
+fn of_two_equal_walls_one_taken_away_and_the_other_moved_none_is_left() {
+    let other = WALL.replace("[4, 0]", "[4, 9]");
+    let base = site(&[WALL, &other, WALL].concat());
+    let (mut mine, mut theirs) = (base.clone(), base.clone());
+    mine.walls.remove(2);
+    theirs.walls[0] = base.walls[1].clone();
+    let Merged { site: both, conflicts } = merge(&base, &mine, &theirs);
+    assert_eq!((both.walls, conflicts), (vec![base.walls[1].clone(); 2], vec![]));
 }
 
 proptest! {
