@@ -48,9 +48,9 @@ pub(super) enum Kind {
     Member,
     /// Waits in the hall, and goes to the zone when called.
     Next,
-    /// Behind the last member, centres so far apart; from the start, or once the door opens.
+    /// Behind the last member, with such a gap between the bodies; from the start, or once the door opens.
     Behind {
-        apart_m: f64,
+        gap_m: f64,
         late: bool,
     },
     /// Beside the last member; `behind_m` back in the doorway if it is too narrow for both.
@@ -103,9 +103,9 @@ impl Cast {
         let mut kinds = vec![Kind::Member; plan.people];
         let late = (seed / 3).is_multiple_of(2);
         match plan.rule {
-            Rule::GapWide => kinds.push(Kind::Behind { apart_m: stream.between(0.6, 1.2), late }),
-            Rule::GapNarrow => kinds.push(Kind::Behind { apart_m: stream.between(0.3, 0.6), late }),
-            Rule::InFile => kinds.push(Kind::Behind { apart_m: stream.between(0.0, 0.1), late }),
+            Rule::GapWide => kinds.push(Kind::Behind { gap_m: stream.between(0.6, 1.2), late }),
+            Rule::GapNarrow => kinds.push(Kind::Behind { gap_m: stream.between(0.3, 0.6), late }),
+            Rule::InFile => kinds.push(Kind::Behind { gap_m: stream.between(0.0, 0.1), late }),
             Rule::SideBySide => {
                 kinds.push(Kind::Beside { apart_m: stream.between(0.0, 0.05), behind_m: None, late });
             }
@@ -148,14 +148,13 @@ impl Cast {
             }
         };
         let mut actors: Vec<Actor> = kinds.iter().enumerate().map(actor).collect();
-        // Gaps are between bodies, what they have with them included: centres are farther apart.
+        // Beside another, too, the gap is between bodies and what they have with them: centres are farther apart.
         let leader = actors.get(plan.people.saturating_sub(1)).map(|leader| leader.body);
         for actor in &mut actors {
             let Some(leader) = leader else { continue };
             let reach_m = |own_m: f64, of: fn(&Loaded) -> f64| loaded.as_ref().map_or(own_m, of).max(own_m);
             let back_m = reach_m(leader.half_depth_m, |loaded| loaded.back_m) + actor.body.half_depth_m;
             match &mut actor.kind {
-                Kind::Behind { apart_m, .. } => *apart_m += back_m,
                 Kind::Beside { apart_m, behind_m, .. } => {
                     // A towed suitcase trails behind both people, and does not push the tailgater aside.
                     let beside = loaded.as_ref().filter(|_| plan.load != Some(Load::Suitcase));

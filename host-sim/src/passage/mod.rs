@@ -11,10 +11,12 @@
 //! |---|---|
 //! | `cast` | the actors, and what each of them does |
 //! | `walk` | a step of each of them |
+//! | `gap` | how near a follower comes |
 //! | `load` | the load of the last of the group |
 //! | `stage` | the simulation loop, and its report |
 
 pub mod cast;
+mod gap;
 pub mod load;
 pub mod stage;
 mod walk;

@@ -9,6 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::Rule;
 use super::cast::{ASIDE_M, Cast, DOORWAY_HALF_M, Kind, OPENING, TAILGATER_ASIDE_M};
+use super::gap::{Reach, farthest};
 use crate::world::crowd::{self, STEP_S, Walker};
 use crate::world::geometry::{Outline, Point};
 use crate::world::motion::Track;
@@ -93,19 +94,23 @@ impl Cast {
     fn shadow(&mut self, index: usize, leader: usize, share: f64) {
         let Some(first) = self.actors.get(leader) else { return };
         let (trail, ahead, gone) = (first.trail.clone(), first.walker.at, first.visit.phase == Phase::Gone);
+        let reach = Reach::of(&first.body, self.loaded.as_ref());
         let Some(actor) = self.actors.get_mut(index) else { return };
-        let at = actor.walker.at;
+        let (at, own) = (actor.walker.at, Reach::of(&actor.body, None));
         let wanted = match actor.kind {
-            Kind::Behind { apart_m, late } => {
+            Kind::Behind { gap_m, late } => {
                 let hall = trail.iter().position(|point| point.y > HALL_Y_M).unwrap_or(trail.len());
-                let mut far = trail.len() as f64 - 1.0 - apart_m / TRAIL_M;
-                if gone {
-                    far = trail.len() as f64 - 1.0;
-                }
+                let mut far = if gone {
+                    trail.len() as f64 - 1.0
+                } else {
+                    farthest(&trail, (ahead, reach), own, gap_m)
+                };
                 if late && share < OPENING && actor.along <= hall as f64 {
                     far = far.min(hall as f64);
                 }
-                actor.along += (far - actor.along).clamp(0.0, HURRY_M_S * STEP_S / TRAIL_M);
+                // Back, too, if the actor before it steps back.
+                let most = HURRY_M_S * STEP_S / TRAIL_M;
+                actor.along += (far - actor.along).clamp(-most, most);
                 let place = actor.along.max(0.0) as usize;
                 let (from, to) = (trail.get(place), trail.get(place + 1));
                 let from = from.copied().unwrap_or(at);
