@@ -23,7 +23,7 @@ mod strip;
 pub mod verdict;
 mod zone;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use crate::cells::Areas;
@@ -108,7 +108,7 @@ impl Zones {
             let number = change.before.zones.iter().position(same);
             if let Some(was) = number.and_then(|number| self.zones.get_mut(number)) {
                 zone.cells = std::mem::take(&mut was.cells);
-                zone.occupied_s = was.occupied_s;
+                (zone.occupied_s, zone.missed_s) = (was.occupied_s, was.missed_s);
                 continue;
             }
             inherit(&mut zone.cells, &seen_s);
@@ -130,10 +130,9 @@ impl Zones {
     /// A module looks again after a gap: until `found_s`, in s, people in its view may not have been found again.
     pub fn look_again(&mut self, view: &Arc<View>, found_s: f64) {
         let cells = &reach(&mut self.reaches, &self.zones, view).cells;
-        for in_view in cells {
-            if let Some(zone) = self.zones.get_mut(in_view.zone as usize) {
-                zone.found_s = zone.found_s.max(found_s);
-            }
+        let in_view: BTreeSet<u32> = cells.iter().map(|in_view| in_view.zone).collect();
+        for (_, zone) in (0..).zip(&mut self.zones).filter(|(number, _)| in_view.contains(number)) {
+            zone.look_again(found_s);
         }
     }
 

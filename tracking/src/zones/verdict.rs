@@ -5,7 +5,7 @@
 //!   a module was moved ─▶ Moved           │
 //!   seen < 10 %        ─▶ HardlySeen      │
 //!   seen < 80 %        ─▶ PartlySeen      │ partly
-//!   nobody found, and  ─▶ NotFoundAgain   │        a gap is just over, and somebody is being found
+//!   nobody found, and  ─▶ NotFoundAgain   │        a gap is just over, and somebody is being found, or was there before it
 //!                         LeftUnseen      │        who was in it is gone, and nobody has looked since
 //!                         MayHide         │        a body finds room where nothing was seen since the gap
 //!   else               ─▶ Seen            │ known
@@ -36,7 +36,7 @@ pub enum Verdict {
     HardlySeen,
     /// A part is not seen.
     PartlySeen,
-    /// A module looks there again after a gap, and a track in it is not sure yet.
+    /// A module looks there again after a gap, and not all who may be in it have been found.
     NotFoundAgain {
         /// s until that is over.
         for_s: f64,

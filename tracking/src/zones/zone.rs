@@ -10,8 +10,8 @@
 //! stood there, and what is at that place and behind it is then seen no more: a zone in which no track is stays *partly*
 //! known while a body's worth of cells that were seen before the gap has not been seen since. With tracks inside, these
 //! are what hides them. A gap too short for that is long enough to lose a person who turns round: until all have been found
-//! again a zone is not known to be empty in which there is a tentative track. And a person leaves only a zone that is looked
-//! at: a track that is predicted out of it while no report comes leaves it *partly* known.
+//! again a zone is not known to be empty in which there is a tentative track, or in which a person was counted before the gap. And
+//! a person leaves only a zone that is looked at: a track that is predicted out of it while no report comes leaves it *partly* known.
 
 use super::presence::{Presence, WHOLE};
 use super::verdict::{Role, Verdict};
@@ -59,6 +59,8 @@ pub struct Zone {
     pub known_s: f64,
     /// Before this time people in it may not have been found again, s.
     pub found_s: f64,
+    /// Before this time one who was counted in it before a gap may have been predicted out of it, s.
+    pub missed_s: f64,
     /// When its most recently seen cell had been seen, at the last line that counted a person in it, s.
     pub occupied_s: f64,
     /// The newest time in which too little of it was seen.
@@ -128,6 +130,7 @@ impl Zone {
             around,
             known_s: f64::NEG_INFINITY,
             found_s: f64::NEG_INFINITY,
+            missed_s: f64::NEG_INFINITY,
             occupied_s: f64::NEG_INFINITY,
             gap: None,
         }
@@ -137,6 +140,15 @@ impl Zone {
     pub fn distance_m(&self, at: Point) -> f64 {
         let (low, high) = self.around;
         (Point::new(at.x.clamp(low.x, high.x), at.y.clamp(low.y, high.y)) - at).length()
+    }
+
+    /// A module looks at it again after a gap: until `found_s` people in it may not have been found again. One who turned round in the gap
+    /// is predicted to go on, out of a zone in which nobody has been seen to leave.
+    pub fn look_again(&mut self, found_s: f64) {
+        self.found_s = self.found_s.max(found_s);
+        if self.occupied_s.is_finite() && self.occupied_s >= self.newest_s() {
+            self.missed_s = self.missed_s.max(found_s);
+        }
     }
 
     /// The record of this zone, from the tracks inside.
@@ -181,7 +193,9 @@ impl Zone {
             share if share < UNKNOWN => Verdict::HardlySeen,
             share if share < KNOWN => Verdict::PartlySeen,
             _ if count > 0 => Verdict::Seen,
-            _ if !is_found_again => Verdict::NotFoundAgain { for_s: (self.found_s - at_s).max(0.0) },
+            _ if !is_found_again => {
+                Verdict::NotFoundAgain { for_s: (self.found_s.max(self.missed_s) - at_s).max(0.0) }
+            }
             _ if seen_s <= self.occupied_s && at_s - seen_s >= FRESH_S => Verdict::LeftUnseen,
             _ => match self.may_hide(at_s) {
                 cells if cells >= BODY => Verdict::MayHide { m2: cells as f64 * CELL_M * CELL_M },
@@ -204,7 +218,7 @@ impl Zone {
     /// Who is found inside, and whether all have been found that may have been lost in a gap.
     fn found(&self, tracks: &[Presence<'_>], at_s: f64) -> (Found, bool) {
         let mut found = Found { count: 0, p: vec![1.0], counted_p: vec![1.0] };
-        let mut is_found_again = true;
+        let mut is_found_again = at_s >= self.missed_s;
         for Presence { track, is_inside, parts } in tracks {
             let role = self.role(track);
             let existence = match role {

@@ -94,6 +94,24 @@ fn after_a_short_gap_a_zone_is_not_empty_while_somebody_in_it_is_being_found() {
 }
 
 #[test]
+fn one_who_is_predicted_out_of_a_zone_after_a_gap_leaves_it_partly_known() {
+    let person = Presence { track: &PERSON, is_inside: true, parts: WHOLE };
+    let mut zone = seen_square(10.0);
+    assert_eq!(zone.line(&[person], 10.1).count(), Some(1));
+    zone.look_again(13.2);
+    zone.cells.iter_mut().for_each(|cell| cell.seen_s = 11.2);
+    assert_eq!(zone.line(&[], 11.3).state(), ZoneKnown::Partly);
+    assert_eq!(zone.line(&[person], 11.5).count(), Some(1), "found again");
+    zone.cells.iter_mut().for_each(|cell| cell.seen_s = 13.1);
+    assert_eq!(zone.line(&[], 13.1).state(), ZoneKnown::Partly, "looked at, and not for long enough");
+    assert_eq!(zone.line(&[], 13.2).count(), Some(0));
+    // One that was empty before the gap is empty after it.
+    zone.cells.iter_mut().for_each(|cell| cell.seen_s = 14.0);
+    zone.look_again(16.0);
+    assert_eq!(zone.line(&[], 14.1).count(), Some(0));
+}
+
+#[test]
 fn after_a_gap_a_zone_is_known_only_where_it_was_seen_again() {
     let zone: site::Zone =
         toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
