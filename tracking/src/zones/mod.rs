@@ -56,7 +56,7 @@ pub struct Zones {
     areas: Areas,
     /// Where nobody is counted, and nothing has to be seen.
     excluded: Areas,
-    /// Those before a door, which unlocks only if nearly all of them is seen, and counting lines.
+    /// Those before a door, which unlocks only if they are known, and counting lines.
     guarded: Vec<usize>,
     /// What each module can see of them, by its number in the site.
     reaches: BTreeMap<usize, Reach>,

@@ -17,7 +17,7 @@ use super::presence::{Presence, WHOLE};
 use super::verdict::{Role, Verdict};
 use crate::count::{Doubt, join};
 use crate::geometry::{Point, bounds, inside};
-use crate::occupancy::{Found, ZoneKnown, ZoneLine};
+use crate::occupancy::{Found, KNOWN_SHARE, ZoneKnown, ZoneLine};
 use crate::site;
 use crate::tracker::{LifeCycle, Origin, TrackState};
 
@@ -29,9 +29,6 @@ pub const SEEN_S: f64 = 2.0;
 
 /// What a range finder saw so long ago may be the newest: a scan of 0.1 s, its way, and the time until the next one, s.
 const FRESH_S: f64 = 0.3;
-
-/// Seen share from which a zone is known.
-const KNOWN: f64 = 0.8;
 
 /// Seen share under which nothing is known.
 const UNKNOWN: f64 = 0.1;
@@ -158,7 +155,7 @@ impl Zone {
         }
         let (found, is_found_again) = self.found(tracks, at_s);
         let (seen_share, seen_s) = (self.seen_share(at_s), self.newest_s());
-        self.note(seen_share < KNOWN, at_s);
+        self.note(seen_share < KNOWN_SHARE, at_s);
         if found.count > 0 {
             self.occupied_s = seen_s;
         }
@@ -191,7 +188,7 @@ impl Zone {
     ) -> Verdict {
         match seen_share {
             share if share < UNKNOWN => Verdict::HardlySeen,
-            share if share < KNOWN => Verdict::PartlySeen,
+            share if share < KNOWN_SHARE => Verdict::PartlySeen,
             _ if count > 0 => Verdict::Seen,
             _ if !is_found_again => {
                 Verdict::NotFoundAgain { for_s: (self.found_s.max(self.missed_s) - at_s).max(0.0) }

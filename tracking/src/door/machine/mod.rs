@@ -28,6 +28,7 @@ use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
 use crate::door::terms::{Alarm, Card, Lock, Refusal, Trouble};
 use crate::door::transition::{Cause, Phase};
+use crate::occupancy::KNOWN_SHARE;
 use crate::site::Site;
 use crate::site::door::{Door, Fail};
 use leaf::Leaf;
@@ -37,8 +38,8 @@ use trust::{Certainty, Trust};
 /// Least probability that the number entered is the count.
 pub const SURE: f64 = 0.95;
 
-/// Least share of the zone that was seen in the last 2 s.
-pub const SEEN: f64 = 0.95;
+/// Least share of the zone that was seen in the last 2 s: from here on a zone is known.
+pub const SEEN: f64 = KNOWN_SHARE;
 
 /// Both must hold for so long without a break, s: five lines, so that no flicker of the count opens a door.
 pub const STEADY_S: f64 = 0.5;
