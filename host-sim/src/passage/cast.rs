@@ -151,20 +151,15 @@ impl Cast {
         // Beside another, too, the gap is between bodies and what they have with them: centres are farther apart.
         let leader = actors.get(plan.people.saturating_sub(1)).map(|leader| leader.body);
         for actor in &mut actors {
-            let Some(leader) = leader else { continue };
-            let reach_m = |own_m: f64, of: fn(&Loaded) -> f64| loaded.as_ref().map_or(own_m, of).max(own_m);
-            let back_m = reach_m(leader.half_depth_m, |loaded| loaded.back_m) + actor.body.half_depth_m;
-            match &mut actor.kind {
-                Kind::Beside { apart_m, behind_m, .. } => {
-                    // A towed suitcase trails behind both people, and does not push the tailgater aside.
-                    let beside = loaded.as_ref().filter(|_| plan.load != Some(Load::Suitcase));
-                    let side_m = beside.map_or(0.0, |loaded| loaded.side_m).max(leader.half_width_m);
-                    let width_m = side_m + actor.body.half_width_m;
-                    let room_m = TAILGATER_ASIDE_M + ASIDE_M.min(DOORWAY_HALF_M - side_m) + SHOULDER_M;
-                    *behind_m = (width_m > room_m).then_some(*apart_m + back_m);
-                    *apart_m += width_m;
-                }
-                _ => {}
+            if let (Some(leader), Kind::Beside { apart_m, behind_m, .. }) = (leader, &mut actor.kind) {
+                let back_m = loaded.as_ref().map_or(0.0, |loaded| loaded.back_m).max(leader.half_depth_m);
+                // A towed suitcase trails behind both people, and does not push the tailgater aside.
+                let beside = loaded.as_ref().filter(|_| plan.load != Some(Load::Suitcase));
+                let side_m = beside.map_or(0.0, |loaded| loaded.side_m).max(leader.half_width_m);
+                let width_m = side_m + actor.body.half_width_m;
+                let room_m = TAILGATER_ASIDE_M + ASIDE_M.min(DOORWAY_HALF_M - side_m) + SHOULDER_M;
+                *behind_m = (width_m > room_m).then_some(*apart_m + back_m + actor.body.half_depth_m);
+                *apart_m += width_m;
             }
         }
         let person = |(index, actor): (usize, &Actor)| Person {
