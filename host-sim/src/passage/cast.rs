@@ -10,6 +10,7 @@
 
 use std::sync::Arc;
 
+use super::gap::Reach;
 use super::load::{Load, Loaded};
 use super::{Plan, Rule};
 use crate::world::body::{Body, Section};
@@ -152,10 +153,10 @@ impl Cast {
         let leader = actors.get(plan.people.saturating_sub(1)).map(|leader| leader.body);
         for actor in &mut actors {
             if let (Some(leader), Kind::Beside { apart_m, behind_m, .. }) = (leader, &mut actor.kind) {
-                let back_m = loaded.as_ref().map_or(0.0, |loaded| loaded.back_m).max(leader.half_depth_m);
+                let back_m = Reach::of(&leader, loaded.as_ref()).back_m;
                 // A towed suitcase trails behind both people, and does not push the tailgater aside.
                 let beside = loaded.as_ref().filter(|_| plan.load != Some(Load::Suitcase));
-                let side_m = beside.map_or(0.0, |loaded| loaded.side_m).max(leader.half_width_m);
+                let side_m = Reach::of(&leader, beside).side_m;
                 let width_m = side_m + actor.body.half_width_m;
                 let room_m = TAILGATER_ASIDE_M + ASIDE_M.min(DOORWAY_HALF_M - side_m) + SHOULDER_M;
                 *behind_m = (width_m > room_m).then_some(*apart_m + back_m + actor.body.half_depth_m);

@@ -56,7 +56,7 @@ pub struct Zone {
     pub known_s: f64,
     /// Before this time people in it may not have been found again, s.
     pub found_s: f64,
-    /// Before this time one who was counted in it before a gap may have been predicted out of it, s.
+    /// Before this time one who was counted in it before a gap may have been predicted out of it, s: never later than `found_s`.
     pub missed_s: f64,
     /// When its most recently seen cell had been seen, at the last line that counted a person in it, s.
     pub occupied_s: f64,
@@ -190,9 +190,7 @@ impl Zone {
             share if share < UNKNOWN => Verdict::HardlySeen,
             share if share < KNOWN_SHARE => Verdict::PartlySeen,
             _ if count > 0 => Verdict::Seen,
-            _ if !is_found_again => {
-                Verdict::NotFoundAgain { for_s: (self.found_s.max(self.missed_s) - at_s).max(0.0) }
-            }
+            _ if !is_found_again => Verdict::NotFoundAgain { for_s: (self.found_s - at_s).max(0.0) },
             _ if seen_s <= self.occupied_s && at_s - seen_s >= FRESH_S => Verdict::LeftUnseen,
             _ => match self.may_hide(at_s) {
                 cells if cells >= BODY => Verdict::MayHide { m2: cells as f64 * CELL_M * CELL_M },
