@@ -15,11 +15,13 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use kehai_emulator::recording::Recording;
-use kehai_tracking::jsonl::TruthLine;
+use kehai_tracking::geometry::Point;
+use kehai_tracking::jsonl::{PersonLine, TruthLine};
 use kehai_tracking::site::Site;
 use rayon::prelude::*;
 use serde::Deserialize;
 
+use super::in_view::Sensor;
 use super::runner::judge_in;
 use super::table::{Cell, Outcome, Row};
 use super::trial::{counted, judged};
@@ -27,11 +29,11 @@ use crate::baselines::Choice;
 use crate::replay::Learn;
 use crate::run::recorded::Recorded;
 use crate::run::{Moment, Record, SeenPerson};
-use crate::score::{Settings, VISIBLE_BEAMS};
+use crate::score::Settings;
 use crate::world::Events;
 
 /// Scans of the empty room with which every recording begins.
-const LEARN: Learn = Learn::Scans(60);
+const EMPTY: u16 = 60;
 
 /// A case as its folder describes it.
 #[derive(Clone, Debug)]
@@ -154,28 +156,42 @@ impl Case {
             Ok((name.clone(), recording))
         };
         let recordings = self.about.modules.iter().map(recording).collect::<Result<Vec<_>, _>>()?;
-        let played = Recorded::play(&site, &recordings, LEARN, || {})
+        let played = Recorded::play(&site, &recordings, Learn::Scans(EMPTY), || {})
             .map_err(|error| CaseError::at(&self.folder, error))?;
-        let truth = self.truth(played.zero_s)?;
+        let sensor = |(name, recording): &(String, Recording)| {
+            let module = site.modules.iter().find(|module| module.name == *name)?;
+            Some(Sensor::new(recording, module.pose(), EMPTY.into()))
+        };
+        let sensors = recordings.iter().filter_map(sensor).collect::<Result<Vec<_>, _>>();
+        let sensors = sensors.map_err(|error| CaseError::at(&self.folder, error))?;
+        let truth = self.truth(&sensors, played.zero_s)?;
         let events = self.events(&truth, played.zero_s);
         Ok(Record { truth, events, ..played.record })
     }
 
     /// Its truth on the host's clock, which is `zero_s` later than the recordings'.
-    fn truth(&self, zero_s: f64) -> Result<Vec<Moment>, CaseError> {
+    fn truth(&self, sensors: &[Sensor], zero_s: f64) -> Result<Vec<Moment>, CaseError> {
         let path = self.folder.join("truth.jsonl");
         let text = fs::read_to_string(&path).map_err(|error| CaseError::at(&path, error))?;
-        let person = |person: &kehai_tracking::jsonl::PersonLine| SeenPerson {
+        let person = |(person, beams): (&PersonLine, u32)| SeenPerson {
             id: u32::try_from(person.id).unwrap_or(u32::MAX),
             x: person.x,
             y: person.y,
-            // Not known: all people are judged as if in view.
-            beams: VISIBLE_BEAMS,
+            beams,
         };
         let moment = |(number, line): (usize, &str)| {
             let line: TruthLine = serde_json::from_str(line)
                 .map_err(|error| CaseError::at(&path, format!("line {}: {error}", number + 1)))?;
-            Ok(Moment { t: line.t + zero_s, people: line.people.iter().map(person).collect() })
+            let places: Vec<Point> =
+                line.people.iter().map(|person| Point::new(person.x, person.y)).collect();
+            let at_us = (line.t.max(0.0) * 1e6).round() as u64;
+            let mut most = vec![0; places.len()];
+            for sensor in sensors {
+                for (most, beams) in most.iter_mut().zip(sensor.beams(at_us, &places)) {
+                    *most = beams.max(*most);
+                }
+            }
+            Ok(Moment { t: line.t + zero_s, people: line.people.iter().zip(most).map(person).collect() })
         };
         text.lines().enumerate().map(moment).collect()
     }
@@ -184,8 +200,7 @@ impl Case {
         let About { people, t_start, door, meta, .. } = &self.about;
         let (opens_s, _) = door.first()?;
         let area = counted();
-        let is_inside =
-            |person: &SeenPerson| area.contains(kehai_tracking::geometry::Point::new(person.x, person.y));
+        let is_inside = |person: &SeenPerson| area.contains(Point::new(person.x, person.y));
         let last = truth.iter().rfind(|moment| moment.people.iter().any(is_inside));
         Some(Events {
             people: *people as usize,

@@ -22,6 +22,7 @@ pub mod entrance;
 pub mod figure;
 pub mod findings;
 pub mod floor;
+pub mod in_view;
 pub mod jobs;
 pub mod line;
 pub mod lines;

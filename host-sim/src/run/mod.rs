@@ -65,8 +65,8 @@ use unit::{Plan, Sights, Unit, Witness, empty_flash};
 /// Time between two lines of truth, and of tracks.
 pub const TICK_US: u64 = 100_000;
 
-/// Scans up to this old decide whether a person is seen.
-const SIGHT_US: u64 = 200_000;
+/// Scans up to this old decide whether a person is seen, µs.
+pub const SIGHT_US: u64 = 200_000;
 
 /// A datagram that reached the host.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
