@@ -9,12 +9,13 @@
 //! counts one person right stays locked, since what may be a person stands beside.
 
 use super::note::Note;
-use super::tow::{PARTED_M, is_box};
+use super::tow::{PARTED_M, is_body, is_box};
 use crate::geometry::Point;
 use crate::tracker::TrackId;
 
 /// Notes of each tentative body the vehicle that it is aboard: it appeared within a vehicle's length of it. What is in tow is no
-/// vehicle: a suitcase is smaller than a body.
+/// vehicle: a suitcase is smaller than a body. What shows the outlines of a body on the way is no side: a person who touches a vehicle
+/// from behind appears as its sides do, and stays within half a metre of it.
 pub fn board(notes: &mut [Note]) {
     let is_vehicle =
         |note: &&Note| note.confirmed && is_box(note) && note.tow.tie.is_none_or(|tie| tie.is_pushed);
@@ -25,7 +26,8 @@ pub fn board(notes: &mut [Note]) {
             note.tow.aboard == Some(vehicle)
                 || (first_s < note.history.first_s && (place - note.place).length() < PARTED_M)
         };
-        let vehicle = vehicles.iter().filter(|_| !note.confirmed).find(is_of);
+        let may_be_side = !note.confirmed && !is_body(note);
+        let vehicle = vehicles.iter().filter(|_| may_be_side).find(is_of);
         note.tow.aboard = vehicle.map(|&(vehicle, ..)| vehicle);
     }
 }
@@ -76,6 +78,20 @@ mod tests {
             assert_eq!(notes[2].origin() == Origin::PartOf(1), is_pushed);
             assert!(!notes[0].tow.is_aboard(), "in tow");
         }
+    }
+
+    #[test]
+    fn who_touches_a_vehicle_from_behind_is_no_side_of_it() {
+        let mut notes = [vehicle(), at(2, 0.5, 0.0)];
+        (notes[1].confirmed, notes[1].history.first_s) = (false, 1.0);
+        board(&mut notes);
+        assert_eq!(notes[1].origin(), Origin::PartOf(1), "nothing is known of it");
+        notes[1].tow.outlines = Outlines::of(8, 5);
+        board(&mut notes);
+        assert_eq!(notes[1].origin(), Origin::PartOf(1), "it may be a side that is not straight everywhere");
+        notes[1].tow.outlines = Outlines::of(20, 8);
+        board(&mut notes);
+        assert_eq!(notes[1].origin(), Origin::Entered);
     }
 
     #[test]

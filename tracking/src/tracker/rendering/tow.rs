@@ -37,6 +37,11 @@ pub fn is_box(note: &Note) -> bool {
     note.tow.outlines.log_odds() > BOX
 }
 
+/// Whether a number looks like a body, as surely as another like a box.
+pub fn is_body(note: &Note) -> bool {
+    note.tow.outlines.log_odds() < -BOX
+}
+
 /// Takes what an observation shows of each number, ties things to owners, and releases those that have parted. Returns which
 /// have.
 pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], view: &View) -> Vec<usize> {
