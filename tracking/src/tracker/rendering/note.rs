@@ -11,7 +11,7 @@
 
 use super::body::Body;
 use crate::geometry::Point;
-use crate::tracker::attachments::outlines::Outlines;
+use crate::tracker::attachments::outlines::{Outlines, WALKING_MPS};
 use crate::tracker::attachments::reach::Reach;
 use crate::tracker::attachments::stir::Stirring;
 use crate::tracker::history::{History, SeenBy};
@@ -71,13 +71,11 @@ impl Note {
             self.place = moments.at;
             self.at = self.at + (moments.at - self.at) * share;
             self.velocity = self.velocity + (moments.velocity - self.velocity) * share;
+            if self.velocity.length() > WALKING_MPS {
+                self.tow.walked_s += (at_s - self.at_s).max(0.0);
+            }
             self.at_s = self.at_s.max(at_s);
         }
-    }
-
-    /// For how long it has been seen, s.
-    pub fn age_s(&self) -> f64 {
-        self.at_s - self.history.first_s
     }
 
     /// How it came to be.
@@ -94,6 +92,8 @@ impl Note {
 #[derive(Clone, Debug, Default)]
 pub struct Tow {
     pub outlines: Outlines,
+    /// For how long it has been on its way while it was seen, s.
+    pub walked_s: f64,
     pub reach: Vec<Reach<TrackId>>,
     pub tie: Option<Tie>,
     /// Whether it has been somebody's.
@@ -154,6 +154,8 @@ impl PutDown {
 pub mod tests {
     use nalgebra::{Matrix2, Vector2};
 
+    use super::super::cloud::Cloud;
+    use super::super::sample::Sample;
     use super::*;
     use crate::observation::Detection;
 
@@ -175,5 +177,31 @@ pub mod tests {
     /// A confirmed number at a place.
     pub fn at(id: TrackId, x: f64, y: f64) -> Note {
         Note { confirmed: true, ..Note::new(id, Point::new(x, y), Point::default(), 0.0) }
+    }
+
+    #[test]
+    fn a_number_is_on_its_way_as_long_as_it_walks() {
+        let sample = |speed_mps| Sample {
+            at: Point::default(),
+            velocity: Point::new(speed_mps, 0.0),
+            heading: Point::new(1.0, 0.0),
+            size: 1.0,
+            depth: 1.0,
+            arm: None,
+        };
+        let mut note = at(1, 0.0, 0.0);
+        let mut follow = |speed_mps, from_s: f64| {
+            for scan in 0..40 {
+                let at_s = from_s + f64::from(scan) * 0.05;
+                let mut body = Body::begin(1, 5.0, Cloud::new(vec![sample(speed_mps); 4], at_s));
+                body.supported_s = at_s;
+                note.follow(&body, 0, at_s);
+            }
+            note.tow.walked_s
+        };
+        let walked_s = follow(1.0, 0.0);
+        assert!((1.6..2.0).contains(&walked_s), "{walked_s}");
+        let waited_s = follow(0.0, 2.0) - walked_s;
+        assert!(waited_s < 0.5, "{waited_s}");
     }
 }

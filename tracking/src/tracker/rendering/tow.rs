@@ -24,8 +24,8 @@ pub const PARTED_M: f64 = 0.9;
 /// rules asks for, people in wide coats were parts of their neighbours.
 const BOX: f64 = 4.605;
 
-/// After this time a number that has been nobody's is not judged any more, s: the way from the edge of a module's range to its
-/// middle.
+/// After so long on its way a number that has been nobody's is not judged any more, s: the way from the edge of a module's range to
+/// its middle. While it waits nothing is learned of it, and what was not quite sure before a door is seen when both go on.
 const JUDGED_S: f64 = 8.0;
 
 /// Nobody who is farther away than this is within reach of an outline, m: half of a pushchair, an arm, and what both
@@ -82,7 +82,7 @@ fn look(notes: &mut [Note], index: usize, seen: &Detection, view: &View) {
 /// The tie of a thing to its owner, once it has gone far enough beside that one.
 fn owner(notes: &[Note], index: usize) -> Option<Tie> {
     let thing = notes.get(index)?;
-    let is_judged = thing.confirmed && thing.seen && (thing.tow.was_tied || thing.age_s() < JUDGED_S);
+    let is_judged = thing.confirmed && thing.seen && (thing.tow.was_tied || thing.tow.walked_s < JUDGED_S);
     let has_parts = || notes.iter().any(|other| other.tow.owner() == Some(thing.id));
     if !is_judged || !is_box(thing) || thing.tow.tie.is_some() || has_parts() {
         return None;
@@ -260,6 +260,18 @@ mod tests {
         notes.remove(0);
         assert!(judge(&mut notes, &[], &view()).is_empty(), "none is left behind");
         assert_eq!(owners(&notes), [None, Some(2)]);
+    }
+
+    #[test]
+    fn a_box_that_waited_with_its_owner_is_judged_when_both_go_on() {
+        let tied = |walked_s| {
+            let mut notes = [looks(at(1, 0.0, 0.0), false), looks(at(2, 0.0, -0.5), true)];
+            notes[1].tow.walked_s = walked_s;
+            walk(&mut notes, 20);
+            owners(&notes)[1]
+        };
+        assert_eq!(tied(5.0), Some(1));
+        assert_eq!(tied(9.0), None, "nobody's for so long");
     }
 
     #[test]
