@@ -42,7 +42,6 @@ pub const PAGES: [Page; 4] = [
     Page { file: "accuracy.md", tables: &Table::EACH, apart: false },
     // Nothing but floors and tags has a part in it.
     Page { file: "accuracy.md", tables: &[Table::Floor], apart: true },
-    // What the door and its stage do, no other table shows; that the tracker is the same, the check asks of every table.
     Page { file: "door.md", tables: &[Table::Passages, Table::PaperA], apart: false },
     Page { file: "calibration.md", tables: &[Table::Poses], apart: false },
 ];
