@@ -21,7 +21,7 @@ use kehai_tracking::site::Site;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::in_view::Sensor;
+use super::in_view::Rays;
 use super::runner::judge_in;
 use super::table::{Cell, Outcome, Row};
 use super::trial::{counted, judged};
@@ -158,19 +158,20 @@ impl Case {
         let recordings = self.about.modules.iter().map(recording).collect::<Result<Vec<_>, _>>()?;
         let played = Recorded::play(&site, &recordings, Learn::Scans(EMPTY), || {})
             .map_err(|error| CaseError::at(&self.folder, error))?;
-        let sensor = |(name, recording): &(String, Recording)| {
-            let module = site.modules.iter().find(|module| module.name == *name)?;
-            Some(Sensor::new(recording, module.pose(), EMPTY.into()))
-        };
-        let sensors = recordings.iter().filter_map(sensor).collect::<Result<Vec<_>, _>>();
-        let sensors = sensors.map_err(|error| CaseError::at(&self.folder, error))?;
-        let truth = self.truth(&sensors, played.zero_s)?;
+        let mut rays = Rays::default();
+        for (name, recording) in &recordings {
+            if let Some(module) = site.modules.iter().find(|module| module.name == *name) {
+                let added = rays.add(recording, module.pose(), EMPTY.into());
+                added.map_err(|error| CaseError::at(&self.folder, error))?;
+            }
+        }
+        let truth = self.truth(&rays, played.zero_s)?;
         let events = self.events(&truth, played.zero_s);
         Ok(Record { truth, events, ..played.record })
     }
 
-    /// Its truth on the host's clock, which is `zero_s` later than the recordings'.
-    fn truth(&self, sensors: &[Sensor], zero_s: f64) -> Result<Vec<Moment>, CaseError> {
+    /// Its truth on the host's clock, which is `zero_s` later than the recordings', with how many of their rays met each person.
+    fn truth(&self, rays: &Rays, zero_s: f64) -> Result<Vec<Moment>, CaseError> {
         let path = self.folder.join("truth.jsonl");
         let text = fs::read_to_string(&path).map_err(|error| CaseError::at(&path, error))?;
         let person = |(person, beams): (&PersonLine, u32)| SeenPerson {
@@ -185,13 +186,8 @@ impl Case {
             let places: Vec<Point> =
                 line.people.iter().map(|person| Point::new(person.x, person.y)).collect();
             let at_us = (line.t.max(0.0) * 1e6).round() as u64;
-            let mut most = vec![0; places.len()];
-            for sensor in sensors {
-                for (most, beams) in most.iter_mut().zip(sensor.beams(at_us, &places)) {
-                    *most = beams.max(*most);
-                }
-            }
-            Ok(Moment { t: line.t + zero_s, people: line.people.iter().zip(most).map(person).collect() })
+            let beams = rays.beams(at_us, &places);
+            Ok(Moment { t: line.t + zero_s, people: line.people.iter().zip(beams).map(person).collect() })
         };
         text.lines().enumerate().map(moment).collect()
     }

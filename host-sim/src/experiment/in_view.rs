@@ -11,16 +11,17 @@
 //! beams that met a person in one scan of one sensor within the last 0.2 s.
 
 use kehai::scan::{Geometry, GeometryError};
-use kehai_emulator::recording::Recording;
+use kehai_emulator::recording::{RecordedScan, Recording};
 use kehai_tracking::geometry::{Point, Pose};
 
 use crate::run::SIGHT_US;
+use crate::score::statistics::median;
 
 /// A body ends within so far of its middle, m: half the shoulders of a broad person, 0.25 m, and a hand beside them.
 const BODY_M: f64 = 0.35;
 
 /// A hit is before the background if it is so much nearer, mm: three times a sensor's noise of 30 mm.
-const BEFORE_MM: u16 = 90;
+const BEFORE_MM: f64 = 90.0;
 
 /// A scan's hits on what was not there when the room was empty, in the site, m.
 struct Hits {
@@ -28,46 +29,45 @@ struct Hits {
     points: Vec<Point>,
 }
 
-/// The hits of one sensor, scan by scan.
-pub struct Sensor {
+/// The hits of all sensors, scan by scan.
+#[derive(Default)]
+pub struct Rays {
+    /// In the order of their stamps.
     scans: Vec<Hits>,
 }
 
-impl Sensor {
-    /// Of a recording from `pose`, of which the first `empty` scans show the empty room.
+impl Rays {
+    /// Adds a recording of an upright sensor at `pose`, of which the first `empty` scans show the empty room.
     ///
     /// # Errors
     /// The recording's geometry is none of a sensor.
-    pub fn new(recording: &Recording, pose: Pose, empty: usize) -> Result<Self, GeometryError> {
+    pub fn add(&mut self, recording: &Recording, pose: Pose, empty: usize) -> Result<(), GeometryError> {
         let geometry = Geometry::new(recording.geometry)?;
-        let forward = pose.forward();
         let directions: Vec<Point> = (0..geometry.beams())
-            .map(|beam| Point::towards(f64::from(geometry.bearing_rad(beam))))
-            .map(|towards| forward * towards.x + forward.left() * towards.y)
+            .map(|beam| Point::towards(f64::from(geometry.bearing_rad(beam)) + pose.yaw_rad))
             .collect();
-        let background_mm: Vec<u16> = (0..directions.len())
+        let range_mm = |value_mm: &u16| geometry.reading(*value_mm).range_mm().map(f64::from);
+        let background_mm: Vec<f64> = (0..directions.len())
             .map(|beam| {
                 let scans = recording.scans.iter().take(empty);
-                let ranges = scans.filter_map(|scan| geometry.reading(*scan.ranges_mm.get(beam)?).range_mm());
-                median(ranges.collect()).unwrap_or(u16::MAX)
+                let ranges: Vec<f64> = scans.filter_map(|scan| range_mm(scan.ranges_mm.get(beam)?)).collect();
+                median(&ranges).unwrap_or(f64::INFINITY)
             })
             .collect();
-        let hits = |ranges_mm: &[u16]| {
-            let beams = ranges_mm.iter().zip(&directions).zip(&background_mm);
-            let hit = |((value_mm, direction), background_mm): ((&u16, &Point), &u16)| {
-                let range_mm = geometry.reading(*value_mm).range_mm()?;
-                let is_before = range_mm.saturating_add(BEFORE_MM) < *background_mm;
-                is_before.then(|| pose.at + *direction * (f64::from(range_mm) * 1e-3))
+        let hits = |scan: &RecordedScan| {
+            let beams = scan.ranges_mm.iter().zip(&directions).zip(&background_mm);
+            let hit = |((value_mm, direction), background_mm): ((&u16, &Point), &f64)| {
+                let range_mm = range_mm(value_mm)?;
+                (range_mm + BEFORE_MM < *background_mm).then(|| pose.at + *direction * (range_mm * 1e-3))
             };
-            beams.filter_map(hit).collect()
+            Hits { stamp_us: scan.stamp_us, points: beams.filter_map(hit).collect() }
         };
-        let scans = recording.scans.iter();
-        let scans =
-            scans.map(|scan| Hits { stamp_us: scan.stamp_us, points: hits(&scan.ranges_mm) }).collect();
-        Ok(Self { scans })
+        self.scans.extend(recording.scans.iter().map(hits));
+        self.scans.sort_by_key(|scan| scan.stamp_us);
+        Ok(())
     }
 
-    /// The most beams on each of these people in one scan of the last 0.2 s before `at_us`, on the recording's clock.
+    /// The most beams on each of these people in one scan of the last 0.2 s before `at_us`, on the recordings' clock.
     pub fn beams(&self, at_us: u64, people: &[Point]) -> Vec<u32> {
         let end = self.scans.partition_point(|scan| scan.stamp_us <= at_us);
         let begin = self.scans.partition_point(|scan| scan.stamp_us < at_us.saturating_sub(SIGHT_US));
@@ -90,20 +90,14 @@ impl Sensor {
     }
 }
 
-fn median(mut values: Vec<u16>) -> Option<u16> {
-    values.sort_unstable();
-    values.get(values.len() / 2).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use kehai::scan::URG_04LX;
-    use kehai_emulator::recording::RecordedScan;
 
     use super::*;
 
     /// An empty room 3 m deep, then `near` beams around the front that end at 1.5 m and `far` more to their left at 2.2 m.
-    fn sensor(near: usize, far: usize) -> Sensor {
+    fn rays(near: usize, far: usize) -> Rays {
         let geometry = Geometry::new(URG_04LX).unwrap();
         let front = usize::from(geometry.beam(geometry.parts().front_step));
         let empty = vec![3000; usize::from(geometry.beams())];
@@ -113,26 +107,28 @@ mod tests {
         let scan = |stamp_us, ranges_mm: &Vec<u16>| RecordedScan { stamp_us, ranges_mm: ranges_mm.clone() };
         let scans = vec![scan(0, &empty), scan(100_000, &empty), scan(200_000, &seen)];
         let pose = Pose { at: Point::new(1.0, 0.0), yaw_rad: core::f64::consts::FRAC_PI_2 };
-        Sensor::new(&Recording { geometry: URG_04LX, scans }, pose, 2).unwrap()
+        let mut rays = Rays::default();
+        rays.add(&Recording { geometry: URG_04LX, scans }, pose, 2).unwrap();
+        rays
     }
 
     #[test]
     fn beams_are_counted_on_the_person_whose_middle_is_nearest() {
         let people = [Point::new(1.0, 1.6), Point::new(0.9, 2.3), Point::new(-2.0, 1.0)];
-        assert_eq!(sensor(12, 7).beams(250_000, &people), [12, 7, 0]);
+        assert_eq!(rays(12, 7).beams(250_000, &people), [12, 7, 0]);
     }
 
     #[test]
     fn a_scan_of_before_counts_for_a_fifth_of_a_second_and_a_later_one_never() {
-        let (sensor, people) = (sensor(12, 0), [Point::new(1.0, 1.6)]);
-        let at = |at_us| sensor.beams(at_us, &people)[0];
+        let (rays, people) = (rays(12, 0), [Point::new(1.0, 1.6)]);
+        let at = |at_us| rays.beams(at_us, &people)[0];
         assert_eq!([at(199_999), at(200_000), at(400_000), at(400_001)], [0, 12, 12, 0]);
     }
 
     #[test]
     fn the_empty_room_and_what_is_far_from_all_people_is_on_nobody() {
-        assert_eq!(sensor(0, 0).beams(250_000, &[Point::new(1.0, 2.9)]), [0]);
-        assert_eq!(sensor(12, 0).beams(250_000, &[Point::new(1.0, 1.9)]), [0]);
-        assert!(sensor(12, 0).beams(250_000, &[]).is_empty());
+        assert_eq!(rays(0, 0).beams(250_000, &[Point::new(1.0, 2.9)]), [0]);
+        assert_eq!(rays(12, 0).beams(250_000, &[Point::new(1.0, 1.9)]), [0]);
+        assert!(rays(12, 0).beams(250_000, &[]).is_empty());
     }
 }
