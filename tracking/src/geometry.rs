@@ -62,8 +62,8 @@ impl Point {
     /// The vector, or one of the same direction that is so long.
     #[must_use]
     pub fn at_most(self, length: f64) -> Self {
-        let own = self.length();
-        if own > length { self * (length / own) } else { self }
+        let square = self.dot(self);
+        if square > length * length { self * (length / square.sqrt()) } else { self }
     }
 
     /// Direction of the vector, counter-clockwise from x.

@@ -141,6 +141,16 @@ impl Walls {
             .unwrap_or(false)
     }
 
+    /// Whether all walls and entries are farther from a place than this, and no place so near to it is [`Self::beside`] one.
+    #[must_use]
+    pub fn are_farther(&self, place: Point, than_m: f64) -> bool {
+        let than_m = than_m + HALF_DEPTH_M + CELL_M;
+        let corner = Point::new(than_m, than_m);
+        let near = self.pieces.cells.near((place - corner, place + corner));
+        let mut near = near.filter_map(|number| self.pieces.all.get(number));
+        !near.any(|&(from, to)| distance_to_segment(place, from, to) < than_m)
+    }
+
     /// Whether a wall or entry is between two places.
     #[must_use]
     pub fn between(&self, from: Point, to: Point) -> bool {

@@ -104,6 +104,6 @@ impl Body {
             Passage::Through if at_s - self.supported_s > AHEAD_S => Passage::None,
             passage => passage,
         };
-        Way { ground, passage }
+        Way { ground, passage, is_open: false }
     }
 }

@@ -1,15 +1,13 @@
-//! The shape of a body before a ray: an ellipse with a soft edge.
+//! The shape of a body before a ray: an ellipse with a soft edge. Eight of them are met by a ray at once.
 //!
 //! ```text
-//!                 ╭─────╮ ← ACROSS_M        in the frame in which the ellipse is the unit circle,
-//!   ●────────────▸│  ⊙  │                   a ray that passes at q half widths meets
-//!                 ╰─────╯                   0.97 / (1 + exp((q − 1) / 0.07)) of it
-//!                    ↑ ALONG_M
+//!                 ╭─────╮ ← ACROSS_M        a ray from 0 along u, an ellipse (x − c)ᵀ M (x − c) = 1:
+//!   ●────────────▸│  ⊙  │                   A = uᵀ M u,  B = cᵀ M u,  C = cᵀ M c
+//!                 ╰─────╯                   passes at q half widths, q² = C − B²/A
+//!                    ↑ ALONG_M              meets it at (B − √(A (1 − q²))) / A
 //! ```
 
-use std::array::from_fn;
-use std::ops::Range;
-use std::sync::LazyLock;
+use wide::f32x8;
 
 use crate::geometry::Point;
 
@@ -19,83 +17,34 @@ pub const ACROSS_M: f64 = 0.262;
 pub const ALONG_M: f64 = 0.138;
 
 /// Share of the rays through the middle of a body that return from it: the others fall between arm and torso.
-const OPAQUE: f64 = 0.97;
+const OPAQUE: f32 = 0.97;
 
-/// Width of a silhouette's edge, of its half width: clothes.
-const EDGE: f64 = 0.07;
+/// Half the width of a silhouette's edge, as a part of the square of its half width: clothes. And of a hard one.
+const EDGE: f32 = 0.42;
+const HARD: f32 = 0.004;
 
-/// Rays that pass at more than this multiple of the half width miss: the opacity is below 3 %.
-pub const MISS: f64 = 1.25;
+/// Ellipses that are met at once.
+pub const LANES: usize = 8;
 
-/// Steps of the table to the square of a half width.
-const STEPS: f64 = 256.0;
-
-/// With soft edges, and with hard ones.
-static TABLES: LazyLock<[Vec<f64>; 2]> = LazyLock::new(|| {
-    let entries = (MISS * MISS * STEPS) as usize + 1;
-    let off = |entry: usize| (entry as f64 / STEPS).sqrt() - 1.0;
-    let soft = |entry| OPAQUE / (1.0 + libm::exp(off(entry) / EDGE));
-    let hard = |entry| if off(entry) < 0.0 { OPAQUE } else { 0.0 };
-    [(0..entries).map(soft).collect(), (0..entries).map(hard).collect()]
-});
-
-/// The nearest whole number, of one that is not negative; a number that no table holds where it is large or none. Several
-/// take three instructions, where a cast takes ten for each.
-pub const fn nearest_step(steps: f32) -> u32 {
-    /// From here on the numbers of single precision are whole, and the last bits count them.
-    const WHOLE: f32 = 8_388_608.0;
-    const MOST: f32 = 65_536.0;
-    let steps = if steps < MOST { steps } else { MOST };
-    (steps + WHOLE).to_bits() & 0x7f_ffff
-}
-
-/// Opacity by the distance at which a ray passes, looked up once for many rays.
-#[derive(Clone, Copy)]
-pub struct Opacity(&'static [f64]);
-
-impl Opacity {
-    /// With soft edges of silhouettes, or with hard ones.
-    pub fn of(soft: bool) -> Self {
-        let [with_soft, with_hard] = &*TABLES;
-        Self(if soft { with_soft } else { with_hard })
-    }
-
-    /// To a ray whose square of half widths is so many steps.
-    fn to(self, steps: u32) -> f64 {
-        self.0.get(steps as usize).copied().unwrap_or(0.0)
-    }
-}
-
-/// Beams that are met at once.
-pub const LANES: usize = 4;
-
-/// What neighbouring beams of a fan meet.
+/// How opacity falls at the edge of a silhouette.
 #[derive(Clone, Copy, Debug)]
-pub struct Block {
-    /// Place of the first of them.
-    pub first: usize,
-    /// Opacities: 0 where a beam passes.
-    pub opacity: [f64; LANES],
-    /// Ranges of the surface or of the closest approach, m.
-    pub range_m: [f32; LANES],
+pub struct Edge {
+    half: f32,
 }
 
-/// Directions of beams, by coordinate, so that several are met at once; the last one fills up.
-#[derive(Clone, Debug, Default)]
-pub struct Fan {
-    x: Vec<f32>,
-    y: Vec<f32>,
-}
+impl Edge {
+    /// Soft, or hard.
+    pub const fn of(soft: bool) -> Self {
+        Self { half: if soft { EDGE } else { HARD } }
+    }
 
-impl Fan {
-    /// Of unit vectors.
-    pub fn of(directions: impl Iterator<Item = Point>) -> Self {
-        let (mut x, mut y): (Vec<f32>, Vec<f32>) =
-            directions.map(|towards| (towards.x as f32, towards.y as f32)).unzip();
-        let filled = x.len() + LANES;
-        x.resize(filled, x.last().copied().unwrap_or(1.0));
-        y.resize(filled, y.last().copied().unwrap_or(0.0));
-        Self { x, y }
+    /// Opacity to rays whose distances are these squares, in half widths.
+    #[inline]
+    fn opacity(self, squares: f32x8) -> f32x8 {
+        let scale = 0.5 / self.half;
+        let past = squares * scale - (1.0 - self.half) * scale;
+        let past = past.fast_max(f32x8::ZERO).fast_min(f32x8::ONE);
+        past * past * (past * (2.0 * OPAQUE) - 3.0 * OPAQUE) + OPAQUE
     }
 }
 
@@ -111,98 +60,157 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Of a body as a ray from the origin meets it.
+    /// Of a body.
     #[cfg(test)]
-    pub fn body(middle: Point, along: Point, size: f64, depth: f64) -> Ellipse {
-        let outline = Self { middle, along, across_m: ACROSS_M * size, along_m: ALONG_M * size * depth };
-        outline.before(Point::default(), Point::default())
+    pub fn body(middle: Point, along: Point, size: f64, depth: f64) -> Self {
+        Self { middle, along, across_m: ACROSS_M * size, along_m: ALONG_M * size * depth }
     }
 
-    /// Half its width as it is seen along `way`, m, times the length of `way`.
-    pub fn half_width_m(&self, way: Point) -> f64 {
-        let (across, along) = (way.dot(self.along) * self.across_m, way.cross(self.along) * self.along_m);
-        (across * across + along * along).sqrt()
-    }
-
-    /// The same as rays from `origin` meet it, after it has moved by `moved`.
-    pub fn before(&self, origin: Point, moved: Point) -> Ellipse {
-        let offset = self.middle + moved - origin;
-        let across = self.along.left() * (1.0 / self.across_m);
-        let along = self.along * (1.0 / self.along_m);
-        let single = |point: Point| [point.x as f32, point.y as f32];
-        let origin = Point::new(-offset.dot(across), -offset.dot(along));
-        Ellipse { across: single(across), along: single(along), origin: single(origin) }
+    /// Opacity to a ray from the origin along a unit vector, and the range of its surface there or of the closest approach, m.
+    #[cfg(test)]
+    pub fn meet_one(&self, towards: Point, edge: Edge) -> (f64, f64) {
+        let Layer { opacity, range_m } =
+            Ellipses::of(&Lanes::all(std::iter::repeat(*self))).meet(&Ray::along(towards), edge);
+        (f64::from(opacity.to_array()[0]), f64::from(range_m.to_array()[0]))
     }
 }
 
-/// An ellipse, in the frame of a ray's origin, in which it is the unit circle.
+/// What each of eight ellipses puts in the way of one ray.
 #[derive(Clone, Copy, Debug)]
-pub struct Ellipse {
-    /// Unit vector across the heading over the half axis, and along it.
-    across: [f32; 2],
-    along: [f32; 2],
-    /// The origin there.
-    origin: [f32; 2],
+pub struct Layer {
+    /// 0 where the ray passes.
+    pub opacity: f32x8,
+    /// Of the surface, or of the closest approach, m.
+    pub range_m: f32x8,
 }
 
-impl Ellipse {
-    /// Calls `each` for the beams of a fan, of these places, that the ellipse does not let pass: with the place, the
-    /// opacity, and the range of the surface or of the closest approach, m.
-    pub fn meet(
-        &self,
-        fan: &Fan,
-        places: Range<usize>,
-        table: Opacity,
-        mut each: impl FnMut(usize, f64, f32),
-    ) {
-        let end = places.end;
-        self.meet_blocks(fan, places, table, |Block { first, opacity, range_m }| {
-            for ((place, opacity), range_m) in (first..end).zip(opacity).zip(range_m) {
-                if opacity > 0.0 {
-                    each(place, opacity, range_m);
-                }
-            }
-        });
-    }
+/// A ray from the origin of all scans: a unit vector, and its products.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    x: f32,
+    y: f32,
+    xx: f32,
+    xy: f32,
+    yy: f32,
+}
 
-    /// Calls `each` for the blocks that hold these places; the last one may hold some more.
-    #[inline]
-    pub fn meet_blocks(&self, fan: &Fan, places: Range<usize>, table: Opacity, mut each: impl FnMut(Block)) {
-        let filled = places.start..places.start + places.len().next_multiple_of(LANES);
-        let (Some(x), Some(y)) = (fan.x.get(filled.clone()), fan.y.get(filled)) else { return };
-        let mut first = places.start;
-        for (x, y) in x.as_chunks().0.iter().zip(y.as_chunks().0) {
-            let (steps, range_m) = self.meet_some(x, y);
-            each(Block { first, opacity: steps.map(|steps| table.to(steps)), range_m });
-            first += LANES;
+impl Ray {
+    /// Along a unit vector.
+    pub fn along(towards: Point) -> Self {
+        let (x, y) = (towards.x as f32, towards.y as f32);
+        Self { x, y, xx: x * x, xy: x * y, yy: y * y }
+    }
+}
+
+/// The sum of eight lanes, in the same order on every machine.
+pub fn sum(lanes: f32x8) -> f32 {
+    let [a, b, c, d, e, f, g, h] = lanes.to_array();
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
+}
+
+/// The middles, directions and half axes of eight outlines.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lanes([[f32; LANES]; 6]);
+
+impl Lanes {
+    /// Puts an outline into a lane, as rays from an origin meet it.
+    pub fn put(&mut self, lane: usize, outline: &Outline, origin: Point) {
+        let &Outline { middle, along, across_m, along_m } = outline;
+        let of = [middle.x - origin.x, middle.y - origin.y, along.x, along.y, across_m, along_m];
+        for (lanes, value) in self.0.iter_mut().zip(of) {
+            lanes[lane] = value as f32;
         }
     }
 
-    /// The same for one beam along a unit vector.
+    /// Of these outlines before the origin.
     #[cfg(test)]
-    pub fn meet_one(&self, towards: Point, table: Opacity) -> (f64, f64) {
-        let mut met = (0.0, f64::INFINITY);
-        self.meet(&Fan::of([towards].into_iter()), 0..1, table, |_, opacity, range_m| {
-            met = (opacity, f64::from(range_m));
-        });
-        met
+    pub fn all(outlines: impl Iterator<Item = Outline>) -> Self {
+        let mut lanes = Self::default();
+        for (lane, outline) in outlines.take(LANES).enumerate() {
+            lanes.put(lane, &outline, Point::default());
+        }
+        lanes
+    }
+}
+
+/// Eight ellipses before the rays of one origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Ellipses {
+    /// M: its diagonal, and twice the other element.
+    xx: f32x8,
+    xy: f32x8,
+    yy: f32x8,
+    /// M c, and cᵀ M c.
+    x: f32x8,
+    y: f32x8,
+    square: f32x8,
+    /// Their middles c, seen from the origin, m.
+    middle: [f32x8; 2],
+    /// The longer half axis, m.
+    most_m: f32x8,
+}
+
+impl Ellipses {
+    /// Of these outlines.
+    pub fn of(lanes: &Lanes) -> Self {
+        let [middle_x, middle_y, along_x, along_y, across_m, along_m] = lanes.0.map(f32x8::from);
+        let (across, along) = (1.0 / (across_m * across_m), 1.0 / (along_m * along_m));
+        let xx = along_y * along_y * across + along_x * along_x * along;
+        let yy = along_x * along_x * across + along_y * along_y * along;
+        let other = along_x * along_y * (along - across);
+        let (x, y) = (xx * middle_x + other * middle_y, other * middle_x + yy * middle_y);
+        Self {
+            xx,
+            xy: other + other,
+            yy,
+            x,
+            y,
+            square: x * middle_x + y * middle_y,
+            middle: [middle_x, middle_y],
+            most_m: across_m.fast_max(along_m),
+        }
     }
 
-    /// Squares of the distance in half widths, in steps of the table, and ranges.
-    // Inlined, its lanes are taken apart.
-    #[inline(never)]
-    fn meet_some(&self, x: &[f32; LANES], y: &[f32; LANES]) -> ([u32; LANES], [f32; LANES]) {
-        let across: [f32; LANES] = from_fn(|lane| x[lane] * self.across[0] + y[lane] * self.across[1]);
-        let along: [f32; LANES] = from_fn(|lane| x[lane] * self.along[0] + y[lane] * self.along[1]);
-        let inverse: [f32; LANES] =
-            from_fn(|lane| 1.0 / (across[lane] * across[lane] + along[lane] * along[lane]));
-        let off: [f32; LANES] = from_fn(|lane| self.origin[0] * along[lane] - self.origin[1] * across[lane]);
-        let off_square: [f32; LANES] = from_fn(|lane| off[lane] * off[lane] * inverse[lane]);
-        let range_m = from_fn(|lane| {
-            let closest_m = -(self.origin[0] * across[lane] + self.origin[1] * along[lane]) * inverse[lane];
-            closest_m - ((1.0 - off_square[lane]).max(0.0) * inverse[lane]).sqrt()
-        });
-        (from_fn(|lane| nearest_step(off_square[lane] * STEPS as f32)), range_m)
+    /// What a ray meets.
+    #[inline]
+    pub fn meet(&self, ray: &Ray, edge: Edge) -> Layer {
+        let inverse = 1.0 / (self.xx * ray.xx + self.xy * ray.xy + self.yy * ray.yy);
+        let ahead = self.x * ray.x + self.y * ray.y;
+        let closest_m = ahead * inverse;
+        let square = self.square - ahead * closest_m;
+        let depth_m = ((f32x8::ONE - square).fast_max(f32x8::ZERO) * inverse).sqrt();
+        Layer { opacity: edge.opacity(square), range_m: closest_m - depth_m }
+    }
+
+    /// No part of them is nearer to the origin, m.
+    pub fn nearest_m(&self) -> f32 {
+        let [x, y] = self.middle;
+        let nearest_m = (x * x + y * y).sqrt() - self.most_m;
+        nearest_m.to_array().into_iter().fold(f32::INFINITY, f32::min)
+    }
+
+    /// The angles from a direction between which all that they cover lies, from right to left; all around where it is not surely ahead.
+    ///
+    /// In the frame of the direction a ray along (1, t) passes at the edge where B² = (C − 1 − EDGE) A.
+    pub fn shadow_rad(&self, towards: Point) -> (f64, f64) {
+        let (cosine, sine) = (towards.x as f32, towards.y as f32);
+        let (x, y) = (self.x * cosine + self.y * sine, self.y * cosine - self.x * sine);
+        let (turned, crossed) = (self.xy * (cosine * sine), (self.yy - self.xx) * (cosine * sine));
+        let xx = self.xx * (cosine * cosine) + self.yy * (sine * sine) + turned;
+        let yy = self.xx * (sine * sine) + self.yy * (cosine * cosine) - turned;
+        let xy = self.xy * (0.5 * (cosine * cosine - sine * sine)) + crossed;
+        let outside = self.square - (1.0 + EDGE);
+        let (p, q, r) = (outside * xx - x * x, x * y - outside * xy, outside * yy - y * y);
+        // r t² − 2 q t + p = 0
+        let root = (q * q - p * r).fast_max(f32x8::ZERO).sqrt();
+        let (first, last) = ((q - root) / r, (q + root) / r);
+        let is_ahead = outside.simd_gt(f32x8::ZERO) & r.simd_gt(f32x8::ZERO) & x.simd_gt(f32x8::ZERO);
+        if !is_ahead.all() {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let least = first.to_array().into_iter().fold(f32::INFINITY, f32::min);
+        let most = last.to_array().into_iter().fold(f32::NEG_INFINITY, f32::max);
+        (libm::atan(f64::from(least)), libm::atan(f64::from(most)))
     }
 }
 
@@ -212,32 +220,58 @@ mod tests {
 
     #[test]
     fn a_ray_through_the_middle_meets_the_near_side() {
-        let opacity = Opacity::of(true);
+        let edge = Edge::of(true);
         let body = Outline::body(Point::new(2.0, 0.0), Point::new(1.0, 0.0), 1.0, 1.0);
-        let (part, range_m) = body.meet_one(Point::new(1.0, 0.0), opacity);
+        let (part, range_m) = body.meet_one(Point::new(1.0, 0.0), edge);
         assert!(part > 0.96 && (range_m - (2.0 - ALONG_M)).abs() < 1e-6, "{part} {range_m}");
         let beside = Outline::body(Point::new(2.0, 0.4), Point::new(1.0, 0.0), 1.0, 1.0);
-        assert!(beside.meet_one(Point::new(1.0, 0.0), opacity).0 < 0.01);
+        assert_eq!(beside.meet_one(Point::new(1.0, 0.0), edge).0, 0.0);
         let turned = Outline::body(Point::new(2.0, 0.0), Point::new(0.0, 1.0), 1.0, 1.0);
-        assert!((turned.meet_one(Point::new(1.0, 0.0), opacity).1 - (2.0 - ACROSS_M)).abs() < 1e-6);
+        assert!((turned.meet_one(Point::new(1.0, 0.0), edge).1 - (2.0 - ACROSS_M)).abs() < 1e-6);
     }
 
     #[test]
-    fn beams_that_are_met_together_are_met_as_each_alone() {
-        let table = Opacity::of(true);
-        let body = Outline::body(Point::new(1.5, 0.2), Point::new(0.6, 0.8), 1.1, 1.3);
-        let towards: Vec<Point> = (0..11).map(|beam| Point::towards(f64::from(beam) * 0.05 - 0.1)).collect();
-        let mut met = Vec::new();
-        let fan = Fan::of(towards.iter().copied());
-        body.meet(&fan, 1..11, table, |place, opacity, range_m| {
-            met.push((place, opacity, f64::from(range_m)))
-        });
-        let one = |place: usize| (place, body.meet_one(towards[place], table));
-        let alone: Vec<_> = (1..11)
-            .map(one)
-            .filter(|(_, (opacity, _))| *opacity > 0.0)
-            .map(|(place, (opacity, range_m))| (place, opacity, range_m))
-            .collect();
-        assert!(met.len() > 4 && met == alone, "{met:?}");
+    fn opacity_falls_from_all_to_nothing_at_the_edge() {
+        let at = |passes: f64, soft| {
+            let body = Outline::body(Point::new(2.0, passes * ACROSS_M), Point::new(1.0, 0.0), 1.0, 1.0);
+            body.meet_one(Point::new(1.0, 0.0), Edge::of(soft)).0
+        };
+        let passes = [0.0, 0.76, 0.9, 1.0, 1.1, 1.2];
+        let soft = passes.map(|passes| at(passes, true));
+        assert!(soft.windows(2).all(|two| two[0] >= two[1]), "{soft:?}");
+        assert!(
+            (soft[1] - 0.97).abs() < 1e-6 && (soft[3] - 0.485).abs() < 1e-3 && soft[5] == 0.0,
+            "{soft:?}"
+        );
+        assert!(at(0.99, false) > 0.96 && at(1.01, false) == 0.0);
+    }
+
+    #[test]
+    fn the_shadow_is_what_the_rays_meet() {
+        let edge = Edge::of(true);
+        let outline = |lane: usize| {
+            let at = Point::towards(0.1 * lane as f64) * (0.5 + 0.2 * lane as f64);
+            Outline::body(at, Point::towards(lane as f64), 1.0, 1.0 + 0.1 * lane as f64)
+        };
+        let ellipses = Ellipses::of(&Lanes::all((0..LANES).map(outline)));
+        for aim_rad in [-0.5, 0.0, 0.3] {
+            let (first_rad, last_rad) = ellipses.shadow_rad(Point::towards(aim_rad));
+            let mut met_rad: Option<(f64, f64)> = None;
+            for step in -1500..1500 {
+                let off_rad = 0.001 * f64::from(step);
+                let met = ellipses.meet(&Ray::along(Point::towards(aim_rad + off_rad)), edge);
+                let meets = |(opacity, range_m): (f32, f32)| opacity > 0.0 && range_m > 0.0;
+                if met.opacity.to_array().into_iter().zip(met.range_m.to_array()).any(meets) {
+                    met_rad = Some((met_rad.map_or(off_rad, |met_rad| met_rad.0), off_rad));
+                }
+            }
+            let (from_rad, to_rad) = met_rad.unwrap();
+            assert!(
+                (first_rad - from_rad).abs() < 0.01 && (last_rad - to_rad).abs() < 0.01,
+                "{aim_rad}: {first_rad} {last_rad}"
+            );
+        }
+        let (first_rad, last_rad) = ellipses.shadow_rad(Point::new(-1.0, 0.0));
+        assert!(first_rad.is_infinite() && last_rad.is_infinite());
     }
 }

@@ -9,10 +9,10 @@ use ::kehai::scan::{Geometry, URG_04LX};
 use super::SPEAKS;
 use super::body::Body;
 use super::cloud::{Cloud, SAMPLES};
-use super::ellipse::{ALONG_M, Opacity, Outline};
+use super::ellipse::{ALONG_M, Edge, Outline};
 use super::field::render;
 use super::random::Random;
-use super::ray::{Mixture, Noise, Surface};
+use super::ray::{Mixture, Surface};
 use super::sample::Sample;
 use super::scan::{Measured, Scan};
 use super::window::window;
@@ -22,11 +22,14 @@ use crate::observation::View;
 /// Thirty beams around the front.
 const BEAMS: std::ops::Range<usize> = 327..357;
 
-/// Density of a range in p(z), 1/m: noise of a surface, as documented.
+/// Density of a range in p(z), 1/m: noise of a surface, a Student distribution of three degrees of freedom, by its general formula.
 fn noise(off_m: f64) -> f64 {
-    let normal =
-        |sd: f64| libm::exp(-0.5 * (off_m / sd) * (off_m / sd)) / (sd * libm::sqrt(core::f64::consts::TAU));
-    0.85 * normal(0.028) + 0.15 * normal(0.080)
+    let (freedom, scale_m) = (3.0, 0.0286);
+    let gamma = |x: f64| libm::exp(libm::lgamma(x));
+    let peak = gamma(0.5 * (freedom + 1.0))
+        / (gamma(0.5 * freedom) * (freedom * core::f64::consts::PI).sqrt() * scale_m);
+    let off = off_m / scale_m;
+    peak * libm::pow(1.0 + off * off / freedom, -0.5 * (freedom + 1.0))
 }
 
 /// p(z) of a beam with these surfaces, opacity and range.
@@ -68,8 +71,7 @@ fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
 
 /// What thirty beams see of one body, half of them of nothing.
 fn results(scan: &Scan, seen: &Sample) -> Vec<Measured> {
-    let ellipse = seen.torso().before(Point::default(), Point::default());
-    let result = |beam| match ellipse.meet_one(scan.towards(beam), Opacity::of(true)) {
+    let result = |beam| match seen.torso().meet_one(scan.towards(beam), Edge::of(true)) {
         (opacity, range_m) if opacity > 0.5 => Measured::Hit(range_m + 0.01),
         _ => Measured::Free(3.5),
     };
@@ -78,7 +80,7 @@ fn results(scan: &Scan, seen: &Sample) -> Vec<Measured> {
 
 #[test]
 fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
-    let (scan, table, noise) = (scan(), Opacity::of(true), Noise::get());
+    let (scan, edge) = (scan(), Edge::of(true));
     let heading = Point::new(0.0, 1.0);
     for at in [Point::new(1.2, 0.05), Point::new(1.9, -0.1), Point::new(2.6, 0.2)] {
         let (own, other) =
@@ -86,13 +88,13 @@ fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
         let (mut fast, mut slow) = (0.0, 0.0);
         for beam in BEAMS {
             let towards = scan.towards(beam);
-            let (own, other) = (own.meet_one(towards, table), other.meet_one(towards, table));
+            let (own, other) = (own.meet_one(towards, edge), other.meet_one(towards, edge));
             for measured in
                 [Measured::Hit(2.0 - ALONG_M), Measured::Hit(1.3), Measured::Free(2.2), Measured::Free(3.9)]
             {
                 let surface = Surface { opacity: other.0, range_m: other.1, variance_m2: 0.0 };
                 let mixture = Mixture::new(measured, &mut [surface]);
-                fast += libm::log(mixture.ratio_alone(own.0, own.1 as f32, noise));
+                fast += libm::log(mixture.ratio_alone(own.0, own.1));
                 slow += libm::log(density(measured, vec![own, other]) / density(measured, vec![other]));
             }
         }
@@ -117,29 +119,29 @@ fn the_likelihood_of_all_ranges_is_what_does_not_pass() {
 
 #[test]
 fn the_mean_field_of_a_seen_body_is_the_mean_over_its_cloud() {
-    let (scan, table, noise, mut random) = (scan(), Opacity::of(true), Noise::get(), Random::new(3));
+    let (scan, edge, mut random) = (scan(), Edge::of(true), Random::new(3));
     let other = cloud(Point::new(2.0, 0.1), 0.015, &mut random);
     let measured = results(&scan, &other.cloud.samples()[0]);
     let window = window(&other, &scan, 1).unwrap();
-    let field = render(&other, &scan, &window, table);
+    let field = render(&other, &scan, &window, edge);
     for at in [Point::new(1.3, 0.0), Point::new(2.5, 0.1), Point::new(2.0, -0.5)] {
         let own = Outline::body(at, Point::new(0.0, 1.0), 1.0, 1.0);
         let mut fast = 0.0;
         for (beam, &measured) in BEAMS.zip(&measured) {
             let mut surfaces: Vec<Surface> = field.at(beam).copied().into_iter().collect();
-            let (opacity, range_m) = own.meet_one(scan.towards(beam), table);
+            let (opacity, range_m) = own.meet_one(scan.towards(beam), edge);
             let mixture = Mixture::new(measured, &mut surfaces);
-            fast += libm::log(mixture.ratio_alone(opacity, range_m as f32, noise));
+            fast += libm::log(mixture.ratio_alone(opacity, range_m));
         }
         // Exactly: the likelihood of all beams together, on the average over the other's places.
         let (mut with, mut without) = (0.0, 0.0);
         for sample in other.cloud.samples() {
-            let other = sample.torso().before(Point::default(), Point::default());
+            let other = sample.torso();
             let (mut both, mut alone) = (0.0, 0.0);
             for (beam, &measured) in BEAMS.zip(&measured) {
                 let towards = scan.towards(beam);
-                let other = other.meet_one(towards, table);
-                both += libm::log(density(measured, vec![own.meet_one(towards, table), other]));
+                let other = other.meet_one(towards, edge);
+                both += libm::log(density(measured, vec![own.meet_one(towards, edge), other]));
                 alone += libm::log(density(measured, vec![other]));
             }
             with += libm::exp(both);

@@ -4,16 +4,17 @@
 //!   ●╌╌╌╌╌╌╌·:·:·╌╌╌╌╌     opacity, range and its variance, beam by beam
 //! ```
 
+use wide::f32x8;
+
 use super::body::Body;
-use super::ellipse::Opacity;
+use super::ellipse::{Edge, LANES, Layer, sum};
+use super::packet::{Met, Packet};
 use super::ray::Surface;
-use super::sample::Sample;
 use super::scan::Scan;
-use super::surfaces::{Arms, Layer, Met, meet};
 use super::window::Window;
 
 /// Samples by which a body enters the others' mixture.
-const FIELD: usize = 12;
+const FIELD: usize = 8;
 
 /// What one body puts in the way of a range of beams: every `stride`-th of them, from `first`.
 #[derive(Clone, Debug, Default)]
@@ -43,46 +44,59 @@ impl Field {
 }
 
 /// What a body puts in the way of the beams of its window, on the average of some of its samples.
-pub fn render(body: &Body, scan: &Scan, window: &Window, opacity: Opacity) -> Field {
-    draw(body, scan, window, opacity, |sample| *sample)
+pub fn render(body: &Body, scan: &Scan, window: &Window, edge: Edge) -> Field {
+    draw(body, scan, window, edge, true)
 }
 
 /// The same without the arms that it stretches out.
-pub fn render_torso(body: &Body, scan: &Scan, window: &Window, opacity: Opacity) -> Field {
-    draw(body, scan, window, opacity, |sample| Sample { arm: None, ..*sample })
+pub fn render_torso(body: &Body, scan: &Scan, window: &Window, edge: Edge) -> Field {
+    draw(body, scan, window, edge, false)
 }
 
-fn draw(
-    body: &Body,
-    scan: &Scan,
-    window: &Window,
-    opacity: Opacity,
-    shown: impl Fn(&Sample) -> Sample,
-) -> Field {
+fn draw(body: &Body, scan: &Scan, window: &Window, edge: Edge, with_arms: bool) -> Field {
+    let (samples, weights) = (body.cloud.samples(), body.cloud.weights());
+    let mut places = [0; FIELD];
+    let count = samples.len().min(FIELD);
+    places
+        .iter_mut()
+        .zip(0..count)
+        .for_each(|(place, number)| *place = (number * samples.len() / count) as u16);
+    let places = &places[..count];
+    let total: f64 = places.iter().map(|place| weights[usize::from(*place)]).sum();
+    let share = 1.0 / total.max(1e-300);
+    let packets = Packet::some(samples, places, (scan.origin(), window.delay_s), with_arms);
+    let covered =
+        packets.iter().map(|packet| window.covered(packet, scan)).filter(|covered| !covered.is_empty());
+    let all =
+        covered.reduce(|one, other| one.start.min(other.start)..one.end.max(other.end)).unwrap_or_default();
     // Opacity, and its products with range and square of range.
-    let mut sums = vec![(0.0, 0.0, 0.0); window.len()];
-    let mut total = 0.0;
-    let (mut arms, all) = (Arms::default(), 0..window.len());
-    for (sample, weight) in body.cloud.weighted().step_by((body.cloud.samples().len() / FIELD).max(1)) {
-        total += weight;
-        meet(&shown(sample), (scan, window, &all), opacity, &mut arms, |place, Met { near, far }| {
-            let mut passes = weight;
-            for Layer { opacity, range_m } in [Some(near), far].into_iter().flatten() {
-                let (held, range_m) = (passes * opacity, f64::from(range_m));
+    let (mut sums, mut met) = (vec![[f32x8::ZERO; 3]; all.len()], Vec::with_capacity(all.len()));
+    for packet in &packets {
+        let mut own = [0.0; LANES];
+        for (own, place) in own.iter_mut().zip(packet.places()) {
+            *own = (weights[place] * share) as f32;
+        }
+        packet.meet(&window.rays[all.clone()], edge, &mut met);
+        for (sum, Met { near, far }) in sums.iter_mut().zip(&met) {
+            let mut passes = f32x8::from(own);
+            for Layer { opacity, range_m } in [Some(*near), *far].into_iter().flatten() {
+                let held = passes * opacity;
                 passes -= held;
-                let (sum, first, second) = sums[place];
-                sums[place] = (sum + held, first + held * range_m, second + held * range_m * range_m);
+                let first = held * range_m;
+                *sum = [sum[0] + held, sum[1] + first, sum[2] + first * range_m];
             }
-        });
+        }
     }
     let existence = body.existence();
-    let surface = |(sum, first, second): (f64, f64, f64)| {
-        if sum <= 0.0 || total <= 0.0 {
+    let surface = |sums: [f32x8; 3]| {
+        let [held, first, second] = sums.map(sum);
+        if held <= 0.0 {
             return Surface::default();
         }
-        let range_m = first / sum;
-        let variance_m2 = (second / sum - range_m * range_m).max(0.0);
-        Surface { opacity: existence * sum / total, range_m, variance_m2 }
+        let range_m = f64::from(first / held);
+        let variance_m2 = (f64::from(second / held) - range_m * range_m).max(0.0);
+        Surface { opacity: existence * f64::from(held), range_m, variance_m2 }
     };
-    Field { first: window.first, stride: window.stride, surfaces: sums.into_iter().map(surface).collect() }
+    let surfaces = sums.into_iter().map(surface).collect();
+    Field { first: window.beam(all.start), stride: window.stride, surfaces }
 }

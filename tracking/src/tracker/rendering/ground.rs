@@ -28,6 +28,9 @@ const LEAVING_MPS: f64 = 0.3;
 /// holds on both sides.
 const SHORT_M: f64 = 0.16;
 
+/// Steps of a body that walks are mostly shorter from scan to scan, m: 3 m/s for 0.025 s.
+const SMALL_M: f64 = 0.075;
+
 /// Which entries a body may cross.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Passage {
@@ -85,12 +88,23 @@ pub struct Ground<'a> {
 pub struct Way<'a> {
     pub ground: Ground<'a>,
     pub passage: Passage,
+    /// Whether no step that is shorter than [`SMALL_M`] is stopped.
+    pub is_open: bool,
 }
 
 impl Way<'_> {
+    /// The same for a body that is nowhere farther from a place than this, m.
+    pub fn around(self, place: Point, radius_m: f64) -> Self {
+        let Ground { walls, guards, .. } = self.ground;
+        let is_free = || walls.are_farther(place, radius_m + SMALL_M);
+        Self { is_open: !(guards && self.passage == Passage::None) && is_free(), ..self }
+    }
+
     /// Whether a small step is not possible.
     pub fn stops(&self, from: Point, to: Point) -> bool {
-        self.ground.stops(from, to, self.passage)
+        let off = to - from;
+        let is_free = self.is_open && off.dot(off) < SMALL_M * SMALL_M;
+        !is_free && self.ground.stops(from, to, self.passage)
     }
 }
 
@@ -260,6 +274,26 @@ mod tests {
             assert_eq!(ground.stops(inside, outside, Passage::InView), shadowed, "{measured:?}");
             assert!(!ground.stops(outside, inside, Passage::InView), "people come in hidden behind others");
         }
+    }
+
+    #[test]
+    fn an_open_way_stops_no_small_step_that_the_ground_would_not() {
+        let (terrain, scan) = (terrain(SITE), scan(4000));
+        let ground = terrain.ground(RenderingModel::default(), &scan);
+        let way = |passage| Way { ground, passage, is_open: false };
+        let mut open = 0;
+        for number in 0..400 {
+            let middle = Point::new(0.1 * f64::from(number % 20), 0.1 * f64::from(number / 20 - 10));
+            let around = way(Passage::InView).around(middle, 0.1);
+            open += i32::from(around.is_open);
+            for turn in 0..12 {
+                let from = middle + Point::towards(0.5 * f64::from(turn)) * 0.1;
+                let to = from + Point::towards(0.7 * f64::from(turn)) * 0.07;
+                assert_eq!(around.stops(from, to), way(Passage::InView).stops(from, to), "{from:?} {to:?}");
+            }
+            assert!(!way(Passage::None).around(middle, 0.1).is_open, "an unseen body crosses no entry");
+        }
+        assert!(open > 50 && open < 350, "{open} of 400");
     }
 
     #[test]

@@ -61,7 +61,7 @@ impl Rendering {
         };
         let armed = self.bodies.iter().enumerate().filter(|(_, elder)| is_armed(elder));
         let torso = |(number, elder): (usize, &Body)| {
-            Some((number, render_torso(elder, scan, &self.window(elder, scan)?, self.opacity)))
+            Some((number, render_torso(elder, scan, &self.window(elder, scan)?, self.edge)))
         };
         armed.filter_map(torso).collect()
     }

@@ -28,13 +28,13 @@ mod modules;
 mod note;
 mod notes;
 mod openings;
+mod packet;
 mod put_down;
 mod random;
 mod ray;
 mod restore;
 mod sample;
 mod scan;
-mod surfaces;
 mod tow;
 mod weigh;
 mod window;
@@ -48,14 +48,13 @@ use crate::tracker::reflections::Reflections;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState, Tracker};
 use body::{Body, SURE, UNHEARD_S};
 use cloud::Moments;
-use ellipse::Opacity;
+use ellipse::Edge;
 use exchange::{Before, rename};
 use field::{Field, render};
 use ground::{Passage, Terrain};
 pub use model::{Detail, Part, RenderingModel, UnknownVariant};
 use notes::Notes;
 use random::Random;
-use ray::Noise;
 use sample::strayed_m2;
 use scan::Scan;
 use weigh::{Look, Looked};
@@ -95,8 +94,7 @@ pub struct Rendering {
     /// When the scan began that is being taken, s.
     scan_s: f64,
     random: Random,
-    opacity: Opacity,
-    noise: Noise,
+    edge: Edge,
 }
 
 impl Rendering {
@@ -113,8 +111,7 @@ impl Rendering {
             next_id: 1,
             scan_s: 0.0,
             random: Random::new(model.seed),
-            opacity: Opacity::of(model.has(Part::SoftEdge)),
-            noise: Noise::get(),
+            edge: Edge::of(model.has(Part::SoftEdge)),
         }
     }
 
@@ -128,21 +125,19 @@ impl Rendering {
         for &index in &concerned {
             let body = &mut self.bodies[index];
             body.hidden = self.model.has(Part::Standing) && body.is_hidden(start_s);
-            if self.model.has(Part::Depth) {
-                body.cloud.deepen(start_s, &mut self.random);
-            }
             let way = body.way(ground, start_s);
             if body.is_unseen(start_s) {
                 body.cloud.spread(way, &mut self.random);
             }
-            body.cloud.predict(start_s, body.hidden, way, &mut self.random);
+            let deepens = self.model.has(Part::Depth);
+            body.cloud.predict(start_s, (body.hidden, deepens), way, &mut self.random);
         }
         let mut before: Vec<Before> =
             concerned.iter().map(|&index| Before::of(index, &self.bodies[index])).collect();
         let windows: Vec<Option<Window>> =
             concerned.iter().map(|&index| self.window(&self.bodies[index], scan)).collect();
         let rendered = concerned.iter().zip(&windows).map(|(&index, window)| {
-            let field = window.as_ref().map(|window| render(&self.bodies[index], scan, window, self.opacity));
+            let field = window.as_ref().map(|window| render(&self.bodies[index], scan, window, self.edge));
             (index, field.unwrap_or_default())
         });
         self.fields = rendered.collect();
@@ -157,7 +152,7 @@ impl Rendering {
                 if !looked[place].done && !waits {
                     looked[place] = self.look(index, scan, window, look);
                     if looked[place].changed {
-                        self.fields[place].1 = render(&self.bodies[index], scan, window, self.opacity);
+                        self.fields[place].1 = render(&self.bodies[index], scan, window, self.edge);
                     }
                 }
             }

@@ -10,13 +10,14 @@
 //!
 //! Lengths in m, densities per m. Occlusion, partial views, merged silhouettes and free space all come out of this sum.
 
-use std::sync::LazyLock;
+use wide::f32x8;
 
-use super::ellipse::nearest_step;
+use super::ellipse::Layer;
 use super::scan::Measured;
 
-/// Range noise with the body's roughness: standard deviation m and share, of most rays and of those on arms and folds.
-const NOISE: [(f64, f64); 2] = [(0.028, 0.85), (0.080, 0.15)];
+/// Scale of the range noise with the body's roughness, m: a Student distribution of three degrees of freedom, since some rays
+/// end on arms and folds. Its peak is 12.9 /m.
+const NOISE_M: f64 = 0.0286;
 
 /// Density of ranges from what no body explains, 1/m: arms, bags, dust.
 const CLUTTER: f64 = 0.10;
@@ -27,60 +28,32 @@ const UNEXPLAINED: f64 = 0.5;
 /// Density of a background return at the background, 1/m: certain within 10 cm.
 const BACKGROUND: f64 = 10.0;
 
-/// Ranges farther from a surface than this are not its, m: the length of the noise table.
-const NOISE_M: f64 = 0.4;
+/// Hits farther from a surface than this are not its, m: a thousandth of the density at the surface is left.
+const OFF_M: f64 = 0.28;
 
 /// Share of a likelihood that is nothing.
 const NOTHING_BEHIND: f64 = 1e-3;
 
-/// Steps of the noise table to a metre.
-const NOISE_STEPS: f64 = 2000.0;
-
-static NOISE_DENSITY: LazyLock<Vec<f64>> = LazyLock::new(|| {
-    (0..=(NOISE_M * NOISE_STEPS) as usize).map(|entry| density(entry as f64 / NOISE_STEPS, 0.0)).collect()
-});
-
-/// Density of ranges about a surface, looked up once for many rays.
-#[derive(Clone, Copy)]
-pub struct Noise(&'static [f64]);
-
-impl Noise {
-    pub fn get() -> Self {
-        Self(&NOISE_DENSITY)
-    }
-
-    /// Of a range that is so many steps from the surface, 1/m.
-    #[inline]
-    pub fn density(self, steps: u32) -> f64 {
-        self.0.get(steps as usize).copied().unwrap_or(0.0)
-    }
-
-    /// Steps of the table between two ranges.
-    #[inline]
-    pub const fn steps(one_m: f32, other_m: f32) -> u32 {
-        nearest_step((one_m - other_m).abs() * NOISE_STEPS as f32)
-    }
-}
-
-/// Squares of deviations beyond which a density is nothing: 10⁻⁶ of its peak.
-const NOTHING: f64 = 28.0;
-
 /// Log likelihood of one datum that a body explains best, over that of clutter.
 pub fn most_of_a_datum() -> f64 {
-    libm::log(Noise::get().density(0) / CLUTTER)
+    libm::log(density(0.0, 0.0) / CLUTTER)
 }
 
-/// Density of a range that is `off_m` from a surface whose range has a variance of its own.
+/// Density of a range that is `off_m` from a surface whose range has a variance of its own, 1/m.
 fn density(off_m: f64, variance_m2: f64) -> f64 {
-    let part = |(sd_m, share): (f64, f64)| {
-        let variance = sd_m * sd_m + variance_m2;
-        let square = off_m * off_m;
-        if square > NOTHING * variance {
-            return 0.0;
-        }
-        share * libm::exp(-0.5 * square / variance) / (core::f64::consts::TAU * variance).sqrt()
-    };
-    NOISE.into_iter().map(part).sum()
+    let scale_m2 = 3.0 * (NOISE_M * NOISE_M + variance_m2);
+    let fall = 1.0 + off_m * off_m / scale_m2;
+    2.0 / (core::f64::consts::PI * scale_m2.sqrt() * fall * fall)
+}
+
+/// The same of eight surfaces whose ranges are known.
+#[inline]
+fn densities(off_m: f32x8) -> f32x8 {
+    const SCALE_M2: f64 = 3.0 * NOISE_M * NOISE_M;
+    // 2 / (π √(3 s²)), without a root in a constant.
+    const PEAK: f32 = (2.0 / (core::f64::consts::PI * NOISE_M * 1.732_050_807_568_877_2)) as f32;
+    let fall = 1.0 + off_m * off_m * (1.0 / SCALE_M2) as f32;
+    PEAK / (fall * fall)
 }
 
 /// What one body puts in the way of one beam, on the average of its cloud.
@@ -106,13 +79,20 @@ const SHARP_M: f64 = 0.05;
 /// Most bodies in the way of one beam; farther ones are behind a wall of people.
 const DEEP: usize = 6;
 
-/// What an opaque body would change between two surfaces, of the beam's likelihood without it.
+/// What an opaque body changes of a beam's likelihood, over that without it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
     /// It adds so much to each unit of its density, m: the transmittance there.
-    adds_m: f64,
+    adds_m: f32,
     /// It takes away so much: the likelihood from all that is behind.
-    hides: f64,
+    hides: f32,
+}
+
+/// How that changes at a surface.
+#[derive(Clone, Copy, Debug, Default)]
+struct Behind {
+    range_m: f32,
+    more: Change,
 }
 
 /// The likelihood of a beam without the body that is being updated, and what the body changes in it: before the nearest
@@ -120,21 +100,23 @@ struct Change {
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture {
     measured: Measured,
-    /// Ranges of the surfaces, nearest first, and of what is free; then infinity.
-    ranges_m: [f32; DEEP + 1],
-    /// Before each of them; the last is behind all.
-    changes: [Change; DEEP + 2],
     /// Likelihood of the beam without the body.
     pub without: f64,
+    /// Before all surfaces.
+    before: Change,
+    /// The surfaces in its way, nearest first, and what is free; so many of them.
+    behind: [Behind; DEEP + 1],
+    deep: usize,
 }
 
 impl Mixture {
     /// Of a beam that says nothing.
     pub const SILENT: Self = Self {
         measured: Measured::Unknown,
-        ranges_m: [f32::INFINITY; DEEP + 1],
-        changes: [Change { adds_m: 0.0, hides: 0.0 }; DEEP + 2],
         without: f64::INFINITY,
+        before: Change { adds_m: 0.0, hides: 0.0 },
+        behind: [Behind { range_m: 0.0, more: Change { adds_m: 0.0, hides: 0.0 } }; DEEP + 1],
+        deep: 0,
     };
 
     /// Of the surfaces in the way of a beam, in any order.
@@ -145,30 +127,43 @@ impl Mixture {
             Measured::Free(range_m) => (BACKGROUND, range_m),
             Measured::Hit(_) => (0.0, f64::INFINITY),
         };
-        surfaces.sort_unstable_by(|one, other| one.range_m.total_cmp(&other.range_m));
-        // What stands beyond the free range is not seen.
-        let seen = surfaces.iter().take(DEEP).take_while(|surface| surface.range_m < free_m);
-        let (mut sum, mut transmittance, mut deep) = (0.0, 1.0, 0);
-        for surface in seen {
-            mixture.ranges_m[deep] = surface.range_m as f32;
-            mixture.changes[deep] = Change { adds_m: transmittance, hides: sum };
-            deep += 1;
-            if let Measured::Hit(range_m) = measured {
-                let off_m = range_m - surface.range_m;
-                sum += transmittance * surface.opacity * density(off_m, surface.variance_m2);
-            }
-            transmittance *= 1.0 - surface.opacity;
+        if surfaces.len() > 1 {
+            surfaces.sort_unstable_by(|one, other| one.range_m.total_cmp(&other.range_m));
         }
-        mixture.ranges_m[deep] = free_m as f32;
-        mixture.changes[deep] = Change { adds_m: transmittance, hides: sum };
+        let (mut sum, mut transmittance) = (0.0, 1.0);
+        let mut put = |range_m: f64, less: f64, more: f64| {
+            // Divided by the likelihood of all when that is known.
+            let more = Change { adds_m: -less as f32, hides: -more as f32 };
+            mixture.behind[mixture.deep] = Behind { range_m: range_m as f32, more };
+            mixture.deep += 1;
+        };
+        // What stands beyond the free range is not seen.
+        for surface in surfaces.iter().take(DEEP).take_while(|surface| surface.range_m < free_m) {
+            let less = transmittance * surface.opacity;
+            let more = match measured {
+                Measured::Hit(range_m) => less * density(range_m - surface.range_m, surface.variance_m2),
+                _ => 0.0,
+            };
+            put(surface.range_m, less, more);
+            (sum, transmittance) = (sum + more, transmittance - less);
+        }
         let all = sum + transmittance * background;
+        if free_m.is_finite() {
+            put(free_m, transmittance, all);
+        }
         mixture.without = all + CLUTTER;
-        let inverse = 1.0 / mixture.without;
-        for Change { adds_m, hides } in &mut mixture.changes[..=deep] {
-            *adds_m *= inverse;
-            *hides = (all - *hides) * inverse;
+        let inverse = (1.0 / mixture.without) as f32;
+        mixture.before = Change { adds_m: inverse, hides: all as f32 * inverse };
+        for Behind { more, .. } in &mut mixture.behind[..mixture.deep] {
+            more.adds_m *= inverse;
+            more.hides *= inverse;
         }
         mixture
+    }
+
+    /// Whether the beam says nothing.
+    pub const fn is_silent(&self) -> bool {
+        self.without.is_infinite()
     }
 
     /// Whether the beam's likelihood depends on a body that is not nearer than this, m: on one far behind what was hit, with
@@ -178,8 +173,8 @@ impl Mixture {
             Measured::Unknown => false,
             Measured::Free(range_m) => nearest_m < range_m || self.is_clutter(),
             Measured::Hit(range_m) => {
-                let hides = self.change(nearest_m as f32).hides;
-                nearest_m - range_m < NOISE_M || hides > NOTHING_BEHIND || self.is_clutter()
+                let hides = f64::from(self.hides(nearest_m as f32));
+                nearest_m - range_m < OFF_M || hides > NOTHING_BEHIND || self.is_clutter()
             }
         }
     }
@@ -189,31 +184,45 @@ impl Mixture {
         CLUTTER / self.without > UNEXPLAINED
     }
 
-    /// What was hit, m; infinity where nothing was.
-    pub fn hit_m(&self) -> f32 {
-        if let Measured::Hit(range_m) = self.measured { range_m as f32 } else { f32::INFINITY }
-    }
-
-    /// Likelihood with a body of this opacity at this range, over that without it; `density`: of what was hit, if that
-    /// were all, 1/m.
+    /// Likelihood with a body of one of these opacities at one of these ranges, over that without it.
     #[inline]
-    pub fn ratio(&self, opacity: f64, range_m: f32, density: f64) -> f64 {
-        let Change { adds_m, hides } = self.change(range_m);
-        1.0 + opacity * (adds_m * density - hides)
+    pub fn ratios(&self, &Layer { opacity, range_m }: &Layer) -> f32x8 {
+        1.0 + opacity * self.excess(range_m)
     }
 
-    /// The same of one beam alone.
-    pub fn ratio_alone(&self, opacity: f64, range_m: f32, noise: Noise) -> f64 {
-        self.ratio(opacity, range_m, noise.density(Noise::steps(self.hit_m(), range_m)))
-    }
-
+    /// The same of a body that is met twice: the likelihood is a mean of what the nearer surface holds and of what it lets pass.
     #[inline]
-    fn change(&self, range_m: f32) -> Change {
-        let mut index = 0;
-        while index <= DEEP && self.ranges_m[index] < range_m {
-            index += 1;
+    pub fn ratios_of_two(&self, near: &Layer, far: &Layer) -> f32x8 {
+        let behind = self.ratios(far);
+        behind + near.opacity * (1.0 + self.excess(near.range_m) - behind)
+    }
+
+    /// What opaque bodies at these ranges change of the likelihood, over that without them.
+    #[inline]
+    fn excess(&self, range_m: f32x8) -> f32x8 {
+        let (mut adds_m, mut hides) = (f32x8::splat(self.before.adds_m), f32x8::splat(self.before.hides));
+        for Behind { range_m: surface_m, more } in &self.behind[..self.deep] {
+            let is_behind = f32x8::splat(*surface_m).simd_lt(range_m);
+            adds_m += is_behind & f32x8::splat(more.adds_m);
+            hides += is_behind & f32x8::splat(more.hides);
         }
-        self.changes[index]
+        match self.measured {
+            Measured::Hit(hit_m) => adds_m * densities(range_m - hit_m as f32) - hides,
+            _ => -hides,
+        }
+    }
+
+    /// Likelihood with a body of this opacity at this range, over that without it.
+    #[cfg(test)]
+    pub fn ratio_alone(&self, opacity: f64, range_m: f64) -> f64 {
+        let lanes = |value: f64| f32x8::splat(value as f32);
+        f64::from(self.ratios(&Layer { opacity: lanes(opacity), range_m: lanes(range_m) }).to_array()[0])
+    }
+
+    /// What an opaque body at this range takes away.
+    fn hides(&self, range_m: f32) -> f32 {
+        let before = self.behind[..self.deep].iter().take_while(|behind| behind.range_m < range_m);
+        before.fold(self.before.hides, |hides, behind| hides + behind.more.hides)
     }
 }
 
@@ -225,7 +234,6 @@ mod tests {
 
     #[test]
     fn a_ratio_is_what_the_whole_mixture_says() {
-        let noise = Noise::get();
         let cases = [Measured::Hit(1.01), Measured::Hit(1.5), Measured::Hit(2.2), Measured::Free(3.0)];
         for measured in cases {
             for range_m in [0.9, 1.5, 2.0] {
@@ -233,10 +241,8 @@ mod tests {
                 let other = Surface { opacity: 0.5, range_m: 2.5, variance_m2: 0.01 };
                 let without = Mixture::new(measured, &mut [WALL, other]);
                 let with = Mixture::new(measured, &mut [other, body, WALL]);
-                let (ratio, whole) = (
-                    without.ratio_alone(body.opacity, body.range_m as f32, noise),
-                    with.without / without.without,
-                );
+                let (ratio, whole) =
+                    (without.ratio_alone(body.opacity, body.range_m), with.without / without.without);
                 assert!((ratio / whole - 1.0).abs() < 0.05, "{measured:?} {range_m}: {ratio} {whole}");
             }
         }
@@ -244,24 +250,21 @@ mod tests {
 
     #[test]
     fn what_is_behind_somebody_says_nothing() {
-        let noise = Noise::get();
         let mixture = Mixture::new(Measured::Hit(1.0), &mut [WALL]);
-        assert!((mixture.ratio_alone(0.97, 2.0, noise) - 1.0).abs() < 0.02);
-        assert!(mixture.ratio_alone(0.97, 0.5, noise) < 0.1, "it would have been seen");
+        assert!((mixture.ratio_alone(0.97, 2.0) - 1.0).abs() < 0.02);
+        assert!(mixture.ratio_alone(0.97, 0.5) < 0.1, "it would have been seen");
     }
 
     #[test]
     fn beyond_the_free_range_nothing_is_known() {
-        let noise = Noise::get();
         let mixture = Mixture::new(Measured::Free(2.5), &mut []);
-        assert!((mixture.ratio_alone(0.97, 3.0, noise) - 1.0).abs() < 1e-12);
-        assert!(mixture.ratio_alone(0.97, 2.0, noise) < 0.05);
-        assert_eq!(Mixture::new(Measured::Unknown, &mut [WALL]).ratio_alone(0.97, 2.0, noise), 1.0);
+        assert!((mixture.ratio_alone(0.97, 3.0) - 1.0).abs() < 1e-12);
+        assert!(mixture.ratio_alone(0.97, 2.0) < 0.05);
+        assert_eq!(Mixture::new(Measured::Unknown, &mut [WALL]).ratio_alone(0.97, 2.0), 1.0);
     }
 
     #[test]
     fn a_beam_that_does_not_tell_of_a_body_is_as_likely_with_it() {
-        let noise = Noise::get();
         let veil = Surface { opacity: 0.5, range_m: 1.1, variance_m2: 0.001 };
         let (mut telling, mut silent) = (0, 0);
         for measured in [Measured::Hit(1.0), Measured::Hit(2.2), Measured::Free(1.5), Measured::Unknown] {
@@ -273,7 +276,7 @@ mod tests {
                         continue;
                     }
                     silent += 1;
-                    let ratio = mixture.ratio_alone(0.97, nearest_m as f32 + 0.01, noise);
+                    let ratio = mixture.ratio_alone(0.97, nearest_m + 0.01);
                     assert!((ratio - 1.0).abs() < 0.002, "{measured:?} {surfaces:?} {nearest_m}: {ratio}");
                 }
             }

@@ -111,12 +111,15 @@ pub struct Step {
     root: f64,
     slower: f64,
     process_noise: f64,
+    /// Share of the way back to the ordinary size.
+    returns: f64,
     stays_out: f64,
+    deepens: bool,
 }
 
 impl Step {
-    /// Of a body that mostly stands, or of another.
-    pub fn new(step_s: f64, standing: bool) -> Self {
+    /// Of a body that mostly stands, or of another; and whether its depth changes.
+    pub fn new(step_s: f64, standing: bool, deepens: bool) -> Self {
         let (keeps_s, process_noise) =
             if standing { (KEEPS_UNSEEN_S, PROCESS_NOISE_UNSEEN) } else { (KEEPS_S, PROCESS_NOISE) };
         Self {
@@ -124,45 +127,63 @@ impl Step {
             root: step_s.sqrt(),
             slower: libm::exp(-step_s / keeps_s),
             process_noise,
+            returns: step_s / ORDINARY_S,
             stays_out: libm::exp(-step_s / STRETCHED_S),
+            deepens,
         }
     }
 }
 
-impl Sample {
-    /// Lets the depth change within a time.
-    pub fn deepen(&mut self, step_s: f64, random: &mut Random) {
-        let (deeper, _) = random.pair();
-        let depth = self.depth + (1.0 - self.depth) * step_s / ORDINARY_S + DEEPENS * step_s.sqrt() * deeper;
-        self.depth = depth.clamp(*DEPTHS.start(), *DEPTHS.end());
+/// Independent normal deviates by which a sample changes. Neighbours come of one sample more often than not: of two, one takes them
+/// mirrored, and the mean of both moves nowhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Shocks([f64; 8]);
+
+impl Shocks {
+    pub fn draw(random: &mut Random) -> Self {
+        let [(a, b), (c, d), (e, f), (g, h)] = [random.pair(), random.pair(), random.pair(), random.pair()];
+        Self([a, b, c, d, e, f, g, h])
     }
 
+    /// Of the opposite sign.
+    pub fn mirrored(self) -> Self {
+        Self(self.0.map(|shock| -shock))
+    }
+}
+
+impl Sample {
     /// Moves it by a step, as far as the ground allows. `anew_mps`: with another velocity, whatever it was, of
     /// this deviation on each axis.
-    pub fn predict(&mut self, step: &Step, anew_mps: Option<f64>, way: Way<'_>, random: &mut Random) {
-        let &Step { step_s, root, slower, process_noise, stays_out } = step;
+    pub fn predict(&mut self, step: &Step, anew_mps: Option<f64>, way: &Way<'_>, shocks: Shocks) {
+        let Shocks([a, b, c, d, turn, growth, deeper, _]) = shocks;
+        let &Step { step_s, root, slower, process_noise, .. } = step;
         let (kept, noise) = anew_mps.map_or((slower, process_noise * root), |deviation| (0.0, deviation));
-        let (x, y) = random.pair();
-        self.velocity = (self.velocity * kept + Point::new(x, y) * noise).at_most(FASTEST_MPS);
-        let (x, y) = random.pair();
-        let next = self.at + self.velocity * step_s + Point::new(x, y) * (DRIFT * root);
+        self.velocity = (self.velocity * kept + Point::new(a, b) * noise).at_most(FASTEST_MPS);
+        let next = self.at + self.velocity * step_s + Point::new(c, d) * (DRIFT * root);
         if way.stops(self.at, next) {
             self.velocity = Point::default();
         } else {
             self.at = next;
         }
-        let (turn, growth) = random.pair();
-        let speed = self.velocity.length();
-        let follows = (speed * step_s / TURN_WAY_M).min(1.0);
+        let square = self.velocity.dot(self.velocity);
         let forwards = self.heading.cross(self.velocity) * self.heading.dot(self.velocity);
-        let towards = if speed > 0.0 { follows * forwards / (speed * speed) } else { 0.0 };
+        let follows = (step_s / (TURN_WAY_M * square.sqrt())).min(1.0 / square);
+        let towards = if square > 0.0 { forwards * follows } else { 0.0 };
         self.heading = turned(self.heading, towards + TURNS * root * turn);
-        let size = self.size + (1.0 - self.size) * step_s / ORDINARY_S + GROWS * root * growth;
+        let size = self.size + (1.0 - self.size) * step.returns + GROWS * root * growth;
         self.size = size.clamp(*SIZES.start(), *SIZES.end());
+        if step.deepens {
+            let depth = self.depth + (1.0 - self.depth) * step.returns + DEEPENS * root * deeper;
+            self.depth = depth.clamp(*DEPTHS.start(), *DEPTHS.end());
+        }
+    }
+
+    /// Moves the hand of an arm that it stretches out, or draws it back.
+    pub fn gesture(&mut self, step: &Step, random: &mut Random) {
         if let Some(arm) = self.arm {
             let (x, y) = random.pair();
-            let hand = arm.hand + Point::new(x, y) * (HAND_DRIFT * root);
-            self.arm = (random.uniform() < stays_out).then_some(Arm { hand, ..arm });
+            let hand = arm.hand + Point::new(x, y) * (HAND_DRIFT * step.root);
+            self.arm = (random.uniform() < step.stays_out).then_some(Arm { hand, ..arm });
         }
     }
 
@@ -181,16 +202,14 @@ impl Sample {
     }
 
     /// It, roughened on its side of walls.
-    pub fn roughened(self, roughness: Roughness, way: Way<'_>, random: &mut Random) -> Self {
-        let mut sample = self;
-        let (x, y) = random.pair();
-        let next = sample.at + Point::new(x, y) * roughness.place_m;
+    pub fn roughened(&self, roughness: Roughness, way: &Way<'_>, shocks: Shocks) -> Self {
+        let Shocks([a, b, c, d, turn, ..]) = shocks;
+        let mut sample = *self;
+        let next = sample.at + Point::new(a, b) * roughness.place_m;
         if !way.stops(sample.at, next) {
             sample.at = next;
         }
-        let (x, y) = random.pair();
-        sample.velocity = sample.velocity + Point::new(x, y) * roughness.velocity_mps;
-        let (turn, _) = random.pair();
+        sample.velocity = sample.velocity + Point::new(c, d) * roughness.velocity_mps;
         sample.heading = turned(sample.heading, turn * roughness.heading_rad);
         sample
     }
@@ -220,13 +239,24 @@ pub const fn strayed_m2(time_s: f64) -> f64 {
 
 /// A unit vector turned by a small angle.
 fn turned(heading: Point, angle_rad: f64) -> Point {
-    let next = heading + heading.left() * angle_rad.clamp(-1.0, 1.0);
-    next * (1.0 / next.length())
+    // By the tangent of half the angle: no root, and still a unit vector.
+    let half = 0.5 * angle_rad.clamp(-1.0, 1.0);
+    let per = 1.0 / (1.0 + half * half);
+    heading * ((1.0 - half * half) * per) + heading.left() * (2.0 * half * per)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use ::kehai::scan::{Geometry, URG_04LX};
+
+    use super::super::ground::{Passage, Terrain};
+    use super::super::model::RenderingModel;
+    use super::super::scan::Scan;
     use super::*;
+    use crate::geometry::Pose;
+    use crate::observation::View;
 
     fn sample() -> Sample {
         let (at, heading) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
@@ -266,9 +296,36 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_that_looks_along_the_ray_is_as_wide_as_it_is_across() {
+    fn of_two_samples_with_mirrored_shocks_the_mean_moves_nowhere() {
+        let terrain = Terrain::of(&toml::from_str("").unwrap());
+        let geometry = Geometry::new(URG_04LX).unwrap();
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        let scan = Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }));
+        let way = Way {
+            ground: terrain.ground(RenderingModel::default(), &scan),
+            passage: Passage::Through,
+            is_open: false,
+        };
+        let (shocks, step) = (Shocks::draw(&mut Random::new(3)), Step::new(0.1, false, true));
+        let [one, other] = [shocks, shocks.mirrored()].map(|shocks| {
+            let mut moved = sample();
+            moved.predict(&step, None, &way, shocks);
+            moved.roughened(COARSE, &way, shocks)
+        });
+        let mean = |of: fn(&Sample) -> Point| (of(&one) + of(&other)) * 0.5;
+        assert!((mean(|sample| sample.at) - sample().at).length() < 1e-12, "{one:?} {other:?}");
+        assert!(mean(|sample| sample.velocity).length() < 1e-12);
+        assert!((one.at - other.at).length() > 0.001 && (one.size - 1.0) * (other.size - 1.0) < 0.0);
+    }
+
+    #[test]
+    fn a_torso_is_as_large_and_as_deep_as_its_sample() {
         let torso = sample().torso();
-        assert!((torso.half_width_m(Point::new(0.0, 1.0)) - ACROSS_M).abs() < 1e-12);
-        assert!((torso.half_width_m(Point::new(1.0, 0.0)) - ALONG_M).abs() < 1e-12);
+        assert_eq!(torso.along, Point::new(0.0, 1.0));
+        assert_eq!((torso.across_m, torso.along_m), (ACROSS_M, ALONG_M));
+        let deep = Sample { size: 1.1, depth: 1.5, ..sample() }.torso();
+        assert!(
+            (deep.across_m / ACROSS_M - 1.1).abs() < 1e-12 && (deep.along_m / ALONG_M - 1.65).abs() < 1e-12
+        );
     }
 }

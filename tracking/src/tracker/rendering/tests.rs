@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ::kehai::scan::{Geometry, URG_04LX};
 
-use super::ellipse::{Ellipse, Outline};
+use super::ellipse::Outline;
 use super::scan::Measured;
 use super::weigh::best;
 use super::*;
@@ -51,13 +51,12 @@ impl Bench {
 
     /// The same, and one more outline.
     fn shows_outlines(&mut self, bodies: &[(f64, f64)], depth: f64, more: Option<Outline>) {
-        let table = Opacity::of(true);
         let ahead = Point::new(0.0, 1.0);
-        let ellipse = |&(x, y): &(f64, f64)| Outline::body(Point::new(x, y), ahead, 1.0, depth);
-        let more = more.map(|outline| outline.before(Point::default(), Point::default()));
-        let ellipses: Vec<Ellipse> = bodies.iter().map(ellipse).chain(more).collect();
+        let outline = |&(x, y): &(f64, f64)| Outline::body(Point::new(x, y), ahead, 1.0, depth);
+        let outlines: Vec<Outline> = bodies.iter().map(outline).chain(more).collect();
         let measured = (0..self.scan.beams()).map(|beam| {
-            let met = ellipses.iter().map(|ellipse| ellipse.meet_one(self.scan.towards(beam), table));
+            let met =
+                outlines.iter().map(|outline| outline.meet_one(self.scan.towards(beam), Edge::of(true)));
             let nearest = met.filter(|(opacity, range_m)| *opacity > 0.5 && *range_m > 0.0);
             let nearest = nearest.map(|(_, range_m)| range_m).fold(WALL_M, f64::min);
             if nearest < WALL_M { Measured::Hit(nearest) } else { Measured::Free(WALL_M) }

@@ -6,12 +6,12 @@
 
 use super::apart::{Keeper, apart, keepers};
 use super::beams::Beams;
-use super::cloud::{effective, relative};
+use super::cloud::{effective, relatives};
 use super::field::Field;
+use super::packet::Packet;
 use super::ray::Mixture;
-use super::sample::{COARSE, FINE, HIDDEN, Sample};
+use super::sample::{COARSE, FINE, HIDDEN};
 use super::scan::{Measured, Scan};
-use super::surfaces::{Arms, meet};
 use super::window::Window;
 use super::{Part, Rendering};
 use crate::geometry::Point;
@@ -68,14 +68,15 @@ impl Rendering {
             self.reappear(index, (scan, window), &beams);
         }
         // After an arm was stretched out: it meets beams that hit something far before the body.
-        beams.silence(window.nearest_m(self.bodies[index].cloud.samples(), scan));
+        let packets = Packet::all(self.bodies[index].cloud.samples(), scan.origin(), window.delay_s);
+        beams.silence(nearest_m(&packets));
         let is_unknown = || window.beams().all(|beam| scan.measured(beam) == Measured::Unknown);
         let keepers = if self.model.has(Part::Apart) { keepers(&self.bodies, index) } else { Vec::new() };
         if beams.telling().is_empty() && (keepers.is_empty() || is_unknown()) {
             return Looked { evidence: 0.0, done: true, changed: false };
         }
         let aparts = self.aparts(index, &keepers);
-        let log_ratios = self.log_ratios(index, (scan, window), &beams, &aparts);
+        let log_ratios = self.log_ratios(&packets, (scan, window), &beams, &aparts);
         let (least, most) =
             log_ratios.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &ratio| {
                 (least.min(ratio), most.max(ratio))
@@ -115,31 +116,19 @@ impl Rendering {
     /// Log likelihood of the scan with each sample of a body over that without it.
     fn log_ratios(
         &self,
-        index: usize,
+        packets: &[Packet],
         (scan, window): (&Scan, &Window),
         beams: &Beams,
         aparts: &[f64],
     ) -> Vec<f64> {
-        let (origin, noise) = (scan.origin(), self.noise);
-        let mut arms = Arms::default();
-        let log_ratio = |(sample, apart): (&Sample, &f64)| {
-            let mut product = 1.0;
-            if sample.arm.is_none() {
-                let torso = sample.torso();
-                let places = window.covered(&torso, scan, beams.telling());
-                let ellipse = torso.before(origin, sample.velocity * window.delay_s);
-                ellipse.meet_blocks(&window.fan, places, self.opacity, |block| {
-                    product *= beams.ratio_of_block(&block, noise);
-                });
-            } else {
-                let telling = (scan, window, beams.telling());
-                meet(sample, telling, self.opacity, &mut arms, |place, met| {
-                    product *= beams.ratio(place, met, noise);
-                });
+        let (mut log_ratios, mut met) = (aparts.to_vec(), Vec::with_capacity(window.len()));
+        for packet in packets {
+            let ratios = beams.ratios(packet, (scan, window), self.edge, &mut met);
+            for (place, ratio) in packet.places().zip(ratios) {
+                log_ratios[place] += window.weight * libm::log(ratio.max(1e-300));
             }
-            window.weight * libm::log(product.max(1e-300)) + apart
-        };
-        self.bodies[index].cloud.samples().iter().zip(aparts).map(log_ratio).collect()
+        }
+        log_ratios
     }
 
     /// Lets a body that no scan has looked for since it was seen come into view where something is that no body explains.
@@ -164,6 +153,11 @@ impl Rendering {
     }
 }
 
+/// No part of these samples is nearer to the module, m.
+fn nearest_m(packets: &[Packet]) -> f64 {
+    f64::from(packets.iter().map(Packet::nearest_m).fold(f32::INFINITY, f32::min))
+}
+
 /// Where something is that no other body explains.
 fn unexplained((scan, window): (&Scan, &Window), beams: &Beams) -> Vec<Point> {
     let hit = |(beam, mixture): (usize, &Mixture)| {
@@ -182,7 +176,7 @@ pub fn best(mut ratios: Vec<f64>, of: usize) -> f64 {
     ratios.select_nth_unstable_by(count - 1, |one, other| other.total_cmp(one));
     ratios.truncate(count);
     let most = ratios.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = ratios.iter().map(|ratio| relative(ratio - most)).sum();
+    let sum: f64 = relatives(&ratios, 1.0).into_iter().sum();
     most + libm::log(sum / count as f64)
 }
 
@@ -196,6 +190,7 @@ mod tests {
     use super::super::cloud::Cloud;
     use super::super::field::render;
     use super::super::model::RenderingModel;
+    use super::super::sample::Sample;
     use super::super::window::window;
     use super::*;
     use crate::geometry::Pose;
@@ -228,7 +223,7 @@ mod tests {
         let windows: Vec<Window> =
             tracker.bodies.iter().map(|body| window(body, &scan, 1).unwrap()).collect();
         let rendered = tracker.bodies.iter().zip(&windows);
-        let fields = rendered.map(|(body, window)| render(body, &scan, window, tracker.opacity));
+        let fields = rendered.map(|(body, window)| render(body, &scan, window, tracker.edge));
         tracker.fields = fields.enumerate().collect();
         (tracker, scan, windows)
     }
@@ -237,7 +232,9 @@ mod tests {
     fn a_body_that_no_beam_tells_of_is_kept_out_of_another() {
         let (mut tracker, scan, windows) = behind_others(&[0.0, 0.8], 0.0);
         let mut beams = tracker.beams(0, &scan, &windows[0]);
-        beams.silence(windows[0].nearest_m(tracker.bodies[0].cloud.samples(), &scan));
+        let samples = tracker.bodies[0].cloud.samples();
+        let packets = Packet::all(samples, scan.origin(), windows[0].delay_s);
+        beams.silence(nearest_m(&packets));
         assert!(beams.telling().is_empty());
         tracker.look(0, &scan, &windows[0], Look::Fine);
         let at = tracker.bodies[0].cloud.moments().at;

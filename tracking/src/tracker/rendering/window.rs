@@ -6,11 +6,12 @@
 //!     ╲       ·.·            on both sides those that a stretched arm would cover
 //! ```
 
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::body::Body;
-use super::ellipse::{Fan, MISS, Outline};
-use super::sample::Sample;
+use super::ellipse::Ray;
+use super::packet::Packet;
 use super::scan::Scan;
 use crate::geometry::Point;
 
@@ -24,8 +25,11 @@ const DATUM_UNSEEN_M: f64 = 0.08;
 const GRAIN_M: f64 = 0.06;
 const GRAIN_UNSEEN_M: f64 = 0.03;
 
-/// An arm reaches so far beyond the torso, m.
-const REACH_M: f64 = 0.45;
+/// No part of a torso is farther from its middle, m: half of 0.52 m, of the largest, with its soft edge.
+const BODY_M: f64 = 0.41;
+
+/// Nor is a stretched hand, m.
+const REACH_M: f64 = 0.8;
 
 /// Beams that a body may concern.
 #[derive(Clone, Debug)]
@@ -37,28 +41,19 @@ pub struct Window {
     pub weight: f64,
     /// When its middle beam passes after step 0, s.
     pub delay_s: f64,
-    /// Directions of its beams.
-    pub fan: Fan,
+    /// Its beams as rays.
+    pub rays: Vec<Ray>,
     aim: Aim,
 }
 
 /// The beams of a body's window, one of every `divisor`; none where no beam points.
 pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
     let aim = Aim::at(body.cloud.moments().at, scan);
-    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut hold = |outline: &Outline| {
-        let (middle, reach) = aim.shadow(outline, scan);
-        first = first.min(middle - reach);
-        last = last.max(middle + reach);
-    };
-    for sample in body.cloud.samples() {
-        hold(&sample.torso());
-        if let Some(arm) = sample.outline_of_arm() {
-            hold(&arm);
-        }
-    }
-    let reach = REACH_M / aim.distance_m.max(0.3) / scan.beam_rad();
-    (first, last) = (first - reach, last + reach);
+    let delay_s = scan.delay_s(aim.beam);
+    let reach_m = (body.cloud.radius_m() + BODY_M).max(REACH_M);
+    let reach_rad = if reach_m < aim.distance_m { libm::asin(reach_m / aim.distance_m) } else { PI };
+    let reach = reach_rad / scan.beam_rad();
+    let (first, last) = (aim.beam - reach, aim.beam + reach);
     let beams = scan.beams() as f64;
     if last < 0.0 || first >= beams || scan.beams() == 0 {
         return None;
@@ -68,15 +63,9 @@ pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
     let (grain, datum_m) = if is_unseen { (GRAIN_UNSEEN_M, DATUM_UNSEEN_M) } else { (GRAIN_M, DATUM_M) };
     let stride = ((grain / grain_m) as usize).max(1) * divisor;
     let (first, last) = (first.max(0.0) as usize / stride * stride, last.min(beams - 1.0) as usize);
-    Some(Window {
-        first,
-        last,
-        stride,
-        weight: (stride as f64 * grain_m / datum_m).min(1.0),
-        delay_s: scan.delay_s(aim.beam),
-        fan: Fan::of((first..=last).step_by(stride).map(|beam| scan.towards(beam))),
-        aim,
-    })
+    let weight = (stride as f64 * grain_m / datum_m).min(1.0);
+    let rays = (first..=last).step_by(stride).map(|beam| Ray::along(scan.towards(beam))).collect();
+    Some(Window { first, last, stride, weight, delay_s, rays, aim })
 }
 
 impl Window {
@@ -90,33 +79,20 @@ impl Window {
         (self.first..=self.last).step_by(self.stride)
     }
 
-    /// No part of these samples is nearer to the module, m.
-    pub fn nearest_m(&self, samples: &[Sample], scan: &Scan) -> f64 {
-        let origin = scan.origin();
-        let nearest_m = |outline: &Outline, moved: Point| {
-            (outline.middle + moved - origin).length() - outline.across_m.max(outline.along_m)
-        };
-        let of_sample = |sample: &Sample| {
-            let moved = sample.velocity * self.delay_s;
-            let torso_m = nearest_m(&sample.torso(), moved);
-            sample.outline_of_arm().map_or(torso_m, |arm| torso_m.min(nearest_m(&arm, moved)))
-        };
-        samples.iter().map(of_sample).fold(f64::INFINITY, f64::min)
+    /// The beam at a place among them.
+    pub const fn beam(&self, place: usize) -> usize {
+        self.first + place * self.stride
     }
 
-    /// Which of its beams an outline covers, of some of them, counted from its first.
-    pub fn covered(&self, outline: &Outline, scan: &Scan, of: &Range<usize>) -> Range<usize> {
-        let (middle, reach) = self.aim.shadow(outline, scan);
+    /// Which of its beams a packet covers, counted from its first.
+    pub fn covered(&self, packet: &Packet, scan: &Scan) -> Range<usize> {
+        let (first, last) = self.aim.shadow(packet, scan);
         let place = |beam: f64| ((beam - self.first as f64) / self.stride as f64).max(0.0);
-        let to = (place(middle + reach) as u32 as usize + 1).min(of.end);
-        let from = place(middle - reach);
-        let before = from as u32;
-        let from = before as usize + usize::from(from > f64::from(before));
-        from.max(of.start).min(to)..to
+        place(first).ceil() as usize..self.len().min((place(last) as usize).saturating_add(1))
     }
 }
 
-/// A direction: beams near it are found without an arc tangent each.
+/// The direction to the middle of a body, from which angles to what it covers are counted.
 #[derive(Clone, Copy, Debug)]
 struct Aim {
     towards: Point,
@@ -131,21 +107,10 @@ impl Aim {
         Self { towards, beam, distance_m }
     }
 
-    /// Middle beam of what an outline covers, and how many beams on each side.
-    #[inline]
-    fn shadow(&self, outline: &Outline, scan: &Scan) -> (f64, f64) {
-        let offset = outline.middle - scan.origin();
-        let (ahead_m, aside_m) = (offset.dot(self.towards), self.towards.cross(offset));
-        let half = 1.05 * MISS * outline.half_width_m(offset) / offset.dot(offset).max(0.09);
-        // Series of the arc sine and of the arc tangent: off by a third of a beam at most.
-        let half_rad = if half < 0.5 { half + half * half * half / 6.0 } else { libm::asin(half.min(1.0)) };
-        let middle = if aside_m.abs() < 0.5 * ahead_m {
-            let slope = aside_m / ahead_m;
-            let square = slope * slope;
-            self.beam + slope * (1.0 - square * (1.0 / 3.0 - 0.2 * square)) / scan.beam_rad()
-        } else {
-            scan.beam_at(outline.middle).0
-        };
-        (middle, half_rad / scan.beam_rad())
+    /// The first and the last beam that a packet covers.
+    fn shadow(&self, packet: &Packet, scan: &Scan) -> (f64, f64) {
+        let (first_rad, last_rad) = packet.shadow_rad(self.towards);
+        let beam = |off_rad: f64| self.beam + off_rad / scan.beam_rad();
+        (beam(first_rad), beam(last_rad))
     }
 }
