@@ -20,10 +20,8 @@ use crate::geometry::Point;
 const DATUM_M: f64 = 0.15;
 const DATUM_UNSEEN_M: f64 = 0.08;
 
-/// Beams nearer to each other than this at a body are left out, m; at one that is not seen, of which a sliver may come
-/// into view, every one counts that is this far from the next.
-const GRAIN_M: f64 = 0.06;
-const GRAIN_UNSEEN_M: f64 = 0.03;
+/// Beams nearer to each other than this at a body are left out, m: one that is not seen comes into view by a sliver.
+const GRAIN_M: f64 = 0.03;
 
 /// No part of a torso is farther from its middle, m: half of 0.52 m, of the largest, with its soft edge.
 const BODY_M: f64 = 0.41;
@@ -59,9 +57,8 @@ pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
         return None;
     }
     let grain_m = aim.distance_m.max(0.2) * scan.beam_rad();
-    let is_unseen = body.is_unseen(body.cloud.at_s());
-    let (grain, datum_m) = if is_unseen { (GRAIN_UNSEEN_M, DATUM_UNSEEN_M) } else { (GRAIN_M, DATUM_M) };
-    let stride = ((grain / grain_m) as usize).max(1) * divisor;
+    let datum_m = if body.is_unseen(body.cloud.at_s()) { DATUM_UNSEEN_M } else { DATUM_M };
+    let stride = ((GRAIN_M / grain_m) as usize).max(1) * divisor;
     let (first, last) = (first.max(0.0) as usize / stride * stride, last.min(beams - 1.0) as usize);
     let weight = (stride as f64 * grain_m / datum_m).min(1.0);
     let rays = (first..=last).step_by(stride).map(|beam| Ray::along(scan.towards(beam))).collect();
