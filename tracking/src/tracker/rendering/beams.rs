@@ -65,14 +65,8 @@ impl Beams {
     }
 
     /// Likelihood of all beams with what they meet of each of eight samples, over that without it. `met`: room for that.
-    pub fn ratios(
-        &self,
-        packet: &Packet,
-        (scan, window): (&Scan, &Window),
-        edge: Edge,
-        met: &mut Vec<Met>,
-    ) -> [f64; LANES] {
-        let covered = window.covered(packet, scan);
+    pub fn ratios(&self, packet: &Packet, window: &Window, edge: Edge, met: &mut Vec<Met>) -> [f64; LANES] {
+        let covered = window.covered(packet);
         let places = covered.start.max(self.telling.start)..covered.end.min(self.telling.end);
         let (mut all, mut some, mut multiplied) = ([1.0; LANES], f32x8::ONE, 0);
         let mut fold = |some: f32x8| {
@@ -103,10 +97,6 @@ impl Beams {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use ::kehai::scan::{Geometry, URG_04LX};
-
     use super::super::body::Body;
     use super::super::cloud::Cloud;
     use super::super::ellipse::Outline;
@@ -115,28 +105,21 @@ mod tests {
     use super::super::scan::Measured;
     use super::super::window::window;
     use super::*;
-    use crate::geometry::{Point, Pose};
-    use crate::observation::View;
+    use crate::geometry::Point;
 
     /// Samples beside each other at a distance, one in three of them with an arm.
     fn body(x_m: f64) -> Body {
-        let sample = |number: i32| Sample {
-            at: Point::new(x_m, 0.01 * f64::from(number)),
-            velocity: Point::new(0.0, 0.2),
-            heading: Point::new(0.0, 1.0),
-            size: 1.0,
-            depth: 1.0,
-            arm: (number % 3 == 0).then_some(Arm { hand: Point::new(0.3, 0.3), is_level: true }),
+        let sample = |number: i32| {
+            let at = Point::new(x_m, 0.01 * f64::from(number));
+            let arm = (number % 3 == 0).then_some(Arm { hand: Point::new(0.3, 0.3), is_level: true });
+            Sample { arm, ..Sample::new(at, Point::new(0.0, 0.2), Point::new(0.0, 1.0)) }
         };
         Body::begin(1, 5.0, Cloud::new((-20..20).map(sample).collect(), 0.0))
     }
 
     #[test]
     fn eight_samples_at_once_are_as_likely_as_each_of_them_before_every_beam() {
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let mut scan =
-            Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }));
+        let mut scan = Scan::at_origin();
         let measured = |beam| if beam % 5 < 3 { Measured::Hit(1.9) } else { Measured::Free(2.1) };
         scan.set((0..scan.beams()).map(measured).collect());
         let (edge, own, other) = (Edge::of(true), body(2.0), body(2.6));
@@ -145,7 +128,7 @@ mod tests {
         let beams = Beams::of(&scan, &window, &[&field]);
         let (mut least, mut seen, mut room): (f64, _, _) = (1.0, 0, Vec::new());
         for packet in Packet::all(own.cloud.samples(), scan.origin(), window.delay_s) {
-            let fast = beams.ratios(&packet, (&scan, &window), edge, &mut room);
+            let fast = beams.ratios(&packet, &window, edge, &mut room);
             for (place, fast) in packet.places().zip(fast) {
                 let sample = &own.cloud.samples()[place];
                 let moved = |outline: Outline| Outline {

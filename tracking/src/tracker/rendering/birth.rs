@@ -102,14 +102,7 @@ impl Rendering {
             let at = behind(contour, origin, random);
             let (x, y) = random.pair();
             let heading = random.uniform() * core::f64::consts::TAU;
-            Sample {
-                at,
-                velocity: Point::new(x, y) * SPEED_MPS,
-                heading: Point::towards(heading),
-                size: 1.0,
-                depth: 1.0,
-                arm: None,
-            }
+            Sample::new(at, Point::new(x, y) * SPEED_MPS, Point::towards(heading))
         };
         let samples: Vec<Sample> = (0..SAMPLES / self.model.detail.divisor()).map(sample).collect();
         let is_inside = plan.enclosed.hold(middle) && plan.walls.entry_m(middle) > STRIDE_M;

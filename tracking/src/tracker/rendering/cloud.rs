@@ -11,14 +11,14 @@ use wide::f32x8;
 use super::ellipse::LANES;
 use super::ground::Way;
 use super::random::Random;
-use super::sample::{HIDDEN, Roughness, SURPRISED, Sample, Shocks, Step, WAITS_MPS, WALKS_MPS};
+use super::sample::{HIDDEN, Manner, Roughness, SURPRISED, Sample, Shocks, Step, WAITS_MPS, WALKS_MPS};
 use crate::geometry::Point;
 
 /// Samples of a cloud. A hidden body needs them: with 100, 65 of 100 come out as themselves, with 240, 87.
 pub const SAMPLES: usize = 240;
 
-/// So many are left to a cloud whose deviation is below [`COMPACT_M`], as that of a body in view is, which fills less room. With 80 people
-/// in view are known half a centimetre less well, with 240 no better.
+/// So many are left to a cloud whose deviation is below [`COMPACT_M`], as that of a body in view is: it fills less room. With 80 samples
+/// places in view are half a centimetre worse; with 240 they are no better, but those of thighs.
 const COMPACT: usize = 112;
 const COMPACT_M: f64 = 0.1;
 
@@ -133,14 +133,8 @@ impl Cloud {
         self.at_s
     }
 
-    /// Moves the cloud to `at_s`, as far as the ground allows. `standing`: it mostly stands. `deepens`: its depth changes.
-    pub fn predict(
-        &mut self,
-        at_s: f64,
-        (standing, deepens): (bool, bool),
-        way: Way<'_>,
-        random: &mut Random,
-    ) {
+    /// Moves the cloud to `at_s`, as far as the ground allows.
+    pub fn predict(&mut self, at_s: f64, manner: Manner, way: Way<'_>, random: &mut Random) {
         let step_s = at_s - self.at_s;
         if step_s <= 0.0 {
             return;
@@ -148,7 +142,7 @@ impl Cloud {
         self.at_s = at_s;
         // After a gap, in steps that are as short as between scans: in one, the velocity at its end would hold for all of it.
         let steps = (step_s / STEP_S).ceil().clamp(1.0, STEPS);
-        let step = Step::new(step_s / steps, standing, deepens);
+        let step = Step::new(step_s / steps, manner);
         for _ in 0..steps as usize {
             let way = way.around(self.moments.at, self.radius_m());
             for (index, two) in self.samples.chunks_mut(2).enumerate() {
@@ -186,8 +180,8 @@ impl Cloud {
     /// Draws as many samples anew by their weights (systematic resampling), and roughens them on their side of walls.
     pub fn resample(&mut self, roughness: Roughness, way: Way<'_>, random: &mut Random) {
         let compact = self.moments.variance_m2() < COMPACT_M * COMPACT_M;
-        let compact_count = self.whole * COMPACT / SAMPLES;
-        self.draw(if compact { compact_count } else { self.whole }, roughness, way, random);
+        let count = if compact { self.whole * COMPACT / SAMPLES } else { self.whole };
+        self.draw(count, roughness, way, random);
     }
 
     fn draw(&mut self, count: usize, roughness: Roughness, way: Way<'_>, random: &mut Random) {

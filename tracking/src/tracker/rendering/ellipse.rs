@@ -70,7 +70,7 @@ impl Outline {
     #[cfg(test)]
     pub fn meet_one(&self, towards: Point, edge: Edge) -> (f64, f64) {
         let Layer { opacity, range_m } =
-            Ellipses::of(&Lanes::all(std::iter::repeat(*self))).meet(&Ray::along(towards), edge);
+            Ellipses::of(&Lanes::of(std::iter::repeat(*self))).meet(&Ray::along(towards), edge);
         (f64::from(opacity.to_array()[0]), f64::from(range_m.to_array()[0]))
     }
 }
@@ -84,7 +84,7 @@ pub struct Layer {
     pub range_m: f32x8,
 }
 
-/// A ray from the origin of all scans: a unit vector, and its products.
+/// A ray from where the ellipses are seen from: a unit vector, and its products.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     x: f32,
@@ -124,7 +124,7 @@ impl Lanes {
 
     /// Of these outlines before the origin.
     #[cfg(test)]
-    pub fn all(outlines: impl Iterator<Item = Outline>) -> Self {
+    pub fn of(outlines: impl Iterator<Item = Outline>) -> Self {
         let mut lanes = Self::default();
         for (lane, outline) in outlines.take(LANES).enumerate() {
             lanes.put(lane, &outline, Point::default());
@@ -253,7 +253,7 @@ mod tests {
             let at = Point::towards(0.1 * lane as f64) * (0.5 + 0.2 * lane as f64);
             Outline::body(at, Point::towards(lane as f64), 1.0, 1.0 + 0.1 * lane as f64)
         };
-        let ellipses = Ellipses::of(&Lanes::all((0..LANES).map(outline)));
+        let ellipses = Ellipses::of(&Lanes::of((0..LANES).map(outline)));
         for aim_rad in [-0.5, 0.0, 0.3] {
             let (first_rad, last_rad) = ellipses.shadow_rad(Point::towards(aim_rad));
             let mut met_rad: Option<(f64, f64)> = None;

@@ -2,10 +2,6 @@
 //!
 //! The sum over all surfaces is written down anew here, without tables, prefix sums or mean fields.
 
-use std::sync::Arc;
-
-use ::kehai::scan::{Geometry, URG_04LX};
-
 use super::SPEAKS;
 use super::body::Body;
 use super::cloud::{Cloud, SAMPLES};
@@ -16,8 +12,7 @@ use super::ray::{Mixture, Surface};
 use super::sample::Sample;
 use super::scan::{Measured, Scan};
 use super::window::window;
-use crate::geometry::{Point, Pose};
-use crate::observation::View;
+use crate::geometry::Point;
 
 /// Thirty beams around the front.
 const BEAMS: std::ops::Range<usize> = 327..357;
@@ -47,24 +42,11 @@ fn density(measured: Measured, mut surfaces: Vec<(f64, f64)>) -> f64 {
     if matches!(measured, Measured::Free(_)) { sum + 10.0 * through } else { sum }
 }
 
-fn scan() -> Scan {
-    let geometry = Geometry::new(URG_04LX).unwrap();
-    let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-    Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }))
-}
-
 fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
     let sample = |_| {
         let (x, y) = random.pair();
         let at = middle + Point::new(x, y) * sd_m;
-        Sample {
-            at,
-            velocity: Point::default(),
-            heading: Point::new(0.0, 1.0),
-            size: 1.0,
-            depth: 1.0,
-            arm: None,
-        }
+        Sample::new(at, Point::default(), Point::new(0.0, 1.0))
     };
     Body::begin(1, 20.0, Cloud::new((0..SAMPLES).map(sample).collect(), 0.0))
 }
@@ -80,7 +62,7 @@ fn results(scan: &Scan, seen: &Sample) -> Vec<Measured> {
 
 #[test]
 fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
-    let (scan, edge) = (scan(), Edge::of(true));
+    let (scan, edge) = (Scan::at_origin(), Edge::of(true));
     let heading = Point::new(0.0, 1.0);
     for at in [Point::new(1.2, 0.05), Point::new(1.9, -0.1), Point::new(2.6, 0.2)] {
         let (own, other) =
@@ -119,7 +101,7 @@ fn the_likelihood_of_all_ranges_is_what_does_not_pass() {
 
 #[test]
 fn the_mean_field_of_a_seen_body_is_the_mean_over_its_cloud() {
-    let (scan, edge, mut random) = (scan(), Edge::of(true), Random::new(3));
+    let (scan, edge, mut random) = (Scan::at_origin(), Edge::of(true), Random::new(3));
     let other = cloud(Point::new(2.0, 0.1), 0.015, &mut random);
     let measured = results(&scan, &other.cloud.samples()[0]);
     let window = window(&other, &scan, 1).unwrap();

@@ -102,14 +102,7 @@ mod tests {
 
     /// A confirmed body, all of it at one place.
     fn body(id: u64, x: f64) -> Body {
-        let sample = Sample {
-            at: Point::new(x, 0.0),
-            velocity: Point::default(),
-            heading: Point::new(0.0, 1.0),
-            size: 1.0,
-            depth: 1.0,
-            arm: None,
-        };
+        let sample = Sample::new(Point::new(x, 0.0), Point::default(), Point::new(0.0, 1.0));
         Body { confirmed: true, ..Body::begin(id, 5.0, Cloud::new(vec![sample; 6], 0.0)) }
     }
 

@@ -4,6 +4,8 @@
 //!   ●╌╌╌╌╌╌╌·:·:·╌╌╌╌╌     opacity, range and its variance, beam by beam
 //! ```
 
+use std::array::from_fn;
+
 use wide::f32x8;
 
 use super::body::Body;
@@ -55,18 +57,13 @@ pub fn render_torso(body: &Body, scan: &Scan, window: &Window, edge: Edge) -> Fi
 
 fn draw(body: &Body, scan: &Scan, window: &Window, edge: Edge, with_arms: bool) -> Field {
     let (samples, weights) = (body.cloud.samples(), body.cloud.weights());
-    let mut places = [0; FIELD];
     let count = samples.len().min(FIELD);
-    places
-        .iter_mut()
-        .zip(0..count)
-        .for_each(|(place, number)| *place = (number * samples.len() / count) as u16);
+    let places: [u16; FIELD] = from_fn(|number| (number * samples.len() / count.max(1)) as u16);
     let places = &places[..count];
     let total: f64 = places.iter().map(|place| weights[usize::from(*place)]).sum();
     let share = 1.0 / total.max(1e-300);
     let packets = Packet::some(samples, places, (scan.origin(), window.delay_s), with_arms);
-    let covered =
-        packets.iter().map(|packet| window.covered(packet, scan)).filter(|covered| !covered.is_empty());
+    let covered = packets.iter().map(|packet| window.covered(packet)).filter(|covered| !covered.is_empty());
     let all =
         covered.reduce(|one, other| one.start.min(other.start)..one.end.max(other.end)).unwrap_or_default();
     // Opacity, and its products with range and square of range.

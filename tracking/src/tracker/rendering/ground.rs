@@ -173,17 +173,11 @@ impl Ground<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use ::kehai::scan::{Geometry, URG_04LX};
-
     use super::super::body::Body;
     use super::super::cloud::Cloud;
     use super::super::sample::Sample;
     use super::super::scan::Measured;
     use super::*;
-    use crate::geometry::Pose;
-    use crate::observation::View;
 
     const SITE: &str = "[[zone]]\nname = 'a'\npolygon = [[0, -1], [2, -1], [2, 1], [0, 1]]\n\
         [[entry]]\nname = 'e'\nline = [[2, -1], [2, 1]]\nzone = 'a'\n\
@@ -195,14 +189,7 @@ mod tests {
 
     /// A scan before a background at `reach_mm` all around.
     fn scan(reach_mm: u16) -> Scan {
-        let view = View {
-            module: 0,
-            pose: Pose { at: Point::default(), yaw_rad: 0.0 },
-            height_m: 1.0,
-            geometry: Geometry::new(URG_04LX).unwrap(),
-            upside_down: false,
-        };
-        let mut scan = Scan::of(&Arc::new(view));
+        let mut scan = Scan::at_origin();
         scan.reach(reach_mm);
         scan
     }
@@ -223,14 +210,7 @@ mod tests {
     #[test]
     fn a_hidden_body_leaves_by_an_entry_near_which_a_person_was_just_seen_to_leave() {
         let (at, to) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
-        let sample = Sample {
-            at,
-            velocity: Point::default(),
-            heading: Point::new(1.0, 0.0),
-            size: 1.0,
-            depth: 1.0,
-            arm: None,
-        };
+        let sample = Sample::new(at, Point::default(), Point::new(1.0, 0.0));
         let body = Body::begin(1, 5.0, Cloud::new(vec![sample], 0.0));
         let (mut terrain, scan) = (terrain(SITE), scan(4000));
         let leaves = |terrain: &Terrain, at_s| {

@@ -55,7 +55,7 @@ use ground::{Passage, Terrain};
 pub use model::{Detail, Part, RenderingModel, UnknownVariant};
 use notes::Notes;
 use random::Random;
-use sample::strayed_m2;
+use sample::{Manner, strayed_m2};
 use scan::Scan;
 use weigh::{Look, Looked};
 use window::{Window, window};
@@ -129,8 +129,8 @@ impl Rendering {
             if body.is_unseen(start_s) {
                 body.cloud.spread(way, &mut self.random);
             }
-            let deepens = self.model.has(Part::Depth);
-            body.cloud.predict(start_s, (body.hidden, deepens), way, &mut self.random);
+            let manner = Manner { stands: body.hidden, deepens: self.model.has(Part::Depth) };
+            body.cloud.predict(start_s, manner, way, &mut self.random);
         }
         let mut before: Vec<Before> =
             concerned.iter().map(|&index| Before::of(index, &self.bodies[index])).collect();

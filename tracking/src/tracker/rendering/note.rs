@@ -181,14 +181,8 @@ pub mod tests {
 
     #[test]
     fn a_number_is_on_its_way_as_long_as_it_walks() {
-        let sample = |speed_mps| Sample {
-            at: Point::default(),
-            velocity: Point::new(speed_mps, 0.0),
-            heading: Point::new(1.0, 0.0),
-            size: 1.0,
-            depth: 1.0,
-            arm: None,
-        };
+        let sample =
+            |speed_mps| Sample::new(Point::default(), Point::new(speed_mps, 0.0), Point::new(1.0, 0.0));
         let mut note = at(1, 0.0, 0.0);
         let mut follow = |speed_mps, from_s: f64| {
             for scan in 0..40 {

@@ -75,6 +75,7 @@ impl Packet {
     }
 
     /// What some beams meet of each, beam by beam.
+    // In one loop with their likelihood there are not registers enough, and every third instruction moves a number.
     #[inline(never)]
     pub fn meet(&self, rays: &[Ray], edge: Edge, met: &mut Vec<Met>) {
         met.clear();
@@ -115,7 +116,7 @@ mod tests {
 
     fn sample(at: Point, arm: Option<Arm>) -> Sample {
         let heading = Point::new(-1.0, 0.0);
-        Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, arm }
+        Sample { arm, ..Sample::new(at, Point::default(), heading) }
     }
 
     #[test]

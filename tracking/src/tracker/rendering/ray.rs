@@ -41,19 +41,22 @@ pub fn most_of_a_datum() -> f64 {
 
 /// Density of a range that is `off_m` from a surface whose range has a variance of its own, 1/m.
 fn density(off_m: f64, variance_m2: f64) -> f64 {
-    let scale_m2 = 3.0 * (NOISE_M * NOISE_M + variance_m2);
+    let scale_m2 = scale_m2(variance_m2);
     let fall = 1.0 + off_m * off_m / scale_m2;
     2.0 / (core::f64::consts::PI * scale_m2.sqrt() * fall * fall)
+}
+
+/// Square of the scale of that distribution, times its degrees of freedom, m².
+const fn scale_m2(variance_m2: f64) -> f64 {
+    3.0 * (NOISE_M * NOISE_M + variance_m2)
 }
 
 /// The same of eight surfaces whose ranges are known.
 #[inline]
 fn densities(off_m: f32x8) -> f32x8 {
-    const SCALE_M2: f64 = 3.0 * NOISE_M * NOISE_M;
-    // 2 / (π √(3 s²)), without a root in a constant.
-    const PEAK: f32 = (2.0 / (core::f64::consts::PI * NOISE_M * 1.732_050_807_568_877_2)) as f32;
-    let fall = 1.0 + off_m * off_m * (1.0 / SCALE_M2) as f32;
-    PEAK / (fall * fall)
+    const SHARPNESS: f32 = (1.0 / scale_m2(0.0)) as f32;
+    let fall = 1.0 + off_m * off_m * SHARPNESS;
+    density(0.0, 0.0) as f32 / (fall * fall)
 }
 
 /// What one body puts in the way of one beam, on the average of its cloud.
@@ -127,9 +130,7 @@ impl Mixture {
             Measured::Free(range_m) => (BACKGROUND, range_m),
             Measured::Hit(_) => (0.0, f64::INFINITY),
         };
-        if surfaces.len() > 1 {
-            surfaces.sort_unstable_by(|one, other| one.range_m.total_cmp(&other.range_m));
-        }
+        surfaces.sort_unstable_by(|one, other| one.range_m.total_cmp(&other.range_m));
         let (mut sum, mut transmittance) = (0.0, 1.0);
         let mut put = |range_m: f64, less: f64, more: f64| {
             // Divided by the likelihood of all when that is known.

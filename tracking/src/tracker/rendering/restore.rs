@@ -51,7 +51,7 @@ impl Rendering {
         });
         let heading = Point::towards(random.uniform() * core::f64::consts::TAU);
         let at = reached.unwrap_or(place);
-        Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, arm: None }
+        Sample::new(at, Point::default(), heading)
     }
 }
 

@@ -105,6 +105,15 @@ pub const HIDDEN: Roughness = Roughness { place_m: 0.03, velocity_mps: 0.05, hea
 /// When a scan contradicts the whole cloud.
 pub const SURPRISED: Roughness = Roughness { place_m: 0.12, velocity_mps: 0.3, heading_rad: 0.2 };
 
+/// How a body moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Manner {
+    /// It mostly stands.
+    pub stands: bool,
+    /// Its depth changes.
+    pub deepens: bool,
+}
+
 /// A step of time, and what is the same for all samples of a cloud.
 pub struct Step {
     step_s: f64,
@@ -118,10 +127,9 @@ pub struct Step {
 }
 
 impl Step {
-    /// Of a body that mostly stands, or of another; and whether its depth changes.
-    pub fn new(step_s: f64, standing: bool, deepens: bool) -> Self {
+    pub fn new(step_s: f64, Manner { stands, deepens }: Manner) -> Self {
         let (keeps_s, process_noise) =
-            if standing { (KEEPS_UNSEEN_S, PROCESS_NOISE_UNSEEN) } else { (KEEPS_S, PROCESS_NOISE) };
+            if stands { (KEEPS_UNSEEN_S, PROCESS_NOISE_UNSEEN) } else { (KEEPS_S, PROCESS_NOISE) };
         Self {
             step_s,
             root: step_s.sqrt(),
@@ -152,6 +160,11 @@ impl Shocks {
 }
 
 impl Sample {
+    /// Of an ordinary body whose arms hang down; `heading` is a unit vector.
+    pub const fn new(at: Point, velocity: Point, heading: Point) -> Self {
+        Self { at, velocity, heading, size: 1.0, depth: 1.0, arm: None }
+    }
+
     /// Moves it by a step, as far as the ground allows. `anew_mps`: with another velocity, whatever it was, of
     /// this deviation on each axis.
     pub fn predict(&mut self, step: &Step, anew_mps: Option<f64>, way: &Way<'_>, shocks: Shocks) {
@@ -247,20 +260,13 @@ fn turned(heading: Point, angle_rad: f64) -> Point {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use ::kehai::scan::{Geometry, URG_04LX};
-
     use super::super::ground::{Passage, Terrain};
     use super::super::model::RenderingModel;
     use super::super::scan::Scan;
     use super::*;
-    use crate::geometry::Pose;
-    use crate::observation::View;
 
     fn sample() -> Sample {
-        let (at, heading) = (Point::new(1.0, 0.0), Point::new(0.0, 1.0));
-        Sample { at, velocity: Point::default(), heading, size: 1.0, depth: 1.0, arm: None }
+        Sample::new(Point::new(1.0, 0.0), Point::default(), Point::new(0.0, 1.0))
     }
 
     #[test]
@@ -298,15 +304,14 @@ mod tests {
     #[test]
     fn of_two_samples_with_mirrored_shocks_the_mean_moves_nowhere() {
         let terrain = Terrain::of(&toml::from_str("").unwrap());
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let scan = Scan::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }));
+        let scan = Scan::at_origin();
         let way = Way {
             ground: terrain.ground(RenderingModel::default(), &scan),
             passage: Passage::Through,
             is_open: false,
         };
-        let (shocks, step) = (Shocks::draw(&mut Random::new(3)), Step::new(0.1, false, true));
+        let (shocks, step) =
+            (Shocks::draw(&mut Random::new(3)), Step::new(0.1, Manner { stands: false, deepens: true }));
         let [one, other] = [shocks, shocks.mirrored()].map(|shocks| {
             let mut moved = sample();
             moved.predict(&step, None, &way, shocks);

@@ -63,6 +63,14 @@ impl Scan {
         }
     }
 
+    /// Of an upright module at the origin that looks along x.
+    #[cfg(test)]
+    pub fn at_origin() -> Self {
+        let geometry = kehai::scan::Geometry::new(kehai::scan::URG_04LX).unwrap();
+        let pose = crate::geometry::Pose { at: Point::default(), yaw_rad: 0.0 };
+        Self::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }))
+    }
+
     /// Whether it has the directions of this view.
     pub fn is_of(&self, view: &View) -> bool {
         *self.view == *view

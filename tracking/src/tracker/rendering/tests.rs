@@ -1,15 +1,9 @@
 //! Bodies before one module, ray by ray: what is followed, what is believed while it is not seen, and what is not.
 
-use std::sync::Arc;
-
-use ::kehai::scan::{Geometry, URG_04LX};
-
 use super::ellipse::Outline;
 use super::scan::Measured;
 use super::weigh::best;
 use super::*;
-use crate::geometry::Pose;
-use crate::observation::View;
 
 /// Time between two scans, s.
 pub const SCAN_S: f64 = 0.1;
@@ -33,10 +27,8 @@ impl Bench {
     pub fn within(more: &str) -> Self {
         let site = format!("[[module]]\nname = 'm'\nx = 0\ny = 0\nyaw_deg = 0\n{more}");
         let site: Site = toml::from_str(&site).unwrap();
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false });
-        Self { tracker: Rendering::new(&site, RenderingModel::default()), scan: Scan::of(&view), now_s: 0.0 }
+        let tracker = Rendering::new(&site, RenderingModel::default());
+        Self { tracker, scan: Scan::at_origin(), now_s: 0.0 }
     }
 
     /// One scan of bodies whose middles are at `bodies` and that look along y.

@@ -76,7 +76,7 @@ impl Rendering {
             return Looked { evidence: 0.0, done: true, changed: false };
         }
         let aparts = self.aparts(index, &keepers);
-        let log_ratios = self.log_ratios(&packets, (scan, window), &beams, &aparts);
+        let log_ratios = self.log_ratios(&packets, window, &beams, &aparts);
         let (least, most) =
             log_ratios.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &ratio| {
                 (least.min(ratio), most.max(ratio))
@@ -114,16 +114,10 @@ impl Rendering {
     }
 
     /// Log likelihood of the scan with each sample of a body over that without it.
-    fn log_ratios(
-        &self,
-        packets: &[Packet],
-        (scan, window): (&Scan, &Window),
-        beams: &Beams,
-        aparts: &[f64],
-    ) -> Vec<f64> {
+    fn log_ratios(&self, packets: &[Packet], window: &Window, beams: &Beams, aparts: &[f64]) -> Vec<f64> {
         let (mut log_ratios, mut met) = (aparts.to_vec(), Vec::with_capacity(window.len()));
         for packet in packets {
-            let ratios = beams.ratios(packet, (scan, window), self.edge, &mut met);
+            let ratios = beams.ratios(packet, window, self.edge, &mut met);
             for (place, ratio) in packet.places().zip(ratios) {
                 log_ratios[place] += window.weight * libm::log(ratio.max(1e-300));
             }
@@ -182,10 +176,6 @@ pub fn best(mut ratios: Vec<f64>, of: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use ::kehai::scan::{Geometry, URG_04LX};
-
     use super::super::body::{Body, SURE};
     use super::super::cloud::Cloud;
     use super::super::field::render;
@@ -193,27 +183,16 @@ mod tests {
     use super::super::sample::Sample;
     use super::super::window::window;
     use super::*;
-    use crate::geometry::Pose;
-    use crate::observation::View;
     use crate::site::Site;
 
     /// A body far behind others that stand anywhere before it, and one beside it.
     fn behind_others(places_m: &[f64], beside_m: f64) -> (Rendering, Scan, Vec<Window>) {
         let site: Site = toml::from_str("[[module]]\nname = 'm'\nx = 0\ny = 0\nyaw_deg = 0").unwrap();
         let mut tracker = Rendering::new(&site, RenderingModel::default());
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let view = View { module: 0, pose, height_m: 1.0, geometry, upside_down: false };
-        let mut scan = Scan::of(&Arc::new(view));
+        let mut scan = Scan::at_origin();
         let body = |id, x_m: f64, places_m: &[f64]| {
-            let sample = |&y_m: &f64| Sample {
-                at: Point::new(x_m, y_m),
-                velocity: Point::default(),
-                heading: Point::new(0.0, 1.0),
-                size: 1.0,
-                depth: 1.0,
-                arm: None,
-            };
+            let sample =
+                |&y_m: &f64| Sample::new(Point::new(x_m, y_m), Point::default(), Point::new(0.0, 1.0));
             Body::begin(id, SURE, Cloud::new(places_m.iter().map(sample).collect(), 0.0))
         };
         // Two bodies far behind one that may stand anywhere before them: one of these stands where the other may be.

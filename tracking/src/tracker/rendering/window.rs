@@ -41,34 +41,39 @@ pub struct Window {
     pub delay_s: f64,
     /// Its beams as rays.
     pub rays: Vec<Ray>,
-    aim: Aim,
+    /// The direction to the middle of the body, the beam that points there, and the angle between two beams.
+    towards: Point,
+    beam: f64,
+    beam_rad: f64,
 }
 
 /// The beams of a body's window, one of every `divisor`; none where no beam points.
 pub fn window(body: &Body, scan: &Scan, divisor: usize) -> Option<Window> {
-    let aim = Aim::at(body.cloud.moments().at, scan);
-    let delay_s = scan.delay_s(aim.beam);
+    let place = body.cloud.moments().at;
+    let (beam, distance_m) = scan.beam_at(place);
+    let towards = (place - scan.origin()) * (1.0 / distance_m.max(1e-6));
+    let (beam_rad, delay_s) = (scan.beam_rad(), scan.delay_s(beam));
     let reach_m = (body.cloud.radius_m() + BODY_M).max(REACH_M);
-    let reach_rad = if reach_m < aim.distance_m { libm::asin(reach_m / aim.distance_m) } else { PI };
-    let reach = reach_rad / scan.beam_rad();
-    let (first, last) = (aim.beam - reach, aim.beam + reach);
+    let reach_rad = if reach_m < distance_m { libm::asin(reach_m / distance_m) } else { PI };
+    let reach = reach_rad / beam_rad;
+    let (first, last) = (beam - reach, beam + reach);
     let beams = scan.beams() as f64;
     if last < 0.0 || first >= beams || scan.beams() == 0 {
         return None;
     }
-    let grain_m = aim.distance_m.max(0.2) * scan.beam_rad();
+    let grain_m = distance_m.max(0.2) * beam_rad;
     let datum_m = if body.is_unseen(body.cloud.at_s()) { DATUM_UNSEEN_M } else { DATUM_M };
     let stride = ((GRAIN_M / grain_m) as usize).max(1) * divisor;
     let (first, last) = (first.max(0.0) as usize / stride * stride, last.min(beams - 1.0) as usize);
     let weight = (stride as f64 * grain_m / datum_m).min(1.0);
     let rays = (first..=last).step_by(stride).map(|beam| Ray::along(scan.towards(beam))).collect();
-    Some(Window { first, last, stride, weight, delay_s, rays, aim })
+    Some(Window { first, last, stride, weight, delay_s, rays, towards, beam, beam_rad })
 }
 
 impl Window {
     /// How many beams it has.
     pub fn len(&self) -> usize {
-        (self.last - self.first) / self.stride + 1
+        self.rays.len()
     }
 
     /// Its beams.
@@ -82,32 +87,12 @@ impl Window {
     }
 
     /// Which of its beams a packet covers, counted from its first.
-    pub fn covered(&self, packet: &Packet, scan: &Scan) -> Range<usize> {
-        let (first, last) = self.aim.shadow(packet, scan);
-        let place = |beam: f64| ((beam - self.first as f64) / self.stride as f64).max(0.0);
-        place(first).ceil() as usize..self.len().min((place(last) as usize).saturating_add(1))
-    }
-}
-
-/// The direction to the middle of a body, from which angles to what it covers are counted.
-#[derive(Clone, Copy, Debug)]
-struct Aim {
-    towards: Point,
-    beam: f64,
-    distance_m: f64,
-}
-
-impl Aim {
-    fn at(place: Point, scan: &Scan) -> Self {
-        let (beam, distance_m) = scan.beam_at(place);
-        let towards = (place - scan.origin()) * (1.0 / distance_m.max(1e-6));
-        Self { towards, beam, distance_m }
-    }
-
-    /// The first and the last beam that a packet covers.
-    fn shadow(&self, packet: &Packet, scan: &Scan) -> (f64, f64) {
+    pub fn covered(&self, packet: &Packet) -> Range<usize> {
+        let place = |off_rad: f64| {
+            let beam = self.beam + off_rad / self.beam_rad;
+            ((beam - self.first as f64) / self.stride as f64).max(0.0)
+        };
         let (first_rad, last_rad) = packet.shadow_rad(self.towards);
-        let beam = |off_rad: f64| self.beam + off_rad / scan.beam_rad();
-        (beam(first_rad), beam(last_rad))
+        place(first_rad).ceil() as usize..self.len().min((place(last_rad) as usize).saturating_add(1))
     }
 }
