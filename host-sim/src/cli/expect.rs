@@ -11,7 +11,7 @@ use host_sim::plan::sample::sample;
 /// The handover page of the tracker looks up those that see as much as the site's modules do. One run is a minute.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
-  kehai-sim expect > docs/tables/expected.csv")]
+  kehai-sim expect --runs 3 > docs/tables/expected.csv")]
 pub struct Arguments {
     /// First and last room
     #[arg(long, value_name = "FIRST-LAST", default_value = "0-29", value_parser = super::runs::seeds)]
