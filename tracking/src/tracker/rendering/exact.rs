@@ -30,16 +30,20 @@ fn noise(off_m: f64) -> f64 {
 /// p(z) of a beam with these surfaces, opacity and range.
 fn density(measured: Measured, mut surfaces: Vec<(f64, f64)>) -> f64 {
     surfaces.sort_by(|one, other| one.1.total_cmp(&other.1));
-    let (mut sum, mut through) = (0.10, 1.0);
+    let (mut sum, mut through, mut through_to_background) = (0.10, 1.0, 1.0);
     for (opacity, range_m) in surfaces {
-        match measured {
-            Measured::Hit(hit_m) => sum += through * opacity * noise(hit_m - range_m),
-            Measured::Free(free_m) if range_m > free_m => continue,
-            _ => {}
+        if let Measured::Hit(hit_m) | Measured::Swept(hit_m) = measured {
+            sum += through * opacity * noise(hit_m - range_m);
         }
         through *= 1.0 - opacity;
+        match measured {
+            Measured::Free(background_m) | Measured::Swept(background_m) if range_m < background_m => {
+                through_to_background = through;
+            }
+            _ => {}
+        }
     }
-    if matches!(measured, Measured::Free(_)) { sum + 10.0 * through } else { sum }
+    if matches!(measured, Measured::Hit(_)) { sum } else { sum + 10.0 * through_to_background }
 }
 
 fn cloud(middle: Point, sd_m: f64, random: &mut Random) -> Body {
@@ -71,9 +75,8 @@ fn the_ratio_of_thirty_beams_is_that_of_the_sums_over_all_surfaces() {
         for beam in BEAMS {
             let towards = scan.towards(beam);
             let (own, other) = (own.meet_one(towards, edge), other.meet_one(towards, edge));
-            for measured in
-                [Measured::Hit(2.0 - ALONG_M), Measured::Hit(1.3), Measured::Free(2.2), Measured::Free(3.9)]
-            {
+            let hits = [Measured::Hit(2.0 - ALONG_M), Measured::Hit(1.3), Measured::Swept(1.9)];
+            for measured in hits.into_iter().chain([Measured::Free(2.2), Measured::Free(3.9)]) {
                 let surface = Surface { opacity: other.0, range_m: other.1, variance_m2: 0.0 };
                 let mixture = Mixture::new(measured, &mut [surface]);
                 fast += libm::log(mixture.ratio_alone(own.0, own.1));

@@ -56,7 +56,7 @@ pub use model::{Detail, Part, RenderingModel, UnknownVariant};
 use notes::Notes;
 use random::Random;
 use sample::{Manner, strayed_m2};
-use scan::Scan;
+use scan::{Measured, Scan};
 use weigh::{Look, Looked};
 use window::{Window, window};
 
@@ -261,7 +261,11 @@ impl Tracker for Rendering {
         let mut scan = known.unwrap_or_else(|| Scan::of(view));
         let plan = &self.terrain.plan;
         let is_reflection = |seen: &Detection| plan.is_reflection(view.pose.at, seen);
-        scan.measure(observation, |seen: &Detection| plan.is_mover(seen) || is_reflection(seen));
+        scan.measure(observation, |seen: &Detection| match seen {
+            _ if plan.is_mover(seen) => Measured::Swept,
+            _ if is_reflection(seen) => Measured::Free,
+            _ => Measured::Hit,
+        });
         let reflected =
             observation.detections.iter().filter(|seen| !plan.is_mover(seen) && is_reflection(seen));
         self.reflections.follow(reflected, observation.start_s, || {

@@ -124,42 +124,46 @@ impl Mixture {
 
     /// Of the surfaces in the way of a beam, in any order.
     pub fn new(measured: Measured, surfaces: &mut [Surface]) -> Self {
-        let mut mixture = Self { measured, ..Self::SILENT };
-        let (background, free_m) = match measured {
-            Measured::Unknown => return mixture,
-            Measured::Free(range_m) => (BACKGROUND, range_m),
-            Measured::Hit(_) => (0.0, f64::INFINITY),
+        // Where a body was hit, where what else explains the beam is, and up to where bodies are seen.
+        let (hit_m, mut background_m, end_m) = match measured {
+            Measured::Unknown => return Self::SILENT,
+            Measured::Free(range_m) => (None, range_m, range_m),
+            Measured::Hit(range_m) => (Some(range_m), f64::INFINITY, f64::INFINITY),
+            Measured::Swept(range_m) => (Some(range_m), range_m, f64::INFINITY),
         };
+        let mut mixture = Self { measured, ..Self::SILENT };
         surfaces.sort_unstable_by(|one, other| one.range_m.total_cmp(&other.range_m));
         let (mut sum, mut transmittance) = (0.0, 1.0);
-        let mut put = |range_m: f64, less: f64, more: f64| {
-            // Divided by the likelihood of all when that is known.
-            let more = Change { adds_m: -less as f32, hides: -more as f32 };
-            mixture.behind[mixture.deep] = Behind { range_m: range_m as f32, more };
-            mixture.deep += 1;
-        };
-        // What stands beyond the free range is not seen.
-        for surface in surfaces.iter().take(DEEP).take_while(|surface| surface.range_m < free_m) {
+        for surface in surfaces.iter().take(DEEP).take_while(|surface| surface.range_m < end_m) {
+            if background_m <= surface.range_m {
+                sum += mixture.put(background_m, 0.0, transmittance * BACKGROUND);
+                background_m = f64::INFINITY;
+            }
             let less = transmittance * surface.opacity;
-            let more = match measured {
-                Measured::Hit(range_m) => less * density(range_m - surface.range_m, surface.variance_m2),
-                _ => 0.0,
-            };
-            put(surface.range_m, less, more);
-            (sum, transmittance) = (sum + more, transmittance - less);
+            let noise = |hit_m| density(hit_m - surface.range_m, surface.variance_m2);
+            sum += mixture.put(surface.range_m, less, hit_m.map_or(0.0, |hit_m| less * noise(hit_m)));
+            transmittance -= less;
         }
-        let all = sum + transmittance * background;
-        if free_m.is_finite() {
-            put(free_m, transmittance, all);
+        if background_m.is_finite() {
+            sum += mixture.put(background_m, 0.0, transmittance * BACKGROUND);
         }
-        mixture.without = all + CLUTTER;
+        mixture.without = sum + CLUTTER;
         let inverse = (1.0 / mixture.without) as f32;
-        mixture.before = Change { adds_m: inverse, hides: all as f32 * inverse };
+        mixture.before = Change { adds_m: inverse, hides: sum as f32 * inverse };
         for Behind { more, .. } in &mut mixture.behind[..mixture.deep] {
             more.adds_m *= inverse;
             more.hides *= inverse;
         }
         mixture
+    }
+
+    /// Puts a surface behind those it has. It takes `less` of the transmittance, and is worth `more` of the likelihood, which it
+    /// returns; neither is divided by the likelihood of all yet.
+    fn put(&mut self, range_m: f64, less: f64, more: f64) -> f64 {
+        let change = Change { adds_m: -less as f32, hides: -more as f32 };
+        self.behind[self.deep] = Behind { range_m: range_m as f32, more: change };
+        self.deep += 1;
+        more
     }
 
     /// Whether the beam says nothing.
@@ -173,7 +177,7 @@ impl Mixture {
         match self.measured {
             Measured::Unknown => false,
             Measured::Free(range_m) => nearest_m < range_m || self.is_clutter(),
-            Measured::Hit(range_m) => {
+            Measured::Hit(range_m) | Measured::Swept(range_m) => {
                 let hides = f64::from(self.hides(nearest_m as f32));
                 nearest_m - range_m < OFF_M || hides > NOTHING_BEHIND || self.is_clutter()
             }
@@ -208,7 +212,9 @@ impl Mixture {
             hides += is_behind & f32x8::splat(more.hides);
         }
         match self.measured {
-            Measured::Hit(hit_m) => adds_m * densities(range_m - hit_m as f32) - hides,
+            Measured::Hit(hit_m) | Measured::Swept(hit_m) => {
+                adds_m * densities(range_m - hit_m as f32) - hides
+            }
             _ => -hides,
         }
     }
@@ -265,10 +271,21 @@ mod tests {
     }
 
     #[test]
+    fn what_moves_where_things_move_is_explained_and_may_be_a_body() {
+        let mixture = Mixture::new(Measured::Swept(2.0), &mut []);
+        assert!(!mixture.is_clutter());
+        let ratio = |range_m| mixture.ratio_alone(0.97, range_m);
+        assert!(ratio(2.01) > 2.0 && ratio(2.01) < 2.5);
+        assert!(ratio(1.5) < 0.05, "it would have been hit");
+        assert!((ratio(2.5) - 1.0).abs() < 0.01, "it is behind what moves");
+    }
+
+    #[test]
     fn a_beam_that_does_not_tell_of_a_body_is_as_likely_with_it() {
         let veil = Surface { opacity: 0.5, range_m: 1.1, variance_m2: 0.001 };
         let (mut telling, mut silent) = (0, 0);
-        for measured in [Measured::Hit(1.0), Measured::Hit(2.2), Measured::Free(1.5), Measured::Unknown] {
+        let hits = [Measured::Hit(1.0), Measured::Hit(2.2), Measured::Swept(1.5)];
+        for measured in hits.into_iter().chain([Measured::Free(1.5), Measured::Unknown]) {
             for surfaces in [vec![], vec![WALL], vec![veil], vec![WALL, veil]] {
                 let mixture = Mixture::new(measured, &mut surfaces.clone());
                 for nearest_m in [0.8, 1.2, 1.45, 1.6, 2.4, 3.0] {

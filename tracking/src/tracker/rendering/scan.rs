@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   candidate's contour ─▶ Hit(range)      │ between two contour points the range is interpolated
+//!   … of a mover        ─▶ Swept(range)    │ what moves there, or a body
 //!   background, empty   ─▶ Free(range)     │ nothing nearer than this; beyond it the beam says nothing
 //!   unseen span         ─▶ Unknown         │ the beam says nothing at all
 //! ```
@@ -28,6 +29,8 @@ pub enum Measured {
     Free(f64),
     /// Something before the background, at this range.
     Hit(f64),
+    /// The same where a door leaf or a curtain moves.
+    Swept(f64),
 }
 
 /// The rays of one module's newest scan.
@@ -82,8 +85,12 @@ impl Scan {
         self
     }
 
-    /// Takes the rays of an observation. Detections for which `is_background` is true count as background.
-    pub fn measure(&mut self, observation: &Observation, is_background: impl Fn(&Detection) -> bool) {
+    /// Takes the rays of an observation. `hit`: what a detection's beams measured, of their range in m.
+    pub fn measure<F: Fn(f64) -> Measured>(
+        &mut self,
+        observation: &Observation,
+        hit: impl Fn(&Detection) -> F,
+    ) {
         for (measured, &empty_mm) in self.measured.iter_mut().zip(&observation.empty_mm) {
             *measured =
                 if empty_mm == 0 { Measured::Unknown } else { Measured::Free(f64::from(empty_mm) * 0.001) };
@@ -93,7 +100,7 @@ impl Scan {
         for seen in &observation.detections {
             let (first, last) =
                 (geometry.beam(seen.candidate.first_step), geometry.beam(seen.candidate.last_step));
-            let background = is_background(seen);
+            let measure = hit(seen);
             let knots_m = knots_m(&seen.candidate);
             let span = f64::from(seen.candidate.last_step - seen.candidate.first_step).max(1.0);
             let knots_a_step = (knots_m.len() - 1) as f64 / span;
@@ -101,7 +108,7 @@ impl Scan {
                 let Some(measured) = self.measured.get_mut(usize::from(beam)) else { break };
                 let step = geometry.step(beam).saturating_sub(seen.candidate.first_step);
                 let range_m = between(&knots_m, f64::from(step) * knots_a_step);
-                *measured = if background { Measured::Free(range_m) } else { Measured::Hit(range_m) };
+                *measured = measure(range_m);
             }
         }
     }
@@ -148,7 +155,7 @@ impl Scan {
         let beam = beam.round();
         match if beam >= 0.0 { self.measured(beam as usize) } else { Measured::Unknown } {
             Measured::Unknown => false,
-            Measured::Free(range_m) => distance_m < range_m,
+            Measured::Free(range_m) | Measured::Swept(range_m) => distance_m < range_m,
             Measured::Hit(range_m) => distance_m < range_m + BODY_M,
         }
     }

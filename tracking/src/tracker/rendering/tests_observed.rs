@@ -68,6 +68,33 @@ fn a_reflection_is_shown_and_never_anybody() {
 }
 
 #[test]
+fn a_person_is_followed_through_what_a_leaf_sweeps_and_the_leaf_is_nobody() {
+    const LEAF: &str = "[[mover]]\nname = 'leaf'\npolygon = [[1.6, 0.1], [2.6, 0.1], [2.6, 2.4], [1.6, 2.4]]";
+    // A candidate 0.4 m wide, 2 m ahead of the module.
+    let seen = |y_m: f64| {
+        let step = |y_m: f64| (384.0 + libm::atan2(y_m, 2.0) / 0.006136) as u16;
+        (step(y_m - 0.2), step(y_m + 0.2), (1000.0 * libm::hypot(2.0, y_m)) as u16)
+    };
+    let mut tracker = Bench::within(LEAF).tracker;
+    for scan in 0..33 {
+        let (at_s, y_m) = (SCAN_S * f64::from(scan), 0.1 * f64::from(scan) - 1.2);
+        tracker.observe(&observed(at_s, &[seen(y_m)]));
+        if scan >= 10 {
+            let tracks = tracker.tracks(at_s);
+            let [track] = tracks[..] else { panic!("scan {scan}: {tracks:?}") };
+            // Whether it is in view is not known.
+            assert!(
+                track.state != LifeCycle::Tentative && (track.at.y - y_m).abs() < 0.2,
+                "{y_m}: {track:?}"
+            );
+        }
+    }
+    let mut tracker = Bench::within(LEAF).tracker;
+    (0..20).for_each(|scan| tracker.observe(&observed(SCAN_S * f64::from(scan), &[seen(1.0)])));
+    assert!(tracker.tracks(2.0).is_empty());
+}
+
+#[test]
 fn a_number_remembers_since_when_and_by_which_module_it_was_seen() {
     let (tracker, tracks) = after_two_seconds("", 2000);
     let history = tracker.history(tracks[0].id).unwrap();
