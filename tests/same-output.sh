@@ -74,7 +74,7 @@ jobs() {
     done
     local people tracker own="kehai" every="kehai kehai-rules lee lee-38 particle" ideas="kehai" idea
     for idea in annealing best-quarter apart room standing surprise conservation datum soft-edge names entries depth arms \
-        company limbs inside openings tow put-down reappearance; do
+        company limbs inside openings tow put-down reappearance missing; do
         ideas+=" kehai-without-$idea"
     done
     for people in 1 2 3 4 5 6 7; do

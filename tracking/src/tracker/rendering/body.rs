@@ -5,7 +5,7 @@
 //! ```
 
 use super::cloud::Cloud;
-use super::ground::{AHEAD_S, Ground, Passage, Way};
+use super::ground::{AHEAD_S, Ground, Passage, Sighting, Way};
 use super::modules::Whereabouts;
 use super::openings::Openings;
 
@@ -30,12 +30,10 @@ pub struct Body {
     /// When it began, and when a scan last spoke for it, s.
     pub begun_s: f64,
     pub supported_s: f64,
+    /// Where that was.
+    pub sighting: Sighting,
     /// Until when it was doubted for what may have left, s.
     pub doubted_s: f64,
-    /// The number of the enclosed zone it was in then.
-    pub inside: Option<usize>,
-    /// Which entries it was about to cross then.
-    pub passage: Passage,
     /// Until when it was beside a body that is older, s: it may be an arm of that one.
     pub accompanied_s: f64,
     /// Whether it is not seen though it was looked for: it mostly stands. As of the scan that is being taken.
@@ -54,9 +52,8 @@ impl Body {
             cloud,
             begun_s,
             supported_s: begun_s,
-            inside: None,
+            sighting: Sighting::default(),
             doubted_s: begun_s,
-            passage: Passage::InView,
             accompanied_s: f64::NEG_INFINITY,
             hidden: false,
         }
@@ -98,7 +95,7 @@ impl Body {
     /// Where it may go.
     pub fn way<'a>(&self, ground: Ground<'a>, at_s: f64) -> Way<'a> {
         let stands_open = |openings: &Openings| openings.are_near(self.cloud.moments().at);
-        let passage = match self.passage {
+        let passage = match self.sighting.passage {
             _ if self.is_unseen(at_s) && ground.openings.is_some_and(stands_open) => Passage::Through,
             Passage::InView if self.is_unseen(at_s) => Passage::None,
             Passage::Through if at_s - self.supported_s > AHEAD_S => Passage::None,

@@ -19,8 +19,9 @@ impl Rendering {
         self.notes.renumber(&numbers);
         let (before, now) = (enclosed(change.before), enclosed(change.now));
         for body in &mut self.bodies {
-            let Some(zone) = body.inside else { continue };
-            body.inside = before.get(zone).and_then(|name| now.iter().position(|other| other == name));
+            let Some(zone) = body.sighting.inside else { continue };
+            body.sighting.inside =
+                before.get(zone).and_then(|name| now.iter().position(|other| other == name));
         }
     }
 }
@@ -60,7 +61,7 @@ mod tests {
         let other = "[[zone]]\nname = 'first'\npolygon = [[9, 9], [10, 9], [10, 10]]\nenclosed = true\n";
         let now = site(&(module("new", 9.0) + &module("m", 0.0) + other + ZONE));
         assert!(bench.tracker.change_site(&SiteChange { before: &was, now: &now }));
-        assert_eq!(bench.tracker.bodies[0].inside, Some(1), "the zone has another number");
+        assert_eq!(bench.tracker.bodies[0].sighting.inside, Some(1), "the zone has another number");
         let modules = &mut bench.tracker.terrain.modules;
         assert!(modules.take(0).is_none());
         let scan = modules.take(1).expect("it stands where it stood");
@@ -82,11 +83,11 @@ mod tests {
     fn who_was_in_a_zone_that_is_gone_may_have_left() {
         let mut bench = Bench::within(ZONE);
         (0..40).for_each(|_| bench.shows(&[(2.0, 0.0)]));
-        assert_eq!(bench.tracker.bodies[0].inside, Some(0));
+        assert_eq!(bench.tracker.bodies[0].sighting.inside, Some(0));
         let (was, now) = (site(&(module("m", 0.0) + ZONE)), site(&module("m", 0.0)));
         assert!(bench.tracker.change_site(&SiteChange { before: &was, now: &now }));
         let body = &bench.tracker.bodies[0];
-        assert!(body.inside.is_none());
+        assert!(body.sighting.inside.is_none());
         assert_eq!(bench.tracks()[0].state, LifeCycle::Confirmed);
     }
 }

@@ -24,6 +24,9 @@ const NEAR_M: f64 = 0.15;
 pub const AHEAD_S: f64 = 1.0;
 const LEAVING_MPS: f64 = 0.3;
 
+/// One who is on the way in crosses an entry inwards within this time, s: at a slow walk of 0.5 m/s from 1.5 m before it.
+const COMES_S: f64 = 3.0;
+
 /// A step that is shorter crosses no wall and no entry unless one of its ends is beside it, m: what [`Walls::beside`] surely
 /// holds on both sides.
 const SHORT_M: f64 = 0.16;
@@ -40,6 +43,23 @@ pub enum Passage {
     InView,
     /// Any: it was seen on its way through one.
     Through,
+}
+
+/// Where a body was when a scan last spoke for it, and where it went.
+#[derive(Clone, Copy, Debug)]
+pub struct Sighting {
+    /// The number of the enclosed zone it was in.
+    pub inside: Option<usize>,
+    /// Which entries it was about to cross.
+    pub passage: Passage,
+    /// Whether it was on its way in.
+    pub comes_in: bool,
+}
+
+impl Default for Sighting {
+    fn default() -> Self {
+        Self { inside: None, passage: Passage::InView, comes_in: false }
+    }
 }
 
 /// The floor plan of a site, the newest rays of its modules, and which entries stand open.
@@ -134,8 +154,16 @@ impl Ground<'_> {
         }
     }
 
-    /// Which entries a body crosses that a scan has just spoken for.
-    pub fn passage(&self, at: Point, velocity: Point) -> Passage {
+    /// Where a body is that a scan has just spoken for, and where it goes.
+    pub fn sighting(&self, at: Point, velocity: Point) -> Sighting {
+        Sighting {
+            inside: self.enclosed.around(at).next(),
+            passage: self.passage(at, velocity),
+            comes_in: self.walls.enters(at, at + velocity * COMES_S),
+        }
+    }
+
+    fn passage(&self, at: Point, velocity: Point) -> Passage {
         let leads_out = velocity.length() > LEAVING_MPS
             && self.walls.entry_m(at) < NEAR_M
             && self.walls.between(at, at + velocity * AHEAD_S);

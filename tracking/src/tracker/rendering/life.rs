@@ -8,6 +8,7 @@
 use super::birth::began_inside;
 use super::body::{Body, SURE};
 use super::ground::Passage;
+use super::missing::DENSITY;
 use super::sample::Sample;
 use super::scan::Scan;
 use super::{Part, Rendering};
@@ -54,6 +55,8 @@ impl Rendering {
         let enclosed = &self.terrain.plan.enclosed;
         let mut vanished: Vec<(u64, Point)> = Vec::new();
         let mut keeps = Vec::new();
+        let expects = self.model.has(Part::Missing);
+        self.missing.forget(start_s);
         self.bodies.retain(|body| {
             let least = if body.confirmed { DELETED } else { body.prior - TENTATIVE };
             let kept = body.log_odds > least && (body.confirmed || !body.is_unseen(start_s));
@@ -61,6 +64,8 @@ impl Rendering {
                 let mean = body.cloud.moments().at;
                 if enclosed.hold(mean) {
                     vanished.push((body.id, mean));
+                } else if expects && body.sighting.comes_in {
+                    self.missing.note(mean, start_s);
                 }
             }
             keeps.push(kept);
@@ -81,7 +86,7 @@ impl Rendering {
         let body = &mut self.bodies[index];
         let step_s = (start_s - body.doubted_s.max(body.supported_s)).max(0.0);
         body.doubted_s = start_s;
-        let stays = has_inside && body.inside.is_some() && body.passage != Passage::Through;
+        let stays = has_inside && body.sighting.inside.is_some() && body.sighting.passage != Passage::Through;
         let stays_there = |sample: &Sample| {
             if enclosed.hold(sample.at) {
                 return 1.0;
@@ -138,15 +143,19 @@ impl Rendering {
             let ghosts = self.bodies.iter().enumerate();
             let enclosed = &self.terrain.plan.enclosed;
             // One who is hidden in another zone is not this one.
-            let may_be_here = |ghost: &Body| ghost.inside.is_none_or(|zone| enclosed.is_in(zone, at));
+            let may_be_here =
+                |ghost: &Body| ghost.sighting.inside.is_none_or(|zone| enclosed.is_in(zone, at));
             let ghosts = ghosts.filter(|(other, ghost)| {
                 *other != index && ghost.confirmed && ghost.is_unseen(start_s) && may_be_here(ghost)
             });
+            // A person who was lost on the way in, unless one that is hidden is likelier there.
+            let is_expected = !began_inside(&self.bodies[index]) && self.missing.may_be_at(at, start_s);
+            let least = if is_expected { DENSITY } else { 0.0 };
             let best = ghosts
                 .map(|(other, ghost)| (other, ghost.cloud.density(at, ghost.kernel_m(start_s))))
                 .max_by(|one, other| one.1.total_cmp(&other.1));
             match best {
-                Some((ghost, density)) if density > 0.0 => {
+                Some((ghost, density)) if density > least => {
                     let id = self.bodies[ghost].id;
                     let body = &mut self.bodies[index];
                     body.confirmed = true;
@@ -154,7 +163,10 @@ impl Rendering {
                     self.bodies.remove(ghost);
                     return;
                 }
-                _ if !waits => self.bodies[index].confirmed = true,
+                _ if !waits => {
+                    self.bodies[index].confirmed = true;
+                    self.missing.find(at, start_s);
+                }
                 _ => {}
             }
         }

@@ -23,6 +23,7 @@ mod field;
 mod ground;
 mod life;
 mod limb;
+mod missing;
 mod model;
 mod modules;
 mod note;
@@ -51,7 +52,8 @@ use cloud::Moments;
 use ellipse::Edge;
 use exchange::{Before, rename};
 use field::{Field, render};
-use ground::{Passage, Terrain};
+use ground::{Passage, Sighting, Terrain};
+use missing::Missing;
 pub use model::{Detail, Part, RenderingModel, UnknownVariant};
 use notes::Notes;
 use random::Random;
@@ -90,6 +92,7 @@ pub struct Rendering {
     fields: Vec<(usize, Field)>,
     notes: Notes,
     reflections: Reflections,
+    missing: Missing,
     next_id: u64,
     /// When the scan began that is being taken, s.
     scan_s: f64,
@@ -108,6 +111,7 @@ impl Rendering {
             fields: Vec::new(),
             notes: Notes::default(),
             reflections: Reflections::default(),
+            missing: Missing::default(),
             next_id: 1,
             scan_s: 0.0,
             random: Random::new(model.seed),
@@ -170,9 +174,9 @@ impl Rendering {
                 // A scan may speak for a part of a wide cloud, whose mean is in the shadow.
                 if moments.variance_m2() < PLACED_M * PLACED_M {
                     let Moments { at, velocity, .. } = *moments;
-                    body.passage = ground.passage(at, velocity);
-                    body.inside = ground.enclosed.around(at).next();
-                    if body.confirmed && body.passage == Passage::Through && body.inside.is_some() {
+                    body.sighting = ground.sighting(at, velocity);
+                    let Sighting { inside, passage, .. } = body.sighting;
+                    if body.confirmed && passage == Passage::Through && inside.is_some() {
                         passing.push(at);
                     }
                 }

@@ -52,11 +52,13 @@ pub enum Part {
     PutDown,
     /// A body that no scan has looked for since it was seen is tried where something comes into view that no body explains.
     Reappearance,
+    /// Who was lost on the way in may come into view inside.
+    Missing,
 }
 
 impl Part {
     /// All of them, by name.
-    pub const NAMED: [(Self, &str); 20] = [
+    pub const NAMED: [(Self, &str); 21] = [
         (Self::Annealing, "annealing"),
         (Self::BestQuarter, "best-quarter"),
         (Self::Apart, "apart"),
@@ -77,6 +79,7 @@ impl Part {
         (Self::Tow, "tow"),
         (Self::PutDown, "put-down"),
         (Self::Reappearance, "reappearance"),
+        (Self::Missing, "missing"),
     ];
 }
 

@@ -8,7 +8,7 @@
 
 use super::body::{Body, SURE, UNSEEN_S};
 use super::cloud::{Cloud, SAMPLES};
-use super::ground::Passage;
+use super::ground::{Passage, Sighting};
 use super::sample::Sample;
 use super::{BODIES, Rendering};
 use crate::geometry::Point;
@@ -35,8 +35,8 @@ impl Rendering {
             let plan = &self.terrain.plan;
             body.confirmed = true;
             body.supported_s = at_s - age_s.max(2.0 * UNSEEN_S);
-            body.passage = Passage::None;
-            body.inside = plan.enclosed.around(person.at).next();
+            let inside = plan.enclosed.around(person.at).next();
+            body.sighting = Sighting { inside, passage: Passage::None, comes_in: false };
             self.bodies.push(body);
         }
     }
