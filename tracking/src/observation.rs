@@ -172,6 +172,24 @@ impl Detection {
     }
 }
 
+#[cfg(test)]
+impl Detection {
+    /// One whose outline is the chord between two places, without a contour.
+    pub fn chord(first: (f64, f64), last: (f64, f64)) -> Self {
+        let (first, last) = (Point::new(first.0, first.1), Point::new(last.0, last.1));
+        let middle = (first + last) * 0.5;
+        Self {
+            candidate: Candidate::default(),
+            at_s: 0.0,
+            centre: Vector2::new(middle.x, middle.y),
+            covariance: Matrix2::identity() * 0.0009,
+            outline: [first, middle, last],
+            width_m: (last - first).length(),
+            size: None,
+        }
+    }
+}
+
 /// What one module saw in one scan.
 #[derive(Clone, Debug)]
 pub struct Observation {

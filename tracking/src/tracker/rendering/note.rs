@@ -152,27 +152,9 @@ impl PutDown {
 
 #[cfg(test)]
 pub mod tests {
-    use nalgebra::{Matrix2, Vector2};
-
     use super::super::cloud::Cloud;
     use super::super::sample::Sample;
     use super::*;
-    use crate::observation::Detection;
-
-    /// A detection whose outline is the chord between two places.
-    pub fn chord(first: (f64, f64), last: (f64, f64)) -> Detection {
-        let (first, last) = (Point::new(first.0, first.1), Point::new(last.0, last.1));
-        let middle = (first + last) * 0.5;
-        Detection {
-            candidate: ::kehai::candidate::Candidate::default(),
-            at_s: 0.0,
-            centre: Vector2::new(middle.x, middle.y),
-            covariance: Matrix2::identity() * 0.0009,
-            outline: [first, middle, last],
-            width_m: (last - first).length(),
-            size: None,
-        }
-    }
 
     /// A confirmed number at a place.
     pub fn at(id: TrackId, x: f64, y: f64) -> Note {

@@ -139,7 +139,7 @@ fn chord_m(seen: &Detection, place: Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::note::tests::{at, chord};
+    use super::super::note::tests::at;
     use super::*;
 
     fn owners(notes: &[Note], seen: &Detection) -> Vec<TrackId> {
@@ -151,15 +151,15 @@ mod tests {
     fn a_detection_is_of_the_nearest_body_and_of_those_inside_its_outline() {
         let notes = [at(1, 0.0, 0.3), at(2, 0.0, -0.3), at(3, 0.0, -0.9)];
         // The side of a pushchair and who pushes it.
-        assert_eq!(owners(&notes, &chord((0.1, 0.5), (0.1, -0.5))), [1, 2]);
-        assert_eq!(owners(&notes, &chord((-0.2, -0.75), (0.2, -0.75))), [3]);
-        assert_eq!(owners(&notes, &chord((-0.2, -1.5), (0.2, -1.5))), [0; 0], "of none");
+        assert_eq!(owners(&notes, &Detection::chord((0.1, 0.5), (0.1, -0.5))), [1, 2]);
+        assert_eq!(owners(&notes, &Detection::chord((-0.2, -0.75), (0.2, -0.75))), [3]);
+        assert_eq!(owners(&notes, &Detection::chord((-0.2, -1.5), (0.2, -1.5))), [0; 0], "of none");
     }
 
     #[test]
     fn a_detection_is_of_no_body_that_is_not_seen() {
         let mut hidden = at(1, 0.0, 0.0);
         hidden.seen = false;
-        assert_eq!(owners(&[hidden, at(2, 0.0, 0.3)], &chord((-0.2, 0.0), (0.2, 0.0))), [2]);
+        assert_eq!(owners(&[hidden, at(2, 0.0, 0.3)], &Detection::chord((-0.2, 0.0), (0.2, 0.0))), [2]);
     }
 }

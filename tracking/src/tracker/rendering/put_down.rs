@@ -30,7 +30,7 @@ pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], module: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::note::tests::{at, chord};
+    use super::super::note::tests::at;
     use super::*;
 
     /// A number that was left at the origin.
@@ -43,7 +43,7 @@ mod tests {
     /// Shows it still for these times, 0.1 s, one after another.
     fn still(notes: &mut [Note], times_ds: &[u16]) {
         for (scan, &static_ds) in times_ds.iter().enumerate() {
-            let mut seen = chord((-0.2, 0.0), (0.2, 0.0));
+            let mut seen = Detection::chord((-0.2, 0.0), (0.2, 0.0));
             (seen.at_s, seen.candidate.static_ds) = (0.1 * scan as f64, static_ds);
             judge(notes, &[(0, &seen)], 0);
         }

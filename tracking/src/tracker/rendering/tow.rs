@@ -130,7 +130,7 @@ fn parts(notes: &mut [Note], index: usize) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::note::tests::{at, chord};
+    use super::super::note::tests::at;
     use super::*;
     use crate::geometry::Pose;
     use crate::tracker::TrackId;
@@ -156,7 +156,7 @@ mod tests {
             step(notes, &[], 0.05);
             let detections: Vec<Detection> = notes
                 .iter()
-                .map(|note| chord((note.at.x - 0.2, note.at.y), (note.at.x + 0.2, note.at.y)))
+                .map(|note| Detection::chord((note.at.x - 0.2, note.at.y), (note.at.x + 0.2, note.at.y)))
                 .collect();
             let own: Vec<_> = detections.iter().enumerate().collect();
             parted.extend(judge(notes, &own, &view()).into_iter().map(|index| notes[index].id));
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn two_in_wide_coats_are_two() {
         let mut notes = [at(1, 0.0, 0.0), at(2, 0.0, -0.5)];
-        notes.iter_mut().for_each(|note| note.tow.outlines = Outlines::of(26, 17));
+        notes.iter_mut().for_each(|note| note.tow.outlines = Outlines::of(26, 13));
         walk(&mut notes, 60);
         assert_eq!(owners(&notes), [None, None]);
     }
