@@ -20,7 +20,7 @@ const STRAIGHT_M: f64 = 0.0075;
 /// Share of straight outlines of a thing: midway between the 0.87 of things and the 0.27 of a body that shows most.
 const MOSTLY: f64 = 0.57;
 
-/// Outlines that are enough to judge by: neighbouring ones are alike, as long as a body does not turn.
+/// Outlines that are enough to judge by: a second of one module's, since neighbouring ones are alike as long as a body does not turn.
 const OUTLINES: u32 = 10;
 
 /// Narrower outlines are not judged, m: they show one face of a box, and of a body so little that it is straight, too.
