@@ -159,6 +159,16 @@ impl Detection {
         }
     }
 
+    /// Ranges of its outline at equal bearings from the first beam to the last, m: the points that were sent, two at least.
+    #[must_use]
+    pub fn knots_m(&self) -> Vec<f64> {
+        let candidate = &self.candidate;
+        let known = |point| candidate.contour_mm(point).unwrap_or(candidate.mid_mm);
+        let inner = (0..candidate.contour.len()).map(known);
+        let all = [candidate.first_mm].into_iter().chain(inner).chain([candidate.last_mm]);
+        all.map(|range_mm| f64::from(range_mm) * 0.001).collect()
+    }
+
     /// Middle of the chord between its ends.
     #[must_use]
     pub fn chord_middle(&self) -> Point {
@@ -169,6 +179,16 @@ impl Detection {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.candidate.first_end.kind == EndKind::Free && self.candidate.last_end.kind == EndKind::Free
+    }
+}
+
+#[cfg(test)]
+impl View {
+    /// Of an upright module at the origin that looks along x.
+    pub fn at_origin() -> Self {
+        let geometry = Geometry::new(kehai::scan::URG_04LX).unwrap();
+        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
+        Self { module: 0, pose, height_m: 0.6, geometry, upside_down: false }
     }
 }
 

@@ -208,23 +208,10 @@ fn stands(observation: &Observation) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use kehai::candidate::Candidate;
-    use kehai::scan::{Geometry, URG_04LX};
 
     use super::*;
     use crate::calibration::watch::{Finding, PoseWatch};
-    use crate::geometry::Pose;
     use crate::site::Site;
-
-    fn view() -> View {
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        View {
-            module: 0,
-            pose: Pose { at: crate::geometry::Point::default(), yaw_rad: 0.0 },
-            height_m: 0.6,
-            geometry,
-            upside_down: false,
-        }
-    }
 
     /// A room whose walls change from beam to beam, as a module sees it that is turned by so many beams.
     fn room_m(beam: i64) -> f64 {
@@ -232,13 +219,13 @@ mod tests {
     }
 
     fn walls(turned: i64) -> Arc<[u16]> {
-        let beams = i64::from(view().geometry.beams());
+        let beams = i64::from(View::at_origin().geometry.beams());
         (0..beams).map(|beam| (room_m(beam + turned) * 1e3) as u16).collect()
     }
 
     /// A scan in which `nearer` stands before the walls, in candidates of up to 60 beams.
     fn scan(nearer: impl Fn(i64) -> Option<f64>) -> Observation {
-        let view = Arc::new(view());
+        let view = Arc::new(View::at_origin());
         let background_mm = walls(0);
         let mut empty_mm = background_mm.to_vec();
         let mut seen = Vec::new();
@@ -303,7 +290,7 @@ mod tests {
         let mut said = None;
         for _ in 0..judgements {
             own.observe(observation);
-            said = own.judge(&view());
+            said = own.judge(&View::at_origin());
         }
         said
     }
@@ -312,7 +299,7 @@ mod tests {
     fn a_turn_either_way_is_told_and_by_how_much() {
         for by in [28, -28, 60] {
             let said = after(SURE, &walls(0), &scan(turned(by)))
-                .map(|turn_rad| turn_rad / f64::from(view().geometry.beam_rad()));
+                .map(|turn_rad| turn_rad / f64::from(View::at_origin().geometry.beam_rad()));
             assert!(said.is_some_and(|said| (said - by as f64).abs() < 2.0), "{by}: {said:?}");
             assert_eq!(after(SURE - 1, &walls(0), &scan(turned(by))), None, "not at once");
         }
@@ -389,7 +376,7 @@ mod tests {
             Observation { empty_mm: now.to_vec(), background_mm: Arc::clone(&now), ..scan(|_| None) };
         for _ in 0..SETTLED {
             own.observe(&observation);
-            assert_eq!(own.judge(&view()), None);
+            assert_eq!(own.judge(&View::at_origin()), None);
         }
         assert_eq!(own.learned_mm, now);
     }

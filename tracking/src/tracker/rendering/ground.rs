@@ -35,18 +35,19 @@ const SHORT_M: f64 = 0.16;
 const SMALL_M: f64 = 0.075;
 
 /// Which entries a body may cross.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub enum Passage {
     /// None: it would be seen there.
     None,
     /// Those beyond which a module sees it.
+    #[default]
     InView,
     /// Any: it was seen on its way through one.
     Through,
 }
 
 /// Where a body was when a scan last spoke for it, and where it went.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Default, Debug)]
 pub struct Sighting {
     /// The number of the enclosed zone it was in.
     pub inside: Option<usize>,
@@ -54,12 +55,6 @@ pub struct Sighting {
     pub passage: Passage,
     /// Whether it was on its way in.
     pub comes_in: bool,
-}
-
-impl Default for Sighting {
-    fn default() -> Self {
-        Self { inside: None, passage: Passage::InView, comes_in: false }
-    }
 }
 
 /// The floor plan of a site, the newest rays of its modules, and which entries stand open.

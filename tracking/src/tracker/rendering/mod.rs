@@ -265,10 +265,14 @@ impl Tracker for Rendering {
         let mut scan = known.unwrap_or_else(|| Scan::of(view));
         let plan = &self.terrain.plan;
         let is_reflection = |seen: &Detection| plan.is_reflection(view.pose.at, seen);
-        scan.measure(observation, |seen: &Detection| match seen {
-            _ if plan.is_mover(seen) => Measured::Swept,
-            _ if is_reflection(seen) => Measured::Free,
-            _ => Measured::Hit,
+        scan.measure(observation, |seen: &Detection| {
+            if plan.is_mover(seen) {
+                Measured::Swept
+            } else if is_reflection(seen) {
+                Measured::Free
+            } else {
+                Measured::Hit
+            }
         });
         let reflected =
             observation.detections.iter().filter(|seen| !plan.is_mover(seen) && is_reflection(seen));

@@ -9,8 +9,6 @@
 
 use std::sync::Arc;
 
-use kehai::candidate::Candidate;
-
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation, View};
 
@@ -69,9 +67,7 @@ impl Scan {
     /// Of an upright module at the origin that looks along x.
     #[cfg(test)]
     pub fn at_origin() -> Self {
-        let geometry = kehai::scan::Geometry::new(kehai::scan::URG_04LX).unwrap();
-        let pose = crate::geometry::Pose { at: Point::default(), yaw_rad: 0.0 };
-        Self::of(&Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false }))
+        Self::of(&Arc::new(View::at_origin()))
     }
 
     /// Whether it has the directions of this view.
@@ -101,7 +97,7 @@ impl Scan {
             let (first, last) =
                 (geometry.beam(seen.candidate.first_step), geometry.beam(seen.candidate.last_step));
             let measure = hit(seen);
-            let knots_m = knots_m(&seen.candidate);
+            let knots_m = seen.knots_m();
             let span = f64::from(seen.candidate.last_step - seen.candidate.first_step).max(1.0);
             let knots_a_step = (knots_m.len() - 1) as f64 / span;
             for beam in first..=last {
@@ -197,15 +193,6 @@ impl Scan {
         let last = self.beams().saturating_sub(1) as f64;
         self.view.delay_s(beam.clamp(0.0, last) as u16)
     }
-}
-
-/// Ranges of a candidate's outline at equal distances from its first step to its last, m: the points that were sent, two at
-/// least.
-fn knots_m(candidate: &Candidate) -> Vec<f64> {
-    let known = |point| candidate.contour_mm(point).unwrap_or(candidate.mid_mm);
-    let inner = (0..candidate.contour.len()).map(known);
-    let all = [candidate.first_mm].into_iter().chain(inner).chain([candidate.last_mm]);
-    all.map(|range_mm| f64::from(range_mm) * 0.001).collect()
 }
 
 /// Interpolated at so many knots from the first.

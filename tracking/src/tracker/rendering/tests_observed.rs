@@ -2,18 +2,13 @@
 
 use std::sync::Arc;
 
-use ::kehai::scan::{Geometry, URG_04LX};
-
 use super::tests::{Bench, SCAN_S};
 use super::*;
-use crate::geometry::Pose;
 use crate::observation::View;
 
 /// An observation of the bench's module that shows candidates: first and last step, and one range, mm.
 fn observed(at_s: f64, candidates: &[(u16, u16, u16)]) -> Observation {
-    let geometry = Geometry::new(URG_04LX).unwrap();
-    let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-    let view = Arc::new(View { module: 0, pose, height_m: 1.0, geometry, upside_down: false });
+    let view = Arc::new(View::at_origin());
     let beams = usize::from(view.geometry.beams());
     let candidate = |&(first_step, last_step, mm): &(u16, u16, u16)| ::kehai::candidate::Candidate {
         first_step,

@@ -132,16 +132,8 @@ fn parts(notes: &mut [Note], index: usize) -> bool {
 mod tests {
     use super::super::note::tests::at;
     use super::*;
-    use crate::geometry::Pose;
     use crate::tracker::TrackId;
     use crate::tracker::attachments::outlines::Outlines;
-    use ::kehai::scan::{Geometry, URG_04LX};
-
-    fn view() -> View {
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        View { module: 0, pose, height_m: 0.6, geometry, upside_down: false }
-    }
 
     /// With the outlines of a box, or of a body.
     fn looks(mut note: Note, is_box: bool) -> Note {
@@ -159,7 +151,7 @@ mod tests {
                 .map(|note| Detection::chord((note.at.x - 0.2, note.at.y), (note.at.x + 0.2, note.at.y)))
                 .collect();
             let own: Vec<_> = detections.iter().enumerate().collect();
-            parted.extend(judge(notes, &own, &view()).into_iter().map(|index| notes[index].id));
+            parted.extend(judge(notes, &own, &View::at_origin()).into_iter().map(|index| notes[index].id));
         }
         parted
     }
@@ -184,9 +176,9 @@ mod tests {
         walk(&mut notes, 10);
         assert_eq!(owners(&notes), [None, Some(1)]);
         step(&mut notes, &[2], 0.3);
-        assert!(judge(&mut notes, &[], &view()).is_empty());
+        assert!(judge(&mut notes, &[], &View::at_origin()).is_empty());
         step(&mut notes, &[2], 0.2);
-        assert_eq!(judge(&mut notes, &[], &view()), [1]);
+        assert_eq!(judge(&mut notes, &[], &View::at_origin()), [1]);
         assert_eq!(owners(&notes), [None, None]);
     }
 
@@ -258,7 +250,7 @@ mod tests {
         walk(&mut notes, 20);
         assert_eq!(owners(&notes), [None, Some(1), Some(1)]);
         notes.remove(0);
-        assert!(judge(&mut notes, &[], &view()).is_empty(), "none is left behind");
+        assert!(judge(&mut notes, &[], &View::at_origin()).is_empty(), "none is left behind");
         assert_eq!(owners(&notes), [None, Some(2)]);
     }
 
@@ -280,7 +272,7 @@ mod tests {
         walk(&mut notes, 20);
         notes[1].seen = false;
         step(&mut notes, &[2], 2.0);
-        assert!(judge(&mut notes, &[], &view()).is_empty());
+        assert!(judge(&mut notes, &[], &View::at_origin()).is_empty());
         assert_eq!(owners(&notes), [None, Some(1)]);
     }
 }

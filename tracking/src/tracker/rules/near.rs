@@ -211,16 +211,14 @@ mod tests {
     use ::kehai::scan::{Geometry, URG_04LX};
 
     use super::*;
-    use crate::geometry::Pose;
 
     /// A module at the origin that looks along x, with walls at 3 m but for a door before it.
     fn with_a_door(door: std::ops::Range<usize>) -> Observation {
-        let geometry = Geometry::new(URG_04LX).unwrap();
-        let pose = Pose { at: Point::default(), yaw_rad: 0.0 };
-        let beams = usize::from(geometry.beams());
+        let view = View::at_origin();
+        let beams = usize::from(view.geometry.beams());
         let background_mm = (0..beams).map(|beam| if door.contains(&beam) { 9000 } else { 3000 }).collect();
         Observation {
-            view: Arc::new(View { module: 0, pose, height_m: 0.6, geometry, upside_down: false }),
+            view: Arc::new(view),
             start_s: 0.0,
             detections: Vec::new(),
             empty_mm: Vec::new(),

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use ::kehai::candidate::Candidate;
 use ::kehai::scan::{Geometry, URG_04LX};
-use nalgebra::{Matrix2, Vector2};
 
 use super::ablation::Ideas;
 use super::*;
@@ -72,16 +71,8 @@ impl Bench {
             ..Candidate::default()
         };
         let half = Point::new(chord_m.max(0.0), (-chord_m).max(0.0)) * 0.5;
-        let at = Point::new(x, y);
-        Detection {
-            candidate,
-            at_s: self.now_s,
-            centre: Vector2::new(x, y),
-            covariance: Matrix2::identity() * 0.0009,
-            outline: [at - half, at, at + half],
-            width_m,
-            size: None,
-        }
+        let (first, last) = ((x - half.x, y - half.y), (x + half.x, y + half.y));
+        Detection { candidate, at_s: self.now_s, ..Detection::chord(first, last) }
     }
 }
 
