@@ -1,4 +1,4 @@
-//! Limbs: what appears within reach of an older body may be an arm of it. To be a person it has to show more than an arm does.
+//! Limbs: what appears within reach of a confirmed body may be an arm of it. To be a person it has to show more than an arm does.
 //!
 //! ```text
 //!   ╭───╮      ▪        a hand on a table, up to 20 cm with its sleeve: a datum of silhouette is 15 cm
@@ -17,25 +17,29 @@ use super::{Part, Rendering};
 /// Data that a limb would explain: a forearm that slopes is 10 by 14 cm, more with a sleeve, and its edges are soft.
 const LIMB_DATA: f64 = 1.5;
 
-/// Bodies that began within this time came together, s: the second is no arm of the first.
+/// Bodies that began within this time came together, s: the second may be a person who never is elsewhere than beside the first.
 const TOGETHER_S: f64 = 0.4;
 
 impl Rendering {
     /// Whether a body is nearer than this to a confirmed one that is older.
     pub(super) fn has_elder(&self, index: usize, within_m: f64) -> bool {
+        self.is_beside(index, within_m, |elder, body| elder.begun_s < body.begun_s - TOGETHER_S)
+    }
+
+    /// Whether a body is nearer than this to a confirmed one of which, and of it, this holds.
+    fn is_beside(&self, index: usize, within_m: f64, holds: impl Fn(&Body, &Body) -> bool) -> bool {
         self.bodies.get(index).is_some_and(|body| {
-            let (at, begun_s) = (body.cloud.moments().at, body.begun_s);
-            let mut elders =
-                self.bodies.iter().filter(|elder| elder.confirmed && elder.begun_s < begun_s - TOGETHER_S);
-            elders.any(|elder| (elder.cloud.moments().at - at).length() < within_m)
+            let at = body.cloud.moments().at;
+            let mut others = self.bodies.iter().filter(|other| other.confirmed && holds(other, body));
+            others.any(|other| (other.cloud.moments().at - at).length() < within_m)
         })
     }
 
-    /// Whether a body may be a limb of an older one.
+    /// Whether a body may be a limb of a confirmed one, also of one with which it came: people come into view with an arm stretched out.
     pub(super) fn may_be_limb(&self, index: usize) -> bool {
         self.model.has(Part::Limbs)
             && self.bodies.get(index).is_some_and(|body| !body.confirmed)
-            && self.has_elder(index, REACH.end)
+            && self.is_beside(index, REACH.end, |_, _| true)
     }
 
     /// What a scan says of the existence of a body that may be a limb: what goes beyond a limb.

@@ -36,6 +36,7 @@ mod ray;
 mod restore;
 mod sample;
 mod scan;
+mod split;
 mod tow;
 mod weigh;
 mod window;

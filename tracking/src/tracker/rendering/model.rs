@@ -40,7 +40,7 @@ pub enum Part {
     Arms,
     /// What is beside an older body from its birth on is an arm of that one until it has been elsewhere.
     Company,
-    /// What is within an older body's reach may be its arm, and has to show more than one.
+    /// What is within a confirmed body's reach may be its arm, and has to show more than one.
     Limbs,
     /// A body last seen in an enclosed zone is there until it is seen outside.
     Inside,

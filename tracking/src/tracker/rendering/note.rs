@@ -3,6 +3,7 @@
 //! ```text
 //!   number ─┬ where it is, smoothed; since when, and which modules have seen it
 //!           ├ in tow: what it looks like, whom it accompanies, whose it is
+//!           ├ split: which track it has been one with
 //!           └ put down: where it was left, and whether it has stirred since
 //! ```
 //!
@@ -38,6 +39,7 @@ pub struct Note {
     /// Whether a scan has spoken for it lately.
     pub seen: bool,
     pub tow: Tow,
+    pub split: Split,
     pub put_down: PutDown,
 }
 
@@ -54,6 +56,7 @@ impl Note {
             confirmed: false,
             seen: true,
             tow: Tow::default(),
+            split: Split::default(),
             put_down: PutDown::default(),
         }
     }
@@ -128,6 +131,17 @@ impl Tow {
         self.reach.retain(|reach| !is_gone(reach.other));
         self.aboard = self.aboard.filter(|&vehicle| !is_gone(vehicle));
     }
+}
+
+/// From which track a number may have split.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Split {
+    #[default]
+    None,
+    /// It is tentative, and was last beside this track.
+    Beside(TrackId),
+    /// It is confirmed, and neither has moved since: where both were then, m.
+    Parting { from: TrackId, at: Point, from_at: Point },
 }
 
 /// Whether a number was left behind.

@@ -1,15 +1,15 @@
 //! The notes of all numbers, by which those are judged that may be no person of their own.
 //!
 //! ```text
-//!   detections ─▶ the seen bodies they are of ─┬▶ `tow`: a part of somebody?
-//!                                              └▶ `put_down`: left behind?
+//!   detections ─▶ the seen bodies they are of ─▶ `tow`: a part of somebody? ─┐
+//!   where all bodies are ──────────────────────▶ `split`: from which track? ─┴▶ `put_down`: left behind?
 //! ```
 
 use super::aboard::board;
 use super::body::Body;
 use super::model::{Part, RenderingModel};
 use super::note::Note;
-use super::{put_down, tow};
+use super::{put_down, split, tow};
 use crate::cells::Areas;
 use crate::geometry::Point;
 use crate::observation::{Detection, Observation};
@@ -58,6 +58,7 @@ impl Notes {
         }
         if model.has(Part::PutDown) {
             put_down::judge(&mut self.notes, &own, seen.view.module);
+            parted.extend(split::judge(&mut self.notes));
             for index in parted {
                 if let Some(note) = self.notes.get_mut(index)
                     && enclosed.hold(note.at)

@@ -1,4 +1,4 @@
-//! Put down: a thing that its owner has left in an enclosed zone is unexplained until it moves by itself, or stirs.
+//! Put down: what its owner has left in an enclosed zone, or what has split from it, is unexplained until it moves by itself, or stirs.
 //!
 //! ```text
 //!   ● ■ ─▶ part of ●      ◀─ ●      ■ unexplained       ■ ─▶ 0.3 m: a person after all
@@ -11,7 +11,7 @@ use crate::geometry::Point;
 use crate::observation::Detection;
 
 /// Displacement that proves a track is a person, m: twice what a smoothed place at rest is off by.
-const MOVED_M: f64 = 0.3;
+pub const MOVED_M: f64 = 0.3;
 
 /// Takes what a module's observation shows of each number; clears the doubt about those that move or stir.
 pub fn judge(notes: &mut [Note], own: &[(usize, &Detection)], module: usize) {
