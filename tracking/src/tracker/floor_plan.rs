@@ -42,7 +42,7 @@ impl FloorPlan {
         self.movers.one_holds(&seen.outline)
     }
 
-    /// Whether a module at `from` sees this behind a wall that no beam passes.
+    /// Whether a module that sees from `from` sees this behind a wall that no beam passes.
     #[must_use]
     pub fn is_reflection(&self, from: Point, seen: &Detection) -> bool {
         self.walls.is_reflection(from, seen.outline[1])

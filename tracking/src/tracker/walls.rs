@@ -9,7 +9,7 @@
 //! Entries are walls for occluded tracks: a person who crosses one is detected there.
 
 use crate::cells::Cells;
-use crate::geometry::{Point, bounds, centroid, cross, distance_to_segment};
+use crate::geometry::{Point, Pose, bounds, centroid, cross, distance_to_segment};
 use crate::site::{Blocks, Entry, Site, Wall, Zone};
 
 /// Half of a body's depth, m.
@@ -21,7 +21,7 @@ const QUEUE_M: f64 = 1.0;
 /// A track that moves away from a zone faster than this is leaving, m/s.
 const LEAVING_MPS: f64 = 0.1;
 
-/// A candidate less than so far behind a wall stands before it, m: an error of range, and of the wall's place.
+/// A candidate less than so far behind a wall stands before it, and so does a module, m: an error of range, and of the wall's place.
 const BEFORE_WALL_M: f64 = 0.15;
 
 /// Side of a cell, m.
@@ -180,7 +180,19 @@ impl Walls {
         self.pieces.all.get(self.walls..).unwrap_or_default()
     }
 
-    /// Whether something that a module at `from` saw at `to` is behind a wall that no beam passes.
+    /// Where a module sees from: its place, or before the wall that it hangs on, when by the site file it is behind that wall and looks at
+    /// it. Its place and the wall's are some centimetres off.
+    ///
+    /// ```text
+    ///   the room   ┃● ──▶       the file   ● ┃ ──▶      seen from      ┃ ○ ──▶
+    /// ```
+    #[must_use]
+    pub fn seen_from(&self, pose: &Pose) -> Point {
+        let ahead = pose.at + pose.forward() * BEFORE_WALL_M;
+        if self.opaque.cross(pose.at, ahead, self.opaque.all.len()) { ahead } else { pose.at }
+    }
+
+    /// Whether something that a module saw from `from` at `to` is behind a wall that no beam passes.
     #[must_use]
     pub fn is_reflection(&self, from: Point, to: Point) -> bool {
         let way = to - from;
@@ -188,7 +200,7 @@ impl Walls {
         self.opaque.cross(from, before, self.opaque.all.len())
     }
 
-    /// Whether one wall that no beam passes hides all of a circle from a module at `from`.
+    /// Whether one wall that no beam passes hides all of a circle from a module that sees from `from`.
     ///
     /// ```text
     ///            ┃    ╭──╮
@@ -247,6 +259,8 @@ impl Walls {
 
 #[cfg(test)]
 mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
     use super::*;
 
     fn corridor() -> Walls {
@@ -270,6 +284,21 @@ mod tests {
         let walls = corridor();
         assert!(walls.stop(Point::new(2.0, 0.05), Point::new(2.0, -0.02)));
         assert!(!walls.stop(Point::new(2.0, 0.05), Point::new(2.0, 0.08)));
+    }
+
+    #[test]
+    fn a_module_that_the_file_has_behind_its_wall_sees_from_before_it() {
+        let walls = corridor();
+        let seen_from = |y_m, yaw_rad| walls.seen_from(&Pose { at: Point::new(2.0, y_m), yaw_rad });
+        let (up, down) = (FRAC_PI_2, -FRAC_PI_2);
+        assert_eq!(seen_from(0.04, up), Point::new(2.0, 0.04), "before its wall");
+        let from = seen_from(-0.04, up);
+        assert!((from - Point::new(2.0, 0.11)).length() < 1e-9, "{from:?}");
+        assert!(
+            !walls.is_reflection(from, Point::new(3.0, 0.6))
+                && walls.is_reflection(from, Point::new(3.0, 1.4))
+        );
+        assert_eq!(seen_from(0.2, down), Point::new(2.0, 0.2), "it looks at a wall of another's");
     }
 
     #[test]

@@ -265,7 +265,8 @@ impl Tracker for Rendering {
         let is_moved = known.is_none();
         let mut scan = known.unwrap_or_else(|| Scan::of(view));
         let plan = &self.terrain.plan;
-        let is_reflection = |seen: &Detection| plan.is_reflection(view.pose.at, seen);
+        let from = plan.walls.seen_from(&view.pose);
+        let is_reflection = |seen: &Detection| plan.is_reflection(from, seen);
         scan.measure(observation, |seen: &Detection| {
             if plan.is_mover(seen) {
                 Measured::Swept

@@ -122,13 +122,14 @@ impl Modules {
         bodies: impl Iterator<Item = Whereabouts>,
         walls: &Walls,
     ) -> Vec<usize> {
+        let from = walls.seen_from(scan.pose());
         let mut concerned = Vec::new();
         let mut stale = Vec::new();
         for (index, body) in bodies.enumerate() {
             if start_s - body.at_s > STALE_S {
                 stale.push(body);
                 concerned.push(index);
-            } else if body.may_be_in_view(scan) && !walls.hides(scan.origin(), body.at, body.radius_m()) {
+            } else if body.may_be_in_view(scan) && !walls.hides(from, body.at, body.radius_m()) {
                 concerned.push(index);
             }
         }

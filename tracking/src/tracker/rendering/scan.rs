@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use crate::geometry::Point;
+use crate::geometry::{Point, Pose};
 use crate::observation::{Detection, Observation, View};
 
 /// The middle of a body is at most so far behind a hit, m: half its width.
@@ -125,6 +125,11 @@ impl Scan {
     #[cfg(test)]
     pub fn reach(&mut self, reach_mm: u16) {
         self.take_background(self.measured.iter().map(|_| reach_mm).collect());
+    }
+
+    /// How the module stands.
+    pub fn pose(&self) -> &Pose {
+        &self.view.pose
     }
 
     /// The module's place.

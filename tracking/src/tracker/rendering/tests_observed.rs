@@ -63,6 +63,16 @@ fn a_reflection_is_shown_and_never_anybody() {
 }
 
 #[test]
+fn a_module_that_the_file_has_a_centimetre_behind_its_wall_sees_the_room() {
+    for wall_m in [-0.04, 0.01, 0.05] {
+        let site = format!("[[wall]]\npoints = [[{wall_m}, -9], [{wall_m}, 9]]");
+        let (_, tracks) = after_two_seconds(&site, 2000);
+        let [shown] = tracks[..] else { panic!("one person, the wall at {wall_m} m: {tracks:?}") };
+        assert_eq!((shown.state, shown.origin), (LifeCycle::Confirmed, Origin::Entered), "{wall_m} m");
+    }
+}
+
+#[test]
 fn a_person_is_followed_through_what_a_leaf_sweeps_and_the_leaf_is_nobody() {
     const LEAF: &str = "[[mover]]\nname = 'leaf'\npolygon = [[1.6, 0.1], [2.6, 0.1], [2.6, 2.4], [1.6, 2.4]]";
     // A candidate 0.4 m wide, 2 m ahead of the module.

@@ -260,11 +260,11 @@ impl Tracker for RuleTracker {
         self.note(observation);
         let places: Vec<Point> =
             self.seen_places(observation.start_s).into_iter().map(|(_, place)| place).collect();
-        let at = observation.view.pose.at;
+        let from = self.plan.walls.seen_from(&observation.view.pose);
         let is_thing = |seen: &&Detection| seen.candidate.near_mm < TOUCHING_MM || self.plan.is_mover(seen);
         let stands_out = observation.detections.iter().filter(|seen| !is_thing(seen));
         let (reflected, real): (Vec<&Detection>, Vec<&Detection>) =
-            stands_out.partition(|seen| self.plan.is_reflection(at, seen));
+            stands_out.partition(|seen| self.plan.is_reflection(from, seen));
         self.reflections.follow(reflected.into_iter(), self.now_s, || {
             self.next_id += 1;
             TrackId::from(self.next_id - 1)
