@@ -17,29 +17,32 @@ use super::{Part, Rendering};
 /// Data that a limb would explain: a forearm that slopes is 10 by 14 cm, more with a sleeve, and its edges are soft.
 const LIMB_DATA: f64 = 1.5;
 
-/// Bodies that began within this time came together, s: the second may be a person who never is elsewhere than beside the first.
+/// Bodies that began within this time came together, s: the second need not have been elsewhere to be a person.
 const TOGETHER_S: f64 = 0.4;
 
 impl Rendering {
     /// Whether a body is nearer than this to a confirmed one that is older.
     pub(super) fn has_elder(&self, index: usize, within_m: f64) -> bool {
-        self.is_beside(index, within_m, |elder, body| elder.begun_s < body.begun_s - TOGETHER_S)
+        let is_younger = |body: &Body| {
+            let mut near = self.confirmed_near(body, within_m);
+            near.any(|(_, elder)| elder.begun_s < body.begun_s - TOGETHER_S)
+        };
+        self.bodies.get(index).is_some_and(is_younger)
     }
 
-    /// Whether a body is nearer than this to a confirmed one of which, and of it, this holds.
-    fn is_beside(&self, index: usize, within_m: f64, holds: impl Fn(&Body, &Body) -> bool) -> bool {
-        self.bodies.get(index).is_some_and(|body| {
-            let at = body.cloud.moments().at;
-            let mut others = self.bodies.iter().filter(|other| other.confirmed && holds(other, body));
-            others.any(|other| (other.cloud.moments().at - at).length() < within_m)
-        })
+    /// The confirmed bodies that are nearer to a body than this, m, with their places among all.
+    fn confirmed_near(&self, body: &Body, within_m: f64) -> impl Iterator<Item = (usize, &Body)> {
+        let at = body.cloud.moments().at;
+        let is_near =
+            move |other: &Body| other.confirmed && (other.cloud.moments().at - at).length() < within_m;
+        self.bodies.iter().enumerate().filter(move |(_, other)| is_near(other))
     }
 
     /// Whether a body may be a limb of a confirmed one, also of one with which it came: people come into view with an arm stretched out.
     pub(super) fn may_be_limb(&self, index: usize) -> bool {
-        self.model.has(Part::Limbs)
-            && self.bodies.get(index).is_some_and(|body| !body.confirmed)
-            && self.is_beside(index, REACH.end, |_, _| true)
+        let is_in_reach =
+            |body: &Body| !body.confirmed && self.confirmed_near(body, REACH.end).next().is_some();
+        self.model.has(Part::Limbs) && self.bodies.get(index).is_some_and(is_in_reach)
     }
 
     /// What a scan says of the existence of a body that may be a limb: what goes beyond a limb.
@@ -57,15 +60,10 @@ impl Rendering {
         let Some(body) = self.bodies.get(index).filter(|_| self.may_be_limb(index)) else {
             return Vec::new();
         };
-        let at = body.cloud.moments().at;
-        let is_armed = |elder: &Body| {
-            elder.confirmed
-                && (elder.cloud.moments().at - at).length() < REACH.end
-                && elder.cloud.samples().iter().any(|sample| sample.arm.is_some())
-        };
-        let armed = self.bodies.iter().enumerate().filter(|(_, elder)| is_armed(elder));
-        let torso = |(number, elder): (usize, &Body)| {
-            Some((number, render_torso(elder, scan, &self.window(elder, scan)?, self.edge)))
+        let is_armed = |other: &Body| other.cloud.samples().iter().any(|sample| sample.arm.is_some());
+        let armed = self.confirmed_near(body, REACH.end).filter(|(_, other)| is_armed(other));
+        let torso = |(number, other): (usize, &Body)| {
+            Some((number, render_torso(other, scan, &self.window(other, scan)?, self.edge)))
         };
         armed.filter_map(torso).collect()
     }

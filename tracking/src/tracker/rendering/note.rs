@@ -91,6 +91,11 @@ impl Note {
     }
 }
 
+/// Where the note of a number is among notes in the order of their numbers, or where it belongs.
+pub fn place(notes: &[Note], id: TrackId) -> Result<usize, usize> {
+    notes.binary_search_by_key(&id, |note| note.id)
+}
+
 /// What a number looks like, whom it accompanies, and whose it is.
 #[derive(Clone, Debug, Default)]
 pub struct Tow {

@@ -8,7 +8,7 @@
 use super::aboard::board;
 use super::body::Body;
 use super::model::{Part, RenderingModel};
-use super::note::Note;
+use super::note::{Note, place};
 use super::{put_down, split, tow};
 use crate::cells::Areas;
 use crate::geometry::Point;
@@ -109,7 +109,7 @@ impl Notes {
 
     /// Where the note of a number is, or belongs.
     fn place(&self, id: TrackId) -> Result<usize, usize> {
-        self.notes.binary_search_by_key(&id, |note| note.id)
+        place(&self.notes, id)
     }
 }
 

@@ -8,7 +8,7 @@
 //! A carrier goes behind what he carries before him, so that the thing is found first and is the track. A track that has shown the outlines of
 //! a body is no thing.
 
-use super::note::{Note, Split};
+use super::note::{Note, Split, place};
 use super::put_down::MOVED_M;
 use super::tow::is_body;
 use crate::tracker::TrackId;
@@ -19,15 +19,15 @@ const BESIDE_M: f64 = 1.0;
 /// What has moved by less stays when the other has moved, m: half of that. Two who walk away pass that distance one soon after the other.
 const STAYS_M: f64 = 0.5 * MOVED_M;
 
-/// Takes where all are; returns which are left behind by what has split from them, or from what they have split.
+/// Follows every split from where its two are now. Returns which notes have just been left behind, by their places among all.
 pub fn judge(notes: &mut [Note]) -> Vec<usize> {
     (0..notes.len()).filter_map(|index| left_behind(notes, index)).collect()
 }
 
-/// Which is left behind now by a number and the track that it may have split from.
+/// Follows the split of one note. Returns which of its two has just been left behind, if either.
 fn left_behind(notes: &mut [Note], index: usize) -> Option<usize> {
     let note = notes.get(index)?;
-    let at_of = |id: TrackId| Some(notes.get(place(notes, id)?)?.at);
+    let at_of = |id: TrackId| Some(notes.get(place(notes, id).ok()?)?.at);
     let (split, left) = match note.split {
         split if !note.confirmed => (beside(notes, note).map_or(split, Split::Beside), None),
         Split::None => return None,
@@ -39,7 +39,7 @@ fn left_behind(notes: &mut [Note], index: usize) -> Option<usize> {
             let moved_m = (note.at - at).length();
             match at_of(from).map(|now| (now - from_at).length()) {
                 Some(from_m) if moved_m.max(from_m) <= MOVED_M => return None,
-                Some(from_m) if from_m < STAYS_M => (Split::None, place(notes, from)),
+                Some(from_m) if from_m < STAYS_M => (Split::None, place(notes, from).ok()),
                 Some(_) if moved_m < STAYS_M => (Split::None, Some(index)),
                 _ => (Split::None, None),
             }
@@ -54,11 +54,6 @@ fn beside(notes: &[Note], of: &Note) -> Option<TrackId> {
     let distance_m = |note: &Note| (note.place - of.place).length();
     let tracks = notes.iter().filter(|note| note.confirmed && distance_m(note) < BESIDE_M);
     tracks.min_by(|one, other| distance_m(one).total_cmp(&distance_m(other))).map(|track| track.id)
-}
-
-/// Where the note of a number is; they are in the order of their numbers.
-fn place(notes: &[Note], id: TrackId) -> Option<usize> {
-    notes.binary_search_by_key(&id, |note| note.id).ok()
 }
 
 #[cfg(test)]

@@ -262,7 +262,7 @@ fn a_box_before_the_belly_makes_a_body_deeper_and_no_second_one() {
 
 #[test]
 fn a_hand_on_a_table_within_reach_of_a_body_is_nobody_and_farther_away_it_is() {
-    // Two seconds of what the plane cuts of a forearm, beside a body that stays; so many scans of the body alone before.
+    // Two seconds of what the plane cuts of a forearm, beside a body that stays, after so many scans of that body alone.
     let becomes = |model: &str, y: f64, alone: usize| {
         let hand = Outline {
             middle: Point::new(2.0, y),
