@@ -15,6 +15,7 @@
 pub mod chain;
 pub mod link;
 pub mod pc;
+pub mod ports;
 #[cfg(feature = "qemu")]
 pub mod qemu;
 pub mod recording;

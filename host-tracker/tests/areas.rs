@@ -8,7 +8,7 @@
 #![cfg(feature = "zenoh")]
 
 use std::fs;
-use std::net::{SocketAddr, TcpListener};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -22,6 +22,7 @@ use host_tracker::daemon::Map;
 use host_tracker::firmware::folder::FirmwareFolder;
 use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::Bind;
+use kehai_emulator::ports::free_tcp;
 use kehai_tracking::jsonl::{TrackLine, TracksLine, ZoneLine};
 use kehai_tracking::occupancy::{Found, ZoneKnown};
 use kehai_tracking::site::Site;
@@ -50,9 +51,9 @@ const LOST: Duration = Duration::from_secs(3);
 /// Anything else happens within this, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A port that nobody has.
-fn port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+/// What Zenoh says when a test has failed.
+fn say(text: &str) {
+    println!("{text}");
 }
 
 /// Zenoh's configuration: who listens at a port, or connects to it, and to nobody else.
@@ -93,7 +94,7 @@ impl Folder {
             network,
         };
         let path = self.0.path().join("campus.toml");
-        Together::start(TogetherSettings { campus, path, map, mqtt: None }, |_| {}).unwrap()
+        Together::start(TogetherSettings { campus, path, map, mqtt: None }, say).unwrap()
     }
 }
 
@@ -111,7 +112,7 @@ impl Tracker {
         let (site, _) = watch::channel(Arc::new(Site::parse("hall.toml", SITE).unwrap()));
         let settings = AreaSettings { place: format!("campus/{area}").parse().unwrap(), network };
         let site_of = site.subscribe();
-        let area = Area::start(settings, frames, site_of, TrackerAlarms::default(), |_| {}).unwrap();
+        let area = Area::start(settings, frames, site_of, TrackerAlarms::default(), say).unwrap();
         let frames = std::thread::spawn(move || {
             let _site = site;
             while stopped.recv_timeout(EVERY).is_err_and(|error| !error.to_string().contains("disconnected"))
@@ -178,7 +179,7 @@ fn has_lost_east(picture: &Snapshot) -> bool {
 
 #[test]
 fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
-    let (folder, port) = (Folder::new(), port());
+    let (folder, port) = (Folder::new(), free_tcp().unwrap());
     let together = folder.together(folder.network("site", "peer", "listen", port).0, true);
     let network = || folder.network("area", "peer", "connect", port).0;
     let east = Tracker::start("east", network(), 5.0, 0);
@@ -192,8 +193,16 @@ fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
             agent.get(format!("http://{address}{path}")).call().unwrap().body_mut().read_to_string().unwrap();
         serde_json::from_str(&text).unwrap()
     };
-    let site = get("/api/site");
-    assert_eq!(site["site"]["zone"][1]["name"], "west/hall");
+    // Sites are asked for when the first frames have come.
+    let begun = Instant::now();
+    let site = loop {
+        let site = get("/api/site");
+        if site["site"]["zone"][1]["name"] == "west/hall" {
+            break site;
+        }
+        assert!(begun.elapsed() < PATIENCE, "both sites are known: {site}");
+        std::thread::sleep(EVERY);
+    };
     let state = get("/api/state");
     assert_eq!((&state["total"]["count"], &state["tracks"][1]["id"]), (&json!(2), &json!(2)));
     assert!(state["modules"].as_array().unwrap().iter().any(|module| module["name"] == "east/left"));
@@ -214,7 +223,7 @@ fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
 
 #[test]
 fn the_router_is_gone_and_comes_back_and_all_join_again() {
-    let (folder, port) = (Folder::new(), port());
+    let (folder, port) = (Folder::new(), free_tcp().unwrap());
     let router =
         || zenoh::open(Config::from_json5(&config("router", "listen", port)).unwrap()).wait().unwrap();
     let first = router();
@@ -265,7 +274,7 @@ impl Drop for Process {
 
 #[test]
 fn an_area_that_is_killed_or_hangs_is_unknown_within_three_seconds_and_the_other_unharmed() {
-    let (folder, port) = (Folder::new(), port());
+    let (folder, port) = (Folder::new(), free_tcp().unwrap());
     let together = folder.together(folder.network("site", "peer", "listen", port).0, false);
     let (network, file) = folder.network("area", "peer", "connect", port);
     let _west = Tracker::start("west", network, -5.0, 0);

@@ -5,7 +5,7 @@
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
-use std::net::{TcpListener, TcpStream, UdpSocket};
+use std::net::{TcpStream, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -18,6 +18,7 @@ use host_tracker::certificate::Certificate;
 use host_tracker::mqtt::trust::{self, TrustFiles};
 use host_tracker::mqtt::{Buttons, Publisher, Settings, Topics};
 use host_tracker::tracker_alarms::TrackerAlarms;
+use kehai_emulator::ports::free_tcp;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
@@ -53,7 +54,7 @@ impl Broker {
     /// With further lines in its file.
     fn with(program: &Path, more: &str) -> Self {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let port = free_tcp().unwrap();
         let name =
             format!("mosquitto-{}-{}.conf", std::process::id(), NUMBER.fetch_add(1, Ordering::Relaxed));
         let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -248,7 +249,7 @@ fn an_encrypted_broker_is_trusted_by_its_certificate_and_no_other_is() {
         (certificate, key)
     };
     let (theirs, ours, foreign) = (made("broker"), made("tracker"), made("foreign"));
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let port = free_tcp().unwrap();
     // Started by root it stays so: the keys are for their owner alone.
     let more = format!(
         "allow_anonymous true\nuser root\nlistener {port} 127.0.0.1\ncertfile {}\nkeyfile {}\ncafile {}\n\

@@ -12,12 +12,12 @@ mod hall;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
-use std::net::TcpListener;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use hall::{Hall, PATIENCE, Tracker};
+use kehai_emulator::ports::free_tcp;
 use serde_json::{Value, json};
 use zenoh::{Config, Wait};
 
@@ -96,7 +96,7 @@ fn figure(said: &Value, topic: &str, what: &str) -> u64 {
 fn a_node_of_rmw_zenoh_finds_people_modules_and_scans_and_no_false_empty() {
     let Some(python) = python() else { return };
     let hall = Hall::new(4);
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let port = free_tcp().unwrap();
     let quiet = json!({ "multicast": { "enabled": false } });
     let at = format!("tcp/127.0.0.1:{port}");
     let router = json!({ "mode": "router", "listen": { "endpoints": [at] }, "scouting": quiet });

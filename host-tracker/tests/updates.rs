@@ -23,6 +23,7 @@ use kehai_emulator::pc::flash::Flash;
 use kehai_emulator::pc::image::{Fault, Image, PAGES_WITH_IMAGES};
 use kehai_emulator::pc::reactor::Reactor;
 use kehai_emulator::pc::udp::Udp;
+use kehai_emulator::ports::free_udp;
 use kehai_emulator::serve::{Control, serve_tcp};
 use kehai_emulator::source::StillRoom;
 use kehai_emulator::urg::model::URG_04LX;
@@ -105,8 +106,7 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let flash = folder.path().join("module.flash");
         let keys = folder.path().join("hall.keys").to_str().unwrap().to_owned();
-        // A port that is free now.
-        let port = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port().to_string();
+        let port = free_udp().unwrap().to_string();
         let address = format!("127.0.0.1:{port}");
         let key = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/update/development.key");
         let maker = MakerKey::load(&key).unwrap();

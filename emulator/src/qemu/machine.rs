@@ -1,13 +1,13 @@
 //! What is around a board in QEMU: the sensor's line, the network, the flash; and the arguments that say so.
 
 use std::ffi::OsString;
-use std::net::{Ipv4Addr, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, fs, io};
 
 use super::lockstep::{GuestTime, Speed};
 use super::switch::Switch;
+use crate::ports::free_udp;
 use crate::sensfloor::SensFloor;
 use crate::serve::{SerialDevice, UdpSensor};
 
@@ -73,7 +73,7 @@ pub(super) fn network_arguments(machine: &Machine<'_>, module_port: u16) -> io::
         Network::Switch(switch) => format!(
             "dgram,id=net,local.type=inet,local.host=127.0.0.1,local.port={},\
              remote.type=inet,remote.host=127.0.0.1,remote.port={}",
-            free_port()?,
+            free_udp()?,
             switch.udp_port()
         ),
         Network::Tap(name) => format!("tap,id=net,ifname={name},script=no,downscript=no"),
@@ -81,25 +81,6 @@ pub(super) fn network_arguments(machine: &Machine<'_>, module_port: u16) -> io::
     let [a, b, c, d, e, f] = machine.mac;
     let nic = format!("nic,model=lan9118,netdev=net,macaddr={a:02x}:{b:02x}:{c:02x}:{d:02x}:{e:02x}:{f:02x}");
     Ok(["-netdev".into(), netdev, "-net".into(), nic])
-}
-
-/// A UDP port of this machine that is free, and stays so until QEMU opens it: outside the range from which the system
-/// gives ports to all that ask for any, and not the one that another machine or program of tests has just chosen.
-pub(super) fn free_port() -> io::Result<u16> {
-    const FIRST: u32 = 16_384;
-    const COUNT: u32 = 16_384;
-    /// Machines of one program.
-    const EACH: u32 = 64;
-    static NEXT: AtomicU32 = AtomicU32::new(0);
-    let begin = std::process::id().wrapping_mul(EACH);
-    for _ in 0..COUNT {
-        let port = FIRST + begin.wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed)) % COUNT;
-        let address = (Ipv4Addr::LOCALHOST, u16::try_from(port).unwrap_or(u16::MAX));
-        if UdpSocket::bind(address).is_ok() {
-            return Ok(address.1);
-        }
-    }
-    Err(io::ErrorKind::AddrInUse.into())
 }
 
 /// An empty folder for one machine. Its name is short: paths of sockets have little room.

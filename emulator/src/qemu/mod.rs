@@ -39,9 +39,11 @@ use std::time::{Duration, Instant};
 
 use lockstep::Lockstep;
 use log::Log;
-use machine::{free_port, network_arguments, new_folder, with_path};
+use machine::{network_arguments, new_folder, with_path};
 use monitor::Monitor;
 use thiserror::Error;
+
+use crate::ports::free_udp;
 
 /// Time between two checks whether a new QEMU has opened its monitor.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
@@ -140,7 +142,7 @@ impl Qemu {
             Some((sensor, _)) => format!("udp,id=sensor,host=127.0.0.1,port={},mux=on", sensor.port()),
         };
         lockstep::make_fifos(&folder)?;
-        let module = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()?));
+        let module = SocketAddr::from((Ipv4Addr::LOCALHOST, free_udp()?));
 
         let mut command = Command::new("qemu-system-arm");
         command

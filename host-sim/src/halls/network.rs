@@ -7,10 +7,11 @@
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use kehai_emulator::ports::free_tcp;
 use parking_lot::Mutex;
 use serde_json::json;
 use zenoh::liveliness::LivelinessToken;
@@ -24,9 +25,9 @@ const FRAMES: &str = "kehai/*/*/frame";
 const SITES: &str = "kehai/*/*/site";
 const TOKENS: &str = "kehai/*/*/alive";
 
-/// A port that nobody has.
+/// An address that nobody has.
 pub(super) fn free() -> std::io::Result<SocketAddr> {
-    TcpListener::bind("127.0.0.1:0")?.local_addr()
+    Ok(SocketAddr::from((Ipv4Addr::LOCALHOST, free_tcp()?)))
 }
 
 /// The routers. They end when this is dropped.
