@@ -31,11 +31,10 @@ const SPEED_MPS: f64 = 0.6;
 /// What begins nearer to an entry than this may have come in unseen, m: a stride, and half of a body's depth.
 const STRIDE_M: f64 = 0.35;
 
-/// Existence of a new body outside enclosed zones, inside, where nobody begins, and inside where a person is missing: log odds of 0.1,
-/// of 0.003 and of one half.
+/// Existence of a new body outside enclosed zones, and inside, where nobody begins: log odds of 0.1 and of 0.003. Where a person is
+/// surely missing it is one half.
 const OUTSIDE: f64 = -2.197;
 const INSIDE: f64 = -5.806;
-const MISSING: f64 = 0.0;
 
 /// Whether a body began where nobody begins.
 pub fn began_inside(body: &Body) -> bool {
@@ -110,8 +109,7 @@ impl Rendering {
         let is_inside = plan.enclosed.hold(middle) && plan.walls.entry_m(middle) > STRIDE_M;
         let prior = match is_inside {
             false => OUTSIDE,
-            true if self.missing.may_be_at(middle, start_s) => MISSING,
-            true => INSIDE,
+            true => libm::log(self.missing.chance_at(middle, start_s)).max(INSIDE),
         };
         let id = self.next_id;
         self.next_id += 1;

@@ -56,16 +56,18 @@ impl Rendering {
         let mut vanished: Vec<(u64, Point)> = Vec::new();
         let mut keeps = Vec::new();
         let expects = self.model.has(Part::Missing);
+        let known: Vec<Point> =
+            self.bodies.iter().filter(|body| body.confirmed).map(|body| body.cloud.moments().at).collect();
         self.missing.forget(start_s);
         self.bodies.retain(|body| {
             let least = if body.confirmed { DELETED } else { body.prior - TENTATIVE };
             let kept = body.log_odds > least && (body.confirmed || !body.is_unseen(start_s));
-            if !kept && body.confirmed {
+            if !kept {
                 let mean = body.cloud.moments().at;
-                if enclosed.hold(mean) {
-                    vanished.push((body.id, mean));
-                } else if expects && body.sighting.comes_in {
-                    self.missing.note(mean, start_s);
+                match enclosed.hold(mean) {
+                    true if body.confirmed => vanished.push((body.id, mean)),
+                    false if expects => self.missing.note(mean, missing(body, mean, &known), start_s),
+                    _ => {}
                 }
             }
             keeps.push(kept);
@@ -138,6 +140,7 @@ impl Rendering {
             }
             if !self.terrain.plan.enclosed.hold(at) || !self.model.has(Part::Conservation) {
                 self.bodies[index].confirmed = true;
+                self.missing.find(at, start_s);
                 continue;
             }
             let ghosts = self.bodies.iter().enumerate();
@@ -149,8 +152,8 @@ impl Rendering {
                 *other != index && ghost.confirmed && ghost.is_unseen(start_s) && may_be_here(ghost)
             });
             // A person who was lost on the way in, unless one that is hidden is likelier there.
-            let is_expected = !began_inside(&self.bodies[index]) && self.missing.may_be_at(at, start_s);
-            let least = if is_expected { DENSITY } else { 0.0 };
+            let is_expected = !began_inside(&self.bodies[index]);
+            let least = if is_expected { self.missing.chance_at(at, start_s) * DENSITY } else { 0.0 };
             let best = ghosts
                 .map(|(other, ghost)| (other, ghost.cloud.density(at, ghost.kernel_m(start_s))))
                 .max_by(|one, other| one.1.total_cmp(&other.1));
@@ -170,5 +173,37 @@ impl Rendering {
                 _ => {}
             }
         }
+    }
+}
+
+/// Probability that a body that is deleted outside enclosed zones is a person on the way in, behind others. A tentative one was not seen
+/// for long enough to say where it walks; in company it may have been an arm.
+fn missing(body: &Body, at: Point, confirmed: &[Point]) -> f64 {
+    let is_accompanied = || confirmed.iter().any(|other| (*other - at).length() < COMPANY_M);
+    match body.confirmed {
+        true if body.sighting.comes_in => 1.0,
+        false if !is_accompanied() => body.existence(),
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cloud::Cloud;
+    use super::*;
+
+    #[test]
+    fn a_tentative_body_is_missing_as_likely_as_it_was_there_and_not_in_company() {
+        let at = Point::new(3.4, 0.0);
+        let sample = Sample::new(at, Point::default(), Point::new(0.0, 1.0));
+        let mut body = Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0));
+        assert_eq!(missing(&body, at, &[]), 0.5);
+        assert_eq!(missing(&body, at, &[Point::new(3.4, 0.6)]), 0.5);
+        assert_eq!(missing(&body, at, &[Point::new(3.4, 0.6), Point::new(3.4, 0.4)]), 0.0);
+        // Of a track it is known whether it was on its way in.
+        body.confirmed = true;
+        assert_eq!(missing(&body, at, &[]), 0.0);
+        body.sighting.comes_in = true;
+        assert_eq!(missing(&body, at, &[at]), 1.0);
     }
 }
