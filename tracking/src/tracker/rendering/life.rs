@@ -66,7 +66,7 @@ impl Rendering {
                 let mean = body.cloud.moments().at;
                 match enclosed.hold(mean) {
                     true if body.confirmed => vanished.push((body.id, mean)),
-                    false if expects => self.missing.note(mean, missing(body, mean, &known), start_s),
+                    false if expects => self.missing.note(mean, chance_missing(body, mean, &known), start_s),
                     _ => {}
                 }
             }
@@ -178,7 +178,7 @@ impl Rendering {
 
 /// Probability that a body that is deleted outside enclosed zones is a person on the way in, behind others. A tentative one was not seen
 /// for long enough to say where it walks; in company it may have been an arm.
-fn missing(body: &Body, at: Point, confirmed: &[Point]) -> f64 {
+fn chance_missing(body: &Body, at: Point, confirmed: &[Point]) -> f64 {
     let is_accompanied = || confirmed.iter().any(|other| (*other - at).length() < COMPANY_M);
     match body.confirmed {
         true if body.sighting.comes_in => 1.0,
@@ -197,13 +197,13 @@ mod tests {
         let at = Point::new(3.4, 0.0);
         let sample = Sample::new(at, Point::default(), Point::new(0.0, 1.0));
         let mut body = Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0));
-        assert_eq!(missing(&body, at, &[]), 0.5);
-        assert_eq!(missing(&body, at, &[Point::new(3.4, 0.6)]), 0.5);
-        assert_eq!(missing(&body, at, &[Point::new(3.4, 0.6), Point::new(3.4, 0.4)]), 0.0);
+        assert_eq!(chance_missing(&body, at, &[]), 0.5);
+        assert_eq!(chance_missing(&body, at, &[Point::new(3.4, 0.6)]), 0.5);
+        assert_eq!(chance_missing(&body, at, &[Point::new(3.4, 0.6), Point::new(3.4, 0.4)]), 0.0);
         // Of a track it is known whether it was on its way in.
         body.confirmed = true;
-        assert_eq!(missing(&body, at, &[]), 0.0);
+        assert_eq!(chance_missing(&body, at, &[]), 0.0);
         body.sighting.comes_in = true;
-        assert_eq!(missing(&body, at, &[at]), 1.0);
+        assert_eq!(chance_missing(&body, at, &[at]), 1.0);
     }
 }
