@@ -52,32 +52,40 @@ impl Rendering {
                 self.doubt_outside(index, newest, start_s);
             }
         }
-        let enclosed = &self.terrain.plan.enclosed;
         let mut vanished: Vec<(u64, Point)> = Vec::new();
-        let mut keeps = Vec::new();
-        let expects = self.model.has(Part::Missing);
-        let known: Vec<Point> =
-            self.bodies.iter().filter(|body| body.confirmed).map(|body| body.cloud.moments().at).collect();
         self.missing.forget(start_s);
-        self.bodies.retain(|body| {
-            let least = if body.confirmed { DELETED } else { body.prior - TENTATIVE };
-            let kept = body.log_odds > least && (body.confirmed || !body.is_unseen(start_s));
-            if !kept {
-                let mean = body.cloud.moments().at;
-                match enclosed.hold(mean) {
-                    true if body.confirmed => vanished.push((body.id, mean)),
-                    false if expects => self.missing.note(mean, chance_missing(body, mean, &known), start_s),
-                    _ => {}
+        let is_deleted =
+            |index: &usize| self.bodies.get(*index).is_some_and(|body| !is_believed(body, start_s));
+        let deleted: Vec<usize> = (0..self.bodies.len()).filter(is_deleted).collect();
+        for &index in &deleted {
+            let body = &self.bodies[index];
+            let mean = body.cloud.moments().at;
+            match self.terrain.plan.enclosed.hold(mean) {
+                true if body.confirmed => vanished.push((body.id, mean)),
+                false if self.model.has(Part::Missing) => {
+                    self.missing.note(mean, self.chance_missing(body), start_s);
                 }
+                _ => {}
             }
-            keeps.push(kept);
-            kept
-        });
-        self.fields.retain(|(index, _)| keeps.get(*index) == Some(&true));
+        }
+        for &index in deleted.iter().rev() {
+            self.bodies.remove(index);
+        }
+        self.fields.retain(|(index, _)| !deleted.contains(index));
         if self.model.has(Part::Conservation) {
             for (id, at) in vanished {
                 self.hand_on(id, at);
             }
+        }
+    }
+
+    /// Probability that a body that is deleted outside enclosed zones is a person on the way in, behind others. A tentative one was not
+    /// seen for long enough to say where it walks; in company it may have been an arm.
+    fn chance_missing(&self, body: &Body) -> f64 {
+        match body.confirmed {
+            true if body.sighting.comes_in => 1.0,
+            false if self.confirmed_near(body, COMPANY_M).next().is_none() => body.existence(),
+            _ => 0.0,
         }
     }
 
@@ -176,34 +184,37 @@ impl Rendering {
     }
 }
 
-/// Probability that a body that is deleted outside enclosed zones is a person on the way in, behind others. A tentative one was not seen
-/// for long enough to say where it walks; in company it may have been an arm.
-fn chance_missing(body: &Body, at: Point, confirmed: &[Point]) -> f64 {
-    let is_accompanied = || confirmed.iter().any(|other| (*other - at).length() < COMPANY_M);
-    match body.confirmed {
-        true if body.sighting.comes_in => 1.0,
-        false if !is_accompanied() => body.existence(),
-        _ => 0.0,
-    }
+/// Whether a body is believed in still: a tentative one as long as it is seen.
+fn is_believed(body: &Body, start_s: f64) -> bool {
+    let least = if body.confirmed { DELETED } else { body.prior - TENTATIVE };
+    body.log_odds > least && (body.confirmed || !body.is_unseen(start_s))
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::cloud::Cloud;
+    use super::super::tests::Bench;
     use super::*;
+
+    /// A tentative body here, as likely as not.
+    fn body(x: f64, y: f64) -> Body {
+        let sample = Sample::new(Point::new(x, y), Point::default(), Point::new(0.0, 1.0));
+        Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0))
+    }
 
     #[test]
     fn a_tentative_body_is_missing_as_likely_as_it_was_there_and_not_in_company() {
-        let at = Point::new(3.4, 0.0);
-        let sample = Sample::new(at, Point::default(), Point::new(0.0, 1.0));
-        let mut body = Body::begin(1, 0.0, Cloud::new(vec![sample], 0.0));
-        assert_eq!(chance_missing(&body, at, &[]), 0.5);
-        assert_eq!(chance_missing(&body, at, &[Point::new(3.4, 0.6)]), 0.5);
-        assert_eq!(chance_missing(&body, at, &[Point::new(3.4, 0.6), Point::new(3.4, 0.4)]), 0.0);
+        let tracker = &mut Bench::within("").tracker;
+        let mut lost = body(3.4, 0.0);
+        assert_eq!(tracker.chance_missing(&lost), 0.5);
+        tracker.bodies.push(Body { confirmed: true, ..body(3.4, 0.6) });
+        assert_eq!(tracker.chance_missing(&lost), 0.5);
+        tracker.bodies.push(Body { confirmed: true, ..body(3.4, 0.4) });
+        assert_eq!(tracker.chance_missing(&lost), 0.0);
         // Of a track it is known whether it was on its way in.
-        body.confirmed = true;
-        assert_eq!(chance_missing(&body, at, &[]), 0.0);
-        body.sighting.comes_in = true;
-        assert_eq!(chance_missing(&body, at, &[at]), 1.0);
+        lost.confirmed = true;
+        assert_eq!(tracker.chance_missing(&lost), 0.0);
+        lost.sighting.comes_in = true;
+        assert_eq!(tracker.chance_missing(&lost), 1.0);
     }
 }

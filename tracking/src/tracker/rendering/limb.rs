@@ -31,7 +31,7 @@ impl Rendering {
     }
 
     /// The confirmed bodies that are nearer to a body than this, m, with their places among all.
-    fn confirmed_near(&self, body: &Body, within_m: f64) -> impl Iterator<Item = (usize, &Body)> {
+    pub(super) fn confirmed_near(&self, body: &Body, within_m: f64) -> impl Iterator<Item = (usize, &Body)> {
         let at = body.cloud.moments().at;
         let is_near =
             move |other: &Body| other.confirmed && (other.cloud.moments().at - at).length() < within_m;
