@@ -1,7 +1,9 @@
-//! Why there is no backup, or nothing is restored: one line each.
+//! Why there is no backup, or nothing is restored: one line each, whatever bytes of an archive are cited.
 
 use std::io;
 use std::path::{Path, PathBuf};
+
+use kehai_tracking::text::printable;
 
 use crate::store::StoreError;
 
@@ -23,7 +25,7 @@ pub enum BackupError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// It is no backup.
-    #[error("{}: this is no backup of kehai-tracker: {why}", archive.display())]
+    #[error("{}: this is no backup of kehai-tracker: {}", archive.display(), printable(why))]
     Foreign {
         /// The archive.
         archive: PathBuf,
@@ -31,7 +33,7 @@ pub enum BackupError {
         why: String,
     },
     /// It is not whole.
-    #[error("{}: this backup is damaged: {why}; nothing was changed", archive.display())]
+    #[error("{}: this backup is damaged: {}; nothing was changed", archive.display(), printable(why))]
     Damaged {
         /// The archive.
         archive: PathBuf,
@@ -39,7 +41,7 @@ pub enum BackupError {
         why: String,
     },
     /// It was made by a newer version.
-    #[error("{}: it was made by kehai-tracker {program}, which is newer than this one, {}: use that", archive.display(), env!("CARGO_PKG_VERSION"))]
+    #[error("{}: it was made by kehai-tracker {}, which is newer than this one, {}: use that", archive.display(), printable(program), env!("CARGO_PKG_VERSION"))]
     Newer {
         /// The archive.
         archive: PathBuf,

@@ -204,6 +204,9 @@ fn a_link_that_waits_in_the_place_of_a_file_is_not_followed() {
     assert!(fs::read_to_string(&place).unwrap().contains("# new"));
 }
 
+/// Where the sum of a header is in it (POSIX ustar).
+const SUM: std::ops::Range<usize> = 148..156;
+
 /// The content of a file, whole, if its sum is right.
 fn unpacked(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut content = Vec::new();
@@ -249,12 +252,24 @@ fn what_is_damaged_foreign_or_newer_changes_nothing_and_is_one_line() {
         refused(&fs::read(archive(folder.path(), &files)).unwrap(), &text)
     };
     assert!(with(&|manifest| manifest["layout"] = 2.into(), site).contains("made by kehai-tracker 9.9.9"));
+    let newer = |manifest: &mut serde_json::Value| {
+        manifest["layout"] = 2.into();
+        manifest["program"] = "9\n\u{1b}[2J".into();
+    };
+    assert!(with(&newer, site).contains("made by kehai-tracker 9\u{fffd}\u{fffd}[2J,"));
     assert!(with(&|manifest| manifest["database_layout"] = 99.into(), site).contains("newer than this one"));
     assert!(with(&|manifest| manifest["format"] = "other".into(), site).contains("another program"));
     assert!(with(&|manifest| manifest["parts"] = serde_json::json!([]), site).contains("has no site"));
     assert!(with(&|manifest| manifest["parts"][0]["sha256"] = "00".into(), site).contains("is damaged"));
     assert!(with(&|manifest| manifest["parts"][0]["bytes"] = 3.into(), site).contains("bytes long"));
     assert!(with(&|_| (), b"[[window]]\n").contains("its site cannot be used"));
+    // The library cites what is in the place of a number.
+    let files = [("manifest.json", EntryType::Regular, &b"{}"[..]), ("site.toml", EntryType::Regular, site)];
+    let mut tar = unpacked(&fs::read(archive(folder.path(), &files)).unwrap()).unwrap();
+    tar[SUM].copy_from_slice(b"\n\x1b[2J\n7\0");
+    let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
+    packed.write_all(&tar).unwrap();
+    assert!(refused(&packed.finish().unwrap(), "a header").contains("\u{fffd}\u{fffd}[2J\u{fffd}7"));
 }
 
 #[test]
