@@ -19,11 +19,13 @@ fn type_into(page: &mut chromium::Page, field: &str, text: &str) {
     page.write(text);
 }
 
+/// Waits until the log-in page is there and its script has run: a server that goes before it has all of it is an error of the page.
+fn at_log_in(page: &mut chromium::Page, what: &str) {
+    page.wait(what, "location.pathname === '/login.html' && !document.querySelector('#send').disabled");
+}
+
 fn log_in(page: &mut chromium::Page, name: &str, password: &str) {
-    page.wait(
-        "the log-in page comes",
-        "location.pathname === '/login.html' && !document.querySelector('#send').disabled",
-    );
+    at_log_in(page, "the log-in page comes");
     type_into(page, "#name", name);
     type_into(page, "#password", password);
     page.click("#send");
@@ -61,13 +63,13 @@ fn a_visitor_logs_in_sees_what_it_may_and_logs_out() {
             page.wait(&format!("{name} is shown the editor: {edits}"), &format!("{shown} === {edits}"));
             assert_eq!(page.value("document.cookie"), serde_json::json!(""), "no script reads the session");
             page.click("#log-out");
-            page.wait("the log-in page comes again", "location.pathname === '/login.html'");
+            at_log_in(&mut page, "the log-in page comes again");
         }
         log_in(&mut page, "anna", PASSWORD);
         page.wait("the map comes", "location.pathname === '/' && !document.querySelector('#log-out').hidden");
         house.pass(12 * 3600 * S);
         house.frames.send_replace(Arc::new(Snapshot { unix_ms: unix_ms(), ..Snapshot::default() }));
-        page.wait("a session that is over ends at the log-in page", "location.pathname === '/login.html'");
+        at_log_in(&mut page, "a session that is over ends at the log-in page");
     }
     assert_eq!(page.errors, Vec::<String>::new());
 }
