@@ -80,13 +80,13 @@ impl Rendering {
     }
 
     /// Probability that a body that is deleted outside enclosed zones is a person on the way in, behind others. A tentative one was not
-    /// seen for long enough to say where it walks; in company it may have been an arm.
+    /// seen for long enough to say where it walks; in company it may have been an arm, and aboard a vehicle a side of it.
     fn chance_missing(&self, body: &Body) -> f64 {
-        match body.confirmed {
-            true if body.sighting.comes_in => 1.0,
-            false if self.confirmed_near(body, COMPANY_M).next().is_none() => body.existence(),
-            _ => 0.0,
+        if body.confirmed {
+            return if body.sighting.comes_in { 1.0 } else { 0.0 };
         }
+        let is_alone = self.confirmed_near(body, COMPANY_M).next().is_none();
+        if is_alone && !self.notes.is_aboard(body.id) { body.existence() } else { 0.0 }
     }
 
     /// An unseen body may have left where its samples are outside enclosed zones: their weight falls, and existence with it.
@@ -134,6 +134,12 @@ impl Rendering {
         start_s - self.bodies[index].accompanied_s < ALONE_S
     }
 
+    /// Whether a body is taken for a side of a vehicle: it appeared beside one, where no person begins. Other sides come into view when
+    /// the vehicle turns.
+    fn is_side(&self, index: usize) -> bool {
+        self.bodies.get(index).is_some_and(|body| began_inside(body) && self.notes.is_aboard(body.id))
+    }
+
     /// Confirms bodies. Inside an enclosed zone a new one is an unseen one that comes into view, or waits.
     pub(super) fn confirm(&mut self, start_s: f64) {
         for index in 0..self.bodies.len() {
@@ -143,7 +149,7 @@ impl Rendering {
             }
             let at = body.cloud.moments().at;
             let waits = began_inside(body) && start_s - body.begun_s <= WAITS_S;
-            if self.is_accompanied(index, start_s) {
+            if self.is_accompanied(index, start_s) || self.is_side(index) {
                 continue;
             }
             if !self.terrain.plan.enclosed.hold(at) || !self.model.has(Part::Conservation) {
@@ -193,6 +199,8 @@ fn is_believed(body: &Body, start_s: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::cloud::Cloud;
+    use super::super::note::Note;
+    use super::super::notes::Notes;
     use super::super::tests::Bench;
     use super::*;
 
@@ -216,5 +224,34 @@ mod tests {
         assert_eq!(tracker.chance_missing(&lost), 0.0);
         lost.sighting.comes_in = true;
         assert_eq!(tracker.chance_missing(&lost), 1.0);
+    }
+
+    /// Number 1 was seen beside a vehicle, or alone.
+    fn notes(is_aboard: bool) -> Notes {
+        let mut note = Note::new(1, Point::default(), Point::default(), 0.0);
+        note.tow.aboard = is_aboard.then_some(9);
+        Notes::of(vec![note])
+    }
+
+    #[test]
+    fn a_side_of_a_vehicle_is_nobody_who_is_missing() {
+        for (is_aboard, chance) in [(false, 0.5), (true, 0.0)] {
+            let tracker = &mut Bench::within("").tracker;
+            tracker.notes = notes(is_aboard);
+            assert_eq!(tracker.chance_missing(&body(3.4, 0.0)), chance);
+        }
+    }
+
+    #[test]
+    fn where_nobody_begins_a_side_of_a_vehicle_is_no_person() {
+        const ROOM: &str =
+            "[[zone]]\nname = 'a'\npolygon = [[0, -2], [3, -2], [3, 2], [0, 2]]\nenclosed = true";
+        for (prior, is_aboard, confirmed) in [(-6.0, false, true), (-6.0, true, false), (-2.0, true, true)] {
+            let tracker = &mut Bench::within(ROOM).tracker;
+            tracker.notes = notes(is_aboard);
+            tracker.bodies.push(Body { prior, log_odds: SURE, ..body(1.5, 0.0) });
+            tracker.confirm(WAITS_S + 0.1);
+            assert_eq!(tracker.bodies[0].confirmed, confirmed, "{prior} {is_aboard}");
+        }
     }
 }

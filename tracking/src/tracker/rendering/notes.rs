@@ -34,6 +34,12 @@ pub struct Notes {
 }
 
 impl Notes {
+    /// In the order of their numbers.
+    #[cfg(test)]
+    pub fn of(notes: Vec<Note>) -> Self {
+        Self { notes, ids: Vec::new() }
+    }
+
     /// Takes where all bodies are after an observation, and judges what it shows of those that it concerned.
     pub fn update(&mut self, bodies: &[Body], seen: &Observation, enclosed: &Areas, model: RenderingModel) {
         self.forget(bodies);
