@@ -171,10 +171,10 @@ slot_image() { echo "$PWD/target/slot/$CORTEX_M4/release/mps2-an386"; }
 
 # image BOARD — where its image is once it is built.
 image() {
-    local root=target target=$CORTEX_M33
+    local root=${CARGO_TARGET_DIR:-target} target=$CORTEX_M33
     [ "$EMBEDDED_RUST" = rustup ] || root=target/distribution
     [[ $1 = mps2-an386* ]] && target=$CORTEX_M4
-    echo "$PWD/$root/$target/release/$1"
+    echo "$(realpath -m "$root")/$target/release/$1"
 }
 
 # bench_cargo COMMAND ARGUMENTS… — the same for the program that counts a scan's instructions in QEMU.
