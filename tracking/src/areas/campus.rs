@@ -194,9 +194,8 @@ impl Campus {
         picture.names = self.name(&picture, now_us);
         picture.alarms = self.list_alarms(unix_ms);
         picture.total = total(site, &picture.line, &picture.modules);
-        let is_missing = |area: &Area| area.last.is_none() && area.site.is_none();
-        if self.areas.values().any(is_missing) {
-            // Its zones are in no list.
+        if self.areas.values().any(|area| area.site.is_none()) {
+            // Which of its zones are counted is not known: it was never heard, or has not said its site yet.
             let Total { count, state } = picture.total;
             let state = if state == ZoneKnown::Known { ZoneKnown::Partly } else { state };
             picture.total = Total { count: count.filter(|count| *count > 0), state };

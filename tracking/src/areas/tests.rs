@@ -115,6 +115,24 @@ fn an_area_that_was_never_heard_is_missed() {
 }
 
 #[test]
+fn an_area_that_has_not_said_its_site_yet_is_not_in_the_total() {
+    let mut campus = Campus::new(&[], 10);
+    let unknown = Total { count: None, state: ZoneKnown::Partly };
+    campus.hear(&area("west"), frame(1, Vec::new()), 0);
+    assert_eq!(
+        campus.picture(&Site::default(), 0, 1).total,
+        unknown,
+        "nobody, in zones that nobody has named"
+    );
+    campus.set_site(&area("east"), site());
+    campus.hear(&area("east"), frame(1, Vec::new()), 100_000);
+    assert_eq!(campus.picture(&campus.site(), 100_000, 2).total, unknown);
+    campus.set_site(&area("west"), site());
+    let known = Total { count: Some(0), state: ZoneKnown::Known };
+    assert_eq!(campus.picture(&campus.site(), 100_000, 3).total, known);
+}
+
+#[test]
 fn a_frame_that_was_held_up_is_no_news() {
     let (mut campus, site) = both();
     campus.hear(&area("west"), frame(5, Vec::new()), 100_000);
