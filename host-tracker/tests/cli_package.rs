@@ -25,6 +25,15 @@ fn check_says_what_is_in_a_site_and_where_it_is_wrong() {
         checked.status.success() && said.ends_with("1 module, 0 floors, 0 walls, 0 zones, 0 doors\n"),
         "{said}"
     );
+    std::fs::write(
+        &good,
+        "[[module]]\nname = \"left\"\nx = 0\ny = -0.04\nyaw_deg = 90\n[[wall]]\npoints = [[-5, 0], [5, 0]]\n",
+    )
+    .unwrap();
+    let checked = tracker(&["check", &good]);
+    let said = String::from_utf8(checked.stdout).unwrap();
+    assert!(checked.status.success() && said.lines().count() == 2, "{said}");
+    assert!(said.ends_with("move the module or the wall\n"), "{said}");
     let refused = tracker(&["check", &good, &wrong]);
     let said = String::from_utf8(refused.stderr).unwrap();
     assert_eq!((refused.status.code(), said.lines().count()), (Some(1), 1), "{said}");

@@ -34,6 +34,7 @@ pub mod names;
 pub mod observation;
 pub mod occupancy;
 pub mod registry;
+pub mod remarks;
 pub mod session;
 pub mod site;
 pub mod site_tracker;

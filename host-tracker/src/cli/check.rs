@@ -1,14 +1,15 @@
-//! `kehai-tracker check`: whether a site file can be used, and what is in it.
+//! `kehai-tracker check`: whether a site file can be used, what is in it, and what is strange in it.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use host_tracker::site_file::SiteFile;
+use kehai_tracking::remarks::remarks;
 
 use super::failure::Failure;
 use super::output::print;
 
-/// Say whether site files can be used, and what is in each; exit status 1 and one line for the first that cannot
+/// Say whether site files can be used, what is in each, and what is strange in it; exit status 1 and one line for the first that cannot
 #[derive(Debug, Args)]
 #[command(after_help = "Example:
   kehai-tracker check /etc/kehai/site.toml")]
@@ -34,6 +35,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             of(site.doors.len(), "door"),
         ];
         print(format_args!("{}: {}", path.display(), parts.join(", ")))?;
+        for remark in remarks(&site) {
+            print(format_args!("  {remark}"))?;
+        }
     }
     Ok(())
 }
