@@ -41,7 +41,7 @@ pub enum BackupError {
         why: String,
     },
     /// It was made by a newer version.
-    #[error("{}: it was made by kehai-tracker {}, which is newer than this one, {}: use that", archive.display(), printable(program), env!("CARGO_PKG_VERSION"))]
+    #[error("{}: it was made by kehai-tracker {program}, which is newer than this one, {}: use that", archive.display(), env!("CARGO_PKG_VERSION"))]
     Newer {
         /// The archive.
         archive: PathBuf,

@@ -23,6 +23,7 @@ use super::plan::{Plan, finish, hold, removed, waiting};
 use crate::owned_file;
 use crate::store::copy::is_known;
 use kehai_tracking::site::Site;
+use kehai_tracking::text::printable;
 
 /// Longest part that is no database, bytes: more than any picture.
 const LONGEST_PART: u64 = 256 << 20;
@@ -117,7 +118,7 @@ pub(super) fn stage(archive: &Path, places: &Places, force: bool) -> Result<(Pla
     }
     staged.is_wanted = true;
     let Manifest { made_ms, program, .. } = manifest;
-    Ok((plan, Restored { parts, made_ms, program }))
+    Ok((plan, Restored { parts, made_ms, program: printable(&program) }))
 }
 
 type Entry<'a> = tar::Entry<'a, GzDecoder<File>>;
@@ -141,7 +142,7 @@ fn manifest<'a>(archive: &Path, entries: &mut Entries<'a, GzDecoder<File>>) -> R
         return Err(foreign(format!("{NAME} is of another program")));
     }
     let newer =
-        |program: &str| BackupError::Newer { archive: archive.to_path_buf(), program: program.to_owned() };
+        |program: &str| BackupError::Newer { archive: archive.to_path_buf(), program: printable(program) };
     if known.layout > LAYOUT {
         return Err(newer(&known.program));
     }

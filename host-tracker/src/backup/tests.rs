@@ -273,6 +273,20 @@ fn what_is_damaged_foreign_or_newer_changes_nothing_and_is_one_line() {
 }
 
 #[test]
+fn the_version_that_an_archive_names_moves_no_terminal() {
+    let (folder, home) = (tempfile::tempdir().unwrap(), Home::empty());
+    let mut manifest = manifest(&[("site.toml", SITE.as_bytes())]);
+    manifest["program"] = "9\n\u{1b}[2J".into();
+    let text = manifest.to_string();
+    let files = [
+        ("manifest.json", EntryType::Regular, text.as_bytes()),
+        ("site.toml", EntryType::Regular, SITE.as_bytes()),
+    ];
+    let restored = restore(&archive(folder.path(), &files), &home.places, true).unwrap();
+    assert_eq!(restored.program, "9\u{fffd}\u{fffd}[2J");
+}
+
+#[test]
 fn killed_at_any_step_it_is_the_old_site_or_the_new_one() {
     let archive = Home::full("new").backup();
     let whole = Home::full("old");
