@@ -19,7 +19,8 @@ fn type_into(page: &mut chromium::Page, field: &str, text: &str) {
     page.write(text);
 }
 
-/// Waits until the log-in page is there and its script has run: a server that goes before it has all of it is an error of the page.
+/// Waits until the log-in page is there and its script has run. If the server ends while the page still loads, that is one of the
+/// page's errors.
 fn at_log_in(page: &mut chromium::Page, what: &str) {
     page.wait(what, "location.pathname === '/login.html' && !document.querySelector('#send').disabled");
 }

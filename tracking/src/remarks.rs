@@ -1,4 +1,4 @@
-//! What is strange in a site that can be used: one line each, for whoever draws it.
+//! What is strange in a site that can be used: one line each.
 //!
 //! ```text
 //!   the room   ┃● ──▶       the file   ● ┃ ──▶       the module or the wall is some centimetres off
@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-use crate::site::Site;
+use crate::site::{Module, Site};
 use crate::tracker::walls::Walls;
 
 /// Something that is better changed.
@@ -35,8 +35,11 @@ impl fmt::Display for Remark {
 #[must_use]
 pub fn remarks(site: &Site) -> Vec<Remark> {
     let walls = Walls::of(site);
-    let placed = site.modules.iter().filter(|module| module.placed);
-    let behind = placed.filter(|module| walls.seen_from(&module.pose()) != module.pose().at);
+    let is_behind_wall = |module: &&Module| {
+        let pose = module.pose();
+        module.placed && walls.seen_from(&pose) != pose.at
+    };
+    let behind = site.modules.iter().filter(is_behind_wall);
     behind.map(|module| Remark::BehindWall { module: module.name.clone() }).collect()
 }
 

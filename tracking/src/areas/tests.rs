@@ -119,11 +119,7 @@ fn an_area_that_has_not_said_its_site_yet_is_not_in_the_total() {
     let mut campus = Campus::new(&[], 10);
     let unknown = Total { count: None, state: ZoneKnown::Partly };
     campus.hear(&area("west"), frame(1, Vec::new()), 0);
-    assert_eq!(
-        campus.picture(&Site::default(), 0, 1).total,
-        unknown,
-        "nobody, in zones that nobody has named"
-    );
+    assert_eq!(campus.picture(&Site::default(), 0, 1).total, unknown, "its zones are not known yet");
     campus.set_site(&area("east"), site());
     campus.hear(&area("east"), frame(1, Vec::new()), 100_000);
     assert_eq!(campus.picture(&campus.site(), 100_000, 2).total, unknown);

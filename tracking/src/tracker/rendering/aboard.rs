@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A torso explains one side of a vehicle; what it leaves begins bodies that live for a moment. Without this a door that
-//! counts one person right stays locked, since what may be a person stands beside. Where nobody begins no side is confirmed, and a
-//! side that is lost on the way in is not expected inside (`life`).
+//! counts one person right stays locked, since what may be a person stands beside. Inside an enclosed zone, away from
+//! its entries, no person appears: there no side is confirmed. And a side that is lost on the way in is not expected inside (`life`).
 
 use super::note::Note;
 use super::tow::{PARTED_M, is_body, is_box};

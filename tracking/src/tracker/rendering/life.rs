@@ -134,12 +134,6 @@ impl Rendering {
         start_s - self.bodies[index].accompanied_s < ALONE_S
     }
 
-    /// Whether a body is taken for a side of a vehicle: it appeared beside one, where no person begins. Other sides come into view when
-    /// the vehicle turns.
-    fn is_side(&self, index: usize) -> bool {
-        self.bodies.get(index).is_some_and(|body| began_inside(body) && self.notes.is_aboard(body.id))
-    }
-
     /// Confirms bodies. Inside an enclosed zone a new one is an unseen one that comes into view, or waits.
     pub(super) fn confirm(&mut self, start_s: f64) {
         for index in 0..self.bodies.len() {
@@ -148,8 +142,11 @@ impl Rendering {
                 continue;
             }
             let at = body.cloud.moments().at;
-            let waits = began_inside(body) && start_s - body.begun_s <= WAITS_S;
-            if self.is_accompanied(index, start_s) || self.is_side(index) {
+            let begins_inside = began_inside(body);
+            let waits = begins_inside && start_s - body.begun_s <= WAITS_S;
+            // Other sides of a vehicle come into view when it turns.
+            let is_side = begins_inside && self.notes.is_aboard(body.id);
+            if self.is_accompanied(index, start_s) || is_side {
                 continue;
             }
             if !self.terrain.plan.enclosed.hold(at) || !self.model.has(Part::Conservation) {
@@ -166,8 +163,7 @@ impl Rendering {
                 *other != index && ghost.confirmed && ghost.is_unseen(start_s) && may_be_here(ghost)
             });
             // A person who was lost on the way in, unless one that is hidden is likelier there.
-            let is_expected = !began_inside(&self.bodies[index]);
-            let least = if is_expected { self.missing.chance_at(at, start_s) * DENSITY } else { 0.0 };
+            let least = if begins_inside { 0.0 } else { self.missing.chance_at(at, start_s) * DENSITY };
             let best = ghosts
                 .map(|(other, ghost)| (other, ghost.cloud.density(at, ghost.kernel_m(start_s))))
                 .max_by(|one, other| one.1.total_cmp(&other.1));
@@ -234,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_of_a_vehicle_is_nobody_who_is_missing() {
+    fn a_side_of_a_vehicle_that_is_lost_is_not_a_missing_person() {
         for (is_aboard, chance) in [(false, 0.5), (true, 0.0)] {
             let tracker = &mut Bench::within("").tracker;
             tracker.notes = notes(is_aboard);
@@ -243,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nobody_begins_a_side_of_a_vehicle_is_no_person() {
+    fn a_side_of_a_vehicle_that_appears_inside_is_not_confirmed() {
         const ROOM: &str =
             "[[zone]]\nname = 'a'\npolygon = [[0, -2], [3, -2], [3, 2], [0, 2]]\nenclosed = true";
         for (prior, is_aboard, confirmed) in [(-6.0, false, true), (-6.0, true, false), (-2.0, true, true)] {
