@@ -115,6 +115,7 @@ class Judge:
         self.session._registered_types = {kind: kind for kind in self.store.types}
         self.states: dict[int, dict] = {}
         self.tf_late: list = []
+        self.late: dict = {}
         threading.Thread(target=self.poll, daemon=True).start()
 
     def poll(self) -> None:
@@ -189,7 +190,11 @@ class Judge:
         return time.time() - begun
 
     def listen_late(self) -> None:
-        """Subscribes to transforms long after they were said, as rmw_zenoh does, and as the SDK does."""
+        """Subscribes to transforms long after they were said, as rmw_zenoh does, and as the SDK does.
+
+        Each asks once for what was said, the SDK for two seconds: on a busy machine no answer may have come. Those that have heard nothing
+        subscribe anew.
+        """
         type_hash = self.store.hash_rihs01(TRANSFORMS)
         key = topic_keyexpr(self.domain, "/tf_static", ros2_to_dds_type(TRANSFORMS), type_hash)
         take = self.tf_late.append
@@ -197,19 +202,26 @@ class Judge:
         def decode(sample) -> None:
             take(("zenoh.ext", self.store.deserialize_cdr(sample.payload.to_bytes(), TRANSFORMS)))
 
-        history = HistoryConfig(detect_late_publishers=True, max_samples=1)
-        self.advanced = declare_advanced_subscriber(self.session.session, key, decode, history=history)
-        self.sdk = ROS2Subscriber(
-            "/tf_static",
-            TRANSFORMS,
-            lambda message: take(("zenoh-ros2-sdk", message)),
-            msg_definition=None,
-            domain_id=self.domain,
-            router_ip=HOST,
-            router_port=self.port,
-            type_hash=type_hash,
-            qos=QosProfile(durability=QosDurability.TRANSIENT_LOCAL, history_depth=1),
-        )
+        def advanced():
+            history = HistoryConfig(detect_late_publishers=True, max_samples=1)
+            return declare_advanced_subscriber(self.session.session, key, decode, history=history)
+
+        def sdk():
+            return ROS2Subscriber(
+                "/tf_static",
+                TRANSFORMS,
+                lambda message: take(("zenoh-ros2-sdk", message)),
+                msg_definition=None,
+                domain_id=self.domain,
+                router_ip=HOST,
+                router_port=self.port,
+                type_hash=type_hash,
+                qos=QosProfile(durability=QosDurability.TRANSIENT_LOCAL, history_depth=1),
+            )
+
+        subscribe = {"zenoh.ext": advanced, "zenoh-ros2-sdk": sdk}
+        for by in subscribe.keys() - {by for by, _ in self.tf_late}:
+            self.late[by] = subscribe[by]()
 
 
 def names(field: tuple) -> list[str]:
@@ -369,6 +381,8 @@ def main(port: str, domain: str, tracker: str) -> None:
         elif line.strip() == "gone":
             print(json.dumps({"gone_s": judge.gone()}), flush=True)
             continue
+        elif scan:
+            judge.listen_late()
         # What was answered last is of before what was heard last.
         time.sleep(0.3)
         everything = [*heard.values(), *([scan] if scan else [])]
