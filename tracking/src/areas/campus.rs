@@ -194,8 +194,8 @@ impl Campus {
         picture.names = self.name(&picture, now_us);
         picture.alarms = self.list_alarms(unix_ms);
         picture.total = total(site, &picture.line, &picture.modules);
-        if self.areas.values().any(|area| area.site.is_none()) {
-            // Which of its zones are counted is not known: it was never heard, or has not said its site yet.
+        if !self.refused.is_empty() || self.areas.values().any(|area| area.site.is_none()) {
+            // Which zones of an area are counted is not known: it is left out, was never heard, or has not said its site yet.
             let Total { count, state } = picture.total;
             let state = if state == ZoneKnown::Known { ZoneKnown::Partly } else { state };
             picture.total = Total { count: count.filter(|count| *count > 0), state };

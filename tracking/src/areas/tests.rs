@@ -146,3 +146,15 @@ fn more_areas_than_there_is_room_for_are_left_out_and_named() {
     assert_eq!(campus.names().count(), 2);
     assert!(picture.alarms.iter().any(|alarm| alarm.text.contains("2 areas are too many, c among them")));
 }
+
+#[test]
+fn an_area_that_is_left_out_is_not_in_the_total() {
+    let mut campus = Campus::new(&[], 1);
+    campus.set_site(&area("west"), site());
+    campus.hear(&area("west"), frame(1, Vec::new()), 0);
+    let known = Total { count: Some(0), state: ZoneKnown::Known };
+    assert_eq!(campus.picture(&campus.site(), 0, 1).total, known);
+    campus.hear(&area("east"), frame(1, Vec::new()), 0);
+    let unknown = Total { count: None, state: ZoneKnown::Partly };
+    assert_eq!(campus.picture(&campus.site(), 0, 2).total, unknown);
+}
