@@ -106,7 +106,7 @@ fn kept(database: &Path, frame: &Snapshot) {
     assert_eq!(reader.check().unwrap(), "ok");
     let paths = reader.paths(frame.unix_ms, frame.unix_ms).unwrap();
     for track in frame.line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative) {
-        let covers = |path: &&host_tracker::store::reader::Walked| {
+        let covers = |path: &&host_tracker::store::answers::Walked| {
             let (first, last) = (path.places.first().unwrap().at_ms, path.places.last().unwrap().at_ms);
             path.track == track.id && (first..=last).contains(&frame.unix_ms)
         };

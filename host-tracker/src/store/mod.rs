@@ -13,6 +13,7 @@
 //! and never the file.
 
 mod alarm_rows;
+pub mod answers;
 mod aside;
 pub mod card;
 mod connection;
@@ -26,6 +27,7 @@ pub(crate) mod lock;
 mod numbers;
 pub mod path;
 pub mod pose;
+mod questions;
 pub mod raw;
 mod raw_rows;
 pub mod reader;

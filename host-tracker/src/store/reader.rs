@@ -4,169 +4,35 @@
 //!   between a and b ─▶ paths that touch it · counts, with the one before a · events · health
 //! ```
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path as File;
 
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use rusqlite::Error::FromSqlConversionFailure;
 use rusqlite::types::Type;
 use rusqlite::{Connection, OpenFlags, Row, params};
-use schemars::JsonSchema;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde::de::value::{Error as ValueError, StrDeserializer};
 
 use super::alarm_rows;
+use super::answers::{CardSeen, Count, CrossedAt, LineSeen, Posed, TotalOf, Walked, Was};
 use super::error::StoreError;
 use super::lives::told_within;
 use super::lock::beside;
 use super::numbers::integer;
 use super::path::{Place, decode};
+use super::questions::{
+    CARDS, COUNTS, COUNTS_BEFORE, CROSSINGS, EVENTS, HEALTH, LINE_STATES, LINE_STATES_BEFORE, LIVES,
+    PASSAGES, PATHS, POINTS, TOTALS, WATCHED,
+};
 use super::raw_rows::{self, RawKept};
 use super::recorder::{HEALTH_MS, PART_MS, STALE_MS};
 use super::row::Event;
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
-use kehai_tracking::lines::{Direction, Totals};
-use kehai_tracking::occupancy::ZoneKnown;
+use kehai_tracking::lines::Totals;
 use kehai_tracking::snapshot::{DeviceState, Snapshot};
-
-const PATHS: &str = "SELECT run, track, points FROM path
-    WHERE begun_ms BETWEEN ?1 AND ?2 AND ended_ms >= ?3 ORDER BY run, track, part";
-const POINTS: &str = "SELECT points FROM path WHERE begun_ms BETWEEN ?1 AND ?2 AND ended_ms >= ?3";
-const WATCHED: &str = "SELECT module.name, COUNT(*) FROM health
-    CROSS JOIN module ON module.module = health.module WHERE health.at_ms BETWEEN ?1 AND ?2 AND state = ?3 GROUP BY module.name";
-const COUNTS: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM count
-    JOIN zone USING (zone) WHERE count.at_ms BETWEEN ?1 AND ?2 ORDER BY count.at_ms";
-const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM zone
-    CROSS JOIN count ON count.zone = zone.zone
-        AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
-const LIVES: &str = "SELECT begun_ms, ended_ms FROM run";
-const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
-const TOTALS: &str = "SELECT at_ms, zones FROM total ORDER BY at_ms";
-const CROSSINGS: &str = "SELECT line.name, crossing.at_ms, crossing.direction FROM crossing
-    JOIN line USING (line) WHERE crossing.at_ms BETWEEN ?1 AND ?2 ORDER BY crossing.at_ms";
-const LINE_STATES: &str = "SELECT line.name, line_state.at_ms, line_state.state FROM line_state
-    JOIN line USING (line) WHERE line_state.at_ms BETWEEN ?1 AND ?2 ORDER BY line_state.at_ms";
-const LINE_STATES_BEFORE: &str = "SELECT line.name, line_state.at_ms, line_state.state FROM line
-    CROSS JOIN line_state ON line_state.line = line.line
-        AND line_state.at_ms = (SELECT MAX(at_ms) FROM line_state WHERE line = line.line AND at_ms < ?1)";
-const EVENTS: &str = "SELECT at_ms, kind, subject, track, text FROM event
-    WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
-const HEALTH: &str =
-    "SELECT health.at_ms, module.name, state, scans_hz, lost_share, checksum_errors, unknown_share,
-        clock_offset_ms, clock_jitter_ms
-    FROM health JOIN module USING (module) WHERE health.at_ms BETWEEN ?1 AND ?2 ORDER BY health.at_ms";
-const PASSAGES: &str = "SELECT record, (SELECT hash FROM card
-        WHERE card.at_ms = passage.begun_ms AND card.place = passage.door)
-    FROM passage WHERE begun_ms BETWEEN ?1 AND ?2 ORDER BY begun_ms";
-
-/// A person's path.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Walked {
-    /// The start of the tracker it belongs to; numbers of tracks start again with each.
-    pub run: i64,
-    /// The track's number.
-    pub track: u64,
-    /// Where, at what times.
-    pub places: Vec<Place>,
-}
-
-/// How many people were in a zone from some time on.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct Count {
-    /// Its name.
-    pub zone: String,
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// People; none where that is not known.
-    pub count: Option<u32>,
-    /// `known`, `partly`, `unknown`.
-    pub state: String,
-}
-
-/// Of which zones the site's total was made from some time on.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TotalOf {
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// Their names.
-    pub zones: BTreeSet<String>,
-}
-
-/// Somebody crossed a counting line.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct CrossedAt {
-    /// Its name.
-    pub line: String,
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// Which way.
-    pub direction: Direction,
-}
-
-/// Whether a counting line was seen from some time on.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-pub struct LineSeen {
-    /// Its name.
-    pub line: String,
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// Whether it is.
-    pub state: ZoneKnown,
-}
-
-/// Where a module was from some time on.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Posed {
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// As the site called it.
-    pub module: String,
-    /// Its place, m.
-    pub x_m: f64,
-    /// m.
-    pub y_m: f64,
-    /// Where its front pointed, counter-clockwise.
-    pub yaw_deg: f64,
-    /// Where the pose came from: `file`, `map`, `calibration`.
-    pub source: String,
-}
-
-/// How a module was at some time: once a minute.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct Was {
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// As the site called it.
-    pub module: String,
-    /// What it was doing.
-    pub state: String,
-    /// Scans a second.
-    pub scans_hz: f64,
-    /// Share of its scans that were lost within a minute.
-    pub lost_share: f64,
-    /// Checksum errors on its sensor's line since its start.
-    pub checksum_errors: u64,
-    /// Share of its beams that could not be judged.
-    pub unknown_share: f64,
-    /// Its clock minus the tracker's, ms.
-    pub clock_offset_ms: Option<f64>,
-    /// How much that scattered, ms.
-    pub clock_jitter_ms: f64,
-}
-
-/// A card that was held to a reader.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CardSeen {
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// Which reader.
-    pub place: String,
-    /// What is kept of the card: a [`CardHash`](super::card::CardHash)'s bytes.
-    pub hash: Vec<u8>,
-}
 
 /// A read-only connection. It never waits for the writer.
 #[derive(Debug)]

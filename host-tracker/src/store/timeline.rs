@@ -13,8 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::answers::{Count, TotalOf};
 use super::lives::told_within;
-use super::reader::{Count, Reader, TotalOf};
+use super::reader::Reader;
 use super::row::Event;
 
 /// Most bins of an overview: more than a wide screen has room for.

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::editors::OtherEditor;
 use crate::alarm_handle::Told;
 use crate::reports::ReportLine;
-use crate::store::reader::Count;
+use crate::store::answers::Count;
 use crate::store::row::Event;
 use kehai_tracking::alarm_list::{Became, ListedAlarm};
 use kehai_tracking::site::Site;

@@ -18,7 +18,8 @@ use serde::{Deserialize, Serialize};
 
 use super::answers::refuse;
 use super::shared::Shared;
-use crate::store::reader::{Posed, Reader};
+use crate::store::answers::Posed;
+use crate::store::reader::Reader;
 use kehai_tracking::expectation::{Expectation, expectations};
 use kehai_tracking::explain::Question;
 use kehai_tracking::ground::{Ground, ground};

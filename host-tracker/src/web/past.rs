@@ -24,8 +24,9 @@ use super::answers::refuse;
 use super::bodies::{Kept, KeptPart, NotKept, PathWalked, Paths};
 use super::shared::Shared;
 use crate::store::StoreError;
+use crate::store::answers::Walked;
 use crate::store::figures::{BINS_MAX as FIGURES_MAX, edges, figures};
-use crate::store::reader::{Reader, Walked};
+use crate::store::reader::Reader;
 use crate::store::timeline::{BINS_MAX, overview};
 use kehai_tracking::snapshot::unix_ms;
 

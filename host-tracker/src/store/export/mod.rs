@@ -26,9 +26,10 @@ use std::fmt;
 use std::path::{Path as File, PathBuf};
 use std::str::FromStr;
 
+use super::answers::{Count, LineSeen};
 use super::error::StoreError;
 use super::figures::stays;
-use super::reader::{Count, LineSeen, Reader};
+use super::reader::Reader;
 use kehai_tracking::occupancy::ZoneKnown;
 use table::Table;
 

@@ -1,9 +1,9 @@
 //! What each table has in its columns.
 
+use super::super::answers::{Count, CrossedAt, LineSeen, Posed, Walked, Was};
 use super::super::figures::Stay;
 use super::super::numbers::integer;
 use super::super::path::Place;
-use super::super::reader::{Count, CrossedAt, LineSeen, Posed, Walked, Was};
 use super::super::row::Event;
 use super::table::{Column, Table};
 use kehai_tracking::snapshot::DeviceState;
