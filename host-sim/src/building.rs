@@ -19,7 +19,7 @@ use crate::devices::Devices;
 use crate::floor::crowd::Crowd;
 use crate::floor::panels::{Broken, reading};
 use crate::world::World;
-use crate::world::raycast::Person;
+use crate::world::person::Person;
 use crate::world::scene::Scene;
 
 /// Called after every turn of a sensor's loop, with the number of its module in the site and the sensor's status.

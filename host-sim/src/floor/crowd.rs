@@ -1,6 +1,6 @@
 //! The feet of all people in a world: they follow from how the world moves the bodies.
 
-use crate::world::raycast::Person;
+use crate::world::person::Person;
 
 use super::feet::Feet;
 use super::gait::Sole;

@@ -17,9 +17,9 @@ use crate::world::body::{Body, Section};
 use crate::world::crowd::{STEP_S, Walker};
 use crate::world::geometry::{Outline, Point};
 use crate::world::motion::{Motion, Track};
+use crate::world::person::Person;
 use crate::world::prop::Prop;
 use crate::world::random::{Purpose, Stream};
-use crate::world::raycast::Person;
 use crate::world::visit::{
     DOOR_Y_M, HEADWAY_S, Habit, PASSAGE_Y_M, Phase, ROOM_SHARE, SAMPLE, START_Y_M, Visit, free_place,
 };

@@ -10,8 +10,9 @@ use super::geometry::Pose;
 use super::moving::Moving;
 use super::noise::{Noise, NoiseLevel, Seen};
 use super::optics::SensorModel;
+use super::person::Person;
 use super::random::{Purpose, Stream};
-use super::raycast::{Caster, FIRST_PERSON, Person};
+use super::raycast::{Caster, FIRST_PERSON};
 use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
 use kehai_emulator::urg::Config;
 
