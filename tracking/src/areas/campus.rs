@@ -59,8 +59,8 @@ struct Read {
 pub struct Campus {
     areas: BTreeMap<AreaName, Area>,
     areas_max: usize,
-    /// Areas that there was no room for.
-    refused: BTreeSet<AreaName>,
+    /// Areas that there was no room for, and when they were heard last, µs.
+    refused: BTreeMap<AreaName, u64>,
     persons: Persons,
     read: BTreeMap<String, Read>,
     names: Carried,
@@ -78,7 +78,7 @@ impl Campus {
         Self {
             areas: expected.iter().map(|area| (area.clone(), Area::default())).collect(),
             areas_max: areas_max.max(expected.len()),
-            refused: BTreeSet::new(),
+            refused: BTreeMap::new(),
             persons: Persons::default(),
             read: BTreeMap::new(),
             names: Carried::default(),
@@ -90,19 +90,23 @@ impl Campus {
     }
 
     fn area(&mut self, name: &AreaName) -> Option<&mut Area> {
-        if !self.areas.contains_key(name) && self.areas.len() >= self.areas_max {
-            // What cannot be kept is at least said, of so many as there is room for.
-            if self.refused.len() < self.areas_max {
-                self.refused.insert(name.clone());
-            }
-            return None;
+        let has_room = self.areas.contains_key(name) || self.areas.len() < self.areas_max;
+        has_room.then(|| self.areas.entry(name.clone()).or_default())
+    }
+
+    /// Notes an area that there is no room for: what cannot be kept is at least said, of so many as there is room for.
+    fn refuse(&mut self, name: &AreaName, now_us: u64) {
+        if self.refused.len() < self.areas_max || self.refused.contains_key(name) {
+            self.refused.insert(name.clone(), now_us);
         }
-        Some(self.areas.entry(name.clone()).or_default())
     }
 
     /// Takes what an area says; a frame that is older than the last one of the same start is left out.
     pub fn hear(&mut self, name: &AreaName, mut frame: AreaFrame, now_us: u64) {
-        let Some(area) = self.area(name) else { return };
+        let Some(area) = self.area(name) else {
+            self.refuse(name, now_us);
+            return;
+        };
         let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
         if area.last.as_ref().is_some_and(is_old) {
             return;
@@ -121,6 +125,7 @@ impl Campus {
 
     /// The tracker of an area is gone, as its token says. What is heard of it later brings it back.
     pub fn leave(&mut self, name: &AreaName) {
+        self.refused.remove(name);
         if let Some(area) = self.areas.get_mut(name) {
             area.is_gone = true;
         }
@@ -157,6 +162,7 @@ impl Campus {
         let begun_us = *self.begun_us.get_or_insert(now_us);
         let mut picture = Snapshot { unix_ms, ..Snapshot::default() };
         picture.line.t = now_us.saturating_sub(begun_us) as f64 * 1e-6;
+        self.refused.retain(|_, heard_us| now_us.saturating_sub(*heard_us) <= SILENT_US);
         for area in self.areas.values_mut() {
             if area.said(now_us).is_some() {
                 area.silent_since_ms = None;
@@ -198,7 +204,9 @@ impl Campus {
             // Which zones of an area are counted is not known: it is left out, was never heard, or has not said its site yet.
             let Total { count, state } = picture.total;
             let state = if state == ZoneKnown::Known { ZoneKnown::Partly } else { state };
-            picture.total = Total { count: count.filter(|count| *count > 0), state };
+            // Without any site all people are in it, also those before its doors.
+            let has_zones = self.areas.values().any(|area| area.site.is_some());
+            picture.total = Total { count: count.filter(|count| has_zones && *count > 0), state };
         }
         picture
     }
@@ -272,7 +280,7 @@ impl Campus {
                     .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), alarm.id + 1)))),
             );
         }
-        if let Some(first) = self.refused.first() {
+        if let Some((first, _)) = self.refused.first_key_value() {
             let text = format!(
                 "{} areas are too many, {first} among them: nothing of them is shown",
                 self.refused.len()

@@ -118,8 +118,9 @@ fn an_area_that_was_never_heard_is_missed() {
 fn an_area_that_has_not_said_its_site_yet_is_not_in_the_total() {
     let mut campus = Campus::new(&[], 10);
     let unknown = Total { count: None, state: ZoneKnown::Partly };
-    campus.hear(&area("west"), frame(1, Vec::new()), 0);
+    campus.hear(&area("west"), frame(1, vec![track(7, 5.0, 0.0)]), 0);
     assert_eq!(campus.picture(&Site::default(), 0, 1).total, unknown, "its zones are not known yet");
+    campus.hear(&area("west"), frame(2, Vec::new()), 0);
     campus.set_site(&area("east"), site());
     campus.hear(&area("east"), frame(1, Vec::new()), 100_000);
     assert_eq!(campus.picture(&campus.site(), 100_000, 2).total, unknown);
@@ -157,4 +158,9 @@ fn an_area_that_is_left_out_is_not_in_the_total() {
     campus.hear(&area("east"), frame(1, Vec::new()), 0);
     let unknown = Total { count: None, state: ZoneKnown::Partly };
     assert_eq!(campus.picture(&campus.site(), 0, 2).total, unknown);
+    campus.leave(&area("east"));
+    assert_eq!(campus.picture(&campus.site(), 0, 3).total, known, "it is gone");
+    campus.hear(&area("east"), frame(2, Vec::new()), 0);
+    campus.hear(&area("west"), frame(2, Vec::new()), 2_100_000);
+    assert_eq!(campus.picture(&campus.site(), 2_100_000, 4).total, known, "it is heard no more");
 }
