@@ -55,6 +55,8 @@ const SOFA: (Point, Point) = (Point::new(1.2, 0.5), Point::new(1.2, 0.9));
 
 struct Room {
     site: Arc<Site>,
+    /// Those that stand there, whatever the site file says.
+    walls: Vec<(Point, Point)>,
     tracker: SiteTracker,
     tenths: u64,
     bodies: Vec<Point>,
@@ -63,9 +65,16 @@ struct Room {
 
 impl Room {
     fn new() -> Self {
-        let site: Arc<Site> = Arc::new(toml::from_str(SITE).unwrap());
+        Self::with("")
+    }
+
+    /// With more in its site file than there is.
+    fn with(more: &str) -> Self {
+        let walls = |site: &Site| site.walls.iter().flat_map(|wall| wall.sides()).chain([SOFA]).collect();
+        let walls = walls(&toml::from_str(SITE).unwrap());
+        let site: Arc<Site> = Arc::new(toml::from_str(&format!("{SITE}{more}")).unwrap());
         let tracker = SiteTracker::new(&site, tracker());
-        Self { site, tracker, tenths: 0, bodies: Vec::new(), silent: false }
+        Self { site, walls, tracker, tenths: 0, bodies: Vec::new(), silent: false }
     }
 
     fn now_s(&self) -> f64 {
@@ -95,13 +104,12 @@ impl Room {
             upside_down: false,
         });
         let start_s = self.now_s() - 0.1;
-        let walls: Vec<(Point, Point)> =
-            self.site.walls.iter().flat_map(|wall| wall.sides()).chain([SOFA]).collect();
         let background_mm: Vec<u16> = (0..view.geometry.beams())
             .map(|beam| {
                 let forward =
                     Point::towards(module.pose().yaw_rad + f64::from(view.geometry.bearing_rad(beam)));
-                let far_m = walls
+                let far_m = self
+                    .walls
                     .iter()
                     .filter_map(|wall| meets_m(module.pose().at, forward, *wall))
                     .fold(WALLS_M, f64::min);
@@ -187,6 +195,14 @@ fn what_is_behind_a_sofa_and_behind_a_wall_is_told_apart_and_was_never_seen() {
     ] {
         assert!(said.contains(word), "{said}");
     }
+}
+
+#[test]
+fn the_wall_that_a_module_hangs_on_hides_nothing_where_the_file_has_it_before_the_module() {
+    let mut room = Room::with("[[wall]]\npoints = [[0.01, -3.0], [0.01, 3.0]]");
+    room.seconds(5.0);
+    let sofa = patch(&room.zone("room"), |why| why == Why::Thing).at;
+    assert!(sofa[0] > 1.2 && sofa[1] > 0.5, "{sofa:?}");
 }
 
 #[test]

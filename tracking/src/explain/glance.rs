@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Point, cross};
 use crate::observation::{Observation, View};
 use crate::site::{Blocks, Site, Wall};
+use crate::tracker::walls::seen_from;
 use crate::tracker::{LifeCycle, TrackId, TrackState};
 
 /// A module that has sent nothing for so long sees nothing, s: as long as what was seen counts as seen.
@@ -134,7 +135,8 @@ impl Glance {
         }
         let (distance_m, beam) = self.view.beam_at(place);
         let Some(beam) = beam else { return Why::OutOfView };
-        if scene.walls.iter().any(|wall| cross(*wall, (self.view.pose.at, place))) {
+        let from = seen_from(&self.view.pose, scene.walls.iter().copied());
+        if scene.walls.iter().any(|wall| cross(*wall, (from, place))) {
             return Why::Wall;
         }
         let range_m = |ranges_mm: &[u16]| {

@@ -24,6 +24,10 @@ const LEAVING_MPS: f64 = 0.1;
 /// A candidate less than so far behind a wall stands before it, and so does a module, m: an error of range, and of the wall's place.
 const BEFORE_WALL_M: f64 = 0.15;
 
+/// A module that hangs on a wall looks away from it: sine of the least angle between its front and that wall, 30°. One that looks
+/// along a wall may be turned a little towards it, and stands before it all the same.
+const SQUARELY: f64 = 0.5;
+
 /// Side of a cell, m.
 const CELL_M: f64 = 0.05;
 
@@ -63,15 +67,36 @@ impl Pieces {
 
     /// Whether one of the first `count` crosses the way.
     fn cross(&self, from: Point, to: Point, count: usize) -> bool {
+        self.near(from, to, count).any(|piece| cross((from, to), piece))
+    }
+
+    /// Those of the first `count` that may cross the way.
+    fn near(&self, from: Point, to: Point, count: usize) -> impl Iterator<Item = (Point, Point)> {
         let (low, high) = around(from, to);
-        let crosses = |&(one, other): &(Point, Point)| {
+        let is_near = move |&(one, other): &(Point, Point)| {
             let beside = one.x.max(other.x) < low.x || one.x.min(other.x) > high.x;
             let off = one.y.max(other.y) < low.y || one.y.min(other.y) > high.y;
-            !beside && !off && cross((from, to), (one, other))
+            !beside && !off
         };
         let pieces = self.all.get(..count).unwrap_or(&self.all);
-        self.cells.near((low, high)).filter_map(|number| pieces.get(number)).any(crosses)
+        self.cells.near((low, high)).filter_map(|number| pieces.get(number)).copied().filter(is_near)
     }
+}
+
+/// Just before a module.
+fn ahead(pose: &Pose) -> Point {
+    pose.at + pose.forward() * BEFORE_WALL_M
+}
+
+/// As [`Walls::seen_from`], among walls that are given one by one.
+pub fn seen_from(pose: &Pose, mut walls: impl Iterator<Item = (Point, Point)>) -> Point {
+    let ahead = ahead(pose);
+    let hangs_on = |(one, other): (Point, Point)| {
+        let along = other - one;
+        cross((pose.at, ahead), (one, other))
+            && pose.forward().cross(along).abs() >= SQUARELY * along.length()
+    };
+    if walls.any(hangs_on) { ahead } else { pose.at }
 }
 
 /// The upright rectangle around two places.
@@ -188,8 +213,7 @@ impl Walls {
     /// ```
     #[must_use]
     pub fn seen_from(&self, pose: &Pose) -> Point {
-        let ahead = pose.at + pose.forward() * BEFORE_WALL_M;
-        if self.opaque.cross(pose.at, ahead, self.opaque.all.len()) { ahead } else { pose.at }
+        seen_from(pose, self.opaque.near(pose.at, ahead(pose), self.opaque.all.len()))
     }
 
     /// Whether something that a module saw from `from` at `to` is behind a wall that no beam passes.
@@ -298,7 +322,10 @@ mod tests {
             !walls.is_reflection(from, Point::new(3.0, 0.6))
                 && walls.is_reflection(from, Point::new(3.0, 1.4))
         );
-        assert_eq!(seen_from(0.2, down), Point::new(2.0, 0.2), "it looks at a wall of another's");
+        assert_eq!(seen_from(0.2, down), Point::new(2.0, 0.2), "the wall is farther away");
+        // It looks along the wall, turned a little towards it.
+        assert_eq!(seen_from(0.01, -0.2), Point::new(2.0, 0.01));
+        assert_eq!(seen_from(-0.01, 0.2), Point::new(2.0, -0.01));
     }
 
     #[test]
