@@ -1,4 +1,4 @@
-//! Aboard: a tentative body that appears at a vehicle may be another side of it, and is part of it until it is confirmed, elsewhere.
+//! Aboard: a tentative body that appears at a vehicle may be another side of it, and is part of it until it is confirmed.
 //!
 //! ```text
 //!   ▐■▌   ▪ a rear wheel, a knee, a corner of a pushchair that turns: now one is in view, now another
@@ -14,6 +14,10 @@ use super::tow::{PARTED_M, is_body, is_box};
 use crate::geometry::Point;
 use crate::tracker::TrackId;
 
+/// What is farther from a vehicle is no side of it, m: a side begins no farther than [`PARTED_M`], and shifts by as much at most when the
+/// vehicle turns.
+const FAR_M: f64 = 2.0 * PARTED_M;
+
 /// Notes of each tentative body the vehicle that it is aboard: it appeared within a vehicle's length of it. What is in tow is no
 /// vehicle: a suitcase is smaller than a body. What shows the outlines of a body on the way is no side: a person who touches a vehicle
 /// from behind appears as its sides do, and stays within half a metre of it.
@@ -24,8 +28,9 @@ pub fn board(notes: &mut [Note]) {
     let vehicles: Vec<(TrackId, Point, f64)> = vehicles.collect();
     for note in notes {
         let is_of = |&&(vehicle, place, first_s): &&(TrackId, Point, f64)| {
-            note.tow.aboard == Some(vehicle)
-                || (first_s < note.history.first_s && (place - note.place).length() < PARTED_M)
+            let off_m = (place - note.place).length();
+            (note.tow.aboard == Some(vehicle) && off_m < FAR_M)
+                || (first_s < note.history.first_s && off_m < PARTED_M)
         };
         let may_be_side = !note.confirmed && !is_body(note);
         let vehicle = vehicles.iter().filter(|_| may_be_side).find(is_of);
@@ -64,6 +69,11 @@ mod tests {
         notes[2].place = Point::new(1.2, 0.0);
         board(&mut notes);
         assert_eq!(notes[2].origin(), Origin::PartOf(1));
+        notes[2].place = Point::new(1.9, 0.0);
+        board(&mut notes);
+        assert_eq!(notes[2].origin(), entered, "it has gone away");
+        notes[2].place = Point::new(0.6, 0.0);
+        board(&mut notes);
         notes[2].confirmed = true;
         board(&mut notes);
         assert_eq!(notes[2].origin(), entered);

@@ -16,7 +16,7 @@ use crate::tracker::TrackId;
 /// Beside a track is what is nearer to it than this, m: an arm's reach, 0.75, and half of a body's width.
 const BESIDE_M: f64 = 1.0;
 
-/// What has moved by less stays when the other has moved, m: half of that. Two who walk away pass that distance one soon after the other.
+/// What has moved by less stays when the other has moved, m: half of that. Two bodies that walk away pass that distance one soon after the other.
 const STAYS_M: f64 = 0.5 * MOVED_M;
 
 /// Follows every split from where its two are now. Returns which notes have just been left behind, by their places among all.
@@ -27,10 +27,14 @@ pub fn judge(notes: &mut [Note]) -> Vec<usize> {
 /// Follows the split of one note. Returns which of its two has just been left behind, if either.
 fn left_behind(notes: &mut [Note], index: usize) -> Option<usize> {
     let note = notes.get(index)?;
-    let at_of = |id: TrackId| Some(notes.get(place(notes, id).ok()?)?.at);
+    let of = |id: TrackId| notes.get(place(notes, id).ok()?);
+    let at_of = |id: TrackId| Some(of(id)?.at);
+    let is_hidden = |id: TrackId| !note.seen || of(id).is_some_and(|other| !other.seen);
     let (split, left) = match note.split {
         split if !note.confirmed => (beside(notes, note).map_or(split, Split::Beside), None),
         Split::None => return None,
+        // Where one of them has gone is not known while it is hidden.
+        Split::Beside(from) | Split::Parting { from, .. } if is_hidden(from) => return None,
         Split::Beside(from) => {
             let parting = |from_at| Split::Parting { from, at: note.at, from_at };
             (at_of(from).map(parting).unwrap_or_default(), None)
@@ -120,6 +124,19 @@ mod tests {
         let mut notes = pair(0.5);
         notes[0].at = Point::new(0.0, -0.2);
         assert!(go(&mut notes, 1, 10).is_empty());
+    }
+
+    #[test]
+    fn of_two_of_which_one_is_hidden_none_is_left_behind() {
+        for (hidden, goes) in [(0, 1), (1, 0)] {
+            let mut notes = pair(0.5);
+            notes[hidden].seen = false;
+            assert!(go(&mut notes, goes, 10).is_empty());
+            // It comes into view where it has gone meanwhile.
+            notes[hidden].seen = true;
+            notes[hidden].at = notes[hidden].at - Point::new(0.0, 1.0);
+            assert!(judge(&mut notes).is_empty());
+        }
     }
 
     #[test]
