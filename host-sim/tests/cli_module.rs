@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use kehai::floor::sensfloor::Layout;
 use kehai::wire::{Message, Request};
 use kehai_emulator::pc::host::Host;
+use kehai_emulator::ports::free_tcp;
 use kehai_emulator::sensfloor::{SensFloor, Signal, Sole};
 use kehai_emulator::serve::SerialDevice;
 use program::{Program, word};
@@ -92,9 +93,9 @@ fn a_sensor_that_cannot_be_reached_is_named_with_the_reason() {
                   it is tried again and again";
     assert_eq!(line, wanted);
     module.interrupt();
-    // No program listens on a port that was free a moment ago.
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    let place = format!("tcp://{port}");
+    // No program listens on a port that is free.
+    let port = free_tcp().unwrap();
+    let place = format!("tcp://127.0.0.1:{port}");
     let (module, line) =
         Program::start(&["module", "--sensor", &place, "--listen", "127.0.0.1:0"], "sensor at");
     assert!(line.starts_with(&format!("sensor at {place}: Connection refused")), "{line}");

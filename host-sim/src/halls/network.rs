@@ -25,7 +25,7 @@ const FRAMES: &str = "kehai/*/*/frame";
 const SITES: &str = "kehai/*/*/site";
 const TOKENS: &str = "kehai/*/*/alive";
 
-/// An address that nobody has.
+/// An address that no program has.
 pub(super) fn free() -> std::io::Result<SocketAddr> {
     Ok(SocketAddr::from((Ipv4Addr::LOCALHOST, free_tcp()?)))
 }

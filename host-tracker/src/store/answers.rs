@@ -42,7 +42,7 @@ pub struct TotalOf {
     pub zones: BTreeSet<String>,
 }
 
-/// Somebody crossed a counting line.
+/// A person crossed a counting line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct CrossedAt {
     /// Its name.

@@ -1,7 +1,8 @@
-//! The questions to the file, each of which SQLite answers by way of an index (`Reader::plans`).
+//! The questions to the file. SQLite answers those about a time by way of an index (`Reader::plans`); `LIVES` and `TOTALS` are of all time.
 //!
 //! ```text
-//!   ?1, ?2   from when to when, ms since 1970
+//!   ?1, ?2   from when to when, ms since 1970; of paths the first is earlier by as long as a part of one may be
+//!   ?3       of paths from when, of `WATCHED` the state
 //!   …_BEFORE the last row of each zone or line before ?1
 //! ```
 

@@ -31,12 +31,12 @@ const SPEED_MPS: f64 = 0.6;
 /// What begins nearer to an entry than this may have come in unseen, m: a stride, and half of a body's depth.
 const STRIDE_M: f64 = 0.35;
 
-/// Existence of a new body outside enclosed zones, and inside, where nobody begins: log odds of 0.1 and of 0.003. Where a person is
-/// surely missing it is one half.
+/// Existence of a new body outside enclosed zones, and inside, where no person begins: log odds of 0.1 and of 0.003. Where a person is
+/// missing the odds are the probability of that: it is one half where that is sure.
 const OUTSIDE: f64 = -2.197;
 const INSIDE: f64 = -5.806;
 
-/// Whether a body began where nobody begins.
+/// Whether a body began where no person begins, and none was missing.
 pub fn began_inside(body: &Body) -> bool {
     body.prior <= INSIDE
 }

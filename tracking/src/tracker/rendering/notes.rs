@@ -1,7 +1,7 @@
 //! The notes of all numbers, by which those are judged that may be no person of their own.
 //!
 //! ```text
-//!   detections ─▶ the seen bodies they are of ─▶ `tow`: a part of somebody? ─┐
+//!   detections ─▶ the seen bodies they are of ─▶ `tow`: a part of a person? ─┐
 //!   where all bodies are ──────────────────────▶ `split`: from which track? ─┴▶ `put_down`: left behind?
 //! ```
 

@@ -1,5 +1,5 @@
 //! Put down: what its owner has left behind in an enclosed zone is unexplained until it moves by itself, or stirs. It was tied to the owner (`tow`),
-//! or one has split from the other (`split`).
+//! or both came as one body and have parted (`split`).
 //!
 //! ```text
 //!   ● ■ ─▶ part of ●      ◀─ ●      ■ unexplained       ■ ─▶ 0.3 m: a person after all

@@ -63,7 +63,7 @@ fn a_reflection_is_shown_and_never_anybody() {
 }
 
 #[test]
-fn a_module_that_the_file_has_a_centimetre_behind_its_wall_sees_the_room() {
+fn a_module_that_the_file_has_before_or_behind_its_wall_sees_the_room() {
     for wall_m in [-0.04, 0.01, 0.05] {
         let site = format!("[[wall]]\npoints = [[{wall_m}, -9], [{wall_m}, 9]]");
         let (_, tracks) = after_two_seconds(&site, 2000);
