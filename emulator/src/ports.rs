@@ -17,7 +17,7 @@ const COUNT: u32 = 16_384;
 const EACH: u32 = 64;
 
 /// A TCP port of the loopback that is free, and stays so until the caller's program opens it: no connection is given
-/// it, and no other program of tests has just chosen it.
+/// it, and no other program of tests has just chosen it, unless the numbers of both processes differ by a multiple of 256.
 ///
 /// # Errors
 /// None is free.
