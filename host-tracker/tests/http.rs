@@ -435,9 +435,7 @@ fn a_picture_is_served_as_what_it_is_and_in_a_sandbox() {
     assert_eq!(lay(&place), 404, "there is nothing to be laid");
     assert_eq!(put("image/svg+xml", SVG), 200);
     assert_eq!([lay(&place), lay(&place.replace("0.1", "-0.1")), lay("{}")], [200, 400, 400]);
-    let request =
-        format!("GET /api/picture HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", map.server.address());
-    let answer = String::from_utf8(map.send(request.as_bytes())).unwrap();
+    let answer = get_bytes(&map, "/api/picture", "").0 + "\r\n";
     for header in [
         "content-type: image/svg+xml\r\n",
         "content-security-policy: sandbox; default-src 'none'",
