@@ -139,13 +139,7 @@ impl Listener {
     pub fn hears(&mut self, topic: &str, wanted: impl Fn(&str) -> bool) {
         let begin = Instant::now();
         while !self.known.get(topic).is_some_and(|payload| wanted(payload)) {
-            let left = PATIENCE.saturating_sub(begin.elapsed());
-            let Ok((topic, payload)) = self.messages.recv_timeout(left) else {
-                panic!("{topic} does not come; known: {:#?}", self.known);
-            };
-            is_described(&topic, &payload);
-            self.all.push((topic.clone(), payload.clone()));
-            self.known.insert(topic, payload);
+            self.take(topic, begin);
         }
     }
 
@@ -154,17 +148,24 @@ impl Listener {
     pub fn next(&mut self, wanted: &str) -> String {
         let begin = Instant::now();
         loop {
-            let left = PATIENCE.saturating_sub(begin.elapsed());
-            let Ok((topic, payload)) = self.messages.recv_timeout(left) else {
-                panic!("nothing more comes of {wanted}; known: {:#?}", self.known);
-            };
-            is_described(&topic, &payload);
-            self.all.push((topic.clone(), payload.clone()));
-            self.known.insert(topic.clone(), payload.clone());
+            let (topic, payload) = self.take(wanted, begin);
             if topic == wanted {
                 return payload;
             }
         }
+    }
+
+    /// The next message, while one of a topic is waited for since `begin`.
+    #[track_caller]
+    fn take(&mut self, wanted: &str, begin: Instant) -> (String, String) {
+        let left = PATIENCE.saturating_sub(begin.elapsed());
+        let Ok((topic, payload)) = self.messages.recv_timeout(left) else {
+            panic!("{wanted} does not come; known: {:#?}", self.known);
+        };
+        is_described(&topic, &payload);
+        self.all.push((topic.clone(), payload.clone()));
+        self.known.insert(topic.clone(), payload.clone());
+        (topic, payload)
     }
 }
 

@@ -13,8 +13,10 @@ use tokio::sync::watch;
 use tungstenite::WebSocket;
 use tungstenite::client::IntoClientRequest;
 
+/// Its site file.
 pub const HOME: &str = "# where we live\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
 
+/// The server, its inputs, and the sites that were saved.
 pub struct Map {
     pub server: Server,
     pub frames: watch::Sender<Arc<Snapshot>>,
