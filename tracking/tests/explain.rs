@@ -70,8 +70,8 @@ impl Room {
 
     /// With more in its site file than there is.
     fn with(more: &str) -> Self {
-        let walls = |site: &Site| site.walls.iter().flat_map(|wall| wall.sides()).chain([SOFA]).collect();
-        let walls = walls(&toml::from_str(SITE).unwrap());
+        let true_site: Site = toml::from_str(SITE).unwrap();
+        let walls = true_site.walls.iter().flat_map(|wall| wall.sides()).chain([SOFA]).collect();
         let site: Arc<Site> = Arc::new(toml::from_str(&format!("{SITE}{more}")).unwrap());
         let tracker = SiteTracker::new(&site, tracker());
         Self { site, walls, tracker, tenths: 0, bodies: Vec::new(), silent: false }

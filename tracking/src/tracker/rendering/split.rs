@@ -29,12 +29,12 @@ fn left_behind(notes: &mut [Note], index: usize) -> Option<usize> {
     let note = notes.get(index)?;
     let of = |id: TrackId| notes.get(place(notes, id).ok()?);
     let at_of = |id: TrackId| Some(of(id)?.at);
-    let is_hidden = |id: TrackId| !note.seen || of(id).is_some_and(|other| !other.seen);
+    let is_one_hidden = |id: TrackId| !note.seen || of(id).is_some_and(|other| !other.seen);
     let (split, left) = match note.split {
         split if !note.confirmed => (beside(notes, note).map_or(split, Split::Beside), None),
         Split::None => return None,
         // Where one of them has gone is not known while it is hidden.
-        Split::Beside(from) | Split::Parting { from, .. } if is_hidden(from) => return None,
+        Split::Beside(from) | Split::Parting { from, .. } if is_one_hidden(from) => return None,
         Split::Beside(from) => {
             let parting = |from_at| Split::Parting { from, at: note.at, from_at };
             (at_of(from).map(parting).unwrap_or_default(), None)

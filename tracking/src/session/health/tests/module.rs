@@ -15,7 +15,7 @@ use kehai::centre::Estimator;
 use kehai::unseen::UnseenSpan;
 use kehai::wire::{Alarms, Counters, Event, Identity, List, Message, SensorHealth, SensorInfo};
 
-pub const ID: ModuleId = ModuleId([2, 0, 0, 0, 0, 7]);
+const ID: ModuleId = ModuleId([2, 0, 0, 0, 0, 7]);
 
 /// Of an emulated URG-04LX beside its module.
 pub struct Module {
