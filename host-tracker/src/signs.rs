@@ -53,7 +53,7 @@ impl SignHandle {
         Self(Arc::new(Mutex::new(shared)))
     }
 
-    /// Goes on with another site. Its tracks are new ones: IDs are known again when they are read.
+    /// Goes on with another site: names stay with their tracks.
     pub fn change_site(&self, site: &Arc<Site>) {
         self.0.lock().site = Arc::clone(site);
     }

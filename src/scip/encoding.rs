@@ -16,9 +16,6 @@ pub const FIRST: u8 = 0x30;
 /// Highest character of the code; it stands for 63.
 pub const LAST: u8 = 0x6F;
 
-/// A stamp counts milliseconds in 24 bits: it wraps after 4 h 39 min 37.216 s.
-pub const STAMP_WRAP_MS: u32 = 1 << 24;
-
 /// The six bits of one character, 0 to 63; `None` outside the code.
 #[must_use]
 pub const fn decode_char(character: u8) -> Option<u8> {

@@ -26,12 +26,8 @@ impl Status {
     pub const NOT_DEFINED: Self = Self(*b"0E");
     /// Command not supported by this model.
     pub const NOT_SUPPORTED: Self = Self(*b"0F");
-    /// In firmware update mode.
-    pub const UPDATING: Self = Self(*b"0I");
     /// The sensor has a fault; only a reboot helps.
     pub const ABNORMAL: Self = Self(*b"0L");
-    /// Unstable: scanning goes on, this scan has no data.
-    pub const UNSTABLE: Self = Self(*b"0M");
     /// Denied in this state; for `GD` and `GS`: the laser is off.
     pub const DENIED: Self = Self(*b"10");
 

@@ -298,7 +298,7 @@ impl fmt::Display for Fault {
             Self::Unreadable(error) => write!(f, "cannot be read: {error}"),
             Self::Malformed { what, column } => write!(f, "{what}, at column {column}"),
             Self::Backwards { t_s, last_s } => write!(f, "t = {t_s} s does not come after {last_s} s"),
-            Self::Twice { id } => write!(f, "id {id} stands there twice"),
+            Self::Twice { id } => write!(f, "duplicate id {id}"),
         }
     }
 }
@@ -370,7 +370,7 @@ mod tests {
         );
         assert_eq!(
             said::<TruthLine>(r#"{"t":1,"people":[{"id":4,"x":0,"y":0},{"id":4,"x":1,"y":0}]}"#),
-            "a.jsonl:1: id 4 stands there twice"
+            "a.jsonl:1: duplicate id 4"
         );
         assert!(said::<TracksLine>("[").starts_with("a.jsonl:1: EOF while parsing"));
         assert!(

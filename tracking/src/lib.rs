@@ -19,6 +19,7 @@ pub mod clock;
 mod count;
 pub mod depth;
 pub mod door;
+mod doorway;
 pub mod expectation;
 pub mod explain;
 pub mod explanation;

@@ -28,11 +28,11 @@ use crate::site::change::SiteChange;
 use crate::snapshot::FloorLine;
 use crate::stays::{Change, DwellLine, Stays};
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
-use crate::zones::Zones;
 use crate::zones::verdict::Verdict;
+use crate::zones::{SEEN_S, Zones};
 
 /// No device has seen anything for so long, or one of them has not, s: as long as zones stay known.
-const GAP_S: f64 = 2.0;
+const GAP_S: f64 = SEEN_S;
 
 /// A module that has not looked for so long may have lost people, s: a person who turns round is outside the gate around
 /// the predicted place. So is, after as long, a body on a silent floor.
@@ -58,7 +58,7 @@ pub struct Estimate {
     pub tracks: Vec<TrackState>,
     /// What is known of each zone, by its name.
     pub zones: BTreeMap<String, ZoneLine>,
-    /// Other places of those tracks whom only floors show; the likeliest first, whose places are the tracks'. None without floors.
+    /// Hypotheses for the tracks that only floors see, the likeliest first; the tracks have its places. None without floors.
     pub explanations: Vec<Explanation>,
     /// Who has crossed a counting line since the estimate before.
     pub crossings: Vec<Crossing>,
@@ -81,7 +81,7 @@ pub struct SiteTracker {
     sessions: Sessions,
     tracker: Box<dyn Tracker>,
     floors: Floors,
-    /// Where there are floors: who of both is who.
+    /// Where there are floors: pairs the tracks of modules with bodies on floors.
     fusion: Fusion,
     zones: Zones,
     lines: Lines,

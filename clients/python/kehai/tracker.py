@@ -3,7 +3,7 @@
     Tracker ─┬─ people(), frames(), reports() ─▶ ws://…/ws     again and again, until the caller has had enough
              └─ state(), get(), post() ────────▶ http://…/api/…
 
-Nobody has to know whether the connection is there: while it is not, nothing is known, and that is what is said.
+Callers need not watch the connection: while it is down, every count is None.
 """
 
 import json
@@ -30,7 +30,7 @@ SILENT_S = 5.0
 
 
 class Refused(Exception):
-    """The tracker will not: its status and its reason in words."""
+    """The tracker refused: the HTTP status and the reason."""
 
     def __init__(self, status: int, why: str):
         super().__init__(f"{status}: {why}")

@@ -45,12 +45,6 @@ pub struct Mean {
     pub number: usize,
 }
 
-/// Mean of the differences `first − second`, pair by pair (the same seeds, two ways). None without pairs.
-#[must_use]
-pub fn paired_difference(pairs: &[(f64, f64)]) -> Option<Mean> {
-    mean(&pairs.iter().map(|(first, second)| first - second).collect::<Vec<_>>())
-}
-
 /// Mean of the values with Student's interval. None without values.
 #[must_use]
 pub fn mean(values: &[f64]) -> Option<Mean> {
@@ -109,11 +103,11 @@ mod tests {
     }
 
     #[test]
-    fn a_paired_difference_has_students_interval() {
-        // Differences 1, 2, 3: mean 2, s = 1, t(2) = 4.302653.
-        let difference = paired_difference(&[(2.0, 1.0), (4.0, 2.0), (6.0, 3.0)]).unwrap();
-        assert_eq!((difference.mean, difference.number), (2.0, 3));
-        assert!(close(difference.interval.high - 2.0, 4.302_653 / 3.0_f64.sqrt()), "{difference:?}");
+    fn a_mean_has_students_interval() {
+        // Of 1, 2, 3: mean 2, s = 1, t(2) = 4.302653.
+        let mean_of = mean(&[1.0, 2.0, 3.0]).unwrap();
+        assert_eq!((mean_of.mean, mean_of.number), (2.0, 3));
+        assert!(close(mean_of.interval.high - 2.0, 4.302_653 / 3.0_f64.sqrt()), "{mean_of:?}");
         assert_eq!(mean(&[1.0]).unwrap().interval.high, f64::INFINITY);
         assert_eq!(mean(&[]), None);
     }

@@ -11,17 +11,11 @@
 use std::collections::BTreeMap;
 
 use super::event::{Body, Presence};
+use crate::doorway::{BESIDE_M, DOORWAY_M};
 use crate::geometry::{Point, centroid, distance_to_segment, inside};
 
 /// A track so far beyond the line has crossed it, m: twice the noise of a walker's position.
 pub const CROSSED_M: f64 = 0.10;
-
-/// Beside the ends of the line this far a crossing still goes through the door, m: half a body.
-const BESIDE_M: f64 = 0.25;
-
-/// How far from the line a track may be lost, or found, while passing it, m: in the frame of the door no module sees a
-/// person, and in the time a birth takes the person walks so far.
-const DOORWAY_M: f64 = 0.8;
 
 /// A person faster than this walks, m/s; a person who comes from inside walks the other way.
 const WALKING_M_S: f64 = 0.2;

@@ -160,7 +160,7 @@ impl Doors {
         doors
     }
 
-    /// Whether the site may be changed now. Any change initiates every track again, and a door counts by its tracks.
+    /// Whether the site may be changed now: the line or the zone of a door in use may not move under a passage.
     ///
     /// # Errors
     /// Which door is in use.

@@ -16,9 +16,10 @@ use crate::observation::{Observation, View};
 use crate::site::{Blocks, Site, Wall};
 use crate::tracker::walls::seen_from;
 use crate::tracker::{LifeCycle, TrackId, TrackState};
+use crate::zones::SEEN_S;
 
 /// A module that has sent nothing for so long sees nothing, s: as long as what was seen counts as seen.
-pub const SILENT_S: f64 = 2.0;
+pub const SILENT_S: f64 = SEEN_S;
 
 /// What stands so near to a place, along the beam, stands there, m: half a body, and what its place is unsure by.
 const THERE_M: f64 = 0.45;
@@ -193,7 +194,7 @@ impl<'a> Scene<'a> {
 #[must_use]
 pub fn best(glances: &[Glance], place: Point, slack_m: f64, scene: &Scene<'_>) -> (Why, Option<usize>) {
     let each = glances.iter().map(|glance| (glance.why(place, slack_m, scene), Some(glance.module())));
-    // Of a module that is too far nobody asks which.
+    // Modules out of range are not named.
     let told = each.map(|(why, module)| (why, module.filter(|_| why < Why::OutOfView)));
     told.min_by_key(|(why, _)| *why).unwrap_or((Why::NoModule, None))
 }

@@ -20,9 +20,10 @@ use crate::occupancy::ZoneKnown;
 use crate::site::Site;
 use crate::site::line::CountingLine;
 use crate::tracker::{TrackId, TrackState};
+use crate::zones::SEEN_S;
 
 /// Of a longer time between two looks nothing is known, s: as long as what was seen counts as seen.
-const GAP_S: f64 = 2.0;
+const GAP_S: f64 = SEEN_S;
 
 /// Across a line, seen from its beginning to its end.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
@@ -86,7 +87,7 @@ pub struct CrossedLine {
     pub state: ZoneKnown,
     /// For how long it was not known since the start, s.
     pub unknown_s: f64,
-    /// Tracks that were not followed since the start, as there were too many near it at once: who they are may have crossed uncounted.
+    /// Tracks that were not followed since the start, as there were too many near it at once; they may have crossed uncounted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub unfollowed: u64,
 }

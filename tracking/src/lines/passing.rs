@@ -24,17 +24,16 @@ use std::collections::BTreeMap;
 
 use super::Direction;
 use crate::cells::Areas;
+use crate::doorway::{BESIDE_M, DOORWAY_M};
 use crate::geometry::{Point, cross, distance_to_segment};
 use crate::occupancy::ZoneKnown;
 use crate::site::Site;
 use crate::site::line::CountingLine;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
+use crate::zones::SEEN_S;
 
 /// A track so far from the line is away from it, m: half of a body 0.45 m wide, so all of it is on one side.
 const AWAY_M: f64 = 0.225;
-
-/// Beside the ends of the line a pass still is one, m: half a body. As at a door.
-const BESIDE_M: f64 = 0.25;
 
 /// A track farther from the line is not followed, m: at 3 m/s, faster than people walk, it takes a second from there to the line, and
 /// tracks come ten times as often.
@@ -49,15 +48,11 @@ const HEIR_S: f64 = 1.5;
 /// It begins so near to where the other would be by then, m: the gate of the tracker's own association.
 const HEIR_M: f64 = 0.5;
 
-/// An entry so near to the line is what the line counts at, and so near to the line a person begins or is lost who passes it, m: in the
-/// frame of a door no module sees a person, and in the time a birth takes the person walks so far. As at a guarded door.
-const DOORWAY_M: f64 = 0.8;
-
 /// The middle of an entry that is so near to the line lies on it, m: the grid of the map's editor.
 const ON_M: f64 = 0.05;
 
 /// An occluded track that has been believed to be on the other side for so long is there, s: as long as what was seen counts as seen.
-const BELIEVED_S: f64 = 2.0;
+const BELIEVED_S: f64 = SEEN_S;
 
 /// A crossing.
 #[derive(Clone, Copy, PartialEq, Debug)]

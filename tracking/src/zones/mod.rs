@@ -26,6 +26,8 @@ mod zone;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
+pub use zone::SEEN_S;
+
 use crate::cells::Areas;
 use crate::explain::zone::ZoneFacts;
 use crate::floor::Reading;
@@ -221,7 +223,7 @@ impl Zones {
     }
 }
 
-/// Cells of a new shape were seen when the cells before that lay there were.
+/// Each cell of a new shape takes the time at which the old cell at its place was last seen.
 fn inherit(cells: &mut [zone::Cell], seen_s: &HashMap<(i64, i64), f64>) {
     for cell in cells {
         cell.seen_s = seen_s.get(&cell.place()).copied().unwrap_or(f64::NEG_INFINITY);

@@ -24,7 +24,7 @@ use crate::tracker::{LifeCycle, Origin, TrackState};
 /// Side of a cell, m: a body.
 pub const CELL_M: f64 = 0.2;
 
-/// A cell that was last seen so long ago is not seen, s.
+/// What was last seen so long ago is not seen any more, s: the one limit of all that is known by looking.
 pub const SEEN_S: f64 = 2.0;
 
 /// What a range finder saw so long ago may be the newest: a scan of 0.1 s, its way, and the time until the next one, s.

@@ -115,8 +115,7 @@ impl Machine {
         Some(machine)
     }
 
-    /// Goes on in a changed site, in which every track is initiated again: no match counts before the tracker has been
-    /// well for 2 s. Alarms stand, cards stay inside, and the lock does not open by it: a passage under way ends in
+    /// Goes on in a changed site: no match counts before the tracker has been well for 2 s. Alarms stand, cards stay inside, and the lock does not open by it: a passage under way ends in
     /// trouble, locked whatever the site says. False without its zone: nothing has changed then.
     pub fn change_site(&mut self, door: &Door, site: &Site, actions: &mut Vec<Action>) -> bool {
         let Some(doorway) = doorway(door, site) else { return false };
@@ -144,7 +143,7 @@ impl Machine {
         actions
     }
 
-    /// Whether the site may be changed: no passage is under way, and no alarm stands.
+    /// Whether the site may be changed: no passage is under way, or the door has failed.
     #[must_use]
     pub const fn may_change(&self) -> bool {
         matches!(self.phase, Phase::Idle | Phase::Failed)

@@ -55,7 +55,7 @@ impl Rendering {
             let unexplained = match measured {
                 Measured::Hit(range_m) => {
                     let met = || fields.iter().filter_map(|field| field.at(beam));
-                    // Most hits are surely somebody's.
+                    // Most hits lie on a known body.
                     let held = met().any(|surface| surface.holds(range_m));
                     surfaces.clear();
                     surfaces.extend(met().copied().take_while(|_| !held));
