@@ -233,6 +233,8 @@ fn f4_two_modules_of_one_name_are_an_alarm_and_neither_is_used() {
     assert_eq!(network.zone(), ZoneKnown::Unknown);
     assert!(network.site_tracker.sessions().drops().same_name > 0);
     let lines = network.lines();
+    assert!(lines[1].unused_s.is_some_and(|unused_s| unused_s > 3.0), "as long as there are two: {lines:?}");
+    assert_eq!(lines[0].unused_s, None, "none of its reports was ever used");
     assert_eq!(lines.iter().filter(|line| line.name == "left").count(), 1);
     let alarms = lines.iter().flat_map(|line| &line.alarms);
     assert_eq!(alarms.filter(|alarm| alarm.kind == AlarmKind::SameName).count(), 2);

@@ -191,6 +191,13 @@ impl Session {
         self.answered_us
     }
 
+    /// The report that came at `now_us` was handed on. Until then it may be dropped for a rival of the device, and a door must not
+    /// take such a device for one that watches it.
+    pub(super) const fn count_used(&mut self, now_us: u64) {
+        self.reports += 1;
+        self.used_us = now_us;
+    }
+
     /// Uses a datagram of this device that arrived at `now_us` on the host's clock.
     pub fn receive(
         &mut self,

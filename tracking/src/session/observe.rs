@@ -76,8 +76,6 @@ impl Session {
                 ..Detection::new(candidate, view, start_s, estimator)
             })
             .collect();
-        self.reports += 1;
-        self.used_us = now_us;
         Some(Observation { view: Arc::clone(view), start_s, detections, empty_mm, background_mm })
     }
 

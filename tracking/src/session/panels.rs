@@ -48,8 +48,6 @@ impl Session {
             return None;
         }
         self.sequences = sequences;
-        self.reports += 1;
-        self.used_us = now_us;
         let bytes: Vec<u8> = pressed.down.iter().collect();
         let faulty = pressed.faulty.iter().collect();
         // Nothing but arrivals moves the clock of what follows.

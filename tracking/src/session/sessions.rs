@@ -161,6 +161,11 @@ impl Sessions {
             self.drops.same_name += 1;
             return None;
         }
+        if input.is_some()
+            && let Some(session) = self.sessions.get_mut(&device)
+        {
+            session.count_used(now_us);
+        }
         input
     }
 
