@@ -12,6 +12,8 @@ use kehai::scan::Geometry;
 use kehai::unseen::UnseenReason;
 use kehai::wire::Report;
 
+use super::figures::seconds;
+
 /// Doubt at which a beam is taken to be lost, s.
 const LOST_S: f32 = 60.0;
 
@@ -31,7 +33,8 @@ pub struct Doubt {
     doubt_s: Vec<f32>,
     /// Whether the newest report contradicts a beam's background.
     contradicted: Vec<bool>,
-    stamp_us: Option<u64>,
+    /// When the newest report came, µs of the host's clock.
+    at_us: Option<u64>,
     unseen_share: f64,
     missing_share: f64,
     judged_s: f64,
@@ -45,7 +48,7 @@ impl Doubt {
             geometry,
             doubt_s: vec![0.0; beams],
             contradicted: vec![false; beams],
-            stamp_us: None,
+            at_us: None,
             unseen_share: 1.0,
             missing_share: 0.0,
             judged_s: 0.0,
@@ -57,19 +60,16 @@ impl Doubt {
         &self.geometry
     }
 
-    /// Adds a report; a report older than the newest changes nothing.
-    pub fn update(&mut self, report: &Report<'_>) {
-        let stamp_us = report.head.stamp_us;
-        if self.stamp_us.is_some_and(|last_us| stamp_us <= last_us) {
-            return;
-        }
-        let last_us = self.stamp_us.replace(stamp_us).unwrap_or(stamp_us);
+    /// Adds a report, newer by its number than all before, that came at `now_us`. Time is that of arrivals: after one stamp from the
+    /// future every true one would be older.
+    pub fn update(&mut self, report: &Report<'_>, now_us: u64) {
+        let last_us = self.at_us.replace(now_us).unwrap_or(now_us);
         if report.head.background_version == 0 {
             self.doubt_s.fill(0.0);
             (self.unseen_share, self.missing_share, self.judged_s) = (1.0, 0.0, 0.0);
             return;
         }
-        let passed_s = (((stamp_us - last_us) as f64 * 1e-6) as f32).min(GAP_S);
+        let passed_s = (seconds(last_us, now_us) as f32).min(GAP_S);
         self.contradicted.fill(false);
         let (mut unseen, mut missing) = (0, 0);
         for candidate in report.candidates.iter() {
@@ -163,7 +163,8 @@ pub(super) mod tests {
 
     fn feed(doubt: &mut Doubt, from_s: u32, to_s: u32, candidates: &[Candidate], spans: &[UnseenSpan]) {
         for tenth in 10 * from_s..10 * to_s {
-            doubt.update(&report(f64::from(tenth) * 0.1, candidates, spans));
+            let report = report(f64::from(tenth) * 0.1, candidates, spans);
+            doubt.update(&report, report.head.stamp_us);
         }
     }
 
@@ -216,7 +217,7 @@ pub(super) mod tests {
         let mut doubt = Doubt::new(geometry());
         let mut none = report(1.0, &[], &[]);
         none.head.background_version = 0;
-        doubt.update(&none);
+        doubt.update(&none, 1_000_000);
         assert_eq!(doubt.unseen_share(), 1.0);
         assert_eq!(doubt.lost_rad().0, 0.0);
     }

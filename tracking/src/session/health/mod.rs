@@ -140,9 +140,9 @@ impl Monitor {
         // By its number, not by its stamp: one stamp from the future would be the newest for good.
         if let Arrival::Ahead(_) = arrival {
             self.newest = Some(Newest { stamp_us: report.head.stamp_us, at_us: now_us });
-        }
-        if let Some(doubt) = &mut self.doubt {
-            doubt.update(report);
+            if let Some(doubt) = &mut self.doubt {
+                doubt.update(report, now_us);
+            }
         }
     }
 

@@ -332,3 +332,14 @@ fn why_an_alarm_rings_or_not_is_said_by_what_it_is_decided_on() {
     assert_eq!(condition(&mut module, AlarmKind::Slow), None);
     assert_eq!(condition(&mut module, AlarmKind::Moved), None, "the watch of poses raises it");
 }
+
+#[test]
+fn f1_one_stamp_from_the_future_silences_no_alarm() {
+    let mut module = Module::well();
+    module.sequence += 1;
+    let mut report = doubt::tests::report(0.0, &[], &[]);
+    (report.head.sequence, report.head.stamp_us) = (module.sequence, u64::MAX);
+    module.send(&Message::Report(report), module.now_us);
+    module.candidates = vec![standing(200, 455)];
+    assert_eq!(module.alarms_after(65), ["covered"]);
+}
