@@ -191,3 +191,37 @@ fn two_tracks_that_change_places_in_the_doorway_are_no_alarm() {
     stage.walk_back(1);
     assert_eq!(stage.passage().alarm, Some(Alarm::TurnedBack));
 }
+
+#[test]
+fn a_match_is_not_steady_while_lines_are_missing() {
+    let mut stage = Stage::checking(1, 1);
+    for _ in 0..3 {
+        stage.now_s += 0.9;
+        let seen = stage.seen();
+        stage.tell(Event::Seen(seen));
+        assert_eq!(stage.door.phase(), Phase::Checking, "two lines 0.9 s apart are no half second on end");
+    }
+    stage.wait(0.4);
+    assert_eq!(stage.door.phase(), Phase::Checking);
+    stage.wait(0.2);
+    assert_eq!(stage.door.phase(), Phase::Unlocked);
+}
+
+#[test]
+fn a_changed_site_counts_no_time_in_which_lines_are_missing() {
+    let site = Site::parse("test", SITE).unwrap();
+    let mut stage = Stage::idle();
+    stage.put(1, 0.0, 0.0);
+    assert!(stage.door.change_site(&site.doors[0], &site, &mut Vec::new()));
+    for _ in 0..2 {
+        stage.now_s += 0.9;
+        let seen = stage.seen();
+        stage.tell(Event::Seen(seen));
+    }
+    stage.tell(Event::Card(ALICE));
+    stage.tell(Event::Number(1));
+    stage.wait(1.5);
+    assert_eq!(stage.door.phase(), Phase::Checking, "2 s from the last gap on");
+    stage.wait(1.2);
+    assert_eq!(stage.door.phase(), Phase::Unlocked);
+}

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! It unlocks only from `checking`, when P(count = number entered) has been at least [`SURE`] and the share of the zone
-//! that was seen at least [`SEEN`], for [`STEADY_S`] on end.
+//! that was seen at least [`SEEN`], for [`STEADY_S`] on end, with no two lines farther apart than [`BREAK_S`].
 
 mod inputs;
 mod leaf;
@@ -43,6 +43,10 @@ pub const SEEN: f64 = KNOWN_SHARE;
 
 /// Both must hold for so long without a break, s: five lines, so that no flicker of the count opens a door.
 pub const STEADY_S: f64 = 0.5;
+
+/// Lines farther apart than this are a break, s: they come each tenth of a second, one of them may be missing, and the next be half
+/// of that late.
+pub const BREAK_S: f64 = 0.25;
 
 /// After so long without a line from the tracker nothing is known, s.
 pub const NO_FRAMES_S: f64 = 1.0;
@@ -284,6 +288,9 @@ impl Machine {
         let trouble = seen.trouble.or((blind && blind_s >= BLIND_S).then_some(Trouble::Unseen));
         let crossings = self.doorway.observe(&seen.bodies, self.now_s);
         self.doubt(&seen.bodies);
+        if self.seen.as_ref().is_some_and(|(at_s, _)| self.now_s - at_s > BREAK_S) {
+            self.count.interrupt(self.now_s);
+        }
         self.seen = Some((self.now_s, seen));
         match trouble {
             Some(trouble) if self.phase == Phase::Failed => {

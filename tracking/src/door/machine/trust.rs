@@ -4,6 +4,7 @@
 //!   trouble ──▶ well ── 2 s ──▶ trusted          a doubtful track for 0.6 s, or a changed site: no match yet
 //! ```
 
+use super::SETTLED_S;
 use crate::door::terms::Trouble;
 use crate::site::door::Fail;
 
@@ -56,6 +57,15 @@ impl Certainty {
     pub(super) const fn new() -> Self {
         let never_s = f64::NEG_INFINITY;
         Self { match_since_s: None, not_before_s: never_s, doubted_s: never_s, doubt_since_s: None }
+    }
+
+    /// Lines were missing up to `now_s`: what held before need not have held since, and in a changed site no time has passed in which
+    /// people were found.
+    pub(super) fn interrupt(&mut self, now_s: f64) {
+        self.match_since_s = None;
+        if now_s < self.not_before_s {
+            self.not_before_s = now_s + SETTLED_S;
+        }
     }
 
     /// Notes whether a doubtful track is in the zone: perhaps a person who touches another, or crouches.
