@@ -18,6 +18,7 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::figures::rounded;
 use crate::geometry::Point;
 pub use crate::occupancy::{ZoneKnown, ZoneLine};
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
@@ -129,10 +130,6 @@ impl From<&TrackLine> for TrackState {
             origin: line.origin,
         }
     }
-}
-
-fn rounded(value: f64, per_unit: f64) -> f64 {
-    (value * per_unit).round() / per_unit
 }
 
 /// A line with a time and numbered people.

@@ -23,6 +23,7 @@ mod doorway;
 pub mod expectation;
 pub mod explain;
 pub mod explanation;
+mod figures;
 pub mod floor;
 pub mod fusion;
 pub mod geometry;

@@ -17,6 +17,7 @@ use super::room::Outline;
 use super::told::{Quality, ToldAdvice, ToldRefusal};
 use super::walk::Walk;
 use super::{Calibration, ENOUGH_S, Placed, Refusal, align, calibrate, upside_down, words};
+use crate::figures::rounded;
 use crate::floor::Reading;
 use crate::geometry::{Point, Pose};
 use crate::observation::{Observation, View};
@@ -455,8 +456,4 @@ fn is_same(before: &Advice, next: &Advice) -> bool {
         (Advice::Together { .. }, Advice::Together { .. }) => true,
         _ => before == next,
     }
-}
-
-fn rounded(value: f64, per_unit: f64) -> f64 {
-    (value * per_unit).round() / per_unit
 }

@@ -13,6 +13,7 @@ use nalgebra::Matrix2;
 
 use super::line::Likelihood;
 use super::person::{Person, Swap, agreement};
+use crate::figures::rounded;
 use crate::geometry::Point;
 use crate::tracker::TrackId;
 
@@ -123,7 +124,7 @@ impl Known {
     /// The tracks that may be its bearer, the likeliest first, each by the number that `track` has for it; one without is left out.
     pub(super) fn told(&self, track: impl Fn(TrackId) -> Option<TrackId>) -> Vec<Likelihood> {
         let told = |(of, share): (&TrackId, &f64)| {
-            Some(Likelihood { track: track(*of)?, probability: (share * 1e3).round() * 1e-3 })
+            Some(Likelihood { track: track(*of)?, probability: rounded(*share, 1e3) })
         };
         let mut told: Vec<Likelihood> =
             self.shares.iter().filter(|(_, share)| **share >= TOLD).filter_map(told).collect();

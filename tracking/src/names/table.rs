@@ -18,6 +18,7 @@ use super::person::{Person, swaps};
 use super::sign::{NotTaken, Sign};
 use crate::card::Card;
 use crate::explanation::Explanation;
+use crate::figures::rounded;
 use crate::geometry::Point;
 use crate::site::Site;
 use crate::tracker::{TrackId, TrackState};
@@ -221,7 +222,7 @@ impl Names {
     /// Since a time, s, to the tenth.
     fn since_s(&self, at_s: f64) -> f64 {
         let now_s = self.moments.back().map_or(at_s, |moment| moment.at_s);
-        ((now_s - at_s).max(0.0) * 10.0).round() * 0.1
+        rounded((now_s - at_s).max(0.0), 10.0)
     }
 }
 
@@ -251,7 +252,7 @@ impl Moment {
 }
 
 fn centimetres(at: Point) -> [f64; 2] {
-    [at.x, at.y].map(|metres| (metres * 100.0).round() * 0.01)
+    [at.x, at.y].map(|metres| rounded(metres, 100.0))
 }
 
 #[cfg(test)]
@@ -268,5 +269,13 @@ mod tests {
         assert_eq!((names.believed.len(), moment.explained.len()), (16, 16));
         names.follow(&[], 0.1);
         assert_eq!(names.believed.len(), 1);
+    }
+
+    #[test]
+    fn times_and_places_are_written_as_short_as_they_are_known() {
+        let mut names = Names::default();
+        names.follow(&[], 0.3);
+        assert_eq!(names.since_s(0.0).to_string(), "0.3");
+        assert_eq!(centimetres(Point::new(0.07, 2.3)).map(|metres| metres.to_string()), ["0.07", "2.3"]);
     }
 }

@@ -25,11 +25,11 @@
 use kehai::wire::{Alarms, HealthHead, SensorCode};
 
 use super::doubt::Doubt;
-use super::figures::seconds;
 use super::panels::Panels;
 use super::statistics::{RATE_US, Statistics};
 use crate::alarm::{AlarmKind, AlarmLine};
 use crate::explain::alarm::{AlarmCondition, Measured, Unit};
+use crate::figures::seconds;
 use crate::observation::LATE_S;
 
 const SECOND_US: u64 = 1_000_000;

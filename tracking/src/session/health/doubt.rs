@@ -12,7 +12,7 @@ use kehai::scan::Geometry;
 use kehai::unseen::UnseenReason;
 use kehai::wire::Report;
 
-use super::figures::seconds;
+use crate::figures::seconds;
 
 /// Doubt at which a beam is taken to be lost, s.
 const LOST_S: f32 = 60.0;

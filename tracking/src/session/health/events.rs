@@ -11,7 +11,7 @@ use std::net::Ipv4Addr;
 
 use kehai::wire::{Event, Health};
 
-use super::figures::{rounded, seconds};
+use crate::figures::{rounded, seconds};
 use crate::snapshot::EventLine;
 
 /// How long an event stays in snapshots, µs: a sink that misses some snapshots does not miss it.
