@@ -299,7 +299,7 @@ impl Active {
         if self.result.is_some() {
             return;
         }
-        for module in sessions.iter() {
+        for module in sessions.in_place() {
             let (Some(place), Some(geometry)) = (module.place_in_site(), module.geometry()) else { continue };
             let bearing =
                 |beam: usize| f64::from(geometry.bearing_rad(u16::try_from(beam).unwrap_or(u16::MAX)));

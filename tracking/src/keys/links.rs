@@ -184,8 +184,13 @@ impl Links {
     }
 
     /// Whether what a device without a key says is to be used; if not, it is counted. It may not take the name of one that has a
-    /// key, and where it is not believed only says who it is.
+    /// key, nor name a key itself, by which a [session](crate::session::Session) knows what was sealed; and where it is not
+    /// believed only says who it is.
     pub fn believe(&self, datagram: &Datagram<'_>, drops: &mut Drops) -> bool {
+        if datagram.header.key != 0 {
+            drops.forged += 1;
+            return false;
+        }
         let is_usable = match (&datagram.message, self.standing(datagram.device())) {
             (Message::Info(info), _) => !self.keys.has_name(info.name),
             (_, Standing::Sealed | Standing::InClear) => true,

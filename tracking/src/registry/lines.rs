@@ -18,8 +18,8 @@ use super::Registry;
 use crate::alarm::AlarmKind;
 use crate::explain::alarm::DeviceCondition;
 use crate::observation::Observation;
-use crate::session::Sessions;
 use crate::session::health::Monitor;
+use crate::session::{Session, Sessions};
 use crate::site::Place;
 use crate::snapshot::{DeviceState, ModuleLine};
 
@@ -28,6 +28,9 @@ const OLD_S: f64 = 1.0;
 
 /// Most corners of what a device sees, the device's own place left out: one for each 2° of a whole turn.
 const CORNERS: usize = 180;
+
+/// Which of two devices stands for a place: before all the one that has a key, then the one that is there.
+type Rank = (bool, bool);
 
 impl Registry {
     /// How every device is at `now_us`: those of the site in its order, then the others.
@@ -43,7 +46,7 @@ impl Registry {
             }
             stays
         });
-        let mut placed: BTreeMap<Place, ModuleLine> = BTreeMap::new();
+        let mut placed: BTreeMap<Place, (Rank, ModuleLine)> = BTreeMap::new();
         let mut others = Vec::new();
         for (&device, answered) in answered {
             let alarm = sessions.alarm(device, now_us);
@@ -52,7 +55,7 @@ impl Registry {
             let known = site.places().find(|(known, _)| Some(*known) == place);
             let name = known.map(|(_, name)| name.to_owned());
             let name = name.unwrap_or_else(|| session.name().to_owned());
-            let subscribed = session.wants_reports();
+            let (subscribed, is_sealed) = (session.wants_reports(), session.is_sealed());
             let furniture = match place {
                 Some(Place::Module(module)) => {
                     site.modules.get(module).map_or(&[][..], |module| &module.furniture)
@@ -75,14 +78,14 @@ impl Registry {
                 others.push(line);
                 continue;
             };
-            // Of two with one place the one that is there stands for it; the other goes by its identity.
-            let is_better = |than: &ModuleLine| is_there(&line) && !is_there(than);
+            // Of two with one place the one of the higher rank stands for it; the other goes by its identity.
+            let rank = (is_sealed, line.state != DeviceState::Missing);
             let second = match placed.entry(place) {
                 Entry::Vacant(vacant) => {
-                    vacant.insert(line);
+                    vacant.insert((rank, line));
                     continue;
                 }
-                Entry::Occupied(mut first) if is_better(first.get()) => first.insert(line),
+                Entry::Occupied(mut first) if rank > first.get().0 => first.insert((rank, line)).1,
                 Entry::Occupied(_) => line,
             };
             others.push(ModuleLine { name: second.id.clone(), ..second });
@@ -94,7 +97,7 @@ impl Registry {
                 continue;
             }
             let since_us = *missing.entry(name.to_owned()).or_insert(now_us);
-            placed.insert(place, silent(name, since_us, now_us));
+            placed.insert(place, ((false, false), silent(name, since_us, now_us)));
         }
         for route in routes.iter().filter(|route| route.given && route.device().is_none()) {
             let Some(address) = route.address() else { continue };
@@ -102,7 +105,7 @@ impl Registry {
             let line = silent(&name, 0, now_us);
             others.push(ModuleLine { address: name, ..line });
         }
-        placed.into_values().chain(others).collect()
+        placed.into_values().map(|(_, line)| line).chain(others).collect()
     }
 
     /// What an alarm is decided on at each device of the site, at the time of the last [`lines`](Self::lines).
@@ -113,8 +116,9 @@ impl Registry {
             let placed = devices.filter(|(device, session)| {
                 self.site.place_of_device(session.name(), *device) == Some(place)
             });
-            // Of two with one place the one that is heard.
-            placed.map(|(_, session)| session).max_by_key(|session| session.is_heard(now_us))
+            // Of two with one place the one that stands for it in the lines.
+            let rank = |session: &&Session| -> Rank { (session.is_sealed(), session.is_heard(now_us)) };
+            placed.map(|(_, session)| session).max_by_key(rank)
         };
         let condition = |(place, name): (Place, &str)| DeviceCondition {
             device: name.to_owned(),
@@ -128,10 +132,6 @@ impl Registry {
         };
         self.site.places().map(condition).collect()
     }
-}
-
-fn is_there(line: &ModuleLine) -> bool {
-    line.state != DeviceState::Missing
 }
 
 /// How a device is that has never answered since `since_us`.

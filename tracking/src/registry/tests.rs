@@ -247,6 +247,31 @@ fn f4_two_modules_of_one_name_are_an_alarm_and_neither_is_used() {
 }
 
 #[test]
+fn f4_a_device_without_a_key_takes_no_place_from_one_that_has_a_key_and_is_no_rival_of_it() {
+    let sealed = Fake { key: 3, ..Fake::new(2, 5, "left") };
+    // It has the lower identity, answers first, and says the same name.
+    let evil = Fake::new(1, 5, "left");
+    let mut network = Network::new(&[at(1), at(2)], vec![(at(2), evil)]);
+    network.seconds(3);
+    network.modules.push((at(1), sealed));
+    network.seconds(4);
+    assert_eq!(network.zone(), ZoneKnown::Known);
+    let lines = network.lines();
+    assert_eq!((lines[0].name.as_str(), lines[0].id.as_str()), ("left", id(2).to_string().as_str()));
+    assert!(
+        lines[0].unused_s.is_some_and(|unused_s| unused_s < 0.5) && lines[0].alarms.is_empty(),
+        "{lines:?}"
+    );
+    assert!(lines[1].unused_s.is_some_and(|unused_s| unused_s > 3.0), "{lines:?}");
+    assert!(lines[1].alarms.iter().any(|alarm| alarm.text.contains("has no key")), "{lines:?}");
+    // Nor is the other used in its place while it is silent.
+    network.modules.pop();
+    network.seconds(6);
+    assert_eq!(network.zone(), ZoneKnown::Unknown);
+    assert_eq!(network.lines()[0].id, id(2).to_string());
+}
+
+#[test]
 fn f4_a_module_that_is_swapped_for_another_at_its_address_is_found() {
     let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 57, "left"))]);
     network.seconds(3);

@@ -84,6 +84,8 @@ impl Input {
 #[derive(Clone, Debug, Default)]
 pub struct Session {
     identity: Identity,
+    /// Whether its newest datagram was sealed with a key of the site: nobody else can speak for it.
+    is_sealed: bool,
     /// The name the device gives itself. It outlives restarts; empty until the first info.
     name: String,
     /// The version it runs; empty until the first info of this start.
@@ -215,6 +217,8 @@ impl Session {
             Boot::Current => {}
             Boot::New => self.restart(boot, now_us),
         }
+        // What names a key and comes here was opened with it.
+        self.is_sealed = datagram.header.key != 0;
         if is_answer(&datagram.message) {
             self.answered_us = Some(now_us);
         }
@@ -411,6 +415,12 @@ impl Session {
     }
 
     /// The name the device gives itself; empty until the first info.
+    /// Whether what it says is sealed with a key of the site.
+    #[must_use]
+    pub const fn is_sealed(&self) -> bool {
+        self.is_sealed
+    }
+
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

@@ -5,7 +5,7 @@
 //!                                        live only          two with one place: neither is used
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use kehai::centre::Estimator;
@@ -60,29 +60,42 @@ impl Sessions {
         self.shared = places.windows(2).any(|pair| pair.first() == pair.last());
     }
 
-    /// The other device that has the place of this one and answers. This one is not used then: while both answer it
-    /// cannot be known which of them is where the site says, and one that does not answer is not to be preferred.
+    /// The other device that has the place of this one, for which this one is not used: one that answers, as while both do it
+    /// cannot be known which of them is where the site says, and one that does not answer is not to be preferred. But
+    /// everybody can say a name: a device without a key is no rival of one that has a key, which keeps its place from the
+    /// other also while it is silent.
     #[must_use]
     pub fn rival(&self, device: ModuleId, now_us: u64) -> Option<ModuleId> {
         if !self.shared {
             return None;
         }
-        let place = self.get(device)?.place_of_device()?;
-        let rivals = self.sessions.iter().filter(|(id, _)| **id != device);
-        let mut answering = rivals
-            .filter(|(_, session)| session.place_of_device() == Some(place) && session.is_answering(now_us));
-        answering.next().map(|(id, _)| *id)
+        let own = self.get(device)?;
+        let place = own.place_of_device()?;
+        let is_rival = |other: &Session| match (own.is_sealed(), other.is_sealed()) {
+            (true, false) => false,
+            (false, true) => true,
+            (true, true) | (false, false) => other.is_answering(now_us),
+        };
+        let mut others = self.sessions.iter().filter(|(id, _)| **id != device);
+        others.find(|(_, other)| other.place_of_device() == Some(place) && is_rival(other)).map(|(id, _)| *id)
     }
 
     /// The alarm about a device that answers and has a [rival](Self::rival).
     #[must_use]
     pub fn alarm(&self, device: ModuleId, now_us: u64) -> Option<AlarmLine> {
         let rival = self.rival(device, now_us)?;
-        let name = self.get(device).filter(|session| session.is_answering(now_us))?.name();
-        let text = format!(
-            "{device} and {rival} both are \"{name}\", and neither is used: switch one off, or give it another name with \
-             kehai-tracker module set"
-        );
+        let own = self.get(device).filter(|session| session.is_answering(now_us))?;
+        let (name, is_sealed) = (own.name(), self.get(rival)?.is_sealed());
+        let who = format!("{device} and {rival} both are \"{name}\"");
+        let text = if is_sealed && !own.is_sealed() {
+            format!(
+                "{who}, and this one, which has no key, is not used: switch it off, or give it another name"
+            )
+        } else {
+            format!(
+                "{who}, and neither is used: switch one off, or give it another name with kehai-tracker module set"
+            )
+        };
         Some(AlarmLine::new(AlarmKind::SameName, text))
     }
 
@@ -115,13 +128,13 @@ impl Sessions {
         self.drops.unasked += 1;
     }
 
-    /// Makes room for one session more: of those without a place the one that has answered least lately goes; of all, if every
-    /// one has a place.
+    /// Makes room for one session more: of those without a place the one that has answered least lately goes, those with a key
+    /// last; of all, if every one has a place.
     fn make_room(&mut self) {
         let most = 2 * self.placement.site.places().count() + OTHERS;
         while self.sessions.len() >= most {
             let least = |(_, session): &(&ModuleId, &Session)| {
-                (session.place_of_device().is_some(), session.answered_us())
+                (session.place_of_device().is_some(), session.is_sealed(), session.answered_us())
             };
             let Some(device) = self.sessions.iter().min_by_key(least).map(|(device, _)| *device) else {
                 return;
@@ -205,6 +218,16 @@ impl Sessions {
     /// All sessions, in the order of their identities.
     pub fn iter(&self) -> impl Iterator<Item = &Session> {
         self.sessions.values()
+    }
+
+    /// The same without devices that have no key, and the place of one that has.
+    pub fn in_place(&self) -> impl Iterator<Item = &Session> {
+        let sealed = self.iter().filter(|session| self.shared && session.is_sealed());
+        let taken: BTreeSet<Place> = sealed.filter_map(Session::place_of_device).collect();
+        let has_lost = move |session: &Session| {
+            !session.is_sealed() && session.place_of_device().is_some_and(|place| taken.contains(&place))
+        };
+        self.iter().filter(move |session| !has_lost(session))
     }
 
     /// What was not used, by cause.

@@ -37,6 +37,8 @@ pub const fn id(number: u8) -> ModuleId {
 pub struct Fake {
     pub identity: Identity,
     pub name: &'static str,
+    /// Number of the key that its datagrams name, as those do that were sealed; 0: none.
+    pub key: u8,
     /// Of its newest report.
     pub sequence: u32,
     /// Its clock less the host's, µs.
@@ -48,7 +50,7 @@ pub struct Fake {
 impl Fake {
     pub const fn new(number: u8, boot: u32, name: &'static str) -> Self {
         let identity = Identity { module: id(number), boot };
-        Self { identity, name, sequence: 0, offset_us: 0, parts: URG_04LX }
+        Self { identity, name, key: 0, sequence: 0, offset_us: 0, parts: URG_04LX }
     }
 
     pub fn geometry(&self) -> Geometry {
@@ -63,6 +65,7 @@ impl Fake {
     pub fn say(&self, message: &Message<'_>) -> Vec<u8> {
         let mut datagram = [0; DATAGRAM_MAX];
         let length = message.encode(self.identity, &mut datagram).unwrap();
+        datagram[15] = self.key;
         datagram[..length].to_vec()
     }
 

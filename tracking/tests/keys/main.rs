@@ -222,6 +222,9 @@ fn in_a_site_with_keys_others_are_listed_and_not_believed() {
     assert!(table.takes(&encoded(OTHER, nobody()), at(2)));
     assert!(!table.takes(&encoded(OTHER, Message::Info(info("left"))), at(2)));
     assert!(!table.takes(&encoded(ID, nobody()), at(3)), "from elsewhere, in the name of one with a key");
+    let mut naming_a_key = encoded(OTHER, nobody());
+    naming_a_key[15] = 4;
+    assert!(!table.takes(&naming_a_key, at(2)), "only what was opened names a key");
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
