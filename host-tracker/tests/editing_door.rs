@@ -18,6 +18,11 @@ use kehai_tracking::site::door::{Door, Fail};
 use serde_json::json;
 
 const SITE: &str = "# the lobby
+[[module]]
+name = \"left\"
+x = 0.9
+y = -0.9
+
 [[zone]]
 name = \"area\" # before the door
 polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]

@@ -105,12 +105,6 @@ fn long_names_fit_a_phone() {
 
 /// A module and an entry where the name of the zone would stand.
 const COVERED: &str = "
-[[module]]
-name = \"left\"
-x = -0.9
-y = 0.85
-yaw_deg = 0.0
-
 [[entry]]
 name = \"street\"
 line = [[-0.9, -1.0], [0.9, -1.0]]

@@ -20,12 +20,19 @@ use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
+use kehai_tracking::site::Module;
 use kehai_tracking::site_tracker::Estimate;
-use kehai_tracking::snapshot::{Snapshot, active_alarms, unix_ms};
+use kehai_tracking::snapshot::{ModuleLine, Snapshot, active_alarms, unix_ms};
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
 pub const SITE: &str = "
+[[module]]
+name = \"left\"
+x = -0.9
+y = 0.85
+yaw_deg = 0.0
+
 [[zone]]
 name = \"area\"
 polygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]
@@ -87,6 +94,12 @@ impl DoorServer {
         let watchdog = Some(Watchdog::start(doors.clone(), TrackerAlarms::default()).unwrap());
         let signs = SignHandle::new(&file.current().site, None);
         let (observed, named) = (doors.clone(), signs.clone());
+        let watches = |module: &Module| ModuleLine {
+            name: module.name.clone(),
+            unused_s: Some(0.0),
+            ..ModuleLine::default()
+        };
+        let watching: Vec<ModuleLine> = file.current().site.modules.iter().map(watches).collect();
         let people: Arc<Mutex<Vec<[f64; 2]>>> = Arc::default();
         let (stop, dead) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
         let is_dead = Arc::clone(&dead);
@@ -102,7 +115,7 @@ impl DoorServer {
                 if !is_dead.load(Ordering::SeqCst) {
                     frame.line.t = passed.lock().unwrap().as_secs_f64();
                     (frame.names, frame.signs) = named.observe(&estimate(&frame));
-                    frame.doors = observed.observe(&estimate(&frame), &frame.modules);
+                    frame.doors = observed.observe(&estimate(&frame), &watching);
                     let active = active_alarms(&[], &frame.modules, &frame.doors);
                     frame.alarms = lists.observe(frame.unix_ms, active);
                 }

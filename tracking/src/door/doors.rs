@@ -20,12 +20,15 @@ use super::names::Names;
 use super::passage::Passage;
 use super::terms::{Alarm, Card, Refusal, Trouble};
 use super::transition::Phase;
-use crate::geometry::{Point, distance_to_segment};
-use crate::site::{Module, Site, door};
+use crate::floor::Plan;
+use crate::geometry::{Point, distance_to_segment, inside};
+use crate::site::floor::Floor;
+use crate::site::{Site, Zone, door};
 use crate::site_tracker::Estimate;
 use crate::tracker::TrackId;
 
-/// A device farther from a door's line than this does not watch it, m.
+/// A module nearer to a door's line or zone than this watches it, m: as far as sensors of the UHG-08LX's range reach. The site
+/// does not say which sensor a module has.
 const WATCHES_M: f64 = 8.0;
 
 /// Passages that are shown.
@@ -221,7 +224,7 @@ impl Doors {
         for unit in &mut self.units {
             unit.people = estimate.tracks.iter().map(|track| (track.id, track.at)).collect();
             let believes_all = unit.door.without_keys || unit.watched_by.iter().all(has_key);
-            let trouble = if unit.watched_by.iter().any(is_lost) {
+            let trouble = if unit.watched_by.is_empty() || unit.watched_by.iter().any(is_lost) {
                 Some(Trouble::ModuleLost)
             } else {
                 (!believes_all).then_some(Trouble::NoKey)
@@ -317,13 +320,30 @@ impl Passed {
     }
 }
 
-/// The devices that watch a door, by their names.
+/// The devices that watch a door, by their names: modules near its line or its zone, and floors with a panel in the zone. Where
+/// there are none, all of the site: which of them sees so far is not known, and none of them may be silent or forged then.
 fn watching(door: &door::Door, site: &Site) -> Vec<String> {
     let (from, to) = door.ends();
-    let near = |module: &&Module| {
-        module.placed && distance_to_segment(Point::new(module.x, module.y), from, to) < WATCHES_M
+    let zone = site.zones.iter().find(|zone| zone.name == door.zone).map_or_else(Vec::new, Zone::corners);
+    let is_near = |at: Point| {
+        let mut sides = zone.iter().zip(zone.iter().cycle().skip(1));
+        inside(at, &zone)
+            || distance_to_segment(at, from, to) < WATCHES_M
+            || sides.any(|(&from, &to)| distance_to_segment(at, from, to) < WATCHES_M)
     };
-    site.modules.iter().filter(near).map(|module| module.name.clone()).collect()
+    let is_under = |floor: &Floor| {
+        let plan = Plan::from(floor);
+        (0..plan.panels()).any(|panel| inside(plan.middle(panel), &zone))
+    };
+    let placed = || site.modules.iter().filter(|module| module.placed);
+    let near = placed().filter(|module| is_near(module.pose().at)).map(|module| &module.name);
+    let under = site.floors.iter().filter(|floor| is_under(floor)).map(|floor| &floor.name);
+    let watching: Vec<String> = near.chain(under).cloned().collect();
+    if !watching.is_empty() {
+        return watching;
+    }
+    let all = placed().map(|module| &module.name).chain(site.floors.iter().map(|floor| &floor.name));
+    all.cloned().collect()
 }
 
 #[cfg(test)]
@@ -398,6 +418,30 @@ mod tests {
             let asks = phase(&doors) == Phase::Asked;
             assert_eq!(asks, end.1.is_none());
         }
+    }
+
+    #[test]
+    fn a_door_is_watched_by_what_is_near_its_zone_or_under_it_and_else_by_all_of_the_site() {
+        let watched_by = |text: &str| {
+            let site: Site = toml::from_str(text).unwrap();
+            watching(&site.doors[0], &site)
+        };
+        let floor = |x: f64| format!("[[floor]]\nname = \"mat\"\nx = {x}\ny = 0\ncolumns = 24\nrows = 24\n");
+        assert_eq!(watched_by(SITE), ["left"]);
+        assert_eq!(watched_by(&SITE.replace("y = 0.0", "y = -8.5")), ["left"], "near the zone, not the line");
+        assert_eq!(watched_by(&format!("{SITE}{}", floor(0.0))), ["left", "mat"]);
+        assert_eq!(watched_by(&format!("{SITE}{}", floor(3.0))), ["left"], "beside the zone");
+        let far = SITE.replace("y = 0.0", "y = -20.0");
+        assert_eq!(watched_by(&far), ["left"], "it may see that far");
+        assert_eq!(watched_by(&format!("{far}{}", floor(0.0))), ["mat"]);
+        let unplaced = SITE.replace("y = 0.0", "y = 0.0\nplaced = false");
+        assert_eq!(watched_by(&unplaced), [""; 0]);
+        let mut doors = Doors::new(&toml::from_str(&unplaced).unwrap(), 1);
+        for tenth in 0..=30 {
+            doors.observe(&well(), |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut Vec::new());
+        }
+        let line = doors.lines().next().unwrap();
+        assert_eq!((line.phase, line.trouble), (Phase::Failed, Some(Trouble::ModuleLost)), "watched by none");
     }
 
     #[test]
