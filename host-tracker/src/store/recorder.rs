@@ -29,7 +29,7 @@ use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::{CrossedLine, Direction, Totals};
 use kehai_tracking::names::{Likelihood, NameLine};
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
+use kehai_tracking::snapshot::{DeviceState, EventLine, ModuleLine, Snapshot};
 use kehai_tracking::stays::Stays;
 use kehai_tracking::tracker::{LifeCycle, TrackState};
 
@@ -69,8 +69,9 @@ struct Known {
     state: Option<DeviceState>,
     alarms: BTreeMap<AlarmKind, String>,
     health_ms: u64,
-    /// Start and number of its newest event.
-    newest: (u32, u32),
+    /// Start and number of each event that its newest frame showed. An event is shown for a minute, once: which are new is not told
+    /// by their numbers, as a module that was reset to factory settings counts its starts from 1 again.
+    events: Vec<(u32, u32)>,
 }
 
 /// Keeps what frames say.
@@ -393,11 +394,11 @@ impl ChangeRecorder {
             event(at_ms, "cleared", kind.name());
         }
         known.alarms = alarms;
-        for told in module.events.iter().filter(|told| (told.boot, told.number) > known.newest) {
+        let number = |told: &EventLine| (told.boot, told.number);
+        for told in module.events.iter().filter(|told| !known.events.contains(&number(told))) {
             event(at_ms.saturating_sub((told.ago_s * 1e3) as u64), told.kind.name(), &told.text);
         }
-        let newest = module.events.last().map_or(known.newest, |told| (told.boot, told.number));
-        known.newest = known.newest.max(newest);
+        known.events = module.events.iter().map(number).collect();
         if at_ms.saturating_sub(known.health_ms) >= HEALTH_MS {
             known.health_ms = at_ms;
             self.rows.push(Row::Health { at_ms, module: Box::new(module.clone()) });

@@ -121,6 +121,12 @@ fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
         (1000, vec![event(1, 1, DeviceEvent::Learned, 0.5)]),
         (1100, vec![event(1, 1, DeviceEvent::Learned, 0.6), event(1, 2, DeviceEvent::Absorbed, 0.0)]),
         (9000, vec![event(2, 1, DeviceEvent::LearnStarted, 0.0)]),
+        // Reset to factory settings it counts its starts from 1.
+        (
+            9100,
+            vec![event(2, 1, DeviceEvent::LearnStarted, 0.1), event(1, 1, DeviceEvent::FactoryReset, 0.0)],
+        ),
+        (9200, vec![event(1, 1, DeviceEvent::FactoryReset, 0.1)]),
     ];
     for (unix_ms, events) in frames {
         let module = ModuleLine { name: "left".into(), events, ..ModuleLine::default() };
@@ -139,7 +145,8 @@ fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
             (1000, "state", "left"),
             (500, "learned", "left"),
             (1100, "absorbed", "left"),
-            (9000, "learn-started", "left")
+            (9000, "learn-started", "left"),
+            (9100, "factory-reset", "left")
         ]
     );
 }

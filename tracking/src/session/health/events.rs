@@ -31,8 +31,10 @@ pub struct Events {
 impl Events {
     /// Records the events in its health of start `boot`, which came at `now_us`; `since_us` is when the watch began.
     pub fn record(&mut self, boot: u32, health: &Health<'_>, since_us: u64, now_us: u64) {
-        let before = self.newest;
-        for event in health.events.iter().filter(|event| (boot, event.number) > before) {
+        // Each start counts its events from 1, and after a reset to factory settings starts count from 1, too.
+        let (of, newest) = self.newest;
+        let before = if of == boot { newest } else { 0 };
+        for event in health.events.iter().filter(|event| event.number > before) {
             self.newest = (boot, event.number);
             let ago_us = health.head.uptime_us.saturating_sub(event.at_us);
             if let Some(at_us) = now_us.checked_sub(ago_us).filter(|&at_us| at_us >= since_us) {

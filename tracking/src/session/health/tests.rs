@@ -62,6 +62,12 @@ fn what_a_module_does_is_told_for_a_minute_in_each_of_its_lives_and_nothing_from
     assert_eq!(told(&mut module)[2].1, "learn-started");
     module.alarms_after(70);
     assert_eq!(told(&mut module), []);
+    // Reset to factory settings it counts its starts from 1; it is believed once the start before has been silent for 3 s.
+    module.now_us += 4_000_000;
+    (module.boot, module.tenths, module.sequence) = (1, 0, 0);
+    module.events = vec![event(1, 200_000, EventKind::FactoryReset)];
+    module.alarms_after(3);
+    assert_eq!(told(&mut module).len(), 1, "once");
 }
 
 #[test]
