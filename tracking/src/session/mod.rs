@@ -396,6 +396,7 @@ impl Session {
     pub fn line(&mut self, name: &str, furniture: &[[f64; 2]], now_us: u64) -> Option<ModuleLine> {
         let monitor = self.monitor.as_mut()?;
         monitor.know_furniture(furniture);
+        monitor.subscribe(self.subscription.wants_reports());
         let unused_us = (self.reports > 0).then(|| now_us.saturating_sub(self.used_us));
         let line = monitor.line(name, self.identity.module, Some(&self.clock), now_us);
         let unused_s = unused_us.map(|unused_us| unused_us as f64 * 1e-6);
@@ -414,13 +415,13 @@ impl Session {
         self.monitor.as_ref().is_some_and(|monitor| monitor.is_heard(now_us))
     }
 
-    /// The name the device gives itself; empty until the first info.
     /// Whether what it says is sealed with a key of the site.
     #[must_use]
     pub const fn is_sealed(&self) -> bool {
         self.is_sealed
     }
 
+    /// The name the device gives itself; empty until the first info.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

@@ -80,6 +80,8 @@ pub struct Facts<'a> {
     /// When it was first asked for.
     pub since_us: u64,
     pub last_heard_us: Option<u64>,
+    /// Whether the host wants its reports.
+    pub is_subscribed: bool,
     pub health: Option<&'a HealthHead>,
     /// Shapes of people in its background, as it lists them.
     pub shapes: usize,
@@ -164,11 +166,16 @@ pub struct AlarmSet {
 }
 
 impl AlarmSet {
-    /// What is wrong now, worst first. A module that is silent says nothing about itself: its other alarms end.
+    /// What is wrong now, worst first. A module that is silent says nothing about itself: its other alarms end. So do those of one
+    /// that is not subscribed to, as it sends neither reports nor health.
     pub fn update(&mut self, facts: &Facts<'_>) -> Vec<AlarmLine> {
         if let Some(text) = silent(facts) {
             *self = Self::default();
             return text.into_iter().map(|text| AlarmLine::new(AlarmKind::Silent, text)).collect();
+        }
+        if !facts.is_subscribed {
+            *self = Self::default();
+            return Vec::new();
         }
         let mut lines = Vec::new();
         let mut add = |kind, text: Option<String>| lines.extend(text.map(|text| AlarmLine::new(kind, text)));
@@ -194,8 +201,8 @@ impl AlarmSet {
         if kind == AlarmKind::Silent {
             return Some(silent_condition(facts));
         }
-        // A module that is silent says nothing about itself.
-        if silent(facts).is_some() {
+        // A module that is silent, or not subscribed to, says nothing about itself.
+        if silent(facts).is_some() || !facts.is_subscribed {
             return None;
         }
         let of = |alarm: Alarm, raise_us, holds| Some(alarm.condition(kind, now_us, raise_us, holds));

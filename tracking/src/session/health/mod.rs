@@ -38,6 +38,8 @@ use suspects::{Furniture, Suspects};
 pub struct Monitor {
     since_us: u64,
     last_heard_us: Option<u64>,
+    /// Whether the host wants its reports: else it sends neither them nor its health.
+    is_subscribed: bool,
     pace: Option<Pace>,
     health: Option<Condition>,
     /// µs of the device's clock.
@@ -84,6 +86,7 @@ impl Monitor {
         Self {
             since_us: now_us,
             last_heard_us: None,
+            is_subscribed: true,
             pace: None,
             health: None,
             learned_us: None,
@@ -101,7 +104,19 @@ impl Monitor {
     pub fn restart(&mut self) {
         let (alarms, events) = (std::mem::take(&mut self.alarms), std::mem::take(&mut self.events));
         let furniture = std::mem::take(&mut self.furniture);
-        *self = Self { alarms, events, furniture, pace: self.pace, ..Self::new(self.since_us) };
+        let (pace, is_subscribed) = (self.pace, self.is_subscribed);
+        *self = Self { alarms, events, furniture, pace, is_subscribed, ..Self::new(self.since_us) };
+    }
+
+    /// Whether the host wants its reports, from now on. What was measured before a time without them says nothing of the time after.
+    pub fn subscribe(&mut self, is_subscribed: bool) {
+        if is_subscribed && !self.is_subscribed {
+            let (last_heard_us, doubt) = (self.last_heard_us, self.doubt.take());
+            self.restart();
+            self.last_heard_us = last_heard_us;
+            self.doubt = doubt.map(|doubt| Doubt::new(*doubt.geometry()));
+        }
+        self.is_subscribed = is_subscribed;
     }
 
     /// What the site says is furniture, from now on.
@@ -216,6 +231,7 @@ impl Monitor {
             name,
             since_us: self.since_us,
             last_heard_us: self.last_heard_us,
+            is_subscribed: self.is_subscribed,
             health: self.health.as_ref().map(|health| &health.head),
             shapes: self.health.as_ref().map_or(0, |health| health.suspects.len()),
             suspects: self.suspects().len(),

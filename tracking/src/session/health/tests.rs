@@ -349,3 +349,34 @@ fn f1_one_stamp_from_the_future_silences_no_alarm() {
     module.candidates = vec![standing(200, 455)];
     assert_eq!(module.alarms_after(65), ["covered"]);
 }
+
+#[test]
+fn a_device_that_is_not_subscribed_to_any_more_has_no_alarm_about_what_it_does_not_send() {
+    let mut module = Module::well();
+    let alarms = |module: &mut Module| -> Vec<String> {
+        let line = module.session.line("hall", &[], module.now_us).unwrap();
+        line.alarms.into_iter().map(|alarm| alarm.kind.name().to_owned()).collect()
+    };
+    // Taken out of the site it goes on answering, and sends no scans.
+    (module.made, module.candidates) = (0, vec![standing(200, 455)]);
+    module.session.want_reports(false);
+    for _ in 0..600 {
+        module.tenth();
+        assert_eq!(alarms(&mut module), [""; 0]);
+        assert!(module.session.condition(AlarmKind::Slow, module.now_us).is_none());
+    }
+    // Back in it, its rate is that from then on.
+    module.made = 100;
+    module.session.want_reports(true);
+    module.candidates.clear();
+    for _ in 0..300 {
+        module.tenth();
+        assert_eq!(alarms(&mut module), [""; 0]);
+    }
+    module.made = 10;
+    let slow = (0..300).any(|_| {
+        module.tenth();
+        alarms(&mut module) == ["slow"]
+    });
+    assert!(slow, "and it is judged again");
+}
