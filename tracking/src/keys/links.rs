@@ -24,8 +24,8 @@ use crate::session::datagram::Datagram;
 use crate::session::outstanding::is_answer;
 use crate::snapshot::Drops;
 
-/// Most links: twice the devices that are looked for.
-const LINKS: usize = 512;
+/// Most links: twice the devices that are looked for, as one may be looked for at two addresses.
+const LINKS: usize = 2048;
 
 /// A link over which nothing was sent for so long is given up, µs: requests are sent each second, or once a minute where nobody
 /// has answered.

@@ -32,8 +32,8 @@ const MOMENTS_MAX: usize = 32;
 /// Between a sign and the nearest moment, at most, s: five frames; further, a walker is a stride away.
 const GAP_S: f64 = 0.5;
 
-/// Most tracks that can have a name: more than any site of ours follows at once. Those beyond have none.
-const TRACKS_MAX: usize = 256;
+/// Most tracks that can have a name: as many as the tracker has bodies at most. Those beyond have none.
+const TRACKS_MAX: usize = 1024;
 
 /// Most IDs, and after so long without a sign one gives way to another, s.
 const IDS_MAX: usize = 256;

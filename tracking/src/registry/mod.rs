@@ -40,9 +40,9 @@ pub use found::{Finding, Found};
 pub use networks::Networks;
 use route::{Device, NEXT_US, Route};
 
-/// Most devices that are looked for: half a thousand places of subscribers, and more than a site has. Given ones are not
-/// counted out.
-const PEERS: usize = 256;
+/// Most devices that are looked for: those of a site of 500, which one core follows (docs/scale.md), as many again that replace
+/// them or are no part of it, and some more. Each takes less than a kilobyte. Given ones are not counted out.
+const PEERS: usize = 1024;
 
 /// What becomes of a datagram from an address that is known.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

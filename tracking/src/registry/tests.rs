@@ -470,6 +470,17 @@ fn f7_a_flood_of_announcements_is_bounded_and_displaces_no_module() {
 }
 
 #[test]
+fn a_site_of_500_devices_is_found_whole() {
+    let mut network = Network::new(&[], Vec::new());
+    for number in 0..500_u16 {
+        let addresses = vec![SocketAddr::from(([192, 168, 7, 1], 1000 + number))];
+        let found = Found { instance: format!("kehai-{number}"), addresses, ..Found::default() };
+        network.finds(Finding::Found(found));
+    }
+    assert_eq!((network.registry.routes.len(), network.registry.refused().crowded), (500, 0));
+}
+
+#[test]
 fn f5_no_more_sessions_are_kept_than_a_network_may_have() {
     let mut network = Network::new(&[at(1)], vec![(at(1), Fake::new(1, 5, "left"))]);
     network.seconds(2);
