@@ -170,9 +170,7 @@ fn walk(
             continue;
         }
         if count == SETTLES {
-            if let Some(site) = with_strangers(&service.site().borrow(), &frame) {
-                service.sites().change(site)?;
-            }
+            add_strangers(service, &frame)?;
             session.begin();
             continue;
         }
@@ -187,6 +185,16 @@ fn walk(
             return Ok(());
         }
     }
+}
+
+/// Adds every module that was found to the site.
+fn add_strangers(service: &Service, frame: &Snapshot) -> Result<(), Failure> {
+    // The site is read in a statement of its own: as long as it is borrowed, a change waits for its lock.
+    let site = with_strangers(&service.site().borrow(), frame);
+    if let Some(site) = site {
+        service.sites().change(site)?;
+    }
+    Ok(())
 }
 
 /// The site with every module that was found and is not in it; None if there is none.
@@ -276,5 +284,32 @@ impl Drop for Terminal {
     fn drop(&mut self) {
         // What is drawn there is over.
         let _ = self.all.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use kehai_tracking::snapshot::ModuleLine;
+
+    use super::*;
+
+    /// How long a change of the site may take before it is taken to hang.
+    const PATIENCE: Duration = Duration::from_secs(30);
+
+    #[test]
+    fn a_module_that_was_found_is_added_to_the_site_in_use() {
+        let line = ModuleLine { name: "new".into(), id: "02:00".into(), ..ModuleLine::default() };
+        let frame = Snapshot { modules: vec![line], ..Snapshot::default() };
+        let (done, added) = mpsc::channel();
+        std::thread::spawn(move || {
+            let service = Service::start(Options::default()).unwrap();
+            add_strangers(&service, &frame).unwrap();
+            let site = service.site().borrow().clone();
+            done.send(site).unwrap();
+        });
+        let site = added.recv_timeout(PATIENCE).unwrap();
+        assert_eq!((site.modules[0].name.as_str(), site.modules[0].placed), ("new", false));
     }
 }
