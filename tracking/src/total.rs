@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A person in two zones is one. There are never fewer than in one of the zones: at its edge a written place, which is rounded, may
-//! lie outside. A site without zones is known while a module watches.
+//! lie outside. A site without zones is known while a device watches whose place is known: what a module without a place sees is nowhere.
 
 use crate::count;
 use crate::geometry::{Point, inside};
@@ -27,7 +27,11 @@ pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
     let known = asked.iter().filter(has_count).count();
     let is_open =
         |zone: &&Zone| line.zones.get(&zone.name).is_none_or(|zone| zone.state() != ZoneKnown::Known);
-    let watched = modules.iter().any(|module| module.state == DeviceState::Watching);
+    let has_place = |name: &str| {
+        let placed = site.modules.iter().filter(|module| module.placed).map(|module| &module.name);
+        placed.chain(site.floors.iter().map(|floor| &floor.name)).any(|known| known == name)
+    };
+    let watched = modules.iter().any(|line| line.state == DeviceState::Watching && has_place(&line.name));
     let state = match () {
         () if asked.is_empty() && watched => ZoneKnown::Known,
         () if asked.is_empty() || known == 0 => ZoneKnown::Unknown,
@@ -127,11 +131,18 @@ mod tests {
     }
 
     #[test]
-    fn a_site_without_zones_is_known_while_a_module_watches() {
-        let (site, people) = (Site::default(), line(&[(1.0, 1.0)], &[]));
-        let module = ModuleLine { state: DeviceState::Watching, ..ModuleLine::default() };
-        assert_eq!(total(&site, &people, &[module]).count, Some(1));
-        assert_eq!(total(&site, &people, &[ModuleLine::default()]), Total::default());
+    fn a_site_without_zones_is_known_while_a_device_watches_whose_place_is_known() {
+        let text = "[[module]]\nname = \"left\"\nx = 0\ny = 0\n[[module]]\nname = \"new\"\nx = 0\ny = 0\nplaced = false\n
+            [[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 4\nrows = 4\n";
+        let site = Site::parse("site", text).unwrap();
+        let people = line(&[(1.0, 1.0)], &[]);
+        let count = |name: &str, state| {
+            let line = ModuleLine { name: name.into(), state, ..ModuleLine::default() };
+            total(&site, &people, &[line]).count
+        };
+        assert_eq!(["left", "mat"].map(|name| count(name, DeviceState::Watching)), [Some(1); 2]);
+        assert_eq!(["left", "mat"].map(|name| count(name, DeviceState::Missing)), [None; 2]);
+        assert_eq!(["new", "stranger"].map(|name| count(name, DeviceState::Watching)), [None; 2]);
     }
 
     #[test]

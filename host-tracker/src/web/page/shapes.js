@@ -183,7 +183,9 @@ export function total(line, site, modules) {
   const count = people(line, site).length;
   const known = names.length
     ? open.length < names.length && (count > 0 || !open.length)
-    : !modules || modules.some(({ state }) => state === MODULE.WATCHING);
+    : [...(site.module ?? []).filter(isPlaced), ...(site.floor ?? [])].some(({ name }) =>
+      !modules || modules.some((line) => line.name === name && line.state === MODULE.WATCHING)
+    );
   return { count: known ? count : null, open };
 }
 
