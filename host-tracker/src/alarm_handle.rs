@@ -75,10 +75,15 @@ impl AlarmHandle {
         shared.list.standing().to_vec()
     }
 
+    /// Shows the alarms that other trackers list, which stand at `now_ms`, since 1970. Listeners are not told: those of the trackers are.
+    pub fn show(&self, now_ms: u64, standing: Vec<ListedAlarm>) {
+        self.0.lock().list.show(now_ms, standing);
+    }
+
     /// Notes that somebody has seen these; all of them or none.
     ///
     /// # Errors
-    /// The first that does not stand.
+    /// The first that does not stand, or that another tracker lists.
     pub fn acknowledge(&self, ids: &[u64], by: &str) -> Result<Vec<ListedAlarm>, NotAcknowledged> {
         let mut shared = self.0.lock();
         let acknowledged = shared.list.acknowledge(ids, by, unix_ms())?;

@@ -210,6 +210,15 @@ fn two_areas_are_one_site_and_one_that_ends_is_unknown_at_once() {
     drop(east);
     let took = wait(&together, "the east has ended", LOST, has_lost_east);
     println!("an area that ended was unknown after {} ms", took.as_millis());
+    // The list of alarms has what the picture has, and they are acknowledged elsewhere.
+    let listed = get("/api/alarms")["standing"].clone();
+    let silent = listed.as_array().unwrap().iter().find(|alarm| alarm["of"] == "east").unwrap();
+    assert_eq!((&silent["source"], &silent["name"]), (&json!("area"), &json!("silent")), "{listed}");
+    let acknowledged = agent
+        .post(format!("http://{address}/api/alarms/acknowledge"))
+        .header("Content-Type", "application/json")
+        .send(json!({ "ids": [silent["id"]] }).to_string());
+    assert!(matches!(acknowledged, Err(ureq::Error::StatusCode(403))), "{acknowledged:?}");
     let _east = Tracker::start("east", network(), 5.0, 0);
     wait(&together, "it is back", PATIENCE, is_whole);
 }

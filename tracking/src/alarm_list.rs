@@ -151,6 +151,16 @@ pub enum NotAcknowledged {
         /// What it was.
         name: String,
     },
+    /// Another tracker lists it, that of an area.
+    #[error(
+        "alarm {id} ({name}) is acknowledged on the map of its area; that of an area that is not heard ends once it is"
+    )]
+    Elsewhere {
+        /// Its number.
+        id: u64,
+        /// What it is.
+        name: String,
+    },
 }
 
 /// The alarms that stand, and those that have ended.
@@ -164,6 +174,8 @@ pub struct AlarmList {
     /// When the process before knew something last, and until when its alarms may come up again, ms since 1970.
     resume: (u64, Option<u64>),
     next_id: u64,
+    /// Whether other trackers list these alarms, and take what is acknowledged.
+    are_others: bool,
 }
 
 impl AlarmList {
@@ -176,6 +188,7 @@ impl AlarmList {
             resumed: Vec::new(),
             resume: (0, None),
             next_id: first_id,
+            are_others: false,
         }
     }
 
@@ -233,16 +246,34 @@ impl AlarmList {
             self.ended.push_back(alarm.clone());
             changes.push((Became::Ended, alarm));
         }
+        self.forget(now_ms);
+        changes
+    }
+
+    /// Shows the alarms that other trackers list: these stand at `now_ms`, with their numbers; what stood and is not among them has ended.
+    pub fn show(&mut self, now_ms: u64, standing: Vec<ListedAlarm>) {
+        self.are_others = true;
+        let before = std::mem::replace(&mut self.standing, standing);
+        for mut alarm in before {
+            if self.standing.iter().all(|known| known.id != alarm.id) {
+                alarm.until_ms = Some(now_ms.max(alarm.since_ms));
+                self.ended.push_back(alarm);
+            }
+        }
+        self.forget(now_ms);
+    }
+
+    /// Forgets what ended too long ago, and of too many the oldest.
+    fn forget(&mut self, now_ms: u64) {
         while self.ended.len() > ENDED_MAX || self.ended.front().is_some_and(|alarm| is_old(alarm, now_ms)) {
             self.ended.pop_front();
         }
-        changes
     }
 
     /// Notes that somebody has seen these; all of them or none. Who was first stays.
     ///
     /// # Errors
-    /// The first that does not stand.
+    /// The first that does not stand, or that another tracker lists.
     pub fn acknowledge(
         &mut self,
         ids: &[u64],
@@ -250,7 +281,11 @@ impl AlarmList {
         now_ms: u64,
     ) -> Result<Vec<ListedAlarm>, NotAcknowledged> {
         for &id in ids {
-            if self.standing.iter().all(|alarm| alarm.id != id) {
+            let standing = self.standing.iter().find(|alarm| alarm.id == id);
+            if let Some(alarm) = standing.filter(|_| self.are_others) {
+                return Err(NotAcknowledged::Elsewhere { id, name: alarm.to_string() });
+            }
+            if standing.is_none() {
                 let over = self.ended.iter().chain(&self.resumed).find(|alarm| alarm.id == id);
                 return Err(over.map_or(NotAcknowledged::Unknown(id), |alarm| NotAcknowledged::Over {
                     id,
@@ -367,6 +402,22 @@ mod tests {
         assert_eq!(list.ended().count(), ENDED_MAX);
         list.observe(LISTED_MS + 2010, []);
         assert_eq!(list.ended().next(), None);
+    }
+
+    #[test]
+    fn alarms_of_other_trackers_are_shown_with_their_numbers_and_acknowledged_there() {
+        let mut area = AlarmList::new(7);
+        area.observe(100, [slow("…"), held_open()]);
+        let mut list = AlarmList::new(1);
+        list.show(200, area.standing().to_vec());
+        assert_eq!(list.standing(), area.standing());
+        let elsewhere = NotAcknowledged::Elsewhere { id: 7, name: "module left: slow".into() };
+        assert_eq!(list.acknowledge(&[7], "anna", 250), Err(elsewhere));
+        area.observe(300, [held_open()]);
+        list.show(400, area.standing().to_vec());
+        let ended: Vec<_> = list.ended().map(|alarm| (alarm.id, alarm.until_ms)).collect();
+        assert_eq!((list.standing().len(), ended), (1, vec![(7, Some(400))]));
+        assert!(matches!(list.acknowledge(&[7], "anna", 500), Err(NotAcknowledged::Over { .. })));
     }
 
     #[test]

@@ -18,6 +18,7 @@ use zenoh::{Session, Wait};
 use super::keys::{What, all, area_of};
 use super::link::{one_line, open};
 use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
+use crate::alarm_handle::AlarmHandle;
 use crate::net::clock::HostClock;
 use crate::site_file::SiteFile;
 use crate::supervise::Worker;
@@ -83,17 +84,18 @@ struct Out {
     site: watch::Sender<Arc<Site>>,
     queue: SyncSender<Arc<Snapshot>>,
     file: SiteFile,
+    listed: AlarmHandle,
 }
 
 impl Campus {
-    /// Begins to listen; `file` shows the site of all areas. The receiver has every picture, as long as no more than six seconds of
-    /// them wait.
+    /// Begins to listen; `file` shows the site of all areas, `listed` their alarms. The receiver has every picture, as long as no more
+    /// than six seconds of them wait.
     ///
     /// # Errors
     /// The configuration of Zenoh is wrong, or there is no thread.
     pub fn start(
         settings: CampusSettings,
-        file: SiteFile,
+        (file, listed): (SiteFile, AlarmHandle),
         alarms: TrackerAlarms,
         say: fn(&str),
     ) -> Result<(Self, Receiver<Arc<Snapshot>>), LinkError> {
@@ -101,7 +103,7 @@ impl Campus {
         let (frames_in, frames) = watch::channel(Arc::default());
         let (site_in, site) = watch::channel(Arc::default());
         let (queue, pictures) = sync_channel(PICTURES);
-        let out = Out { frames: frames_in, site: site_in, queue, file };
+        let out = Out { frames: frames_in, site: site_in, queue, file, listed };
         let work = move |stop: &AtomicBool| {
             let Some(session) = open(&config, stop, say) else { return Ok(()) };
             say(&format!("the areas of {} are heard over Zenoh", settings.site));
@@ -188,6 +190,7 @@ fn follow(
                 // A slow sink misses pictures.
                 let _ = out.queue.try_send(picture);
                 let now = [&lost[0], &lost[1]].map(|lost| lost.load(Ordering::Relaxed));
+                out.listed.show(picture.unix_ms, picture.alarms.clone());
                 if now != told && now.iter().sum::<u64>().is_power_of_two() {
                     tracing::warn!(
                         "areas: {} messages were not understood, {} found no room",

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use tokio::sync::watch;
 
 use super::{Campus, CampusSettings};
+use crate::alarm_handle::AlarmHandle;
 use crate::daemon::{DaemonError, Map, Mqtt, is_closed, listen, map_url};
 use crate::links::LinksError;
 use crate::mqtt::{self, Publisher};
@@ -51,7 +52,8 @@ impl Together {
         let TogetherSettings { campus, path, map, mqtt } = settings;
         is_closed(map.as_ref())?;
         let (file, alarms) = (SiteFile::together(&path), TrackerAlarms::default());
-        let campus = Campus::start(campus, file.clone(), alarms.clone(), say);
+        let listed = AlarmHandle::default();
+        let campus = Campus::start(campus, (file.clone(), listed.clone()), alarms.clone(), say);
         let (campus, pictures) = campus.map_err(LinksError::from)?;
         let publish = |Mqtt { broker, trust, topics, commands: _ }| {
             let settings = mqtt::Settings {
@@ -75,6 +77,7 @@ impl Together {
                 access: map.access.clone(),
                 names: map.names.clone(),
                 alarms,
+                listed,
                 ..ServerContext::alone(campus.frames(), file)
             };
             listen(map, context)

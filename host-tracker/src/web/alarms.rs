@@ -5,7 +5,7 @@
 //!                                    "severity": "degraded", "text": "…", "since_ms": …}], "ended": […, "until_ms": …], "missed": 0, "webhook": {"sent": 3, "failed": 0}}
 //!   POST /api/alarms/acknowledge ◀─ {"ids": [7]}
 //!                                ─▶ {"acknowledged": […]}: those that nobody had seen before
-//!                                   or 400 (malformed), 404 (no such alarm), 409 (it is over): then none of them
+//!                                   or 400 (malformed), 403 (on the map of its area), 404 (no such alarm), 409 (it is over): then none
 //! ```
 
 use std::sync::Arc;
@@ -63,6 +63,7 @@ pub async fn acknowledge(
             let status = match why {
                 NotAcknowledged::Unknown(_) => StatusCode::NOT_FOUND,
                 NotAcknowledged::Over { .. } => StatusCode::CONFLICT,
+                NotAcknowledged::Elsewhere { .. } => StatusCode::FORBIDDEN,
             };
             refuse(status, &why.to_string())
         }
