@@ -136,4 +136,6 @@ pub enum Refusal {
     },
     /// The equations have no solution: what was seen is no walk.
     Unsolved,
+    /// The site has got other modules or floors, or another order of them, since the walk began.
+    SiteChanged,
 }

@@ -177,9 +177,17 @@ pub struct ModuleStatus {
 }
 
 impl Session {
-    /// The site in use.
+    /// The site in use. From now on observations and readings have its numbers: where these are of other modules or floors than
+    /// before, a walk ends with [`Refusal::SiteChanged`], and one that has just begun begins anew.
     pub fn set_site(&mut self, site: &Arc<Site>) {
         self.site = Arc::clone(site);
+        let Some(active) = self.active.as_mut().filter(|active| !active.is_of(site)) else { return };
+        if active.looked_s <= active.begun_s {
+            // Whoever adds modules and begins at once has meant the site with them.
+            *active = Active::new(site, active.begun_s);
+        } else if active.result.is_none() {
+            active.result = Some(Err(Refusal::SiteChanged));
+        }
     }
 
     /// The site in use.
@@ -229,6 +237,9 @@ impl Session {
     #[must_use]
     pub fn solve(&self) -> Option<Result<Calibration, Refusal>> {
         let active = self.active.as_ref()?;
+        if !active.is_of(&self.site) {
+            return Some(Err(Refusal::SiteChanged));
+        }
         let Some(first) = active.first() else {
             return Some(Err(Refusal::Alone));
         };
@@ -245,10 +256,10 @@ impl Session {
         }
     }
 
-    /// Goes on walking after a result.
+    /// Goes on walking after a result; not in a site with other modules or floors.
     pub fn go_on(&mut self) {
         if let Some(active) = &mut self.active {
-            active.result = None;
+            active.result = (!active.is_of(&self.site)).then_some(Err(Refusal::SiteChanged));
         }
     }
 
@@ -325,6 +336,11 @@ impl Active {
         }
         self.progress = self.guide.progress(&self.walk);
         self.turned = upside_down::find(&self.walk).iter().map(|hang| hang.turned).collect();
+    }
+
+    /// Whether a site numbers the same modules and floors in the same way.
+    fn is_of(&self, site: &Site) -> bool {
+        self.site.places().eq(site.places())
     }
 
     /// Whether the site has the module of this number head down.

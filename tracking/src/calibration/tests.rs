@@ -1,11 +1,14 @@
 //! Walks made up here: a walker whose centre is off by a body's shape, seen by modules at known places.
 
+use std::sync::Arc;
+
 use super::advice::{Advice, Guide};
 use super::result::radius_95;
 use super::walk::{By, Glimpse, Walk};
 use super::*;
 use crate::floor::{Plan, Reading};
 use crate::geometry::{Point, wrapped};
+use crate::site::{Module, Site};
 use kehai::floor::Bits;
 
 const POSES: [(f64, f64, f64); 3] = [(0.0, 0.0, 0.3), (4.0, 1.0, 2.8), (2.0, 4.0, -1.5)];
@@ -331,9 +334,8 @@ fn a_room_that_stands_askew_says_how_much() {
 #[test]
 fn a_single_module_without_a_place_needs_no_walk_and_no_module_is_refused() {
     use crate::session::Sessions;
-    use crate::site::{Module, Site};
     let session = |modules: Vec<Module>| {
-        let site = std::sync::Arc::new(Site { modules, ..Site::default() });
+        let site = Arc::new(Site { modules, ..Site::default() });
         let mut session = session::Session::default();
         session.set_site(&site);
         session.begin();
@@ -350,6 +352,51 @@ fn a_single_module_without_a_place_needs_no_walk_and_no_module_is_refused() {
     for modules in [vec![], vec![Module { placed: true, ..Module::unplaced("hall".into()) }]] {
         assert!(session(modules).status().refused.is_some(), "it says why");
     }
+}
+
+/// A calibration in a site of these modules, begun at 1 s.
+fn begun(names: &[&str]) -> (session::Session, crate::session::Sessions) {
+    let site = site_of(names);
+    let sessions = crate::session::Sessions::new(Arc::clone(&site), kehai::centre::Estimator::default());
+    let mut session = session::Session::default();
+    session.set_site(&site);
+    session.begin();
+    session.tick(&sessions, 1.0);
+    (session, sessions)
+}
+
+fn site_of(names: &[&str]) -> Arc<Site> {
+    let modules = names.iter().map(|name| Module::unplaced((*name).to_owned())).collect();
+    Arc::new(Site { modules, ..Site::default() })
+}
+
+#[test]
+fn a_walk_ends_with_a_reason_where_the_site_has_other_modules_or_another_order() {
+    for names in [&["kitchen", "hall"][..], &["hall"], &["hall", "kitchen", "study"], &["hall", "bath"]] {
+        let (mut session, sessions) = begun(&["hall", "kitchen"]);
+        session.tick(&sessions, 2.0);
+        session.set_site(&site_of(names));
+        assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged), "{names:?}");
+        session.go_on();
+        assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged), "{names:?}");
+        assert_eq!(session.solve(), Some(Err(Refusal::SiteChanged)), "{names:?}");
+    }
+}
+
+#[test]
+fn a_walk_goes_on_where_only_places_have_changed_and_one_that_has_just_begun_begins_anew() {
+    let (mut session, sessions) = begun(&["hall", "kitchen"]);
+    session.tick(&sessions, 2.0);
+    let mut site = (*site_of(&["hall", "kitchen"])).clone();
+    site.modules[1].x = 3.0;
+    session.set_site(&Arc::new(site));
+    assert_eq!(session.status().refused, None);
+    let (mut session, sessions) = begun(&["hall"]);
+    session.set_site(&site_of(&["hall", "kitchen"]));
+    session.tick(&sessions, 2.0);
+    let status = session.status();
+    assert_eq!((status.refused, status.since_s), (None, 1.0));
+    assert!(status.advice.contains("hall"), "of two modules: {}", status.advice);
 }
 
 /// The walk as these modules see it that hang head down.

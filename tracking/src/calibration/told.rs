@@ -205,6 +205,8 @@ pub enum ToldRefusal {
     },
     /// What was seen is no walk.
     Unsolved,
+    /// The site has got other modules or floors since the walk began.
+    SiteChanged,
 }
 
 impl ToldRefusal {
@@ -248,6 +250,7 @@ impl ToldRefusal {
                 Self::Vague { module: name(module), within_m, within_deg: within_rad.to_degrees() }
             }
             Refusal::Unsolved => Self::Unsolved,
+            Refusal::SiteChanged => Self::SiteChanged,
         }
     }
 }

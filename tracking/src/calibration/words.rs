@@ -117,6 +117,9 @@ pub fn refusal(refusal: &Refusal, names: &Names) -> String {
             within_rad.to_degrees(),
         ),
         Refusal::Unsolved => "what was seen is no walk of one person: begin anew, alone".to_owned(),
+        Refusal::SiteChanged => {
+            "modules or floors of the site were added, taken away or renamed during the walk: begin anew".to_owned()
+        }
     }
 }
 

@@ -456,6 +456,8 @@ export default {
   "refused.vague":
     "{module} の位置に {within}、{angle} の誤差が残っています。{module} と隣のモジュールから見える所を、大きく回ってもっと長く歩いてください",
   "refused.unsolved": "一人が歩いた記録とは認められません。一人でやり直してください",
+  "refused.site-changed":
+    "歩いている間にモジュールまたは床センサーが追加、削除、または改名されました。最初からやり直してください",
   "quality.single": "モジュールは1台です。x と y はこのモジュールを基準にします",
   "grade.very-good": "非常に良好",
   "grade.good": "良好",
