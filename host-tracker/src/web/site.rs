@@ -172,5 +172,34 @@ fn json_of(body: &[u8]) -> Result<Change, (StatusCode, String)> {
         wrong(if path == "." { what.to_string() } else { format!("{path}: {what}") })
     })?;
     json.end().map_err(|error| wrong(error.to_string()))?;
-    Ok(change)
+    // Before it is compared with anything, which takes as long as the square of that.
+    let sites = change.base.iter().chain([&change.site]);
+    let too_many = sites.flat_map(Site::too_many_corners).next();
+    match too_many {
+        Some(too_many) => Err(wrong(too_many.text)),
+        None => Ok(change),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_polygon_with_too_many_corners_is_refused_before_it_is_compared() {
+        let zone = |count: usize| {
+            let polygon: Vec<[usize; 2]> = (0..count).map(|corner| [corner, corner * corner % 97]).collect();
+            serde_json::json!({ "zone": [{ "name": "park", "polygon": polygon }] })
+        };
+        let read = |change: &serde_json::Value| json_of(change.to_string().as_bytes()).err();
+        for long in [
+            serde_json::json!({ "site": zone(100_000) }),
+            serde_json::json!({ "base": zone(100_000), "site": {} }),
+        ] {
+            let (status, why) = read(&long).unwrap();
+            assert_eq!(status, StatusCode::BAD_REQUEST);
+            assert_eq!(why, "zone \"park\": polygon: has 100000 corners: draw it with 256 at most");
+        }
+        assert!(read(&serde_json::json!({ "site": zone(256) })).is_none());
+    }
 }

@@ -24,13 +24,25 @@ impl Site {
         self.wrong().into_iter().next().map_or(Ok(()), |wrong| Err(wrong.text))
     }
 
-    /// All that is wrong with it.
+    /// Polygons and walls with too many corners: such a site is compared with nothing, as each corner would be with each other.
+    #[must_use]
+    pub fn too_many_corners(&self) -> Vec<Wrong> {
+        let mut said = Wrongs::default();
+        limits::check_corners(self, &mut said);
+        said.0
+    }
+
+    /// All that is wrong with it; of a polygon or a wall with too many corners, that alone.
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
         let mut said = Wrongs::default();
         self.check_names(&mut said);
         for (index, module) in self.modules.iter().enumerate() {
             let numbers = [module.x, module.y, module.yaw_deg, module.height_m];
+        let too_many = self.too_many_corners();
+        if !too_many.is_empty() {
+            return too_many;
+        }
             if numbers.iter().any(|number| !number.is_finite()) {
                 said.part(index, module, None, "x, y, yaw_deg and height_m must be numbers");
                 continue;

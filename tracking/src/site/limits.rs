@@ -18,6 +18,10 @@ const ZONES_M2: f64 = 200_000.0;
 /// than the smallest room in millimetres.
 pub(crate) const BESIDE_M: f64 = 100.0;
 
+/// Most corners of a polygon and of a wall. A room that is drawn by hand has some tens of them; each side is compared with each other
+/// one, 33 000 times at most.
+pub(crate) const CORNERS_MAX: usize = 256;
+
 /// How far a place is from the upright rectangle around everything in the site, m; 0 within it, and in a site without anything.
 pub(crate) fn beside_m(site: &Site, at: Point) -> f64 {
     let modules = site.modules.iter().map(|module| [module.x, module.y]);
@@ -37,6 +41,24 @@ pub(crate) fn beside_m(site: &Site, at: Point) -> f64 {
     let Some((low, high)) = bounds(points.chain(readers).chain(floors)) else { return 0.0 };
     let beyond = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
     Point::new(beyond(at.x, low.x, high.x), beyond(at.y, low.y, high.y)).length()
+}
+
+/// Polygons and walls that have too many corners to be compared with anything.
+pub(super) fn check_corners(site: &Site, said: &mut Wrongs) {
+    check_lengths(&site.walls, "points", |wall| wall.points.len(), said);
+    check_lengths(&site.zones, "polygon", |zone| zone.polygon.len(), said);
+    check_lengths(&site.movers, "polygon", |mover| mover.polygon.len(), said);
+    check_lengths(&site.excludes, "polygon", |exclude| exclude.polygon.len(), said);
+}
+
+fn check_lengths<P: Part>(parts: &[P], key: &'static str, length: impl Fn(&P) -> usize, said: &mut Wrongs) {
+    for (index, part) in parts.iter().enumerate() {
+        let corners = length(part);
+        if corners > CORNERS_MAX {
+            let what = format!("{key}: has {corners} corners: draw it with {CORNERS_MAX} at most");
+            said.part(index, part, key, &what);
+        }
+    }
 }
 
 /// What is too much or no place at all.
@@ -97,6 +119,32 @@ mod tests {
         let off_m = |x, y| beside_m(&site, Point::new(x, y));
         assert_eq!([off_m(-1.0, 0.0), off_m(4.0, 7.0), off_m(8.0, 12.0)], [0.0, 0.0, 5.0]);
         assert_eq!(beside_m(&Site::default(), Point::new(1e9, 0.0)), 0.0);
+    }
+
+    #[test]
+    fn a_polygon_or_a_wall_with_too_many_corners_is_the_only_thing_that_is_said() {
+        let corners = |count: usize| -> String {
+            let turn_rad = |corner: usize| corner as f64 / count as f64 * std::f64::consts::TAU;
+            let corner =
+                |corner| format!("[{:?}, {:?}]", libm::cos(turn_rad(corner)), libm::sin(turn_rad(corner)));
+            (0..count).map(corner).collect::<Vec<_>>().join(", ")
+        };
+        let zone = |count| format!("[[zone]]\nname = \"a\"\npolygon = [{}]\n", corners(count));
+        let site: Site = toml::from_str(&zone(CORNERS_MAX)).unwrap();
+        assert_eq!(site.wrong(), []);
+        // Both are named "a" and cross nothing; neither is looked at before they are shorter.
+        let long = "polygon: has 257 corners: draw it with 256 at most";
+        let site: Site = toml::from_str(&[zone(257), zone(3)].concat()).unwrap();
+        let texts: Vec<String> = site.wrong().into_iter().map(|wrong| wrong.text).collect();
+        assert_eq!(texts, [format!("zone \"a\": {long}")]);
+        assert_eq!(
+            said(&format!("[[wall]]\npoints = [{}]", corners(300))).split(": d").next(),
+            Some("wall 1: points: has 300 corners")
+        );
+        for kind in ["mover", "exclude"] {
+            let text = format!("[[{kind}]]\npolygon = [{}]", corners(257));
+            assert_eq!(said(&text), format!("{kind} 1: {long}"));
+        }
     }
 
     #[test]

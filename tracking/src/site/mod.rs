@@ -225,6 +225,7 @@ pub struct Wall {
 #[serde(deny_unknown_fields)]
 struct WallText {
     /// Its corners, at least two.
+    #[schemars(length(max = limits::CORNERS_MAX))]
     points: Vec<[f64; 2]>,
     /// What it stops.
     #[serde(default = "everything")]
@@ -274,6 +275,7 @@ pub struct Zone {
     /// Its name.
     pub name: String,
     /// Its corners, at least three.
+    #[schemars(length(max = limits::CORNERS_MAX))]
     pub polygon: Vec<[f64; 2]>,
     /// People in it are counted.
     #[serde(default)]
@@ -338,6 +340,7 @@ pub struct Mover {
     #[serde(default)]
     pub name: String,
     /// Its corners, at least three.
+    #[schemars(length(max = limits::CORNERS_MAX))]
     pub polygon: Vec<[f64; 2]>,
 }
 
@@ -357,6 +360,7 @@ pub struct Exclude {
     #[serde(default)]
     pub name: String,
     /// Its corners, at least three.
+    #[schemars(length(max = limits::CORNERS_MAX))]
     pub polygon: Vec<[f64; 2]>,
 }
 
