@@ -87,6 +87,20 @@ struct Out {
     listed: AlarmHandle,
 }
 
+/// Messages that were lost.
+#[derive(Default)]
+struct Lost {
+    not_understood: AtomicU64,
+    no_room: AtomicU64,
+}
+
+impl Lost {
+    /// How many were not understood, and how many found no room.
+    fn counts(&self) -> [u64; 2] {
+        [&self.not_understood, &self.no_room].map(|count| count.load(Ordering::Relaxed))
+    }
+}
+
 impl Campus {
     /// Begins to listen; `file` shows the site of all areas, `listed` their alarms. The receiver has every picture, as long as no more
     /// than six seconds of them wait.
@@ -134,8 +148,7 @@ fn follow(
     stop: &AtomicBool,
 ) -> Result<(), zenoh::Error> {
     let (news_in, news) = sync_channel(QUEUE);
-    // Those that were not understood, and those there was no room for.
-    let lost = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
+    let lost = Arc::new(Lost::default());
     let sender = || (news_in.clone(), Arc::clone(&lost));
     let (to_frames, lost_frames) = sender();
     let _frames = session
@@ -155,6 +168,7 @@ fn follow(
         .wait()?;
     let clock = HostClock::start();
     let mut campus = areas::Campus::new(&settings.expected, AREAS_MAX);
+    // Only of areas that the campus keeps, which forgets none.
     let mut known: BTreeMap<AreaName, Known> = BTreeMap::new();
     let mut site = Arc::new(Site::default());
     let mut next = Instant::now();
@@ -162,7 +176,9 @@ fn follow(
     while !stop.load(Ordering::Relaxed) {
         match news.recv_timeout(next.saturating_duration_since(Instant::now())) {
             Ok(Heard::Frame(area, revision, said)) => {
-                campus.hear(&area, *said, clock.now_us());
+                if !campus.hear(&area, *said, clock.now_us()) {
+                    continue;
+                }
                 let known = known.entry(area.clone()).or_default();
                 let is_due = known.asked.is_none_or(|asked| asked.elapsed() >= ASK_AGAIN);
                 if known.revision != Some(revision) && is_due {
@@ -173,7 +189,9 @@ fn follow(
                 }
             }
             Ok(Heard::Site(area, said)) => {
-                known.entry(area.clone()).or_default().revision = Some(said.revision);
+                if let Some(known) = known.get_mut(&area) {
+                    known.revision = Some(said.revision);
+                }
                 if campus.set_site(&area, said.site.into_owned()) {
                     site = Arc::new(campus.site());
                     out.file.show((*site).clone());
@@ -186,16 +204,15 @@ fn follow(
                 // After a sleep of the machine there is one picture, not all that were missed.
                 next = next.max(Instant::now());
                 let picture = Arc::new(campus.picture(&site, clock.now_us(), unix_ms()));
+                out.listed.show(picture.unix_ms, picture.alarms.clone());
                 out.frames.send_replace(Arc::clone(&picture));
                 // A slow sink misses pictures.
                 let _ = out.queue.try_send(picture);
-                let now = [&lost[0], &lost[1]].map(|lost| lost.load(Ordering::Relaxed));
-                out.listed.show(picture.unix_ms, picture.alarms.clone());
+                let now = lost.counts();
                 if now != told && now.iter().sum::<u64>().is_power_of_two() {
+                    let [not_understood, no_room] = now;
                     tracing::warn!(
-                        "areas: {} messages were not understood, {} found no room",
-                        now[0],
-                        now[1]
+                        "areas: {not_understood} messages were not understood, {no_room} found no room"
                     );
                     told = now;
                 }
@@ -224,13 +241,13 @@ fn ask(
         .wait()
 }
 
-fn pass(to: &SyncSender<Heard>, lost: &[AtomicU64; 2], heard: Option<Heard>) {
+fn pass(to: &SyncSender<Heard>, lost: &Lost, heard: Option<Heard>) {
     let Some(heard) = heard else {
-        lost[0].fetch_add(1, Ordering::Relaxed);
+        lost.not_understood.fetch_add(1, Ordering::Relaxed);
         return;
     };
     if to.try_send(heard).is_err() {
-        lost[1].fetch_add(1, Ordering::Relaxed);
+        lost.no_room.fetch_add(1, Ordering::Relaxed);
     }
 }
 

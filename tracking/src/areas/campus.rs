@@ -101,18 +101,19 @@ impl Campus {
         }
     }
 
-    /// Takes what an area says; a frame that is older than the last one of the same start is left out.
-    pub fn hear(&mut self, name: &AreaName, mut frame: AreaFrame, now_us: u64) {
+    /// Takes what an area says; a frame that is older than the last one of the same start is left out. Whether this area is kept: of
+    /// one too many nothing is.
+    pub fn hear(&mut self, name: &AreaName, mut frame: AreaFrame, now_us: u64) -> bool {
         let Some(area) = self.area(name) else {
             self.refuse(name, now_us);
-            return;
+            return false;
         };
         let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
-        if area.last.as_ref().is_some_and(is_old) {
-            return;
+        if !area.last.as_ref().is_some_and(is_old) {
+            area.fields.unpack(&mut frame, now_us);
+            *area = Area { last: Some(frame), heard_us: now_us, is_gone: false, ..std::mem::take(area) };
         }
-        area.fields.unpack(&mut frame, now_us);
-        *area = Area { last: Some(frame), heard_us: now_us, is_gone: false, ..std::mem::take(area) };
+        true
     }
 
     /// Takes the site of an area; whether it is another one than before.

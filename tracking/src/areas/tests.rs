@@ -140,9 +140,8 @@ fn a_frame_that_was_held_up_is_no_news() {
 #[test]
 fn more_areas_than_there_is_room_for_are_left_out_and_named() {
     let mut campus = Campus::new(&[area("a")], 2);
-    for name in ["b", "c", "d"] {
-        campus.hear(&area(name), frame(1, Vec::new()), 0);
-    }
+    let mut is_kept = |name: &str| campus.hear(&area(name), frame(1, Vec::new()), 0);
+    assert_eq!(["b", "c", "d", "a"].map(&mut is_kept), [true, false, false, true]);
     let picture = campus.picture(&Site::default(), 0, 1);
     assert_eq!(campus.names().count(), 2);
     assert!(picture.alarms.iter().any(|alarm| alarm.text.contains("2 areas are too many, c among them")));
