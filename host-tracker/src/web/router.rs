@@ -183,7 +183,7 @@ async fn admitted(shared: &Shared, line: Line, request: Request, next: Next, wri
     }
     match needed(&parts.method, route, input) {
         Some(Needed::Free) => {}
-        Some(Needed::Needs(action)) if who.may(action, param("name")) => {}
+        Some(Needed::Needs(action)) if who.may(action, door_of(route, param("name"))) => {}
         Some(Needed::Needs(_)) if who == Who::Nobody => {
             counts.count(Cause::Unknown);
             let why = "log in at /login.html, or send a token: Authorization: Bearer …";
@@ -212,6 +212,11 @@ async fn admitted(shared: &Shared, line: Line, request: Request, next: Next, wri
             response
         }
     }
+}
+
+/// The door that a request is about. Other routes have names, too, of modules and of images.
+fn door_of<'a>(route: Option<&str>, name: Option<&'a str>) -> Option<&'a str> {
+    name.filter(|_| route.is_some_and(|route| route.starts_with("/api/door/")))
 }
 
 /// Sends a browser to the same page over TLS; a program is told: it may have sent a token in clear, which is to be replaced.
@@ -255,4 +260,20 @@ async fn healthz(State(shared): State<Arc<Shared>>) -> Response {
 async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
     let frame = Arc::clone(&shared.context.frames.borrow());
     ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame)).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_routes_of_doors_name_a_door() {
+        for route in ["/api/door/{name}", "/api/door/{name}/{*input}"] {
+            assert_eq!(door_of(Some(route), Some("front")), Some("front"));
+        }
+        for route in ["/api/module/{name}", "/api/module/{name}/{action}", "/api/firmware/{name}"] {
+            assert_eq!(door_of(Some(route), Some("front")), None, "{route}");
+        }
+        assert_eq!((door_of(None, Some("front")), door_of(Some("/api/door/{name}"), None)), (None, None));
+    }
 }
