@@ -113,7 +113,7 @@ fn names_that_are_programs_are_shown_and_not_run() {
     let Some(mut page) = chromium::start() else { return };
     let site = door_fixture::SITE.replace("\"area\"", &format!("\"{EVIL}\""));
     let more = format!(
-        "[[module]]\nname = \"{EVIL}\"\nx = 0.0\ny = 3.0\n[[entry]]\nname = \"{EVIL}\"\nline = [[-4, -4], [-4, -2]]\n"
+        "[[module]]\nname = \"{EVIL}\"\nx = 0.0\ny = 3.0\n[[entry]]\nname = \"{EVIL}\"\nline = [[-4, -4], [-4, -2]]\nzone = \"{EVIL}\"\n"
     );
     let door = DoorServer::of(&format!("{site}{more}"));
     door.people(&[[0.0, 0.4]]);

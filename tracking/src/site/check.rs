@@ -3,7 +3,7 @@
 use super::door::Door;
 use super::part::{Kind, Part};
 use super::wrong::{Wrong, Wrongs};
-use super::{Site, Zone, floor, limits, line, reader, shape};
+use super::{Entry, Site, Zone, floor, limits, line, reader, shape};
 
 /// Height of a module's plane above the floor, m. Lower, a plane that is half a degree off level meets the floor within 6 m; higher
 /// than a depth camera may be, it is a slip.
@@ -11,6 +11,10 @@ const HEIGHT_M: std::ops::RangeInclusive<f64> = 0.05..=10.0;
 
 /// How long a zone stays occupied, s: longer than an hour is no pause in which a person is hidden.
 const HOLD_S: std::ops::RangeInclusive<f64> = 0.0..=3600.0;
+
+/// How far the line of a door may be from its zone, m. A doorway is in the zone's edge: the wall between them is up to half a metre
+/// thick, and both are drawn by hand.
+const DOOR_M: f64 = 1.0;
 
 /// A full turn either way, degrees: more says nothing more.
 const TURN_DEG: f64 = 360.0;
@@ -35,14 +39,14 @@ impl Site {
     /// All that is wrong with it; of a polygon or a wall with too many corners, that alone.
     #[must_use]
     pub fn wrong(&self) -> Vec<Wrong> {
-        let mut said = Wrongs::default();
-        self.check_names(&mut said);
-        for (index, module) in self.modules.iter().enumerate() {
-            let numbers = [module.x, module.y, module.yaw_deg, module.height_m];
         let too_many = self.too_many_corners();
         if !too_many.is_empty() {
             return too_many;
         }
+        let mut said = Wrongs::default();
+        self.check_names(&mut said);
+        for (index, module) in self.modules.iter().enumerate() {
+            let numbers = [module.x, module.y, module.yaw_deg, module.height_m];
             if numbers.iter().any(|number| !number.is_finite()) {
                 said.part(index, module, None, "x, y, yaw_deg and height_m must be numbers");
                 continue;
@@ -77,9 +81,8 @@ impl Site {
             if entry.line[0] == entry.line[1] {
                 said.part(index, entry, "line", "line: both ends are at one place");
             }
-            let Some(zone) = &entry.zone else { continue };
-            if !self.zones.iter().any(|known| &known.name == zone) {
-                said.part(index, entry, "zone", &format!("there is no zone \"{zone}\""));
+            if let Some(what) = self.entry_leads_nowhere(entry) {
+                said.part(index, entry, "zone", &what);
             }
         }
         for (index, mover) in self.movers.iter().enumerate() {
@@ -110,6 +113,17 @@ impl Site {
         line::check(self, &mut said);
         limits::check(self, &mut said);
         said.0
+    }
+
+    /// What is said of an entry of which it is not clear into which zone it leads. Before a zone is drawn it leads into none yet.
+    fn entry_leads_nowhere(&self, entry: &Entry) -> Option<String> {
+        if let Some(zone) = &entry.zone {
+            let is_there = self.zones.iter().any(|known| &known.name == zone);
+            return (!is_there).then(|| format!("there is no zone \"{zone}\""));
+        }
+        let counting = self.zones.iter().filter(|zone| zone.count).count();
+        (!self.zones.is_empty() && counting != 1)
+            .then(|| format!("zone: say which zone it leads to: {counting} zones have count = true, not one"))
     }
 
     fn check_names(&self, said: &mut Wrongs) {
@@ -176,7 +190,7 @@ fn check_area<P: Part>(index: usize, part: &P, polygon: &[[f64; 2]], said: &mut 
 
 /// What is wrong with a door: the key, and a sentence without its name.
 fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)> {
-    match zones.iter().find(|zone| zone.name == door.zone) {
+    let zone = match zones.iter().find(|zone| zone.name == door.zone) {
         None => return Err(("zone", format!("zone: there is no zone \"{}\"", door.zone))),
         Some(zone) if !zone.secure => {
             let name = &door.zone;
@@ -185,12 +199,21 @@ fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)>
                 format!("zone: \"{name}\" must have secure = true: who was not seen to come in counts, too"),
             ));
         }
-        Some(_) => {}
-    }
+        Some(zone) => zone,
+    };
     let (from, to) = door.ends();
     let length_m = (to - from).length();
     if !(0.3..=20.0).contains(&length_m) {
         return Err(("line", format!("line: must be 0.3 to 20 m long, is {length_m:.2} m")));
+    }
+    let far_m = shape::apart_m((from, to), &zone.polygon);
+    // Of what is no place that alone is said.
+    if limits::no_place(&door.line).is_none() && far_m.is_finite() && far_m > DOOR_M {
+        let what = format!(
+            "line: is {far_m:.1} m from zone \"{}\": it must be in its edge, at most {DOOR_M} m off",
+            door.zone
+        );
+        return Err(("line", what));
     }
     if let Some(what) = door.reader.and_then(|place| limits::no_place(&[place])) {
         return Err(("reader", format!("reader: {what}")));
@@ -222,7 +245,7 @@ mod tests {
     use super::*;
 
     const SITE: &str = "[[module]]\nname = \"left\"\nx = 0\ny = 0\nyaw_deg = 90\nheight_m = 0.6\n
-        [[zone]]\nname = \"hall\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]\n
+        [[zone]]\nname = \"hall\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]\ncount = true\n
         [[zone]]\nname = \"study\"\npolygon = [[5, 0], [9, 0], [9, 4]]\n
         [[mover]]\npolygon = [[0, 0], [1, 0], [1, 1]]\n
         [[entry]]\nname = \"street\"\nline = [[0, 0], [1, 0]]\n";
@@ -253,6 +276,26 @@ mod tests {
             wrong("line = [[0, 0], [1, 0]]", "line = [[1, 0], [1, 0]]"),
             [(Kind::Entry, 0, Some("line"), text)]
         );
+    }
+
+    #[test]
+    fn an_entry_without_a_zone_needs_exactly_one_that_counts() {
+        let text = |counting: usize| {
+            format!(
+                "entry \"street\": zone: say which zone it leads to: {counting} zones have count = true, not one"
+            )
+        };
+        let both = SITE.replace("[9, 4]]", "[9, 4]]\ncount = true");
+        let said =
+            |site: &str| toml::from_str::<Site>(site).unwrap().wrong().into_iter().map(|wrong| wrong.text);
+        let named = |site: &str| said(&site.replace("\"street\"", "\"street\"\nzone = \"hall\"")).count();
+        for (site, counting) in [(both.as_str(), 2), (&SITE.replace("count = true", ""), 0)] {
+            assert_eq!(said(site).collect::<Vec<_>>(), [text(counting)]);
+            assert_eq!(named(site), 0);
+        }
+        let (modules, rest) = SITE.split_once("[[zone]]").unwrap();
+        let none = format!("{modules}{}", &rest[rest.find("[[entry]]").unwrap()..]);
+        assert_eq!(said(&none).count(), 0, "before a zone is drawn");
     }
 
     #[test]

@@ -182,6 +182,12 @@ fail = \"secure\"
             wrong("-0.45", "0.44"),
             "x.toml: door \"front\": line: must be 0.3 to 20 m long, is 0.01 m"
         );
+        assert_eq!(
+            wrong("[[-0.45, 1.0], [0.45, 1.0]]", "[[-0.45, 5.0], [0.45, 5.0]]"),
+            "x.toml: door \"front\": line: is 4.0 m from zone \"area\": it must be in its edge, at most 1 m off"
+        );
+        let off = DOOR.replace("[[-0.45, 1.0], [0.45, 1.0]]", "[[-0.45, 1.9], [0.45, 1.9]]");
+        assert!(Site::parse("x.toml", &off).is_ok(), "behind a thick wall");
         assert!(wrong("secure = true", "").contains("zone: \"area\" must have secure = true"));
         let fail = wrong("\"secure\"", "\"shut\"");
         assert!(fail.starts_with("x.toml:11: ") && fail.contains("secure"), "{fail}");

@@ -8,7 +8,7 @@
 //!    an area        ╱────╲ crosses itself
 //! ```
 
-use crate::geometry::{Point, inside};
+use crate::geometry::{Point, distance_to_segment, inside};
 
 /// Smallest area, m²: a door leaf, the least that moves, is 0.7 m wide and 3 cm thick; a click and a slip of the mouse are less.
 const LEAST_M2: f64 = 0.01;
@@ -69,6 +69,23 @@ pub fn meet(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
         || sides(&one).into_iter().any(|side| others.iter().any(|other| cross(side, *other)))
 }
 
+/// How far a segment is from a polygon, m; 0 if any of it lies in the polygon.
+pub fn apart_m((from, to): (Point, Point), polygon: &[[f64; 2]]) -> f64 {
+    let corners: Vec<Point> = polygon.iter().map(|&corner| corner.into()).collect();
+    if inside(from, &corners) || inside(to, &corners) {
+        return 0.0;
+    }
+    let sides = corners.iter().copied().zip(corners.iter().copied().cycle().skip(1));
+    let far_m = |(a, b): (Point, Point)| {
+        if cross((from, to), (a, b)) {
+            return 0.0;
+        }
+        let ends = [distance_to_segment(from, a, b), distance_to_segment(to, a, b)];
+        ends.into_iter().fold(distance_to_segment(a, from, to), f64::min)
+    };
+    sides.map(far_m).fold(f64::INFINITY, f64::min)
+}
+
 /// Whether two segments cross, each with an end on either side of the other.
 pub fn cross((a, b): (Point, Point), (c, d): (Point, Point)) -> bool {
     let apart = |low: f64, high: f64, from: f64, to: f64| {
@@ -107,6 +124,23 @@ mod tests {
         let [small, far] = [0.2, 20.0].map(|x| [[x, 0.2], [x + 0.2, 0.2], [x + 0.2, 0.4]]);
         for (other, is) in [(tall.as_slice(), true), (&small, true), (&far, false)] {
             assert_eq!((meet(&wide, other), meet(other, &wide)), (is, is), "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_segment_is_as_far_from_a_polygon_as_its_nearest_place() {
+        let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        for (from, to, metres) in [
+            ([0.5, 1.0], [1.5, 1.0], 0.0),
+            ([-1.0, 1.0], [3.0, 1.0], 0.0),
+            ([0.5, 2.0], [1.5, 2.0], 0.0),
+            ([0.5, 5.0], [1.5, 5.0], 3.0),
+            ([3.0, 1.0], [4.0, 1.0], 1.0),
+            // A corner is nearest to its middle.
+            ([2.0, 4.0], [4.0, 2.0], 2.0_f64.sqrt()),
+        ] {
+            let apart_m = apart_m((from.into(), to.into()), &square);
+            assert!((apart_m - metres).abs() < 1e-12, "{from:?} {to:?}: {apart_m}");
         }
     }
 
