@@ -16,14 +16,14 @@ export const MODULE = {
   STORING: "storing",
 };
 
-/** Alarms of a module that sees nothing while they last. */
-export const BLINDING_ALARMS = new Set(["silent", "sensor", "covered"]);
-
 /** What an alarm is about. */
-export const ABOUT = { TRACKER: "tracker", MODULE: "module", DOOR: "door" };
+export const ABOUT = { TRACKER: "tracker", MODULE: "module", DOOR: "door", ZONE: "zone", AREA: "area" };
 
 /** How much an alarm takes away, the least first. */
 export const SEVERITY = ["notice", "degraded", "failed"];
+
+/** Severity of an alarm whose source does not do what it is for. */
+export const FAILED = SEVERITY[2];
 
 /** Health of a module as the page colours it, in `data-health`. */
 export const HEALTH = { NONE: "none", GOOD: "good", WARN: "warn", BAD: "bad" };

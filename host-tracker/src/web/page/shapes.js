@@ -182,7 +182,7 @@ export function people(line, site) {
 export const isCounted = (zone) => (zone?.count ?? null) !== null;
 
 /** How many people are here, null where that is not known, and the zones of which it is not. Without zones it is known while
- * a module watches. */
+ * a device watches whose place is known; what modules were doing in the past (null) is not kept. */
 export function total(line, site, modules) {
   const names = countedZones(site);
   const open = names.filter((name) => !isCounted(line.zones?.[name]));
@@ -199,7 +199,7 @@ export function total(line, site, modules) {
 export function health(line) {
   if (!line || line.state === MODULE.FOUND) return HEALTH.NONE;
   if (
-    line.state === MODULE.MISSING || line.alarms.some(({ name }) => BLINDING_ALARMS.has(name))
+    line.state === MODULE.MISSING || line.alarms.some(({ severity }) => severity === FAILED)
   ) return HEALTH.BAD;
   return line.alarms.length ? HEALTH.WARN : HEALTH.GOOD;
 }
