@@ -177,7 +177,7 @@ fn reasons_in_a_terminal(tracker: &Tracker) {
         "{said}"
     );
     let (fine, said) = tracker.explain(&["zone", "cellar"]);
-    assert!(!fine && said.contains("there is no such thing"), "{said}");
+    assert!(!fine && said.contains("there is no zone \"cellar\""), "{said}");
     let (fine, said) = tracker.explain(&["line", "front", "--json"]);
     let line: Value = serde_json::from_str(&said).unwrap();
     assert!(fine && line["zone"]["is_line"] == true, "{said}");

@@ -86,6 +86,7 @@ pub async fn why(State(shared): State<Arc<Shared>>, RawQuery(query): RawQuery) -
             let Some(questions) = &shared.context.questions else {
                 return refuse(StatusCode::NOT_FOUND, "this tracker answers no questions");
             };
+            let missing = missing(&question);
             let facts = match questions.ask(question).await {
                 Ok(facts) => facts,
                 Err(why) => return refuse(StatusCode::SERVICE_UNAVAILABLE, &why.to_string()),
@@ -96,7 +97,7 @@ pub async fn why(State(shared): State<Arc<Shared>>, RawQuery(query): RawQuery) -
             });
             match told.await {
                 Ok(Some(explained)) => explained,
-                Ok(None) => return refuse(StatusCode::NOT_FOUND, "there is no such thing now"),
+                Ok(None) => return refuse(StatusCode::NOT_FOUND, &missing),
                 Err(_) => return refuse(StatusCode::INTERNAL_SERVER_ERROR, "it could not be explained"),
             }
         }
@@ -107,6 +108,17 @@ pub async fn why(State(shared): State<Arc<Shared>>, RawQuery(query): RawQuery) -
         explained.list(cause, known.filter(|alarm| alarm.cause == cause).collect());
     }
     Json(explained).into_response()
+}
+
+/// What is said where there is nothing to explain.
+fn missing(question: &Question) -> String {
+    match question {
+        Question::Zone(name) => format!("there is no zone \"{name}\" now"),
+        Question::Line(name) => format!("there is no line \"{name}\" now"),
+        Question::Person(number) => format!("there is no person {number} now"),
+        Question::Alarm(kind) => format!("nothing is known of the alarm \"{kind}\" now"),
+        Question::Views => "nothing is known of what modules see now".to_owned(),
+    }
 }
 
 /// The reasons.
@@ -155,5 +167,11 @@ mod tests {
         {
             assert!(Asked::read(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        assert_eq!(missing(&Question::Zone("nope".into())), "there is no zone \"nope\" now");
+        assert_eq!(missing(&Question::Person(7)), "there is no person 7 now");
     }
 }

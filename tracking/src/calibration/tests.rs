@@ -399,6 +399,13 @@ fn a_walk_goes_on_where_only_places_have_changed_and_one_that_has_just_begun_beg
     assert!(status.advice.contains("hall"), "of two modules: {}", status.advice);
 }
 
+#[test]
+fn no_progress_is_nought() {
+    let (mut session, sessions) = begun(&["hall", "kitchen"]);
+    session.tick(&sessions, 2.0);
+    assert_eq!(serde_json::to_value(session.status()).unwrap()["progress"].to_string(), "0.0");
+}
+
 /// The walk as these modules see it that hang head down.
 fn hung(walk: &Walk, down: [bool; 3]) -> Walk {
     walk.with_turned(&down)
