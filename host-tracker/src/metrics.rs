@@ -293,6 +293,10 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "HTTP connections and requests that were refused or ended, by cause";
     family(encoder, "kehai_http_refused", help, samples)?;
+    let missed = ConstCounter::new(frame.missed);
+    let help = "Snapshots that the database, MQTT or another sink did not get, as it had fallen behind";
+    let kind = missed.metric_type();
+    missed.encode(encoder.encode_descriptor("kehai_snapshots_missed", help, None, kind)?)?;
     let signs = &frame.signs;
     let outcomes = [
         ("taken", signs.taken),
@@ -316,7 +320,7 @@ mod tests {
 
     fn frame() -> Arc<Snapshot> {
         let total = Total { count: Some(0), state: ZoneKnown::Known };
-        let mut frame = Snapshot { strangers: 3, total, ..Snapshot::default() };
+        let mut frame = Snapshot { strangers: 3, missed: 5, total, ..Snapshot::default() };
         let zone = |count, state| ZoneLine::new(Found::inside(count, vec![1.0]), 0.5, state);
         frame.line.zones.insert("hall".into(), zone(2, ZoneKnown::Partly));
         frame.line.zones.insert("a \"b\"\\\n".into(), zone(1, ZoneKnown::Unknown));
@@ -402,6 +406,7 @@ mod tests {
             "kehai_module_silent_seconds{module=\"right\"} 4.0",
             "kehai_module_alarm{module=\"right\",alarm=\"silent\"} 1",
             "kehai_datagrams_dropped_total{cause=\"stranger\"} 3",
+            "kehai_snapshots_missed_total 5",
         ] {
             assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
         }
@@ -482,6 +487,7 @@ mod tests {
             "kehai_module_alarm",
             "kehai_datagrams_dropped_total",
             "kehai_http_refused_total",
+            "kehai_snapshots_missed_total",
         ] {
             assert!(known.contains(&name), "{name} in\n{text}");
         }

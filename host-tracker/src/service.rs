@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The thread knows nothing of async. A slow sink misses snapshots and holds up no other; what a queue has no
-//! room for is counted.
+//! room for is counted in the snapshots that follow (`missed`).
 
 use std::collections::BTreeMap;
 use std::io;
@@ -265,12 +265,6 @@ impl Service {
         self.questions.clone()
     }
 
-    /// Frames that a queue had no room for.
-    #[must_use]
-    pub fn missed(&self) -> u64 {
-        self.shared.missed.load(Ordering::Relaxed)
-    }
-
     /// The site in use, and every change of it.
     #[must_use]
     pub fn site(&self) -> watch::Receiver<Arc<Site>> {
@@ -318,7 +312,8 @@ fn track(
         if let Some(site) = changed.try_iter().last() {
             tracking.change_site(&site);
         }
-        let frame = Arc::new(tracking.snapshot()?);
+        let missed = shared.missed.load(Ordering::Relaxed);
+        let frame = Arc::new(Snapshot { missed, ..tracking.snapshot()? });
         frames.send_replace(Arc::clone(&frame));
         for asked in asked.try_iter().take(ANSWERED) {
             let facts = tracking.facts(&asked.question, frame.line.t);

@@ -364,6 +364,8 @@ impl TrackingLoop {
             overrun: self.receiver.overrun(),
             refused: Refused { forgotten: site_tracker.sessions().forgotten(), ..registry.refused() },
             http: parts.connections.refused(),
+            // Counted by the thread that hands snapshots out.
+            missed: 0,
         }
     }
 

@@ -94,6 +94,9 @@ pub struct Snapshot {
     /// HTTP connections and requests that were refused or ended, since the start.
     #[serde(default)]
     pub http: HttpRefused,
+    /// Snapshots that the database, MQTT or another sink did not get, as it had fallen behind, since the start.
+    #[serde(default)]
+    pub missed: u64,
 }
 
 /// HTTP connections and requests that were refused or ended, by cause.
@@ -170,12 +173,16 @@ struct Flat {
     refused: Refused,
     #[serde(default)]
     http: HttpRefused,
+    #[serde(default)]
+    missed: u64,
 }
 
 impl From<Flat> for Snapshot {
     fn from(flat: Flat) -> Self {
         let Flat { unix_ms, t, tracks, zones, total, alarms, lines, dwell, doors, .. } = flat;
-        let Flat { names, signs, floors, modules, dropped, strangers, overrun, refused, http, .. } = flat;
+        let Flat {
+            names, signs, floors, modules, dropped, strangers, overrun, refused, http, missed, ..
+        } = flat;
         let written = Self::of(unix_ms, TracksLine { t, tracks, zones });
         Self {
             total,
@@ -192,6 +199,7 @@ impl From<Flat> for Snapshot {
             overrun,
             refused,
             http,
+            missed,
             ..written
         }
     }
@@ -330,7 +338,7 @@ mod tests {
             tracks: vec![serde_json::from_str(track).unwrap()],
             zones: [("hall".to_owned(), zone)].into(),
         };
-        let frame = Snapshot::of(1_700_000_000_000, line);
+        let frame = Snapshot { missed: 3, ..Snapshot::of(1_700_000_000_000, line) };
         let text = serde_json::to_string(&frame).unwrap();
         assert_eq!(
             serde_json::from_str::<Snapshot>(&text).map_err(|error| format!("{error}: {text}")),
