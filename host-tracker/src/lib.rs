@@ -24,6 +24,7 @@ pub mod metrics;
 pub mod module;
 pub mod mqtt;
 pub mod net;
+pub mod output_file;
 pub mod owned_file;
 pub mod picture;
 pub mod questions;

@@ -1,6 +1,5 @@
 //! `kehai-tracker run`: follows people with live modules.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,6 +13,7 @@ use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
 use host_tracker::links::LinkSettings;
+use host_tracker::output_file;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use host_tracker::webhook::Target;
@@ -61,7 +61,8 @@ pub struct Arguments {
     #[arg(long, requires = "module")]
     no_mdns: bool,
 
-    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told. What an
+    /// earlier run has written there is kept beside, with its time in the name
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
@@ -92,7 +93,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = Keep::USUAL.card_days, requires = "db")]
     keep_card_days: u32,
 
-    /// Record everything that comes in, for kehai-tracker replay and Foxglove
+    /// Record everything that comes in, for kehai-tracker replay and Foxglove. A recording that is there is kept beside, with
+    /// its time in the name
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
 
@@ -286,7 +288,7 @@ fn open(file: &Path) -> Result<TracksOut<Box<dyn Write>>, String> {
         return Ok(TracksOut::new(Box::new(io::stdout()), "standard output".to_owned()));
     }
     let name = file.display().to_string();
-    let out = File::create(file).map_err(|error| format!("{name}: {error}"))?;
+    let out = output_file::begin(file).map_err(|error| format!("{name}: {error}"))?;
     Ok(TracksOut::new(Box::new(out), name))
 }
 

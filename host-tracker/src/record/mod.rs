@@ -38,6 +38,7 @@ use parking_lot::Mutex;
 use writer::Writer;
 
 use crate::alarm_handle::AlarmChange;
+use crate::output_file;
 use crate::scans::Scan;
 
 /// What waits while the disk is busy: five seconds of a hundred modules.
@@ -65,10 +66,10 @@ pub struct Recorder {
 
 impl Recorder {
     /// Begins a recording in `file`, of a tracker whose clock stood at 0 at `begun_unix_ns` and which took back what is
-    /// `restored`.
+    /// `restored`. A recording that is there is kept under another name.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written, or something else is in it.
     pub fn create(
         file: &Path,
         begun_unix_ns: u64,
@@ -77,7 +78,7 @@ impl Recorder {
         restored: Option<(TracksLine, f64)>,
     ) -> Result<Self, RecordError> {
         let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
-        let out = File::create(file).map_err(|error| failed(error.into()))?;
+        let out = output_file::begin(file).map_err(|error| failed(error.into()))?;
         let lost = Losses::default();
         let mut writer = Writer::new(out, begun_unix_ns, lost.clone()).map_err(failed)?;
         let told = Told { tracker: tracker.to_string(), site: site.clone(), restored };
