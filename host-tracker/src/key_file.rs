@@ -12,7 +12,7 @@
 //! It lies beside the site file, as `SITE.keys`, readable by its owner alone. Whoever has it speaks for the site and reads
 //! everything; who loses it needs the button of each board. It is replaced as a whole, so that it is the old or the new one.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -100,11 +100,13 @@ pub fn load(file: &Path) -> Result<Option<Keys>, KeyFileError> {
     Ok(Some(keys))
 }
 
-/// The keys in `file`; new ones, of no device yet, are made and written there if there are none.
+/// The keys in `file`; new ones, of no device yet, are made and written there if there are none. Of several processes that
+/// find none, one makes them, and the others wait for it.
 ///
 /// # Errors
-/// As [`load`] and [`save`].
+/// As [`load`]; they cannot be made or written.
 pub fn load_or_create(file: &Path) -> Result<Keys, KeyFileError> {
+    let _folder = locked_folder(file)?;
     if let Some(keys) = load(file)? {
         return Ok(keys);
     }
@@ -113,11 +115,34 @@ pub fn load_or_create(file: &Path) -> Result<Keys, KeyFileError> {
     Ok(keys)
 }
 
-/// Writes the keys, for their owner alone.
+/// Notes in `file` what `device` was given of `keys`, beside all that was noted there meanwhile; the keys with it. Another
+/// process that does so waits.
 ///
 /// # Errors
-/// The file is the old or the new one.
-pub fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
+/// As [`load`]; the file has another secret by now, or cannot be written. It is the old or the new one.
+pub fn note(file: &Path, keys: &Keys, device: ModuleId, claimed: Claimed) -> Result<Keys, KeyFileError> {
+    let _folder = locked_folder(file)?;
+    let mut newest = load(file)?.unwrap_or_else(|| keys.clone());
+    if newest.secret() != keys.secret() {
+        let what = format!("its secret was replaced while {device} was given a key of the one before");
+        return Err(KeyFileError::Wrong { file: file.to_path_buf(), what });
+    }
+    newest.insert(device, claimed);
+    save(file, &newest)?;
+    Ok(newest)
+}
+
+/// The folder of `file`, locked until it is dropped. The file itself is another one after each change.
+fn locked_folder(file: &Path) -> Result<File, KeyFileError> {
+    let folder = owned_file::folder_of(file)
+        .map_err(|error| KeyFileError::File { file: file.to_path_buf(), error })?;
+    // A file system without locks: then nobody waits.
+    let _ = folder.lock();
+    Ok(folder)
+}
+
+/// Writes the keys, for their owner alone. The file is the old or the new one.
+fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
     let failed = |error| KeyFileError::File { file: file.to_path_buf(), error };
     let module = |(id, claimed): (ModuleId, &Claimed)| WrittenModule {
         id: id.to_string(),
@@ -193,6 +218,44 @@ mod tests {
             use std::os::unix::fs::PermissionsExt;
             assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
         }
+    }
+
+    #[test]
+    fn keys_that_are_noted_at_once_are_all_kept_with_one_secret() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("door.keys");
+        let both_ready = std::sync::Barrier::new(8);
+        let claim = |number: u8| {
+            both_ready.wait();
+            let keys = load_or_create(&file).unwrap();
+            // Each has read the file before any has written into it, as while they speak with their devices.
+            both_ready.wait();
+            let claimed = Claimed { name: format!("{number}"), generation: 1 };
+            note(&file, &keys, ModuleId([2, 0, 0, 0, 0, number]), claimed).unwrap().secret()
+        };
+        let secrets: Vec<Key> = std::thread::scope(|scope| {
+            let claims: Vec<_> = (0..8).map(|number| scope.spawn(move || claim(number))).collect();
+            claims.into_iter().map(|claim| claim.join().unwrap()).collect()
+        });
+        let keys = load(&file).unwrap().unwrap();
+        assert_eq!(keys.devices().count(), 8);
+        assert!(secrets.iter().all(|secret| *secret == keys.secret()));
+    }
+
+    #[test]
+    fn a_key_of_another_secret_is_not_noted_and_one_of_a_file_that_is_gone_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("door.keys");
+        let (device, claimed) = (ModuleId([2; 6]), Claimed { name: "left".to_owned(), generation: 1 });
+        let keys = Keys::new(Key([1; 32]));
+        assert_eq!(note(&file, &keys, device, claimed.clone()).unwrap(), load(&file).unwrap().unwrap());
+        let before = fs::read(&file).unwrap();
+        let error = note(&file, &Keys::new(Key([2; 32])), device, claimed).unwrap_err().to_string();
+        assert!(
+            error.contains("door.keys: its secret was replaced") && error.lines().count() == 1,
+            "{error}"
+        );
+        assert_eq!(fs::read(&file).unwrap(), before);
     }
 
     #[test]

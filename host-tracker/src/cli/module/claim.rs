@@ -93,7 +93,7 @@ pub fn claim(arguments: &Claim) -> Result<(), Failure> {
         "this is no code of a label: it has 26 letters and digits, as ABCDE-FGHIJ-KLMNO-PQRST-UVWXYZ",
     )?;
     let file = keys_file(&arguments.target)?;
-    let mut keys = key_file::load_or_create(file)?;
+    let keys = key_file::load_or_create(file)?;
     let mut client = Client::connect(target::find(&arguments.target.module)?)?;
     let (device, name) = (client.identity().module, name(&mut client)?);
     let records = keys.records(device, &[1]);
@@ -111,8 +111,7 @@ pub fn claim(arguments: &Claim) -> Result<(), Failure> {
         }
         Err(error) => return Err(error.into()),
     }
-    keys.insert(device, Claimed { name: name.clone(), generation: 1 });
-    key_file::save(file, &keys)?;
+    let keys = key_file::note(file, &keys, device, Claimed { name: name.clone(), generation: 1 })?;
     check(&client, &keys)?;
     print(format_args!("{name} ({device}) has its keys; they are in {}: keep a copy of it", file.display()))
 }
@@ -120,7 +119,7 @@ pub fn claim(arguments: &Claim) -> Result<(), Failure> {
 /// Rotates.
 pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
     let file = keys_file(&arguments.target)?;
-    let mut keys = key_file::load_or_create(file)?;
+    let keys = key_file::load_or_create(file)?;
     let mut client = arguments.target.control()?;
     let device = client.identity().module;
     let Some(claimed) = keys.get(device).cloned() else {
@@ -129,8 +128,7 @@ pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
     let next = claimed.generation.checked_add(1).unwrap_or(1);
     // Both count until the new ones have been used: a tracker that has the old ones goes on.
     set(&mut client, &keys.records(device, &[claimed.generation, next]))?;
-    keys.insert(device, Claimed { generation: next, ..claimed });
-    key_file::save(file, &keys)?;
+    let keys = key_file::note(file, &keys, device, Claimed { generation: next, ..claimed })?;
     let mut client = check(&client, &keys)?;
     std::thread::sleep(TAKEN);
     set(&mut client, &keys.records(device, &[next]))?;
