@@ -305,3 +305,21 @@ fn after_the_clock_was_set_back_all_is_said_again_and_once_more_when_it_has_caug
     }
     assert_eq!(kept(&mut recorder), [(9000, Some(0)), (5000, Some(0)), (9100, Some(0))]);
 }
+
+#[test]
+fn health_is_kept_each_minute_also_after_the_clock_was_set_back() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    let mut healthy = |at_ms: u64, recorder: &mut ChangeRecorder| {
+        let mut frame = frame(at_ms, vec![]);
+        frame.modules.push(ModuleLine { name: "left".into(), ..ModuleLine::default() });
+        recorder.record(&frame);
+    };
+    healthy(7_200_000, &mut recorder);
+    recorder.set_back();
+    for minute in 0..3 {
+        healthy(3_600_000 + minute * HEALTH_MS, &mut recorder);
+    }
+    let at = |row: &Row| if let Row::Health { at_ms, .. } = row { Some(*at_ms) } else { None };
+    let kept: Vec<u64> = recorder.rows().0.iter().filter_map(at).collect();
+    assert_eq!(kept, [7_200_000, 3_600_000, 3_660_000, 3_720_000]);
+}
