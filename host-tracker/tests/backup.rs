@@ -94,7 +94,8 @@ fn large(folder: &Path, mark: &str) -> (std::path::PathBuf, std::path::PathBuf) 
     let connection = rusqlite::Connection::open(&database).unwrap();
     connection
         .execute_batch(&format!(
-            "PRAGMA user_version = 1; CREATE TABLE mark (mark TEXT, more BLOB); INSERT INTO mark VALUES ('{mark}', randomblob(20000000));"
+            "PRAGMA user_version = 1; CREATE TABLE run (run); CREATE TABLE path (path); CREATE TABLE snapshot (frame);
+             CREATE TABLE mark (mark TEXT, more BLOB); INSERT INTO mark VALUES ('{mark}', randomblob(20000000));"
         ))
         .unwrap();
     (site, database)

@@ -64,7 +64,8 @@ fn database(file: &Path, mark: &str) {
     let connection = rusqlite::Connection::open(file).unwrap();
     connection
         .execute_batch(&format!(
-            "PRAGMA user_version = 1; CREATE TABLE mark (mark TEXT); INSERT INTO mark VALUES ('{mark}');"
+            "PRAGMA user_version = 1; CREATE TABLE run (run); CREATE TABLE path (path); CREATE TABLE snapshot (frame);
+             CREATE TABLE mark (mark TEXT); INSERT INTO mark VALUES ('{mark}');"
         ))
         .unwrap();
 }

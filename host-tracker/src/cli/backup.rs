@@ -39,6 +39,15 @@ pub struct Arguments {
 /// One line.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { archive, place, with_card_key, force } = arguments;
+    if let Some(file) = place.named_database() {
+        let missing = |error| {
+            format!(
+                "{}: {error}; without --db it is the one beside the site, if there is one",
+                file.display()
+            )
+        };
+        std::fs::metadata(file).map_err(missing)?;
+    }
     let places = place.places();
     if backup::finish(&places.site)? {
         tracing::warn!("a restoration that was interrupted is finished");

@@ -48,6 +48,11 @@ pub(super) struct Place {
 }
 
 impl Place {
+    /// The database that was named, not the usual one.
+    pub(super) fn named_database(&self) -> Option<&Path> {
+        self.db.as_deref()
+    }
+
     /// Where everything is.
     pub(super) fn places(&self) -> Places {
         let usual =

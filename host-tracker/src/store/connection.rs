@@ -10,13 +10,13 @@ use super::{raw_rows, schema};
 /// Opens the file, or makes it, with all its tables.
 ///
 /// # Errors
-/// It cannot be opened or written, is no database, or was made by a newer version.
+/// It cannot be opened or written, is no database, that of another program, or was made by a newer version.
 pub(super) fn open(file: &File) -> Result<Connection, StoreError> {
     let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
     let mut connection = Connection::open(file).map_err(failed)?;
     schema::prepare(&mut connection)
         .map_err(failed)?
-        .map_err(|error| StoreError::Newer { file: file.to_path_buf(), error })?;
+        .map_err(|error| StoreError::Unfit { file: file.to_path_buf(), error })?;
     Ok(connection)
 }
 

@@ -24,7 +24,7 @@ pub fn copy(file: &File, to: &File) -> Result<i64, StoreError> {
     database.pragma_update(None, "busy_timeout", 2000).map_err(failed)?;
     let layout = schema::layout(&database)
         .map_err(failed)?
-        .map_err(|error| StoreError::Newer { file: file.to_path_buf(), error })?;
+        .map_err(|error| StoreError::Unfit { file: file.to_path_buf(), error })?;
     database.execute("VACUUM INTO ?1", [to.to_string_lossy()]).map_err(failed)?;
     drop(database);
     let written = |error| StoreError::Sqlite { file: to.to_path_buf(), error };

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::schema::Newer;
+use super::schema::Unfit;
 
 /// Why there is no database.
 #[derive(Debug, thiserror::Error)]
@@ -15,13 +15,13 @@ pub enum StoreError {
         /// What SQLite says.
         error: rusqlite::Error,
     },
-    /// The database is of a newer version.
+    /// The database is of another program, or of a newer version.
     #[error("{}: {error}", file.display())]
-    Newer {
+    Unfit {
         /// The database.
         file: PathBuf,
-        /// Which.
-        error: Newer,
+        /// Of which.
+        error: Unfit,
     },
     /// Another tracker writes it.
     #[error("{}: another tracker keeps what happens there: end it, or choose another file", file.display())]

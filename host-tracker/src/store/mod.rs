@@ -53,7 +53,7 @@ use reader::Reader;
 use recorder::ChangeRecorder;
 pub use retention::Keep;
 use row::Event;
-pub use schema::{Newer, VERSION as NEWEST_LAYOUT};
+pub use schema::{Unfit, VERSION as NEWEST_LAYOUT};
 use work::Work;
 use writer::Writer;
 
@@ -105,7 +105,7 @@ impl Store {
     /// Opens `file`, or makes it, and keeps what happens for as long as `keep` says.
     ///
     /// # Errors
-    /// It is no database, of a newer version, or another tracker writes it. A damaged one is set aside, and a new one
+    /// It is no database, of another program or of a newer version, or another tracker writes it. A damaged one is set aside, and a new one
     /// begun. A disk that is full or cannot be written is no error: the
     /// state says so, and it is tried again.
     pub fn open(file: &Path, site: &Arc<Site>, keep: Keep) -> Result<Self, StoreError> {

@@ -5,6 +5,7 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path as File;
 
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
@@ -28,6 +29,7 @@ use super::questions::{
 use super::raw_rows::{self, RawKept};
 use super::recorder::{HEALTH_MS, PART_MS, STALE_MS};
 use super::row::Event;
+use super::schema::{self, Unfit};
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
@@ -46,7 +48,26 @@ impl Reader {
     pub fn open(file: &File) -> Result<Self, StoreError> {
         let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        Ok(Self(Connection::open_with_flags(file, flags).map_err(failed)?))
+        // What the system says of a file that is not there, SQLite does not pass on. Asked without opening it: to close it would
+        // end the locks of this process's own writer.
+        let missing = |error| match fs::metadata(file) {
+            Err(error) => StoreError::File { file: file.to_path_buf(), error },
+            Ok(_) => failed(error),
+        };
+        Ok(Self(Connection::open_with_flags(file, flags).map_err(missing)?))
+    }
+
+    /// Opens the file for a command that reads what a tracker has kept there.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); there is nothing in it, or it is of another program or of a newer version.
+    pub fn open_kept(file: &File) -> Result<Self, StoreError> {
+        let reader = Self::open(file)?;
+        let layout = schema::layout(&reader.0)
+            .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?
+            .and_then(|layout| if layout == 0 { Err(Unfit::Empty) } else { Ok(layout) });
+        layout.map_err(|error| StoreError::Unfit { file: file.to_path_buf(), error })?;
+        Ok(reader)
     }
 
     /// Opens the file for a look that leaves nothing beside it, not even while no tracker has it open: a reader of a write-ahead log

@@ -209,38 +209,62 @@ CREATE VIEW crossing_hour AS
     FROM crossing JOIN line USING (line) GROUP BY crossing.line, hour_ms;
 ";
 
-/// The database was written by a newer version.
+/// Why a database is not touched.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-#[error(
-    "it was written by a newer version (layout {0}, this one knows {VERSION}): use that one, or another file"
-)]
-pub struct Newer(i64);
+pub enum Unfit {
+    /// It was written by a newer version, with this layout.
+    #[error(
+        "it was written by a newer version (layout {0}, this one knows {VERSION}): use that one, or another file"
+    )]
+    Newer(i64),
+    /// It has the tables of another program.
+    #[error("it is a database of another program, and is left alone: choose another file")]
+    Foreign,
+    /// It has no tables, so there is nothing to be read.
+    #[error("it is empty: kehai-tracker run --db fills it")]
+    Empty,
+}
 
-/// The number of a database's layout.
+/// The number of a database's layout; 0 of one without tables, a new one.
 ///
 /// # Errors
 /// What SQLite says.
-pub(super) fn layout(connection: &Connection) -> rusqlite::Result<Result<i64, Newer>> {
-    let version: i64 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
-    Ok(if version > VERSION { Err(Newer(version)) } else { Ok(version) })
+pub(super) fn layout(connection: &Connection) -> rusqlite::Result<Result<i64, Unfit>> {
+    // One statement, so that a database that is being made is seen before or after that. These tables are in every layout.
+    let asked = "SELECT (SELECT user_version FROM pragma_user_version), COUNT(*),
+            COUNT(*) FILTER (WHERE name IN ('run', 'path', 'snapshot'))
+        FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite\\_%' ESCAPE '\\'";
+    let (version, tables, ours): (i64, i64, i64) =
+        connection.query_row(asked, [], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?;
+    // A tracker's has its number since its first table.
+    let is_ours = version > 0 && ours == 3;
+    Ok(match version {
+        _ if tables > 0 && !is_ours => Err(Unfit::Foreign),
+        _ if version > VERSION => Err(Unfit::Newer(version)),
+        _ => Ok(version),
+    })
 }
 
 /// Makes `connection` ready: settings, and the tables if there are none.
 ///
 /// # Errors
 /// What SQLite says.
-pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Newer>> {
+pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Unfit>> {
+    connection.pragma_update(None, "busy_timeout", 2000)?;
+    // Before the settings, some of which stay in the file.
+    if let Err(unfit) = layout(connection)? {
+        return Ok(Err(unfit));
+    }
     // Pages of deleted rows are given back bit by bit; to be said before the first table.
     connection.pragma_update(None, "auto_vacuum", "INCREMENTAL")?;
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "synchronous", "NORMAL")?;
-    connection.pragma_update(None, "busy_timeout", 2000)?;
     // What has expired is overwritten, not only given up.
     connection.pragma_update(None, "secure_delete", "ON")?;
     let transaction = connection.transaction()?;
     let version = match layout(&transaction)? {
         Ok(version) => version,
-        Err(newer) => return Ok(Err(newer)),
+        Err(unfit) => return Ok(Err(unfit)),
     };
     transaction.execute_batch(PASSAGES)?;
     transaction.execute_batch(ALARMS)?;
@@ -355,6 +379,34 @@ mod tests {
         let hours = hours.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).unwrap();
         let hours: Vec<(Option<i64>, Option<i64>)> = hours.map(Result::unwrap).collect();
         assert_eq!(hours, [(Some(2), None), (None, Some(1))]);
+    }
+
+    #[test]
+    fn a_database_of_another_program_is_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("other.db");
+        for version in [0, 3, VERSION, VERSION + 1] {
+            let mut connection = Connection::open(&file).unwrap();
+            connection.execute_batch("CREATE TABLE IF NOT EXISTS run (distance_km REAL)").unwrap();
+            connection.pragma_update(None, "user_version", version).unwrap();
+            let before = std::fs::read(&file).unwrap();
+            assert_eq!(prepare(&mut connection).unwrap(), Err(Unfit::Foreign), "{version}");
+            drop(connection);
+            assert!(std::fs::read(&file).unwrap() == before, "{version}");
+        }
+    }
+
+    #[test]
+    fn a_new_database_gives_back_its_pages_and_may_have_tables_of_a_user() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut connection = Connection::open(folder.path().join("new.db")).unwrap();
+        assert_eq!(layout(&connection).unwrap(), Ok(0));
+        prepare(&mut connection).unwrap().unwrap();
+        let vacuum: i64 = connection.pragma_query_value(None, "auto_vacuum", |row| row.get(0)).unwrap();
+        assert_eq!(vacuum, 2, "incremental");
+        connection.execute_batch("CREATE TABLE notes (text TEXT)").unwrap();
+        prepare(&mut connection).unwrap().unwrap();
+        assert_eq!(layout(&connection).unwrap(), Ok(VERSION));
     }
 
     #[test]

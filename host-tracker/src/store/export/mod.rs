@@ -73,7 +73,7 @@ pub fn export(
     (from_ms, to_ms): (u64, u64),
     format: Format,
 ) -> Result<Vec<PathBuf>, StoreError> {
-    let reader = Reader::open(database)?;
+    let reader = Reader::open_kept(database)?;
     let tables = tables_of(&reader, from_ms, to_ms)
         .map_err(|error| StoreError::Sqlite { file: database.to_path_buf(), error })?;
     std::fs::create_dir_all(folder)

@@ -67,7 +67,7 @@ pub fn export(
     (from_ms, to_ms): (u64, u64),
 ) -> Result<Written, StoreError> {
     let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
-    let reader = Reader::open(database)?;
+    let reader = Reader::open_kept(database)?;
     let known_ms = reader.span_ms().map_err(failed)?.map_or(to_ms, |(first_ms, _)| first_ms);
     let (first, last) = (from_ms.max(known_ms).min(to_ms) / DAY_MS, to_ms / DAY_MS);
     let mut written = Written::default();
