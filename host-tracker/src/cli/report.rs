@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
+use host_tracker::store::StoreError;
 use host_tracker::store::figures::{BINS_MAX, Bin, Figures, edges, figures};
 use host_tracker::store::reader::Reader;
 use jiff::civil::Date;
@@ -22,7 +23,7 @@ const HOUR_MS: u64 = 3_600_000;
 /// A bin in which nothing was known has no numbers; beside each stands for how long it was unknown.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  kehai-tracker report door.db                        the last 24 hours
+  kehai-tracker report door.db                        the last 24 hours, and the one that has begun
   kehai-tracker report door.db --day 2026-03-14       a day, by this machine's time zone
   kehai-tracker report door.db --hours 168 --csv")]
 pub struct Arguments {
@@ -34,8 +35,8 @@ pub struct Arguments {
     #[arg(long, value_name = "YYYY-MM-DD", conflicts_with = "hours")]
     day: Option<Date>,
 
-    /// The last so many hours
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=BINS_MAX))]
+    /// The last so many whole hours, and the one that has begun
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..BINS_MAX))]
     hours: u64,
 
     /// Print one JSON object
@@ -55,10 +56,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let now_ms = unix_ms();
     let (from_ms, to_ms) = match arguments.day {
         Some(day) => span_of(day)?,
-        // Whole hours, and the one that has begun.
-        None => ((now_ms / HOUR_MS + 1).saturating_sub(arguments.hours) * HOUR_MS, now_ms),
+        None => (begin_of_last(arguments.hours, now_ms), now_ms),
     };
-    let found = figures(&Reader::open(&arguments.db)?, &edges((from_ms, to_ms.min(now_ms)), HOUR_MS))?;
+    let file = &arguments.db;
+    let found = figures(&Reader::open_kept(file)?, &edges((from_ms, to_ms.min(now_ms)), HOUR_MS))
+        .map_err(|error| StoreError::Sqlite { file: file.clone(), error })?;
     if arguments.json {
         print_json(&found)
     } else if arguments.csv {
@@ -66,6 +68,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         found.bins.iter().try_for_each(print_bin)
     }
+}
+
+/// When the last so many whole hours begin, ms since 1970; the hour that has begun is none of them.
+const fn begin_of_last(hours: u64, now_ms: u64) -> u64 {
+    (now_ms / HOUR_MS).saturating_sub(hours) * HOUR_MS
 }
 
 /// When a day begins and ends here, ms since 1970; it may have 23 or 25 hours.
@@ -142,4 +149,21 @@ fn write_csv(found: &Figures) -> Result<(), Failure> {
         }
     }
     Ok(out.flush()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hour_that_has_begun_is_shown_beside_so_many_whole_ones() {
+        for past_ms in [0, 1, HOUR_MS - 1] {
+            let now_ms = 500 * HOUR_MS + past_ms;
+            assert_eq!(begin_of_last(24, now_ms), 476 * HOUR_MS, "{past_ms}");
+        }
+        let now_ms = 5000 * HOUR_MS + 1;
+        let bins = edges((begin_of_last(BINS_MAX - 1, now_ms), now_ms), HOUR_MS);
+        assert_eq!(bins.last(), Some(&now_ms), "the most that may be asked for, up to now");
+        assert_eq!(begin_of_last(24, HOUR_MS), 0);
+    }
 }
