@@ -109,6 +109,19 @@ fn others_than_this_machine_are_not_served_before_somebody_may_log_in() {
 }
 
 #[test]
+fn the_first_user_may_be_added_before_the_map_has_made_the_site() {
+    let place = Place::new();
+    std::fs::remove_file(&place.site).unwrap();
+    let (done, said) = place.does(&["user", "list"]);
+    assert!(!done && said.contains("there is no such site"), "{said}");
+    let (done, said) = place.does(&["user", "add", "anna", "--role", "admin"]);
+    assert!(done && said.contains("home.toml yet: the live map makes it"), "{said}");
+    assert_eq!(place.does(&["user", "list"]), (true, "anna\tadmin\n".to_owned()));
+    let tracker = Tracker::start(place.run(&["--http", "0.0.0.0:0"]));
+    tracker.says("live map at https://0.0.0.0:");
+}
+
+#[test]
 fn who_is_added_to_a_running_tracker_shuts_its_map_and_may_log_in() {
     let place = Place::new();
     let tracker = Tracker::start(place.run(&["--http", "0"]));

@@ -1,7 +1,7 @@
 //! `kehai-tracker user`: who may log in.
 
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use host_tracker::access::directory::User;
@@ -89,10 +89,25 @@ impl Place {
     /// There is no such site, or what was killed while it restored it cannot be finished.
     pub(super) fn file(&self) -> Result<AccessFile, Failure> {
         backup::finish(&self.site)?;
-        match self.site.is_file() {
-            true => Ok(AccessFile::beside(&self.site)),
-            false => Err(format!("{}: there is no such site; --site says which", self.site.display()).into()),
+        let file = AccessFile::beside(&self.site);
+        // The first user may have been added before the live map has made the site.
+        if self.site.is_file() || file.path().is_file() {
+            return Ok(file);
         }
+        Err(format!("{}: there is no such site; --site says which", self.site.display()).into())
+    }
+
+    /// The same, also of a site that the live map is still to make: others are let in to that only when there is a user.
+    fn file_or_begin(&self) -> Result<AccessFile, Failure> {
+        let folder = self.site.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if self.site.exists() || !folder.unwrap_or(Path::new(".")).is_dir() {
+            return self.file();
+        }
+        backup::finish(&self.site)?;
+        if !self.site.exists() {
+            tracing::warn!("there is no {} yet: the live map makes it", self.site.display());
+        }
+        Ok(AccessFile::beside(&self.site))
     }
 }
 
@@ -118,7 +133,7 @@ impl Chosen {
 pub fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Command::Add { name, role, chosen, place } => {
-            let file = place.file()?;
+            let file = place.file_or_begin()?;
             let (password, is_made, kept) = chosen.get()?;
             file.change(|directory| directory.add_user(User { name: name.clone(), role, password: kept }))?;
             say(&name, &password, is_made)
