@@ -20,6 +20,7 @@ pub mod http_agent;
 pub mod key_file;
 pub mod label_flash;
 pub mod links;
+pub mod log_limit;
 pub mod metrics;
 pub mod module;
 pub mod mqtt;

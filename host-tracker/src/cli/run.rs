@@ -1,10 +1,12 @@
 //! `kehai-tracker run`: follows people with live modules.
 
+use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_tracker::alarm_handle::AlarmChange;
@@ -13,6 +15,7 @@ use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
 use host_tracker::links::LinkSettings;
+use host_tracker::log_limit::LogLimit;
 use host_tracker::output_file;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -242,6 +245,7 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     let mut supervisor = Supervisor::ready();
     let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
     let mut last = Arc::<Snapshot>::default();
+    let mut refusals = Refusals::default();
     while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
         if hang_up.swap(false, Ordering::Relaxed) {
             read_anew(&daemon, &site_path);
@@ -255,8 +259,10 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
             Next::Ended => break,
         }
         for output in daemon.outputs() {
-            if let Output::NotTaken { door, why } = output {
-                tracing::warn!("door {door}: {why}");
+            if let Output::NotTaken { door, why } = output
+                && let Some(line) = refusals.line(&door, &why, Instant::now())
+            {
+                tracing::warn!("{line}");
             }
         }
         daemon.alarm_changes().iter().for_each(say);
@@ -271,6 +277,21 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     drop(supervisor);
     daemon.stop()?;
     summary(&last, silent)
+}
+
+/// Messages to doors that were refused, for the log: of each door one line in a while, as whoever may publish at the broker
+/// may send any number of them.
+#[derive(Default)]
+struct Refusals(BTreeMap<String, LogLimit>);
+
+impl Refusals {
+    /// What is to be logged of one more message, if it is time.
+    fn line(&mut self, door: &str, why: &str, now: Instant) -> Option<String> {
+        Some(match self.0.entry(door.to_owned()).or_default().note(now)? {
+            1 => format!("door {door}: {why}"),
+            times => format!("door {door}: {why}; {times} messages since the last line"),
+        })
+    }
 }
 
 /// Uses the site's file as it is now, and logs what became of it.
@@ -329,4 +350,22 @@ fn summary(last: &Snapshot, serves: bool) -> Result<(), Failure> {
         false => {}
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flood_of_refused_messages_is_one_line_of_each_door_in_a_while() {
+        let (mut refusals, now) = (Refusals::default(), Instant::now());
+        let first = refusals.line("front", "late", now);
+        assert_eq!(first.as_deref(), Some("door front: late"));
+        for _ in 0..100 {
+            assert_eq!(refusals.line("front", "late", now), None);
+        }
+        assert_eq!(refusals.line("back", "late", now).as_deref(), Some("door back: late"), "another one");
+        let later = refusals.line("front", "repeated", now + Duration::from_secs(10));
+        assert_eq!(later.as_deref(), Some("door front: repeated; 101 messages since the last line"));
+    }
 }

@@ -41,7 +41,6 @@
 //! | `site` | the site, read and written |
 //! | `door` | doors, and messages to them |
 //! | `module` | modules, looked after |
-//! | `exits` | which ways out the log says |
 //! | `coverage` | what modules see, for the handover page |
 //! | `heat` | how long people were where |
 //! | `explain` | why a figure is what it is |
@@ -63,7 +62,6 @@ mod coverage;
 mod documents;
 mod door;
 mod editors;
-mod exits;
 mod explain;
 mod feed;
 mod firmware;

@@ -12,7 +12,6 @@ use tokio::sync::watch;
 
 use super::answers::refuse;
 use super::editors::Editors;
-use super::exits::Exits;
 use super::guard::Names;
 use super::limits::Limits;
 use super::places::Places;
@@ -24,6 +23,7 @@ use crate::calibration::Calibration;
 use crate::connections::{Cause, Connections};
 use crate::doors::DoorHandle;
 use crate::firmware::folder::FirmwareFolder;
+use crate::log_limit::LogLimit;
 use crate::module::kept::KeptClients;
 use crate::questions::Questions;
 use crate::reports::Reports;
@@ -152,7 +152,7 @@ pub(super) struct Shared {
     /// Who asks modules, one request at a time.
     pub(super) asking: Arc<tokio::sync::Mutex<KeptClients>>,
     /// Ways out that were asked for without a token.
-    pub(super) exits: Mutex<Exits>,
+    pub(super) exits: Mutex<LogLimit>,
     /// Who has the editor open.
     pub(super) editors: Editors,
 }
