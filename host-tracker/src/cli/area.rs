@@ -37,6 +37,11 @@ pub(super) struct NetworkArguments {
 }
 
 impl ZenohArguments {
+    /// Whether anything is published.
+    pub(super) const fn is_given(&self) -> bool {
+        self.area.is_some() || self.ros2
+    }
+
     pub(super) fn settings(self) -> (Option<AreaSettings>, Option<Ros2Settings>) {
         let network = self.network.network();
         let domain = self.ros2_domain;

@@ -134,6 +134,25 @@ const SITE: &str = "site.toml";
 const WAIT: Duration = Duration::from_millis(200);
 
 impl Arguments {
+    /// Whether anything but the lines of tracks comes of the run: then they are not printed unless asked for.
+    fn tells_others(&self) -> bool {
+        #[cfg(feature = "zenoh")]
+        let over_zenoh = self.zenoh.is_given();
+        #[cfg(not(feature = "zenoh"))]
+        let over_zenoh = false;
+        #[cfg(feature = "foxglove")]
+        let to_viewers = self.foxglove.is_some();
+        #[cfg(not(feature = "foxglove"))]
+        let to_viewers = false;
+        over_zenoh
+            || to_viewers
+            || self.mqtt.is_given()
+            || self.alarm_webhook.is_some()
+            || self.db.is_some()
+            || self.record.is_some()
+            || self.http.is_given()
+    }
+
     /// What there is to look at where the tracker is started with these.
     pub fn installation(mut self) -> Installation {
         if self.site.is_none() {
@@ -163,6 +182,7 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     if arguments.site.is_none() {
         arguments.http.serve_this_machine();
     }
+    let tells_others = arguments.tells_others();
     let site_path = arguments.site.unwrap_or_else(|| SITE.into());
     if backup::finish(&site_path)? {
         tracing::warn!("a restoration that was interrupted is finished");
@@ -185,13 +205,7 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     #[cfg(not(feature = "zenoh"))]
     let (area, ros2) = (None, None);
     let links = LinkSettings { area, ros2, foxglove };
-    let silent = links.ros2.is_some()
-        || links.foxglove.is_some()
-        || arguments.mqtt.is_given()
-        || arguments.db.is_some()
-        || arguments.record.is_some()
-        || arguments.http.is_given();
-    let tracks_out = arguments.tracks_out.as_deref().or((!silent).then_some(Path::new("-")));
+    let tracks_out = arguments.tracks_out.as_deref().or((!tells_others).then_some(Path::new("-")));
     let mut out = tracks_out.map(open).transpose()?;
     let mqtt = arguments.mqtt.broker(&site_path)?;
     let stop = Arc::new(AtomicBool::new(false));
@@ -269,14 +283,14 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         if let Some(out) = &mut out {
             match out.line(&last.line) {
                 // The reader of the lines has had enough, and there is no other.
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe && !silent => break,
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe && !tells_others => break,
                 _ => daemon.alarms().set(AlarmKind::TracksOut, out.trouble()),
             }
         }
     }
     drop(supervisor);
     daemon.stop()?;
-    summary(&last, silent)
+    summary(&last, tells_others)
 }
 
 /// Messages to doors that were refused, for the log: of each door one line in a while, as whoever may publish at the broker
@@ -354,7 +368,39 @@ fn summary(last: &Snapshot, serves: bool) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser as _;
+
     use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    #[test]
+    fn tracks_are_printed_only_where_no_other_output_is_asked_for() {
+        let tells_others = |line: &str| {
+            let words = format!("run --site home.toml {line}");
+            Line::try_parse_from(words.split_whitespace()).unwrap().arguments.tells_others()
+        };
+        assert!(!tells_others("") && !tells_others("--module 127.0.0.1 --no-mdns --seconds 3"));
+        for line in [
+            "--http",
+            "--mqtt mqtt://here",
+            "--db home.db",
+            "--record home.mcap",
+            "--alarm-webhook http://here/",
+            #[cfg(feature = "zenoh")]
+            "--area campus/east",
+            #[cfg(feature = "zenoh")]
+            "--ros2",
+            #[cfg(feature = "foxglove")]
+            "--foxglove",
+        ] {
+            assert!(tells_others(line), "{line}");
+        }
+    }
 
     #[test]
     fn a_flood_of_refused_messages_is_one_line_of_each_door_in_a_while() {
