@@ -234,7 +234,7 @@ impl Daemon {
                 buttons: commands.then(|| mqtt::Buttons { keys: keys_file.clone() }),
                 alarms: service.alarms(),
             };
-            Publisher::start(settings, service.queue(), Some(doors.listen()), say)
+            Publisher::start(settings, service.queue(), Some(doors.listen()), mqtt::warn_or(say))
         });
         let file_of_store = database.map(|database| database.file);
         let (publisher, snapshots, outputs) = (publisher.transpose()?, service.queue(), doors.listen());

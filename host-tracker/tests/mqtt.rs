@@ -56,7 +56,7 @@ fn an_encrypted_broker_is_trusted_by_its_certificate_and_no_other_is() {
         let (tell, said) = mpsc::channel();
         let broker = format!("mqtts://127.0.0.1:{port}").parse().unwrap();
         let settings = Settings { broker, trust, ..settings(0) };
-        let say = move |text: &str| drop(tell.send(text.to_owned()));
+        let say = move |_: tracing::Level, text: &str| drop(tell.send(text.to_owned()));
         (Publisher::start(settings, queue, None, say).unwrap(), frames, said)
     };
     let mut listener = Listener::new(broker.port);
@@ -85,7 +85,7 @@ fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
     let settings =
         Settings { doors: Some(doors.clone()), signs: Some(server.signs.clone()), ..settings(broker.port) };
     let (told, frames) = (Some(doors.listen()), server.frames());
-    let publisher = Publisher::start(settings, frames, told, |_| {}).unwrap();
+    let publisher = Publisher::start(settings, frames, told, |_, _| {}).unwrap();
     const DOOR: &str = "kehai/door/door/front";
     listener.hears(DOOR, |payload| payload.contains("\"phase\":\"idle\""));
     listener.hears(&format!("{DOOR}/lock"), |payload| payload.contains("\"lock\":\"locked\""));
@@ -134,7 +134,7 @@ fn nothing_wrong_that_is_published_is_taken() {
     let doors = &server.doors;
     let settings =
         Settings { doors: Some(doors.clone()), signs: Some(server.signs.clone()), ..settings(broker.port) };
-    let publisher = Publisher::start(settings, server.frames(), Some(doors.listen()), |_| {}).unwrap();
+    let publisher = Publisher::start(settings, server.frames(), Some(doors.listen()), |_, _| {}).unwrap();
     const DOOR: &str = "kehai/door/door/front";
     // The publisher has subscribed by the time it publishes.
     listener.hears(DOOR, |payload| payload.contains("\"phase\":\"idle\""));
@@ -162,7 +162,7 @@ fn a_sign_names_its_track_and_what_is_wrong_is_answered() {
         signs: Some(server.signs.clone()),
         ..settings(broker.port)
     };
-    let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_| {}).unwrap();
+    let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_, _| {}).unwrap();
     listener.hears(STATUS, |payload| payload == "online");
     const SIGN: &str = "kehai/door/sign";
     let client = listener.client.clone();
@@ -197,7 +197,7 @@ fn a_sign_names_its_track_and_what_is_wrong_is_answered() {
     drop(publisher);
     listener.hears(STATUS, |payload| payload == "offline");
     publish(true, "{\"id\":\"old\",\"x\":0.1,\"y\":0.4}");
-    let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_| {}).unwrap();
+    let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_, _| {}).unwrap();
     listener.hears(SIGN, str::is_empty);
     assert_eq!(server.signs.where_is("old").unwrap(), None);
     drop(publisher);
@@ -220,7 +220,7 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
 
     let (frames, queue) = Frames::new(frame());
     frames.zone(2, ZoneKnown::Known);
-    let publisher = Publisher::start(settings(broker.port), queue, None, |_| {}).unwrap();
+    let publisher = Publisher::start(settings(broker.port), queue, None, |_, _| {}).unwrap();
     listener.hears(ZONE, |payload| payload.contains("\"count\":2"));
     listener.hears(STATUS, |payload| payload == "online");
     listener.hears("homeassistant/device/kehai_door/config", |payload| payload.contains("zone_hall_count"));
@@ -264,7 +264,7 @@ fn home_assistant_is_told_of_the_site_its_limits_its_doors_and_where_the_map_is(
     let (changed, site) = tokio::sync::watch::channel(site);
     let map_url = Some("https://hall.local:8420/".to_owned());
     let settings = Settings { site, map_url, ..settings(broker.port) };
-    let publisher = Publisher::start(settings, server.frames(), None, |_| {}).unwrap();
+    let publisher = Publisher::start(settings, server.frames(), None, |_, _| {}).unwrap();
     const SITE: &str = "homeassistant/device/kehai_door/config";
     listener.hears(SITE, |payload| payload.contains("zone_area_crowded") && payload.contains("total_count"));
     assert!(listener.known[SITE].contains("\"configuration_url\":\"https://hall.local:8420/\""));
@@ -325,7 +325,7 @@ impl Beside {
         let (changes, site) = tokio::sync::watch::channel(site);
         let (frames, queue) = Frames::new(frame);
         let settings = Settings { site, buttons, ..settings(port) };
-        let publisher = Publisher::start(settings, queue, None, |_| {}).unwrap();
+        let publisher = Publisher::start(settings, queue, None, |_, _| {}).unwrap();
         Self { module, _frames: frames, _site: changes, publisher }
     }
 

@@ -68,7 +68,7 @@ impl Together {
                 buttons: None,
                 alarms: alarms.clone(),
             };
-            Publisher::start(settings, pictures, None, say)
+            Publisher::start(settings, pictures, None, mqtt::warn_or(say))
         };
         let publisher = mqtt.map(publish).transpose()?;
         let serve = |map: Map| {

@@ -53,7 +53,7 @@ use std::str::FromStr;
 pub use home_assistant::{About, discovery};
 pub use messages::{door_input, states};
 pub use outbox::{Outbox, Publication};
-pub use publisher::{Buttons, Publisher, Settings};
+pub use publisher::{Buttons, Publisher, Settings, warn_or};
 pub use topics::Topics;
 
 /// How the address of a broker begins, in clear and encrypted, and its port if none is said.

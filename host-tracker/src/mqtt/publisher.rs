@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, TlsConfiguration, Transport};
 use rustls::ClientConfig;
 use tokio::sync::watch;
+use tracing::Level;
 
 use super::Broker;
 use super::home_assistant::About;
@@ -28,6 +29,7 @@ use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
 use super::presses::{NotPressed, Presser, Target, button};
 use super::topics::Topics;
 use crate::doors::DoorHandle;
+use crate::log_limit::LogLimit;
 use crate::signs::SignHandle;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
@@ -83,6 +85,12 @@ pub struct Buttons {
     pub keys: Option<PathBuf>,
 }
 
+/// For [`Publisher::start`]: logs what is grave, and passes on the rest.
+#[must_use]
+pub fn warn_or(say: fn(&str)) -> impl Fn(Level, &str) + Send + 'static {
+    move |level, text| if level == Level::WARN { tracing::warn!("{text}") } else { say(text) }
+}
+
 /// Publishes until it is dropped; then it says that nothing more will come.
 #[derive(Debug)]
 pub struct Publisher {
@@ -98,7 +106,7 @@ enum News {
 }
 
 impl Publisher {
-    /// Begins to publish `frames`. `say` is called when the broker comes and goes.
+    /// Begins to publish `frames`. `say` is called when the broker comes and goes, with how grave that is.
     ///
     /// # Errors
     /// There is no thread for it.
@@ -106,7 +114,7 @@ impl Publisher {
         settings: Settings,
         frames: Receiver<Arc<Snapshot>>,
         told: Option<Receiver<Output>>,
-        say: impl Fn(&str) + Send + 'static,
+        say: impl Fn(Level, &str) + Send + 'static,
     ) -> std::io::Result<Self> {
         let alarms = settings.alarms.clone();
         let work = move |stop: &AtomicBool| run(&settings, &frames, told.as_ref(), stop, &say);
@@ -119,13 +127,13 @@ fn run(
     frames: &Receiver<Arc<Snapshot>>,
     told: Option<&Receiver<Output>>,
     stop: &AtomicBool,
-    say: &impl Fn(&str),
+    say: &impl Fn(Level, &str),
 ) -> Result<(), String> {
     let begun = Instant::now();
     let mut outbox = Outbox::new(settings.topics.clone());
     let start = |buttons: &Buttons| Presser::start(buttons.keys.clone());
     let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
-    let mut away = false;
+    let mut outage = Outage::default();
     while !stop.load(Ordering::Relaxed) {
         let (client, connection) = Client::new(options(settings), ON_THE_WAY);
         let (tell, news) = mpsc::channel();
@@ -152,9 +160,10 @@ fn run(
             doors,
             signs,
             presser: presser.as_ref(),
+            outage: &mut outage,
+            say: &|level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker)),
         };
         let end = session.run(frames, told, &news, stop, begun);
-        let was_connected = session.connected;
         drop(session);
         let Some(reason) = end else {
             // The last words are on their way; the link ends with them.
@@ -164,10 +173,9 @@ fn run(
             }
             return Ok(());
         };
-        if was_connected || !away {
-            say(&format!("mqtt: broker {}: {reason}; trying again", settings.broker));
+        if let Some(level) = outage.failed(Instant::now()) {
+            say(level, &format!("mqtt: broker {}: {reason}; trying again", settings.broker));
         }
-        away = true;
         let pause = Instant::now();
         while pause.elapsed() < AGAIN && !stop.load(Ordering::Relaxed) {
             match frames.recv_timeout(WAIT) {
@@ -220,6 +228,35 @@ fn link(mut connection: Connection, tell: &mpsc::Sender<News>) {
     }
 }
 
+/// Which failures to reach the broker are logged: the first as a warning; of those that follow the second, the fourth, the eighth
+/// and so on; and that it is over, if it was logged at all. One that comes and goes is logged once in a while.
+#[derive(Debug, Default)]
+struct Outage {
+    /// Since the last connection.
+    failures: u64,
+    is_logged: bool,
+    limit: LogLimit,
+}
+
+impl Outage {
+    /// One more failure: how grave it is, if it is to be logged.
+    fn failed(&mut self, now: Instant) -> Option<Level> {
+        self.failures += 1;
+        let level = match self.failures {
+            1 => self.limit.note(now).map(|_| Level::WARN),
+            again => again.is_power_of_two().then_some(Level::INFO),
+        };
+        self.is_logged |= level.is_some();
+        level
+    }
+
+    /// The broker has taken the connection: whether that is to be logged.
+    fn is_over(&mut self) -> bool {
+        self.failures = 0;
+        std::mem::take(&mut self.is_logged)
+    }
+}
+
 /// One connection.
 struct Session<'a> {
     client: Client,
@@ -234,6 +271,9 @@ struct Session<'a> {
     doors: Option<&'a DoorHandle>,
     signs: Option<&'a SignHandle>,
     presser: Option<&'a Presser>,
+    outage: &'a mut Outage,
+    /// Says something of this broker.
+    say: &'a dyn Fn(Level, &str),
 }
 
 impl Session<'_> {
@@ -279,6 +319,9 @@ impl Session<'_> {
                 match news {
                     News::Connected => {
                         self.connected = true;
+                        if self.outage.is_over() {
+                            (self.say)(Level::INFO, "connected");
+                        }
                         self.outbox.connected();
                         for filter in self.outbox.topics().filters() {
                             if let Err(error) = self.client.try_subscribe(filter, QoS::AtLeastOnce) {
@@ -380,5 +423,24 @@ impl Session<'_> {
             let _ = self.publish(self.outbox.farewell());
         }
         let _ = self.client.try_disconnect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broker_that_is_away_is_a_warning_once_then_news_more_and_more_rarely() {
+        let (mut outage, now) = (Outage::default(), Instant::now());
+        assert!(!outage.is_over(), "the first connection of all is no news");
+        let levels: Vec<Option<Level>> = (0..8).map(|_| outage.failed(now)).collect();
+        let info = Some(Level::INFO);
+        assert_eq!(levels, [Some(Level::WARN), info, None, info, None, None, None, info]);
+        assert!(outage.is_over());
+        for _ in 0..100 {
+            assert!(outage.failed(now).is_none() && !outage.is_over(), "one that comes and goes");
+        }
+        assert_eq!(outage.failed(now + Duration::from_secs(10)), Some(Level::WARN));
     }
 }
