@@ -8,8 +8,10 @@ use std::io::{BufRead as _, BufReader, Read, Write};
 use std::net::{TcpStream, UdpSocket};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
 
 use hall::{Hall, Tracker};
+use host_tracker::store::{Keep, Store};
 
 const SITE: &str = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
 
@@ -69,6 +71,51 @@ fn a_file_that_is_something_else_is_one_line_that_says_what_makes_the_right_one(
     let said = fails(&["export", none.to_str().unwrap(), "--out", folder.path().to_str().unwrap()]);
     assert!(said.contains("home.db: No such file") && said.contains("--db FILE makes one"), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn a_report_is_by_the_time_zone_and_of_a_database_of_a_tracker_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let report = |name: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+        command.arg("report").arg(file(name)).args(["--day", "2025-03-14", "--json"]);
+        let output = command.env("TZ", "Asia/Tokyo").output().unwrap();
+        String::from_utf8([output.stdout, output.stderr].concat()).unwrap()
+    };
+    drop(Store::open(&file("home.db"), &Arc::default(), Keep::USUAL).unwrap());
+    let bins: serde_json::Value = serde_json::from_str(&report("home.db")).unwrap();
+    // 2025-03-13 15:00 UTC is midnight in Tokyo.
+    assert_eq!(bins["bins"][0]["from_ms"], 1_741_878_000_000_u64);
+    std::fs::write(file("empty.db"), "").unwrap();
+    std::fs::write(file("letter.db"), "Dear Anna, this is a letter and no database. ".repeat(30)).unwrap();
+    let other = rusqlite::Connection::open(file("other.db")).unwrap();
+    other.execute_batch("CREATE TABLE run (distance_km REAL)").unwrap();
+    let before = std::fs::read(file("other.db")).unwrap();
+    for (name, why) in [
+        ("nope.db", "No such file"),
+        ("empty.db", "it is empty"),
+        ("letter.db", "file is not a database: choose another file"),
+        ("other.db", "it is a database of another program"),
+    ] {
+        let said = report(name);
+        assert!(said.contains(&format!("{name}: {why}")) && said.lines().count() == 1, "{said}");
+        assert!(!file("nope.db").exists());
+    }
+    let (site, archive) = (file("home.toml"), file("home.tar.gz"));
+    std::fs::write(&site, SITE).unwrap();
+    for name in ["nope.db", "other.db"] {
+        let place = ["backup".as_ref(), archive.as_os_str(), "--site".as_ref(), site.as_os_str()];
+        let mut backup = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+        let done = backup.args(place).arg("--db").arg(file(name)).output().unwrap();
+        let said = String::from_utf8(done.stderr).unwrap();
+        assert!(!done.status.success() && said.contains(name) && said.lines().count() == 1, "{said}");
+        assert!(!archive.exists());
+    }
+    let output = command(&site).arg("--db").arg(file("other.db")).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && said.contains("other.db: it is a database of another"), "{said}");
+    assert!(std::fs::read(file("other.db")).unwrap() == before && !file("other.db-lock").exists());
 }
 
 #[test]
@@ -228,4 +275,7 @@ fn a_signal_reads_the_site_anew_and_one_that_is_wrong_changes_nothing() {
     hang_up();
     tracker.says("not used, the site stays as it was");
     assert!(tracker.line().zones.contains_key("lobby"));
+    std::fs::remove_file(&site).unwrap();
+    hang_up();
+    tracker.says("home.toml: not used, the site stays as it was: No such file");
 }

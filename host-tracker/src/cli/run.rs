@@ -1,7 +1,7 @@
 //! `kehai-tracker run`: follows people with live modules.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -311,6 +311,9 @@ impl Refusals {
 /// Uses the site's file as it is now, and logs what became of it.
 fn read_anew(daemon: &Daemon, site: &Path) {
     let file = site.display();
+    if let Err(error) = fs::metadata(site) {
+        return tracing::error!("{file}: not used, the site stays as it was: {error}");
+    }
     match daemon.read_site_anew() {
         Ok(true) => tracing::info!("{file}: read anew"),
         Ok(false) => tracing::info!("{file}: read anew, nothing has changed"),

@@ -133,7 +133,9 @@ impl Guide {
             if self.given_up.contains(&pair.0) { 1.0 } else { (pair.1 / ENOUGH_S).min(1.0) }
         };
         let needed = pairs.len() as f64 + alone;
-        if needed == 0.0 { 0.0 } else { pairs.iter().map(share).sum::<f64>() / needed }
+        // A sum of nothing is -0.
+        let done = pairs.iter().map(share).sum::<f64>() + 0.0;
+        if needed == 0.0 { 0.0 } else { done / needed }
     }
 }
 

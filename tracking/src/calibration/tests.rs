@@ -180,6 +180,8 @@ fn two_who_walk_at_the_same_time_contradict() {
 fn the_guide_asks_for_what_is_missing_and_ends() {
     let mut guide = Guide::default();
     assert_eq!(guide.advise(&Walk::new(3), 0.0), Advice::Begin);
+    let nothing = guide.progress(&Walk::new(3));
+    assert!(nothing == 0.0 && nothing.is_sign_positive(), "{nothing}");
     let mut two = Walk::new(3);
     walk(12, 0.0, 0.0, 1)
         .glimpses()
