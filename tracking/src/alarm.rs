@@ -65,7 +65,7 @@ pub enum AlarmKind {
     FloorSize,
     /// The database cannot be written.
     Database,
-    /// Raw scans in the database are not all there.
+    /// Raw scans that a user asked to be kept are in the database.
     RawScans,
     /// The recording cannot be written.
     Recording,
