@@ -40,7 +40,7 @@ pub use found::{Finding, Found};
 pub use networks::Networks;
 use route::{Device, NEXT_US, Route};
 
-/// Most devices that are looked for: those of a site of 500, which one core follows (docs/scale.md), as many again that replace
+/// Most devices that are looked for: those of a site of 500, which one core follows (docs/design.md), as many again that replace
 /// them or are no part of it, and some more. Each takes less than a kilobyte. Given ones are not counted out.
 const PEERS: usize = 1024;
 
