@@ -1,7 +1,7 @@
 //! `kehai-tracker run`: follows people with live modules.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -86,7 +86,6 @@ pub struct Buttons {
 }
 
 /// For [`Publisher::start`]: logs what is grave, and passes on the rest.
-#[must_use]
 pub fn warn_or(say: fn(&str)) -> impl Fn(Level, &str) + Send + 'static {
     move |level, text| if level == Level::WARN { tracing::warn!("{text}") } else { say(text) }
 }

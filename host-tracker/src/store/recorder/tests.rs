@@ -309,7 +309,7 @@ fn after_the_clock_was_set_back_all_is_said_again_and_once_more_when_it_has_caug
 #[test]
 fn health_is_kept_each_minute_also_after_the_clock_was_set_back() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
-    let mut healthy = |at_ms: u64, recorder: &mut ChangeRecorder| {
+    let healthy = |at_ms: u64, recorder: &mut ChangeRecorder| {
         let mut frame = frame(at_ms, vec![]);
         frame.modules.push(ModuleLine { name: "left".into(), ..ModuleLine::default() });
         recorder.record(&frame);
