@@ -240,7 +240,8 @@ export type CalibrationRefusal =
   | { is: "narrow-floor"; one: string; other: string; spread_m: number }
   | { is: "contradiction"; one: string; other: string; share: number }
   | { is: "vague"; module: string; within_deg: number; within_m: number }
-  | { is: "unsolved" };
+  | { is: "unsolved" }
+  | { is: "site-changed" };
 
 /** On which side of a module a place is. */
 export type CalibrationSide = "ahead" | "ahead-left" | "ahead-right" | "left" | "right";
@@ -383,7 +384,7 @@ export interface CrossedLine {
   out: number | null;
   /** Whether it is seen now. */
   state: ZoneKnown;
-  /** Tracks that were not followed since the start, as there were too many near it at once: who they are may have crossed uncounted. */
+  /** Tracks that were not followed since the start, as there were too many near it at once; they may have crossed uncounted. */
   unfollowed?: number;
   /** For how long it was not known since the start, s. */
   unknown_s: number;
@@ -879,6 +880,8 @@ export interface Frame {
   http: HttpRefused;
   /** Every counting line of the site. */
   lines?: CrossedLine[];
+  /** Snapshots that the database, MQTT or another sink did not get, as it had fallen behind, since the start. */
+  missed: number;
   /** Every module of the site, and every one that was found beside them. */
   modules: ModuleLine[];
   /** Every ID that was read within the last hour, and which tracks it may be. */

@@ -261,7 +261,7 @@ class CalibrationQuality(TypedDict):
 CalibrationRefusal = TypedDict(
     "CalibrationRefusal",
     {
-        "is": "Literal['alone', 'apart', 'apart-floor', 'short', 'short-floor', 'narrow', 'narrow-floor', 'contradiction', 'vague', 'unsolved']",
+        "is": "Literal['alone', 'apart', 'apart-floor', 'short', 'short-floor', 'narrow', 'narrow-floor', 'contradiction', 'vague', 'unsolved', 'site-changed']",
         # Its name.
         "module": "NotRequired[str]",
         # How long they did, s.
@@ -440,7 +440,7 @@ CrossedLine = TypedDict(
         "out": "int | None",
         # Whether it is seen now.
         "state": "ZoneKnown",
-        # Tracks that were not followed since the start, as there were too many near it at once: who they are may have crossed uncounted.
+        # Tracks that were not followed since the start, as there were too many near it at once; they may have crossed uncounted.
         "unfollowed": "NotRequired[int]",
         # For how long it was not known since the start, s.
         "unknown_s": "float",
@@ -961,6 +961,8 @@ class Frame(TypedDict):
     http: HttpRefused
     # Every counting line of the site.
     lines: NotRequired[list[CrossedLine]]
+    # Snapshots that the database, MQTT or another sink did not get, as it had fallen behind, since the start.
+    missed: int
     # Every module of the site, and every one that was found beside them.
     modules: list[ModuleLine]
     # Every ID that was read within the last hour, and which tracks it may be.

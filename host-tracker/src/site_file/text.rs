@@ -255,7 +255,8 @@ polygon = [[5, 0], [9, 0], [9, 4]]
                 zone
             };
             site.zones.push(copy(&site.zones[0], "attic"));
-            site.entries.push(toml::from_str("name = \"street\"\nline = [[0, 0], [1, 0]]").unwrap());
+            let street = "name = \"street\"\nline = [[0, 0], [1, 0]]\nzone = \"hall\"";
+            site.entries.push(toml::from_str(street).unwrap());
         });
         for line in HOME.lines() {
             assert!(more.contains(line), "{line} is not in\n{more}");
