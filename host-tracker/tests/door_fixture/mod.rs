@@ -97,6 +97,7 @@ impl DoorServer {
         let watches = |module: &Module| ModuleLine {
             name: module.name.clone(),
             unused_s: Some(0.0),
+            is_sealed: true,
             ..ModuleLine::default()
         };
         let watching: Vec<ModuleLine> = file.current().site.modules.iter().map(watches).collect();
