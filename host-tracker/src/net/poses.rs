@@ -32,7 +32,7 @@ impl Poses {
     /// Adds what is wrong to `lines`, which begin with the site's devices in its order. Of a device that is silent, or
     /// covered, nothing more is said.
     pub fn raise(&mut self, sessions: &Sessions, lines: &mut [ModuleLine], now_us: u64) {
-        for session in sessions.iter() {
+        for session in sessions.in_place() {
             if let Some(place) = session.place_in_site() {
                 self.0.know_walls(place, session.walls_mm());
             }
