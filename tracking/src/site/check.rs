@@ -3,7 +3,7 @@
 use super::door::Door;
 use super::part::{Kind, Part};
 use super::wrong::{Wrong, Wrongs};
-use super::{Entry, Site, Zone, floor, limits, line, reader, shape};
+use super::{Site, Zone, floor, limits, line, reader, shape};
 
 /// Height of a module's plane above the floor, m. Lower, a plane that is half a degree off level meets the floor within 6 m; higher
 /// than a depth camera may be, it is a slip.
@@ -81,8 +81,9 @@ impl Site {
             if entry.line[0] == entry.line[1] {
                 said.part(index, entry, "line", "line: both ends are at one place");
             }
-            if let Some(what) = self.entry_leads_nowhere(entry) {
-                said.part(index, entry, "zone", &what);
+            let Some(zone) = &entry.zone else { continue };
+            if !self.zones.iter().any(|known| &known.name == zone) {
+                said.part(index, entry, "zone", &format!("there is no zone \"{zone}\""));
             }
         }
         for (index, mover) in self.movers.iter().enumerate() {
@@ -113,17 +114,6 @@ impl Site {
         line::check(self, &mut said);
         limits::check(self, &mut said);
         said.0
-    }
-
-    /// What is said of an entry of which it is not clear into which zone it leads. Before a zone is drawn it leads into none yet.
-    fn entry_leads_nowhere(&self, entry: &Entry) -> Option<String> {
-        if let Some(zone) = &entry.zone {
-            let is_there = self.zones.iter().any(|known| &known.name == zone);
-            return (!is_there).then(|| format!("there is no zone \"{zone}\""));
-        }
-        let counting = self.zones.iter().filter(|zone| zone.count).count();
-        (!self.zones.is_empty() && counting != 1)
-            .then(|| format!("zone: say which zone it leads to: {counting} zones have count = true, not one"))
     }
 
     fn check_names(&self, said: &mut Wrongs) {
@@ -276,26 +266,6 @@ mod tests {
             wrong("line = [[0, 0], [1, 0]]", "line = [[1, 0], [1, 0]]"),
             [(Kind::Entry, 0, Some("line"), text)]
         );
-    }
-
-    #[test]
-    fn an_entry_without_a_zone_needs_exactly_one_that_counts() {
-        let text = |counting: usize| {
-            format!(
-                "entry \"street\": zone: say which zone it leads to: {counting} zones have count = true, not one"
-            )
-        };
-        let both = SITE.replace("[9, 4]]", "[9, 4]]\ncount = true");
-        let said =
-            |site: &str| toml::from_str::<Site>(site).unwrap().wrong().into_iter().map(|wrong| wrong.text);
-        let named = |site: &str| said(&site.replace("\"street\"", "\"street\"\nzone = \"hall\"")).count();
-        for (site, counting) in [(both.as_str(), 2), (&SITE.replace("count = true", ""), 0)] {
-            assert_eq!(said(site).collect::<Vec<_>>(), [text(counting)]);
-            assert_eq!(named(site), 0);
-        }
-        let (modules, rest) = SITE.split_once("[[zone]]").unwrap();
-        let none = format!("{modules}{}", &rest[rest.find("[[entry]]").unwrap()..]);
-        assert_eq!(said(&none).count(), 0, "before a zone is drawn");
     }
 
     #[test]
