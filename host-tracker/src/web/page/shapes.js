@@ -1,6 +1,6 @@
 // The parts of a site, all alike: a kind, a name, corners, and whether they close. Also SVG elements and small geometry.
 
-import { gone, newDoor, zoneBefore } from "./door-part.js";
+import { gone, newDoor } from "./door-part.js";
 import { BLOCKS, FAILED, HEALTH, KIND, MODULE, TRACK } from "./names.js";
 import { say, word } from "./words.js";
 
@@ -121,19 +121,13 @@ export function freeName(kind, words, site) {
   return `${words} ${number}`;
 }
 
-/** The zone that a new entry leads to: the nearest that counts; null, if there is none yet. */
-function ledTo(line, site) {
-  const counted = countedZones(site);
-  return zoneBefore(line, (site.zone ?? []).filter(({ name }) => counted.includes(name))) || null;
-}
-
 /** A new part of a kind, with a name of its own. */
 export function create(kind, points, site) {
   const name = freeName(kind, kind === KIND.MODULE ? kind : word("part", kind), site);
   const part = {
     [KIND.ZONE]: { name, count: true, secure: false, enclosed: false },
     [KIND.WALL]: { blocks: [BLOCKS.PEOPLE, BLOCKS.BEAMS], mirror: false },
-    [KIND.ENTRY]: { name, zone: ledTo(points, site) },
+    [KIND.ENTRY]: { name, zone: null },
     [KIND.LINE]: { name },
     [KIND.MOVER]: { name },
     [KIND.EXCLUDE]: { name },

@@ -1,7 +1,7 @@
 // How many people are here, and how a module is: `deno test --allow-read`.
 
 import { ABOUT, FAILED, HEALTH, MODULE } from "./names.js";
-import { create, health, total } from "./shapes.js";
+import { health, total } from "./shapes.js";
 
 const FRAME = new URL("../../../../docs/schemas/frame.json", import.meta.url);
 
@@ -39,16 +39,3 @@ Deno.test("a module is as bad as the severity of its alarms says", () => {
 });
 
 Deno.test("an alarm is about what the tracker says", () => equal(Object.values(ABOUT), schema("About")));
-
-Deno.test("a new entry leads to the nearest zone that counts", () => {
-  const zone = (name, left, count) => ({
-    name,
-    count,
-    polygon: [[left, 0], [left + 2, 0], [left + 2, 2], [left, 2]],
-  });
-  const led = (...zones) => create("entry", [[5, 2], [6, 2]], { zone: zones }).zone;
-  equal(led(), null);
-  equal(led(zone("far", 0, true), zone("near", 5, false)), "far");
-  equal(led(zone("far", 0, true), zone("near", 5, true)), "near");
-  equal(led(zone("near", 5, false), zone("far", 0, false)), "near");
-});
