@@ -158,6 +158,21 @@ pub fn cross(a: (Point, Point), b: (Point, Point)) -> bool {
     turn(a.0, a.1, b.0) * turn(a.0, a.1, b.1) < 0.0 && turn(b.0, b.1, a.0) * turn(b.0, b.1, a.1) < 0.0
 }
 
+/// How far two segments are from each other, m; 0 where they cross.
+#[must_use]
+pub fn segments_apart_m(one: (Point, Point), other: (Point, Point)) -> f64 {
+    if cross(one, other) {
+        return 0.0;
+    }
+    let ends = [
+        distance_to_segment(one.0, other.0, other.1),
+        distance_to_segment(one.1, other.0, other.1),
+        distance_to_segment(other.0, one.0, one.1),
+        distance_to_segment(other.1, one.0, one.1),
+    ];
+    ends.into_iter().fold(f64::INFINITY, f64::min)
+}
+
 /// Whether `point` is inside the polygon, by the number of sides to its right.
 #[must_use]
 pub fn inside(point: Point, polygon: &[Point]) -> bool {

@@ -27,10 +27,7 @@ pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
     let known = asked.iter().filter(has_count).count();
     let is_open =
         |zone: &&Zone| line.zones.get(&zone.name).is_none_or(|zone| zone.state() != ZoneKnown::Known);
-    let has_place = |name: &str| {
-        let placed = site.modules.iter().filter(|module| module.placed).map(|module| &module.name);
-        placed.chain(site.floors.iter().map(|floor| &floor.name)).any(|known| known == name)
-    };
+    let has_place = |name: &str| site.placed().any(|known| known == name);
     let watched = modules.iter().any(|line| line.state == DeviceState::Watching && has_place(&line.name));
     let state = match () {
         () if asked.is_empty() && watched => ZoneKnown::Known,

@@ -324,26 +324,21 @@ impl Passed {
 /// there are none, all of the site: which of them sees so far is not known, and none of them may be silent or forged then.
 fn watching(door: &door::Door, site: &Site) -> Vec<String> {
     let (from, to) = door.ends();
-    let zone = site.zones.iter().find(|zone| zone.name == door.zone).map_or_else(Vec::new, Zone::corners);
+    let zone = site.zones.iter().find(|zone| zone.name == door.zone);
     let is_near = |at: Point| {
-        let mut sides = zone.iter().zip(zone.iter().cycle().skip(1));
-        inside(at, &zone)
-            || distance_to_segment(at, from, to) < WATCHES_M
-            || sides.any(|(&from, &to)| distance_to_segment(at, from, to) < WATCHES_M)
+        distance_to_segment(at, from, to) < WATCHES_M
+            || zone.is_some_and(|zone| zone.apart_m((at, at)) < WATCHES_M)
     };
+    let corners = zone.map_or_else(Vec::new, Zone::corners);
     let is_under = |floor: &Floor| {
         let plan = Plan::from(floor);
-        (0..plan.panels()).any(|panel| inside(plan.middle(panel), &zone))
+        (0..plan.panels()).any(|panel| inside(plan.middle(panel), &corners))
     };
-    let placed = || site.modules.iter().filter(|module| module.placed);
-    let near = placed().filter(|module| is_near(module.pose().at)).map(|module| &module.name);
+    let placed = site.modules.iter().filter(|module| module.placed);
+    let near = placed.filter(|module| is_near(module.pose().at)).map(|module| &module.name);
     let under = site.floors.iter().filter(|floor| is_under(floor)).map(|floor| &floor.name);
     let watching: Vec<String> = near.chain(under).cloned().collect();
-    if !watching.is_empty() {
-        return watching;
-    }
-    let all = placed().map(|module| &module.name).chain(site.floors.iter().map(|floor| &floor.name));
-    all.cloned().collect()
+    if watching.is_empty() { site.placed().map(str::to_owned).collect() } else { watching }
 }
 
 #[cfg(test)]

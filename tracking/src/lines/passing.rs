@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 use super::Direction;
 use crate::cells::Areas;
 use crate::doorway::{BESIDE_M, DOORWAY_M};
-use crate::geometry::{Point, cross, distance_to_segment};
+use crate::geometry::{Point, distance_to_segment, segments_apart_m};
 use crate::occupancy::ZoneKnown;
 use crate::site::Site;
 use crate::site::line::CountingLine;
@@ -120,7 +120,7 @@ pub(super) struct Passing {
 impl Passing {
     pub fn new(line: &CountingLine, site: &Site) -> Self {
         let (from, to) = line.ends();
-        let near = |ends: &(Point, Point)| apart_m(*ends, (from, to)) <= DOORWAY_M;
+        let near = |ends: &(Point, Point)| segments_apart_m(*ends, (from, to)) <= DOORWAY_M;
         let entries = site.entries.iter().map(crate::site::Entry::ends).filter(near);
         Self {
             from,
@@ -277,20 +277,6 @@ impl Way {
 /// Whether a track is where it is said to be.
 const fn is_seen(track: &TrackState) -> bool {
     !matches!(track.state, LifeCycle::Occluded)
-}
-
-/// The distance of two straight pieces, m.
-fn apart_m(one: (Point, Point), other: (Point, Point)) -> f64 {
-    if cross(one, other) {
-        return 0.0;
-    }
-    let ends = [
-        distance_to_segment(one.0, other.0, other.1),
-        distance_to_segment(one.1, other.0, other.1),
-        distance_to_segment(other.0, one.0, one.1),
-        distance_to_segment(other.1, one.0, one.1),
-    ];
-    ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// In which direction the straight way `before` → `after` passes the line, and after which share of it.

@@ -196,7 +196,7 @@ fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)>
     if !(0.3..=20.0).contains(&length_m) {
         return Err(("line", format!("line: must be 0.3 to 20 m long, is {length_m:.2} m")));
     }
-    let far_m = shape::apart_m((from, to), &zone.polygon);
+    let far_m = zone.apart_m((from, to));
     // Of what is no place that alone is said.
     if limits::no_place(&door.line).is_none() && far_m.is_finite() && far_m > DOOR_M {
         let what = format!(

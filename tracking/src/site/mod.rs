@@ -306,6 +306,11 @@ impl Zone {
     pub fn corners(&self) -> Vec<Point> {
         corners(&self.polygon)
     }
+
+    /// How far a segment is from it, m; 0 if any of it lies in it.
+    pub(crate) fn apart_m(&self, segment: (Point, Point)) -> f64 {
+        shape::apart_m(segment, &self.polygon)
+    }
 }
 
 fn corners(polygon: &[[f64; 2]]) -> Vec<Point> {
@@ -421,6 +426,12 @@ impl Site {
     #[must_use]
     pub fn is_placed(&self, module: usize) -> bool {
         self.modules.get(module).is_some_and(|module| module.placed)
+    }
+
+    /// The names of its devices whose place is known: placed modules, then floors.
+    pub(crate) fn placed(&self) -> impl Iterator<Item = &str> {
+        let modules = self.modules.iter().filter(|module| module.placed).map(|module| module.name.as_str());
+        modules.chain(self.floors.iter().map(|floor| floor.name.as_str()))
     }
 
     /// All places for devices with their names: modules, then floors.

@@ -8,7 +8,7 @@
 //!    an area        ╱────╲ crosses itself
 //! ```
 
-use crate::geometry::{Point, distance_to_segment, inside};
+use crate::geometry::{Point, inside, segments_apart_m};
 
 /// Smallest area, m²: a door leaf, the least that moves, is 0.7 m wide and 3 cm thick; a click and a slip of the mouse are less.
 const LEAST_M2: f64 = 0.01;
@@ -76,14 +76,7 @@ pub fn apart_m((from, to): (Point, Point), polygon: &[[f64; 2]]) -> f64 {
         return 0.0;
     }
     let sides = corners.iter().copied().zip(corners.iter().copied().cycle().skip(1));
-    let far_m = |(a, b): (Point, Point)| {
-        if cross((from, to), (a, b)) {
-            return 0.0;
-        }
-        let ends = [distance_to_segment(from, a, b), distance_to_segment(to, a, b)];
-        ends.into_iter().fold(distance_to_segment(a, from, to), f64::min)
-    };
-    sides.map(far_m).fold(f64::INFINITY, f64::min)
+    sides.map(|side| segments_apart_m((from, to), side)).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether two segments cross, each with an end on either side of the other.

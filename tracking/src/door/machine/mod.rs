@@ -119,8 +119,9 @@ impl Machine {
         Some(machine)
     }
 
-    /// Goes on in a changed site: no match counts before the tracker has been well for 2 s. Alarms stand, cards stay inside, and the lock does not open by it: a passage under way ends in
-    /// trouble, locked whatever the site says. False without its zone: nothing has changed then.
+    /// Goes on in a changed site: no match counts before the tracker has been well for 2 s. Alarms stand, cards stay inside,
+    /// and the lock does not open by it: a passage under way ends in trouble, locked whatever the site says. False without its
+    /// zone: nothing has changed then.
     pub fn change_site(&mut self, door: &Door, site: &Site, actions: &mut Vec<Action>) -> bool {
         let Some(doorway) = doorway(door, site) else { return false };
         self.doorway = doorway;
