@@ -142,7 +142,7 @@ fn two_who_edit_at_once_lose_nothing() {
     other.wait("a mover", "document.querySelectorAll('.shape[data-kind=mover]').length === 1");
     save(&mut one);
     other.wait("it is said at once", "document.querySelector('#edit-newer') !== null");
-    other.is_accessible("somebody else has saved");
+    other.is_accessible("another user has saved");
     other.click("#take-in");
     other.wait("theirs are there", "document.querySelectorAll('.shape[data-kind=zone]').length === 3");
     other.wait(
@@ -184,7 +184,7 @@ fn two_who_edit_at_once_lose_nothing() {
     other.wait("it asks", "document.querySelector('#conflicts') !== null");
     let asked = other.value("document.querySelector('#conflicts').innerText");
     let asked = asked.as_str().unwrap();
-    assert!(asked.contains("You changed it, and somebody else changed it"), "{asked}");
+    assert!(asked.contains("You changed it, and another user changed it"), "{asked}");
     assert!(
         asked.contains("“lounge” or “salon”") && asked.contains("Most people (alarm above) 4 or none"),
         "{asked}"
@@ -280,7 +280,7 @@ fn a_page_from_before_a_restart_saves_over_nothing_and_loses_nothing() {
     page.click("#tool-zone");
     drag(&mut page, [-60.0, -250.0, 60.0, -200.0]);
     page.wait("it is kept", "localStorage.getItem('kehai-drawing:home.toml')?.includes('zone 1')");
-    // Nobody is here to answer whether to leave.
+    // The test cannot answer whether to leave.
     page.value("void (Event.prototype.preventDefault = function () {})");
     house.edit(&mut page);
     page.wait("it is offered", "document.querySelector('#edit-left') !== null");

@@ -210,7 +210,7 @@ impl Cause {
         }
     }
 
-    /// How much it takes away. A door in alarm lets nobody in until somebody has looked after it.
+    /// How much it takes away. A door in alarm lets no person in until it is reset.
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {

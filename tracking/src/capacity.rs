@@ -13,7 +13,7 @@ use crate::alarm::{Active, AlarmKind, Cause, Source};
 use crate::occupancy::{ZoneKnown, ZoneLine};
 use crate::site::Site;
 
-/// It is raised when it has been so for so long, s: for less, somebody passes through, or one person is two tracks.
+/// It is raised when it has been so for so long, s: for less, a person passes through, or one person is two tracks.
 const RAISED_S: f64 = 2.0;
 
 /// It is over when it has not been known for so long, s: people about the edge of a zone come and go.

@@ -1,45 +1,45 @@
 //! How many of some people are there: the distribution of their number.
 //!
 //! ```text
-//!   P(0) P(1) P(2) …   one more, who is there with r:   P'(n) = P(n)·(1 − r) + P(n − 1)·r
+//!   P(0) P(1) P(2) …   one more, there with r:   P'(n) = P(n)·(1 − r) + P(n − 1)·r
 //!
-//!   what is taken for a person   1/50 nobody ─ 97/100 one ─ 1/100 two, of whom one is hidden     (Doubt)
+//!   what is taken for a person   1/50 none ─ 97/100 one ─ 1/100 two, of whom one is hidden     (Doubt)
 //! ```
 //!
 //! Of independent people with their probabilities of being there that is the Poisson binomial distribution (Poisson 1837). It is too
 //! sure: a track's existence says how well scans agree with it, not whether the tracker has taken an arm for a person or two people for
-//! one. So each track stands for nobody, one or two with probabilities of its own: a step of a branching process (Watson and
+//! one. So each track stands for none, one or two with probabilities of its own: a step of a branching process (Watson and
 //! Galton 1875), in which the error grows with the number of people, as it does.
 
 /// For how many people a track stands that exists.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Doubt {
-    nobody: f64,
+    none: f64,
     two: f64,
 }
 
 impl Doubt {
     /// Each track is one person.
-    pub(crate) const NONE: Self = Self { nobody: 0.0, two: 0.0 };
+    pub(crate) const NONE: Self = Self { none: 0.0, two: 0.0 };
 
     /// The likeliest of the true counts of 7682 seconds, in nine worlds before the door, in conditions D and H with one, three, five and
     /// seven people (`kehai-sim experiment counts --seeds 400-402`), in steps of 0.005: for both trackers near these, so for both these.
-    pub(crate) const OF_TRACKS: Self = Self { nobody: 0.02, two: 0.01 };
+    pub(crate) const OF_TRACKS: Self = Self { none: 0.02, two: 0.01 };
 }
 
-/// Less of the greatest numbers is not told: nobody asks for it, and of some hundred people it would be half of the list.
+/// Smaller probabilities of the greatest numbers are left out: of some hundred people they would be half of the list.
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// Adds what one more track that exists with that probability stands for.
 pub(crate) fn join(p: &mut Vec<f64>, existence: f64, doubt: Doubt) {
     let two = existence * doubt.two;
-    let one = existence * (1.0 - doubt.nobody - doubt.two);
-    let nobody = 1.0 - existence + existence * doubt.nobody;
+    let one = existence * (1.0 - doubt.none - doubt.two);
+    let none = 1.0 - existence + existence * doubt.none;
     p.extend([0.0, 0.0]);
     for number in (0..p.len()).rev() {
         let less =
             |by: usize| number.checked_sub(by).and_then(|number| p.get(number)).copied().unwrap_or(0.0);
-        p[number] = less(0) * nobody + less(1) * one + less(2) * two;
+        p[number] = less(0) * none + less(1) * one + less(2) * two;
     }
     while p.len() > 1 && p.last().is_some_and(|last| *last < NEGLIGIBLE) {
         p.pop();
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_stands_for_nobody_one_or_two() {
+    fn a_track_stands_for_none_one_or_two() {
         let close = |p: &[f64], expected: &[f64]| {
             p.len() == expected.len()
                 && p.iter().zip(expected).all(|(p, expected)| (p - expected).abs() < 1e-12)
@@ -80,7 +80,7 @@ mod tests {
         assert!(close(&one, &[0.02, 0.97, 0.01]), "{one:?}");
         let two = distribution([1.0, 1.0]);
         assert!(close(&two, &[0.0004, 0.0388, 0.9413, 0.0194, 0.0001]), "{two:?}");
-        // Where no track is, nobody is doubted.
+        // Without tracks the count is surely 0.
         assert_eq!(distribution([]), [1.0]);
     }
 

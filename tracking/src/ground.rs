@@ -1,4 +1,4 @@
-//! What modules see of the zones with nobody there: by one, from two sides, by none; and where one more would help most.
+//! What modules see of the empty zones: by one, from two sides, by none; and where one more would help most.
 //!
 //! ```text
 //!        \ 1 | 0 /        directions from a cell in sixths of the circle: seen from two sides are cells with modules in two
@@ -26,8 +26,8 @@ use crate::site::{Blocks, Site, Wall, Zone};
 /// Sides from which a cell is seen: sixths of the circle.
 pub const SIDES: usize = 6;
 
-/// What a cell is worth, behind one crowd: seen from one side, and what a second side adds. Who is not seen is missing from the
-/// count, who is seen from one side may be merged with another: two modules in `host-sim/sites/office.toml` that see 89 % and
+/// What a cell is worth, behind one crowd: seen from one side, and what a second side adds. A person who is not seen is missing
+/// from the count, one seen from one side may be merged with another: two modules in `host-sim/sites/office.toml` that see 89 % and
 /// 15 % from two sides counted six people right 88 % of the time, two that see 73 and 45 % 19 % of it.
 pub const ONE: u64 = 4;
 /// See [`ONE`].

@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn truth_may_say_how_well_somebody_is_seen() {
+    fn truth_may_say_how_well_a_person_is_seen() {
         let text = "{\"t\":0,\"people\":[{\"id\":1,\"x\":0.5,\"y\":1}]}\n\n\
                     {\"t\":0.1,\"people\":[{\"id\":1,\"x\":0.5,\"y\":1,\"beams\":12,\"more\":true}]}";
         let lines: Vec<TruthLine> = Lines::new(text.as_bytes(), "t").collect::<Result<_, _>>().unwrap();

@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_found_is_a_count_of_zero_only_where_all_is_seen() {
+    fn no_person_found_is_a_count_of_zero_only_where_all_is_seen() {
         let line = |count: u32, state| {
             let line = ZoneLine::new(Found::inside(count, vec![1.0]), 0.5, state);
             serde_json::to_string(&line).unwrap()

@@ -154,7 +154,7 @@ impl SiteTracker {
     }
 
     /// Takes the people of a line that was given `age_s` before the start, by a process that has ended. They are hidden
-    /// until a device detects them. On floors nobody is hidden: who is there is found at once.
+    /// until a device detects them. On floors no person is hidden: all are found at once.
     pub fn restore(&mut self, line: &TracksLine, age_s: f64) {
         self.newest = line.tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
         self.fusion.restore(line.tracks.iter().map(|track| track.id));

@@ -63,7 +63,7 @@ struct Inside {
 pub struct Stays {
     names: Vec<String>,
     areas: Areas,
-    /// Where nobody is in any zone.
+    /// Where a person counts as being in no zone.
     excluded: Areas,
     people: BTreeMap<TrackId, Inside>,
     dwell: BTreeMap<String, DwellLine>,
@@ -91,8 +91,8 @@ impl Stays {
     pub fn observe(&mut self, tracks: &[TrackState], at_s: f64) -> Vec<Change> {
         let mut changes = Vec::new();
         for track in tracks.iter().filter(|track| track.state != LifeCycle::Tentative) {
-            let nobody = || Inside { zones: BTreeMap::new(), there_s: at_s };
-            let person = self.people.entry(track.id).or_insert_with(nobody);
+            let new = || Inside { zones: BTreeMap::new(), there_s: at_s };
+            let person = self.people.entry(track.id).or_insert_with(new);
             person.there_s = at_s;
             let (areas, excluded, at) = (&self.areas, &self.excluded, track.at);
             let is_excluded = excluded.around(at).any(|area| is_clear(excluded.corners(area), at));
@@ -125,7 +125,7 @@ impl Stays {
         changes
     }
 
-    /// How long people have stayed in each zone that somebody has left.
+    /// How long people have stayed in each zone that a person has left.
     #[must_use]
     pub fn dwell(&self) -> Vec<DwellLine> {
         self.dwell.values().cloned().collect()
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_lost_has_left_when_it_was_there_last_and_a_tentative_track_is_nobody() {
+    fn a_lost_track_has_left_when_it_was_there_last_and_a_tentative_track_is_no_person() {
         let mut stays = stays();
         let shade = TrackState { state: LifeCycle::Tentative, ..person(8, 2.0) };
         assert_eq!(stays.observe(&[person(7, 2.0), shade], 1.0).len(), 1);

@@ -4,7 +4,7 @@
 //!   zones with `count`, or else all of them     is said
 //!   each has a count                            people in all zones, `known`
 //!   some have none, people are found            the same, `partly`: at least so many
-//!   some have none, nobody is found             null: a person may be where nobody looks
+//!   some have none, no person is found          null: a person may be where no device looks
 //!   none has a count                            null, `unknown`
 //! ```
 //!
@@ -56,7 +56,7 @@ fn people(site: &Site, line: &TracksLine) -> u32 {
     u32::try_from(counted(site, line).count()).unwrap_or(u32::MAX)
 }
 
-/// Confirmed and occluded tracks in a zone, without zones anywhere, but where nobody is counted.
+/// Confirmed and occluded tracks in a zone, or anywhere if the site has no zones; none in an excluded area.
 fn counted<'a>(site: &Site, line: &'a TracksLine) -> impl Iterator<Item = &'a TrackLine> {
     let zones: Vec<Vec<Point>> = site.zones.iter().map(Zone::corners).collect();
     let excluded: Vec<Vec<Point>> = site.excludes.iter().map(Exclude::corners).collect();
@@ -108,7 +108,7 @@ mod tests {
             let Total { count, state } = total(&site, line, &[]);
             (count, state)
         };
-        // In both zones, in one, where nobody is counted, beside all.
+        // In both zones, in one, in an excluded area, beside all.
         let people = [(1.0, 1.0), (3.0, 1.0), (3.5, 3.5), (7.0, 7.0)];
         assert_eq!(said(&line(&people, &[("hall", 2, Known), ("desk", 1, Known)])), (Some(2), Known));
         assert_eq!(said(&line(&people, &[("hall", 2, Partly), ("desk", 1, Known)])), (Some(2), Partly));

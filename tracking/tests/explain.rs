@@ -188,7 +188,7 @@ fn what_is_behind_a_sofa_and_behind_a_wall_is_told_apart_and_was_never_seen() {
     assert!((unseen / zone.size - (1.0 - zone.seen_share)).abs() < 0.02, "{unseen} of {}", zone.size);
     let said = words(&Reasons::Zone(zone)).join("\n");
     for word in [
-        "nobody\n",
+        "no person\n",
         "% seen, not:",
         "behind a thing that belongs to the room, from left; never seen",
         "behind a wall",
@@ -220,7 +220,7 @@ fn behind_the_back_of_a_module_and_farther_than_it_sees_nothing_is_known() {
 }
 
 #[test]
-fn a_zone_nobody_has_looked_at_for_long_enough_begins_and_says_for_how_long() {
+fn a_zone_not_looked_at_for_long_enough_begins_and_says_for_how_long() {
     let mut room = Room::new();
     assert_eq!(patch(&room.zone("room"), |why| why == Why::NoModule).module, None);
     room.seconds(1.0);

@@ -140,7 +140,7 @@ fn a_person_on_the_floor_is_counted_and_one_who_has_left_is_not() {
         let hall = rig.hall(at_us + 10_000);
         counts.push((hall.state(), hall.count()));
     }
-    assert_eq!(counts[0], (ZoneKnown::Unknown, None), "nobody can have been found yet");
+    assert_eq!(counts[0], (ZoneKnown::Unknown, None), "no person can have been found yet");
     assert_eq!(counts[20], (ZoneKnown::Known, Some(0)), "nothing pressed is not silence");
     for reading in [40, 50, 60, 70, 80, 88] {
         assert_eq!(counts[reading], (ZoneKnown::Known, Some(1)), "reading {reading}");
@@ -151,8 +151,8 @@ fn a_person_on_the_floor_is_counted_and_one_who_has_left_is_not() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whenever the floor is unplugged while a person walks on it, no line says that nobody is there, and within 3 s all
-    /// of it is unknown; when it comes back, nobody is missing either.
+    /// Whenever the floor is unplugged while a person walks on it, no line says that the hall is empty, and within 3 s
+    /// all of it is unknown; when it comes back, no person is missing either.
     #[test]
     fn a_floor_that_is_unplugged_is_unknown_within_3_s_and_never_empty(
         unplugged_us in 3_000_000_u64..12_000_000,
@@ -337,7 +337,7 @@ const TWO: &str = "[[floor]]\nname = \"west\"\nx = 0\ny = 0\ncolumns = 12\nrows 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Two mats are read at different times, and each reading takes up to 100 ms: who walks from one to the other is one.
+    /// Two mats are read at different times, and each reading takes up to 100 ms: a person who walks from one to the other is one.
     #[test]
     fn the_order_in_which_readings_arrive_changes_no_count(
         late_us in prop::collection::vec(0_u64..100_000, 240),

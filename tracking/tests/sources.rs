@@ -171,8 +171,8 @@ fn genuine_reports_that_are_held_back_and_released_count_as_unseen() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(192))]
 
-    /// Whichever sources look at a hall where a person walks, and whenever each is unplugged: no line says that nobody is
-    /// there; the hall is unknown within 3 s of the last one's silence; and in the end the person is found again.
+    /// Whichever sources look at a hall where a person walks, and whenever each is unplugged: no line says that it is
+    /// empty; the hall is unknown within 3 s of the last one's silence; and in the end the person is found again.
     #[test]
     fn what_is_unplugged_leaves_its_zone_unknown_within_3_s_and_never_empty(
         kinds in kinds(),

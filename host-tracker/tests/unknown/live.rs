@@ -69,7 +69,7 @@ pub fn reasons(judge: &mut Judge, truth: &Truth, site_tracker: &SiteTracker, sit
         let Some(reasons) = explain(facts) else { continue };
         let told = words(&reasons);
         let Reasons::Zone(of) = &reasons else { continue };
-        if of.count == Some(0) || told.first().is_some_and(|first| first.starts_with("nobody")) {
+        if of.count == Some(0) || told.first().is_some_and(|first| first.starts_with("no person")) {
             let when = When::At(truth.newest());
             judge.empty("explain", &What::Zone(zone.name.clone()), when, &told.join("; "));
         }

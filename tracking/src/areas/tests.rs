@@ -86,7 +86,7 @@ fn of_an_area_that_is_not_heard_nothing_is_known_and_the_total_is_not_less() {
     assert_eq!(missing.state, DeviceState::Missing);
     let [alarm] = &picture.alarms[..] else { panic!("{:?}", picture.alarms) };
     assert!(alarm.about == About::Area && alarm.text.contains("area west") && alarm.since_ms == 3100);
-    // Nobody in the area that is heard is nobody at all only if all are heard.
+    // The total is 0 only if all areas are heard and none has a person.
     campus.hear(&area("east"), frame(3, Vec::new()), 2_200_000);
     assert_eq!(campus.picture(&site, 2_200_000, 3200).total.count, None);
     // It is back by itself, as another start.

@@ -1,7 +1,7 @@
 //! Whose name goes over the border: what an area said when it read the card, and where that person has gone since.
 //!
 //! ```text
-//!   west  reads a11c of 7 ●─────●┄┄┄ nobody's     what west says of its other tracks by then is no news
+//!   west  reads a11c of 7 ●─────●┄┄┄ no track     what west says of its other tracks by then is no news
 //!   east                     ●─────────▶          the name goes on with the person
 //! ```
 
@@ -37,7 +37,7 @@ fn a_name_goes_over_the_border_with_its_person() {
     assert_eq!(kept, [Likelihood { track: 2, probability: 0.9 }]);
     say(&mut campus, "east", 5, Vec::new(), Vec::new());
     let gone = say(&mut campus, "west", 6, Vec::new(), vec![named(Vec::new(), 0.4)]);
-    assert_eq!(gone, [], "nobody is there");
+    assert_eq!(gone, [], "no track is there");
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn an_area_does_not_guess_the_name_of_a_person_whom_another_sees() {
 }
 
 #[test]
-fn what_is_left_when_the_named_track_is_nobody_is_no_name() {
+fn what_is_left_when_the_named_track_is_no_person_is_no_name() {
     let (mut campus, site) = both();
     let say = |campus: &mut Campus, number: u64, west: Vec<TrackLine>, shares: &[(u64, f64)]| {
         let mut said = frame(number, west);

@@ -1,8 +1,8 @@
-//! Which tracks of two and three areas are one person, and who keeps the number.
+//! Which tracks of two and three areas are one person, and which of them keeps the number.
 //!
 //! ```text
-//!   west  ●────●┄┄┄┄┄○       ●     its track is hidden, and then somebody else's
-//!   east       ●────────●───────▶  the number goes with who is seen
+//!   west  ●────●┄┄┄┄┄○       ●     its track is hidden, and then another person's
+//!   east       ●────────●───────▶  the number goes with the person who is seen
 //! ```
 
 use super::Campus;
@@ -98,7 +98,7 @@ fn who_is_hidden_from_one_area_is_where_the_other_sees_them() {
         let east = 0.1 * step as f64;
         assert_eq!(hidden(&mut campus, step, Occluded, 0.3, Some(east)), [1], "{step}");
     }
-    // Somebody else comes to the border, and west takes them for the one that it had lost: 1 is who east has seen all along.
+    // Another person comes to the border, and west takes them for the one that it had lost: 1 is the person east has seen all along.
     assert_eq!(hidden(&mut campus, 40, Confirmed, -0.2, Some(4.0)).len(), 2);
     let picture = campus.picture(&campus.site(), 4_000_000, 1);
     let first = picture.line.tracks.iter().find(|track| track.id == 1).unwrap();
@@ -123,7 +123,7 @@ fn who_is_hidden_takes_no_number_from_one_who_passes() {
 }
 
 #[test]
-fn what_an_area_supposes_in_another_that_sees_the_place_is_nobody() {
+fn what_an_area_supposes_in_another_that_sees_the_place_is_no_person() {
     let mut campus = halves();
     assert_eq!(hidden(&mut campus, 1, LifeCycle::Occluded, 2.0, None).len(), 0);
     assert_eq!(hidden(&mut campus, 2, LifeCycle::Occluded, -2.0, None).len(), 1, "its own ground");
@@ -134,7 +134,7 @@ fn what_an_area_supposes_in_another_that_sees_the_place_is_nobody() {
         frame(9, vec![TrackLine { state: LifeCycle::Occluded, ..track(7, 2.0, 0.0) }]),
         400_000,
     );
-    assert_eq!(campus.picture(&campus.site(), 400_000, 1).line.tracks.len(), 1, "nobody else knows");
+    assert_eq!(campus.picture(&campus.site(), 400_000, 1).line.tracks.len(), 1, "no other area knows");
 }
 
 #[test]
@@ -164,13 +164,13 @@ fn places(
 }
 
 #[test]
-fn a_track_that_is_taken_for_somebody_else_brings_no_number_along() {
+fn a_track_that_is_taken_for_another_person_brings_no_number_along() {
     use LifeCycle::{Confirmed, Occluded};
     let mut campus = halves();
     let (one, other) = ((70, 0.5, Confirmed), (71, 3.0, Confirmed));
     places(&mut campus, 1, &[], &[one]);
     places(&mut campus, 2, &[(7, -3.0, Confirmed)], &[one]);
-    // West's was somebody once, and is then the one whom east sees.
+    // West's track was one person, and is then the one whom east sees.
     for number in 3..20 {
         places(&mut campus, number, &[(7, 0.5, Confirmed)], &[one, other]);
     }
@@ -199,7 +199,7 @@ fn who_is_found_near_one_whom_the_neighbour_sees_has_no_number_yet() {
     assert_eq!(shown.len(), 1);
     let shown = places(&mut campus, 7, &[], &[(70, 0.2, Confirmed)]);
     assert_eq!(shown, [(1, 0.2)]);
-    // One who stays there for longer is somebody.
+    // A track that stays there for longer is a person.
     for number in 8..18 {
         places(&mut campus, number, &[(8, -0.7, Confirmed)], &[(70, 0.2, Confirmed)]);
     }
@@ -207,7 +207,7 @@ fn who_is_found_near_one_whom_the_neighbour_sees_has_no_number_yet() {
 }
 
 #[test]
-fn who_is_new_on_the_ground_of_another_is_somebody_after_a_second() {
+fn a_track_that_is_new_on_the_ground_of_another_area_is_a_person_after_a_second() {
     use LifeCycle::Confirmed;
     let mut campus = halves();
     for number in 1..11 {
@@ -220,7 +220,7 @@ fn who_is_new_on_the_ground_of_another_is_somebody_after_a_second() {
 }
 
 #[test]
-fn a_track_whose_person_went_on_without_it_is_nobody_new_at_once() {
+fn a_track_whose_person_went_on_without_it_is_no_new_person_at_once() {
     use LifeCycle::{Confirmed, Occluded};
     let mut campus = halves();
     let (east, found) = ((70, 0.5, Confirmed), (8, 0.5, Confirmed));
@@ -274,5 +274,5 @@ fn who_was_hidden_in_one_area_and_left_by_the_other_is_gone() {
     for number in 60..120 {
         assert_eq!(places(&mut campus, number, &[(7, -0.2, Occluded)], &[]), [], "{number}");
     }
-    assert_eq!(places(&mut campus, 120, &[(7, -0.2, Confirmed)], &[]).len(), 1, "somebody is there again");
+    assert_eq!(places(&mut campus, 120, &[(7, -0.2, Confirmed)], &[]).len(), 1, "a person is there again");
 }

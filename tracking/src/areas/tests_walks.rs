@@ -1,4 +1,4 @@
-//! Groups who walk over a border, as two trackers have them: nobody gets another number, and nobody is counted twice or never.
+//! Groups who walk over a border, as two trackers have them: each person keeps the number, and is counted exactly once.
 //!
 //! ```text
 //!   west, x < 1 m  ─────────────────────┤
@@ -72,7 +72,7 @@ impl World {
         [walker.from[0] + walker.speed * t, walker.from[1]]
     }
 
-    /// What the tracker of an area says: who is in its view, and half a second longer where they would be.
+    /// What the tracker of an area says: the people in its view, and for half a second longer where they would be.
     fn says(&mut self, area: usize, t: f64) -> Vec<TrackLine> {
         let mut tracks = Vec::new();
         for person in 0..self.walkers.len() {

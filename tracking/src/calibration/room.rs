@@ -9,7 +9,7 @@
 //!
 //! Point-to-line matching of all pairs at once (a relative of ICP), with the result of the walk as its prior. The
 //! distance at which two points can be the same surface shrinks round by round (Tukey's weights). Planes at different
-//! heights see different furniture: what one does not see has no counterpart, or is outvoted.
+//! heights see different furniture: points that only one module sees have no counterpart, or are outvoted.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -183,7 +183,7 @@ impl Session {
         self.site = Arc::clone(site);
         let Some(active) = self.active.as_mut().filter(|active| !active.is_of(site)) else { return };
         if active.looked_s <= active.begun_s {
-            // Whoever adds modules and begins at once has meant the site with them.
+            // A user who adds modules and begins at once means the site with them.
             *active = Active::new(site, active.begun_s);
         } else if active.result.is_none() {
             active.result = Some(Err(Refusal::SiteChanged));

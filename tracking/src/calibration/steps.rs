@@ -38,7 +38,7 @@ const SILENT_S: f64 = 0.5;
 /// What a floor shows now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shows {
-    /// Nobody.
+    /// No feet.
     Nobody,
     /// Feet that one person may have.
     One,

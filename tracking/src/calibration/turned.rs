@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn the_watch_names_a_turned_module_although_nobody_walks() {
+    fn the_watch_names_a_turned_module_although_no_person_walks() {
         let module = crate::site::Module {
             name: "hall".into(),
             x: 0.0,

@@ -119,7 +119,7 @@ fn a_module_that_was_moved_is_named_among_three() {
 }
 
 #[test]
-fn what_was_seen_in_passing_proves_no_more_when_nobody_walks() {
+fn what_was_seen_in_passing_proves_no_more_when_no_person_walks() {
     // Two modules see two people who pass, and take them for one.
     let mut watch = PoseWatch::new(&site(2));
     let views = [view(0), view(1)];
@@ -135,7 +135,7 @@ fn what_was_seen_in_passing_proves_no_more_when_nobody_walks() {
 }
 
 #[test]
-fn a_module_that_sees_nobody_where_others_do_looks_past_them() {
+fn a_module_that_sees_no_people_where_others_do_looks_past_them() {
     assert_eq!(after(8, 2, |_| None), [], "not after some seconds");
     assert_eq!(after(25, 2, |_| None), [(1, Finding::Past)]);
 }

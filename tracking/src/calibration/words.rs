@@ -103,7 +103,7 @@ pub fn refusal(refusal: &Refusal, names: &Names) -> String {
             names.of(*other),
         ),
         Refusal::Contradiction { modules: (one, other), share } => format!(
-            "what {} and {} saw fits together for {:.0} % of the time only: was somebody else walking, or a module moved \
+            "what {} and {} saw fits together for {:.0} % of the time only: was another person walking, or a module moved \
              meanwhile? Begin anew, alone",
             names.of(*one),
             names.of(*other),
@@ -200,7 +200,7 @@ pub fn finding(finding: &Finding) -> (AlarmKind, String) {
             (AlarmKind::Moved, format!("it was {what}: put it back, or run kehai-tracker calibrate; until then it misplaces people"))
         }
         Finding::Covered => {
-            (AlarmKind::Blind, "something before it hides everything: people walk in its view and it sees nobody; take it away".to_owned())
+            (AlarmKind::Blind, "something before it hides everything: people walk in its view and it sees none; take it away".to_owned())
         }
         Finding::Past => (
             AlarmKind::Blind,

@@ -18,7 +18,7 @@ const PART_M: f64 = 0.25;
 const SHARED_M: f64 = 0.15;
 
 /// Deviation of a top, m: a row of pixels and the noise at 4 m, and gait; and of a volume's logarithm: half or twice as much
-/// is usual, by turning, arms and whoever stands before it.
+/// is usual, by turning, arms and a person who stands before it.
 const TOP_M: f64 = 0.04;
 const VOLUME_LN: f64 = 0.7;
 
@@ -104,7 +104,7 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// Nobody yet.
+    /// Without tracks yet.
     #[must_use]
     pub const fn new(ideas: Ideas, sight: Sight) -> Self {
         Self { ideas, sight, bodies: Vec::new(), newest: 0 }
@@ -168,7 +168,7 @@ impl Bodies {
             });
             let near = taken.filter(|segment| off(*segment) < INSIDE_M);
             let Some(segment) = near.min_by(|one, other| off(*one).total_cmp(&off(*other))) else { continue };
-            // A segment as small as its owner alone hides whoever is behind, and does not show them.
+            // A segment as small as its owner alone hides a person behind it, and does not show that person.
             let owner = self.bodies.iter().find(|other| other.is == Where::Own(segment));
             let is_large =
                 |owner: &Body| seen.get(segment).is_some_and(|seen| seen.volume_l > 1.3 * owner.whole_l);
@@ -231,7 +231,7 @@ impl Bodies {
         }
     }
 
-    /// Begins tracks on segments that are nobody's, nor a part of anybody.
+    /// Begins tracks on segments that no body has and that are part of none.
     fn begin(&mut self, seen: &[Seen], at_s: f64) {
         for (segment, one) in seen.iter().enumerate() {
             let is_taken = |body: &Body| body.is == Where::Own(segment) || body.is == Where::Shared(segment);

@@ -45,7 +45,7 @@ fn who_is_hidden_behind_another_keeps_the_identity() {
     assert_eq!(ids(&tracks[3]).len(), 2);
     assert!(tracks[6].iter().any(|track| track.is == Where::Unseen), "{:?}", tracks[6]);
     assert_eq!(ids(&tracks[13]), ids(&tracks[3]));
-    // With nobody before it, it is gone.
+    // With no body before it, it is gone.
     let alone: Vec<Vec<Seen>> = frames.iter().map(|seen| seen[1..].to_vec()).collect();
     assert_ne!(ids(&follow(IDEAS, &alone)[13]), ids(&follow(IDEAS, &alone)[3]));
 }
@@ -75,7 +75,7 @@ fn a_hand_seen_apart_from_its_body_is_no_person() {
     let hand = || segment(2.4, 0.2, 0.05, 1.1, 2.0);
     let frames: Vec<Vec<Seen>> = (0..4).map(|_| vec![adult(2.0, 0.0, 1.7), hand()]).collect();
     assert_eq!(follow(IDEAS, &frames)[3].len(), 1);
-    // A metre beside nobody it is whatever it is.
+    // Without a body near it, it is a track of its own.
     assert_eq!(follow(IDEAS, &[vec![hand()]])[0].len(), 1);
 }
 

@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_crosses_once_each_way_and_noise_never() {
+    fn a_person_crosses_once_each_way_and_noise_never() {
         let mut doorway = doorway();
         let mut crossed = |y: f64| doorway.observe(&[at(1, 0.0, y)], 0.0);
         assert_eq!(crossed(0.5), []);
@@ -261,6 +261,6 @@ mod tests {
         let mut doorway = doorway();
         doorway.observe(&[at(1, 0.0, 0.7), at(2, 0.0, -0.8)], 0.0);
         assert_eq!(doorway.observe(&[at(3, 0.0, 1.4)], 0.0), [Crossing::Found(3), Crossing::Lost(1)]);
-        assert_eq!(doorway.observe(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door nobody comes through");
+        assert_eq!(doorway.observe(&[at(4, 1.4, 1.4)], 0.0), [], "beside the door no track comes through");
     }
 }

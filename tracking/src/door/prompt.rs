@@ -53,8 +53,8 @@ impl Prompt {
             Self::GoIn => "Please go in",
             Self::Closing => "The door is closing",
             Self::LetShut => "Please let the door shut",
-            Self::OutOfOrder => "The door is out of order: please call somebody",
-            Self::Called => "Alarm: somebody has been called",
+            Self::OutOfOrder => "The door is out of order: please call for help",
+            Self::Called => "Alarm: help has been called",
             Self::NotSeen => "Not all of the area is seen: please move a little and enter the number again",
             Self::CountAgain => "The number does not match: please count again and enter it",
             Self::StandApart => {

@@ -78,10 +78,10 @@ impl Alarm {
     pub const fn words(self) -> &'static str {
         match self {
             Self::Followed => "more went in than were let in",
-            Self::RanIn => "somebody came into the zone while the door was unlocked",
-            Self::TurnedBack => "somebody of the group turned back while the door was unlocked",
+            Self::RanIn => "a person came into the zone while the door was unlocked",
+            Self::TurnedBack => "a person of the group turned back while the door was unlocked",
             Self::PassedBack => "a card that had just gone in was shown again",
-            Self::WentIn => "somebody went in whom nobody had let in",
+            Self::WentIn => "a person went in without being let in",
             Self::HeldOpen => "the leaf does not shut",
             Self::Trouble => "what happens at the door is not known",
         }

@@ -184,7 +184,7 @@ fn silence(stage: &mut Stage) {
     stage.tell(Event::Time);
 }
 
-fn opens_and_somebody_goes_in(stage: &mut Stage) {
+fn opens_and_one_goes_in(stage: &mut Stage) {
     stage.tell(Event::Contact(Contact::Open));
     stage.walk_in(9);
 }
@@ -213,12 +213,12 @@ transitions! {
         shuts(stage);
         stage.tell(Event::Card(ALICE));
     });
-    idle_went_in_alarmed: then(Stage::idle(), opens_and_somebody_goes_in);
+    idle_went_in_alarmed: then(Stage::idle(), opens_and_one_goes_in);
     idle_held_open_held_open: then(Stage::idle(), stays_open);
     idle_trouble_failed: then(Stage::idle(), silence);
     asked_number_checking: Stage::checking(1, 2);
     asked_timeout_idle: then(Stage::asked(1), |stage| stage.wait(31.0));
-    asked_went_in_alarmed: then(Stage::asked(1), opens_and_somebody_goes_in);
+    asked_went_in_alarmed: then(Stage::asked(1), opens_and_one_goes_in);
     asked_held_open_held_open: then(Stage::asked(1), stays_open);
     asked_trouble_failed: then(Stage::asked(1), silence);
     checking_match_unlocked: Stage::unlocked(3);
@@ -231,7 +231,7 @@ transitions! {
         stage.wait(4.2);
         assert_eq!(stage.passage().outcome, Outcome::Refused);
     });
-    checking_went_in_alarmed: then(Stage::checking(2, 1), opens_and_somebody_goes_in);
+    checking_went_in_alarmed: then(Stage::checking(2, 1), opens_and_one_goes_in);
     checking_held_open_held_open: then(Stage::asked(2), |stage| {
         stage.tell(Event::Contact(Contact::Open));
         stage.wait(4.0);

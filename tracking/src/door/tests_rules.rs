@@ -155,7 +155,7 @@ fn a_card_names_who_stands_at_the_reader() {
 }
 
 #[test]
-fn somebody_who_leaves_meanwhile_is_no_alarm() {
+fn a_person_who_leaves_meanwhile_is_no_alarm() {
     let mut stage = Stage::unlocked(1);
     stage.put(7, 0.0, 1.6);
     stage.wait(0.2);
@@ -182,7 +182,7 @@ fn two_tracks_that_change_places_in_the_doorway_are_no_alarm() {
         stage.wait(0.1);
         assert_eq!(stage.door.phase(), Phase::Unlocked, "at {first}");
     }
-    assert_eq!(stage.door.line().through, 1, "one is in, whoever it is");
+    assert_eq!(stage.door.line().through, 1, "one person is in, no matter which");
     stage.walk_in(1);
     assert_eq!((stage.door.phase(), stage.door.line().through), (Phase::Closing, 2));
     // A person who goes all the way back has turned back.

@@ -120,7 +120,7 @@ impl Glance {
         (place - self.view.pose.at).length() <= f64::from(self.view.geometry.parts().range_max_mm) * 1e-3
     }
 
-    /// Whether it sees a place while nobody is there: it lies before the background.
+    /// Whether it sees a place in the empty room: it lies before the background.
     #[must_use]
     pub fn sees_empty(&self, place: Point) -> bool {
         let (distance_m, beam) = self.view.beam_at(place);

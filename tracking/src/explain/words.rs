@@ -20,7 +20,7 @@ pub fn words(reasons: &Reasons) -> Vec<String> {
 
 fn of_zone(zone: &ZoneReasons) -> Vec<String> {
     let mut lines = vec![match (zone.is_line, zone.count, zone.state) {
-        (true, _, ZoneKnown::Known) => "seen: nobody crosses it unseen".to_owned(),
+        (true, _, ZoneKnown::Known) => "seen: no person crosses it unseen".to_owned(),
         (true, _, ZoneKnown::Partly) => "partly seen: a gap is as wide as a body".to_owned(),
         (true, _, ZoneKnown::Unknown) => "not seen: who crosses it now is not counted".to_owned(),
         (false, Some(count), ZoneKnown::Partly) => format!("{}, at least", people(count)),
@@ -44,7 +44,7 @@ fn of_zone(zone: &ZoneReasons) -> Vec<String> {
 
 fn people(count: u32) -> String {
     match count {
-        0 => "nobody".to_owned(),
+        0 => "no person".to_owned(),
         1 => "1 person".to_owned(),
         _ => format!("{count} people"),
     }
@@ -64,15 +64,15 @@ fn verdict(verdict: Verdict) -> String {
             )
         }
         Verdict::HardlySeen => "unknown: hardly anything of it is seen".to_owned(),
-        Verdict::PartlySeen => "partly known: somebody may stand where nothing is seen".to_owned(),
+        Verdict::PartlySeen => "partly known: a person may stand where nothing is seen".to_owned(),
         Verdict::NotFoundAgain { for_s } => format!(
-            "partly known: after a gap somebody is being found, and may have been there all the time; for {for_s:.1} s more"
+            "partly known: after a gap a person is being found, and may have been there all the time; for {for_s:.1} s more"
         ),
         Verdict::LeftUnseen => {
             "partly known: who was in it is believed to have left, and no module has looked since".to_owned()
         }
         Verdict::MayHide { m2 } => format!(
-            "partly known: since a module was away, {m2:.1} m² that were seen before are not: somebody may stand there"
+            "partly known: since a module was away, {m2:.1} m² that were seen before are not: a person may stand there"
         ),
     }
 }
@@ -91,7 +91,7 @@ fn why(why: Why, module: Option<&str>) -> String {
         Why::Seen => format!("seen{from}"),
         Why::Person { track: Some(track) } => format!("behind person {track}{from}"),
         Why::Person { track: None } => {
-            format!("behind somebody or something that was not there before{from}")
+            format!("behind a person or thing that was not there before{from}")
         }
         Why::Silent => format!("{} says nothing", module.unwrap_or("its module")),
         Why::NotJudged => {
@@ -113,7 +113,7 @@ fn inside(one: &Inside) -> String {
         (true, Role::Counted) => "counted",
         (true, Role::Tentative) => "not counted: not sure yet",
         (true, Role::Unexplained) => "not counted: never seen to come in, and has not moved; perhaps a thing",
-        (true, Role::Part) => "not counted: a part of somebody else",
+        (true, Role::Part) => "not counted: a part of another person",
     };
     format!("track {track}: {what} (there with {percent:.0} %)")
 }

@@ -85,7 +85,7 @@ impl Floors {
         silent
     }
 
-    /// Goes on with other floors: nobody is on them yet, and numbers of bodies go on.
+    /// Goes on with other floors: no body is on them yet, and numbers of bodies go on.
     pub fn clear(&mut self) {
         self.read.clear();
         if let Some(newest_s) = self.newest_s.take() {
@@ -101,7 +101,7 @@ impl Floors {
             .map_or_else(Vec::new, |newest_s| self.bodies.explanations(at_s.min(newest_s + PREDICTED_S)))
     }
 
-    /// Whether a place is on a floor whose people have been found, and where its panel works: who stands there presses it.
+    /// Whether a place is on a floor whose people have been found, and where its panel works: a person there presses it.
     #[must_use]
     pub fn tells_of(&self, at: Point) -> bool {
         self.read.values().any(|State { reading, begun_s, .. }| {

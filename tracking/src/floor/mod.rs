@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   panels down ─▶ patches ─▶ feet of bodies ─▶ bodies
-//!     ▪▪ ·            ◖          each patch to the nearest body          a floor hides nobody: who is on it presses panels,
+//!     ▪▪ ·            ◖          each patch to the nearest body          a floor hides no person: each on it presses panels,
 //!     ▪▪ ▪▪              ◗       that it may be a foot of                but for the flight of a running step
 //! ```
 //!

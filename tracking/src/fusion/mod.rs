@@ -43,7 +43,7 @@ struct Known {
     missed_s: Option<f64>,
 }
 
-/// Who is who.
+/// Which body is which person.
 #[derive(Clone, Debug, Default)]
 pub struct Fusion {
     /// By the tracker's numbers.
@@ -173,7 +173,7 @@ impl Fusion {
     }
 }
 
-/// Pairs bodies that are left with hidden people who are left beside the floor and within reach: nobody has seen where a
+/// Pairs bodies that are left with hidden people who are left beside the floor and within reach: no device has seen where a
 /// hidden person has walked, and feet on the floor are not those of a person who is beside it.
 fn pair_hidden<'a>(
     pairs: &mut BTreeMap<TrackId, &'a TrackState>,

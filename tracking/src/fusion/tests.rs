@@ -145,7 +145,7 @@ fn explanations_have_the_numbers_of_people_and_only_those_whom_no_module_shows()
     };
     let explained = fusion.explained(all.to_vec());
     assert_eq!(of(&explained[0]), [(2, 2.0), (3, 3.0)], "the first of three is the track's");
-    assert_eq!(of(&explained[1]), [(2, 0.55)], "body 9 is nobody yet");
+    assert_eq!(of(&explained[1]), [(2, 0.55)], "body 9 has no track yet");
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn a_body_that_another_explanation_has_meanwhile_comes_back_under_its_number() {
     assert_eq!(fuse(&[other.clone(), one.clone()], 0.1), [1, 3]);
     assert_eq!(fuse(&[one.clone(), other], 0.2), [1, 2]);
     assert_eq!(fuse(&[floors(&[])], 0.3), [0_u64; 0]);
-    assert_eq!(fuse(&[one], 0.4), [4, 5], "nobody had them");
+    assert_eq!(fuse(&[one], 0.4), [4, 5], "no body was on the floor meanwhile");
 }
 
 #[test]
@@ -187,7 +187,7 @@ mod any {
     proptest! {
         /// Whatever both sides say: one person for each pair and each one alone, and no number twice.
         #[test]
-        fn no_number_is_given_twice_and_nobody_who_is_seen_is_lost(
+        fn no_number_is_given_twice_and_no_person_who_is_seen_is_lost(
             steps in prop::collection::vec(
                 (
                     prop::collection::btree_map(0_u64..6, (-2.0..2.0_f64, any::<bool>()), 0..5),

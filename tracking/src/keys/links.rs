@@ -27,7 +27,7 @@ use crate::snapshot::Drops;
 /// Most links: twice the devices that are looked for, as one may be looked for at two addresses.
 const LINKS: usize = 2048;
 
-/// A link over which nothing was sent for so long is given up, µs: requests are sent each second, or once a minute where nobody
+/// A link over which nothing was sent for so long is given up, µs: requests are sent each second, or once a minute where no device
 /// has answered.
 const IDLE_US: u64 = 120_000_000;
 
@@ -147,7 +147,7 @@ impl Links {
         let is_linked = self.at.get(&from).is_some_and(|link| link.device == device);
         if !is_linked {
             let Some((id, key)) = self.keys.key(device, self.role) else { return Arrived::Clear };
-            // A device with a key is met: from here on it is spoken to under its key. Whoever has sent this learns nothing.
+            // A device with a key is met: from here on it is spoken to under its key. The sender of this learns nothing.
             if (header.kind, header.key) != (COOKIE, 0) {
                 drops.clear += 1;
                 return Arrived::Dropped;

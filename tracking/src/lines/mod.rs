@@ -1,11 +1,11 @@
-//! Counting lines: who walks across them, in each direction, and for how long they were not seen.
+//! Counting lines: the people who walk across them in each direction, and for how long the lines were not seen.
 //!
 //! ```text
 //!   tracks ─────▶ Passing, one a line ─▶ crossings ─▶ in, out
 //!   zones' cells ─▶ known · partly · unknown ────────▶ seconds of which nothing is said
 //! ```
 //!
-//! *Unknown* is never 0: the counts say how many were seen to cross, and beside them stands for how long somebody may have crossed
+//! *Unknown* is never 0: the counts say how many were seen to cross, and beside them stands for how long a person may have crossed
 //! unseen. A line that was never seen has no counts.
 
 mod passing;
@@ -46,7 +46,7 @@ impl Direction {
     }
 }
 
-/// Somebody has crossed a line.
+/// A track has crossed a line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Crossing {
     /// Number of the line in the site.
@@ -55,9 +55,9 @@ pub struct Crossing {
     pub track: TrackId,
     /// Which way.
     pub direction: Direction,
-    /// When the track passed the line, s; it is said once the track is away from it. If nobody saw it: at the latest.
+    /// When the track passed the line, s; it is said once the track is away from it. If no device saw it: at the latest.
     pub at_s: f64,
-    /// If nobody saw it pass: at the earliest; else the same.
+    /// If no device saw it pass: at the earliest; else the same.
     pub since_s: f64,
 }
 
@@ -145,7 +145,7 @@ impl Lines {
         lines
     }
 
-    /// Goes on in another site: counts go on under the names of their lines. Who was near a line that was moved begins anew.
+    /// Goes on in another site: counts go on under the names of their lines. Tracks near a line that was moved begin anew.
     pub fn change_site(&mut self, site: &Site) {
         let mut before = std::mem::take(&mut self.counters);
         let counter = |line: &CountingLine| {

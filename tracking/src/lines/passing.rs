@@ -8,16 +8,16 @@
 //!            ● away
 //! ```
 //!
-//! A person is away when the whole body is on one side; so whoever stands on the line and sways is not counted, and whoever goes in and
+//! A person is away when the whole body is on one side; a person who stands on the line and sways is not counted, and one who goes in and
 //! comes back out is counted in both directions. A pass beside the ends of the line is none. What no module sees is believed, not
 //! known, and jumps: an occluded track passes when it is seen again, by the straight way from where it was seen last, or when it has been
 //! believed to be away on the other side for 2 s. A track passes from its first, tentative moment, and is counted once it is a person. One
 //! that begins where another was lost goes on with its way.
 //!
 //! ```text
-//!              outside              entry ═══   nobody appears or ends inside an enclosed zone: who begins so near the line, or
-//!   ┌ ─ ─ from ═╪═══▶ to ─ ─ ┐      ≤ 0.8 m     is lost there, and has it between themselves and the entry, has come or gone
-//!   └ ─ ─ ─ ○ ─ ─ ─ ─ ─ ─ ─ ─┘                  across it unseen
+//!              outside              entry ═══   no track begins or ends inside an enclosed zone: one that begins or is lost so
+//!   ┌ ─ ─ from ═╪═══▶ to ─ ─ ┐      ≤ 0.8 m     near the line, with the line between itself and the entry, has crossed
+//!   └ ─ ─ ─ ○ ─ ─ ─ ─ ─ ─ ─ ─┘                  it unseen
 //! ```
 
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ pub(super) struct Passing {
     to: Point,
     /// Middles of the entries at the line.
     entries: Vec<Point>,
-    /// Zones in which nobody appears and from which nobody is lost.
+    /// Zones in which no person appears and from which none is lost.
     enclosed: Areas,
     ways: BTreeMap<TrackId, Way>,
     /// Tracks that were not followed as there was no room.
@@ -132,7 +132,7 @@ impl Passing {
         }
     }
 
-    /// In another site: who is near the line stays so, if it has not moved.
+    /// In another site: tracks near the line stay near it, if it has not moved.
     pub fn change_site(&mut self, line: &CountingLine, site: &Site) {
         let before = std::mem::replace(self, Self::new(line, site));
         if (before.from, before.to) == line.ends() {
@@ -199,8 +199,8 @@ impl Passing {
         settled
     }
 
-    /// Gives up tracks that are gone and have no heir. Who was lost between passing the line and being away from it has crossed it, and
-    /// so has who was lost where nobody is lost but across the line.
+    /// Gives up tracks that are gone and have no heir. A track lost between passing the line and being away from it has crossed it, and
+    /// so has one lost where the only way out is across the line.
     fn forget(&mut self, at_s: f64) -> Vec<Pass> {
         let gone: Vec<TrackId> =
             self.ways.iter().filter(|(_, way)| at_s - way.there_s > HEIR_S).map(|(id, _)| *id).collect();

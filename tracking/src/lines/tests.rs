@@ -46,8 +46,8 @@ impl Walk {
         places.iter().flat_map(&mut look).map(|crossing| crossing.direction).collect()
     }
 
-    /// Nobody is there for so long.
-    fn nobody(&mut self, seconds: f64) -> Vec<Direction> {
+    /// No track is there for so long.
+    fn without_people(&mut self, seconds: f64) -> Vec<Direction> {
         let looks = (seconds * 10.0) as usize;
         (0..looks).flat_map(|_| self.look(&[])).map(|crossing| crossing.direction).collect()
     }
@@ -87,7 +87,7 @@ fn who_sways_on_the_line_is_not_counted_until_they_go() {
 }
 
 #[test]
-fn beside_the_ends_nobody_crosses() {
+fn beside_the_ends_no_track_crosses() {
     let mut walk = Walk::new();
     assert_eq!(walk.way(1, &[(1.5, -0.5), (1.5, 0.5), (0.5, 0.5)]), []);
     assert_eq!(walk.way(1, &[(0.5, -0.5)]), [Out], "round the end and back through the line");
@@ -111,18 +111,18 @@ fn a_part_and_what_is_no_person_yet_are_not_counted() {
 fn a_track_that_changes_its_number_at_the_line_goes_on_with_its_way() {
     let mut walk = Walk::new();
     assert_eq!(walk.way(1, &[(0.5, -0.5), (0.5, -0.3), (0.5, -0.1)]), []);
-    assert_eq!(walk.nobody(0.3), []);
+    assert_eq!(walk.without_people(0.3), []);
     assert_eq!(walk.way(2, &[(0.5, 0.2), (0.5, 0.5)]), [In]);
-    assert_eq!(walk.nobody(5.0), []);
+    assert_eq!(walk.without_people(5.0), []);
 }
 
 #[test]
 fn who_is_lost_just_past_the_line_has_crossed_it() {
     let mut walk = Walk::new();
     assert_eq!(walk.way(1, &[(0.5, -0.5), (0.5, -0.1), (0.5, 0.1)]), []);
-    assert_eq!(walk.nobody(3.0), [In]);
+    assert_eq!(walk.without_people(3.0), [In]);
     assert_eq!(walk.way(2, &[(0.5, -0.5), (0.5, -0.1)]), []);
-    assert_eq!(walk.nobody(3.0), [], "and who is lost before it has not");
+    assert_eq!(walk.without_people(3.0), [], "and a track lost before it has not");
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn who_is_believed_beyond_the_line_for_long_has_crossed_it_unseen() {
     let crossings: Vec<Crossing> = (0..40).flat_map(|_| walk.look(&[hidden(0.5)])).collect();
     let [crossing] = crossings[..] else { panic!("{crossings:?}") };
     assert!((crossing.since_s - 0.1).abs() < 1e-9 && (crossing.at_s - 2.2).abs() < 0.11, "{crossing:?}");
-    assert_eq!(walk.nobody(5.0), []);
+    assert_eq!(walk.without_people(5.0), []);
     // Seen to pass, then lost from sight on its way: at once.
     let mut walk = Walk::new();
     assert_eq!(walk.way(1, &[(0.5, -0.5), (0.5, 0.1)]), []);
@@ -158,23 +158,23 @@ const ROOM: &str =
     [[entry]]\nname = \"door\"\nline = [[0, 0], [1, 0]]\nzone = \"room\"\n";
 
 #[test]
-fn in_an_enclosed_zone_nobody_begins_or_ends_at_a_line_by_an_entry_but_by_crossing_it() {
+fn in_an_enclosed_zone_a_track_begins_or_ends_at_a_line_by_an_entry_only_by_crossing_it() {
     let mut walk = Walk { lines: Lines::new(&site(&format!("{SITE}{ROOM}"))), at_s: 0.0 };
     assert_eq!(walk.way(1, &[(0.5, -0.5), (0.5, -1.0), (0.5, -0.6)]), [Out], "came in unseen");
-    assert_eq!(walk.nobody(3.0), [In], "left unseen");
+    assert_eq!(walk.without_people(3.0), [In], "left unseen");
     assert_eq!(walk.way(2, &[(0.5, -2.0), (0.5, -1.5)]), [], "too far to have just come");
-    assert_eq!(walk.nobody(3.0), []);
+    assert_eq!(walk.without_people(3.0), []);
     assert_eq!(
         walk.way(3, &[(0.5, 0.5), (0.5, 1.0), (0.5, 0.5)]),
         [],
         "outside people come and go as they like"
     );
-    assert_eq!(walk.nobody(3.0), []);
-    // A line half a metre inside: who is lost between it and the entry has crossed it before.
+    assert_eq!(walk.without_people(3.0), []);
+    // A line half a metre inside: a track lost between it and the entry has crossed it before.
     let inner = SITE.replace("[0, 0]", "[0, -0.5]").replace("[1, 0]", "[1, -0.5]");
     let mut walk = Walk { lines: Lines::new(&site(&format!("{inner}{ROOM}"))), at_s: 0.0 };
     assert_eq!(walk.way(1, &[(0.5, -0.1), (0.5, -0.4)]), []);
-    assert_eq!(walk.nobody(3.0), []);
+    assert_eq!(walk.without_people(3.0), []);
     assert_eq!(walk.way(2, &[(0.5, -0.9), (0.5, -1.5)]), [Out]);
 }
 

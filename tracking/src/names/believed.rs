@@ -1,4 +1,4 @@
-//! Who is whom if one explanation of what was seen is right: names of its own, which it hands on to those that grow out of it.
+//! Which person is which if one explanation of what was seen is right: names of its own, which it hands on to those that grow out of it.
 //!
 //! ```text
 //!   explanation   4 ──┬─ 4    A: 1   B: 2       signs weigh the names of each; how unlikely they were under them
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(places(&[(1, 2.1), (2, 0.1)], &[(1, 0.0), (2, 2.0)]), [(1, 2), (2, 1)]);
         // Both are nearer to the first: the one who is farther off has the other.
         assert_eq!(places(&[(1, 0.3), (2, 0.0)], &[(1, 0.0), (2, 0.7)]), [(1, 2), (2, 1)]);
-        // Nobody is at track 3; the one who is far from all keeps its own, unless another has it or there is none.
+        // No body is at track 3; the one that is far from all keeps its own, unless another has it or there is none.
         assert_eq!(places(&[(1, 5.0), (2, 2.0)], &[(1, 0.0), (2, 2.0), (3, 3.0)]), [(1, 1), (2, 2)]);
         assert_eq!(places(&[(1, 5.0), (2, 0.0)], &[(1, 0.0), (2, 2.0)]), [(2, 1)]);
         assert_eq!(places(&[(7, 5.0)], &[(1, 0.0)]), []);

@@ -84,7 +84,7 @@ impl Input {
 #[derive(Clone, Debug, Default)]
 pub struct Session {
     identity: Identity,
-    /// Whether its newest datagram was sealed with a key of the site: nobody else can speak for it.
+    /// Whether its newest datagram was sealed with a key of the site: no other sender can speak for it.
     is_sealed: bool,
     /// The name the device gives itself. It outlives restarts; empty until the first info.
     name: String,

@@ -91,7 +91,7 @@ impl Site {
         }
         for (index, exclude) in self.excludes.iter().enumerate() {
             check_area(index, exclude, &exclude.polygon, &mut said);
-            // Whoever stands there would come in beside the number that was entered.
+            // A person who stands there would go in beyond the number that was entered.
             let guarded = self.zones.iter().find(|zone| {
                 self.doors.iter().any(|door| door.zone == zone.name)
                     && shape::meet(&zone.polygon, &exclude.polygon)

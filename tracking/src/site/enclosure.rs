@@ -13,7 +13,7 @@ use crate::cells::Areas;
 use crate::geometry::{Point, bounds, distance_to_segment};
 
 /// The edge of a surrounded zone is nowhere farther from walls and entries, m. The narrowest doorway is 0.7 m wide, so that the middle of
-/// one that is not drawn is 0.35 m from its jambs; and nobody stands between a zone and a wall that are so near each other.
+/// one that is not drawn is 0.35 m from its jambs; and no person fits between a zone and a wall that are so near each other.
 const BESIDE_M: f64 = 0.3;
 
 /// Distance between the places of an edge that are looked at, m: fine beside what the doorway leaves, 0.05 m on both sides.

@@ -1,4 +1,4 @@
-//! A counting line: who walks across it is counted, in each direction.
+//! A counting line: people who walk across it are counted, in each direction.
 //!
 //! ```toml
 //! [[line]]

@@ -1,4 +1,4 @@
-//! Two edits of one site become one, part by part; where both changed the same part, somebody has to decide.
+//! Two edits of one site become one, part by part; where both changed the same part, the user has to decide.
 //!
 //! ```text
 //!             ╭─▶ mine    ─╮            base   mine   theirs     merged

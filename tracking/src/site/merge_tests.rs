@@ -1,4 +1,4 @@
-//! Nothing that somebody drew is dropped by a merge, and nobody is asked without need.
+//! A merge drops nothing that a user drew, and asks only where it has to.
 
 use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   before   zone hall ▭   zone study ▭   wall ╱  wall ╲
-//!   after    zone hall ▱   zone lounge ▭  wall ╱  wall ─      and a new one, which is nobody's
+//!   after    zone hall ▱   zone lounge ▭  wall ╱  wall ─      and a new one, which matches none
 //!              its name      its shape     equal   an end
 //! ```
 

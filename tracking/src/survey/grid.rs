@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   row 1   ┌───┬───┐     cell = row · columns + column
-//!           │ 2 ┃ 3 │     ┃ a wall: nobody gets from 2 to 3, except around its end
+//!           │ 2 ┃ 3 │     ┃ a wall: people get from 2 to 3 only around its end
 //!   row 0   ├───┼───┤
 //!           │ 0 │ 1 │
 //!           └───┴───┘

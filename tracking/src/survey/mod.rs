@@ -34,7 +34,7 @@ const KNOWN_M: f64 = 0.2;
 /// Between two places of a wall that are looked at, m.
 const STEP_M: f64 = 0.1;
 
-/// What a module learned of the place when nobody was there.
+/// What a module learned of the empty place.
 #[derive(Clone, Debug)]
 pub struct Background {
     /// Where it is, and where its beams point.

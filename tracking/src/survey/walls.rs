@@ -17,7 +17,7 @@ use crate::geometry::Point;
 const ALIKE: f64 = 0.9945;
 const OFF_M: f64 = 0.08;
 
-/// A gap in a wall that nobody fits through, m.
+/// A gap in a wall that is too narrow for a person, m.
 const NARROW_M: f64 = 0.4;
 
 /// The longest gap that is bridged where furniture hid the wall, m.
@@ -52,7 +52,7 @@ pub(super) struct Plan {
     pub lines: Vec<Vec<Point>>,
     /// Gaps in them that beams pass, as wide as a door.
     pub doors: Vec<(Point, Point)>,
-    /// Cracks that nobody fits through: from a free end of a wall to the next wall.
+    /// Cracks too narrow for a person: from a free end of a wall to the next wall.
     pub cracks: Vec<(Point, Point)>,
 }
 
@@ -179,7 +179,7 @@ fn joined(backgrounds: &[Background], walls: &[Piece]) -> Plan {
     Plan { doors, cracks: cracks(&met, &ends), lines: chains(&met, &ends) }
 }
 
-/// From each end that meets no other to the nearest place of another wall, if nobody fits between.
+/// From each end that meets no other to the nearest place of another wall, if a person does not fit between.
 fn cracks(met: &[[Option<End>; 2]], ends: &[[Point; 2]]) -> Vec<(Point, Point)> {
     let mut cracks = Vec::new();
     for (one, own) in ends.iter().enumerate() {

@@ -52,7 +52,7 @@ pub enum LifeCycle {
 /// Number of a track: never used again.
 pub type TrackId = u64;
 
-/// How fast a place gets lost that nobody looks at, m/s: people at home and in offices stand or sit half of the time, and walk
+/// How fast a person whom no device sees may move away, m/s: people at home and in offices stand or sit half of the time, and walk
 /// at 1 m/s otherwise.
 const DRIFT_MPS: f64 = 0.5;
 

@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_beside_or_behind_a_wall() {
+    fn no_person_is_beside_or_behind_a_wall() {
         let walls = corridor();
         assert!(walls.beside(Point::new(2.0, 0.05)) && !walls.beside(Point::new(2.0, 0.5)));
         assert!(walls.stop(Point::new(2.0, 0.16), Point::new(2.0, 0.09)));

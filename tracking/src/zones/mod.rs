@@ -56,7 +56,7 @@ pub struct Zones {
     zones: Vec<Zone>,
     /// The polygons of the site's zones, in the same order.
     areas: Areas,
-    /// Where nobody is counted, and nothing has to be seen.
+    /// Where no person is counted, and nothing has to be seen.
     excluded: Areas,
     /// Those before a door, which unlocks only if they are known, and counting lines.
     guarded: Vec<usize>,
@@ -168,7 +168,7 @@ impl Zones {
         }
     }
 
-    /// Notes that a floor was read: who is on it presses panels, and so all of it is seen but for panels that do not work.
+    /// Notes that a floor was read: people on it press panels, and so all of it is seen but for panels that do not work.
     pub fn read(&mut self, reading: &Reading) {
         let Self { zones, floors, .. } = self;
         if !floors.get(&reading.floor).is_some_and(|panels| panels.is_of(&reading.plan)) {
@@ -194,7 +194,7 @@ impl Zones {
         lines.map(|(zone, inside)| (zone.name.clone(), zone.line(&inside, at_s))).collect()
     }
 
-    /// Who may be in each zone, in their order; nobody is where nobody is counted.
+    /// The tracks that may be in each zone, in the order of the zones; none in an excluded area.
     fn inside<'a>(&self, tracks: &'a [TrackState]) -> Vec<Vec<Presence<'a>>> {
         let mut inside = vec![Vec::new(); self.areas.len()];
         for track in tracks.iter().filter(|track| !self.excluded.hold(track.at)) {

@@ -140,7 +140,7 @@ impl Zone {
     }
 
     /// A module looks at it again after a gap: until `found_s` people in it may not have been found again. One who turned round in the gap
-    /// is predicted to go on, out of a zone in which nobody has been seen to leave.
+    /// is predicted to go on, out of a zone that no person has been seen to leave.
     pub fn look_again(&mut self, found_s: f64) {
         self.found_s = self.found_s.max(found_s);
         if self.occupied_s.is_finite() && self.occupied_s >= self.newest_s() {

@@ -238,7 +238,7 @@ impl World {
         fake.offset_us = (fake.offset_us + by_us).max(-(self.now_us as i64));
     }
 
-    /// Nobody forges any more, and nothing goes wrong.
+    /// Ends all forging and all disturbances.
     pub fn end(&mut self) {
         self.peer = Fake::new(9, 1, PEERS_NAME);
         self.judge.forged_us = self.now_us;

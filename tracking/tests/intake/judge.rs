@@ -3,9 +3,9 @@
 //! ```text
 //!   always         known only what a used report covered within 2 s      a used report is true, or looks true in all
 //!                  a true one has its own time
-//!   8 s after the last disturbance, no forged report used      known ─▶ nobody missed
+//!   8 s after the last disturbance, no forged report used      known ─▶ no person missed
 //!   FADED after both                                           known ─▶ counted right
-//!   RECOVERED after the last of all                            both modules heard, known, nobody missed
+//!   RECOVERED after the last of all                            both modules heard, known, no person missed
 //! ```
 
 use kehai::wire::Identity;
@@ -27,7 +27,7 @@ const STEADY_US: u64 = 6 * SECOND_US;
 /// 2 s for info and background; 3 s for a row of reports that ends; 1 s for a person's birth.
 pub const RECOVERED_US: u64 = 25 * SECOND_US;
 
-/// No track is left of what nobody has seen for so long: three half-lives of an occluded one's existence.
+/// No track is left of what no module has seen for so long: three half-lives of an occluded one's existence.
 pub const FADED_US: u64 = 45 * SECOND_US;
 
 /// A report that was used.

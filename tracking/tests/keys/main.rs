@@ -1,4 +1,4 @@
-//! A device with keys and the tracker's links to it: what genuine datagrams do, and what nobody without a key can.
+//! A device with keys and the tracker's links to it: what genuine datagrams do, and what an attacker without a key cannot do.
 //!
 //! ```text
 //!   Links ─▶ sealed ─▶ Module ─▶ sealed ─▶ attacker ─▶ flipped, cut, again, made up, in clear ─▶ Links ─▶ decode
@@ -139,8 +139,8 @@ fn encoded(from: ModuleId, message: Message<'_>) -> Vec<u8> {
     bytes[..length].to_vec()
 }
 
-/// A scan in which nobody is.
-fn nobody() -> Message<'static> {
+/// A scan of the empty room.
+fn empty_scan() -> Message<'static> {
     let head = ReportHead { sequence: 1, setup: 1, ..ReportHead::default() };
     Message::Report(Report {
         head,
@@ -215,14 +215,14 @@ fn in_a_site_with_keys_others_are_listed_and_not_believed() {
     let mut table = Table::met();
     assert_eq!(table.links.standing(OTHER), Standing::NotBelieved);
     assert!(table.takes(&encoded(OTHER, Message::Info(info("right"))), at(2)), "it is listed");
-    assert!(!table.takes(&encoded(OTHER, nobody()), at(2)));
+    assert!(!table.takes(&encoded(OTHER, empty_scan()), at(2)));
     assert!(!table.takes(&encoded(OTHER, Message::Info(info("left"))), at(2)), "the name of one with a key");
     let believing = Links::new(Arc::new(keys()), Role::Control, Nonces::new([3; 16]), Clear::Believed);
     table.links = believing;
-    assert!(table.takes(&encoded(OTHER, nobody()), at(2)));
+    assert!(table.takes(&encoded(OTHER, empty_scan()), at(2)));
     assert!(!table.takes(&encoded(OTHER, Message::Info(info("left"))), at(2)));
-    assert!(!table.takes(&encoded(ID, nobody()), at(3)), "from elsewhere, in the name of one with a key");
-    let mut naming_a_key = encoded(OTHER, nobody());
+    assert!(!table.takes(&encoded(ID, empty_scan()), at(3)), "from elsewhere, in the name of one with a key");
+    let mut naming_a_key = encoded(OTHER, empty_scan());
     naming_a_key[15] = 4;
     assert!(!table.takes(&naming_a_key, at(2)), "only what was opened names a key");
 }
@@ -270,10 +270,10 @@ impl Dice {
     }
 }
 
-/// Messages that would say that nobody is there, move the clock, or pass for the device's own.
+/// Messages that would show an empty room, move the clock, or pass for the device's own.
 fn in_clear(dice: &mut Dice) -> Message<'static> {
     match dice.below(4) {
-        0 => nobody(),
+        0 => empty_scan(),
         1 => Message::Info(info("left")),
         2 => Message::Subscribed(Subscribed {
             request_id: 1,

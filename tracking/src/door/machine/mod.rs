@@ -255,7 +255,7 @@ impl Machine {
         }
         match self.phase {
             Phase::Asked if passed_s >= self.door.ask_s => {
-                self.end(Outcome::GaveUp, "nobody entered a number", actions);
+                self.end(Outcome::GaveUp, "no number was entered", actions);
                 self.go(Cause::Timeout, Phase::Idle, Prompt::Ready);
             }
             Phase::Checking if passed_s >= self.door.check_s => self.mismatch(actions),

@@ -61,7 +61,7 @@ const COVERED_SHARE: f64 = 0.25;
 /// Share of the beams that return nothing usable, to raise and to clear.
 const DIRTY: (f64, f64) = (0.15, 0.10);
 
-/// Conditions must hold for so long before they are alarms, µs: what passes within seconds needs nobody.
+/// Conditions must hold for so long before they are alarms, µs: what passes within seconds needs no repair.
 const FAULT_US: u64 = 2 * SECOND_US;
 const LINE_US: u64 = 10 * SECOND_US;
 const SLOW_US: u64 = 10 * SECOND_US;
@@ -370,7 +370,7 @@ impl AlarmSet {
                 "it cannot learn its background, because something moves at steps {first} to {last}: leave its view for a minute"
             ),
             None => format!(
-                "it has no background and sees nobody: leave its view, then kehai-tracker module learn {}",
+                "it has no background and sees no people: leave its view, then kehai-tracker module learn {}",
                 quoted(facts.name)
             ),
         })
@@ -436,7 +436,7 @@ fn suspect(facts: &Facts<'_>) -> Option<String> {
     let is_furniture = facts.shapes > 0 && facts.suspects == 0;
     (health.alarms.has(Alarms::SUSPECTS) && !is_furniture).then(|| {
         format!(
-            "its background holds {} with the shape of a person: if somebody stood there, kehai-tracker module learn {}; if it is \
+            "its background holds {} with the shape of a person: if a person stood there, kehai-tracker module learn {}; if it is \
              furniture, say so on the map",
             if facts.suspects <= 1 { "something".to_owned() } else { format!("{} things", facts.suspects) },
             quoted(facts.name)

@@ -20,7 +20,7 @@ use kehai::scan::Geometry;
 pub(super) type Suspects = heapless::Vec<Suspect, SUSPECTS>;
 
 /// How far apart a shape and what was said of it may be, m: a person's radius. Learned anew, the middle of a shape moves by a beam or
-/// two, and somebody who stands as near is in front of the furniture, and would be another shape.
+/// two, and a person who stands as near is in front of the furniture, and would be another shape.
 const SAME_M: f64 = 0.25;
 
 /// What is known to be furniture in the background of a module: bearing, degrees, and range, m.

@@ -31,7 +31,7 @@ const WIDE_M: f64 = 0.3;
 pub const WALKING_MPS: f64 = 0.35;
 
 /// Shares of straight outlines of a thing, and of a body: suitcases, pushchairs and wheelchairs showed 0.95, 0.9 and 0.81 on the mean of
-/// 400 passages; of people in coats, nearly boxes with round corners some of them, one in 48 showed 0.27, in plain clothes nobody 0.05.
+/// 400 passages; of people in coats, nearly boxes with round corners some of them, one in 48 showed 0.27, in plain clothes none 0.05.
 const OF_BOX: f64 = 0.8;
 const OF_COAT: f64 = 0.27;
 

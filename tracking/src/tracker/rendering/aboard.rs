@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_side_of_a_vehicle_that_is_gone_is_nobodys() {
+    fn a_side_of_a_vehicle_that_is_gone_has_no_owner() {
         let mut side = at(2, 0.0, 0.0);
         side.tow.aboard = Some(1);
         side.tow.forget(|other| other == 1);

@@ -81,8 +81,8 @@ impl Body {
         at_s - self.supported_s <= if was_looked_for { UNSEEN_S } else { UNHEARD_S }
     }
 
-    /// Whether it is not seen though a scan has looked for it since it was. Call it before the cloud is predicted: who walks
-    /// while no module says anything goes on walking.
+    /// Whether it is not seen though a scan has looked for it since it was. Call it before the cloud is predicted: a person
+    /// who walks while no module says anything goes on walking.
     pub fn is_hidden(&self, at_s: f64) -> bool {
         self.is_unseen(at_s) && self.cloud.at_s() > self.supported_s
     }

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_jumps_where_nobody_was_keeps_its_number() {
+    fn a_body_that_jumps_to_an_empty_place_keeps_its_number() {
         assert_eq!(renamed([0.0, 0.8], [0.4, 0.8]), [1, 2]);
     }
 

@@ -1,7 +1,7 @@
 //! Where a body may go: not through walls, and unseen not to where no module sees.
 //!
 //! ```text
-//!   ┃ wall of the site       · ─╳▶   nobody passes
+//!   ┃ wall of the site       · ─╳▶   no body passes
 //!   ░ behind the background  · ─╳▶   an unseen body does not: it would have been seen to leave, or a closed door holds it
 //!   ┄ entry                  · ─▶    a seen body crosses it to where a module sees, an unseen one if it stands open
 //! ```
@@ -87,9 +87,9 @@ impl Terrain {
 #[derive(Clone, Copy)]
 pub struct Ground<'a> {
     pub walls: &'a Walls,
-    /// Zones that nobody leaves but by an entry.
+    /// Zones that people leave only by an entry.
     pub enclosed: &'a Areas,
-    /// Whether entries stop whom no module sees.
+    /// Whether entries stop bodies that no module sees.
     pub guards: bool,
     /// Entries that stand open, if they let an unseen body through.
     pub openings: Option<&'a Openings>,
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_comes_out_of_an_enclosed_zone_into_the_shadow_of_another() {
+    fn no_body_leaves_an_enclosed_zone_into_the_shadow_of_another() {
         let terrain = terrain(&SITE.replace("1]]\n[[entry]]", "1]]\nenclosed = true\n[[entry]]"));
         let mut scan = scan(4000);
         let (inside, outside) = (Point::new(1.95, 0.0), Point::new(2.05, 0.0));
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_passes_a_wall() {
+    fn no_body_passes_a_wall() {
         let (from, to) = (Point::new(1.0, 0.95), Point::new(1.0, 1.05));
         for passage in [Passage::None, Passage::InView, Passage::Through] {
             assert!(stops(4000, from, to, passage));

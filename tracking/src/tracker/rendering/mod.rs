@@ -241,7 +241,7 @@ impl Rendering {
                 Origin::PartOf(_) if self.notes.is_aboard(body.id) => {
                     "a side of a vehicle: appeared beside a box"
                 }
-                Origin::PartOf(_) => "a part of somebody: looks like a box and keeps its place",
+                Origin::PartOf(_) => "a part of a person: looks like a box and keeps its place",
                 Origin::Unexplained => "unexplained: stayed behind, and has not stirred since",
                 Origin::Entered if seen => "seen",
                 // No scan has spoken for it since it began.

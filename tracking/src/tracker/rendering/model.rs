@@ -24,7 +24,7 @@ pub enum Part {
     Standing,
     /// A body that a scan contradicts is looked for farther away.
     Surprise,
-    /// Who comes into view in an enclosed zone is a body that was hidden there.
+    /// A body that comes into view in an enclosed zone was hidden there.
     Conservation,
     /// A datum is 15 cm of silhouette; without it, a beam.
     Datum,
@@ -46,13 +46,13 @@ pub enum Part {
     Inside,
     /// Unseen bodies cross an entry near which a person was just seen to leave.
     Openings,
-    /// A box that keeps its place within somebody's reach is that person's.
+    /// A box that keeps its place within a person's reach is that person's.
     Tow,
-    /// Who stays behind of two who came as one may be a thing.
+    /// When two bodies came as one and part, the one that stays behind may be a thing.
     PutDown,
     /// A body that no scan has looked for since it was seen is tried where something comes into view that no body explains.
     Reappearance,
-    /// Who was lost on the way in may come into view inside.
+    /// A person who was lost on the way in may come into view inside.
     Missing,
 }
 

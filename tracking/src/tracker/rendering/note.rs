@@ -104,7 +104,7 @@ pub struct Tow {
     pub walked_s: f64,
     pub reach: Vec<Reach<TrackId>>,
     pub tie: Option<Tie>,
-    /// Whether it has been somebody's.
+    /// Whether it has had an owner.
     pub was_tied: bool,
     /// Which vehicle it is another side of, as long as it is tentative.
     pub aboard: Option<TrackId>,

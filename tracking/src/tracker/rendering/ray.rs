@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_somebody_says_nothing() {
+    fn what_is_behind_a_person_says_nothing() {
         let mixture = Mixture::new(Measured::Hit(1.0), &mut [WALL]);
         assert!((mixture.ratio_alone(0.97, 2.0) - 1.0).abs() < 0.02);
         assert!(mixture.ratio_alone(0.97, 0.5) < 0.1, "it would have been seen");
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_explains_tells_of_a_body_whose_hand_it_may_be() {
+    fn what_no_body_explains_tells_of_a_body_whose_hand_it_may_be() {
         assert!(Mixture::new(Measured::Hit(1.0), &mut []).tells(1.6));
         assert!(!Mixture::new(Measured::Hit(1.0), &mut [WALL]).tells(1.6));
     }

@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_comes_back_behind_a_wall() {
+    fn no_person_comes_back_behind_a_wall() {
         let mut bench = Bench::within("[[wall]]\npoints = [[0, 1], [4, 1]]");
         bench.tracker.restore(&[person(2.0, 0.7)], 4.0, 0.0);
         let samples = bench.tracker.bodies[0].cloud.samples();

@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_reaches_farther_than_an_arm_nor_into_his_own_torso() {
+    fn no_body_reaches_farther_than_an_arm_nor_into_its_own_torso() {
         let mut sample = sample();
         for x in [1.1, 1.8, 9.0] {
             assert!(!sample.reach(Point::new(x, 0.0), &mut Random::new(1)), "{x}");

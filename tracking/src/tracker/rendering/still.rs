@@ -1,4 +1,4 @@
-//! Who stands still is still, and who says where somebody is says how well.
+//! A person who stands still has a track that is still, and a track states how well its place is known.
 
 use super::tests::Bench;
 use super::{PLACED_M, SHAPE_M};

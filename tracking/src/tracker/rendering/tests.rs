@@ -129,7 +129,7 @@ fn a_stretched_arm_belongs_to_its_body() {
         across_m: 0.05,
         along_m: 0.27,
     };
-    // How far it is off at most, and whether the arm became somebody.
+    // How far it is off at most, and whether the arm became a person.
     let play = |model: RenderingModel, seed: u64| {
         let mut bench = Bench::new();
         (bench.tracker.model, bench.tracker.random) = (model, Random::new(seed));
@@ -261,7 +261,7 @@ fn a_box_before_the_belly_makes_a_body_deeper_and_no_second_one() {
 }
 
 #[test]
-fn a_hand_on_a_table_within_reach_of_a_body_is_nobody_and_farther_away_it_is() {
+fn a_hand_on_a_table_is_no_person_within_reach_of_a_body_and_is_one_farther_away() {
     // Two seconds of what the plane cuts of a forearm, beside a body that stays, after so many scans of that body alone.
     let becomes = |model: &str, y: f64, alone: usize| {
         let hand = Outline {
@@ -300,7 +300,7 @@ fn a_person_within_reach_of_another_shows_more_than_an_arm() {
 }
 
 #[test]
-fn nobody_begins_at_a_mover() {
+fn no_track_begins_at_a_mover() {
     const CURTAIN: &str = "[[mover]]\nname = 'curtain'\npolygon = [[1.5, -1], [2.2, -1], [2.2, 1], [1.5, 1]]";
     for (more, found) in [(CURTAIN, 0), ("", 1)] {
         let mut bench = Bench::within(more);

@@ -73,7 +73,7 @@ fn a_module_that_the_file_has_before_or_behind_its_wall_sees_the_room() {
 }
 
 #[test]
-fn a_person_is_followed_through_what_a_leaf_sweeps_and_the_leaf_is_nobody() {
+fn a_person_is_followed_through_what_a_leaf_sweeps_and_the_leaf_is_no_person() {
     const LEAF: &str = "[[mover]]\nname = 'leaf'\npolygon = [[1.6, 0.1], [2.6, 0.1], [2.6, 2.4], [1.6, 2.4]]";
     // A candidate 0.4 m wide, 2 m ahead of the module.
     let seen = |y_m: f64| {

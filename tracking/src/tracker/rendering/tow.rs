@@ -24,11 +24,11 @@ pub const PARTED_M: f64 = 0.9;
 /// rules asks for, people in wide coats were parts of their neighbours.
 const BOX: f64 = 4.605;
 
-/// After so long on its way a number that has been nobody's is not judged any more, s: the way from the edge of a module's range to
+/// After so long on its way a number without an owner is not judged any more, s: the way from the edge of a module's range to
 /// its middle. While it waits nothing is learned of it, and what was not quite sure before a door is seen when both go on.
 const JUDGED_S: f64 = 8.0;
 
-/// Nobody who is farther away than this is within reach of an outline, m: half of a pushchair, an arm, and what both
+/// A person farther away than this is not within reach of an outline, m: half of a pushchair, an arm, and what both
 /// places lag behind on the way.
 const NEAR_M: f64 = 2.0;
 
@@ -209,19 +209,19 @@ mod tests {
     }
 
     #[test]
-    fn who_has_parts_is_nobodys() {
+    fn a_track_with_parts_is_no_part() {
         let mut notes = vec![looks(at(1, 0.0, 0.0), true), looks(at(2, 0.2, -0.4), true)];
         walk(&mut notes, 60);
         assert_eq!(owners(&notes), [None, Some(1)]);
         let behind = notes[0].at - Point::new(0.0, 0.5);
         notes.push(looks(at(3, behind.x, behind.y), false));
         walk(&mut notes, 60);
-        assert_eq!(owners(&notes), [None, Some(1), None], "a wheelchair that somebody pushes");
+        assert_eq!(owners(&notes), [None, Some(1), None], "a wheelchair that a person pushes");
     }
 
     #[test]
-    fn a_box_that_came_first_is_pushed_or_nobodys() {
-        // A wheelchair and its user, whom somebody catches up with: beside it, or behind it.
+    fn a_box_that_came_first_is_pushed_or_without_an_owner() {
+        // A wheelchair and its user, and a person who catches up with them: beside it, or behind it.
         for (x, y, tied) in [(0.5, 0.0, None), (0.0, -0.5, Some(2))] {
             let mut notes = [looks(at(1, 0.0, 0.0), true), looks(at(2, x, y), false)];
             notes[1].history.first_s = 1.0;
@@ -263,7 +263,7 @@ mod tests {
             owners(&notes)[1]
         };
         assert_eq!(tied(5.0), Some(1));
-        assert_eq!(tied(9.0), None, "nobody's for so long");
+        assert_eq!(tied(9.0), None, "without an owner for so long");
     }
 
     #[test]

@@ -62,7 +62,7 @@ impl Rendering {
             self.bodies[index].cloud.reach(&unexplained, &mut self.random);
         }
         let body = &self.bodies[index];
-        // Nobody has looked since it was seen. One that is hidden is not tried: it would take every arm that its neighbours stretch out.
+        // No scan has looked for it since it was seen. A hidden body is not tried: it would take every arm that its neighbours stretch out.
         let is_lost = body.is_unseen(body.cloud.at_s()) && !body.hidden;
         if self.model.has(Part::Reappearance) && look == Look::Coarse && is_lost {
             self.reappear(index, (scan, window), &beams);

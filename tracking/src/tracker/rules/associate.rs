@@ -40,7 +40,7 @@ const LEGS_M: f64 = 0.06;
 
 impl RuleTracker {
     /// Whether a candidate belongs to an appearance that was there while the occluded `track` was still detected.
-    fn is_somebody_else(&self, track: &Track, seen: &Detection) -> bool {
+    fn is_another_person(&self, track: &Track, seen: &Detection) -> bool {
         let near = self.near.now.iter().filter_map(|&index| self.tracks.get(index));
         near.filter(|other| !other.confirmed && other.was_beside(track)).any(|other| {
             let place = other.motion.place(seen.at_s);
@@ -82,7 +82,7 @@ impl RuleTracker {
             let (track, seen) = (&self.tracks[rows[row]], &pieces[free[column]]);
             let cost = cost(track, seen)? + size::cost(track.size, seen, ideas);
             let is_other =
-                (track.is_occluded() && self.is_somebody_else(track, seen)) || !self.may_be_of(track, seen);
+                (track.is_occluded() && self.is_another_person(track, seen)) || !self.may_be_of(track, seen);
             (cost < UNASSIGNED && !is_other).then_some(cost)
         });
         let pair = |(track, column): (&usize, Option<usize>)| Some((*track, free[column?], false));

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!        ▲ walks
-//!    ╭───┴──╮ reach ┌─────┐     straight outlines (`attachments/outlines`), the same place beside somebody
+//!    ╭───┴──╮ reach ┌─────┐     straight outlines (`attachments/outlines`), the same place beside a person
 //!    ╰──────╯ ─ ─ ─ │     │     all the way (`attachments/reach`): a part of that person
 //!                   └─────┘
 //! ```

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn people_come_back_hidden_where_they_were_and_fade_if_nobody_sees_them() {
+    fn people_come_back_hidden_where_they_were_and_fade_if_no_module_sees_them() {
         let mut tracker = RuleTracker::new(&Arc::new(Site::default()), Ideas::default());
         tracker.restore(&[person(-1.0), person(2.0)], 10.0, 0.0);
         let tracks = tracker.tracks(0.1);

@@ -88,7 +88,7 @@ const ROOM: &str = "
     line = [[-2, -2], [2, -2]]";
 
 #[test]
-fn a_leaf_that_opens_is_nobody_and_who_comes_from_behind_it_is_somebody() {
+fn a_leaf_that_opens_is_no_person_and_one_who_comes_from_behind_it_is() {
     let leaf = "[[mover]]\npolygon = [[-0.5, 0], [0.5, 0], [0.5, 1], [-0.5, 1]]";
     let mut bench = Bench::new(leaf);
     // The face of a leaf, which reaches out of where it moves at one end.
@@ -134,9 +134,9 @@ fn wheels_are_a_part_of_who_sits_between_them_and_people_are_not() {
         all
     };
     assert_eq!(bench.watch(1.5, leaves).len(), 3, "both have parted from him");
-    for somebody in [(0.0, 0.5, -0.35), (0.5, 0.0, -0.35), (0.5, 0.0, TORSO_M)] {
-        let tracks = Bench::new(ROOM).watch(3.0, |at_s| with(&[somebody], at_s));
-        assert_eq!(tracks.len(), 2, "behind him, beside him, beside him as seen from before: {somebody:?}");
+    for other in [(0.0, 0.5, -0.35), (0.5, 0.0, -0.35), (0.5, 0.0, TORSO_M)] {
+        let tracks = Bench::new(ROOM).watch(3.0, |at_s| with(&[other], at_s));
+        assert_eq!(tracks.len(), 2, "behind him, beside him, beside him as seen from before: {other:?}");
     }
     // As long as a wheel, but not always at the same place.
     let site_tracker = |at_s: f64| with(&[(0.0, 0.55 + 0.25 * libm::sin(3.0 * at_s), -0.56)], at_s);
@@ -173,7 +173,7 @@ fn what_jumps_between_legs_that_stand_still_has_not_moved() {
         vec![(-0.2, y, LEG_M, still_s), (0.2, y, LEG_M, still_s)]
     };
     assert!(Bench::new(ROOM).watch(10.0, |at_s| pairs(at_s, true)).is_empty());
-    assert_eq!(Bench::new(ROOM).watch(10.0, |at_s| pairs(at_s, false)).len(), 1, "of somebody who walks");
+    assert_eq!(Bench::new(ROOM).watch(10.0, |at_s| pairs(at_s, false)).len(), 1, "of a person who walks");
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn legs_that_come_in_move() {
 }
 
 #[test]
-fn who_stirs_where_nobody_came_in_is_somebody_and_a_chair_is_not() {
+fn what_stirs_where_no_person_came_in_is_a_person_and_a_chair_is_not() {
     let chair = |at_s: f64| vec![(0.0, 0.5, TORSO_M, at_s)];
     assert!(Bench::new(ROOM).watch(12.0, chair).is_empty());
     let person = |at_s: f64| vec![(0.0, 0.5, TORSO_M, libm::fmod(at_s, 1.5))];

@@ -42,7 +42,7 @@ pub const THIN_M: f64 = 0.1;
 const WALKS_S: f64 = 1.0;
 
 /// Why a part of a person is not counted.
-const PART: &str = "a part of somebody: came in beside him and keeps its place";
+const PART: &str = "a part of a person: came in beside that person and keeps its place";
 
 /// Why a track that was never detected coming in is not counted.
 const UNEXPLAINED: &str = "unexplained: never seen to come in";
@@ -239,7 +239,7 @@ impl Track {
         if !self.is_occluded() {
             spread *= STATED;
         }
-        // A person whom nobody sees may have stopped: the place stays, and only its spread grows.
+        // A person whom no module sees may have stopped: the place stays, and only its spread grows.
         let at = if self.is_unheard(at_s) { self.motion.place(self.last_hit_s + UNHEARD_S) } else { at };
         let is_still = self.is_occluded() || self.is_unheard(at_s);
         let velocity = if is_still { Point::default() } else { self.motion.velocity() };

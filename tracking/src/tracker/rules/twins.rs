@@ -59,7 +59,7 @@ impl RuleTracker {
                 let mut motion = track.motion.clone();
                 motion.covariance += nalgebra::Matrix4::identity() * (0.3 * 0.3);
                 track.cloud = Some(Cloud::new(now_s, &motion, now_s, &self.plan.walls, track.id));
-                track.reason = "taken for somebody else";
+                track.reason = "taken for another person";
                 // The detections since then were of the other track.
                 track.last_hit_s = track.last_hit_s.min(track.twin_since_s);
                 track.twin = 0;

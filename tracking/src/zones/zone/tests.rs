@@ -32,7 +32,7 @@ fn an_unexplained_track_counts_only_where_it_is_secure_and_a_part_nowhere() {
 }
 
 #[test]
-fn a_zone_nobody_looks_at_is_unknown() {
+fn a_zone_that_no_module_looks_at_is_unknown() {
     let zone: site::Zone =
         toml::from_str("name = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1], [0, 1]]").unwrap();
     let mut zone = Zone::new(&zone);
@@ -65,7 +65,7 @@ fn seen_square(at_s: f64) -> Zone {
 }
 
 #[test]
-fn nobody_leaves_a_zone_that_is_not_looked_at() {
+fn no_person_leaves_a_zone_that_is_not_looked_at() {
     let person = Presence { track: &PERSON, is_inside: true, parts: WHOLE };
     let mut zone = seen_square(10.0);
     assert_eq!(zone.line(&[person], 10.1).count(), Some(1));
@@ -79,7 +79,7 @@ fn nobody_leaves_a_zone_that_is_not_looked_at() {
 }
 
 #[test]
-fn after_a_short_gap_a_zone_is_not_empty_while_somebody_in_it_is_being_found() {
+fn after_a_short_gap_a_zone_is_not_empty_while_a_person_in_it_is_being_found() {
     let tentative = TrackState { state: LifeCycle::Tentative, ..PERSON };
     let new = Presence { track: &tentative, is_inside: true, parts: WHOLE };
     let mut zone = seen_square(10.0);
