@@ -327,7 +327,7 @@ mod tests {
     #[test]
     fn an_open_beam_that_could_not_be_measured_is_not_empty() {
         let mut fixture = BackgroundFixture::learned();
-        // Somebody leans on the sensor, which reads 19 everywhere; then goes.
+        // A person leans on the sensor, which reads 19 everywhere; then goes.
         fixture.scan(|_| 19);
         assert!([5, 25, 55].into_iter().all(|beam| fixture.background.class(beam) == Class::NoReturn));
         fixture.scan(BackgroundFixture::room);

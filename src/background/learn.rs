@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_who_shifts_once_makes_the_learning_wait() {
+    fn a_person_who_shifts_once_makes_the_learning_wait() {
         let mut fixture = BackgroundFixture::new();
         fixture.background.learn(LearnRequest::default()).unwrap();
         for scan in 0..60 {

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! All of it is associated data: the tag covers the header before it and the message. *Opened* is shorter than *open*, and
-//! needs a cookie: nobody is sent more than they sent.
+//! needs a cookie: no host is sent more than it sent.
 
 use super::derive::{SessionKeys, open_key};
 use super::{Key, NONCE_BYTES, Nonce, datagram};

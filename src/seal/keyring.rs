@@ -87,7 +87,7 @@ pub struct BadKeys;
 pub struct Keyring {
     keys: Vec<RoleKey, KEYS>,
     label: Option<Key>,
-    /// What is stored cannot be read: nobody is let in by it, and nobody without.
+    /// What is stored cannot be read: no host is let in, with a key or in clear.
     is_lost: bool,
 }
 

@@ -56,7 +56,7 @@ impl core::fmt::Debug for Key {
 }
 
 impl Key {
-    /// The role key of a device, made of the site's secret: whoever takes one device apart has the keys of that device.
+    /// The role key of a device, made of the site's secret: an attacker who takes one device apart has the keys of that device only.
     #[must_use]
     pub fn of_device(self, device: crate::wire::ModuleId, role: Role, generation: u8) -> Self {
         derive::role_key(self, device, role, generation)

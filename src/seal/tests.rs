@@ -73,7 +73,7 @@ impl Pair {
 }
 
 #[test]
-fn both_ends_understand_each_other_and_nobody_else_does() {
+fn both_ends_understand_each_other_and_no_third_does() {
     let mut pair = Pair::new();
     pair.meet(0);
     let mut request = pair.request(1);

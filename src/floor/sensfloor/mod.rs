@@ -12,7 +12,7 @@
 //!   line  ◀─ request ◀─ a tile in turn
 //! ```
 //!
-//! A floor on which nobody moves sends nothing, and so does a cut cable. So the device asks a tile for its state ten
+//! A floor on which no foot moves sends nothing, and so does a cut cable. So the device asks a tile for its state ten
 //! times a second, one after the other. A line without a frame for a second is *silent*: no reading, all is unknown. A tile
 //! that three rounds have not heard is *unread*: its panels do not work. A floor that answers no request is known while
 //! feet move on it, and unknown a second later.
