@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use kehai::wire::{Identity, Report, ReportHead};
 
-    /// Two bodies side by side, and a few bearings of nobody.
+    /// Two bodies side by side, and a few bearings that belong to no body.
     fn bodies(near_mm: u32) -> Bodies {
         let (one, two) = (Size { volume_l: 50, top_cm: 171 }, Size { volume_l: 30, top_cm: 120 });
         let whose = [None, Some(0), Some(0), Some(0), Some(0), Some(1), Some(1), None];

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_begin_at_the_first_request_and_skip_what_nobody_heard() {
+    fn rows_begin_at_the_first_request_and_skip_what_was_not_received() {
         let row = |offset_us, value_mm| (offset_us, 100_000, vec![value_mm; 682]);
         let mut rows = Rows::new(URG, vec![row(0, 100), row(90_000, 200), row(300_000, 300)]);
         assert_eq!(rows.latest(revolution(1, 0)).unwrap().ranges_mm[0], 100);

@@ -102,7 +102,7 @@ pub fn forgotten(stop: &AtomicBool) -> Result<Flash, Box<dyn Error>> {
     Ok(flash)
 }
 
-/// Gives a device the secret of its label, as whoever makes a board does.
+/// Gives a device the secret of its label, as the maker of a board does.
 ///
 /// # Errors
 /// The flash has no room, or cannot be written.

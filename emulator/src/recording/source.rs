@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_heard_is_left_out() {
+    fn what_was_not_received_is_left_out() {
         let mut source = RecordingSource::new(recording());
         let first = source.scan(Revolution { start_us: 0, period_us: 99_700, earliest_us: 0 }).unwrap();
         assert_eq!(first.ranges_mm, [500; 3]);
