@@ -89,5 +89,5 @@ fuzz_target!(|input: &[u8]| {
     let _ = block_on(store.images(ImageJob::Confirm));
     let _ = block_on(store.images(ImageJob::Told));
     let kept = flash.0.borrow()[active].iter().all(|byte| *byte == 0x5c);
-    assert!(kept || is_swapping, "an image that nobody has signed");
+    assert!(kept || is_swapping, "an image without a valid signature");
 });

@@ -1,5 +1,5 @@
-//! The log-in with any texts and times: no panic, no more tries than are allowed, no session that is over, and nobody who was
-//! not let in.
+//! The log-in with any texts and times: no panic, no more tries than are allowed, no session that is over, and no user
+//! who was not let in.
 //!
 //! ```text
 //!   input:  step │ step │ …                   a step is a byte, and what it needs
@@ -77,7 +77,7 @@ fuzz_target!(|input: &[u8]| {
             1 => {
                 if let Ok(directory) = toml::from_str::<Directory>(text(&mut rest)) {
                     let _ = directory.check();
-                    assert!(directory.user("nobody at all").is_none());
+                    assert!(directory.user("no such user").is_none());
                 }
             }
             2 | 3 => {

@@ -1,4 +1,4 @@
-//! What nobody without a key can do to a module that has keys, in as many datagrams as there is time for.
+//! What an attacker without a key cannot do to a module that has keys, in as many datagrams as there is time for.
 //!
 //! ```text
 //!   genuine requests ─▶ recorded ─┬ flipped, cut, renumbered, sent again, sent back, from elsewhere ─▶ module

@@ -256,7 +256,7 @@ fn each_request_by_each_right_has_the_outcome_of_the_table() {
 }
 
 #[test]
-fn a_module_with_keys_sends_its_reports_sealed_and_to_nobody_without_a_session() {
+fn a_module_with_keys_sends_its_reports_sealed_and_to_no_host_without_a_session() {
     let mut module = claimed();
     let mut own = Program::of(5000, Role::Read).met(&mut module);
     let mut stranger = Program::in_clear(6000).met(&mut module);

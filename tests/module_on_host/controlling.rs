@@ -139,7 +139,7 @@ fn it_blinks_for_any_host_that_may_read_for_a_minute_at_most_and_ends_when_told(
 }
 
 #[test]
-fn somebody_is_a_candidate_and_what_stands_still_is_absorbed_only_while_it_is_there() {
+fn a_person_is_a_candidate_and_what_stands_still_is_absorbed_only_while_it_is_there() {
     let world = World::urg();
     world.run(async || {
         let host = world.host(1);

@@ -115,7 +115,7 @@ fn the_fifth_is_refused_and_those_who_renew_are_never_put_out() {
 }
 
 #[test]
-fn the_sequence_runs_with_nobody_listening() {
+fn the_sequence_runs_without_subscribers() {
     let world = World::urg();
     world.run(async || {
         world.wait(20.0).await;
@@ -199,7 +199,7 @@ fn raw_scans_come_to_who_asked_for_as_long_as_he_asked() {
 }
 
 #[test]
-fn malformed_and_foreign_datagrams_are_counted_and_cost_nobody_a_report() {
+fn malformed_and_foreign_datagrams_are_counted_and_cost_no_report() {
     let world = World::urg();
     world.run(async || {
         let (host, stranger) = (world.host(1), world.host(2));
@@ -239,7 +239,7 @@ fn malformed_and_foreign_datagrams_are_counted_and_cost_nobody_a_report() {
 }
 
 #[test]
-fn a_host_that_answers_no_arp_delays_nobody_and_its_lane_is_opened_anew() {
+fn a_host_that_answers_no_arp_delays_no_other_and_its_lane_is_opened_anew() {
     let world = World::urg();
     world.run(async || {
         let (host, lost) = (world.host(1), world.host(2));

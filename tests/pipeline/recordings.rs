@@ -226,7 +226,7 @@ fn there_are_never_more_wide_candidates_than_people() {
 }
 
 #[test]
-fn learning_waits_until_nobody_moves() {
+fn learning_waits_until_no_person_moves() {
     let Some(folder) = folder() else { return };
     // In these two no person walks in the first 60 scans; in the others one does.
     let still = ["obstacle_front", "obstacle_rear"];

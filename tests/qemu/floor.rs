@@ -89,7 +89,7 @@ fn a_floor_is_told_its_tiles_once_and_says_who_stands_where() {
     let first_us = before.stamp_us;
     for _ in 0..20 {
         let next = reading(&mut host, |_| true);
-        assert_eq!((next.sequence, &next.down[..]), (before.sequence + 1, &[][..]), "nobody is on it");
+        assert_eq!((next.sequence, &next.down[..]), (before.sequence + 1, &[][..]), "no panel is pressed");
         // 9 Hz, and a reading waits for up to 33 ms for the end of a frame.
         let period_us = next.stamp_us - before.stamp_us;
         assert!((75_000..150_000).contains(&period_us), "{period_us}");
@@ -145,7 +145,7 @@ fn a_line_that_is_cut_is_said_and_a_noisy_one_is_counted() {
     let said_us = host.way.now_us() - cut_us;
     println!("cut: said {} ms later", said_us / 1000);
     assert!(said_us < 2 * SECOND_US, "{said_us}");
-    // Silence is no reading: nobody is told that the floor is empty.
+    // Silence is no reading: no message says that the floor is empty.
     let end_us = host.way.now_us() + 5 * SECOND_US;
     while host.way.now_us() < end_us {
         let pressed = host.turn(|_, message| matches!(message, Message::Pressed(_)).then_some(()));

@@ -199,7 +199,7 @@ fn a_hung_task_is_ended_by_the_watchdog_and_reports_come_again() {
 }
 
 #[test]
-fn a_subscriber_that_answers_no_arp_delays_nobodys_reports_and_nobodys_answers() {
+fn a_subscriber_that_answers_no_arp_delays_no_reports_and_no_answers() {
     let Some(image) = image() else { return };
     let sensor = still_room();
     let time = &GuestTime::new();

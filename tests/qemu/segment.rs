@@ -164,7 +164,7 @@ fn after_a_lost_link_the_module_joins_its_group_and_announces_itself_anew() {
 }
 
 #[test]
-fn a_question_from_any_port_is_answered_to_whoever_asked() {
+fn a_question_from_any_port_is_answered_to_that_port() {
     let Some(image) = image() else { return };
     let lan = Lan::switch();
     let Kind::Switch(_, frames) = &lan.kind else { unreachable!("it is one") };

@@ -86,7 +86,7 @@ fn texts_are_cut_between_characters() {
 }
 
 #[test]
-fn nobody_is_sent_more_than_he_spends_before_he_has_shown_his_address() {
+fn no_host_is_sent_more_than_it_spends_before_it_has_shown_its_address() {
     let shortest = REQUESTS.iter().map(|&one| request(one).len()).min().unwrap();
     let refused = Refused { request_id: u32::MAX, kind: 255, refusal: Refusal::VERSION };
     assert!(datagram(Message::Refused(refused)).len() <= shortest);
