@@ -239,7 +239,7 @@ fn frame() -> Result<bool, Box<dyn Error>> {
     for _ in 0..5 {
         let took = depth_frame::run()?;
         if took.in_frames == 0 || took.in_scans == 0 {
-            return Err("nobody is found in the frames, or in the scans".into());
+            return Err("no person is found in the frames, or in the scans".into());
         }
         frame_ms = frame_ms.min(each_ms(took.frames));
         scan_ms = scan_ms.min(each_ms(took.scans));

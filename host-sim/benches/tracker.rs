@@ -302,7 +302,7 @@ impl Answers {
         }
     }
 
-    /// Whether a datagram of the record answers nobody.
+    /// Whether a datagram of the record answers no request.
     fn is_unasked(bytes: &[u8]) -> bool {
         !matches!(
             Message::decode(bytes),

@@ -72,7 +72,7 @@ fn a_host_counts_the_people_on_a_floor_and_does_not_call_it_empty() {
 }
 
 #[test]
-fn a_floor_nobody_is_on_is_known_to_be_empty() {
+fn a_floor_without_people_is_known_to_be_empty() {
     let (floor, line) =
         Program::start(&["floor", "--name", "mat", "--people", "0", "--listen", "127.0.0.1:0"], " at ");
     let hall = follow(word(&line, " at ").parse().expect("an address"), |hall| hall.count().is_some());

@@ -54,9 +54,9 @@ fn missing_files_and_names_are_refused_with_status_1() {
     let (status, line) = with(&["--scene", "/no/such.toml", "--module", "left"]);
     assert_eq!(status, 1);
     assert!(line.starts_with("kehai-sim: /no/such.toml: cannot be read"), "{line}");
-    let (status, line) = with(&["--scene", "demo", "--module", "nobody"]);
+    let (status, line) = with(&["--scene", "demo", "--module", "none"]);
     assert_eq!(status, 1);
-    assert!(line.starts_with("kehai-sim: demo: there is no module `nobody`; the scene has "), "{line}");
+    assert!(line.starts_with("kehai-sim: demo: there is no module `none`; the scene has "), "{line}");
 }
 
 #[test]

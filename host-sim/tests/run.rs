@@ -131,7 +131,7 @@ fn clocks_can_be_compared_by_the_exchanges() {
 }
 
 #[test]
-fn whoever_is_seen_is_reported_where_they_are() {
+fn a_person_who_is_seen_is_reported_where_they_are() {
     let record = Record::of(&door_area(1, Letter::D), 2, &with(Conditions::IDEAL)).unwrap();
     let site = &record.site.modules[0];
     let geometry = geometry(&record.arrivals, 0);
@@ -147,8 +147,8 @@ fn whoever_is_seen_is_reported_where_they_are() {
     }) {
         // The middle of the scan is a scan and a transmission before.
         let moment = &record.truth[(at_us as usize - 130_000) / 100_000];
-        let Some(somebody) = moment.people.iter().find(|somebody| somebody.beams >= 10) else { continue };
-        let there = Point::new(somebody.x, somebody.y);
+        let Some(person) = moment.people.iter().find(|person| person.beams >= 10) else { continue };
+        let there = Point::new(person.x, person.y);
         if (there - site.pose().at).length() > 2.0 {
             continue;
         }

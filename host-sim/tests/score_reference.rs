@@ -107,7 +107,7 @@ fn compare(name: &str, ours: &Map<String, Value>, theirs: &Map<String, Value>) -
         largest = largest.max((ours[own].as_f64().unwrap_or(0.0) - theirs.as_f64().unwrap_or(0.0)).abs());
     }
     for key in ours.keys().filter(|key| !NOT_COMPARED.contains(&key.as_str())) {
-        assert!(theirs.contains_key(key), "{name}: nobody checks {key}");
+        assert!(theirs.contains_key(key), "{name}: the reference has no {key}");
     }
     (theirs.len(), largest)
 }

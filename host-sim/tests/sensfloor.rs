@@ -19,7 +19,7 @@ use kehai_tracking::tracker::LifeCycle;
 
 const SEEDS: u64 = 40;
 
-/// Until then the floor is empty, µs: two rounds of requests, and time to believe that nobody is there.
+/// Until then the floor is empty, µs: two rounds of requests, and time to believe that it is empty.
 const COMES_US: u64 = 8_000_000;
 
 /// A walker is followed for so long, µs.
@@ -57,7 +57,7 @@ fn confirmed(line: &TracksLine) -> usize {
     line.tracks.iter().filter(|track| track.state == LifeCycle::Confirmed).count()
 }
 
-/// What a floor that nobody asks says of a walker.
+/// What a floor that gets no requests says of a walker.
 fn recorded(seed: u64) -> FloorRecording {
     let (mut signal, walker) = (Signal::new(&layout(), seed), walker(seed));
     let mut frames = Vec::new();
@@ -177,7 +177,7 @@ fn one_person_who_walks_is_one_track_in_95_percent_of_the_time() {
     figures.conclude("asked");
 }
 
-/// Nobody asks in a recording: tiles are first heard under a foot, and their rest is learned late.
+/// No requests are sent in a recording: tiles are first heard under a foot, and their rest is learned late.
 #[test]
 fn one_person_in_a_recording_is_one_track_in_95_percent_of_the_time() {
     let mut figures = Figures::default();
@@ -204,7 +204,7 @@ fn the_command_prints_what_a_recording_shows_and_one_line_for_one_that_cannot_be
     let said = String::from_utf8(output.stdout).unwrap();
     println!("{said}");
     assert!(output.status.success() && said.contains("0 of other floors, 0 damaged; group 10"), "{said}");
-    // Tiles that nobody asked and nobody walked on were silent.
+    // Tiles that got no request and no foot were silent.
     assert!(
         said.contains("32 or more panels were silent or stuck at the end: nothing is known there"),
         "{said}"

@@ -56,7 +56,7 @@ fn count_near_the_end(scene: &str, seed: u64) -> u32 {
 }
 
 #[test]
-fn a_chair_left_behind_is_nobody_and_a_second_person_is_somebody() {
+fn a_chair_left_behind_is_no_person_and_a_second_person_is_one() {
     // Seeds at which the chair kept its carrier's track, or was born as a pair of legs.
     for (scene, seeds, count) in [
         ("chair-back", [0, 3, 18], 0),
@@ -137,6 +137,6 @@ fn what_a_dead_module_saw_is_not_seen_rather_than_empty_and_it_breaks_nothing_wh
         let before = there(&lines, from_s - 0.5, from_s);
         assert!(before.iter().all(|ids| *ids == before[0]) && before[0].len() == 2, "{before:?}");
         let after = there(&lines, from_s, events.door_opens_s);
-        assert!(after.iter().all(|ids| *ids == before[0]), "somebody was lost or born: {after:?}");
+        assert!(after.iter().all(|ids| *ids == before[0]), "a track was lost or born: {after:?}");
     }
 }

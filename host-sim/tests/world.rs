@@ -76,7 +76,7 @@ fn an_emulated_sensor_gets_the_scan_it_asks_for() {
 }
 
 #[test]
-fn every_reading_on_somebody_lies_on_their_body() {
+fn every_reading_on_a_person_lies_on_their_body() {
     for seed in 0..3 {
         let world = world("door-area", seed);
         let mut seen_people = 0;
@@ -110,7 +110,7 @@ fn every_reading_on_somebody_lies_on_their_body() {
                 assert_eq!(beams as usize, people);
             }
         }
-        assert!(seen_people > 5000, "{seen_people} beams met somebody");
+        assert!(seen_people > 5000, "{seen_people} beams met a person");
     }
 }
 
@@ -126,7 +126,7 @@ fn two_sensors_of_a_site_have_their_own_phase_and_period() {
 }
 
 #[test]
-fn nobody_in_the_demo_walks_through_anybody_or_anything() {
+fn no_person_in_the_demo_walks_through_a_person_or_a_thing() {
     for seed in [1, 7] {
         let scene = Scene::load("demo").unwrap();
         let world = World::new(&scene, seed);

@@ -62,7 +62,7 @@ fn a_dense_crowd_hides_people_as_often_as_in_the_reference_world() {
     for ((people, reference), share) in reference.into_iter().zip(found) {
         let percent = |share: f64| 100.0 * share;
         println!(
-            "dense, {people} people: nobody hidden > 2 s in {:.0} % of {RUNS} runs (reference {:.0} %)",
+            "dense, {people} people: none hidden > 2 s in {:.0} % of {RUNS} runs (reference {:.0} %)",
             percent(share),
             percent(reference)
         );

@@ -115,8 +115,8 @@ pub fn run() -> Result<Took, Box<dyn Error>> {
 fn frames() -> Option<(Duration, usize)> {
     let people = entrance(PEOPLE);
     let first = ((IN_S - COME_S) * f64::from(CAMERA.frames_per_s)) as usize;
-    let nobody = Entrance::pacing(0, LEARNED);
-    let empty = (0..LEARNED).map(|number| nobody.shot(number));
+    let unused = Entrance::pacing(0, LEARNED);
+    let empty = (0..LEARNED).map(|number| unused.shot(number));
     let shots = empty.chain((first..first + MEASURED).map(|number| people.shot(number)));
     let clip: Vec<Frame> = shots.map(|shot| Some(shot?.frame)).collect::<Option<_>>()?;
     let background = people.background()?;

@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_behind_somebody_is_a_cluster_of_their_own() {
+    fn a_person_behind_another_is_a_cluster_of_their_own() {
         let two = candidate(5, [1000, 1000, 1000, 1000, 1000, 1160, 1160, 1160, 1160]);
         assert_eq!(beams(&two, 100), [(340, 360), (365, 380)]);
         assert_eq!(beams(&two, 200), [(340, 380)]);

@@ -56,7 +56,7 @@ pub struct Arguments {
     seed: u64,
 }
 
-/// Nobody walks nearer to the edge than this, m: a foot and a half.
+/// People walk no nearer to the edge than this, m: a foot and a half.
 const EDGE_M: f64 = 0.2;
 
 /// People on a floor.

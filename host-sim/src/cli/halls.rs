@@ -16,7 +16,7 @@ use super::runs::{bar, seeds};
 
 /// Follow people through four halls, by one tracker and by a tracker of each hall put together, and compare
 ///
-/// The same datagrams go to both. Whoever walks into another hall is to keep number and name; the totals are to agree. Once with all
+/// The same datagrams go to both. A person who walks into another hall is to keep number and name; the totals are to agree. Once with all
 /// frames of the areas, once with a share of them lost. On simulated time: the same seeds give the same figures on every machine.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -44,7 +44,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.toml")]
     site: Option<PathBuf>,
 
-    /// Learn the empty room from this many scans in which nobody moves, or from all of the recording first
+    /// Learn the empty room from this many scans without movement, or from all of the recording first
     #[arg(long, value_name = "N|all", default_value = "60", value_parser = learn)]
     learn: Learn,
 
@@ -142,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A bar on stderr when somebody watches.
+/// A bar on stderr, if that is a terminal.
 fn progress_bar(what: &str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()

@@ -16,7 +16,7 @@ use crate::baselines::Choice;
 use crate::run::unit::{Plan, Unit};
 
 /// Frames of an empty entrance, of a person in it, that say nothing, and of the person again.
-const NOBODY: usize = 100;
+const EMPTY: usize = 100;
 const BEFORE: usize = 40;
 const BLIND: usize = 50;
 const AFTER: usize = 25;
@@ -26,18 +26,18 @@ const UNKNOWN_S: f64 = 3.0;
 
 /// Writes the frames into a folder: those that say nothing are torn, of another size, all zero, and saturated.
 fn record(folder: &std::path::Path) {
-    let (nobody, person) = (Entrance::pacing(0, NOBODY), entrance(1));
+    let (empty, person) = (Entrance::pacing(0, EMPTY), entrance(1));
     let first = ((IN_S - COME_S) * f64::from(CAMERA.frames_per_s)) as usize;
     let flat = |width: usize, value_mm: u16| {
         Frame::new(width, CAMERA.height, vec![value_mm; width * CAMERA.height], 0).unwrap()
     };
     let shot = |entrance: &Entrance, number: usize| entrance.shot(number).unwrap().frame;
-    for number in 0..NOBODY + BEFORE + BLIND + AFTER {
+    for number in 0..EMPTY + BEFORE + BLIND + AFTER {
         let file = folder.join(format!("{number:04}.png"));
-        let walked = first + number.saturating_sub(NOBODY) % 50;
-        let is_blind = (NOBODY + BEFORE..NOBODY + BEFORE + BLIND).contains(&number);
+        let walked = first + number.saturating_sub(EMPTY) % 50;
+        let is_blind = (EMPTY + BEFORE..EMPTY + BEFORE + BLIND).contains(&number);
         let frame = match number % 4 {
-            _ if number < NOBODY => shot(&nobody, number),
+            _ if number < EMPTY => shot(&empty, number),
             1 if is_blind => flat(CAMERA.width / 2, 3000),
             2 if is_blind => flat(CAMERA.width, 0),
             3 if is_blind => flat(CAMERA.width, u16::MAX),
@@ -87,7 +87,7 @@ fn frames_that_say_nothing_are_counted_and_told_and_leave_the_zone_unknown() {
             unknown += 1;
         }
         last = zone.count();
-        if good + bad == (NOBODY + BEFORE + BLIND + AFTER) as u64 {
+        if good + bad == (EMPTY + BEFORE + BLIND + AFTER) as u64 {
             break;
         }
     }
@@ -96,11 +96,11 @@ fn frames_that_say_nothing_are_counted_and_told_and_leave_the_zone_unknown() {
     assert!(unknown > 50, "{unknown} lines");
     assert_eq!(last, Some(1), "the person is found again");
     let good = counts.good.load(Ordering::Relaxed);
-    assert_eq!(good, (NOBODY + BEFORE + AFTER) as u64);
+    assert_eq!(good, (EMPTY + BEFORE + AFTER) as u64);
     assert_eq!(counts.bad.load(Ordering::Relaxed), BLIND as u64);
     let told = told.lock().unwrap();
     assert_eq!(told.len(), BLIND, "one line each");
-    for (line, number) in told.iter().zip(NOBODY + BEFORE..) {
+    for (line, number) in told.iter().zip(EMPTY + BEFORE..) {
         let why = ["is torn or no PNG", "is 160 × 240 pixels", "no pixel has a depth", "end of the scale"];
         let says = line.contains(&format!("{number:04}.png: ")) && line.contains(why[number % 4]);
         assert!(says && !line.contains('\n'), "{line}");

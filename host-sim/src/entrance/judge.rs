@@ -8,7 +8,7 @@
 //!                    each a mean, together and by the most people in view at a time in those frames
 //! ```
 //!
-//! People are judged while a quarter of them is seen ([`super::Present::is_judged`]); who is seen less is neither missed
+//! People are judged while a quarter of them is seen ([`super::Present::is_judged`]); those who are seen less are neither missed
 //! nor falsely detected. An identity in a segment belongs to all people of it; one that its tracker carries on without
 //! a segment belongs to the nearest person within [`NEAR_M`].
 

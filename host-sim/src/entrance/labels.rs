@@ -3,7 +3,7 @@
 //! ```text
 //!   points ─▶ clusters ─▶ a segment holds each person of whom it has more points than any other segment
 //!                         ├ none, but most of its points are a person's: a part of that person
-//!                         └ none, and most are a bag's or flying: nobody
+//!                         └ none, and most are a bag's or flying: no person
 //! ```
 
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ pub struct Labelled {
     pub segment: Segment,
     /// The people it holds: more than one are merged.
     pub holds: Vec<u16>,
-    /// The person of whom it is a part, where it holds nobody.
+    /// The person of whom it is a part, where it holds none.
     pub part_of: Option<u16>,
 }
 
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_is_seen_whole_is_held_by_one_segment_that_is_near() {
+    fn a_person_seen_whole_is_held_by_one_segment_that_is_near() {
         let entrance = Entrance::new(1);
         let background = entrance.background().unwrap();
         let low = Camera { above_m: Some(0.6), ..CAMERA };

@@ -58,8 +58,8 @@ impl Laser {
             mirror: false,
         };
         let caster = Caster::new(pose, PLANE_M, model.optics().geometry, &[wall(0.0), wall(WALL_M)]);
-        let nobody = (Arc::from(Vec::new()), Arc::from(Vec::new()));
-        let sensor = WorldSensor::new(model, NoiseLevel::Real, caster, nobody, seed, number);
+        let no_people = (Arc::from(Vec::new()), Arc::from(Vec::new()));
+        let sensor = WorldSensor::new(model, NoiseLevel::Real, caster, no_people, seed, number);
         let noise = Noise::new(NoiseLevel::Real, model.optics(), seed, number);
         Self { entrance, begins_s, sensor, noise, pose }
     }

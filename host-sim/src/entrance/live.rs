@@ -43,8 +43,8 @@ pub struct DepthCamera {
 }
 
 impl DepthCamera {
-    /// Before this entrance, whose first frame is `begins_s` after the device's time 0: nobody is there before. None if the
-    /// background cannot be learned.
+    /// Before this entrance, whose first frame is `begins_s` after the device's time 0; until then it is empty. None if
+    /// the background cannot be learned.
     #[must_use]
     pub fn new(entrance: &Arc<Entrance>, begins_s: f64) -> Option<Self> {
         let now_us = Arc::new(AtomicU64::new(0));

@@ -33,7 +33,7 @@ pub const IN_S: f64 = 28.0;
 /// When it ends, s.
 pub const END_S: f64 = 40.0;
 
-/// Where the laser is: x and y, m, yaw, degrees. It looks along their lanes, and nobody hides another.
+/// Where the laser is: x and y, m, yaw, degrees. It looks along their lanes, and no person hides another.
 const LASER: (f64, f64, f64) = (2.9, 2.8, -90.0);
 
 /// What looks at them.

@@ -17,7 +17,7 @@ const FROM_M: f64 = 3.8;
 /// Most people at a time, as in the paper.
 const MOST: usize = 5;
 
-/// A person waits outside until nobody else is nearer than this, m.
+/// A person waits outside until no other person is nearer than this, m.
 const APART_M: f64 = 0.5;
 
 /// People who stay pace on lanes between these distances from the camera, m, so far to either side of its axis, m; at 1.6 m
@@ -137,7 +137,7 @@ impl Walk {
         Self { frames: (0..count).map(moments).collect() }
     }
 
-    /// The people at any time, between two frames on a straight line; in the last frame after it, nobody before the first.
+    /// The people at any time, between two frames on a straight line; those of the last frame after it, none before the first.
     #[must_use]
     pub fn at(&self, at_s: f64) -> Vec<Moment> {
         let period_s = CAMERA.period_us() as f64 * 1e-6;

@@ -207,7 +207,7 @@ mod tests {
     use kehai_tracking::occupancy::ZoneKnown;
     use proptest::prelude::*;
 
-    /// So far from its middle nobody is at the edge of the zone, m: half a metre from it, as a floor shows a person who stops
+    /// A person nearer to the zone's middle than this is not at its edge, m: half a metre from it, as a floor shows a person who stops
     /// up to 0.4 m farther along the way until a foot is set again.
     const INSIDE_M: f64 = 0.5;
 
@@ -219,14 +219,14 @@ mod tests {
     const LOST_S: f64 = 0.2;
 
     /// So sure is a zone that says *empty*. A person who came in while nothing was seen, and stands, may be a thing: the count
-    /// is 0 then, and that nobody is there is said with one half.
+    /// is 0 then, but only with a probability of one half.
     const EMPTY: f64 = 0.9;
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever is unplugged whenever: where a person stands nobody says *empty*, and when all sources of a site are
-        /// silent for 3 s nothing is known.
+        /// Whatever is unplugged whenever: a zone in which a person stands is never said to be empty, and when all sources of
+        /// a site are silent for 3 s nothing is known.
         #[test]
         fn no_source_that_is_unplugged_leaves_an_empty_zone(
             seed in 0_u64..1000,
@@ -253,7 +253,7 @@ mod tests {
                 let is_found = inside_s.is_some_and(|since_s| t_s - since_s > FOUND_S);
                 for ((estimate, sources), empty_s) in known.iter().zip(Sources::ALL).zip(&mut empty_s) {
                     for zone in estimate.zones.values() {
-                        let is_empty = is_found && zone.p().first().is_some_and(|nobody| *nobody > EMPTY);
+                        let is_empty = is_found && zone.p().first().is_some_and(|none| *none > EMPTY);
                         *empty_s = is_empty.then(|| empty_s.unwrap_or(t_s));
                         if empty_s.is_some_and(|since_s| t_s - since_s > LOST_S - 0.01) {
                             faults.push(format!("{sources} at {t_s:.1} s: {zone:?}"));

@@ -191,7 +191,7 @@ pub(super) fn shares(verdict: &Verdict) -> Vec<Figure> {
         let own = all.iter().filter(|(at_once, _)| most.contains(at_once));
         Figure::Mean { values: own.map(|(_, share)| 100.0 * share).collect(), digits: 1, shares: true }
     };
-    // An identity without a judged person in view is of nobody's number.
+    // An identity without a judged person in view belongs to none of these numbers of people.
     let ranges = [1..=1, 2..=2, 3..=3, 4..=usize::MAX];
     let together = [&verdict.identities, &verdict.people].map(|all| shares(all, 0..=usize::MAX));
     let apart = [&verdict.identities, &verdict.people]

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_empty_room_and_what_is_far_from_all_people_is_on_nobody() {
+    fn points_of_the_empty_room_and_far_from_all_people_are_on_no_person() {
         assert_eq!(rays(0, 0).beams(250_000, &[Point::new(1.0, 2.9)]), [0]);
         assert_eq!(rays(12, 0).beams(250_000, &[Point::new(1.0, 1.9)]), [0]);
         assert!(rays(12, 0).beams(250_000, &[]).is_empty());

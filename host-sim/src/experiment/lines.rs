@@ -1,4 +1,4 @@
-//! Counting lines against the truth: who crossed, who was missed, and what was counted though nobody crossed.
+//! Counting lines against the truth: which people crossed, which were missed, and what was counted though no person crossed.
 //!
 //! ```text
 //!   truth, every 0.1 s ─▶ true crossings ─┐ the same line and direction, at most 2 s apart
@@ -29,7 +29,7 @@ use crate::world::variation::{Letter, Variation};
 /// A counted crossing so far in time from a true one is another, s: as long as the cells of a line count as seen.
 const SAME_S: f64 = 2.0;
 
-/// Who is so far from a line has all of the body on one side, m: half of 0.45 m.
+/// A person so far from a line has all of the body on one side, m: half of 0.45 m.
 const WHOLE_BODY_M: f64 = 0.225;
 
 /// Beside the ends of a line this far a way still leads across it, m: half a body.
@@ -92,12 +92,12 @@ impl Place {
     }
 }
 
-/// Somebody crossed a line.
+/// A person crossed a line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Crossed {
-    /// When, s; if nobody saw it, at the latest.
+    /// When, s; if no sensor saw it, at the latest.
     pub at_s: f64,
-    /// If nobody saw it, at the earliest; else the same.
+    /// If no sensor saw it, at the earliest; else the same.
     pub since_s: f64,
     /// Number of the line in the site.
     pub line: usize,
@@ -167,7 +167,7 @@ pub struct Dwelled {
     pub off_s: Vec<f64>,
     /// True stays that have no counterpart.
     pub missed: u64,
-    /// Stays that nobody had.
+    /// Stays without a true counterpart.
     pub wrong: u64,
 }
 

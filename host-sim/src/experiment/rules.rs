@@ -147,12 +147,12 @@ fn undisturbed(lines: &[Line]) -> Finding {
     let mut lives: BTreeMap<u64, (u32, u32)> = BTreeMap::new();
     for line in lines {
         for track in &line.tracks {
-            let nobody = line.people.iter().all(|person| (person.at - track.at).length() > LOST_M);
+            let none = line.people.iter().all(|person| (person.at - track.at).length() > LOST_M);
             let life = lives.entry(track.id).or_default();
-            *life = (life.0 + 1, life.1 + u32::from(nobody));
+            *life = (life.0 + 1, life.1 + u32::from(none));
         }
     }
-    let false_tracks = lives.values().filter(|(lines, nobody)| 2 * nobody > *lines).count();
+    let false_tracks = lives.values().filter(|(lines, none)| 2 * none > *lines).count();
     let hours = lines.last().map_or(0.0, |line| line.t_s / 3600.0);
     let visits = lines.chunk_by(|one, other| (one.inside > 0) == (other.inside > 0));
     let visits = visits.filter(|visit| {
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_that_is_nobody_most_of_its_life_is_false() {
+    fn a_track_that_is_no_person_most_of_its_life_is_false() {
         let person = Target { id: 1, at: Point::new(0.0, 0.0), beams: None };
         let track =
             |id, x| Estimate { id, at: Point::new(x, 0.0), covariance_m2: None, state: LifeCycle::Confirmed };

@@ -6,7 +6,7 @@
 //!             └─ URG ────▶ SCIP ───────▶ device ─┘            └─▶ both               zone ───▶ exact count
 //! ```
 //!
-//! People are judged within the zone, whoever hides them: a trapezoid in the camera's view.
+//! People are judged within the zone, also while others hide them: a trapezoid in the camera's view.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ use crate::run::unit::{Plan, Sights, Unit, empty_flash};
 use crate::world::geometry::{Point, Pose};
 use kehai_depth::frame::Frame;
 
-/// Nobody is there for so long: the devices start, and learn.
+/// The entrance is empty for so long: the devices start, and learn.
 const LEAD_S: f64 = 25.0;
 
 /// The zone, m: within the camera's view.

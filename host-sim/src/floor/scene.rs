@@ -75,7 +75,7 @@ impl Scene {
         let mut random = Stream::new(seed, Purpose::Walk, [0xb, experiment as u64]);
         let speed_mps = random.between(0.6, 0.9);
         let begun_m = random.between(0.0, 2.0);
-        // Nobody walks along the edges of panels.
+        // No person walks along the edges of panels.
         let aside_m = random.between(-0.5, 0.5) * SIDE_M / 24.0;
         let mut walker = |way: Way, begun_m: f64| {
             let habit = Habit::random(&mut random);

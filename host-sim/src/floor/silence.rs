@@ -235,7 +235,7 @@ impl Judge {
     }
 
     fn silences(self) -> Silences {
-        // Who is awaited when the run ends was not late yet.
+        // A person who is awaited when the run ends was not late yet.
         let awaited = self.ids.iter().filter(|watched| watched.since_s.is_some()).count() as u64;
         Silences { times: self.silences.times - awaited, ..self.silences }
     }

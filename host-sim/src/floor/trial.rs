@@ -210,7 +210,7 @@ impl Judge {
             (count > 0.0)
                 .then(|| places.iter().map(|place| (place - mean) * (place - mean)).sum::<f64>() / count)
         };
-        // Who is awaited when the run ends has not come back in time only if the second is over.
+        // A person who is awaited when the run ends has not come back in time only if the second is over.
         let waited = self.back_since_s.iter().flatten().count() as u64;
         let across_mm2 = [variance(&self.places[0]), variance(&self.places[1])];
         Figures { across_mm2, times: self.figures.times - waited, ..self.figures }

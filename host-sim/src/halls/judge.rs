@@ -143,7 +143,7 @@ impl Judge {
         for person in truth {
             let walk = self.walks.entry(person.id).or_default();
             for (hall, (last, numbers)) in walk.local.iter_mut().zip(local).enumerate() {
-                // What an area has far behind the border nobody asks.
+                // Tracks that an area has far behind the border do not matter.
                 let is_asked = depth_m(hall, person.at) > -SETTLED_M;
                 let Some(number) = numbers.get(&person.id).filter(|_| is_asked) else { continue };
                 walk.changed |= last.is_some_and(|last| last != *number);

@@ -184,7 +184,7 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
     let folder = Folder::new()?;
     let key = CardKey::load(&folder.0.join(KEY))?;
     let network = Network::start(lost_share, halls.seed)?;
-    // The processes need some seconds before they look, and the world waits for nobody.
+    // The processes need some seconds before they look, and the world does not wait for them.
     let building = Building::start(&scene, halls.seed)?;
     let trackers = Trackers::start(program, &folder.0, &building, (&scene.site, halls.tracker), &network)?;
     let agent: ureq::Agent = ureq::Agent::config_builder().timeout_global(Some(PATIENCE)).build().into();

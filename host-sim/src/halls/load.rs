@@ -194,7 +194,7 @@ const fn at_s(picture_number: u64) -> f64 {
     (picture_number * EVERY_US) as f64 * 1e-6
 }
 
-/// Number of the person who is shown at a place; nobody else is within half a metre of a stroller.
+/// Number of the person who is shown at a place; no other person is within half a metre of a stroller.
 fn number_at(tracks: &[TrackLine], at: Point) -> Option<TrackId> {
     let is_there = |track: &&TrackLine| (Point::new(track.x, track.y) - at).length() < 0.5;
     tracks.iter().find(is_there).map(|track| track.id)

@@ -81,7 +81,7 @@ fn pass(ends: &AtomicBool, mut one: impl FnMut(&mut [u8]) -> io::Result<usize>) 
     while !ends.load(Ordering::Relaxed) {
         match one(&mut buffer) {
             Ok(_) => {}
-            // Nothing came, or nobody listens there at the moment.
+            // Nothing came, or no socket listens there at the moment.
             Err(error)
                 if matches!(
                     error.kind(),

@@ -58,7 +58,7 @@ impl Stroller {
             _ => (way_m - ROUND_M, WALKS_MPS),
         };
         let border_m = (self.west + 1) as f64 * HALL_M;
-        // Nobody meets another.
+        // Each has a lane, so no two meet.
         Place { at: Point::new(border_m + off_m, (self.number as f64 + 0.5) * HALL_M), vx }
     }
 

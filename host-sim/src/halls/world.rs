@@ -31,7 +31,7 @@ const DOORWAY_M: f64 = 3.0;
 /// A sensor stands so far from its wall, m.
 const OFF_WALL_M: f64 = 0.1;
 
-/// Nobody appears before this, s: the modules learn the empty halls.
+/// No person appears before this, s: the modules learn the empty halls.
 pub const LEARNED_S: f64 = 12.0;
 
 /// From the last person's first step until all have been found, s. Judged from then on.
@@ -176,7 +176,7 @@ impl Halls {
         let speed_m_s = stream.between(0.8, 1.5);
         let first = stands(hall, &mut stream);
         let mut route = vec![vec![first.x, first.y]];
-        // As many as nobody can visit, 2 m from each other at least in the mean.
+        // More than a person can visit in that time, at 2 m from each other at least in the mean.
         let visits = (self.seconds * speed_m_s / 2.0) as usize + 1;
         for _ in 0..visits {
             if stream.chance(0.75) {

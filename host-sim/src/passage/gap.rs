@@ -68,7 +68,7 @@ mod tests {
         assert!((place * 0.05 - 0.64).abs() < 1e-9, "{place}");
         let pushed = Reach { front_m: 1.1, ..PERSON };
         let ahead = farthest(&trail, (Point::new(0.0, 0.0), pushed), PERSON, 0.0);
-        assert!(ahead == 0.0, "nobody stands in a pushchair: {ahead}");
+        assert!(ahead == 0.0, "no person stands in a pushchair: {ahead}");
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub struct CellShown {
     pub at: Point,
     /// How often a person there is seen by at least one module, and from at least two sides, 0 to 1.
     pub seen: [f64; 2],
-    /// No module sees it, whoever is there.
+    /// No module sees it, not even in the empty room.
     pub is_blind: bool,
 }
 
@@ -139,7 +139,7 @@ fn legend() -> Group {
     }
     let cross = stroke(format!("M{x:.1} 4l8 8m0 -8l-8 8"), "#9b2c2c", 1.5);
     group.add(cross).add(
-        Text::new("blind spot: not seen even when nobody is there")
+        Text::new("blind spot: not seen even in the empty room")
             .set("class", "axis")
             .set("x", x + 18.0)
             .set("y", 12),

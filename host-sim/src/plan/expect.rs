@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Only moments with a person in the zones count: that an empty room is empty is no merit of a layout. A zone of which nothing
-//! is known counts nobody.
+//! is known counts as no people.
 
 use std::ops::RangeInclusive;
 
@@ -28,7 +28,7 @@ use crate::world::site::{Module, Zone};
 /// Why nothing can be expected.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum ExpectError {
-    /// Nobody can walk on the site.
+    /// People cannot walk on the site.
     #[error(transparent)]
     Visit(#[from] NoVisit),
     /// A fault of the simulation.
@@ -90,7 +90,7 @@ pub struct Run {
 /// Runs a layout with one seed.
 ///
 /// # Errors
-/// Nobody can walk there, or a fault of the simulation.
+/// People cannot walk there, or a fault of the simulation.
 pub fn run(visitors: &Visitors, modules: &[Module], seed: u64) -> Result<Run, ExpectError> {
     let scene = visitors.scene(modules, seed)?;
     let options = Options { conditions: Conditions::LAN, ..Options::default() };

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   crowd 0     crowd 1          · a cell of 0.25 m: somewhere one more person may stand
-//!   · · · ·     · · · ·          ● a person of the sample; the cells a body covers are left out, nobody else stands there
+//!   · · · ·     · · · ·          ● a person of the sample; the cells a body covers are left out, as no other person stands there
 //!   · ● · ·     ● · · ·          share seen = how likely a person among the others is seen
 //!   · · · ●     · · ● ·
 //! ```
@@ -30,7 +30,7 @@ const MOST_CELLS: f64 = 20_000.0;
 /// and more to less than 0.01.
 const CROWDS: usize = 32;
 
-/// Nobody stands nearer to another person, m: as in the densest gathering of the laboratory.
+/// People stand no nearer to each other, m: as in the densest gathering of the laboratory.
 const APART_M: f64 = 0.5;
 
 /// Cells so near to a person are covered by the body, m: half its width.

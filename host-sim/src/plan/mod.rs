@@ -51,7 +51,7 @@ pub struct Task {
 pub const ORDINARY_CLOTHES: f64 = 0.55;
 
 impl Task {
-    /// The site as a scene with nobody in it and without modules.
+    /// The site as a scene without people and modules.
     ///
     /// # Errors
     /// None that a site which was read could have.

@@ -21,7 +21,7 @@ pub struct Share {
     pub one: f64,
     /// From at least two sides.
     pub two: f64,
-    /// Not seen even when nobody is there, m².
+    /// Not seen even in the empty room, m².
     pub blind_m2: f64,
 }
 

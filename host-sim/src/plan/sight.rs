@@ -25,7 +25,7 @@ pub struct Sight {
     pub among: Bits,
     /// Side by side, the cells from which the module is on that side.
     pub towards: [Bits; SIDES],
-    /// Cells seen with nobody there.
+    /// Cells seen in the empty room.
     pub empty: Bits,
 }
 

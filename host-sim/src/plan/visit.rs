@@ -3,7 +3,7 @@
 //! ```text
 //!   0 s          10 s                                            70 s
 //!   │ learning    │ in through an entry, one after another …      │
-//!   │ nobody      │ to a place in a zone, stand 3–10 s, to the next one
+//!   │ no people   │ to a place in a zone, stand 3–10 s, to the next one
 //! ```
 //!
 //! The same seed has the same people on the same ways, whatever the layout: layouts are compared in pairs.
@@ -19,7 +19,7 @@ use crate::world::site::{Entry, Module, Site, Zone};
 use crate::world::walkable::Walkable;
 use kehai_tracking::geometry::centroid;
 
-/// Until then nobody is there and backgrounds are learned, s: as in the scenes of the laboratory.
+/// Until then the site is empty and backgrounds are learned, s: as in the scenes of the laboratory.
 const EMPTY_S: f64 = 10.0;
 
 /// People are there for so long, s: five to ten places each.
@@ -44,7 +44,7 @@ const MOST_PLACES: usize = 20;
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum NoVisit {
     /// Nowhere in the zones can one stand.
-    #[error("nobody can stand in the zones: they are narrower than a person, or walls fill them")]
+    #[error("no person can stand in the zones: they are narrower than a person, or walls fill them")]
     NoPlace,
     /// People cannot come in.
     #[error("no way leads from entry \"{0}\" into a zone: is there a wall across it?")]
@@ -67,7 +67,7 @@ impl Visitors {
     /// Of a task.
     ///
     /// # Errors
-    /// Nobody can walk there.
+    /// People cannot walk there.
     pub fn of(task: &Task) -> Result<Self, NoVisit> {
         let scene = task.scene().map_err(|error| NoVisit::Scene(error.to_string()))?;
         let zones = zones(&task.site);

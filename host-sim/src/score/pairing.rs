@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tracker_that_falls_silent_sees_nobody() {
+    fn a_tracker_that_falls_silent_sees_no_person() {
         let truth: Vec<f64> = (0..40).map(|index| f64::from(index) * 0.1).collect();
         assert_eq!(
             paired(&truth, &truth[..10]),

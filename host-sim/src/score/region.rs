@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn who_belongs_to_somebody_outside_is_not_judged() {
+    fn a_track_that_belongs_to_a_person_outside_is_not_judged() {
         assert_eq!(ids(&[person(1, 1.1)], &[track(9, 0.9)]), (vec![], vec![]));
         assert_eq!(ids(&[person(1, 0.9)], &[track(9, 1.1)]), (vec![1], vec![9]));
         assert_eq!(ids(&[], &[track(8, 0.9), track(9, 1.1)]), (vec![], vec![8]));

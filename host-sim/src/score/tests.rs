@@ -99,7 +99,7 @@ fn a_covariance_that_is_none_is_outside_and_counted() {
 }
 
 #[test]
-fn nobody_and_nothing_is_no_figure_but_a_right_count() {
+fn no_people_and_no_tracks_are_no_figure_but_a_right_count() {
     let figures = figures(&[(vec![], vec![]), (vec![], vec![])]);
     assert_eq!((figures.mota, figures.idf1, figures.hota), (None, None, None));
     assert!(close(figures.exact_count_rate, 1.0) && close(figures.gospa_m, 0.0));

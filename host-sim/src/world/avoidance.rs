@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_walks_through_a_wall() {
+    fn no_person_walks_through_a_wall() {
         let wall = Outline::Segment(Point::new(1.0, -3.0), Point::new(1.0, 3.0));
         let mut walkers = [walker(0.0, 0.0, [2.0, 0.0])];
         closest_m(&mut walkers, &[wall], 6.0);

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_who_sways_on_the_spot_does_not_turn() {
+    fn a_person_who_sways_on_the_spot_does_not_turn() {
         let positions: Vec<Point> = (0..80)
             .map(|index| Point::new(0.005 * f64::from(index % 2), 0.003 * f64::from(index % 3)))
             .collect();

@@ -298,7 +298,7 @@ impl Scene {
             let carrier = self.people.iter().find(|person| person.name == carried.by);
             let Some(carrier) = carrier.filter(|_| !self.avoid) else {
                 return Err(format!(
-                    "carried \"{}\": nobody named \"{}\", or people avoid each other (avoid = true)",
+                    "carried \"{}\": no person is named \"{}\", or people avoid each other (avoid = true)",
                     carried.name, carried.by
                 ));
             };
@@ -312,7 +312,7 @@ impl Scene {
             let last = placed.moved_at.last().copied().unwrap_or(0);
             if self.avoid || mover.is_none_or(|mover| last >= mover.route.len()) {
                 return Err(format!(
-                    "placed \"{}\": nobody named \"{}\" with such way points, or people avoid each other",
+                    "placed \"{}\": no person is named \"{}\" and has such way points, or people avoid each other",
                     placed.name, placed.by
                 ));
             }
@@ -402,7 +402,7 @@ mod tests {
             (format!("{module}[[recorded]]\nfile = \"none.txt\""), "x.toml: none.txt: cannot be read"),
             (
                 String::from("base = \"chair-back\"\n[[person]]\nname = \"eve\"\nroute = [[0, 0]]"),
-                "x.toml: carried \"chair\": nobody named \"carrier\"",
+                "x.toml: carried \"chair\": no person is named \"carrier\"",
             ),
             (String::from("duration_s = 0\n[site]"), "x.toml: duration_s must be more than 0"),
             (

@@ -52,7 +52,7 @@ fn eq_2_moves_a_particle_by_its_velocity_and_noise() {
 }
 
 #[test]
-fn eq_3_weighs_by_the_normal_density_and_particles_gather_where_somebody_is() {
+fn eq_3_weighs_by_the_normal_density_and_particles_gather_where_a_person_is() {
     let density = normal(Point::new(0.16, 0.0), 0.16);
     assert!((density - libm::exp(-0.5) / (std::f64::consts::TAU * 0.0256)).abs() < 1e-12, "{density}");
     let filter = settled();
@@ -96,7 +96,7 @@ fn an_id_moves_no_particle_and_finds_its_person() {
 }
 
 #[test]
-fn the_joint_filter_follows_its_readings_even_where_nobody_stands() {
+fn the_joint_filter_follows_its_readings_even_where_no_person_stands() {
     let mut joint = Joint::new(AREA, Settings::PAPER, 1);
     assert_eq!(joint.place_of(1), None);
     for reading in 1..20 {

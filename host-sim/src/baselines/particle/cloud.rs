@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn particles_where_nobody_can_be_weigh_nothing() {
+    fn particles_where_no_person_can_be_weigh_nothing() {
         // A flat front fits a body before it as well as one behind it.
         let flat: Vec<Point> = (-3..=3).map(|step| Point::new(2.0, 0.04 * f64::from(step))).collect();
         let mut cloud = Cloud::new(0.0, Point::new(2.0, 0.0), 1, SETTINGS);

@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_is_born_from_a_circle_and_gone_after_a_few_frames_unseen() {
+    fn a_person_is_born_from_a_circle_and_gone_after_a_few_frames_unseen() {
         let mut tracker = tracker(Site::default());
         tracker.observe(&observation(0.0, Some(2.0)));
         assert_eq!(tracker.tracks(0.1)[0].state, LifeCycle::Tentative);
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_mover_shows_is_nobody() {
+    fn what_a_mover_shows_is_no_person() {
         let polygon = vec![[1.5, -0.5], [2.5, -0.5], [2.5, 0.5], [1.5, 0.5]];
         let mover = Mover { name: String::new(), polygon };
         let mut tracker = tracker(Site { movers: vec![mover], ..Site::default() });

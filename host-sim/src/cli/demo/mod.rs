@@ -185,7 +185,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 
 /// The map. Without one, tags need a port of this machine all the same, over which they are told.
 fn map(arguments: &Arguments, stage: &Stage) -> Option<Map> {
-    // Nobody is there whom it would show: it is open to whom it is shown, by --http to the whole network.
+    // It shows no real people, so it needs no users: with --http the whole network may open it.
     let at = |listen: SocketAddr, names| Map {
         listen: listen.into(),
         doors: None,

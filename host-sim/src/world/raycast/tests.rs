@@ -29,7 +29,7 @@ fn caster(yaw_deg: f64, upside_down: bool) -> Caster {
 const REVOLUTION: Revolution = Revolution { start_us: 5_000_000, period_us: 100_000, earliest_us: 0 };
 
 #[test]
-fn nobody_is_overlooked_wherever_they_stand() {
+fn no_person_is_overlooked_wherever_they_stand() {
     for (yaw_deg, upside_down) in [(0.0, false), (90.0, true), (175.0, false), (175.0, true), (-140.0, true)]
     {
         let caster = caster(yaw_deg, upside_down);
@@ -84,7 +84,7 @@ fn a_sensor_that_hangs_head_down_sees_on_its_right_what_is_on_its_left() {
 }
 
 #[test]
-fn a_plane_above_the_shoulders_sees_nobody() {
+fn a_plane_above_the_shoulders_sees_no_person() {
     let mut child = person(&[Point::new(1.0, 0.0); 30]);
     child.body.top_m = 0.5;
     let beams = |child: &Person| {
