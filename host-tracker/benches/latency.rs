@@ -58,7 +58,7 @@ fn main() {
     command.args(hall.arguments(&hall.database)).args(["--http", "127.0.0.1:0"]);
     let tracker = Tracker::start(command);
     let mut socket = connect(&tracker.says("live map at "));
-    tracker.until_somebody();
+    tracker.until_a_person();
     socket.send(Message::text(r#"{"frames": false, "reports": true}"#)).expect("the tracker listens");
     let (messages, tracks) = listen(&mut socket, Duration::from_secs(seconds));
     let latencies = latencies(&scene, &scans, &messages);

@@ -80,7 +80,7 @@ impl AlarmHandle {
         self.0.lock().list.show(now_ms, standing);
     }
 
-    /// Notes that somebody has seen these; all of them or none.
+    /// Acknowledges these; all of them or none.
     ///
     /// # Errors
     /// The first that does not stand, or that another tracker lists.

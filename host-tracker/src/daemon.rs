@@ -91,7 +91,7 @@ pub struct Mqtt {
     pub trust: Option<Arc<ClientConfig>>,
     /// Where everything goes there.
     pub topics: Topics,
-    /// Whether whoever may publish there may press buttons of modules.
+    /// Whether clients that may publish there may press buttons of modules.
     pub commands: bool,
 }
 
@@ -122,9 +122,9 @@ pub enum DaemonError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Everybody on the network could do everything.
-    #[error("{0} is for the whole network, and nobody has been added who may log in")]
+    #[error("{0} is for the whole network, and no user has been added who may log in")]
     Open(SocketAddr),
-    /// Somebody else who is told.
+    /// A link to another program.
     #[error(transparent)]
     Links(#[from] LinksError),
     /// The live map.

@@ -9,8 +9,9 @@
 //! generation = 1
 //! ```
 //!
-//! It lies beside the site file, as `SITE.keys`, readable by its owner alone. Whoever has it speaks for the site and reads
-//! everything; who loses it needs the button of each board. It is replaced as a whole, so that it is the old or the new one.
+//! It lies beside the site file, as `SITE.keys`, readable by its owner alone. A program that has it speaks for the site and
+//! reads everything; an installer who loses it needs the button of each board. It is replaced as a whole: it is the old or the
+//! new one.
 
 use std::fs::{self, File};
 use std::io;
@@ -26,7 +27,7 @@ use crate::owned_file::{self, Stamp};
 use crate::store::card::{from_hexadecimal, hexadecimal};
 
 /// First line of the file.
-const HEAD: &str = "# The keys of this site's modules. Whoever has this file speaks for the site: keep it, and a copy, in safe places.\n";
+const HEAD: &str = "# The keys of this site's modules. A holder of this file speaks for the site: keep it, and a copy, in safe places.\n";
 
 /// Why there are no keys.
 #[derive(Debug, thiserror::Error)]
@@ -136,7 +137,7 @@ pub fn note(file: &Path, keys: &Keys, device: ModuleId, claimed: Claimed) -> Res
 fn locked_folder(file: &Path) -> Result<File, KeyFileError> {
     let folder = owned_file::folder_of(file)
         .map_err(|error| KeyFileError::File { file: file.to_path_buf(), error })?;
-    // A file system without locks: then nobody waits.
+    // On a file system without locks two changes at a time do not wait for each other.
     let _ = folder.lock();
     Ok(folder)
 }
@@ -181,7 +182,7 @@ impl Watched {
     }
 }
 
-/// A row of nonces that nobody can foretell.
+/// A row of nonces that cannot be foretold.
 ///
 /// # Errors
 /// The system has no randomness.

@@ -1,4 +1,4 @@
-//! The secret of a label as a board's flash holds it: a file for whoever flashes the board.
+//! The secret of a label as a board's flash holds it: a file for the person who flashes the board.
 //!
 //! ```text
 //!   label ─▶ the store's record, in pages and words of that board ─▶ bytes from the beginning of its settings on

@@ -12,7 +12,7 @@ use crate::areas::AreaSettings;
 use crate::ros2::Ros2Settings;
 use crate::service::Service;
 
-/// Who is told; nobody, unless it is said.
+/// Which other programs are told; none, unless it is set.
 #[derive(Debug, Default)]
 pub struct LinkSettings {
     /// The area of a large site that this tracker follows.
@@ -23,7 +23,7 @@ pub struct LinkSettings {
     pub foxglove: Option<u16>,
 }
 
-/// Why somebody is not told.
+/// Why another program is not told.
 #[derive(Debug, thiserror::Error)]
 pub enum LinksError {
     /// Zenoh.

@@ -166,13 +166,13 @@ fn tracks(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result 
         (LifeCycle::Confirmed, "confirmed"),
         (LifeCycle::Occluded, "occluded"),
     ];
-    // That none is followed says that nobody is there only where that is known.
+    // 0 followed tracks are said only where it is known that the site is empty.
     let is_said = |count: usize| count > 0 || frame.total.count.is_some();
     let samples = states.map(|(state, name)| {
         let count = frame.line.tracks.iter().filter(|track| track.state == state).count();
         is_said(count).then(|| ([("state", name)], ConstGauge::new(count)))
     });
-    let help = "Tracks, by state; absent while there is none and it is not known that nobody is there";
+    let help = "Tracks, by state; absent while there is none and it is not known that the site is empty";
     family(encoder, "kehai_tracks", help, samples.into_iter().flatten())
 }
 

@@ -4,7 +4,7 @@
 //!   text ─▶ .NAME.new, mode 0600 ─▶ on disk ─▶ owner of the folder ─▶ NAME
 //! ```
 //!
-//! Written by root for a service, a file belongs to whom the site's folder belongs to: who may put files there.
+//! Written by root for a service, a file belongs to the owner of the site's folder, who may put files there.
 
 use std::fs::{self, File};
 use std::io::{self, Write};

@@ -4,7 +4,7 @@
 //!   HTTP ─ ask ─▶ (queue of 16) ─▶ tracking loop, after a snapshot: copies what it knows ─▶ explained by the thread that asked
 //! ```
 //!
-//! The loop answers a few after each snapshot and waits for nobody; what has no room is refused.
+//! The loop answers a few after each snapshot and waits for none; what has no room is refused.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
@@ -62,7 +62,7 @@ impl Questions {
     /// [`Unanswered`].
     ///
     /// # Cancellation
-    /// The question is answered to nobody.
+    /// The answer is dropped.
     pub async fn ask(&self, question: Question) -> Result<Facts, Unanswered> {
         let (answer, answered) = oneshot::channel();
         self.0.try_send(Asked { question, answer }).map_err(|error| match error {

@@ -94,7 +94,7 @@ impl ScanListener {
     }
 }
 
-/// Scans that are listened to only while somebody wants them.
+/// Scans that are listened to only while a client wants them.
 #[derive(Debug, Default)]
 pub struct WantedScans {
     listener: Option<ScanListener>,

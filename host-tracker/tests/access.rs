@@ -27,8 +27,8 @@ fn the_session_of_a_log_in_is_a_cookie_that_no_script_reads_and_no_other_page_se
     let house = House::of(ZONE);
     assert_eq!(house.ask("GET /api/state", &[], "").0, 401);
     let (_, before) = house.ask("GET /api/session", &[], "");
-    let nobody = json!({ "needed": true, "name": null, "role": null, "may": [] });
-    assert_eq!(serde_json::from_str::<Value>(&before).unwrap(), nobody);
+    let unknown = json!({ "needed": true, "name": null, "role": null, "may": [] });
+    assert_eq!(serde_json::from_str::<Value>(&before).unwrap(), unknown);
     let (status, headers, body) = house.log_in("anna", PASSWORD);
     let anna = json!({
         "needed": true, "name": "anna", "role": "admin", "may": ["look", "edit", "edit-doors", "modules", "acknowledge", "reset"],
@@ -51,7 +51,7 @@ fn the_session_of_a_log_in_is_a_cookie_that_no_script_reads_and_no_other_page_se
 fn ten_wrong_passwords_and_then_not_even_the_right_one() {
     let house = House::of(ZONE);
     for number in 0..10 {
-        let (status, _, why) = house.log_in(if number % 2 == 0 { "anna" } else { "nobody" }, "wrong");
+        let (status, _, why) = house.log_in(if number % 2 == 0 { "anna" } else { "stranger" }, "wrong");
         assert_eq!((status, why.contains("do not belong together")), (401, true), "{why}");
     }
     let (status, headers, why) = house.log_in("anna", PASSWORD);
@@ -269,7 +269,7 @@ fn every_role_at_every_request_is_as_the_table_says() {
                 let house = if changes || asks { &plain } else { &guarded };
                 let token = if std::ptr::eq(house, &plain) { &of_plain[who] } else { &of_guarded[who] };
                 let status = status(house, line, token.as_deref());
-                // That there is no such request is said to whoever may look at doors, or to everybody.
+                // A user who may look at doors is told that there is no such request; without doors, every client is.
                 (!matches!(status, 401 | 403), status)
             });
             let may: Vec<(bool, u16)> = may.collect();
@@ -292,10 +292,7 @@ fn every_role_at_every_request_is_as_the_table_says() {
     for route in router.split(".route(\"").skip(1).filter_map(|rest| rest.split('"').next()) {
         let asked = route.replace("{name}", "front").replace("{*input}", "").replace("{action}", "");
         let is_asked = |line: &&str| line.split_once(' ').unwrap().1.starts_with(&asked);
-        assert!(
-            ASKED.iter().flat_map(|(_, lines)| *lines).any(is_asked),
-            "{route} is asked for by nobody here"
-        );
+        assert!(ASKED.iter().flat_map(|(_, lines)| *lines).any(is_asked), "no request here asks for {route}");
     }
 }
 

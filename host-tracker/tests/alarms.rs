@@ -77,7 +77,7 @@ fn a_door_s_alarm_is_listed_acknowledged_and_over_and_the_next_is_unacknowledged
     );
     assert_eq!(next(&mut socket, "alarms")[0]["acknowledged"]["by"], "anybody");
     let (status, answer) = acknowledge(&server, &json!([alarm["id"]]));
-    assert_eq!((status, &answer["acknowledged"]), (200, &json!([])), "who was first stays");
+    assert_eq!((status, &answer["acknowledged"]), (200, &json!([])), "the first user stays noted");
     assert_eq!(server.tell("contact", json!({ "contact": "shut" })).0, 200);
     assert_eq!(next(&mut socket, "alarms"), json!([]));
     let ended = &listed(&server)["ended"][0];
@@ -92,7 +92,7 @@ fn a_door_s_alarm_is_listed_acknowledged_and_over_and_the_next_is_unacknowledged
     for wrong in ["", "{}", "[]", "{\"ids\": [-1]}", "{\"ids\": [1], \"all\": true}"] {
         assert_eq!(server.ask("POST /api/alarms/acknowledge", &[JSON], wrong).0, 400, "{wrong}");
     }
-    // The card that has just gone in is shown again: another alarm, that nobody has seen.
+    // The card that has just gone in is shown again: another alarm, not acknowledged.
     assert_eq!(server.tell("card", json!({ "card": "04:A2:2B:77" })).0, 200);
     server.waits_for("alarmed");
     let again = next(&mut socket, "alarms");
@@ -190,7 +190,7 @@ fn a_webhook_is_told_what_becomes_of_alarms_again_if_it_failed_and_holds_up_nobo
     let own = [AlarmLine::new(AlarmKind::Database, "disk full")];
     let standing = listed.observe(100, active_alarms(&own, &[], &[]));
     listed.acknowledge(&[standing[0].id], "anna (admin)").unwrap();
-    assert_eq!(listed.observe(200, []), [], "nobody waits for it");
+    assert_eq!(listed.observe(200, []), [], "no client waits for it");
     let next = || told.recv_timeout(door_fixture::PATIENCE).unwrap();
     let raised = next();
     assert_eq!(

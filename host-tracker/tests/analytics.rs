@@ -35,7 +35,7 @@ fn midnight_ms() -> u64 {
     (unix_ms() / DAY_MS - 2) * DAY_MS
 }
 
-/// Two people walk to and fro between both halves of a room, at up to 0.6 m/s; a third stands. Within ten minutes of each hour nobody knows.
+/// Two people walk to and fro between both halves of a room, at up to 0.6 m/s; a third stands. Ten minutes of each hour are unknown.
 fn frame(at_ms: u64, begun_ms: u64) -> Arc<Snapshot> {
     let t_s = (at_ms - begun_ms) as f64 * 1e-3;
     let walker = |id: u64, period_s: f64| {

@@ -56,7 +56,7 @@ fn say(text: &str) {
     println!("{text}");
 }
 
-/// Zenoh's configuration: who listens at a port, or connects to it, and to nobody else.
+/// Zenoh's configuration: an end that listens at a port, or connects to it, and to no other.
 fn config(mode: &str, end: &str, port: u16) -> String {
     json!({
         "mode": mode,

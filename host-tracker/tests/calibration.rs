@@ -70,7 +70,7 @@ fn is_right(file: &Path, truth: &Site) {
 }
 
 #[test]
-fn somebody_walks_and_both_terminal_and_browser_find_modules_and_floor() {
+fn a_person_walks_and_both_terminal_and_browser_find_modules_and_floor() {
     let (scene, text) = home();
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| -> PathBuf {

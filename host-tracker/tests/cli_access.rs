@@ -1,4 +1,4 @@
-//! `kehai-tracker user`, `token` and `run`: how somebody gets in, and that nobody does before.
+//! `kehai-tracker user`, `token` and `run`: how a user gets in, and that none does before.
 #![cfg(target_os = "linux")]
 
 mod described;
@@ -85,7 +85,7 @@ fn log_in(map: SocketAddr, name: &str, password: &str) -> u16 {
 }
 
 #[test]
-fn others_than_this_machine_are_not_served_before_somebody_may_log_in() {
+fn others_than_this_machine_are_not_served_before_a_user_may_log_in() {
     let place = Place::new();
     for reached in [&["--http", "0.0.0.0:0"][..], &["--http", "0", "--door-http", "0.0.0.0:0"]] {
         // One that starts ends, too.

@@ -195,7 +195,7 @@ fn raw_scans_are_kept_for_a_while(target: &str, name: &str) {
 }
 
 #[test]
-fn nobody_at_home_is_exit_status_3_and_one_line() {
+fn no_answer_is_exit_status_3_and_one_line() {
     let (status, line) = refused(&["module", "info", "127.0.0.1:9"]);
     assert_eq!(status, 3);
     assert_eq!(

@@ -232,7 +232,7 @@ fn the_tracker_with_rules_follows_people_over_the_loopback() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
     command.args(hall.arguments(&hall.database)).args(["--tracker", "kehai-rules"]);
     let tracker = Tracker::start(command);
-    tracker.until_somebody();
+    tracker.until_a_person();
     drop(tracker);
 
     let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));

@@ -134,7 +134,7 @@ fn deaths(number: u64) -> DeathReport {
         if death % 4 == 3 {
             std::thread::sleep(ms(0, 800));
         } else {
-            lines = tracker.until_somebody();
+            lines = tracker.until_a_person();
             std::thread::sleep(ms(100, 1300));
         }
         lines.extend(tracker.kill());

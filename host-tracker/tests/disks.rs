@@ -87,7 +87,7 @@ fn goes_on(tracker: &Tracker, listener: &mut Listener, number: usize, word: &str
     while followed < 30 {
         let next = listener.frame();
         frames += 1;
-        assert!(frames < ALARM, "nobody is followed");
+        assert!(frames < ALARM, "no person is followed");
         assert!(next.unix_ms > frame.unix_ms);
         assert!(of_database(&next).is_some(), "the alarm has ended");
         followed += u32::from(people(&next));
@@ -118,7 +118,7 @@ fn kept(database: &Path, frame: &Snapshot) {
 fn a_file_that_may_not_grow_is_an_alarm_and_what_was_kept_in_memory_is_written_later() {
     let hall = Hall::new(7);
     let first = hall.tracker();
-    first.until_somebody();
+    first.until_a_person();
     first.kill();
     // Brings the log into the file, and deletes it.
     drop(rusqlite::Connection::open(&hall.database).unwrap().query_row(

@@ -47,7 +47,7 @@ impl Home {
         let place = |line: String| line.split_once("live map at http://").map(|(_, place)| place.to_owned());
         let address = said.find_map(place).expect("it says where its map is");
         self.options.push(format!("--http={}", address.trim().trim_end_matches('/')));
-        // Nobody reads on, and it must not be held up by that.
+        // Reads and drops the rest, so that a full pipe does not hold the tracker up.
         std::thread::spawn(move || said.count());
         Running(process)
     }
@@ -110,7 +110,7 @@ fn a_tracker_that_runs_is_looked_at_and_what_becomes_wrong_is_said() {
     is(&parts, "site", "warning", "no module");
     assert!(!parts.contains_key("service"), "it is no service: {parts:?}");
 
-    // Once somebody is known, the tracker tells its version to whoever may look.
+    // Once a user is known, the tracker tells its version only to clients that may look.
     tracker(&["user", "add", "anna", "--role", "admin"], &home.site);
     let said = tracker(&["token", "add", "doctor", "--role", "view"], &home.site);
     let token = said.split_whitespace().find(|word| word.starts_with("kehai_")).unwrap().to_owned();
@@ -122,7 +122,7 @@ fn a_tracker_that_runs_is_looked_at_and_what_becomes_wrong_is_said() {
     is(&parts, "version", "ok", env!("CARGO_PKG_VERSION"));
     is(&parts, "users", "ok", "home.access");
 
-    // A module that the site has and nobody finds; a file of users that others may read.
+    // A module that the site has and that is not found; a file of users that others may read.
     fs::write(&home.site, format!("{SITE}[[module]]\nname = \"left\"\nx = 0\ny = 0\n")).unwrap();
     let access = home.site.with_extension("access");
     fs::set_permissions(&access, fs::Permissions::from_mode(0o644)).unwrap();
@@ -165,7 +165,7 @@ fn where_nothing_is_nothing_panics_and_a_line_says_what_to_do() {
     for (verdict, about, words) in [
         ("wrong", "site", "there is no such file"),
         ("wrong", "database", "its folder is missing"),
-        ("wrong", "broker", "127.0.0.1:9 lets nobody in"),
+        ("wrong", "broker", "127.0.0.1:9 lets no client in"),
         ("unknown", "tracker", "without --http"),
         ("unknown", "disk", "df says it"),
     ] {

@@ -19,11 +19,11 @@ fn a_passage_from_the_card_to_the_lock() {
     assert_eq!(server.tell("card", json!({ "card": "04:A2:2B:77" })).0, 200);
     let asked = server.waits_for("asked");
     let name = &asked["names"][0];
-    assert_eq!(name["track"], 1, "who stands at the reader has shown the card: {asked:#}");
+    assert_eq!(name["track"], 1, "the person at the reader has shown the card: {asked:#}");
     assert_eq!(name["label"].as_str().map(str::len), Some(4), "four digits of a hash: {name}");
     let track = &server.ask("GET /api/state", &[], "").1["tracks"][0];
-    assert_eq!((&track["x"], &track["y"]), (&json!(0.0), &json!(0.4)), "a card moves nobody: {track}");
-    assert!(!asked.to_string().contains("04:A2"), "the card's number is told nobody");
+    assert_eq!((&track["x"], &track["y"]), (&json!(0.0), &json!(0.4)), "a card moves no track: {track}");
+    assert!(!asked.to_string().contains("04:A2"), "the card's number is not told");
     assert_eq!(server.tell("number", json!({ "number": 1 })).0, 200);
     let unlocked = server.waits_for("unlocked");
     assert_eq!((&unlocked["lock"], &unlocked["lock_taken"]), (&json!("unlocked"), &json!(false)));
@@ -195,7 +195,7 @@ fn a_passage_is_replayed_on_the_map() {
     page.size(1280, 800, 1);
     page.open(&format!("http://{}/", server.server.address()));
     server.people(&[[0.0, 0.4]]);
-    page.wait("somebody waits", "document.querySelectorAll('#map .person.confirmed').length === 1");
+    page.wait("a person waits", "document.querySelectorAll('#map .person.confirmed').length === 1");
     page.wait("no passage yet", "document.querySelector('#passages').closest('section').hidden");
     server.tell("contact", json!({ "contact": "shut" }));
     server.tell("card", json!({ "card": "7" }));
@@ -215,7 +215,7 @@ fn a_passage_is_replayed_on_the_map() {
     let at = |y: f64| {
         format!("document.querySelector('[data-person=\"1\"]')?.style.transform === 'translate(0px, {y}px)'")
     };
-    page.wait("now somebody is inside", &at(-3.0));
+    page.wait("now a person is inside", &at(-3.0));
     page.wait(
         "the passage is told",
         "document.querySelector('#passages')?.innerText.includes('1 of 1 went in')",

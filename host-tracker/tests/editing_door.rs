@@ -150,7 +150,7 @@ fn a_door_is_drawn_by_mouse_and_set_in_its_card_and_stands_on_the_map() {
     assert_eq!(site(&server).doors, [expected]);
     let text = server.site();
     assert!(text.starts_with("# the lobby") && text.contains("name = \"lobby\" # before the door"), "{text}");
-    // The frames have it from then on. Nobody makes frames of its zone: it is in trouble, says so, and stands open, as it fails safe.
+    // The frames have it from then on. No frames tell of its zone: it is in trouble, says so, and stands open, as it fails safe.
     page.wait(
         "how it is",
         "(({ state, lock }) => state === 'alarm' && lock === 'unlocked')(document.querySelector('#map .door[data-door=front]').dataset)",
@@ -191,7 +191,7 @@ fn a_door_is_drawn_by_the_keyboard_alone_and_locks() {
     tab_to(&mut page, "part-fail");
     press(&mut page, "ArrowDown", false);
     page.wait("it fails safe", "document.querySelector('#part-fail').value === 'safe'");
-    // A choice keeps the focus: whoever goes too far goes back.
+    // A choice keeps the focus: a user who goes too far can go back.
     page.wait("it has the focus", "document.activeElement.id === 'part-fail'");
     press(&mut page, "ArrowUp", false);
     page.wait("and back", "document.querySelector('#part-fail').value === 'secure'");

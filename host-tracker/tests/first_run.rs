@@ -29,7 +29,7 @@ const ACTIONS: u32 = 25;
 /// How far the modules may be off each other in this test, which is of the way there, not of the figures.
 const WITHIN_M: f64 = 0.25;
 
-/// A closed room of 5 by 4 m, empty for the time that two modules learn it; then somebody walks in wide loops.
+/// A closed room of 5 by 4 m, empty for the time that two modules learn it; then a person walks in wide loops.
 const SCENE: &str = r#"
 [[site.module]]
 name = "kehai-one"
@@ -154,7 +154,7 @@ fn from_nothing_to_a_counted_room_in_a_browser_alone() {
     );
     visitor.stage("unplaced");
     visitor.wait(
-        "who stands before a module lights it up",
+        "a person before a module lights it up",
         "document.querySelector('.tray-card.lit .tray-state').innerText.includes('sees you')",
     );
     visitor.wait(

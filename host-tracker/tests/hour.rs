@@ -104,7 +104,7 @@ fn recorded(scene: &Scene) -> Vec<Snapshot> {
         }
     }
     let most = frames.iter().map(|frame| frame.line.tracks.len()).max();
-    assert!(most >= Some(2), "nobody came in: {most:?}");
+    assert!(most >= Some(2), "no second person came in: {most:?}");
     frames
 }
 

@@ -128,10 +128,10 @@ fn frames_reach_browsers_and_the_state() {
 }
 
 #[test]
-fn tracks_come_after_each_report_to_whoever_asked_for_that_and_to_nobody_else() {
+fn tracks_come_after_each_report_to_clients_that_asked_for_that_and_to_no_other() {
     let map = Map::new();
     let (mut page, mut program) = (map.socket(None).unwrap(), map.socket(None).unwrap());
-    assert!(!map.reports.are_wanted(), "nobody has asked");
+    assert!(!map.reports.are_wanted(), "no client has asked");
     program.send(Message::text(r#"{"frames": false, "reports": true}"#)).unwrap();
     while !map.reports.are_wanted() {
         std::thread::yield_now();
@@ -160,7 +160,7 @@ fn tracks_come_after_each_report_to_whoever_asked_for_that_and_to_nobody_else() 
 }
 
 #[test]
-fn a_browser_that_reads_nothing_misses_frames_and_holds_up_nobody() {
+fn a_browser_that_reads_nothing_misses_frames_and_holds_up_no_other() {
     let map = Map::new();
     let sleeper = map.socket(None).unwrap();
     let mut reader = map.socket(None).unwrap();
@@ -181,7 +181,7 @@ fn a_browser_that_reads_nothing_misses_frames_and_holds_up_nobody() {
         last = next(&mut late, "frame")["unix_ms"].as_u64().unwrap();
         taken += 1;
     }
-    assert!(taken < 400, "{taken} of 500 frames were queued for somebody who did not read");
+    assert!(taken < 400, "{taken} of 500 frames were queued for a client that did not read");
 }
 
 #[test]

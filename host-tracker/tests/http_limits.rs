@@ -181,7 +181,7 @@ fn f11_browsers_that_read_nothing_give_their_places_back() {
 }
 
 #[test]
-fn f11_an_answer_that_nobody_takes_is_ended() {
+fn f11_an_answer_that_no_client_takes_is_ended() {
     let server = LimitedServer::new(Limits { write: SHORT, ..PATIENT });
     // Longer than all that the system keeps for a client.
     let module = ModuleLine { name: "x".repeat(64 << 20), ..ModuleLine::default() };

@@ -49,7 +49,7 @@ fn yesterday() -> Zoned {
     now.date().at(10, 0, 0, 0).to_zoned(now.time_zone().clone()).unwrap()
 }
 
-/// One person walks about in the study for twenty minutes, and each minute somebody comes in at the front.
+/// One person walks about in the study for twenty minutes, and each minute another comes in at the front.
 fn happened(database: &Path, site: &Site, begun_ms: u64) {
     let store = Store::open(database, &Arc::new(site.clone()), Keep::USUAL).unwrap();
     let study = site.modules.iter().find(|module| module.name == "study").unwrap();
@@ -148,7 +148,7 @@ fn reasons_on_the_map(page: &mut Page) {
         "each leads to its own",
         "/^Why: (living room|hall|kitchen|study)$/.test(document.querySelector('#why h2').innerText)",
     );
-    // Somebody who stands on the label is in front of it.
+    // A person who stands on the label is in front of it.
     for _ in 0..20 {
         page.click("#map .line-group[data-line=front] text");
         std::thread::sleep(Duration::from_secs(1));
@@ -200,7 +200,7 @@ fn heat_on_the_map(page: &mut Page) {
     page.wait("where people were is drawn", "document.querySelectorAll('.heat .heat-cell').length === 6");
     page.wait("in words, too", "/Warmest/.test(document.querySelector('#heat-words').innerText)");
     page.wait(
-        "somebody was somewhere",
+        "a person was somewhere",
         "document.querySelector('.heat .heat-5').getAttribute('d').length > 0",
     );
     page.picture(&pictures().join("heat.png"));
@@ -230,7 +230,7 @@ fn report(page: &mut Page, tracker: &Tracker, begun: &Zoned) {
         "twenty of sixty minutes are known: {widths:?}"
     );
     let cells = page.value("[...document.querySelectorAll('table')][0].innerText");
-    // That nobody went out is not known of a day of which hours are not.
+    // Of a day with unknown hours it is not known that no person went out.
     assert!(cells.as_str().unwrap().contains(&format!("front\t{CROSSED}\t–\t23.7 h")), "{cells}");
     let study = page.value(
         "[...document.querySelectorAll('tr')].find((row) => row.innerText.startsWith('study')).innerText",
@@ -238,7 +238,7 @@ fn report(page: &mut Page, tracker: &Tracker, begun: &Zoned) {
     assert!(study.as_str().unwrap().starts_with("study\t1\t"), "{study}");
     page.wait("where people were", "document.querySelector('#heat .heat-5').getAttribute('d').length > 0");
     page.wait(
-        "and where nobody looked",
+        "and where no module looked",
         "document.querySelector('#heat .heat-unknown').getAttribute('d').length > 100",
     );
     page.picture(&pictures().join("report.png"));

@@ -75,7 +75,7 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     looking_back_an_hour(&mut page, hour_ago_ms);
 
     let own = tracker.map.trim_end_matches('/').trim_start_matches("http://").to_owned();
-    // The browser's own picture of a calendar is asked of nobody.
+    // The browser's own picture of a calendar is no request.
     let is_own = |address: &String| address.contains(&own) || address.starts_with("data:");
     assert!(page.requests.iter().all(is_own), "{:?}", page.requests);
     drop(tracker);
@@ -180,7 +180,7 @@ fn a_zone_is_drawn(page: &mut Page, file: &Path) {
     page.wait("a line says who crossed it", &format!("/^front · in \\d+ · out \\d+$/.test({said})"));
 }
 
-/// Watches repaints until there are 100 of a person who walks: at which of them somebody who walks has moved.
+/// Watches repaints until there are 100 of a person who walks: at how many of them that person has moved.
 const REPAINTS: &str = "void (() => {
     const STEP_M = 0.0005, WALKS_M_S = 0.3, AROUND = 15;
     const kept = [];
@@ -214,8 +214,8 @@ fn walkers_move_at_every_repaint(page: &mut Page) {
     page.wait("400 repaints of people who walk", "repaints.walked >= 400");
     let share = page.value("repaints.moved / repaints.walked").as_f64().unwrap();
     let gap = page.value("repaints.gaps.sort((a, b) => a - b)[repaints.gaps.length >> 1]");
-    println!("somebody who walks moves in {:.1} % of the repaints, {gap} ms apart", share * 100.0);
-    assert!(share >= 0.95, "somebody who walks moves in {:.1} % of the repaints alone", share * 100.0);
+    println!("a person who walks moves in {:.1} % of the repaints, {gap} ms apart", share * 100.0);
+    assert!(share >= 0.95, "a person who walks moves in {:.1} % of the repaints only", share * 100.0);
     page.reduce_motion();
     page.value(REPAINTS);
     page.wait("400 more", "repaints.walked >= 400");
@@ -293,7 +293,7 @@ fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
          slider.value = ({there_ms} - Date.now()) / 1000; slider.dispatchEvent(new Event('input')); }})()"
     ));
     page.wait(
-        "whoever was there an hour ago is shown",
+        "the person who was there an hour ago is shown",
         &format!("document.querySelectorAll('{guest}').length === 1"),
     );
     page.wait("alone", "document.querySelectorAll('#map .person').length === 1");
@@ -306,7 +306,7 @@ fn looking_back_an_hour(page: &mut Page, hour_ago_ms: u64) {
     }
     page.wait("it plays fast", "document.querySelector('#speed').textContent === '60×'");
     page.click("#play");
-    page.wait("until nobody was there", "document.querySelectorAll('#map .person').length === 0");
+    page.wait("until no person was there", "document.querySelectorAll('#map .person').length === 0");
     page.wait("which is not the same as nothing", "document.querySelector('#total').textContent === '–'");
     page.click("#live");
     page.wait("it is now again", "!document.body.classList.contains('past')");

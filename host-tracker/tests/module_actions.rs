@@ -167,8 +167,8 @@ fn a_module_is_set_renamed_taught_and_restarted_over_http() {
     assert_eq!(tracker.does(&to, "restart", &json!({})).0, 200);
     tracker.until("it is back", &to, watches);
 
-    let (status, why) = tracker.refused("nobody", "learn", &json!({}));
-    assert!(status == 404 && why == "there is no module \"nobody\"", "{why}");
+    let (status, why) = tracker.refused("none", "learn", &json!({}));
+    assert!(status == 404 && why == "there is no module \"none\"", "{why}");
     let (status, why) = tracker.refused(&to, "blink", &json!({}));
     assert!(status == 404 && why.contains("learn, absorb, restart, rename, settings"), "{why}");
     for (action, wrong) in
@@ -263,7 +263,7 @@ fn a_module_with_a_key_is_looked_after_on_the_map_in_a_browser() {
         "it learns",
         "document.querySelector('.module-actions').innerText.includes('learns the empty room')",
     );
-    // What it has learned with the chair has the shape of a person there, until somebody says what it is.
+    // What it has learned with the chair has the shape of a person there, until a user says what it is.
     let suspects = |line: &Value| {
         line["alarms"].as_array().into_iter().flatten().any(|alarm| alarm["name"] == "suspect")
     };

@@ -76,7 +76,7 @@ fn an_encrypted_broker_is_trusted_by_its_certificate_and_no_other_is() {
 }
 
 #[test]
-fn a_door_is_told_and_tells_and_an_old_order_waits_for_nobody() {
+fn a_door_is_told_and_tells_and_an_old_order_is_not_kept() {
     let Some(program) = mosquitto() else { return };
     let broker = Broker::start(&program);
     let mut listener = Listener::new(broker.port);
@@ -180,7 +180,7 @@ fn a_sign_names_its_track_and_what_is_wrong_is_answered() {
         publish(false, body);
         listener.hears(&format!("{SIGN}/refused"), |payload| payload.contains(why));
     }
-    assert_eq!(server.signs.where_is("04:A2").unwrap(), None, "what is refused names nobody");
+    assert_eq!(server.signs.where_is("04:A2").unwrap(), None, "what is refused names no person");
     publish(false, "{\"id\":\"04:A2\",\"x\":0.1,\"y\":0.4}");
     let begin = Instant::now();
     let label = loop {
@@ -358,7 +358,7 @@ fn a_press_at_the_broker_reaches_its_module_only_if_run_was_told_so() {
     listener.hears(STATUS, |payload| payload == "online");
     press(&listener, "learn", "PRESS", false);
     listener.hears(&format!("{LEFT}/learn"), |payload| payload == "PRESS");
-    assert!(!beside.end(), "nobody asked it");
+    assert!(!beside.end(), "it was not asked");
     listener.hears(STATUS, |payload| payload == "offline");
     assert!(!listener.known.contains_key(&refused));
 
@@ -393,5 +393,5 @@ fn a_press_at_the_broker_reaches_its_module_only_if_run_was_told_so() {
     listener.hears(STATUS, |payload| payload == "online");
     press(&listener, "learn", "PRESS", false);
     listener.hears(&refused, |payload| payload.contains("on a site with a door"));
-    assert!(!beside.end(), "nobody asked it");
+    assert!(!beside.end(), "it was not asked");
 }

@@ -143,10 +143,10 @@ fn a_zone_s_name_is_read_where_people_stand_and_covers_no_other_name() {
     assert_eq!(
         page.value(&format!("{under}.dataset.zone")),
         "area",
-        "where nobody is a click is for the name"
+        "without a person there a click is for the name"
     );
     server.people(&[[0, 1].map(|axis| place[axis].as_f64().unwrap())]);
-    page.wait("somebody stands there", &format!("{under}.closest('[data-person]') !== null"));
+    page.wait("a person stands there", &format!("{under}.closest('[data-person]') !== null"));
     page.wait("and is counted", &format!("{name}.textContent === 'area · 1'"));
     // Written over the person, and at the same place.
     let over = format!(

@@ -52,7 +52,7 @@ fn an_editor_says_who_else_has_it_open_until_they_leave_or_are_cut_off() {
     let house = House::of(ZONE);
     house.add("ben", Role::Edit);
     edit(&house, &mut anna, "anna");
-    assert_eq!(anna.value(SAID), json!(""), "nobody else");
+    assert_eq!(anna.value(SAID), json!(""), "no other user");
     edit(&house, &mut ben, "ben");
     anna.wait("anna is told of ben", &format!("{SAID} === 'ben has the editor open, too.'"));
     ben.wait("ben is told of anna", &format!("{SAID} === 'anna has the editor open, too.'"));
@@ -72,7 +72,7 @@ fn an_editor_says_who_else_has_it_open_until_they_leave_or_are_cut_off() {
 }
 
 #[test]
-fn windows_of_nobody_known_are_counted() {
+fn windows_of_unknown_users_are_counted() {
     let (Some(mut one), Some(mut other)) = (chromium::start(), chromium::start()) else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("house.toml");

@@ -123,7 +123,7 @@ fn a_node_of_rmw_zenoh_finds_people_modules_and_scans_and_no_false_empty() {
     println!("{said}");
     assert!(figure(&said, "people", "matched") > 50 && figure(&said, "markers", "bodies") > 200, "{said}");
     assert!(figure(&said, "diagnostics", "watching") > 0, "{said}");
-    // Whoever comes late hears where the modules are, whichever way it asks.
+    // A subscriber that comes late hears where the modules are, whichever way it asks.
     judge.ask("scan");
     let said = judge.until("scans", |said| {
         figure(said, "scan", "scans") > 20 && said["late"] == json!(["zenoh-ros2-sdk", "zenoh.ext"])
@@ -139,7 +139,7 @@ fn a_node_of_rmw_zenoh_finds_people_modules_and_scans_and_no_false_empty() {
         "kehai/north": [2.5, 4.9, height_m, -90.0],
     });
     assert_eq!(said["transforms"], places);
-    // Nothing was published while nobody subscribed.
+    // Nothing was published while there was no subscriber.
     assert_eq!(said["first_scan"], 1);
     assert!(figure(&said, "scan", "known") > 5_000, "{said}");
     judge.ask("no scan");

@@ -53,7 +53,7 @@ fn a_tag_names_the_track_at_its_place_and_moves_none() {
     assert_eq!(sign(&server, json!({ "id": "tag 7", "x": 0.1, "y": -2.4, "sigma_m": 0.2 })).0, 200);
     let named =
         waits(&server, "two names", |state| state["names"].as_array().is_some_and(|names| names.len() == 2));
-    assert_eq!(named["tracks"], before["tracks"], "a sign moves nobody");
+    assert_eq!(named["tracks"], before["tracks"], "a sign moves no track");
     let text = named.to_string();
     assert!(!text.contains("04:A2") && !text.contains("tag 7"), "no ID is told: {text}");
     let whole: Vec<usize> =
@@ -111,7 +111,7 @@ fn what_is_wrong_or_foreign_changes_nothing_says_why_and_is_counted() {
 /// Other units, other clocks, no numbers, and places that are nowhere near: each is refused in one line that says why, and
 /// counted; tracks and names stay as they are.
 #[test]
-fn absurd_places_and_times_are_refused_in_one_line_and_move_nobody() {
+fn absurd_places_and_times_are_refused_in_one_line_and_move_no_track() {
     let server = hall();
     server.people(&[[0.0, 0.4], [0.0, -2.5]]);
     assert_eq!(sign(&server, json!({ "id": "a", "x": 0.0, "y": 0.4 })).0, 200);
@@ -146,7 +146,7 @@ fn absurd_places_and_times_are_refused_in_one_line_and_move_nobody() {
     let after = waits(&server, "the counts", |state| state["signs"]["late"] == 4);
     let counts = ["taken", "malformed", "no_place"].map(|key| after["signs"][key].as_u64().unwrap());
     assert_eq!(counts, [1, 5, 5], "{after:#}");
-    assert_eq!(after["tracks"], before["tracks"], "a sign moves nobody");
+    assert_eq!(after["tracks"], before["tracks"], "a sign moves no track");
     assert_eq!(after["names"][0]["tracks"][0]["track"], before["names"][0]["tracks"][0]["track"]);
 }
 
@@ -184,7 +184,7 @@ fn names_are_kept_by_hash_and_for_as_long_as_cards() {
 }
 
 #[test]
-fn the_map_shows_names_and_answers_where_somebody_is() {
+fn the_map_shows_names_and_answers_where_a_person_is() {
     let Some(mut page) = chromium::start() else { return };
     let server = hall();
     server.people(&[[0.0, 0.4], [0.0, -2.5]]);
@@ -210,7 +210,7 @@ fn the_map_shows_names_and_answers_where_somebody_is() {
     );
     page.wait("by the name the visitor gave", &format!("/1 · 04a2 \\d+%/.test({first})"));
     page.fits_a_phone("where is");
-    ask(&mut page, "nobody");
+    ask(&mut page, "unread");
     page.wait("what was never read", &format!("{answer}.includes('was not read')"));
     assert_eq!(page.errors.iter().filter(|error| !error.contains("404")).count(), 0, "{:?}", page.errors);
 }

@@ -140,7 +140,7 @@ fn in_clear_there_is_the_way_out_and_nothing_else() {
 }
 
 #[test]
-fn whoever_begins_no_tls_gives_its_place_back_and_is_counted() {
+fn a_client_that_begins_no_tls_gives_its_place_back_and_is_counted() {
     // Long enough for a handshake on a loaded machine.
     let house = secured(ZONE, Limits { header: Duration::from_secs(2), ..PATIENT });
     // Nothing; the beginning of a handshake; and one that goes on for ever.
@@ -182,7 +182,7 @@ fn places_are_taken_by_handshakes_and_given_back() {
 }
 
 #[test]
-fn an_answer_that_nobody_takes_is_ended() {
+fn an_answer_that_no_client_takes_is_ended() {
     let house = secured(ZONE, Limits { write: SHORT, ..PATIENT });
     let token = house.token("screen", &[Role::View], None);
     let name = "x".repeat(8 << 20);

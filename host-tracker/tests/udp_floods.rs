@@ -109,7 +109,7 @@ const FLOODS: [Flood; 6] = [
         refused: |snapshot| snapshot.dropped.stale_boot,
     },
     Flood {
-        name: "answers that nobody asked for",
+        name: "answers without a question",
         from: From::Module,
         say: |random, fake| {
             let (id, t1_us, t2_us) = (random.next() as u32, random.next(), random.next());

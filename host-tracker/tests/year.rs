@@ -145,7 +145,7 @@ fn a_year_at_home_is_written_asked_killed_and_aged() {
     let bins = figures(&reader, &edges(month, 3_600_000)).unwrap().bins;
     println!("{} hours of it in {} ms", bins.len(), begun.elapsed().as_millis());
     let known_h = bins.iter().filter(|bin| bin.zones["hall"].mean.is_some()).count() as u64;
-    // In between nobody is known to have been there.
+    // In between the number of people is not known.
     assert_eq!((bins.len() as u64, known_h), (31 * 24, 31 * minutes.div_ceil(60)));
     drop(reader);
 

@@ -5,8 +5,8 @@
 //!   the right password gives its try back; one that is not compared says how long to wait, the right one too
 //! ```
 //!
-//! A flood of tries keeps people from logging in, but costs no more than one comparison each 3 s; who has logged in, tokens and the
-//! way out do not notice it. A password that was made here has 100 bits; of one that somebody chose, 28 800 are tried a day.
+//! A flood of tries keeps people from logging in, but costs no more than one comparison each 3 s; users who have logged in, tokens and
+//! the way out do not notice it. A password made here has 100 bits; of one that a user chose, 28 800 are tried a day.
 //!
 //! Each limit is one time, by which its tries would have come one after the other (GCRA, ITU-T I.371). An address is
 //! forgotten when all its tries are given back: as all together are limited, too, never more than two hundred are known.

@@ -27,7 +27,7 @@ impl Credential {
         cookie_name: &str,
     ) -> Self {
         if let Some(shown) = authorization {
-            // What is no token is a wrong one: a program that tries to log in is not taken for somebody else.
+            // What is no token is a wrong one: the program does not pass as the user of a session.
             let token = shown.split_once(' ').filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
             return Self::Token(token.map_or(String::new(), |(_, token)| token.trim().to_owned()));
         }

@@ -37,7 +37,7 @@ pub struct Directory {
     pub tokens: Vec<Token>,
 }
 
-/// Somebody who logs in.
+/// A person who logs in.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct User {
@@ -64,7 +64,7 @@ pub struct Token {
     pub sha256: String,
 }
 
-/// Why somebody cannot be added or removed.
+/// Why a user or a token cannot be added or removed.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum DirectoryError {
     /// The name will not do.
@@ -88,13 +88,13 @@ pub enum DirectoryError {
     /// Too many.
     #[error("{MOST} users and {MOST} tokens are the most")]
     Full,
-    /// Nobody would be left who can do everything.
+    /// No user would be left who can do everything.
     #[error("{0} is the last admin")]
     LastAdmin(String),
 }
 
 impl Directory {
-    /// Whether nobody is known.
+    /// Whether it has neither users nor tokens.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.users.is_empty() && self.tokens.is_empty()
@@ -112,7 +112,7 @@ impl Directory {
         self.tokens.iter().find(|token| token.sha256 == fingerprint)
     }
 
-    /// Adds somebody.
+    /// Adds a user.
     ///
     /// # Errors
     /// [`DirectoryError`]; nothing has changed then.

@@ -42,7 +42,7 @@ pub enum AccessFileError {
         /// What is wrong.
         why: String,
     },
-    /// Somebody is wrong in it.
+    /// An entry in it is wrong.
     #[error("{}: {error}", file.display())]
     Directory {
         /// The file.
@@ -71,7 +71,7 @@ impl AccessFile {
         Stamp::of(&self.0)
     }
 
-    /// Who is known; nobody if there is no file.
+    /// Who is known; empty if there is no file.
     ///
     /// # Errors
     /// It cannot be read, or is something else.
@@ -110,7 +110,7 @@ impl AccessFile {
         let system = |error| AccessFileError::System { file: self.0.clone(), error };
         // The folder is locked, as the file itself is another one after each change.
         let folder = owned_file::folder_of(&self.0).map_err(system)?;
-        // A file system without locks: then nobody waits.
+        // On a file system without locks two changes at a time do not wait for each other.
         let _ = folder.lock();
         let mut directory = self.load()?;
         let changed = change(&mut directory)

@@ -3,7 +3,7 @@
 //! ```text
 //!   file ─▶ directory: users, tokens
 //!               │
-//!   request ─▶ who: a session, a token, or nobody ─▶ roles: may it? ─▶ done, or 401, 403
+//!   request ─▶ who: a session, a token, or none ─▶ roles: may it? ─▶ done, or 401, 403
 //!   log-in  ─▶ attempts: not too often? ─▶ password ─▶ sessions
 //! ```
 //!
@@ -16,9 +16,8 @@
 //! | `sessions` | who has logged in |
 //! | `attempts` | how often passwords may be tried |
 //!
-//! As long as nobody is known, everybody may do everything: then the tracker serves its own machine alone. Once somebody
-//! was known it never opens again by itself: a file that goes, or is damaged, lets nobody in until it is mended, and the
-//! way out stays open.
+//! As long as no user and no token is known, all may do everything: then the tracker serves its own machine alone. Once one
+//! was known it never opens again by itself: while the file is gone or damaged no user gets in, and the way out stays open.
 
 mod attempts;
 mod credential;
@@ -55,11 +54,11 @@ pub type Clock = Box<dyn Fn() -> u64 + Send + Sync>;
 /// Who asks.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Who {
-    /// Anybody: nobody is known, so everybody may do everything.
+    /// Anybody: neither users nor tokens are known, so all may do everything.
     Anybody,
-    /// Somebody who is not known.
+    /// A client that has neither logged in nor shown a token.
     Nobody,
-    /// Somebody who has logged in.
+    /// A user who has logged in.
     Person {
         /// By which name.
         name: String,
@@ -107,11 +106,11 @@ pub fn first_admin(file: &AccessFile) -> Result<Option<String>, FirstAdminError>
     Ok(Some(made))
 }
 
-/// Why somebody is not let in.
+/// Why a user is not let in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum LogInError {
     /// There is nothing to log in to.
-    #[error("nobody has been added: everybody on this machine may do everything")]
+    #[error("no user has been added: everybody on this machine may do everything")]
     Open,
     /// Wrong, or not known: which of both is not said.
     #[error("this name and this password do not belong together")]
@@ -144,7 +143,7 @@ impl fmt::Display for Who {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Anybody => write!(f, "anybody"),
-            Self::Nobody => write!(f, "nobody who is known"),
+            Self::Nobody => write!(f, "a client that is not known"),
             Self::Person { name, role } => write!(f, "{name} ({role})"),
             Self::Program { name, roles, door } => {
                 let roles: Vec<&str> = roles.iter().map(|role| role.name()).collect();
@@ -177,7 +176,7 @@ struct State {
 /// Who is known.
 #[derive(Clone)]
 enum Known {
-    /// Nobody, ever: everything is open.
+    /// There were never users or tokens: everything is open.
     Open,
     /// These, perhaps none any more.
     These(Arc<Directory>),
@@ -257,7 +256,7 @@ impl Access {
         who.unwrap_or(Who::Nobody)
     }
 
-    /// Lets somebody in: what its browser shows from now on. Takes some hundredths of a second and 19 MB: one at a time.
+    /// Lets a user in: what the browser shows from now on. Takes some hundredths of a second and 19 MB: one at a time.
     ///
     /// # Errors
     /// [`LogInError`].
@@ -308,12 +307,14 @@ impl State {
             Ok(directory) if directory.is_empty() && matches!(self.known, Known::Open) => Known::Open,
             Ok(directory) => {
                 if directory.users.is_empty() {
-                    tracing::warn!("{}: nobody can log in", file.path().display());
+                    tracing::warn!("{}: no user can log in", file.path().display());
                 }
                 Known::These(Arc::new(directory))
             }
             Err(error) => {
-                tracing::error!("{error}; until it is mended nobody is let in but by the way out");
+                tracing::error!(
+                    "{error}; until it is mended no user is let in, and only the way out is open"
+                );
                 Known::These(Arc::default())
             }
         };

@@ -13,13 +13,13 @@ use argon2::password_hash::{PasswordHasher, PasswordVerifier};
 /// Bytes of a salt: those of RFC 9106, 3.1.
 const SALT: usize = 16;
 
-/// Fewest letters of a password that somebody chose: NIST SP 800-63B-4, 3.1.1.2, for the only factor.
+/// Fewest letters of a password that a user chose: NIST SP 800-63B-4, 3.1.1.2, for the only factor.
 pub const SHORTEST: usize = 15;
 
 /// Most bytes of a password: longer ones are no passwords, and cost the hash time.
 pub const LONGEST: usize = 256;
 
-/// Of a password that nobody knows.
+/// Hash of an unknown password: compared where there is no such user, so that this takes as long.
 const NOBODYS: &str =
     "$argon2id$v=19$m=19456,t=2,p=1$a2VoYWlrZWhhaWtlaGFp$9tqUEv9rvVf2Nbdx3a4JqB0Sg0FT7kSxC3kBSnE0m0o";
 

@@ -7,7 +7,7 @@
 //!   kept: SHA-256 of tokens and sessions, Argon2id of passwords, which people choose and guess
 //! ```
 //!
-//! A plain hash will do for what is random: nobody tries 2¹⁶⁰ of them. Which of its first letters agree is no secret
+//! A plain hash will do for what is random: 2¹⁶⁰ of them cannot be tried. Which of its first letters agree is no secret
 //! either, as a hash cannot be chosen, so it is compared as any text is.
 
 use sha2::{Digest, Sha256};

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn they_are_bounded_and_nobody_ends_those_of_others_but_the_crowd() {
+    fn they_are_bounded_and_only_the_bound_ends_those_of_other_users() {
         let mut sessions = Sessions::default();
         sessions.begin("first".into(), "bert", "hash", 0);
         for number in 1..=1000 {

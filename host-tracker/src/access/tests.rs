@@ -74,7 +74,7 @@ fn who_is_added_while_it_runs_shuts_it_and_it_never_opens_again() {
 }
 
 #[test]
-fn a_damaged_file_lets_nobody_in_from_the_beginning_but_the_way_out_is_free() {
+fn a_damaged_file_lets_no_user_in_from_the_beginning_but_the_way_out_is_free() {
     let folder = tempfile::tempdir().unwrap();
     let file = AccessFile::beside(&folder.path().join("home.toml"));
     fs::write(file.path(), "[[user").unwrap();
@@ -115,7 +115,7 @@ fn a_session_ends_by_time_log_out_password_and_removal() {
 fn wrong_passwords_are_limited_and_the_right_one_with_them() {
     let house = House::of_anna();
     for number in 0..10 {
-        let name = if number % 2 == 0 { "anna" } else { "nobody" };
+        let name = if number % 2 == 0 { "anna" } else { "stranger" };
         assert_eq!(house.access.log_in(HERE, name, "wrong"), Err(LogInError::Wrong));
     }
     assert_eq!(house.access.log_in(HERE, "anna", PASSWORD), Err(LogInError::Often(30)));

@@ -41,7 +41,7 @@ impl Drop for Temporary {
 }
 
 /// What is to be packed: read once, so that a file that is replaced meanwhile is the old or the new one, or the copy of the
-/// database, which nobody else writes.
+/// database, which no other program writes.
 enum Content {
     Read(Vec<u8>),
     Copied,

@@ -70,7 +70,7 @@ fn database(file: &Path, mark: &str) {
         .unwrap();
 }
 
-/// An archive of files as somebody has made it: name, kind, content.
+/// A hostile archive of these files: name, kind, content.
 fn archive(folder: &Path, files: &[(&str, EntryType, &[u8])]) -> PathBuf {
     let path = folder.join("hostile.tar.gz");
     let mut builder = Builder::new(GzEncoder::new(File::create(&path).unwrap(), Compression::fast()));

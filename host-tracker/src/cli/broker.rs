@@ -40,8 +40,8 @@ pub(super) struct MqttArguments {
     #[arg(long, value_name = "NAME")]
     mqtt_site: Option<String>,
 
-    /// Give modules buttons there: learn, restart, identify. Whoever may publish at the broker may press them; on a site with a
-    /// door modules only blink
+    /// Give modules buttons there: learn, restart, identify. Each client that may publish at the broker may press them; on a site
+    /// with a door modules only blink
     #[arg(long, requires = "mqtt")]
     mqtt_commands: bool,
 

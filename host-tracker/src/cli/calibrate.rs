@@ -139,7 +139,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         say("nothing was written; --accept writes it without asking");
         return Ok(());
     }
-    // What was edited while somebody walked stays.
+    // What was edited during the walk stays.
     file.look(|_| Ok(()))?;
     file.save_poses(&poses, |_| Ok(()))?;
     if let Some(db) = &arguments.db {
@@ -244,7 +244,7 @@ impl Terminal {
 
     fn show(&mut self, status: &Status) {
         let sees = if status.sees.is_empty() {
-            "nobody sees you".into()
+            "no module sees you".into()
         } else {
             format!("seen by {}", status.sees.join(", "))
         };

@@ -1,8 +1,8 @@
 //! The options of `run` for HTTP: where the map and the doors are served, to whom, and over what.
 //!
 //! ```text
-//!   --http IP ─┬─ this machine's own ─▶ in clear, unless --tls; open until somebody is added
-//!              └─ others reach it ────▶ over TLS, and only with somebody who may log in, unless --insecure
+//!   --http IP ─┬─ this machine's own ─▶ in clear, unless --tls; open until a user is added
+//!              └─ others reach it ────▶ over TLS, and only with a user who may log in, unless --insecure
 //! ```
 
 use std::net::{Ipv4Addr, SocketAddr};
@@ -43,7 +43,7 @@ pub(super) struct HttpArguments {
     #[arg(long, value_name = "FOLDER", requires = "http", default_value = folder::USUAL)]
     firmware: PathBuf,
 
-    /// If nobody may log in yet, add the user admin, and say its password once in the log
+    /// If no user may log in yet, add the user admin, and say its password once in the log
     #[arg(long)]
     first_admin: bool,
 
@@ -59,8 +59,8 @@ pub(super) struct HttpArguments {
     #[arg(long, value_name = "FILE.pem", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
 
-    /// Serve others than this machine in clear, and although nobody needs to log in: then everybody who reaches the map may do
-    /// everything
+    /// Serve others than this machine in clear, and without a log-in if there are no users: then everybody who reaches the map
+    /// may do everything
     #[arg(long, requires = "http")]
     insecure: bool,
 }

@@ -64,7 +64,7 @@ pub struct Arguments {
     #[arg(long, requires = "module")]
     no_mdns: bool,
 
-    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nobody else is told. What an
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal, and the default when nothing else is told. What an
     /// earlier run has written there is kept beside, with its time in the name
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
@@ -293,8 +293,8 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     summary(&last, tells_others)
 }
 
-/// Messages to doors that were refused, for the log: of each door one line in a while, as whoever may publish at the broker
-/// may send any number of them.
+/// Messages to doors that were refused, for the log: of each door one line in a while, as a client that may publish at the
+/// broker may send any number of them.
 #[derive(Default)]
 struct Refusals(BTreeMap<String, LogLimit>);
 

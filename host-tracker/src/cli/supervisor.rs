@@ -42,6 +42,6 @@ impl Drop for Supervisor {
 }
 
 fn tell(state: &NotifyState<'_>) {
-    // Without a supervisor there is nobody to tell; one that cannot be told will restart the tracker.
+    // Fails without a supervisor, which does not matter; one that cannot be told will restart the tracker.
     let _ = sd_notify::notify(std::slice::from_ref(state));
 }

@@ -16,7 +16,7 @@ use super::output::print;
 /// Say who may log in to the live map: add, remove, list people, give them other passwords
 ///
 /// They are kept beside the site's file, as home.access beside home.toml. A tracker that runs follows a change within a
-/// second. As long as there is nobody, the map is for its own machine alone, and open to all there.
+/// second. As long as there is no user, the map is for its own machine alone, and open to all there.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-tracker user add anna --role admin --site home.toml
@@ -29,7 +29,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Add somebody, and print a password that is made for it
+    /// Add a user, and print a password that is made for it
     Add {
         /// By which it logs in
         #[arg(value_name = "NAME")]
@@ -42,7 +42,7 @@ enum Command {
         #[command(flatten)]
         place: Place,
     },
-    /// Give somebody another password, and print it: its sessions end
+    /// Give a user another password, and print it: its sessions end
     Password {
         /// Whom
         #[arg(value_name = "NAME")]
@@ -52,7 +52,7 @@ enum Command {
         #[command(flatten)]
         place: Place,
     },
-    /// Remove somebody: its sessions end
+    /// Remove a user: its sessions end
     Remove {
         /// Whom
         #[arg(value_name = "NAME")]

@@ -57,7 +57,7 @@ pub struct SiteFact {
 pub enum SiteState {
     /// There is none.
     Missing,
-    /// Whoever asks may not read it.
+    /// The user of this command may not read it.
     Denied,
     /// It cannot be used: what is wrong, and where.
     Wrong(String),
@@ -97,7 +97,7 @@ pub enum SecretState {
         /// It was named, or nothing starts without it.
         needed: bool,
     },
-    /// Whoever asks may not look at it.
+    /// The user of this command may not look at it.
     Denied,
     /// It is there.
     There {
@@ -129,7 +129,7 @@ pub enum DatabaseState {
         /// There is.
         folder: bool,
     },
-    /// Whoever asks may not read it.
+    /// The user of this command may not read it.
     Denied,
     /// It cannot be used.
     Wrong(String),
@@ -151,7 +151,7 @@ pub struct MapFact {
     pub address: SocketAddr,
     /// Whether others than this machine reach it.
     pub is_reached: bool,
-    /// Whether it is served although nobody needs to log in.
+    /// Whether it is served without a log-in.
     pub insecure: bool,
     /// Whether a first user is made at the start.
     pub first_admin: bool,
@@ -172,7 +172,7 @@ pub enum Health {
     Stands,
     /// Another program answers, with this status.
     Other(u16),
-    /// Nobody does: what the system says.
+    /// No program answers: what the system says.
     Nobody(String),
 }
 

@@ -106,7 +106,9 @@ pub(super) fn secret(fact: &SecretFile, map: Option<&MapFact>) -> Finding {
             format!("{file} is for its owner alone; what is in it may not be read"),
             AS_ROOT,
         ),
-        SecretState::There { content: Some(Ok(0)), .. } if about == About::Users => nobody(&fact.file, map),
+        SecretState::There { content: Some(Ok(0)), .. } if about == About::Users => {
+            without_users(&fact.file, map)
+        }
         SecretState::There { content: Some(Ok(_)), .. } => {
             Finding::ok(about, format!("{file}, for its owner alone"))
         }
@@ -117,7 +119,7 @@ pub(super) fn secret(fact: &SecretFile, map: Option<&MapFact>) -> Finding {
 fn missing(about: About, file: &Path, needed: bool, map: Option<&MapFact>) -> Finding {
     let shown = file.display();
     match about {
-        About::Users => nobody(file, map),
+        About::Users => without_users(file, map),
         _ if needed => Finding::wrong(
             about,
             format!("{shown}: there is no such file, and the tracker was told to use it"),
@@ -125,24 +127,24 @@ fn missing(about: About, file: &Path, needed: bool, map: Option<&MapFact>) -> Fi
         ),
         About::Keys => Finding::warning(
             about,
-            "the modules have no keys: whoever is in this network can speak for them",
+            "the modules have no keys: each program in this network can speak for them",
             "kehai-tracker module claim, and docs/security.md",
         ),
         _ => Finding::ok(about, format!("{shown} is made when it is needed")),
     }
 }
 
-/// Of a site for which nobody can log in.
-fn nobody(file: &Path, map: Option<&MapFact>) -> Finding {
+/// Of a site for which no user can log in.
+fn without_users(file: &Path, map: Option<&MapFact>) -> Finding {
     let about = About::Users;
     let advice = || {
         format!("kehai-tracker user add NAME --role admin --site {}", file.with_extension("toml").display())
     };
     match map {
-        None => Finding::ok(about, "nobody can log in, and no map is served"),
+        None => Finding::ok(about, "no user can log in, and no map is served"),
         Some(map) if map.first_admin => Finding::warning(
             about,
-            format!("{}: nobody can log in yet", file.display()),
+            format!("{}: no user can log in yet", file.display()),
             "at its next start the tracker makes the user admin, and says the password in its log",
         ),
         Some(map) if map.is_reached && map.insecure => Finding::wrong(
@@ -153,7 +155,7 @@ fn nobody(file: &Path, map: Option<&MapFact>) -> Finding {
         Some(map) if map.is_reached => Finding::wrong(
             about,
             format!(
-                "the map at {} is for the network, and nobody can log in: the tracker does not start",
+                "the map at {} is for the network, and no user can log in: the tracker does not start",
                 map.address
             ),
             advice(),

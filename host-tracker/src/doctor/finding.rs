@@ -13,7 +13,7 @@ pub enum Verdict {
     Ok,
     /// It could not be found out.
     Unknown,
-    /// It works, and somebody should look at it.
+    /// It works, but the installer should look at it.
     Warning,
     /// It does not work, or is not safe.
     Wrong,

@@ -177,7 +177,7 @@ pub(super) fn broker(fact: &BrokerFact) -> Finding {
         Ok(()) => Finding::ok(about, format!("{broker} lets in")),
         Err(why) => Finding::wrong(
             about,
-            format!("{broker} lets nobody in ({why})"),
+            format!("{broker} lets no client in ({why})"),
             "is it there, and are name, password and certificate right? --mqtt",
         ),
     }

@@ -213,7 +213,7 @@ fn a_module_is_fine_only_if_the_tracker_says_so_and_has_just_said_it() {
 }
 
 #[test]
-fn modules_that_cannot_be_found_and_a_broker_that_lets_nobody_in_are_wrong() {
+fn modules_that_cannot_be_found_and_a_broker_that_lets_no_client_in_are_wrong() {
     let search = |networks, found| one(|facts| facts.search = Some(SearchFact { networks, found }));
     assert_eq!(search(1, Err("no socket".into())), (Wrong, About::Discovery));
     assert_eq!(search(0, Ok(0)), (Wrong, About::Discovery));

@@ -47,7 +47,7 @@ pub fn runs(firmware: &str, version: Version) -> bool {
 /// Why a module is not updated now.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Hold {
-    /// A door is in use, or in alarm: whoever is in transit is counted by its modules.
+    /// A door is in use, or in alarm: its modules count the people in transit.
     Door {
         /// The door.
         name: String,

@@ -37,7 +37,7 @@ pub struct Channel {
     pub address: String,
     pub about: &'static str,
     pub payload: Payload,
-    /// The broker gives its newest message to whoever comes later; an empty one takes it away.
+    /// The broker gives its newest message to clients that subscribe later; an empty one takes it away.
     pub is_retained: bool,
 }
 

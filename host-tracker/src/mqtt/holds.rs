@@ -1,4 +1,4 @@
-//! Zones that stay occupied for a while after the last person, so that no light goes out on somebody who is hidden for a moment.
+//! Zones that stay occupied for a while after the last person, so that no light goes out on a person who is hidden for a moment.
 //!
 //! ```text
 //!   people, as known    2   1   0   0   0   0   ?   0

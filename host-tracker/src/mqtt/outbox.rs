@@ -187,7 +187,7 @@ mod tests {
         outbox.retained("kehai/front-door/zone/hall");
         outbox.retained("kehai/front-door/status");
         outbox.retained("homeassistant/device/kehai_front-door_right/config");
-        outbox.retained("homeassistant/device/somebody/config");
+        outbox.retained("homeassistant/device/another/config");
         let first = outbox.due(Some(&frame()), 0);
         let empty: Vec<&Publication> = first.iter().filter(|told| told.payload.is_empty()).collect();
         let forgotten: Vec<&str> = empty.iter().map(|told| told.topic.as_str()).collect();

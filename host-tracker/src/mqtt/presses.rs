@@ -6,7 +6,8 @@
 //!                  └ no ──────────────▶ kehai/SITE/module/MODULE/refused  {"at_ms":…,"why":"…"}
 //! ```
 //!
-//! Whoever may publish at the broker may press. What a module sees decides what a door counts: on a site with a door it only blinks.
+//! Each client that may publish at the broker may press. What a module sees decides what a door counts: on a site with a door it
+//! only blinks.
 //! Source: Home Assistant's *MQTT button*.
 
 use std::net::SocketAddr;
@@ -184,7 +185,7 @@ fn press_all(
     let mut clients = KeptClients::default();
     for (target, address) in waiting {
         if let Err(why) = press(&mut clients, address, target.button, keys) {
-            // A publisher that has ended tells nobody.
+            // A publisher that has ended does not receive it.
             let _ = tell.send((target, NotPressed::Module(why)));
         }
     }

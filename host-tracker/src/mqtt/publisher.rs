@@ -72,7 +72,7 @@ pub struct Settings {
     pub doors: Option<DoorHandle>,
     /// Who is where: it receives the signs.
     pub signs: Option<SignHandle>,
-    /// Whether modules have buttons, which whoever may publish at the broker may press.
+    /// Whether modules have buttons, which clients that may publish at the broker may press.
     pub buttons: Option<Buttons>,
     /// Told when the thread ends by itself.
     pub alarms: TrackerAlarms,

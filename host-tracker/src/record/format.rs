@@ -60,7 +60,7 @@ pub(super) struct Lost {
     pub shown: u64,
 }
 
-/// The same, counted by whoever loses them. Clones are the same count.
+/// The same, counted where they are lost. Clones are the same count.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Losses(Arc<(AtomicU64, AtomicU64)>);
 

@@ -38,7 +38,7 @@ const ARROW: Vector3 = Vector3 { x: 0.06, y: 0.14, z: 0.14 };
 const WALL_M: f64 = 0.08;
 const TAPE_M: f64 = 0.03;
 
-/// Below this nobody walks, m/s: people who stand sway that much.
+/// Slower than this a person stands, m/s: people who stand sway that much.
 const WALKS_M_S: f64 = 0.2;
 
 /// Five snapshots.

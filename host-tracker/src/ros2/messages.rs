@@ -80,7 +80,7 @@ pub enum Shape {
     Arrow,
     Cylinder,
     LineStrip,
-    /// A text that is turned to whoever looks.
+    /// A text that is turned to the viewer.
     Text,
 }
 

@@ -3,12 +3,12 @@
 //! ```text
 //!   snapshots ─▶ thread "ros2" ─┬─ <domain>/people/people_msgs::msg::dds_::People_/RIHS01_…     CDR, ten times a second
 //!   site      ─▶                ├─ …/kehai/markers/…   …/diagnostics/…
-//!   scans     ─▶                ├─ …/kehai/MODULE/scan/…       while somebody subscribes
+//!   scans     ─▶                ├─ …/kehai/MODULE/scan/…       while a node subscribes
 //!                               ├─ …/tf_static/…               also to those who come later
 //!                               ╰─ @ros2_lv/<domain>/…         liveliness tokens: the node and its publishers
 //! ```
 //!
-//! Nothing is published that would say *nobody* where that is not known (docs/ros2.md).
+//! Nothing is published that would say that a place is empty where that is not known (docs/ros2.md).
 //!
 //! Source: rmw_zenoh, `docs/design.md` and `rmw_zenoh_cpp/src/detail`; REP-2011 and REP-2016 (type hashes); REP-103, REP-105.
 //!

@@ -1,11 +1,11 @@
 //! The people of a snapshot, as `people_msgs/msg/People`.
 //!
 //! ```text
-//!   track 7, occluded, in the hall    name track-7 · place, velocity · reliability: that somebody is there at all
+//!   track 7, occluded, in the hall    name track-7 · place, velocity · reliability: that a person is there at all
 //!                                     tagnames  state     zone   card
 //!                                     tags      occluded  hall   a11c
-//!   nobody, and that is known         an empty list
-//!   nobody, and a part is not seen    no message: a list cannot say that it does not know
+//!   no track, and all is known        an empty list
+//!   no track, and a part is not seen  no message: a list cannot say that it does not know
 //! ```
 //!
 //! A name stays as long as its person is followed. What is known of a card is a tag, since it may change: by it a consumer that goes
@@ -25,7 +25,7 @@ use super::names::MAP;
 /// A card is said of its likeliest track if that is more probable than all others together.
 const LIKELY: f64 = 0.5;
 
-/// Everybody who is followed; none where it is not known that nobody is there.
+/// All people who are followed; none if there are none and not all of the site is known.
 pub fn people(snapshot: &Snapshot, site: &Site) -> Option<People> {
     let people: Vec<Person> =
         followed(snapshot, site).map(|track| person(track, &snapshot.names, site)).collect();
@@ -34,7 +34,7 @@ pub fn people(snapshot: &Snapshot, site: &Site) -> Option<People> {
     is_said.then(|| People { header: Header::new(MAP, snapshot.stamp_ns()), people })
 }
 
-/// Confirmed and occluded tracks, but where nobody is counted.
+/// Confirmed and occluded tracks outside of excluded areas.
 pub fn followed<'a>(snapshot: &'a Snapshot, site: &Site) -> impl Iterator<Item = &'a TrackLine> {
     let excluded: Vec<Vec<Place>> = site.excludes.iter().map(Exclude::corners).collect();
     let tracks = snapshot.line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     const NOT_KNOWN: Total = Total { count: None, state: ZoneKnown::Unknown };
-    const NOBODY: Total = Total { count: Some(0), state: ZoneKnown::Known };
+    const EMPTY: Total = Total { count: Some(0), state: ZoneKnown::Known };
 
     #[test]
     fn a_person_has_place_velocity_reliability_and_tags() {
@@ -147,10 +147,10 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_said_only_where_that_is_known() {
+    fn an_empty_list_is_said_only_where_that_is_known() {
         let partly = |count| Total { count, state: ZoneKnown::Partly };
-        assert_eq!(said(&snapshot(&[], NOBODY)).map(|people| people.people.len()), Some(0));
-        for total in [NOT_KNOWN, partly(None), partly(Some(0)), Total { count: Some(1), ..NOBODY }] {
+        assert_eq!(said(&snapshot(&[], EMPTY)).map(|people| people.people.len()), Some(0));
+        for total in [NOT_KNOWN, partly(None), partly(Some(0)), Total { count: Some(1), ..EMPTY }] {
             assert_eq!(said(&snapshot(&[], total)), None, "{total:?}");
         }
         // Nor by one who is not a person yet.

@@ -72,7 +72,7 @@ impl<M: Message> Topic<M> {
         Ok(Self { publisher, kept, gid, sequence: 0, _token: token, messages: PhantomData })
     }
 
-    /// Whether somebody subscribes.
+    /// Whether a node subscribes.
     ///
     /// # Errors
     /// What Zenoh says.
@@ -102,7 +102,7 @@ impl Kept {
         let answers = session.declare_queryable(history.clone()).callback(move |query| {
             let said = asked.lock().clone();
             if let Some((payload, attachment)) = said {
-                // Who does not get it asks again.
+                // A client that does not get it asks again.
                 let _ = query.reply(key.clone(), payload).attachment(attachment).wait();
             }
         });

@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_a_file_the_router_of_this_machine_is_asked_and_nobody_else() {
+    fn without_a_file_the_router_of_this_machine_is_asked_and_no_other() {
         let config = Ros2Settings { domain: 0, network: Network::Found }.config().unwrap();
         let get = |key: &str| config.get_json(key).unwrap();
         assert_eq!(get("mode"), r#""peer""#);

@@ -37,7 +37,7 @@ pub enum SaveError {
         /// What it is now.
         now: u64,
     },
-    /// It was made from another revision, and somebody has to decide.
+    /// It was made from another revision, and the user has to decide.
     #[error("{why}")]
     Conflict {
         /// What is to be decided, in words.

@@ -55,7 +55,7 @@ pub struct Kept {
     pub text: Arc<str>,
 }
 
-/// A site as somebody has edited it.
+/// A site as a user has edited it.
 #[derive(Clone, Debug)]
 pub struct Edit {
     /// The revision it was made from; none: it takes the place of any.
@@ -283,7 +283,7 @@ pub(crate) fn revision(text: &str) -> u64 {
     (bits >> (u64::BITS - REVISION_BITS)).max(1)
 }
 
-/// Both edits in one, if nobody has to decide anything.
+/// Both edits in one, if the user has nothing to decide.
 fn together(base: &Site, mine: &Site, kept: &Kept, theirs: &[String]) -> Result<Site, SaveError> {
     let merged = merge(base, mine, &kept.site);
     let why = if merged.conflicts.is_empty() {

@@ -186,7 +186,7 @@ fn edits_of_different_parts_are_merged_and_an_edit_by_hand_is_one_of_them() {
     assert_eq!((saved.theirs, told.len()), (vec!["wall 1 added".to_owned()], 1));
     let text = fs::read_to_string(&path).unwrap();
     assert!(text.contains("\"lounge\"") && text.contains("# the north wall"), "{text}");
-    // They have taken away the zone that an entry of mine leads to: nobody has changed the same, and yet it does not fit.
+    // They have taken away the zone that an entry of mine leads to: no part was changed twice, and yet it does not fit.
     let now = (*file.current().site).clone();
     let mut mine = of(&file, now.clone());
     mine.base = Some(now.clone());

@@ -1,4 +1,4 @@
-//! Alarms in the database: a row each, written again when somebody acknowledges it and when it ends.
+//! Alarms in the database: a row each, written again when it is acknowledged and when it ends.
 
 use rusqlite::{Connection, Row, Transaction, params};
 use serde_json::json;

@@ -71,7 +71,7 @@ impl Reader {
     }
 
     /// Opens the file for a look that leaves nothing beside it, not even while no tracker has it open: a reader of a write-ahead log
-    /// makes one, which would belong to whoever looks.
+    /// makes one, which would belong to the user who looks.
     ///
     /// # Errors
     /// As [`open`](Self::open).

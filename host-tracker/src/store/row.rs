@@ -26,7 +26,7 @@ pub enum Row {
         /// How far that can be trusted.
         state: ZoneKnown,
     },
-    /// Somebody has crossed a counting line.
+    /// A person has crossed a counting line.
     Crossing {
         /// Its name.
         line: String,

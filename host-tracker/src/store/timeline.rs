@@ -4,7 +4,7 @@
 //!   from ├──────┬──────┬──────┬──────┬──────┬──────┤ to
 //!   bins │  2   │  3   │  0   │ null │ null │  1   │   most people at once in the zones that counted then
 //!   lives ━━━━━━━━━━━━━━━━━━━━━━━┥           ┝━━━━━━━   null: no tracker ran, or nothing was known of any zone
-//!                          0: nobody was found, and that was known all the time
+//!                          0: no person was found, and that was known all the time
 //!   events                 ▲ alarm           ▲ started
 //! ```
 
@@ -246,7 +246,7 @@ mod tests {
             count("hall", 350, 0, "known"),
             count("hall", 510, 0, "known"),
         ];
-        // No tracker ran from 480 to 510. From 300 to 350 nobody knew.
+        // No tracker ran from 480 to 510. From 300 to 350 the count was not known.
         let bins = binned(&rows, &[(0, 480), (510, 900)], |_| true, (0, 700), 7);
         assert_eq!(bins, [Some(2), Some(2), None, None, None, None, Some(0)]);
         let lives = [(0, 419), (501, 900)];

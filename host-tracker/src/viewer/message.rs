@@ -158,7 +158,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// A quarter of a metre high, turned to whoever looks.
+    /// A quarter of a metre high, turned to the viewer.
     pub fn new(text: String, [x, y]: [f64; 2], z: f64, color: Color) -> Self {
         Self {
             pose: Pose::at(x, y, z),

@@ -5,7 +5,7 @@
 //!   GET /api/asyncapi.json   the WebSocket, and every topic of MQTT
 //! ```
 //!
-//! Both are the same for all sites; they are made once, when somebody asks.
+//! Both are the same for all sites; they are made once, at the first request.
 
 use std::sync::LazyLock;
 

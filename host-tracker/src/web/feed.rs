@@ -54,7 +54,7 @@ pub async fn run(shared: Arc<Shared>, packets: watch::Sender<Packets>, alarms: w
     }
 }
 
-/// Which alarms stand, and whether somebody has seen them.
+/// Which alarms stand, and whether they are acknowledged.
 fn standing(frame: &Snapshot) -> Vec<(u64, bool)> {
     frame.alarms.iter().map(|alarm| (alarm.id, alarm.acknowledged.is_some())).collect()
 }

@@ -5,13 +5,13 @@
 //!          └── Origin: the page ─────▶ the same host? (writes, sockets)          point here (DNS rebinding)
 //! ```
 //!
-//! A page of `evil.lan` is as foreign as one of `evil.example`: whoever answers names in this network can make either
+//! A page of `evil.lan` is as foreign as one of `evil.example`: the DNS server of this network can make either
 //! point here. So only what names this very machine passes:
 //!
 //! | `Host` | |
 //! |---|---|
 //! | the address that the connection reached, or any of loopback | an address cannot be made to point elsewhere |
-//! | `localhost` | browsers ask nobody for it |
+//! | `localhost` | browsers ask no server for it |
 //! | the host's own name, alone, whole, and with `.local`, `.lan`, `.home.arpa` | what routers and mDNS make of it |
 //! | names of `--http-name` | others that its owner gave it |
 //!

@@ -34,8 +34,8 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             // A service gets 1024 descriptors, so two listeners leave three quarters of them to the tracker. A browser
-            // opens 6 connections and a socket: 16 are two of them. Whoever is on the loopback address is a program of
-            // this machine, or all browsers of the house behind a reverse proxy: they have half of all.
+            // opens 6 connections and a socket: 16 are two of them. On the loopback address are programs of this
+            // machine, or all browsers of the house behind a reverse proxy: they have half of all.
             connections: Shares { all: 128, of_address: 16, of_loopback: 64 },
             header: Duration::from_secs(10),
             body: Duration::from_secs(30),

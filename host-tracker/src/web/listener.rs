@@ -104,7 +104,7 @@ fn connected(stream: TcpStream, from: SocketAddr, places: &Places, server: &Serv
         Ok(place) => place,
         Err(why) => {
             server.counts.count(why.into());
-            // Whoever waits for TLS could not read it.
+            // A client that waits for TLS could not read it.
             if server.tls.is_none() {
                 turn_away(stream, why);
             }

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! A browser keeps what it has and asks each time whether that is still it: another version of the tracker is seen at once.
-//! Only these files are compressed. They are the same for everybody and repeat nothing that was asked, so their length tells
-//! nobody anything (BREACH: Gluck, Harris and Prado, 2013); answers of the API may hold what is not for all.
+//! Only these files are compressed. They are the same for all clients and repeat nothing that was asked, so their length
+//! reveals nothing (BREACH: Gluck, Harris and Prado, 2013); answers of the API may hold what is not for all.
 
 use std::io::Write;
 use std::sync::LazyLock;
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gzip_is_taken_by_who_says_so_and_by_nobody_else() {
+    fn gzip_is_sent_only_to_clients_that_accept_it() {
         for yes in ["gzip", "deflate, gzip, br", "GZIP;q=0.5", "br;q=1, *;q=0.1", "gzip; q=1.0", "*"] {
             assert!(takes_gzip(yes), "{yes}");
         }

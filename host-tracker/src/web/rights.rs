@@ -70,7 +70,7 @@ pub fn needed(method: &Method, route: Option<&str>, input: Option<Input>) -> Opt
         ("/api/module/{name}/{action}", false) if *method == Method::POST => Needs(Action::AskModule),
         ("/api/sign", false) if *method == Method::POST => Needs(Action::Sign),
         ("/api/door/{name}/{*input}", false) if *method == Method::POST => {
-            // That there is no such input is said to whoever may see the door.
+            // A client that may see the door is told that there is no such input.
             Needs(input.map_or(Action::LookAtDoor, Action::Tell))
         }
         _ => return None,

@@ -74,7 +74,7 @@ pub fn map(doors_at: Option<String>) -> Router<Arc<Shared>> {
     let map = map.merge(signs());
     let why = format!("this door takes messages at --door-http alone: {at}");
     let screen_why = why.clone();
-    // Whoever looks after an alarm sees it on the map. No device at a door sends a reset.
+    // The operator who looks after an alarm resets it on the map. No device at a door sends a reset.
     let tell =
         async move |state, who, ends, Path((name, input)): Path<(String, String)>, body| match Input::named(
             &input,

@@ -123,7 +123,7 @@ pub struct Packets {
 }
 
 impl Shared {
-    /// The answer to a change of the site to `site` by somebody who may not, or while a door is in use.
+    /// The answer to a change of the site to `site` by a client that may not change it, or while a door is in use.
     pub(super) fn refuse_change(&self, who: &Who, to: Option<&Site>) -> Option<Response> {
         let is_guarded = |site: &Site| !site.doors.is_empty();
         let guarded = is_guarded(&self.context.site.current().site) || to.is_some_and(is_guarded);

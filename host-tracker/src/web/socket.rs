@@ -129,7 +129,7 @@ async fn talk(socket: &mut WebSocket, shared: &Shared, credential: &Credential) 
                     Ok(wish) => {
                         wanted = wish.frames;
                         reports = wish.reports.then(|| reports.unwrap_or_else(|| shared.context.reports.listen()));
-                        // Who may only look is not told who works here.
+                        // A client that may only look is not told who works here.
                         let who = shared.context.access.who(credential);
                         let edits = wish.editing && who.may(Action::ChangeSite, None);
                         editing = edits.then(|| editing.unwrap_or_else(|| shared.editors.open(&who)));
@@ -156,7 +156,7 @@ async fn next(reports: &mut Option<Listener>) -> Arc<ReportLine> {
     std::future::pending().await
 }
 
-/// Who else has the editor open, when they are others; for ever nobody, if it is not open here.
+/// Which other users have the editor open, each time that changes; waits for ever if it is not open here.
 async fn others(editing: &mut Option<Editing>) -> Vec<OtherEditor> {
     match editing {
         Some(editing) => editing.others().await,

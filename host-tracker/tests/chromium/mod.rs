@@ -301,7 +301,7 @@ impl Page {
         self.call("Emulation.setEmulatedMedia", features);
     }
 
-    /// As somebody looks who wants no motion.
+    /// As a user has it who wants no motion.
     pub fn reduce_motion(&mut self) {
         let features = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
         self.call("Emulation.setEmulatedMedia", features);

@@ -1,5 +1,5 @@
 //! What Home Assistant's MQTT discovery asks of a device, as facts: a payload that breaks one is dropped there with a line in
-//! its log, which nobody here would see.
+//! its log, which no test here would see.
 //!
 //! ```text
 //!   device     identifiers or connections; configuration_url of http or https; connections are pairs

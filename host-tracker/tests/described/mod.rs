@@ -21,8 +21,8 @@ use serde_json::{Value, json};
 static OPENAPI: LazyLock<Value> = LazyLock::new(|| strict(openapi()));
 static ASYNCAPI: LazyLock<Value> = LazyLock::new(|| strict(asyncapi()));
 
-/// What every request may meet: it is malformed, nobody's or somebody's who may not, at the listener of doors, too slow, at
-/// that of the map, in clear, one too many.
+/// What every request may meet: it is malformed, of an unknown client, of one that may not, at the listener of doors, too
+/// slow, at that of the map, in clear, one too many.
 const MET: [u16; 8] = [400, 401, 403, 404, 408, 421, 426, 503];
 
 /// An answer over HTTP to a request as `GET /api/state?…`.
@@ -58,7 +58,7 @@ pub fn answer(line: &str, status: u16, body: &str) {
     }
 }
 
-/// The JSON that a request which was done had for its body. Whoever wants out may say anything.
+/// The JSON that a request which was done had for its body. A request to let a person out may say anything.
 #[track_caller]
 pub fn asked(line: &str, body: &[u8]) {
     let (method, asked) = line.split_once(' ').unwrap();

@@ -178,11 +178,11 @@ impl Tracker {
 
     /// Every line until a track is confirmed, that one included.
     #[track_caller]
-    pub fn until_somebody(&self) -> Vec<TracksLine> {
+    pub fn until_a_person(&self) -> Vec<TracksLine> {
         let begun = Instant::now();
         let mut lines = vec![self.line()];
         while !lines.last().unwrap().tracks.iter().any(|track| track.state == LifeCycle::Confirmed) {
-            assert!(begun.elapsed() < PATIENCE, "nobody comes: {:#?}", self.said());
+            assert!(begun.elapsed() < PATIENCE, "no person comes: {:#?}", self.said());
             lines.push(self.line());
         }
         lines

@@ -129,7 +129,7 @@ impl House {
         crate::http_client::exchange(self.server.address(), "POST /api/session", &json, body.as_bytes())
     }
 
-    /// The cookie of somebody who has logged in.
+    /// The cookie of a user who has logged in.
     pub fn cookie(&self, name: &str) -> String {
         let (status, headers, body) = self.log_in(name, PASSWORD);
         assert_eq!(status, 200, "{body}");

@@ -275,7 +275,7 @@ fn an_export_holds_paths_counts_and_events() {
     assert_eq!(lines("paths.csv").len(), 1 + 2, "{:?}", lines("paths.csv"));
     let counts = lines("counts.csv");
     let said: Vec<&str> = counts.iter().map(|line| line.rsplit(',').nth(1).unwrap()).collect();
-    assert_eq!(said, ["count", "1", "0", ""], "what nobody follows any more is unknown: {counts:?}");
+    assert_eq!(said, ["count", "1", "0", ""], "what is no longer followed is unknown: {counts:?}");
     assert!(
         lines("events.csv").iter().any(|line| line.contains(",leave,hall,1,")),
         "{:?}",

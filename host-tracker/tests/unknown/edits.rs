@@ -1,4 +1,4 @@
-//! Edits of the site, as somebody makes them on the map: one at random.
+//! Edits of the site, as a user makes them on the map: one at random.
 
 use kehai_tracking::site::{Exclude, Site, Wall, Zone};
 
@@ -95,7 +95,7 @@ pub fn edit(site: &mut Site, random: &mut Random) -> &'static str {
                 let polygon = vec![[-0.6, -0.6], [0.3, -0.6], [0.3, 0.3], [-0.6, 0.3]];
                 site.excludes.push(Exclude { name: "mirror".into(), polygon });
             }
-            "where nobody is counted"
+            "an excluded area"
         }
         _ => {
             if site.zones.is_empty() {

@@ -1,8 +1,8 @@
 //! Holds what a surface says against what the tracker said: a zone that is said to be empty, a total, a figure of 0.
 //!
 //! ```text
-//!   surface ─▶ Claim: "nobody in hall, at 12:04:07.3" ─▶ Truth: known, and empty? ─┬─ right: counted
-//!                                                                                  └─ false: named, with the seed
+//!   surface ─▶ Claim: "hall is empty, at 12:04:07.3" ─▶ Truth: known, and empty? ─┬─ right: counted
+//!                                                                                 └─ false: named, with the seed
 //! ```
 //!
 //! A surface of which no claim was right in all runs has not been judged, and fails, too.
@@ -31,7 +31,7 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// Takes that `surface` says that somewhere is nobody, in these words.
+    /// Takes that `surface` says that a place is empty, in these words.
     pub fn empty(&mut self, surface: &'static str, what: &What, when: When<'_>, words: &str) {
         let is_so = match when {
             When::At(moment) => moment.is_some_and(|moment| moment.says(what, true)),

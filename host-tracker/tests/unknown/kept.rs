@@ -111,7 +111,7 @@ fn figures(judge: &mut Judge, told: Told<'_>, surface: &'static str, found: &Val
     }
 }
 
-/// That nobody is in a zone holds until its next row, or the end.
+/// That a zone is empty holds until its next row, or the end.
 fn holds(judge: &mut Judge, told: Told<'_>, surface: &'static str, rows: &[Row], row: &Row, end_ms: u64) {
     let later = rows.iter().filter(|other| other.zone == row.zone && other.at_ms > row.at_ms);
     let until_ms = later.map(|other| other.at_ms).min().unwrap_or(end_ms).min(end_ms);

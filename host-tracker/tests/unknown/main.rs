@@ -11,7 +11,7 @@
 //! | file | what |
 //! |---|---|
 //! | `world` | a room, its modules and people, in a simulated time |
-//! | `edits` | what somebody does to the site |
+//! | `edits` | what a user does to the site |
 //! | `run` | what happens, step by step, and when surfaces are looked at |
 //! | `truth` | what the tracker said at each moment |
 //! | `live`, `kept`, `map` | the surfaces: of now, of the past, the map's server |
@@ -49,7 +49,7 @@ const SEEDS: u64 = 8;
 /// Runs at once: each waits for the database's thread and the server now and then.
 const AT_ONCE: usize = 2;
 
-/// The surfaces, each of which must have said rightly somewhere that nobody is there.
+/// The surfaces, each of which must have said rightly at least once that a place is empty.
 const SURFACES: [&str; 17] = [
     "API",
     "CSV",

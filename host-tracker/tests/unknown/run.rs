@@ -60,7 +60,7 @@ pub struct Run {
     /// Time without a snapshot, ms.
     silent_ms: u64,
     newest: Arc<Snapshot>,
-    /// What happened, for whoever looks for the reason of a false empty.
+    /// What happened, for the search for the reason of a false empty.
     steps: Vec<String>,
 }
 
@@ -213,15 +213,15 @@ impl Run {
         let what = match self.random.below(20) {
             0..4 => {
                 self.world.comes(&mut self.random);
-                "somebody comes"
+                "a person comes"
             }
             4 => {
                 self.world.moves(&mut self.random);
-                "somebody goes elsewhere"
+                "a person goes elsewhere"
             }
             5..7 => {
                 self.world.leaves();
-                "somebody leaves"
+                "a person leaves"
             }
             7..9 => {
                 let number = self.random.below(3) as usize;

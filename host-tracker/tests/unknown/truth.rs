@@ -3,7 +3,7 @@
 //! ```text
 //!   snapshots  │    │    │         │    │ ✝          │    │
 //!   holds      ├────┼────┼─── 3 s ─┤────┼─── 3 s ─┤  ├────┼──    until the next one, and no longer than 3 s
-//!   asked          ╰──────────╯ yes         ╰────────────╯ no: a part of it nobody spoke of
+//!   asked          ╰──────────╯ yes         ╰────────────╯ no: no snapshot holds for a part of it
 //! ```
 //!
 //! A clock that is set back speaks of some times twice: then both must have said it.
@@ -54,16 +54,16 @@ pub struct Moment {
     is_nobody: bool,
 }
 
-/// What somebody says is empty, or 0.
+/// What a surface says is empty, or 0.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum What {
-    /// Nobody is in a zone.
+    /// No person is in a zone.
     Zone(String),
-    /// Nobody is there at all.
+    /// No person is there at all.
     Total,
-    /// Nobody has come into a zone, or left it.
+    /// No person has come into a zone, or left it.
     Stays(String),
-    /// Nobody has crossed a line.
+    /// No person has crossed a line.
     Crossed(String, Direction),
 }
 
@@ -144,7 +144,7 @@ impl Told<'_> {
                 continue;
             }
             if !moment.says(what, moment.unix_ms >= from_ms) {
-                // The last of a start holds on if nobody else tells of that time, as before the clock was set back.
+                // The last of a start holds on if no other tells of that time, as before the clock was set back.
                 let is_last = self.0.get(index + 1).is_none_or(|next| next.life != moment.life);
                 if is_last && moment.unix_ms < from_ms {
                     continue;

@@ -107,7 +107,7 @@ pub struct Module {
     pub silent_until_us: u64,
 }
 
-/// Somebody, on the way to a place, who stays there or leaves.
+/// A person on the way to a place, who stays there or leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Person {
     at: Point,
@@ -265,7 +265,7 @@ impl World {
     }
 }
 
-/// Who is seen from there: walls are 4 m away, and nobody is seen behind them.
+/// The people seen from there: walls are 4 m away, and hide those behind them.
 fn seen(people: &[Person], pose: Pose) -> Vec<Candidate> {
     let near = people.iter().map(|person| person.at).filter(|at| (*at - pose.at).length() < SEEN_M);
     silhouettes(near, pose, BEAMS)

@@ -9,8 +9,8 @@ use crate::cli::output::{print, print_json};
 
 /// Make a thing that stays a part of the background: a chair, a door leaf
 ///
-/// The thing must stand out from the background and must not have moved for five seconds. Nobody is looked for behind
-/// it or in its place any more until the background is learned anew, so never absorb a person.
+/// The thing must stand out from the background and must not have moved for five seconds. No person is looked for
+/// behind it or in its place any more until the background is learned anew, so never absorb a person.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-tracker module absorb hall

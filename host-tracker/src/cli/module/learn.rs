@@ -13,7 +13,7 @@ use crate::cli::output::{print, print_json};
 
 /// Let a module learn its background anew
 ///
-/// Nobody may be in its view meanwhile: as long as something moves it begins anew. Waits until it has learned.
+/// No person may be in its view meanwhile: as long as something moves it begins anew. Waits until it has learned.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-tracker module learn hall
@@ -92,7 +92,7 @@ fn tell(step: &Step, json: bool) -> Result<(), Failure> {
             print(format_args!("learned: background version {background_version}"))?;
         }
         Step::Learned { background_version, suspects } => print(format_args!(
-            "learned: background version {background_version}; {suspects} things in it have the shape of a person: if somebody stood there, learn again"
+            "learned: background version {background_version}; {suspects} things in it have the shape of a person: if a person stood there, learn again"
         ))?,
     }
     Ok(())

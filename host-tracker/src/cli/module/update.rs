@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TOKEN", env = "KEHAI_TOKEN", hide_env_values = true)]
     token: Option<String>,
 
-    /// Ask no tracker: nobody looks after doors and zones
+    /// Ask no tracker: then no check of doors and zones is made
     #[arg(long)]
     without_tracker: bool,
 
@@ -148,7 +148,7 @@ impl Arguments {
         }
         client.subscribe()?;
         send(&mut client, &name, image)?;
-        // It is dark while it starts anew: somebody may be in transit by now.
+        // It is dark while it starts anew: a person may be in transit by now.
         self.wait(&BTreeSet::new())?;
         client.ask(Request::UpdateInstall, |_, message| {
             matches!(message, Message::Done { .. }).then_some(())

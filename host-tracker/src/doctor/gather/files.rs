@@ -35,14 +35,14 @@ pub(super) fn secrets(site: &Path, keys: Option<PathBuf>, fact: &SiteFact) -> Ve
     let content = |loaded: Result<usize, String>| move |_: &Path| loaded;
     let known = key_file::load(&keys).map(|keys| keys.map_or(0, |keys| keys.devices().count()));
     let users = AccessFile::beside(site);
-    let somebody = users.load().map(|directory| directory.users.len() + directory.tokens.len());
+    let entries = users.load().map(|directory| directory.users.len() + directory.tokens.len());
     let mut all = vec![
         secret(Secret::Keys, keys, keys_needed, content(known.map_err(|error| error.to_string()))),
         secret(
             Secret::Users,
             users.path().to_path_buf(),
             false,
-            content(somebody.map_err(|error| error.to_string())),
+            content(entries.map_err(|error| error.to_string())),
         ),
     ];
     let readable =

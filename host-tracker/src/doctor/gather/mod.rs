@@ -48,7 +48,7 @@ pub struct MapPlace {
     pub listen: SocketAddr,
     /// The certificate that it shows, if it speaks TLS there.
     pub certificate: Option<PathBuf>,
-    /// Whether it is served although nobody needs to log in.
+    /// Whether it is served without a log-in.
     pub insecure: bool,
     /// Whether a first user is made at the start.
     pub first_admin: bool,

@@ -55,7 +55,7 @@ pub(super) fn ask(map: &MapPlace, token: Option<&str>) -> (MapFact, Result<Devic
     let scheme = if map.certificate.is_some() { "https" } else { "http" };
     let base = format!("{scheme}://{address}");
     let version = get::<Session>(&agent, &format!("{base}/api/session"), token)
-        .and_then(|session| session.version.ok_or_else(|| "it tells whoever may look".to_owned()));
+        .and_then(|session| session.version.ok_or_else(|| "it tells only clients that may look".to_owned()));
     let devices = get::<Snapshot>(&agent, &format!("{base}/api/state"), token).map(devices);
     (fact(health, version), devices)
 }

@@ -20,7 +20,7 @@ fn frame(unix_ms: u64, tracks: Vec<TrackLine>) -> Snapshot {
 }
 
 #[test]
-fn whoever_walks_through_a_zone_enters_it_and_leaves_it() {
+fn a_person_who_walks_through_a_zone_enters_it_and_leaves_it() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     for tenth in 0..60 {
         recorder.record(&frame(1000 + 100 * tenth, vec![track(7, -1.0 + 0.1 * tenth as f64)]));

@@ -127,7 +127,7 @@ mod tests {
                 let is_described =
                     operations().iter().any(|known| known.route == route && known.method == method);
                 let is_allowed = needed(&method, Some(route), None).is_some();
-                // Whoever asks for the session with a method that it has not is told so by the router.
+                // The router refuses the methods that the session does not have.
                 let is_there =
                     is_allowed && !(route == "/api/session" && matches!(method, Method::PUT | Method::PATCH));
                 assert_eq!(is_described, is_there, "{method} {route}");
