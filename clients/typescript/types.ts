@@ -98,7 +98,7 @@ export interface AlarmTold {
 
 /** What was acknowledged. */
 export interface AlarmsAcknowledged {
-  /** Those that nobody had seen before. */
+  /** Those that were not acknowledged before. */
   acknowledged: ListedAlarm[];
 }
 
@@ -116,7 +116,7 @@ export interface AlarmsListed {
   webhook: Told;
 }
 
-/** What somebody has seen. */
+/** Alarms that a user has seen. */
 export interface AlarmsSeen {
   /** Their numbers. */
   ids: number[];
@@ -362,7 +362,7 @@ export interface Covered {
   cells: [number, number, number][];
   /** What is expected by how much is seen alone, of rooms that were simulated before; empty: none of them is like this site. */
   estimated: Expectation[];
-  /** What the simulator expects; null: nobody has asked it. */
+  /** What the simulator expects; null: it was not asked. */
   expected: Expected | null;
   /** Where one more module would help most; none where it would not, or no module is heard whose like it could be. */
   next: Next | null;
@@ -715,7 +715,7 @@ export interface EventLine {
   text: string;
 }
 
-/** An area in which nobody is counted and no track begins: of shelves, machines, a neighbour's ground. */
+/** An area in which no person is counted and no track begins: of shelves, machines, a neighbour's ground. */
 export interface Exclude {
   /** Its name. */
   name: string;
@@ -723,7 +723,7 @@ export interface Exclude {
   polygon: [number, number][];
 }
 
-/** An area in which nobody is counted and no track begins: of shelves, machines, a neighbour's ground. */
+/** An area in which no person is counted and no track begins: of shelves, machines, a neighbour's ground. */
 export interface ExcludeRead {
   /** Its name. */
   name?: string;
@@ -913,7 +913,7 @@ export type HeatAnswer = HeatKept | NotKept;
 export interface HeatKept {
   /** Side of a cell, m. */
   cell_m: number;
-  /** Time of each, s, row by row from the lowest; null: nobody was seen there, and no module that sees it was watching. */
+  /** Time of each, s, row by row from the lowest; null: no person was seen there, and no module that sees it was watching. */
   cells: (number | null)[];
   /** Cells in a row. */
   columns: number;
@@ -1014,9 +1014,9 @@ export interface Likelihood {
 
 /** A line within a bin. */
 export interface LineFigures {
-  /** Inward; none if nobody was seen to and the line was not seen all the time. */
+  /** Inward; none if no person was seen to cross and the line was not seen all the time. */
   in: number | null;
-  /** Outward; none if nobody was seen to and the line was not seen all the time. */
+  /** Outward; none if no person was seen to cross and the line was not seen all the time. */
   out: number | null;
   /** For how long not all of the line was seen, s. */
   unknown_s: number;
@@ -1024,7 +1024,7 @@ export interface LineFigures {
 
 /** An alarm, as it is listed and written. */
 export interface ListedAlarm {
-  /** Who has acknowledged it; absent until somebody has. */
+  /** Who has acknowledged it; absent until then. */
   acknowledged?: Acknowledged | null;
   /** Its number: another each time it begins. */
   id: number;
@@ -1059,7 +1059,7 @@ export interface LockOrder {
   nonce?: Nonce | null;
 }
 
-/** What somebody says who wants to be let in. */
+/** What a user sends to log in. */
 export interface LogIn {
   /** Their name. */
   name: string;
@@ -1228,7 +1228,7 @@ export type Origin = "entered" | "unexplained" | { "part-of": number };
 
 /** Another open editor. */
 export interface OtherEditor {
-  /** Who has it open; null where nobody is known by name. */
+  /** The user or program that has it open; null if not known by name. */
   name: string | null;
 }
 
@@ -1529,13 +1529,13 @@ export type Role = "counted" | "tentative" | "unexplained" | "part";
 export interface Session {
   /** What they may do. */
   may: string[];
-  /** Their name, or that of their token; null for whoever is not known. */
+  /** The user's name, or that of the token; null for a client that is not known. */
   name: string | null;
   /** Whether anybody has to log in here. */
   needed: boolean;
   /** Their role; null for programs, which may have several. */
   role: string | null;
-  /** The tracker's version; absent for whoever may not look. */
+  /** The tracker's version; absent for a client that may not look. */
   version?: string | null;
 }
 
@@ -1610,7 +1610,7 @@ export interface Site {
   door?: Door[];
   /** Lines across which people come and go. */
   entry: Entry[];
-  /** Areas in which nobody is counted. */
+  /** Areas in which no person is counted. */
   exclude?: Exclude[];
   /** Floors of pressure panels. */
   floor?: Floor[];
@@ -1644,7 +1644,7 @@ export interface SiteRead {
   door?: DoorRead[];
   /** Lines across which people come and go. */
   entry?: EntryRead[];
-  /** Areas in which nobody is counted. */
+  /** Areas in which no person is counted. */
   exclude?: ExcludeRead[];
   /** Floors of pressure panels. */
   floor?: FloorRead[];
@@ -1832,7 +1832,7 @@ export type Why =
 
 /** What a browser may ask for. */
 export interface Wish {
-  /** Whether the editor is open here: who may change the site is told who else has it open. */
+  /** Whether the editor is open here: a user who may change the site is told which others have it open. */
   editing?: boolean;
   /** Whether frames are wanted. */
   frames: boolean;
@@ -1874,7 +1874,7 @@ export interface Zone {
 export interface ZoneFigures {
   /** Their median, s; none without any. */
   dwell_s: number | null;
-  /** People who entered; none if nobody was seen to and not all of the zone was known all the time. */
+  /** People who entered; none if no person was seen to enter and not all of the zone was known all the time. */
   entered: number | null;
   /** People, the mean over the time in which their number was known; none without such a time, or if that would be 0 and their number was not known all the time. */
   mean: number | null;

@@ -4,7 +4,7 @@
 //!                ╭────────────────────────── acknowledge ─────────────╮
 //!   begins ─▶ unacknowledged ─────────────▶ ended ◀─ ends ── acknowledged
 //!                ▲                                │
-//!                ╰──────── begins again ──────────╯     as another, that nobody has acknowledged
+//!                ╰──────── begins again ──────────╯     as another, unacknowledged
 //! ```
 //!
 //! Alarms come as what is on at each time, in words that may change while they stand. Those of a process that has ended go on
@@ -80,7 +80,7 @@ pub struct ListedAlarm {
     /// When it ended, ms since 1970; absent while it stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_ms: Option<u64>,
-    /// Who has acknowledged it; absent until somebody has.
+    /// Who has acknowledged it; absent until then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acknowledged: Option<Acknowledged>,
 }
@@ -131,7 +131,7 @@ impl fmt::Display for ListedAlarm {
 pub enum Became {
     /// It has begun.
     Raised,
-    /// Somebody has acknowledged it.
+    /// A user has acknowledged it.
     Acknowledged,
     /// It is over.
     Ended,
@@ -217,7 +217,7 @@ impl AlarmList {
         let before = std::mem::take(&mut self.standing);
         let mut gone: Vec<Option<ListedAlarm>> = before.into_iter().map(Some).collect();
         for alarm in now {
-            // Two devices of one name are one here: which of them it is, nobody can say.
+            // Two devices of one name are one here: the alarm does not say which of them it is.
             if let Some(known) = self.standing.iter_mut().find(|known| known.is(&alarm)) {
                 known.text = alarm.text;
                 continue;
@@ -270,7 +270,7 @@ impl AlarmList {
         }
     }
 
-    /// Notes that somebody has seen these; all of them or none. Who was first stays.
+    /// Acknowledges these; all of them or none. The first user who acknowledged one stays noted.
     ///
     /// # Errors
     /// The first that does not stand, or that another tracker lists.
@@ -362,7 +362,7 @@ mod tests {
         list.observe(100, [slow("…"), held_open()]);
         let acknowledged = list.acknowledge(&[1], "anna", 150).unwrap();
         assert_eq!(acknowledged[0].acknowledged, Some(Acknowledged { by: "anna".into(), at_ms: 150 }));
-        assert_eq!(list.acknowledge(&[1], "ben", 160), Ok(vec![]), "who was first stays");
+        assert_eq!(list.acknowledge(&[1], "ben", 160), Ok(vec![]), "the first user stays noted");
         list.observe(200, [slow("…"), held_open()]);
         assert_eq!(list.standing()[0].acknowledged.as_ref().unwrap().by, "anna");
         list.observe(300, [held_open()]);

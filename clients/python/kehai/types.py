@@ -109,7 +109,7 @@ class AlarmTold(TypedDict):
 class AlarmsAcknowledged(TypedDict):
     """What was acknowledged."""
 
-    # Those that nobody had seen before.
+    # Those that were not acknowledged before.
     acknowledged: list[ListedAlarm]
 
 
@@ -129,7 +129,7 @@ class AlarmsListed(TypedDict):
 
 
 class AlarmsSeen(TypedDict):
-    """What somebody has seen."""
+    """Alarms that a user has seen."""
 
     # Their numbers.
     ids: list[int]
@@ -416,7 +416,7 @@ class Covered(TypedDict):
     cells: list[list[float | int]]
     # What is expected by how much is seen alone, of rooms that were simulated before; empty: none of them is like this site.
     estimated: list[Expectation]
-    # What the simulator expects; null: nobody has asked it.
+    # What the simulator expects; null: it was not asked.
     expected: Expected | None
     # Where one more module would help most; none where it would not, or no module is heard whose like it could be.
     next: Next | None
@@ -786,7 +786,7 @@ class EventLine(TypedDict):
 
 
 class Exclude(TypedDict):
-    """An area in which nobody is counted and no track begins: of shelves, machines, a neighbour's ground."""
+    """An area in which no person is counted and no track begins: of shelves, machines, a neighbour's ground."""
 
     # Its name.
     name: str
@@ -795,7 +795,7 @@ class Exclude(TypedDict):
 
 
 class ExcludeRead(TypedDict):
-    """An area in which nobody is counted and no track begins: of shelves, machines, a neighbour's ground."""
+    """An area in which no person is counted and no track begins: of shelves, machines, a neighbour's ground."""
 
     # Its name.
     name: NotRequired[str]
@@ -992,7 +992,7 @@ class HeatKept(TypedDict):
 
     # Side of a cell, m.
     cell_m: float
-    # Time of each, s, row by row from the lowest; null: nobody was seen there, and no module that sees it was watching.
+    # Time of each, s, row by row from the lowest; null: no person was seen there, and no module that sees it was watching.
     cells: list[float | None]
     # Cells in a row.
     columns: int
@@ -1094,9 +1094,9 @@ class Likelihood(TypedDict):
 LineFigures = TypedDict(
     "LineFigures",
     {
-        # Inward; none if nobody was seen to and the line was not seen all the time.
+        # Inward; none if no person was seen to cross and the line was not seen all the time.
         "in": "int | None",
-        # Outward; none if nobody was seen to and the line was not seen all the time.
+        # Outward; none if no person was seen to cross and the line was not seen all the time.
         "out": "int | None",
         # For how long not all of the line was seen, s.
         "unknown_s": "float",
@@ -1107,7 +1107,7 @@ LineFigures = TypedDict(
 class ListedAlarm(TypedDict):
     """An alarm, as it is listed and written."""
 
-    # Who has acknowledged it; absent until somebody has.
+    # Who has acknowledged it; absent until then.
     acknowledged: NotRequired[Acknowledged | None]
     # Its number: another each time it begins.
     id: int
@@ -1145,7 +1145,7 @@ class LockOrder(TypedDict):
 
 
 class LogIn(TypedDict):
-    """What somebody says who wants to be let in."""
+    """What a user sends to log in."""
 
     # Their name.
     name: str
@@ -1324,7 +1324,7 @@ class Nothing(TypedDict):
 class OtherEditor(TypedDict):
     """Another open editor."""
 
-    # Who has it open; null where nobody is known by name.
+    # The user or program that has it open; null if not known by name.
     name: str | None
 
 
@@ -1629,13 +1629,13 @@ class Session(TypedDict):
 
     # What they may do.
     may: list[str]
-    # Their name, or that of their token; null for whoever is not known.
+    # The user's name, or that of the token; null for a client that is not known.
     name: str | None
     # Whether anybody has to log in here.
     needed: bool
     # Their role; null for programs, which may have several.
     role: str | None
-    # The tracker's version; absent for whoever may not look.
+    # The tracker's version; absent for a client that may not look.
     version: NotRequired[str | None]
 
 
@@ -1716,7 +1716,7 @@ class Site(TypedDict):
     door: NotRequired[list[Door]]
     # Lines across which people come and go.
     entry: list[Entry]
-    # Areas in which nobody is counted.
+    # Areas in which no person is counted.
     exclude: NotRequired[list[Exclude]]
     # Floors of pressure panels.
     floor: NotRequired[list[Floor]]
@@ -1752,7 +1752,7 @@ class SiteRead(TypedDict):
     door: NotRequired[list[DoorRead]]
     # Lines across which people come and go.
     entry: NotRequired[list[EntryRead]]
-    # Areas in which nobody is counted.
+    # Areas in which no person is counted.
     exclude: NotRequired[list[ExcludeRead]]
     # Floors of pressure panels.
     floor: NotRequired[list[FloorRead]]
@@ -1954,7 +1954,7 @@ Why = TypedDict(
 class Wish(TypedDict):
     """What a browser may ask for."""
 
-    # Whether the editor is open here: who may change the site is told who else has it open.
+    # Whether the editor is open here: a user who may change the site is told which others have it open.
     editing: NotRequired[bool]
     # Whether frames are wanted.
     frames: bool
@@ -1999,7 +1999,7 @@ class ZoneFigures(TypedDict):
 
     # Their median, s; none without any.
     dwell_s: float | None
-    # People who entered; none if nobody was seen to and not all of the zone was known all the time.
+    # People who entered; none if no person was seen to enter and not all of the zone was known all the time.
     entered: int | None
     # People, the mean over the time in which their number was known; none without such a time, or if that would be 0 and their number was not known all the time.
     mean: float | None

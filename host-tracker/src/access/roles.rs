@@ -16,7 +16,7 @@ use kehai_tracking::door::inbox::Input;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What somebody, or something, is here for.
+/// What a user or a program may do.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -51,7 +51,7 @@ pub enum Action {
     LookAtDoor,
     /// Change a site without doors, and find poses by walking.
     ChangeSite,
-    /// Change a site with doors: whoever moves a zone or a module decides what a door counts.
+    /// Change a site with doors: moving a zone or a module changes what a door counts.
     ChangeGuardedSite,
     /// Ask a module of a site without doors for something: to learn, to restart, for its settings.
     AskModule,
@@ -106,7 +106,7 @@ impl FromStr for Role {
     }
 }
 
-/// Whether this is taken from everybody, whoever that is.
+/// Whether this is taken from every client, known or not.
 #[must_use]
 pub const fn is_free(action: Action) -> bool {
     matches!(action, Action::Tell(Input::Exit))

@@ -62,7 +62,7 @@ pub struct Tracker {
 pub struct Total {
     /// How many people are in it; null where that is not known.
     pub count: Option<u32>,
-    /// Whether somebody is; null with the count.
+    /// Whether a person is in it; null with the count.
     pub occupied: Option<bool>,
     /// How much of it is known.
     pub state: ZoneKnown,
@@ -76,7 +76,7 @@ pub struct Zone {
     pub alarms: Vec<AlarmKind>,
     /// How many people are in it; null where that is not known.
     pub count: Option<u32>,
-    /// Whether somebody is, or was within the zone's `hold_s`; null with the count.
+    /// Whether a person is in it, or was within the zone's `hold_s`; null with the count.
     pub occupied: Option<bool>,
     /// How much of it is seen.
     pub state: ZoneKnown,
@@ -154,7 +154,7 @@ pub struct Alarms {
     pub severity: Option<Severity>,
     /// How many stand.
     pub standing: usize,
-    /// How many of those nobody has acknowledged.
+    /// How many of those are not acknowledged.
     pub unacknowledged: usize,
 }
 
@@ -162,7 +162,7 @@ pub struct Alarms {
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "MqttAlarm")]
 pub struct Alarm {
-    /// Who has acknowledged it; null until somebody has.
+    /// Who has acknowledged it; null until then.
     pub acknowledged: Option<Acknowledged>,
     /// How much it takes away.
     pub severity: Severity,

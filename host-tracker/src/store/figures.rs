@@ -50,10 +50,10 @@ pub struct Bin {
 /// A line within a bin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct LineFigures {
-    /// Inward; none if nobody was seen to and the line was not seen all the time.
+    /// Inward; none if no person was seen to cross and the line was not seen all the time.
     #[serde(rename = "in")]
     pub inward: Option<u32>,
-    /// Outward; none if nobody was seen to and the line was not seen all the time.
+    /// Outward; none if no person was seen to cross and the line was not seen all the time.
     #[serde(rename = "out")]
     pub outward: Option<u32>,
     /// For how long not all of the line was seen, s.
@@ -68,7 +68,7 @@ pub struct ZoneFigures {
     pub mean: Option<f64>,
     /// The most at once; none likewise.
     pub most: Option<u32>,
-    /// People who entered; none if nobody was seen to and not all of the zone was known all the time.
+    /// People who entered; none if no person was seen to enter and not all of the zone was known all the time.
     pub entered: Option<u32>,
     /// Stays that ended; none likewise.
     pub stays: Option<u32>,
@@ -234,7 +234,7 @@ fn of_line(
         }
     }
     let line = |(bin, (known_ms, [inward, outward])): (usize, (u64, [u32; 2]))| {
-        // Some who cross are counted although the line is seen in part; that nobody did is not known.
+        // A line that is seen in part still counts some people; a count of 0 is not known then.
         let unknown_ms = bins.long_ms(bin) - known_ms;
         LineFigures {
             inward: said(inward, unknown_ms == 0),
@@ -404,7 +404,7 @@ mod tests {
         let (none, nothing) = ((Some(0.0), Some(0), Some(0), Some(0)), (None, None, None, None));
         let changes = whole(&[(0, Some(0)), (1999, None), (2001, Some(0))]);
         assert_eq!(of(&changes), [none, nothing, nothing, none, nothing], "a ms is missing twice");
-        // Of a part of a zone somebody is known to be there, and not that nobody came.
+        // While a part of a zone is known, people in it are known, but not that none came.
         let part = Counted { count: 2, is_whole: false };
         assert_eq!(of(&[(0, Some(part))])[0], (Some(2.0), Some(2), None, None));
     }

@@ -4,7 +4,7 @@
 //!   GET  /api/alarms             ─▶ {"unix_ms": …, "standing": [{"id": 7, "source": "module", "of": "left", "name": "dirty",
 //!                                    "severity": "degraded", "text": "…", "since_ms": …}], "ended": […, "until_ms": …], "missed": 0, "webhook": {"sent": 3, "failed": 0}}
 //!   POST /api/alarms/acknowledge ◀─ {"ids": [7]}
-//!                                ─▶ {"acknowledged": […]}: those that nobody had seen before
+//!                                ─▶ {"acknowledged": […]}: those that were not acknowledged before
 //!                                   or 400 (malformed), 403 (on the map of its area), 404 (no such alarm), 409 (it is over): then none
 //! ```
 
@@ -25,7 +25,7 @@ use crate::access::Who;
 use kehai_tracking::alarm_list::NotAcknowledged;
 use kehai_tracking::snapshot::unix_ms;
 
-/// What somebody has seen.
+/// Alarms that a user has seen.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "AlarmsSeen")]
@@ -47,7 +47,7 @@ pub async fn list(State(shared): State<Arc<Shared>>) -> Response {
     .into_response()
 }
 
-/// Notes that somebody has seen some.
+/// Acknowledges some alarms.
 pub async fn acknowledge(
     State(shared): State<Arc<Shared>>,
     Extension(who): Extension<Who>,

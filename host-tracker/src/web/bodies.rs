@@ -52,7 +52,7 @@ pub struct AlarmsListed {
 /// What was acknowledged.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct AlarmsAcknowledged {
-    /// Those that nobody had seen before.
+    /// Those that were not acknowledged before.
     pub acknowledged: Vec<ListedAlarm>,
 }
 
@@ -133,13 +133,13 @@ pub struct Renamed {
 pub struct Session {
     /// Whether anybody has to log in here.
     pub needed: bool,
-    /// Their name, or that of their token; null for whoever is not known.
+    /// The user's name, or that of the token; null for a client that is not known.
     pub name: Option<String>,
     /// Their role; null for programs, which may have several.
     pub role: Option<&'static str>,
     /// What they may do.
     pub may: Vec<&'static str>,
-    /// The tracker's version; absent for whoever may not look.
+    /// The tracker's version; absent for a client that may not look.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub version: Option<&'static str>,
 }
@@ -228,7 +228,7 @@ pub struct Wish {
     /// Whether tracks are wanted after each report.
     #[serde(default)]
     pub reports: bool,
-    /// Whether the editor is open here: who may change the site is told who else has it open.
+    /// Whether the editor is open here: a user who may change the site is told which others have it open.
     #[serde(default)]
     pub editing: bool,
 }

@@ -64,7 +64,7 @@ pub(in crate::web) struct Covered {
     ground: Ground,
     /// When this was found.
     unix_ms: u64,
-    /// What the simulator expects; null: nobody has asked it.
+    /// What the simulator expects; null: it was not asked.
     expected: Option<Expected>,
     /// What is expected by how much is seen alone, of rooms that were simulated before; empty: none of them is like this site.
     estimated: Vec<Expectation>,

@@ -20,7 +20,7 @@ use crate::access::Who;
 /// Another open editor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct OtherEditor {
-    /// Who has it open; null where nobody is known by name.
+    /// The user or program that has it open; null if not known by name.
     pub name: Option<String>,
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //!   GET /api/heat?from=MS&to=MS ─▶ {"kept": true, "x": …, "y": …, "cell_m": 0.25, "columns": 40, "rows": 30, "cells": [12.3, 0, null, …],
 //!                                   "hidden_s": 4.2, "outside_s": 0, "watched": {"left": 86400}}     s, row by row from the lowest
-//!                                   null: nobody was seen there, and no module that sees it was watching
+//!                                   null: no person was seen there, and no module that sees it was watching
 //! ```
 //!
 //! What a module sees is taken from what it sees today, and whether it was watching from its health of each minute.
@@ -30,7 +30,7 @@ pub(in crate::web) struct Heat {
     /// The cells.
     #[serde(flatten)]
     frame: Frame,
-    /// Time of each, s, row by row from the lowest; null: nobody was seen there, and no module that sees it was watching.
+    /// Time of each, s, row by row from the lowest; null: no person was seen there, and no module that sees it was watching.
     cells: Vec<Option<f64>>,
     /// Time of people who were hidden, and of those outside the cells, s.
     hidden_s: f64,
@@ -61,7 +61,7 @@ pub async fn map(State(shared): State<Arc<Shared>>, RawQuery(query): RawQuery) -
     .await
 }
 
-/// The time of a cell; none if nobody was seen there and nobody looked.
+/// The time of a cell; none if no person was seen there and no module looked.
 fn known(
     time_s: f64,
     at: Point,

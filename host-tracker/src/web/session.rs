@@ -3,7 +3,7 @@
 //! ```text
 //!   GET    /api/session ─▶ {"needed": true, "name": "anna", "role": "edit", "may": ["look", "edit"], "version": "0.1.0"}
 //!   POST   /api/session ◀─ {"name": "anna", "password": "…"}
-//!                       ─▶ the same, and a cookie; 401 (wrong), 409 (nobody can log in), 429 (too often: Retry-After)
+//!                       ─▶ the same, and a cookie; 401 (wrong), 409 (no user can log in), 429 (too often: Retry-After)
 //!   DELETE /api/session ─▶ {}: logged out
 //!
 //!   Cookie: kehai-session=…              browsers: HttpOnly, SameSite=Strict, 12 h
@@ -30,8 +30,8 @@ use crate::connections::Cause;
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::text::printable;
 
-/// Name of the cookie. Over TLS a browser takes one of that name over TLS alone (RFC 6265bis, 4.1.3.2), so that nobody who answers in
-/// clear for this host can set another.
+/// Name of the cookie. Over TLS a browser takes one of that name over TLS alone (RFC 6265bis, 4.1.3.2), so that a server that
+/// answers in clear for this host cannot set another.
 const fn cookie_name(line: Line) -> &'static str {
     match line {
         Line::Tls => "__Host-kehai-session",
@@ -52,7 +52,7 @@ const SHOWN: [(&str, Action); 6] = [
     ("reset", Action::Tell(Input::Reset)),
 ];
 
-/// What somebody says who wants to be let in.
+/// What a user sends to log in.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LogIn {
@@ -77,7 +77,7 @@ pub async fn show(State(shared): State<Arc<Shared>>, Extension(who): Extension<W
     Json(as_json(&shared, &who)).into_response()
 }
 
-/// Lets somebody in.
+/// Logs a user in.
 pub async fn begin(
     State(shared): State<Arc<Shared>>,
     Extension(ends): Extension<Ends>,

@@ -30,7 +30,7 @@
 //! [[mover]]           # the area a door leaf or a curtain sweeps
 //! polygon = [[0.4, 1.0], [1.2, 1.0], [0.4, 1.8]]
 //!
-//! [[exclude]]         # nobody is counted there
+//! [[exclude]]         # no person is counted there
 //! name = "shelf"
 //! polygon = [[0.6, -1.0], [1.0, -1.0], [1.0, -0.6]]
 //!
@@ -106,7 +106,7 @@ pub struct Site {
     /// Areas in which things move that are not people.
     #[serde(default, rename = "mover")]
     pub movers: Vec<Mover>,
-    /// Areas in which nobody is counted.
+    /// Areas in which no person is counted.
     #[serde(default, rename = "exclude", skip_serializing_if = "Vec::is_empty")]
     pub excludes: Vec<Exclude>,
     /// Doors that let in as many people as were entered.
@@ -357,7 +357,7 @@ impl Mover {
     }
 }
 
-/// An area in which nobody is counted and no track begins: of shelves, machines, a neighbour's ground.
+/// An area in which no person is counted and no track begins: of shelves, machines, a neighbour's ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Exclude {
@@ -403,7 +403,7 @@ impl Site {
         self.zones.iter().filter(move |zone| none || zone.count)
     }
 
-    /// Areas in which nobody is counted.
+    /// Areas in which no person is counted.
     #[must_use]
     pub fn excluded(&self) -> Areas {
         Areas::of(self.excludes.iter().map(Exclude::corners).collect())

@@ -23,7 +23,7 @@ pub enum Kind {
     Line,
     /// A mover.
     Mover,
-    /// An area in which nobody is counted.
+    /// An area in which no person is counted.
     Exclude,
     /// A guarded door.
     Door,

@@ -5,8 +5,8 @@
 //!   a module was moved ─▶ Moved           │
 //!   seen < 10 %        ─▶ HardlySeen      │
 //!   seen < 80 %        ─▶ PartlySeen      │ partly
-//!   nobody found, and  ─▶ NotFoundAgain   │        a gap is just over, and somebody is being found, or was there before it
-//!                         LeftUnseen      │        who was in it is gone, and nobody has looked since
+//!   none found, and    ─▶ NotFoundAgain   │        a gap is just over, and a person is being found, or was there before it
+//!                         LeftUnseen      │        the person in it is gone, and no module has looked since
 //!                         MayHide         │        a body finds room where nothing was seen since the gap
 //!   else               ─▶ Seen            │ known
 //! ```
@@ -22,7 +22,7 @@ use crate::occupancy::ZoneKnown;
 pub enum Verdict {
     /// Enough of it is seen.
     Seen,
-    /// Nobody had looked; in so long, s, all who stand in view have been found.
+    /// No module had looked; in so long, s, all who stand in view have been found.
     Begins {
         /// s.
         for_s: f64,
@@ -41,7 +41,7 @@ pub enum Verdict {
         /// s until that is over.
         for_s: f64,
     },
-    /// Who was counted in it is predicted to be gone, and nobody has looked since.
+    /// The people counted in it are predicted to be gone, and no module has looked since.
     LeftUnseen,
     /// After a gap a body finds room where nothing was seen since.
     MayHide {

@@ -85,7 +85,7 @@ pub fn operations() -> Vec<Operation> {
         Operation::post::<AlarmsAcknowledged>(
             "/api/alarms/acknowledge",
             "acknowledge",
-            "Say that somebody has seen alarms: \
+            "Acknowledge alarms: \
             all that are named, or none.",
         )
         .takes::<Seen>()
@@ -250,8 +250,8 @@ fn of_door((input, name): (Input, &'static str)) -> Operation {
         Input::Card => "A card was shown.",
         Input::Number => "A number of people was entered.",
         Input::Contact => "The leaf has opened or shut.",
-        Input::Exit => "Somebody wants out. Taken from everybody, whatever it says.",
-        Input::Reset => "Somebody has looked after the alarm.",
+        Input::Exit => "A person wants out. Taken from every client, whatever the body.",
+        Input::Reset => "A person has looked after the alarm.",
         Input::LockReady => "The lock is there; the answer is its order.",
         Input::LockTaken => "The lock has taken an output.",
         Input::AlarmTaken => "The alarm has taken an output.",
