@@ -21,6 +21,7 @@ use crate::net::clock::HostClock;
 use crate::store::card::plain;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
+use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Watcher, Why};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::machine::DoorLine;
@@ -70,6 +71,11 @@ impl DoorHandle {
         let hash = hash.unwrap_or_else(by_process);
         let shared = Shared { doors: Doors::new(site, first_id()), clock, hash, listeners: Vec::new() };
         Self(Arc::new(Mutex::new(shared)))
+    }
+
+    /// Goes on with the alarms of doors that stood when an earlier process ended.
+    pub fn resume(&self, alarms: &[ListedAlarm]) {
+        self.lock().doors.resume(alarms.iter().filter_map(ListedAlarm::of_door));
     }
 
     /// Whether the site may be changed now.

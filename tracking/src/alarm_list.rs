@@ -17,6 +17,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::alarm::{Active, AlarmKind, Cause, Severity, Source};
+use crate::door;
 
 /// An alarm that has ended is listed for so long, ms: a day.
 pub const LISTED_MS: u64 = 86_400_000;
@@ -99,6 +100,15 @@ impl ListedAlarm {
             About::Door => Source::Door(self.of.clone()),
             About::Zone => Source::Zone(self.of.clone()),
             About::Area => Source::Area(self.of.clone()),
+        }
+    }
+
+    /// The door and what its alarm is, if this is one of a door, and stands.
+    #[must_use]
+    pub fn of_door(&self) -> Option<(&str, door::Alarm)> {
+        match (self.about, self.cause, self.until_ms) {
+            (About::Door, Cause::Door(alarm), None) => Some((&self.of, alarm)),
+            _ => None,
         }
     }
 
@@ -322,7 +332,6 @@ fn is_old(alarm: &ListedAlarm, now_ms: u64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::door;
 
     fn of(source: Source, cause: Cause, text: &str) -> Active {
         Active { source, cause, text: text.into() }

@@ -14,7 +14,7 @@ fn step() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         3 => proptest::collection::vec(any::<u8>(), 2),
         // One person stands in the zone, and asks to go in, in time.
-        2 => any::<u8>().prop_map(|more| vec![10, 1, 0, 0, 2, 0, more, 8]),
+        2 => any::<u8>().prop_map(|more| vec![5, 0, 10, 1, 0, 0, 2, 0, more, 8]),
         // And goes in.
         1 => Just(vec![4, 0, 10, 3, 10, 4, 10, 5, 5, 10]),
         // All is well again.
@@ -41,6 +41,15 @@ proptest! {
 #[test]
 fn a_passage_happens_in_the_driven_world() {
     // Else nothing above says anything.
-    let happened = driver::drive(&[10, 1, 0, 0, 2, 0, 23, 8, 4, 0, 10, 3, 10, 4, 10, 5, 5, 10, 6, 1]);
-    assert_eq!(happened, driver::Happened { unlocked: true, left: true });
+    let happened = driver::drive(&[5, 0, 10, 1, 0, 0, 2, 0, 23, 8, 4, 0, 10, 3, 10, 4, 10, 5, 5, 10, 6, 1]);
+    assert_eq!(happened, driver::Happened { unlocked: true, left: true, restored: false });
+}
+
+#[test]
+fn an_alarm_of_the_driven_world_outlives_the_trackers_death() {
+    // The leaf opens, one goes in whom nobody let in; the tracker dies, starts, and dies again before it is well.
+    let alarm = [4, 0, 10, 1, 10, 3, 10, 4, 10, 5];
+    let dies_twice = [19, 4, 19, 3, 19, 0, 19, 7];
+    let happened = driver::drive(&[alarm.as_slice(), &dies_twice].concat());
+    assert_eq!(happened, driver::Happened { unlocked: false, left: false, restored: true });
 }

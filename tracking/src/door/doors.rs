@@ -163,6 +163,15 @@ impl Doors {
         doors
     }
 
+    /// Goes on with the alarms of an earlier process that stood when it ended. Those of doors that the site no longer has are over.
+    pub fn resume<'a>(&mut self, alarms: impl IntoIterator<Item = (&'a str, Alarm)>) {
+        for (door, alarm) in alarms {
+            if let Some(unit) = self.units.iter_mut().find(|unit| unit.door.name == door) {
+                unit.machine.resume(alarm);
+            }
+        }
+    }
+
     /// Whether the site may be changed now: the line or the zone of a door in use may not move under a passage.
     ///
     /// # Errors
@@ -373,6 +382,11 @@ mod tests {
 
     const SEALED: Watcher = Watcher { unused_s: 0.0, has_key: true };
 
+    fn says_shut(doors: &mut Doors, now: Now) {
+        let shut = format!(r#"{{"id": 1, "at_ms": {}, "contact": "shut"}}"#, now.unix_ms);
+        doors.tell("front", Input::Contact, shut.as_bytes(), |_| Card(1), now, &mut Vec::new()).unwrap();
+    }
+
     fn phase(doors: &Doors) -> Phase {
         doors.lines().next().unwrap().phase
     }
@@ -408,6 +422,7 @@ mod tests {
             }
             let line = doors.lines().next().unwrap();
             assert_eq!((line.phase, line.trouble), end);
+            says_shut(&mut doors, now(3.1));
             let card = br#"{"id": 1, "at_ms": 1700000003100, "card": "1"}"#;
             let _ = doors.tell("front", Input::Card, card, |_| Card(1), now(3.1), &mut outputs);
             let asks = phase(&doors) == Phase::Asked;
@@ -455,6 +470,7 @@ mod tests {
             2,
             "the doorway has the new polygon"
         );
+        says_shut(&mut doors, now(2.2));
         let card = br#"{"id": 1, "at_ms": 1700000002100, "card": "1"}"#;
         doors.tell("front", Input::Card, card, |_| Card(1), now(2.2), &mut outputs).unwrap();
         let in_use = doors.may_change_site().unwrap_err().to_string();
@@ -465,6 +481,15 @@ mod tests {
         let locked =
             |output: &Output| matches!(output, Output::Lock { order, .. } if order.lock == Lock::Locked);
         assert!(outputs.iter().any(locked), "a door that goes says so: {outputs:?}");
+    }
+
+    #[test]
+    fn alarms_of_before_are_those_of_the_doors_of_their_names() {
+        let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
+        doors.resume([("back", Alarm::Followed)]);
+        assert_eq!(doors.lines().next().unwrap().standing, None);
+        doors.resume([("back", Alarm::Followed), ("front", Alarm::WentIn)]);
+        assert_eq!(doors.lines().next().unwrap().standing, Some(Alarm::WentIn));
     }
 
     #[test]

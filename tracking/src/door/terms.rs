@@ -58,7 +58,30 @@ pub enum Alarm {
     Trouble,
 }
 
+/// What ends an alarm of a door.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum EndsWith {
+    /// A person in charge has looked, and resets it.
+    Reset,
+    /// The leaf is shut.
+    ShutLeaf,
+    /// What happens at the door is known again.
+    Recovery,
+}
+
 impl Alarm {
+    /// What ends it: that alone, whatever else happens, a restart included.
+    #[must_use]
+    pub const fn ends_with(self) -> EndsWith {
+        match self {
+            Self::Followed | Self::RanIn | Self::TurnedBack | Self::PassedBack | Self::WentIn => {
+                EndsWith::Reset
+            }
+            Self::HeldOpen => EndsWith::ShutLeaf,
+            Self::Trouble => EndsWith::Recovery,
+        }
+    }
+
     /// Its name, for programs.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -90,12 +113,10 @@ impl Alarm {
     /// What to do, in words.
     #[must_use]
     pub const fn advice(self) -> &'static str {
-        match self {
-            Self::HeldOpen => "shut it",
-            Self::Trouble => "look after what its trouble names",
-            Self::Followed | Self::RanIn | Self::TurnedBack | Self::PassedBack | Self::WentIn => {
-                "look who it is, then reset the door"
-            }
+        match self.ends_with() {
+            EndsWith::Reset => "look who it is, then reset the door",
+            EndsWith::ShutLeaf => "shut it",
+            EndsWith::Recovery => "look after what its trouble names",
         }
     }
 }
@@ -138,6 +159,9 @@ pub enum Refusal {
     /// An alarm or a trouble must be over first.
     #[error("the door is in alarm or trouble: it takes no cards until that is over")]
     NotNow,
+    /// The contact has not said anything since the start: the leaf may be open.
+    #[error("the contact has not said yet whether the leaf is shut: the door takes no cards until it has")]
+    NoContact,
     /// An acknowledgement of what is no longer said.
     #[error("what is acknowledged is not what is said now")]
     OldAcknowledgement,

@@ -33,6 +33,14 @@ impl Stage {
         Self { door, now_s: 0.0, bodies, trouble: None, actions, transitions }
     }
 
+    /// The process before ended with these alarms.
+    fn after_restart(alarms: &[Alarm]) -> Self {
+        let mut stage = Self::with(SITE);
+        alarms.iter().for_each(|alarm| stage.door.resume(*alarm));
+        stage.tell(Event::Time);
+        stage
+    }
+
     /// Well for two seconds, and shut.
     fn idle() -> Self {
         let mut stage = Self::with(SITE);
@@ -309,6 +317,10 @@ transitions! {
     alarmed_trouble_failed: then(alarmed(), silence);
     failed_recovered_idle: Stage::idle();
     failed_still_alarmed_alarmed: then(alarmed(), |stage| {
+        silence(stage);
+        stage.wait(SETTLED_S + 0.2);
+    });
+    failed_still_alarmed_held_open: then(Stage::held_open(), |stage| {
         silence(stage);
         stage.wait(SETTLED_S + 0.2);
     });

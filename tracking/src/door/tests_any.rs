@@ -55,6 +55,7 @@ proptest! {
                     prop_assert!(TRANSITIONS.contains(&taken), "{}", name(taken));
                     if taken.2 == Phase::Unlocked {
                         prop_assert!(matches && taken.0 == Phase::Checking, "unlocked without a match");
+                        prop_assert!(stage.door.line().contact.is_some(), "unlocked, and the leaf is not known");
                     }
                 }
                 let may_enter = stage.door.phase() == Phase::Unlocked || (safe && stage.door.phase() == Phase::Failed);

@@ -116,6 +116,7 @@ pub const TRANSITIONS: &[(Phase, Cause, Phase)] = {
         (P::Alarmed, C::Trouble, P::Failed),
         (P::Failed, C::Recovered, P::Idle),
         (P::Failed, C::StillAlarmed, P::Alarmed),
+        (P::Failed, C::StillAlarmed, P::HeldOpen),
     ]
 };
 

@@ -287,12 +287,14 @@ pub fn active_alarms<'a>(
     let of_devices = modules.iter().flat_map(move |module| {
         module.alarms.iter().map(move |alarm| fault(Source::Device(module.name.clone()), alarm))
     });
-    let of_doors = doors.iter().filter_map(|door| {
-        // That nothing has been seen yet is no fault at a start.
-        let alarm = door.alarm.filter(|_| door.trouble != Some(Trouble::Starting))?;
-        let source = Source::Door(door.name.clone());
-        let text = format!("{}: {}", alarm.words(), alarm.advice());
-        Some(Active { source, cause: Cause::Door(alarm), text })
+    let of_doors = doors.iter().flat_map(|door| {
+        // That nothing has been seen yet is no fault at a start; an alarm from before is none the less one.
+        let said = door.alarm.filter(|_| door.trouble != Some(Trouble::Starting));
+        said.into_iter().chain(door.standing).map(|alarm| Active {
+            source: Source::Door(door.name.clone()),
+            cause: Cause::Door(alarm),
+            text: format!("{}: {}", alarm.words(), alarm.advice()),
+        })
     });
     own.chain(of_devices).chain(of_doors)
 }

@@ -13,13 +13,14 @@
 //! - the lock is unlocked at most 2 s after the door was, whatever the transport did;
 //! - after a request to leave that arrived, the door is open for as long as the site says, and so is the lock while the
 //!   transport is in time;
-//! - an alarm outlives each change of the site, and no change unlocks.
+//! - an alarm outlives each change of the site and each death of the tracker, and no change unlocks;
+//! - the door is never unlocked before its contact has said how the leaf is.
 
 use std::collections::BTreeMap;
 
 use kehai_tracking::door::doors::{Doors, Now, Output, Watcher};
 use kehai_tracking::door::inbox::Input;
-use kehai_tracking::door::{Alarm, Card, DoorLine, Lock, LockOrder, Phase};
+use kehai_tracking::door::{Alarm, Card, Contact, DoorLine, Lock, LockOrder, Phase};
 use kehai_tracking::geometry::Point;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
@@ -81,6 +82,8 @@ struct World {
     devices_ms: i64,
     doors: Option<Doors>,
     starts: u64,
+    /// What the database has: the alarms that stand.
+    kept: Vec<Alarm>,
     site: Site,
     people: BTreeMap<u64, Point>,
     /// Whether the tracker sees the zone, and the module is used.
@@ -103,6 +106,8 @@ struct Judge {
     unlocked_since_s: Option<f64>,
     unlocked_s: Option<f64>,
     exit_s: Option<f64>,
+    /// The alarm that stands, whether trouble hides it or not.
+    standing: Option<Alarm>,
     /// Since when orders arrive in time, s.
     prompt_since_s: f64,
     happened: Happened,
@@ -115,6 +120,8 @@ pub struct Happened {
     pub unlocked: bool,
     /// The lock was open for a person who leaves.
     pub left: bool,
+    /// An alarm stood when the tracker was killed, and when it had started again.
+    pub restored: bool,
 }
 
 impl World {
@@ -125,6 +132,7 @@ impl World {
             devices_ms: 0,
             doors: None,
             starts: 0,
+            kept: Vec::new(),
             site: Site::parse("site", SITE).unwrap(),
             people: BTreeMap::new(),
             sees: true,
@@ -142,10 +150,20 @@ impl World {
 
     fn start(&mut self) {
         self.starts += 1;
-        self.doors = Some(Doors::new(&self.site, self.starts << 20));
+        let mut doors = Doors::new(&self.site, self.starts << 20);
+        doors.resume(self.kept.iter().map(|alarm| ("front", *alarm)));
+        self.doors = Some(doors);
+        let line = self.line().unwrap();
+        let stood = self.kept.iter().copied().find(|alarm| *alarm != Alarm::Trouble);
+        assert_eq!(line.standing, stood, "after a restart: {line:?}");
+        self.judge.standing = stood;
+        self.judge.happened.restored |= stood.is_some();
     }
 
     fn kill(&mut self) {
+        if let Some(line) = self.line() {
+            self.kept = line.alarm.into_iter().chain(line.standing).collect();
+        }
         self.doors = None;
         let Judge { unlocked_s, prompt_since_s, happened, .. } = self.judge;
         self.judge = Judge { unlocked_s, prompt_since_s, happened, ..Judge::default() };
@@ -234,6 +252,9 @@ impl World {
                     now,
                     &mut outputs,
                 );
+                if input == Input::Reset && told.is_ok() {
+                    self.judge.standing = None;
+                }
                 if input == Input::Exit {
                     assert_eq!(told, Ok(()), "a request to leave: {text}");
                     self.judge.exit_s = Some(self.now_s);
@@ -390,6 +411,7 @@ impl Judge {
             if self.was.is_none_or(|(was, _)| was != Phase::Unlocked) {
                 let since_s = self.match_since_s.expect("unlocked while the number was not the count");
                 assert!(now_s - since_s > 0.4, "unlocked after {} s", now_s - since_s);
+                assert!(line.is_some_and(|line| line.contact.is_some()), "unlocked, and the leaf is not known");
                 self.unlocked_since_s = Some(now_s);
             }
             let for_s = now_s - self.unlocked_since_s.unwrap();
@@ -414,6 +436,19 @@ impl Judge {
                     now_s - exit_s
                 );
             }
+        }
+        if let Some(line) = line {
+            let stands = match line.phase {
+                Phase::Failed => line.standing,
+                _ => line.alarm,
+            };
+            let is_over = match self.standing {
+                None => true,
+                Some(Alarm::HeldOpen) => stands.is_some() || line.contact == Some(Contact::Shut),
+                Some(_) => stands.is_some(),
+            };
+            assert!(is_over, "{:?} is over by itself: {line:?}", self.standing);
+            self.standing = stands;
         }
         self.was = line.map(|line| (line.phase, line.alarm));
     }

@@ -23,7 +23,8 @@ function words(line) {
     : line.trouble
     ? [word("trouble", line.trouble)]
     : [];
-  return [word("lock", line.lock), ...more].join(", ");
+  const beneath = line.standing ? [say("door.alarm", { what: word("alarm", line.standing) })] : [];
+  return [word("lock", line.lock), ...more, ...beneath].join(", ");
 }
 
 /** The doors on the map. */

@@ -2,14 +2,15 @@
 //!
 //! ```text
 //!   phase     Idle ── card ─▶ Asked ── number ─▶ Checking       else refused, with the reason
-//!             Alarmed ── reset ─▶ Idle                          a card that is inside: an alarm
+//!             Alarmed ── reset ─▶ Idle                          a card that is inside: an alarm;
+//!                                                               no report of the leaf yet: no card is taken
 //! ```
 
 use super::Machine;
 use crate::door::event::Action;
 use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
-use crate::door::terms::{Alarm, Card, Refusal};
+use crate::door::terms::{Alarm, Card, EndsWith, Refusal};
 use crate::door::transition::{Cause, Phase};
 
 impl Machine {
@@ -18,6 +19,9 @@ impl Machine {
         let own = self.progress.as_ref().and_then(|progress| progress.passage.card);
         match self.phase {
             Phase::Idle if inside => self.alarmed(Alarm::PassedBack, Some(card), actions),
+            Phase::Idle if self.leaf.contact.is_none() => {
+                actions.push(Action::Refused(Refusal::NoContact));
+            }
             Phase::Idle => {
                 self.passages += 1;
                 self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, Some(card)));
@@ -60,7 +64,7 @@ impl Machine {
     }
 
     pub(super) fn reset(&mut self, actions: &mut Vec<Action>) {
-        if self.standing.is_none() {
+        if self.standing.is_none_or(|alarm| alarm.ends_with() != EndsWith::Reset) {
             actions.push(Action::Refused(Refusal::NoAlarm));
             return;
         }

@@ -24,6 +24,9 @@ pub struct DoorLine {
     pub lock_taken: bool,
     /// Why there is an alarm, if there is one.
     pub alarm: Option<Alarm>,
+    /// While it has failed: the alarm that stands beneath, and goes on after that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standing: Option<Alarm>,
     /// Number of that output.
     pub alarm_id: u64,
     /// Whether the alarm has taken it.
@@ -65,6 +68,7 @@ impl Machine {
             lock_id: self.orders.lock.id(),
             lock_taken: self.orders.lock.is_taken(),
             alarm: self.orders.alarm.value(),
+            standing: self.standing.filter(|_| self.phase == Phase::Failed),
             alarm_id: self.orders.alarm.id(),
             alarm_taken: self.orders.alarm.is_taken(),
             trouble: self.trust.trouble,

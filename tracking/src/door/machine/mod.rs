@@ -26,7 +26,7 @@ use crate::door::event::{Action, Event, Seen};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
-use crate::door::terms::{Alarm, Card, Lock, Refusal, Trouble};
+use crate::door::terms::{Alarm, Card, EndsWith, Lock, Refusal, Trouble};
 use crate::door::transition::{Cause, Phase};
 use crate::occupancy::KNOWN_SHARE;
 use crate::site::Site;
@@ -81,6 +81,7 @@ pub struct Machine {
     passages: u64,
     cards: Cards,
     orders: Orders,
+    /// The alarm that stands until its own end, whatever trouble there is meanwhile.
     standing: Option<Alarm>,
     trust: Trust,
     count: Certainty,
@@ -110,13 +111,26 @@ impl Machine {
             trust: Trust::starting(door.fail),
             count: Certainty::new(),
             seen: None,
-            leaf: Leaf::default(),
+            leaf: Leaf::unknown(),
             exit_until_s: f64::NEG_INFINITY,
             prompt: Prompt::Starting,
             taken: Vec::new(),
         };
         machine.orders.lock.set(machine.wanted());
         Some(machine)
+    }
+
+    /// Goes on with an alarm that stood when the process before ended. Of several the one that must be reset stands; trouble is
+    /// found out anew.
+    pub fn resume(&mut self, alarm: Alarm) {
+        let stands = match alarm.ends_with() {
+            EndsWith::Reset => true,
+            EndsWith::ShutLeaf => self.standing.is_none(),
+            EndsWith::Recovery => false,
+        };
+        if stands {
+            self.standing = Some(alarm);
+        }
     }
 
     /// Goes on in a changed site: no match counts before the tracker has been well for 2 s. Alarms stand, cards stay inside,
@@ -143,15 +157,21 @@ impl Machine {
         self.end(Outcome::Trouble, "the door was taken out of the site", &mut actions);
         self.orders.lock.set(Lock::Locked);
         self.orders.lock.ask();
-        self.orders.alarm.set(self.standing);
+        // A leaf of a door that is no more is not waited for.
+        self.orders.alarm.set(self.standing.filter(|alarm| alarm.ends_with() == EndsWith::Reset));
         self.orders.say(self.now_s, &mut actions);
         actions
     }
 
-    /// Whether the site may be changed: no passage is under way, or the door has failed.
+    /// Whether the site may be changed: no passage is under way, or the door has failed, or its contact has never said anything, as
+    /// that of a door that has just been drawn.
     #[must_use]
     pub const fn may_change(&self) -> bool {
-        matches!(self.phase, Phase::Idle | Phase::Failed)
+        match self.phase {
+            Phase::Idle | Phase::Failed => true,
+            Phase::HeldOpen => self.leaf.contact.is_none(),
+            Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing | Phase::Alarmed => false,
+        }
     }
 
     /// Takes an event at `now_s`, s on any steady clock; a time before the last one counts as that.
@@ -186,7 +206,6 @@ impl Machine {
         self.orders.lock.set(lock);
         self.orders.alarm.set(match self.phase {
             Phase::Failed => Some(Alarm::Trouble),
-            Phase::HeldOpen => Some(Alarm::HeldOpen),
             _ => self.standing,
         });
         self.orders.say(self.now_s, actions);
@@ -245,6 +264,7 @@ impl Machine {
     /// What time alone brings.
     fn pass_time(&mut self, actions: &mut Vec<Action>) {
         let passed_s = self.now_s - self.since_s;
+        self.forget_held_open();
         let silent = self.seen.as_ref().is_none_or(|(at_s, _)| self.now_s - at_s > NO_FRAMES_S);
         if silent && self.phase != Phase::Failed {
             self.fail(Trouble::NoFrames, actions);
@@ -279,7 +299,16 @@ impl Machine {
             if self.phase != Phase::Closing {
                 self.end(Outcome::HeldOpen, "the leaf does not shut", actions);
             }
+            self.standing = Some(Alarm::HeldOpen);
             self.go(Cause::HeldOpen, Phase::HeldOpen, Prompt::LetShut);
+        }
+    }
+
+    /// A leaf that is shut during trouble is not held open any more.
+    fn forget_held_open(&mut self) {
+        let waits = self.standing.is_some_and(|alarm| alarm.ends_with() == EndsWith::ShutLeaf);
+        if self.phase == Phase::Failed && waits && self.leaf.is_shut(SHUT_S, self.now_s) {
+            self.standing = None;
         }
     }
 
@@ -315,9 +344,10 @@ impl Machine {
         }
         self.trust.trouble = None;
         self.leaf.begin_anew(self.now_s);
-        match self.standing {
-            Some(_) => self.go(Cause::StillAlarmed, Phase::Alarmed, Prompt::Called),
-            None => self.go(Cause::Recovered, Phase::Idle, Prompt::Ready),
+        match self.standing.map(Alarm::ends_with) {
+            Some(EndsWith::Reset) => self.go(Cause::StillAlarmed, Phase::Alarmed, Prompt::Called),
+            Some(EndsWith::ShutLeaf) => self.go(Cause::StillAlarmed, Phase::HeldOpen, Prompt::LetShut),
+            Some(EndsWith::Recovery) | None => self.go(Cause::Recovered, Phase::Idle, Prompt::Ready),
         }
     }
 

@@ -6,7 +6,7 @@ use crate::door::event::{Action, Body};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
-use crate::door::terms::{Alarm, Card, Contact};
+use crate::door::terms::{Alarm, Card};
 use crate::door::transition::{Cause, Phase};
 
 impl Machine {
@@ -38,8 +38,7 @@ impl Machine {
             _ => false,
         };
         // A track that changes sides of a shut leaf is the tracker's mistake, not an entry.
-        let is_open = self.leaf.contact == Some(Contact::Open);
-        if nobody_let_in && is_open && crossings.iter().any(|way| matches!(way, Crossing::Inward(_))) {
+        if nobody_let_in && self.leaf.may_be_open() && crossings.iter().any(|way| matches!(way, Crossing::Inward(_))) {
             self.alarmed(Alarm::WentIn, None, actions);
         }
         let is_shut = self.leaf.is_shut(SHUT_S, self.now_s);
@@ -56,6 +55,7 @@ impl Machine {
             (_, true) => (Outcome::Complete, "all went through"),
             (_, false) => (Outcome::Fewer, "fewer went through than were let in"),
         };
+        self.standing = None;
         self.end(outcome, reason, actions);
         self.go(Cause::Shut, Phase::Idle, Prompt::Ready);
     }
