@@ -14,14 +14,15 @@ use super::messages::{doors, modules, zones};
 use super::payloads::{Alarm, Alarms, written};
 use super::topics::{State, Topics};
 use kehai_tracking::alarm_list::{About, ListedAlarm};
+use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 
 /// Every state about alarms, by its topic. Those of modules that were only found are not this site's.
-pub fn states(frame: &Snapshot, topics: &Topics) -> BTreeMap<String, State> {
+pub fn states(frame: &Snapshot, site: &Site, topics: &Topics) -> BTreeMap<String, State> {
     let modules: BTreeMap<&str, String> =
         modules(frame).into_iter().map(|(slug, line)| (line.name.as_str(), slug)).collect();
     let doors: BTreeMap<&str, String> = doors(frame).into_iter().collect();
-    let zones: BTreeMap<&str, String> = zones(frame).into_iter().collect();
+    let zones: BTreeMap<&str, String> = zones(frame, site).into_iter().collect();
     let place = |alarm: &ListedAlarm| match alarm.about {
         About::Tracker => Some("tracker".to_owned()),
         About::Module => Some(format!("module/{}", modules.get(alarm.of.as_str())?)),
@@ -76,7 +77,7 @@ mod tests {
             list.observe(100, active_alarms(&own, &frame.modules, &frame.doors).chain(zones));
             list.acknowledge(&[1], "anna", 200).unwrap();
             frame.alarms = list.standing().to_vec();
-            states(frame, &topics())
+            states(frame, &Site::default(), &topics())
         };
         let now = listed(&mut frame);
         let topics_of: Vec<&str> = now.keys().map(String::as_str).collect();

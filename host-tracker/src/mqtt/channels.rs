@@ -177,10 +177,10 @@ mod tests {
 
     #[test]
     fn every_topic_is_of_one_channel_and_every_channel_is_published() {
-        let (frame, topics) = (full(), topics());
+        let (frame, site, topics) = (full(), Site::default(), topics());
         let mut published: Vec<String> =
-            messages::states(&frame, &topics, &Holds::default()).into_keys().collect();
-        published.extend(alarms::states(&frame, &topics).into_keys());
+            messages::states(&frame, &site, &topics, &Holds::default()).into_keys().collect();
+        published.extend(alarms::states(&frame, &site, &topics).into_keys());
         published.extend(discovery(&frame, &About::default(), &topics).into_keys());
         published.push(topics.status());
         for topic in &published {

@@ -116,7 +116,7 @@ fn of_whole(topics: &Topics) -> Components {
 
 fn of_zones(frame: &Snapshot, site: &Site, topics: &Topics) -> Components {
     let mut components = Components::new();
-    for (name, slug) in zones(frame) {
+    for (name, slug) in zones(frame, site) {
         let topic = format!("{}/zone/{slug}", topics.site());
         let mut add = |kind: &str, more: Component| {
             let component = Component {

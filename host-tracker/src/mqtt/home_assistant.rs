@@ -141,8 +141,8 @@ mod tests {
         );
         assert_eq!(topics_of, [site, left]);
         let config: Value = serde_json::from_str(&configs[site]).unwrap();
-        let mut states = states(&frame(), &topics(), &Holds::default());
-        states.extend(super::super::alarms::states(&frame(), &topics()));
+        let mut states = states(&frame(), &Site::default(), &topics(), &Holds::default());
+        states.extend(super::super::alarms::states(&frame(), &Site::default(), &topics()));
         let mut ids = Vec::new();
         for config in configs.values() {
             let config: Value = serde_json::from_str(config).unwrap();

@@ -11,6 +11,7 @@ use kehai_tracking::door::{DoorLine, Input};
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::names::NameLine;
+use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 /// The modules that are published: those of the site. A module that was only found is not this site's.
@@ -27,7 +28,7 @@ fn availability(is: bool) -> State {
 
 /// Every state of a frame by its topic, but for [`Topics::status`].
 #[must_use]
-pub fn states(frame: &Snapshot, topics: &Topics, holds: &Holds) -> BTreeMap<String, State> {
+pub fn states(frame: &Snapshot, site: &Site, topics: &Topics, holds: &Holds) -> BTreeMap<String, State> {
     let mut states = BTreeMap::new();
     states.insert(format!("{}/tracker", topics.site()), tracker_state(frame));
     let (topic, total) = (format!("{}/total", topics.site()), frame.total);
@@ -35,7 +36,8 @@ pub fn states(frame: &Snapshot, topics: &Topics, holds: &Holds) -> BTreeMap<Stri
     let occupied = total.count.map(|count| count > 0);
     let payload = Total { count: total.count, occupied, state: total.state };
     states.insert(topic, State::at_once(written(&payload)));
-    for ((name, slug), zone) in zones(frame).iter().zip(frame.line.zones.values()) {
+    for (name, slug) in zones(frame, site) {
+        let Some(zone) = frame.line.zones.get(name) else { continue };
         let topic = format!("{}/zone/{slug}", topics.site());
         states.insert(format!("{topic}/availability"), availability(zone.state() != ZoneKnown::Unknown));
         let count = zone.count();
@@ -104,9 +106,13 @@ pub(super) fn doors(frame: &Snapshot) -> Vec<(&str, String)> {
     slugs(frame.doors.iter().map(|door| door.name.as_str()))
 }
 
-/// Zones with the word of each in topics.
-pub(super) fn zones(frame: &Snapshot) -> Vec<(&str, String)> {
-    slugs(frame.line.zones.keys().map(String::as_str))
+/// Zones with the word of each in topics. Of two that are alike the earlier in the site's file has the plain word, so that one which
+/// is added takes no other's topic; a zone that the site has no more comes last.
+pub(super) fn zones<'a>(frame: &'a Snapshot, site: &Site) -> Vec<(&'a str, String)> {
+    let place = |name: &str| site.zones.iter().position(|zone| zone.name == name).unwrap_or(usize::MAX);
+    let mut names: Vec<&str> = frame.line.zones.keys().map(String::as_str).collect();
+    names.sort_by_key(|name| place(name));
+    slugs(names.into_iter())
 }
 
 /// Each door with the topic in front of its outputs.
@@ -219,10 +225,32 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn a_zone_that_is_added_takes_no_others_topic() {
+        let counts = |names: &[&str]| {
+            let polygon = "polygon = [[0, 0], [1, 0], [1, 1]]";
+            let zones = names.iter().map(|name| format!("[[zone]]\nname = \"{name}\"\n{polygon}\n"));
+            let site = Site::parse("site", &zones.collect::<String>()).unwrap();
+            let mut frame = Snapshot::default();
+            for (name, count) in [("hall", 1), ("Hall", 2), ("gone", 3)] {
+                if names.contains(&name) || name == "gone" {
+                    frame.line.zones.insert(name.into(), zone(count, ZoneKnown::Known));
+                }
+            }
+            let states = states(&frame, &site, &topics(), &Holds::default());
+            let count = |slug: &str| json_of(&states, &format!("kehai/front-door/zone/{slug}"))["count"].clone();
+            let second = states.contains_key("kehai/front-door/zone/hall-2").then(|| count("hall-2"));
+            (count("hall"), second, count("gone"))
+        };
+        assert_eq!(counts(&["hall"]), (json!(1), None, json!(3)));
+        assert_eq!(counts(&["hall", "Hall"]), (json!(1), Some(json!(2)), json!(3)), "the earlier keeps its topic");
+        assert_eq!(counts(&["Hall", "hall"]), (json!(2), Some(json!(1)), json!(3)));
+    }
+
+    #[test]
     fn a_zone_is_told_with_count_and_occupancy_and_an_unknown_one_with_neither() {
         let mut frame = frame();
         frame.line.zones.insert("part".into(), zone(0, ZoneKnown::Partly));
-        let states = states(&frame, &topics(), &Holds::default());
+        let states = states(&frame, &Site::default(), &topics(), &Holds::default());
         let hall = "kehai/front-door/zone/hall";
         assert_eq!(
             json_of(&states, hall),
@@ -249,13 +277,13 @@ pub(super) mod tests {
         };
         let frame = |line| Snapshot { lines: vec![line], ..Snapshot::default() };
         let topic = "kehai/front-door/line/front";
-        let known = states(&frame(line(Some(3), ZoneKnown::Known, 0.0)), &topics(), &Holds::default());
+        let known = states(&frame(line(Some(3), ZoneKnown::Known, 0.0)), &Site::default(), &topics(), &Holds::default());
         let told = json!({ "state": "known", "in": 3, "out": 3, "unknown_s": 0.0 });
         assert_eq!(json_of(&known, topic), told);
-        let unknown = states(&frame(line(None, ZoneKnown::Unknown, 1.0)), &topics(), &Holds::default());
+        let unknown = states(&frame(line(None, ZoneKnown::Unknown, 1.0)), &Site::default(), &topics(), &Holds::default());
         assert_eq!(json_of(&unknown, topic)["in"], Value::Null);
         assert_eq!(unknown[&format!("{topic}/availability")].payload, "offline");
-        let later = states(&frame(line(None, ZoneKnown::Unknown, 2.0)), &topics(), &Holds::default());
+        let later = states(&frame(line(None, ZoneKnown::Unknown, 2.0)), &Site::default(), &topics(), &Holds::default());
         assert_eq!(later[topic].urgent, unknown[topic].urgent, "time alone is not told at once");
     }
 
@@ -263,7 +291,7 @@ pub(super) mod tests {
     fn a_module_is_told_with_its_alarms_and_a_missing_one_without_figures() {
         let mut frame = frame();
         let topic = "kehai/front-door/module/left";
-        let known = states(&frame, &topics(), &Holds::default());
+        let known = states(&frame, &Site::default(), &topics(), &Holds::default());
         assert!(known.keys().all(|topic| !topic.contains("stranger")), "{known:?}");
         let told = json_of(&known, topic);
         assert_eq!(
@@ -272,7 +300,7 @@ pub(super) mod tests {
         );
         frame.modules[0].state = DeviceState::Missing;
         frame.modules[0].alarms = vec![AlarmLine::new(AlarmKind::Silent, "nothing is heard")];
-        let missing = states(&frame, &topics(), &Holds::default());
+        let missing = states(&frame, &Site::default(), &topics(), &Holds::default());
         let told = json_of(&missing, topic);
         assert_eq!((&told["alarms"], &told["alarm"]), (&json!(["silent"]), &json!("nothing is heard")));
         assert_eq!((&told["scans_hz"], &told["lost_percent"]), (&Value::Null, &Value::Null));

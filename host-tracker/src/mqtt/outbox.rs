@@ -114,8 +114,8 @@ impl Outbox {
         let mut now: BTreeMap<String, State> = configs.collect();
         // The states come first: what is discovered is there already.
         self.holds.note(frame, &self.about.site, now_ms);
-        let mut states = states(frame, &self.topics, &self.holds);
-        states.extend(alarms::states(frame, &self.topics));
+        let mut states = states(frame, &self.about.site, &self.topics, &self.holds);
+        states.extend(alarms::states(frame, &self.about.site, &self.topics));
         let order: Vec<String> = states.keys().chain(now.keys()).cloned().collect();
         now.extend(states);
         let status = self.topics.status();

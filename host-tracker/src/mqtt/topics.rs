@@ -92,7 +92,8 @@ fn slug(name: &str) -> String {
     slug
 }
 
-/// Names with their slugs, each its own: the second of two that are alike gets a number.
+/// Names with their slugs, each its own: the second of two that are alike gets a number. In the order of the site's file what is added
+/// last takes the topic of nothing that is there.
 pub fn slugs<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, String)> {
     let mut slugs: Vec<(&str, String)> = Vec::new();
     for name in names {
