@@ -201,7 +201,7 @@ impl Daemon {
         let open = |database: &Database| Store::open(&database.file, &site, database.keep);
         let store = database.as_ref().map(open).transpose()?;
         if let Some((store, event)) = store.as_ref().zip(event) {
-            say(&format!("{}: {}", event.kind, event.text));
+            say(&format!("{}: {}", event.kind.name(), event.text));
             store.happened(event);
         }
         let site = (*site).clone();

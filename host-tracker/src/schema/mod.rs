@@ -22,7 +22,7 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
 use crate::store::figures::Figures;
-use crate::store::row::Event;
+use crate::store::event::Event;
 use crate::store::timeline::Overview;
 use crate::web::bodies::{AlarmTold, AlarmsListed, Kept, Paths, ToClient};
 use kehai_tracking::door::doors::{DoorState, Passed};

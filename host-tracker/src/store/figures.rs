@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::reader::Reader;
-use super::row::Event;
+use super::event::{Event, EventKind};
 use kehai_tracking::lines::Direction;
 use kehai_tracking::occupancy::ZoneKnown;
 
@@ -151,7 +151,7 @@ pub fn figures(reader: &Reader, edges_ms: &[u64]) -> rusqlite::Result<Figures> {
         ended.entry(stay.zone.clone()).or_default().push(stay);
     }
     let mut entered: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
-    for event in events.iter().filter(|event| event.kind == ENTERED) {
+    for event in events.iter().filter(|event| event.kind == EventKind::Enter) {
         entered.entry(&event.subject).or_default().push(event.at_ms);
     }
     let spans = edges_ms.windows(2).map(|span| Bin { from_ms: span[0], to_ms: span[1], ..Bin::default() });
@@ -330,10 +330,6 @@ fn pieces<T: Copy>(changes: &[Change<T>], lives: &[(u64, u64)], mut each: impl F
     }
 }
 
-/// The kinds of events that say who is in a zone.
-const ENTERED: &str = "enter";
-const LEFT: &str = "leave";
-
 /// Stays, by who entered and left; `events` in order of time. A track that no tracker has seen leave has no stay.
 #[must_use]
 pub fn stays(events: &[Event], lives: &[(u64, u64)]) -> Vec<Stay> {
@@ -343,11 +339,11 @@ pub fn stays(events: &[Event], lives: &[(u64, u64)]) -> Vec<Stay> {
     for event in events {
         let Some(track) = event.track else { continue };
         let key = (event.subject.as_str(), track);
-        match event.kind.as_str() {
-            ENTERED => {
+        match event.kind {
+            EventKind::Enter => {
                 inside.insert(key, event.at_ms);
             }
-            LEFT => {
+            EventKind::Leave => {
                 let begun_ms = inside.remove(&key).filter(|begun_ms| life(*begun_ms) == life(event.at_ms));
                 let zone = event.subject.clone();
                 stays.extend(begun_ms.map(|begun_ms| Stay { zone, track, begun_ms, ended_ms: event.at_ms }));
@@ -365,7 +361,7 @@ mod tests {
     use super::*;
 
     fn event(kind: &str, at_ms: u64, track: u64) -> Event {
-        Event { at_ms, kind: kind.into(), subject: "hall".into(), track: Some(track), text: String::new() }
+        Event::new(at_ms, EventKind::named(kind), "hall", "").of(Some(track))
     }
 
     #[test]

@@ -19,6 +19,7 @@ pub mod card;
 mod connection;
 pub mod copy;
 mod error;
+pub mod event;
 pub mod export;
 pub mod figures;
 pub mod heat;
@@ -47,12 +48,12 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
 pub use error::StoreError;
+use event::{Event, EventKind};
 use parking_lot::Mutex;
 use pose::Source;
 use reader::Reader;
 use recorder::ChangeRecorder;
 pub use retention::Keep;
-use row::Event;
 pub use schema::{Unfit, VERSION as NEWEST_LAYOUT};
 use work::Work;
 use writer::Writer;
@@ -219,14 +220,13 @@ pub fn known_before(file: &Path, now_ms: u64) -> (Option<Snapshot>, Option<Event
     let (people, age_s) = (frame.line.tracks.len(), age_ms.unwrap_or_default() as f64 * 1e-3);
     let (kind, text) = if is_fresh {
         (
-            "restored",
+            EventKind::Restored,
             format!("{people} tracks of {age_s:.1} s ago are taken back, hidden until they are seen"),
         )
     } else {
-        ("discarded", format!("{people} tracks of {age_s:.0} s ago are too old to be taken back"))
+        (EventKind::Discarded, format!("{people} tracks of {age_s:.0} s ago are too old to be taken back"))
     };
-    let event = Event { at_ms: now_ms, kind: kind.into(), subject: String::new(), track: None, text };
-    (is_fresh.then_some(frame), Some(event))
+    (is_fresh.then_some(frame), Some(Event::new(now_ms, kind, "", text)))
 }
 
 /// How often each counting line has been crossed, by its name. A database that cannot be read has counted nothing:
@@ -265,7 +265,7 @@ fn set_aside(file: &Path, now_ms: u64, why: &str) -> Result<Event, StoreError> {
     let aside = aside::set_aside(file, now_ms).map_err(failed)?;
     let text = format!("{why}; it is set aside as {}, and a new one is begun", aside.display());
     tracing::error!("database: {text}");
-    Ok(Event { at_ms: now_ms, kind: "set-aside".into(), subject: String::new(), track: None, text })
+    Ok(Event::new(now_ms, EventKind::SetAside, "", text))
 }
 
 fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) -> T {

@@ -14,6 +14,7 @@ use rusqlite::{Connection, OpenFlags, params};
 
 use super::connection::open_and_expire;
 use super::error::StoreError;
+use super::event::EventKind;
 use super::numbers::integer;
 use super::raw_rows::time;
 pub use super::raw_rows::{RawKept, in_words};
@@ -45,8 +46,8 @@ impl RawScanWriter {
             let request = connection.last_insert_rowid();
             let text = format!("raw scans are kept for {}", time(until_ms.saturating_sub(now_ms)));
             connection.execute(
-                "INSERT INTO event (at_ms, kind, subject, text) VALUES (?1, 'raw', ?2, ?3)",
-                params![integer(now_ms), module, text],
+                "INSERT INTO event (at_ms, kind, subject, text) VALUES (?1, ?2, ?3, ?4)",
+                params![integer(now_ms), EventKind::Raw.name(), module, text],
             )?;
             Ok(request)
         };

@@ -28,7 +28,7 @@ use super::questions::{
 };
 use super::raw_rows::{self, RawKept};
 use super::recorder::{HEALTH_MS, PART_MS, STALE_MS};
-use super::row::Event;
+use super::event::{Event, EventKind};
 use super::schema::{self, Unfit};
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
@@ -220,13 +220,9 @@ impl Reader {
     pub fn events(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Event>> {
         let event = |row: &Row<'_>| {
             let track: Option<i64> = row.get(3)?;
-            Ok(Event {
-                at_ms: time(row, 0)?,
-                kind: row.get(1)?,
-                subject: row.get(2)?,
-                track: track.map(i64::unsigned_abs),
-                text: row.get(4)?,
-            })
+            let kind = EventKind::named(&row.get::<_, String>(1)?);
+            let event = Event::new(time(row, 0)?, kind, row.get::<_, String>(2)?, row.get::<_, String>(4)?);
+            Ok(event.of(track.map(i64::unsigned_abs)))
         };
         self.0.prepare_cached(EVENTS)?.query_map(params![integer(from_ms), integer(to_ms)], event)?.collect()
     }

@@ -18,9 +18,10 @@
 use std::collections::BTreeMap;
 
 use super::card::CardHash;
+use super::event::{Event, EventKind};
 use super::path::{Path, Place, encode};
 use super::pose::{PoseRow, Source};
-use super::row::{Event, PathRow, Row};
+use super::row::{PathRow, Row};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::card::Card;
@@ -141,13 +142,9 @@ impl ChangeRecorder {
             }
         }
         for change in self.stays.observe(&frame.tracks, at_ms as f64 * 1e-3) {
-            self.rows.push(Row::Event(Event {
-                at_ms: (change.at_s * 1e3).round() as u64,
-                kind: if change.since_s.is_some() { "leave" } else { "enter" }.into(),
-                subject: change.zone,
-                track: Some(change.track),
-                text: String::new(),
-            }));
+            let at_ms = (change.at_s * 1e3).round() as u64;
+            let kind = if change.since_s.is_some() { EventKind::Leave } else { EventKind::Enter };
+            self.happened(Event::new(at_ms, kind, change.zone, "").of(Some(change.track)));
         }
         if let Some(newest_ms) = self.newest_ms
             && at_ms.saturating_sub(newest_ms) > STALE_MS
@@ -283,14 +280,10 @@ impl ChangeRecorder {
             self.rows.push(Row::Card { at_ms, place, hash: CardHash::from(card) });
         }
         let passage = &passed.passage;
-        let kind = if passage.alarm.is_some() { "door-alarm" } else { "passage" };
-        self.happened(Event {
-            at_ms: passed.ended_ms,
-            kind: kind.into(),
-            subject: passage.door.clone(),
-            track: passage.through.first().copied(),
-            text: format!("{} of {} went in: {}", passage.through.len(), passage.entered, passage.reason),
-        });
+        let kind = if passage.alarm.is_some() { EventKind::DoorAlarm } else { EventKind::Passage };
+        let text = format!("{} of {} went in: {}", passage.through.len(), passage.entered, passage.reason);
+        let event = Event::new(passed.ended_ms, kind, &*passage.door, text);
+        self.happened(event.of(passage.through.first().copied()));
         self.rows.push(Row::Passage(Box::new(passed)));
     }
 
@@ -374,31 +367,24 @@ impl ChangeRecorder {
 
     fn module(&mut self, module: &ModuleLine, at_ms: u64) {
         let known = self.modules.entry(module.name.clone()).or_default();
-        let mut event = |at_ms: u64, kind: &str, text: &str| {
-            self.rows.push(Row::Event(Event {
-                at_ms,
-                kind: kind.into(),
-                subject: module.name.clone(),
-                track: None,
-                text: text.into(),
-            }));
-        };
+        let mut happened = |event: Event| self.rows.push(Row::Event(event));
         if known.state != Some(module.state) {
-            event(at_ms, "state", module.state.name());
+            happened(Event::state(at_ms, &module.name, module.state));
             known.state = Some(module.state);
         }
         let alarms: BTreeMap<AlarmKind, String> =
             module.alarms.iter().map(|alarm| (alarm.kind, alarm.text.clone())).collect();
-        for (name, text) in alarms.iter().filter(|(name, _)| !known.alarms.contains_key(*name)) {
-            event(at_ms, "alarm", &format!("{name}: {text}"));
+        for (kind, text) in alarms.iter().filter(|(kind, _)| !known.alarms.contains_key(*kind)) {
+            happened(Event::alarm(at_ms, &module.name, *kind, text));
         }
         for kind in known.alarms.keys().filter(|kind| !alarms.contains_key(*kind)) {
-            event(at_ms, "cleared", kind.name());
+            happened(Event::cleared(at_ms, &module.name, *kind));
         }
         known.alarms = alarms;
         let number = |told: &EventLine| (told.boot, told.number);
         for told in module.events.iter().filter(|told| !known.events.contains(&number(told))) {
-            event(at_ms.saturating_sub((told.ago_s * 1e3) as u64), told.kind.name(), &told.text);
+            let at_ms = at_ms.saturating_sub((told.ago_s * 1e3) as u64);
+            happened(Event::new(at_ms, EventKind::Device(told.kind), &*module.name, &*told.text));
         }
         known.events = module.events.iter().map(number).collect();
         if at_ms.saturating_sub(known.health_ms) >= HEALTH_MS {

@@ -5,6 +5,7 @@
 //! ```
 
 use super::card::CardHash;
+use super::event::Event;
 use super::pose::PoseRow;
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::doors::Passed;
@@ -99,19 +100,4 @@ pub struct PathRow {
     pub ended_ms: u64,
     /// As [`encode`](super::path::encode) makes them.
     pub points: Vec<u8>,
-}
-
-/// Something that happened.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
-pub struct Event {
-    /// ms since 1970.
-    pub at_ms: u64,
-    /// `started`, `restored`, `discarded`, `enter`, `leave`, `alarm`, `cleared`, `state`, `passage`, `door-alarm`.
-    pub kind: String,
-    /// Zone or module.
-    pub subject: String,
-    /// The track, if the event is about one.
-    pub track: Option<u64>,
-    /// In words.
-    pub text: String,
 }

@@ -16,16 +16,13 @@ use serde::Serialize;
 use super::answers::{Count, TotalOf};
 use super::lives::told_within;
 use super::reader::Reader;
-use super::row::Event;
+use super::event::Event;
 
 /// Most bins of an overview: more than a wide screen has room for.
 pub const BINS_MAX: usize = 1000;
 
 /// Most events of an overview; of more, the newest.
 pub const EVENTS_MAX: usize = 500;
-
-/// Events that are too many to be shown of a long time: the counts show how people moved between zones.
-const SMALL: [&str; 3] = ["enter", "leave", "state"];
 
 /// A time at a glance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -66,7 +63,7 @@ pub fn overview(reader: &Reader, (from_ms, to_ms): (u64, u64), bins: usize) -> r
         bins.clamp(1, BINS_MAX),
     );
     let mut events = reader.events(from_ms, to_ms)?;
-    events.retain(|event| !SMALL.contains(&event.kind.as_str()));
+    events.retain(|event| !event.kind.is_frequent());
     let left_out = events.len().saturating_sub(EVENTS_MAX);
     events.drain(..left_out);
     let first_ms = reader.span_ms()?.map(|(first_ms, _)| first_ms);

@@ -211,7 +211,7 @@ fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Re
                 )?
                 .execute(params![
                     integer(event.at_ms),
-                    event.kind,
+                    event.kind.name(),
                     event.subject,
                     event.track.map(integer),
                     event.text

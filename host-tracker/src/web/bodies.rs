@@ -16,7 +16,7 @@ use super::editors::OtherEditor;
 use crate::alarm_handle::Told;
 use crate::reports::ReportLine;
 use crate::store::answers::Count;
-use crate::store::row::Event;
+use crate::store::event::Event;
 use kehai_tracking::alarm_list::{Became, ListedAlarm};
 use kehai_tracking::site::Site;
 use kehai_tracking::site::merge::Conflict;

@@ -20,7 +20,7 @@ use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::pose::{self, Source};
 use host_tracker::store::raw::{self, RawScanWriter};
 use host_tracker::store::reader::Reader;
-use host_tracker::store::row::Event;
+use host_tracker::store::event::{Event, EventKind};
 use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::door::Card;
@@ -252,9 +252,9 @@ fn what_was_known_half_a_minute_ago_is_taken_back_and_what_is_older_is_not() {
     assert_eq!(known_before(&folder.file(), now_ms), (None, None), "there is no database yet");
     drop(written(&folder, 30, [frame(now_ms, vec![walker(1, now_ms), walker(2, now_ms)])].into_iter()));
     let (frame, event) = known_before(&folder.file(), now_ms + 29_000);
-    assert_eq!((frame.unwrap().line.tracks.len(), event.unwrap().kind.as_str()), (2, "restored"));
+    assert_eq!((frame.unwrap().line.tracks.len(), event.unwrap().kind), (2, EventKind::Restored));
     let (frame, event) = known_before(&folder.file(), now_ms + 31_000);
-    assert_eq!((frame, event.unwrap().kind.as_str()), (None, "discarded"));
+    assert_eq!((frame, event.unwrap().kind), (None, EventKind::Discarded));
     // A clock that was set back says nothing about how long ago it was.
     assert_eq!(known_before(&folder.file(), now_ms - 1000).0, None);
 }
@@ -309,14 +309,7 @@ fn a_text_with_commas_quotes_and_lines_survives_the_export() {
     let folder = Folder::new();
     let text = "a \"moved\" module,\nor a covered one";
     let store = Store::open(&folder.file(), &site(), keep(30)).unwrap();
-    let event = Event {
-        at_ms: unix_ms(),
-        kind: "alarm".into(),
-        subject: "l,eft".into(),
-        track: None,
-        text: text.into(),
-    };
-    store.happened(event);
+    store.happened(Event::new(unix_ms(), EventKind::Alarm, "l,eft", text));
     drop(store);
     let out = folder.0.path().join("out");
     export::export(&folder.file(), &out, (0, u64::MAX / 2), export::Format::Csv).unwrap();
@@ -443,7 +436,7 @@ fn a_passage_is_kept_whole_and_found_by_its_time() {
     assert_eq!(reader.passages(0, 99_999).unwrap(), []);
     assert_eq!(reader.passages(100_000, 200_000).unwrap(), [*passed]);
     let events = reader.events(0, 200_000).unwrap();
-    let kinds: Vec<(&str, &str)> = events.iter().map(|event| (&*event.kind, &*event.text)).collect();
+    let kinds: Vec<(&str, &str)> = events.iter().map(|event| (event.kind.name(), &*event.text)).collect();
     assert_eq!(kinds, [("door-alarm", "3 of 2 went in: more went in than were let in")]);
 }
 

@@ -203,7 +203,7 @@ mod tests {
         drop(store);
         let reader = Reader::open(&database).unwrap();
         let events = reader.events(0, now_ms).unwrap();
-        let learned = events.iter().find(|event| event.kind == "learned").unwrap();
+        let learned = events.iter().find(|event| event.kind.name() == "learned").unwrap();
         assert_eq!((learned.at_ms, learned.subject.as_str()), (now_ms - 2000, "left"));
         let health = reader.health(0, now_ms).unwrap();
         assert_eq!(health.len(), 2);

@@ -4,7 +4,7 @@ use super::super::answers::{Count, CrossedAt, LineSeen, Posed, Walked, Was};
 use super::super::figures::Stay;
 use super::super::numbers::integer;
 use super::super::path::Place;
-use super::super::row::Event;
+use super::super::event::Event;
 use super::table::{Column, Table};
 use kehai_tracking::snapshot::DeviceState;
 
@@ -90,7 +90,7 @@ pub fn events(rows: &[Event]) -> Table {
         name: "events",
         columns: vec![
             ("time", times(rows, |row| row.at_ms)),
-            ("kind", texts(rows, |row| &row.kind)),
+            ("kind", texts(rows, |row| row.kind.name())),
             ("subject", texts(rows, |row| &row.subject)),
             ("track", Column::MaybeNumber(rows.iter().map(|row| row.track.map(integer)).collect())),
             ("text", texts(rows, |row| &row.text)),

@@ -30,7 +30,7 @@ fn a_person_who_walks_through_a_zone_enters_it_and_leaves_it() {
     let events: Vec<&str> = rows
         .iter()
         .filter_map(|row| match row {
-            Row::Event(event) if event.track == Some(7) && event.subject == "hall" => Some(&*event.kind),
+            Row::Event(event) if event.track == Some(7) && event.subject == "hall" => Some(event.kind.name()),
             _ => None,
         })
         .collect();
@@ -78,7 +78,7 @@ fn counts_and_alarms_are_kept_when_they_change() {
     let counts = rows.iter().filter(|row| matches!(row, Row::Count { .. })).count();
     let kinds: Vec<&str> = rows
         .iter()
-        .filter_map(|row| if let Row::Event(event) = row { Some(&*event.kind) } else { None })
+        .filter_map(|row| if let Row::Event(event) = row { Some(event.kind.name()) } else { None })
         .collect();
     assert_eq!((counts, kinds), (2, vec!["state", "alarm", "cleared"]));
 }
@@ -137,7 +137,7 @@ fn what_a_module_learned_or_absorbed_is_kept_once_and_of_each_start() {
         .0
         .iter()
         .filter_map(|row| if let Row::Event(event) = row { Some(event) } else { None })
-        .map(|event| (event.at_ms, &*event.kind, &*event.subject))
+        .map(|event| (event.at_ms, event.kind.name(), &*event.subject))
         .collect();
     assert_eq!(
         kept,
@@ -175,13 +175,7 @@ fn a_module_s_place_is_kept_when_it_changes_and_by_whom() {
 fn a_database_that_cannot_be_written_for_long_costs_rows_and_says_how_many() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     for number in 0..ROWS_MAX as u64 + 10 {
-        recorder.happened(Event {
-            at_ms: number,
-            kind: "state".into(),
-            subject: String::new(),
-            track: None,
-            text: String::new(),
-        });
+        recorder.happened(Event::new(number, EventKind::State, "", ""));
     }
     recorder.record(&frame(1, vec![]));
     // The frame brings a row more: which zones make the total.

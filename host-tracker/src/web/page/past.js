@@ -145,7 +145,7 @@ function placeAt({ track, places }, at) {
 }
 
 /** An event in words. */
-export function words({ kind, subject, track, text }) {
+export function words({ kind, subject, track, name, text }) {
   const person = { track: String(track), zone: subject };
   switch (kind) {
     case EVENT.ENTER:
@@ -153,14 +153,14 @@ export function words({ kind, subject, track, text }) {
     case EVENT.LEAVE:
       return say(track == null ? "event.leave-any" : "event.leave", person);
     case EVENT.ALARM: {
-      // The database keeps an alarm as its name and the tracker's sentence.
-      const [, name, sentence] = /^([a-z-]+): (.*)$/s.exec(text) ?? [null, "unknown", text];
-      return say("event.told", { subject, text: alarmText({ name, text: sentence }) });
+      // The text is the alarm's name and the tracker's sentence.
+      const sentence = name ? text.slice(`${name}: `.length) : text;
+      return say("event.told", { subject, text: alarmText({ name: name ?? "unknown", text: sentence }) });
     }
     case EVENT.CLEARED:
-      return say("event.cleared", { subject, alarm: word("alarm", text) });
+      return say("event.cleared", { subject, alarm: word("alarm", name ?? text) });
     case EVENT.STATE:
-      return say("event.told", { subject, text: word("module", text) });
+      return say("event.told", { subject, text: word("module", name ?? text) });
     default:
       return subject ? say("event.told", { subject, text: text || kind }) : text || kind;
   }
