@@ -271,11 +271,9 @@ impl Daemon {
             }
             store.record(Arc::clone(&snapshot));
             let state = store.state();
-            self.service.alarms().set(
-                AlarmKind::Database,
-                if state.trouble.is_empty() { &state.doubt } else { &state.trouble },
-            );
-            self.service.alarms().set(AlarmKind::RawScans, &state.raw);
+            let alarms = self.service.alarms();
+            alarms.set(AlarmKind::Database, state.trouble.as_deref().or(state.doubt.as_deref()));
+            alarms.set(AlarmKind::RawScans, state.raw.as_deref());
         }
         Next::Snapshot(snapshot)
     }

@@ -1,8 +1,8 @@
 //! The tracker's own alarms, kept where each part of the daemon can raise them and every snapshot shows them.
 //!
 //! ```text
-//!   database, recording ── set(Database, "disk is full") ──▶ TrackerAlarms ──▶ Snapshot.alarms
-//!   supervise ──────────── thread_ended("mqtt", "…") ──────▶
+//!   database, recording ── set(Database, Some("disk is full")) ──▶ TrackerAlarms ──▶ Snapshot.alarms
+//!   supervise ──────────── thread_ended("mqtt", "…") ────────────▶
 //! ```
 
 use std::collections::BTreeMap;
@@ -24,13 +24,13 @@ struct On {
 }
 
 impl TrackerAlarms {
-    /// Raises an alarm with this text, or goes on with it; an empty text clears it.
-    pub fn set(&self, kind: AlarmKind, text: &str) {
+    /// Raises an alarm with this text, or goes on with it; without a text it is over.
+    pub fn set(&self, kind: AlarmKind, text: Option<&str>) {
         let alarms = &mut self.lock().alarms;
-        if text.is_empty() {
-            alarms.remove(&kind);
-        } else if alarms.get(&kind).is_none_or(|known| known != text) {
-            alarms.insert(kind, text.to_owned());
+        match text {
+            None => drop(alarms.remove(&kind)),
+            Some(text) if alarms.get(&kind).is_some_and(|known| known == text) => {}
+            Some(text) => drop(alarms.insert(kind, text.to_owned())),
         }
     }
 

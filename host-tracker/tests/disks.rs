@@ -225,7 +225,7 @@ fn f12_a_recording_and_the_lines_on_a_full_disk_are_alarms_and_go_on_when_there_
 
     let outcome = replay(&recording, |_, _| Ok(())).unwrap();
     println!("{outcome:?}");
-    assert_eq!(outcome.cut_off, "");
+    assert_eq!(outcome.cut_off, None);
     assert!(outcome.lost > 30, "three seconds of three modules");
     let lines = lines(&tracks);
     assert!(lines.iter().all(Option::is_some), "whole lines");

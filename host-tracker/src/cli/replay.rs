@@ -61,8 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     say(format_args!("{} datagrams, {} lines", outcome.datagrams, outcome.lines));
     say(format_args!("recorded sha256 {}", outcome.recorded));
     say(format_args!("replayed sha256 {}", outcome.replayed));
-    if !outcome.cut_off.is_empty() {
-        say(format_args!("the file ends early: {}", outcome.cut_off));
+    if let Some(why) = &outcome.cut_off {
+        say(format_args!("the file ends early: {why}"));
     }
     if outcome.lost > 0 {
         say(format_args!(

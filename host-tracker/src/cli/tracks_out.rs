@@ -21,13 +21,13 @@ pub(super) struct TracksOut<W> {
     /// What is still to be written of a line that was begun.
     rest: Vec<u8>,
     lost: u64,
-    trouble: String,
+    trouble: Option<String>,
 }
 
 impl<W: Write> TracksOut<W> {
     /// Lines into `out`, which is called `name` in messages.
     pub(super) fn new(out: W, name: String) -> Self {
-        Self { out, name, rest: Vec::new(), lost: 0, trouble: String::new() }
+        Self { out, name, rest: Vec::new(), lost: 0, trouble: None }
     }
 
     /// Writes a line, or counts it as lost.
@@ -47,18 +47,18 @@ impl<W: Write> TracksOut<W> {
             })
         });
         match &done {
-            Ok(()) => self.trouble.clear(),
+            Ok(()) => self.trouble = None,
             Err(error) => {
                 self.lost += 1;
-                self.trouble = format!("{}: {error}; {} lines are lost so far", self.name, self.lost);
+                self.trouble = Some(format!("{}: {error}; {} lines are lost so far", self.name, self.lost));
             }
         }
         done
     }
 
-    /// What is wrong, in words; empty if nothing is.
-    pub(super) fn trouble(&self) -> &str {
-        &self.trouble
+    /// What is wrong, in words, if anything is.
+    pub(super) fn trouble(&self) -> Option<&str> {
+        self.trouble.as_deref()
     }
 
     /// Writes what is left of a line.

@@ -245,11 +245,11 @@ impl TrackingLoop {
             None => return,
             Some(Ok(keys)) => {
                 self.links.change(Arc::new(keys));
-                String::new()
+                None
             }
-            Some(Err(error)) => error.to_string(),
+            Some(Err(error)) => Some(error.to_string()),
         };
-        self.parts.alarms.set(AlarmKind::Keys, &trouble);
+        self.parts.alarms.set(AlarmKind::Keys, trouble.as_deref());
     }
 
     fn receive(&mut self, arrival: &mut Arrival) {
@@ -330,7 +330,7 @@ impl TrackingLoop {
         parts.calibration.tick(site_tracker.sessions(), at_us as f64 * 1e-6);
         if let Some(recorder) = &parts.recorder {
             recorder.line(at_us, &line);
-            parts.alarms.set(AlarmKind::Recording, &recorder.trouble());
+            parts.alarms.set(AlarmKind::Recording, recorder.trouble().as_deref());
         }
         let mut modules = registry.lines(site_tracker.sessions_mut(), now_us);
         modules.iter_mut().for_each(|module| stand(module, links));

@@ -57,7 +57,7 @@ pub struct Recorder {
     tracker: Selected,
     queue: Option<SyncSender<Message>>,
     lost: Losses,
-    trouble: Arc<Mutex<String>>,
+    trouble: Arc<Mutex<Option<String>>>,
     thread: Option<JoinHandle<()>>,
     /// When a scan of each module, by its number, is shown next, µs.
     shown_us: BTreeMap<usize, u64>,
@@ -84,7 +84,7 @@ impl Recorder {
         let told = Told { tracker: tracker.to_string(), site: site.clone(), restored };
         writer.write(Message::Told(0, Box::new(told))).map_err(failed)?;
         let (queue, messages) = sync_channel(QUEUE);
-        let trouble = Arc::new(Mutex::new(String::new()));
+        let trouble = Arc::new(Mutex::new(None));
         let state = State { file: file.to_path_buf(), lost: lost.clone(), trouble: Arc::clone(&trouble) };
         let thread = std::thread::Builder::new()
             .name("recorder".into())
@@ -145,9 +145,9 @@ impl Recorder {
         self.lost.so_far().messages
     }
 
-    /// Why messages are being lost, in words, and how many were; empty while none are.
+    /// Why messages are being lost, in words, and how many were; none while none are.
     #[must_use]
-    pub fn trouble(&self) -> String {
+    pub fn trouble(&self) -> Option<String> {
         self.trouble.lock().clone()
     }
 
@@ -174,7 +174,7 @@ impl Drop for Recorder {
 struct State {
     file: PathBuf,
     lost: Losses,
-    trouble: Arc<Mutex<String>>,
+    trouble: Arc<Mutex<Option<String>>>,
 }
 
 impl State {
@@ -182,11 +182,13 @@ impl State {
     fn note(&self, done: Result<(), Cause>, lost_before: u64) {
         let (file, lost) = (self.file.display(), self.lost.so_far().messages);
         *self.trouble.lock() = match done {
-            Err(error) => format!("{file}: {error}: {lost} messages are lost so far; it goes on when it can"),
-            Ok(()) if lost > lost_before => {
-                format!("{file}: the disk was full or is too slow: {lost} messages are lost so far")
+            Err(error) => {
+                Some(format!("{file}: {error}: {lost} messages are lost so far; it goes on when it can"))
             }
-            Ok(()) => String::new(),
+            Ok(()) if lost > lost_before => {
+                Some(format!("{file}: the disk was full or is too slow: {lost} messages are lost so far"))
+            }
+            Ok(()) => None,
         };
     }
 }

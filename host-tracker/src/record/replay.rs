@@ -42,8 +42,8 @@ pub struct Outcome {
     pub recorded: String,
     /// The same over those of now.
     pub replayed: String,
-    /// Why it ended before the file's end, in words; empty if it did not.
-    pub cut_off: String,
+    /// Why it ended before the file's end, in words, if it did.
+    pub cut_off: Option<String>,
 }
 
 /// Follows a recording again; every line goes to `give`, which may take its time, with the tracker's time in µs.
@@ -70,12 +70,12 @@ pub fn replay(
             Ok(Some(Ok(message))) => message,
             Ok(Some(Err(error))) if site_tracker.is_none() => return Err(failed(error.into())),
             Ok(Some(Err(error))) => {
-                outcome.cut_off = error.to_string();
+                outcome.cut_off = Some(error.to_string());
                 break;
             }
             Err(_) if site_tracker.is_none() => return Err(failed(Cause::Damaged)),
             Err(_) => {
-                outcome.cut_off = Cause::Damaged.to_string();
+                outcome.cut_off = Some(Cause::Damaged.to_string());
                 break;
             }
         };

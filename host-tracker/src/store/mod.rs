@@ -72,14 +72,14 @@ pub const RESTORE_MS: u64 = 30_000;
 const QUEUE: usize = 64;
 
 /// How the store is.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StoreState {
-    /// What is wrong, in words; empty if nothing is.
-    pub trouble: String,
-    /// Why nothing is deleted, in words; empty if what is too old is.
-    pub doubt: String,
-    /// Raw scans that a user asked to be kept, in words; empty if there are none.
-    pub raw: String,
+    /// What is wrong, in words, if anything is.
+    pub trouble: Option<String>,
+    /// Why nothing is deleted, in words, if what is too old is not.
+    pub doubt: Option<String>,
+    /// Raw scans that a user asked to be kept, in words, if there are any.
+    pub raw: Option<String>,
     /// Frames for which there was no room, and rows dropped because nothing could be written for too long.
     pub dropped: u64,
     /// Transactions.

@@ -58,12 +58,12 @@ pub(super) fn kept(connection: &Connection, now_ms: u64) -> rusqlite::Result<Vec
 
 /// That in words; empty if there is nothing.
 #[must_use]
-pub fn in_words(kept: &[RawKept], now_ms: u64) -> String {
+pub fn in_words(kept: &[RawKept], now_ms: u64) -> Option<String> {
     let one = |kept: &RawKept| {
         let left = time(kept.until_ms.saturating_sub(now_ms));
         format!("{} raw scans of {} are kept for another {left}", kept.scans, kept.module)
     };
-    kept.iter().map(one).collect::<Vec<_>>().join("; ")
+    (!kept.is_empty()).then(|| kept.iter().map(one).collect::<Vec<_>>().join("; "))
 }
 
 /// A duration in words.

@@ -156,7 +156,7 @@ impl Work {
                 let steady = self.failed.is_none_or(|failed| failed.elapsed() >= STEADY);
                 locked(&self.state, |state| {
                     if steady {
-                        state.trouble.clear();
+                        state.trouble = None;
                     }
                     state.written += 1;
                     state.dropped = state.dropped.max(dropped);
@@ -183,7 +183,7 @@ impl Work {
         match forgotten {
             Ok((more, kept, doubt)) => {
                 let text = raw::in_words(&kept, now_ms);
-                let doubt = doubt.map(|doubt| doubt.to_string()).unwrap_or_default();
+                let doubt = doubt.map(|doubt| doubt.to_string());
                 locked(&self.state, |state| (state.raw, state.doubt) = (text, doubt));
                 more
             }
@@ -197,6 +197,6 @@ impl Work {
 
     fn trouble(&mut self, text: &str) {
         self.failed = Some(Instant::now());
-        locked(&self.state, |state| text.clone_into(&mut state.trouble));
+        locked(&self.state, |state| state.trouble = Some(text.to_owned()));
     }
 }

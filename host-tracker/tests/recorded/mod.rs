@@ -98,6 +98,6 @@ pub fn record(file: &Path, site_tracker: Selected, written: Selected) -> (u64, u
             std::thread::sleep(std::time::Duration::from_millis(50));
         }
     }
-    assert_eq!((recorder.lost(), recorder.trouble()), (0, String::new()));
+    assert_eq!((recorder.lost(), recorder.trouble()), (0, None));
     (datagrams, lines)
 }
