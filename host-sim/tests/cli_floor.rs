@@ -48,7 +48,7 @@ fn follow(address: SocketAddr, mut is_enough: impl FnMut(&ZoneLine) -> bool) -> 
         let observation = site_tracker.follow(&datagram, now_us);
         registry.heard(from, &datagram, observation, site_tracker.sessions_mut(), now_us, send);
         let hall = site_tracker.estimate(now_us as f64 * 1e-6).zones["hall"].clone();
-        let lines = registry.lines(site_tracker.sessions_mut(), now_us);
+        let lines = registry.update_lines(site_tracker.sessions_mut(), now_us);
         let watches = lines.iter().all(|line| line.state == DeviceState::Watching && line.alarms.is_empty());
         if is_enough(&hall) && watches {
             return hall;

@@ -6,7 +6,7 @@
 //!            ├─▶ webhook  ◀─ what becomes of alarms
 //!            ├─▶ Zenoh: areas, ROS 2
 //!            ├─▶ live map ─▶ changes of the site, accepted poses ─▶ service, database
-//!            └─▶ next()   ─▶ the program: the newest snapshot and door outputs
+//!            └─▶ next()   ─▶ the program: the newest snapshot, and what came with it: outputs(), alarm_changes()
 //! ```
 
 use std::io;
@@ -148,6 +148,13 @@ pub enum Next {
     Ended,
 }
 
+/// What has come beside snapshots.
+#[derive(Debug, Default)]
+struct News {
+    outputs: Vec<Output>,
+    changes: Vec<AlarmChange>,
+}
+
 /// The running daemon. It ends when it is dropped.
 #[derive(Debug)]
 pub struct Daemon {
@@ -159,6 +166,8 @@ pub struct Daemon {
     snapshots: Receiver<Arc<Snapshot>>,
     outputs: Receiver<Output>,
     changes: Receiver<AlarmChange>,
+    /// What came up to the last [`next`](Self::next).
+    news: News,
     site: watch::Receiver<Arc<Site>>,
     file: SiteFile,
     service: Service,
@@ -186,7 +195,7 @@ impl Daemon {
             clear,
             links,
         } = settings;
-        is_closed(map.as_ref())?;
+        refuse_open(map.as_ref())?;
         let site = file.current().site;
         let now_ms = unix_ms();
         let taken_back = database.as_ref().filter(|database| database.restore);
@@ -244,7 +253,8 @@ impl Daemon {
         let site = service.site();
         let links = Links::start(links, &service, say)?;
         let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
-        Ok(Self { map, publisher, links, webhook, snapshots, outputs, changes, site, file, service, store })
+        let news = News::default();
+        Ok(Self { map, publisher, links, webhook, snapshots, outputs, changes, news, site, file, service, store })
     }
 
     /// Uses the site's file as it is now; true if it was changed by hand since it was last read or written.
@@ -258,44 +268,59 @@ impl Daemon {
         Ok(self.file.current().revision != before)
     }
 
-    /// The next snapshot, which the database has then, too.
+    /// Waits for the next snapshot, and takes it with what has come beside it: [`outputs`](Self::outputs) and
+    /// [`alarm_changes`](Self::alarm_changes). All of it is handed to the database, too.
     pub fn next(&mut self, wait: Duration) -> Next {
-        let snapshot = match self.snapshots.recv_timeout(wait) {
-            Ok(snapshot) => snapshot,
-            Err(RecvTimeoutError::Timeout) => return Next::Waiting,
-            Err(RecvTimeoutError::Disconnected) => return Next::Ended,
+        let next = match self.snapshots.recv_timeout(wait) {
+            Ok(snapshot) => Next::Snapshot(snapshot),
+            Err(RecvTimeoutError::Timeout) => Next::Waiting,
+            Err(RecvTimeoutError::Disconnected) => Next::Ended,
         };
-        if let Some(store) = &self.store {
-            if self.site.has_changed().unwrap_or(false) {
-                store.set_site(&self.site.borrow_and_update(), Source::Map);
-            }
-            store.record(Arc::clone(&snapshot));
-            let state = store.state();
-            let alarms = self.service.alarms();
-            alarms.set(AlarmKind::Database, state.trouble.as_deref().or(state.doubt.as_deref()));
-            alarms.set(AlarmKind::RawScans, state.raw.as_deref());
+        self.news = News {
+            outputs: self.outputs.try_iter().collect(),
+            changes: self.changes.try_iter().collect(),
+        };
+        if let Next::Snapshot(snapshot) = &next {
+            self.record(snapshot);
         }
-        Next::Snapshot(snapshot)
+        self.record_news();
+        next
     }
 
-    /// The door outputs since the last call. The database has their passages then.
-    pub fn outputs(&self) -> Vec<Output> {
-        let outputs: Vec<Output> = self.outputs.try_iter().collect();
-        for output in &outputs {
-            if let (Output::Passage(passed), Some(store)) = (output, &self.store) {
+    /// Hands a snapshot to the database, and raises what is wrong with that.
+    fn record(&mut self, snapshot: &Arc<Snapshot>) {
+        let Some(store) = &self.store else { return };
+        if self.site.has_changed().unwrap_or(false) {
+            store.set_site(&self.site.borrow_and_update(), Source::Map);
+        }
+        store.record(Arc::clone(snapshot));
+        let state = store.state();
+        let trouble = state.trouble.as_deref().or(state.doubt.as_deref());
+        self.service.alarms().set(AlarmKind::Database, trouble);
+        self.service.alarms().set(AlarmKind::RawScans, state.raw.as_deref());
+    }
+
+    /// Hands passages and alarms to the database.
+    fn record_news(&self) {
+        let Some(store) = &self.store else { return };
+        for output in &self.news.outputs {
+            if let Output::Passage(passed) = output {
                 store.passed(passed.clone());
             }
         }
-        outputs
+        self.news.changes.iter().for_each(|change| store.alarm(change.alarm.clone()));
     }
 
-    /// What has become of alarms since the last call. The database has that then, too.
-    pub fn alarm_changes(&self) -> Vec<AlarmChange> {
-        let changes: Vec<AlarmChange> = self.changes.try_iter().collect();
-        if let Some(store) = &self.store {
-            changes.iter().for_each(|change| store.alarm(change.alarm.clone()));
-        }
-        changes
+    /// The door outputs that the last [`next`](Self::next) has taken.
+    #[must_use]
+    pub fn outputs(&self) -> &[Output] {
+        &self.news.outputs
+    }
+
+    /// What had become of alarms by the last [`next`](Self::next).
+    #[must_use]
+    pub fn alarm_changes(&self) -> &[AlarmChange] {
+        &self.news.changes
     }
 
     /// The guarded doors.
@@ -378,7 +403,7 @@ pub(crate) fn map_url(map: &Map) -> Option<String> {
 }
 
 /// Refuses a map at an address at which others than this machine could do everything.
-pub(crate) fn is_closed(map: Option<&Map>) -> Result<(), DaemonError> {
+pub(crate) fn refuse_open(map: Option<&Map>) -> Result<(), DaemonError> {
     let Some(map) = map.filter(|map| map.access.is_open() && !map.insecure) else { return Ok(()) };
     let mut listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
     listens.find(is_reached).map_or(Ok(()), |open| Err(DaemonError::Open(open)))

@@ -177,7 +177,7 @@ fn nothing_is_known_by_modules_without_a_place_until_they_have_one() {
         (world.zone().state(), world.site_tracker.estimate(at_s).tracks.len()),
         (ZoneKnown::Unknown, 0)
     );
-    let lines = world.registry.lines(world.site_tracker.sessions_mut(), world.now_us);
+    let lines = world.registry.update_lines(world.site_tracker.sessions_mut(), world.now_us);
     assert!(
         lines.iter().any(|line| !line.sees.is_empty()),
         "each says what it sees in its own frame: {lines:?}"
@@ -186,6 +186,6 @@ fn nothing_is_known_by_modules_without_a_place_until_they_have_one() {
     edit(&mut world, &site);
     world.seconds(4);
     assert_eq!((world.zone().state(), world.zone().count()), (ZoneKnown::Known, Some(2)));
-    let lines = world.registry.lines(world.site_tracker.sessions_mut(), world.now_us);
+    let lines = world.registry.update_lines(world.site_tracker.sessions_mut(), world.now_us);
     assert!(lines.iter().all(|line| line.sees.is_empty()), "{lines:?}");
 }

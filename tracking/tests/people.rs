@@ -82,7 +82,7 @@ fn f3_the_flash_of_a_module_was_erased() {
     world.restart([0; 3]);
     assert_eq!(world.honest[0].fake.identity.boot, 1);
     are_counted_or_it_is_not_known(&mut world, 60);
-    assert_eq!(world.registry.lines(world.site_tracker.sessions_mut(), world.now_us).len(), 3);
+    assert_eq!(world.registry.update_lines(world.site_tracker.sessions_mut(), world.now_us).len(), 3);
 }
 
 #[test]
@@ -93,6 +93,6 @@ fn f4_a_module_was_swapped_for_another_of_the_same_name() {
     world.honest[0].fake = Fake { identity, offset_us, parts: BEAMS, ..Fake::new(7, 3, "left") };
     world.judge.disturbed_us = world.now_us;
     are_counted_or_it_is_not_known(&mut world, 60);
-    let lines = world.registry.lines(world.site_tracker.sessions_mut(), world.now_us);
+    let lines = world.registry.update_lines(world.site_tracker.sessions_mut(), world.now_us);
     assert!(lines.iter().any(|line| line.name == "left" && line.id == id(7).to_string()), "{lines:?}");
 }

@@ -13,7 +13,7 @@ use tokio::sync::watch;
 
 use super::{Campus, CampusSettings};
 use crate::alarm_handle::AlarmHandle;
-use crate::daemon::{DaemonError, Map, Mqtt, is_closed, listen, map_url};
+use crate::daemon::{DaemonError, Map, Mqtt, listen, map_url, refuse_open};
 use crate::links::LinksError;
 use crate::mqtt::{self, Publisher};
 use crate::site_file::SiteFile;
@@ -50,7 +50,7 @@ impl Together {
     /// [`DaemonError`].
     pub fn start(settings: TogetherSettings, say: fn(&str)) -> Result<Self, DaemonError> {
         let TogetherSettings { campus, path, map, mqtt } = settings;
-        is_closed(map.as_ref())?;
+        refuse_open(map.as_ref())?;
         let (file, alarms) = (SiteFile::together(&path), TrackerAlarms::default());
         let listed = AlarmHandle::default();
         let campus = Campus::start(campus, (file.clone(), listed.clone()), alarms.clone(), say);

@@ -264,23 +264,24 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         if hang_up.swap(false, Ordering::Relaxed) {
             read_anew(&daemon, &site_path);
         }
-        match daemon.next(WAIT) {
+        let has_snapshot = match daemon.next(WAIT) {
             Next::Snapshot(snapshot) => {
                 last = snapshot;
                 supervisor.lives();
+                true
             }
-            Next::Waiting => continue,
+            Next::Waiting => false,
             Next::Ended => break,
-        }
+        };
         for output in daemon.outputs() {
             if let Output::NotTaken { door, why } = output
-                && let Some(line) = refusals.line(&door, &why, Instant::now())
+                && let Some(line) = refusals.line(door, why, Instant::now())
             {
                 tracing::warn!("{line}");
             }
         }
         daemon.alarm_changes().iter().for_each(say);
-        if let Some(out) = &mut out {
+        if let Some(out) = out.as_mut().filter(|_| has_snapshot) {
             match out.line(&last.line) {
                 // The reader of the lines has had enough, and there is no other.
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe && !tells_others => break,

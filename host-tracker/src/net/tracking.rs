@@ -332,7 +332,7 @@ impl TrackingLoop {
             recorder.line(at_us, &line);
             parts.alarms.set(AlarmKind::Recording, recorder.trouble().as_deref());
         }
-        let mut modules = registry.lines(site_tracker.sessions_mut(), now_us);
+        let mut modules = registry.update_lines(site_tracker.sessions_mut(), now_us);
         modules.iter_mut().for_each(|module| stand(module, links));
         poses.raise(site_tracker.sessions(), &mut modules, now_us);
         let doors = parts.doors.as_ref().map(|doors| doors.observe(&estimate, &modules));

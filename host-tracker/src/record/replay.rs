@@ -112,7 +112,7 @@ pub fn replay(
             }
             (ELSEWHERE, Some(site_tracker)) => {
                 if let Ok(device) = <[u8; 6]>::try_from(&*message.data) {
-                    site_tracker.sessions_mut().is_elsewhere(ModuleId(device), now_us);
+                    site_tracker.sessions_mut().note_new_address(ModuleId(device), now_us);
                 }
             }
             (LOST, Some(_)) => {

@@ -150,7 +150,7 @@ impl Run {
         let site_tracker = &mut self.world.site_tracker;
         let estimate = site_tracker.estimate(now_us as f64 * 1e-6);
         let line = TracksLine::from(&estimate);
-        let modules = self.world.registry.lines(site_tracker.sessions_mut(), now_us);
+        let modules = self.world.registry.update_lines(site_tracker.sessions_mut(), now_us);
         Snapshot {
             unix_ms,
             tracks: estimate.tracks,

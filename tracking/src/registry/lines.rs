@@ -33,19 +33,11 @@ const CORNERS: usize = 180;
 type Rank = (bool, bool);
 
 impl Registry {
-    /// How every device is at `now_us`: those of the site in its order, then the others.
-    pub fn lines(&mut self, sessions: &mut Sessions, now_us: u64) -> Vec<ModuleLine> {
+    /// Judges how every device is at `now_us`: those of the site in its order, then the others. One that is neither in the site nor
+    /// there any more is forgotten; since when one is missing, and how long an alarm's cause has lasted, is counted by these calls.
+    pub fn update_lines(&mut self, sessions: &mut Sessions, now_us: u64) -> Vec<ModuleLine> {
+        self.forget_departed(sessions);
         let Self { site, routes, answered, missing, .. } = self;
-        // A device that is neither in the site nor there any more is forgotten.
-        answered.retain(|&device, _| {
-            let Some(session) = sessions.get(device) else { return false };
-            let is_there = routes.iter().any(|route| route.leads_to(device));
-            let stays = is_there || site.place_of_device(session.name(), device).is_some();
-            if !stays {
-                sessions.part(device);
-            }
-            stays
-        });
         let mut placed: BTreeMap<Place, (Rank, ModuleLine)> = BTreeMap::new();
         let mut others = Vec::new();
         for (&device, answered) in answered {
@@ -108,7 +100,21 @@ impl Registry {
         placed.into_values().map(|(_, line)| line).chain(others).collect()
     }
 
-    /// What an alarm is decided on at each device of the site, at the time of the last [`lines`](Self::lines).
+    /// Forgets devices that are neither in the site nor there any more.
+    fn forget_departed(&mut self, sessions: &mut Sessions) {
+        let Self { site, routes, answered, .. } = self;
+        answered.retain(|&device, _| {
+            let Some(session) = sessions.get(device) else { return false };
+            let is_there = routes.iter().any(|route| route.leads_to(device));
+            let stays = is_there || site.place_of_device(session.name(), device).is_some();
+            if !stays {
+                sessions.part(device);
+            }
+            stays
+        });
+    }
+
+    /// What an alarm is decided on at each device of the site, at the time of the last [`update_lines`](Self::update_lines).
     #[must_use]
     pub fn conditions(&self, kind: AlarmKind, sessions: &Sessions, now_us: u64) -> Vec<DeviceCondition> {
         let session = |place: Place| {

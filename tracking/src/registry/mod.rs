@@ -283,7 +283,7 @@ impl Registry {
             let before = self.answered.get(&device).map(|answered| answered.address);
             is_elsewhere = before.is_some_and(|before| before != from);
             if is_elsewhere {
-                sessions.is_elsewhere(device, now_us);
+                sessions.note_new_address(device, now_us);
             }
             (route.tried_us, route.answered_us, route.proven) = (now_us, Some(now_us), true);
             route.home = Some(from);

@@ -45,7 +45,7 @@ impl Network {
         let datagram = sessions.decode(bytes).unwrap();
         let admission = self.registry.admit(from, &datagram, sessions, self.now_us);
         if admission.is_elsewhere {
-            self.again.sessions_mut().is_elsewhere(datagram.device(), self.now_us);
+            self.again.sessions_mut().note_new_address(datagram.device(), self.now_us);
         }
         if !admission.is_used {
             return false;
@@ -99,7 +99,7 @@ impl Network {
     }
 
     fn lines(&mut self) -> Vec<ModuleLine> {
-        self.registry.lines(self.site_tracker.sessions_mut(), self.now_us)
+        self.registry.update_lines(self.site_tracker.sessions_mut(), self.now_us)
     }
 
     fn announces(&mut self, instance: &str, device: ModuleId, host: u8) {

@@ -181,7 +181,7 @@ impl Session {
 
     /// It answers at another address than before, and may be another device: what it was said to be is asked for again,
     /// and there are no times until it has answered once more.
-    pub fn is_elsewhere(&mut self, now_us: u64) {
+    pub fn note_new_address(&mut self, now_us: u64) {
         self.described = None;
         self.clock = ModuleClock::default();
         self.subscription.ask_at(now_us);

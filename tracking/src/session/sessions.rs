@@ -110,11 +110,11 @@ impl Sessions {
         false
     }
 
-    /// A device answers at another address than before: see [`Session::is_elsewhere`]. Who follows the same datagrams again
+    /// A device answers at another address than before: see [`Session::note_new_address`]. Who follows the same datagrams again
     /// has to be told, as they do not say where they came from.
-    pub fn is_elsewhere(&mut self, device: ModuleId, now_us: u64) {
+    pub fn note_new_address(&mut self, device: ModuleId, now_us: u64) {
         if let Some(session) = self.get_mut(device) {
-            session.is_elsewhere(now_us);
+            session.note_new_address(now_us);
         }
     }
 

@@ -258,7 +258,7 @@ impl World {
         let admission = self.registry.admit(flying.from, &datagram, sessions, self.now_us);
         if let Some(again) = &mut self.again {
             if admission.is_elsewhere {
-                again.sessions_mut().is_elsewhere(datagram.device(), self.now_us);
+                again.sessions_mut().note_new_address(datagram.device(), self.now_us);
             }
             if admission.is_used {
                 again.receive(&flying.bytes, self.now_us);

@@ -160,9 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         if let Some(beside) = &mut beside {
             beside.until(stage.now_s(), &daemon);
         }
-        // The database has the passages and the alarms then; the map shows the rest.
         daemon.outputs().iter().for_each(|output| summary.door(output));
-        daemon.alarm_changes();
         if let Ok(found) = found.try_recv() {
             println!("{found}");
         }
