@@ -34,8 +34,9 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-# A machine that builds once gains nothing from compiling in increments, and they take gigabytes of its disk.
-[ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0
+# A machine that builds once gains nothing from compiling in increments, nor from debug information of what it runs itself (panics name
+# their line without it), and both take gigabytes of its disk.
+[ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=0 CARGO_PROFILE_BENCH_DEBUG=0
 
 CORTEX_M4=thumbv7em-none-eabihf
 CORTEX_M33=thumbv8m.main-none-eabihf
@@ -89,6 +90,12 @@ at_exit() {
     exit "$status"
 }
 trap at_exit EXIT
+
+# Gigabytes that the build takes, and those that are left on its disk.
+disk() {
+    mkdir -p target
+    echo "target/ has $(du -s --block-size=GB target | cut -f 1), $(df --block-size=GB --output=avail target | tail -1 | tr -d ' ') are free"
+}
 
 # apt_install PACKAGE… — as root, or through sudo.
 apt_install() {
@@ -598,6 +605,6 @@ for step in "${steps[@]}"; do
     say "$step"
     begin_s=$SECONDS
     "step_${step//-/_}"
-    say "$step took $((SECONDS - begin_s)) s"
+    say "$step took $((SECONDS - begin_s)) s; $(disk)"
 done
 [ -s "$KEHAI_NOT_JUDGED" ] || say "passed in $SECONDS s: ${steps[*]}"
