@@ -254,7 +254,20 @@ impl Daemon {
         let links = Links::start(links, &service, say)?;
         let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
         let news = News::default();
-        Ok(Self { map, publisher, links, webhook, snapshots, outputs, changes, news, site, file, service, store })
+        Ok(Self {
+            map,
+            publisher,
+            links,
+            webhook,
+            snapshots,
+            outputs,
+            changes,
+            news,
+            site,
+            file,
+            service,
+            store,
+        })
     }
 
     /// Uses the site's file as it is now; true if it was changed by hand since it was last read or written.
@@ -276,10 +289,8 @@ impl Daemon {
             Err(RecvTimeoutError::Timeout) => Next::Waiting,
             Err(RecvTimeoutError::Disconnected) => Next::Ended,
         };
-        self.news = News {
-            outputs: self.outputs.try_iter().collect(),
-            changes: self.changes.try_iter().collect(),
-        };
+        self.news =
+            News { outputs: self.outputs.try_iter().collect(), changes: self.changes.try_iter().collect() };
         if let Next::Snapshot(snapshot) = &next {
             self.record(snapshot);
         }

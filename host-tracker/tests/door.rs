@@ -81,7 +81,10 @@ fn what_is_malformed_late_repeated_or_foreign_changes_nothing_and_says_why() {
     assert!(status == 404 && why.contains("no door \"back\""), "{why}");
     let (status, why) = refused("POST /api/door/front/knock", &[], "{}");
     assert!(status == 404 && why.contains("lock/taken"), "{why}");
-    assert_eq!(server.ask(CARD, &[], &card(1, unix_ms())).0, 200);
+    let (status, why) = refused(CARD, &[], &card(1, unix_ms()));
+    assert!(status == 409 && why.starts_with("the contact has not said yet"), "{why}");
+    assert_eq!(server.tell("contact", json!({ "contact": "shut" })).0, 200);
+    assert_eq!(server.ask(CARD, &[], &card(2, unix_ms())).0, 200);
     server.waits_for("asked");
 }
 

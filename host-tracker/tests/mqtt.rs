@@ -93,6 +93,7 @@ fn a_door_is_told_and_tells_and_an_old_order_is_not_kept() {
     let tell = |input: &str, payload: String| {
         listener.client.publish(format!("{DOOR}/{input}"), QoS::AtLeastOnce, false, payload).unwrap();
     };
+    assert_eq!(server.tell("contact", serde_json::json!({ "contact": "shut" })).0, 200);
     tell("card", "card".into());
     let card = server.message(serde_json::json!({ "card": "04:A2" }));
     tell("card", card.clone());

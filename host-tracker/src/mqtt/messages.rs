@@ -237,12 +237,17 @@ pub(super) mod tests {
                 }
             }
             let states = states(&frame, &site, &topics(), &Holds::default());
-            let count = |slug: &str| json_of(&states, &format!("kehai/front-door/zone/{slug}"))["count"].clone();
+            let count =
+                |slug: &str| json_of(&states, &format!("kehai/front-door/zone/{slug}"))["count"].clone();
             let second = states.contains_key("kehai/front-door/zone/hall-2").then(|| count("hall-2"));
             (count("hall"), second, count("gone"))
         };
         assert_eq!(counts(&["hall"]), (json!(1), None, json!(3)));
-        assert_eq!(counts(&["hall", "Hall"]), (json!(1), Some(json!(2)), json!(3)), "the earlier keeps its topic");
+        assert_eq!(
+            counts(&["hall", "Hall"]),
+            (json!(1), Some(json!(2)), json!(3)),
+            "the earlier keeps its topic"
+        );
         assert_eq!(counts(&["Hall", "hall"]), (json!(2), Some(json!(1)), json!(3)));
     }
 
@@ -277,13 +282,28 @@ pub(super) mod tests {
         };
         let frame = |line| Snapshot { lines: vec![line], ..Snapshot::default() };
         let topic = "kehai/front-door/line/front";
-        let known = states(&frame(line(Some(3), ZoneKnown::Known, 0.0)), &Site::default(), &topics(), &Holds::default());
+        let known = states(
+            &frame(line(Some(3), ZoneKnown::Known, 0.0)),
+            &Site::default(),
+            &topics(),
+            &Holds::default(),
+        );
         let told = json!({ "state": "known", "in": 3, "out": 3, "unknown_s": 0.0 });
         assert_eq!(json_of(&known, topic), told);
-        let unknown = states(&frame(line(None, ZoneKnown::Unknown, 1.0)), &Site::default(), &topics(), &Holds::default());
+        let unknown = states(
+            &frame(line(None, ZoneKnown::Unknown, 1.0)),
+            &Site::default(),
+            &topics(),
+            &Holds::default(),
+        );
         assert_eq!(json_of(&unknown, topic)["in"], Value::Null);
         assert_eq!(unknown[&format!("{topic}/availability")].payload, "offline");
-        let later = states(&frame(line(None, ZoneKnown::Unknown, 2.0)), &Site::default(), &topics(), &Holds::default());
+        let later = states(
+            &frame(line(None, ZoneKnown::Unknown, 2.0)),
+            &Site::default(),
+            &topics(),
+            &Holds::default(),
+        );
         assert_eq!(later[topic].urgent, unknown[topic].urgent, "time alone is not told at once");
     }
 

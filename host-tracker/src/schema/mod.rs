@@ -21,8 +21,8 @@ use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
-use crate::store::figures::Figures;
 use crate::store::event::Event;
+use crate::store::figures::Figures;
 use crate::store::timeline::Overview;
 use crate::web::bodies::{AlarmTold, AlarmsListed, Kept, Paths, ToClient};
 use kehai_tracking::door::doors::{DoorState, Passed};

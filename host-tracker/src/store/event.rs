@@ -105,7 +105,8 @@ impl JsonSchema for EventKind {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let about = format!("{}, what a device has done, or a kind of another version.", Self::NAMES.join(", "));
+        let about =
+            format!("{}, what a device has done, or a kind of another version.", Self::NAMES.join(", "));
         json_schema!({ "type": "string", "description": about })
     }
 }
@@ -144,8 +145,8 @@ impl Event {
     pub fn new(at_ms: u64, kind: EventKind, subject: impl Into<String>, text: impl Into<String>) -> Self {
         let text = text.into();
         let name = match kind {
-            EventKind::Alarm => text.split_once(": ").and_then(|(name, _)| known(name)).map(EventName::Alarm),
-            EventKind::Cleared => known(&text).map(EventName::Alarm),
+            EventKind::Alarm => text.split_once(": ").and_then(|(name, _)| alarm(name)),
+            EventKind::Cleared => alarm(&text),
             EventKind::State => known(&text).map(EventName::State),
             _ => None,
         };
@@ -177,6 +178,11 @@ impl Event {
     }
 }
 
+/// The alarm of this name, if this version knows it.
+fn alarm(name: &str) -> Option<EventName> {
+    known::<AlarmKind>(name).filter(|kind| kind.name() == name).map(EventName::Alarm)
+}
+
 /// One of a closed set, by its name.
 fn known<T: DeserializeOwned>(name: &str) -> Option<T> {
     let deserializer = IntoDeserializer::<Error>::into_deserializer(name);
@@ -194,7 +200,10 @@ mod tests {
             let kind = EventKind::named(name);
             assert_eq!(kind.name(), *name);
             assert!(!matches!(kind, EventKind::Device(_) | EventKind::Other(_)), "{name}");
-            assert!(known::<DeviceEvent>(name).is_none_or(|event| event.name() != *name), "{name} is a device's, too");
+            assert!(
+                known::<DeviceEvent>(name).is_none_or(|event| event.name() != *name),
+                "{name} is a device's, too"
+            );
         }
         assert_eq!(EventKind::named("learned"), EventKind::Device(DeviceEvent::Learned));
         assert_eq!(EventKind::named("started").name(), "started");
@@ -221,6 +230,7 @@ mod tests {
         }
         let other = Event::new(5, EventKind::State, "left", "dancing");
         assert_eq!(other.name, None, "of a newer version");
+        assert_eq!(Event::new(6, EventKind::Alarm, "left", "dancing: all night").name, None);
         assert_eq!(serde_json::to_value(&other).unwrap().get("name"), None);
     }
 

@@ -15,8 +15,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::reader::Reader;
 use super::event::{Event, EventKind};
+use super::reader::Reader;
 use kehai_tracking::lines::Direction;
 use kehai_tracking::occupancy::ZoneKnown;
 

@@ -18,6 +18,7 @@ use serde::de::value::{Error as ValueError, StrDeserializer};
 use super::alarm_rows;
 use super::answers::{CardSeen, Count, CrossedAt, LineSeen, Posed, TotalOf, Walked, Was};
 use super::error::StoreError;
+use super::event::{Event, EventKind};
 use super::lives::told_within;
 use super::lock::beside;
 use super::numbers::integer;
@@ -28,7 +29,6 @@ use super::questions::{
 };
 use super::raw_rows::{self, RawKept};
 use super::recorder::{HEALTH_MS, PART_MS, STALE_MS};
-use super::event::{Event, EventKind};
 use super::schema::{self, Unfit};
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;

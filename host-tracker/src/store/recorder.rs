@@ -144,7 +144,8 @@ impl ChangeRecorder {
         for change in self.stays.observe(&frame.tracks, at_ms as f64 * 1e-3) {
             let at_ms = (change.at_s * 1e3).round() as u64;
             let kind = if change.since_s.is_some() { EventKind::Leave } else { EventKind::Enter };
-            self.happened(Event::new(at_ms, kind, change.zone, "").of(Some(change.track)));
+            let event = Event::new(at_ms, kind, change.zone, "").of(Some(change.track));
+            self.rows.push(Row::Event(event));
         }
         if let Some(newest_ms) = self.newest_ms
             && at_ms.saturating_sub(newest_ms) > STALE_MS

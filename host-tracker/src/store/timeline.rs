@@ -14,9 +14,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::answers::{Count, TotalOf};
+use super::event::Event;
 use super::lives::told_within;
 use super::reader::Reader;
-use super::event::Event;
 
 /// Most bins of an overview: more than a wide screen has room for.
 pub const BINS_MAX: usize = 1000;

@@ -16,11 +16,11 @@ use std::time::Duration;
 
 use host_tracker::store::answers::Walked;
 use host_tracker::store::card::CardKey;
+use host_tracker::store::event::{Event, EventKind};
 use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::pose::{self, Source};
 use host_tracker::store::raw::{self, RawScanWriter};
 use host_tracker::store::reader::Reader;
-use host_tracker::store::event::{Event, EventKind};
 use host_tracker::store::{Keep, Store, StoreError, export, known_before};
 use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::door::Card;

@@ -110,7 +110,10 @@ fn f8_an_alarm_of_before_a_restart_stands_until_its_own_end() {
     for alarm in [Alarm::Followed, Alarm::RanIn, Alarm::TurnedBack, Alarm::PassedBack, Alarm::WentIn] {
         let mut stage = Stage::after_restart(&[Alarm::HeldOpen, alarm, Alarm::Trouble, Alarm::HeldOpen]);
         let line = stage.door.line();
-        assert_eq!((line.phase, line.alarm, line.standing), (Phase::Failed, Some(Alarm::Trouble), Some(alarm)));
+        assert_eq!(
+            (line.phase, line.alarm, line.standing),
+            (Phase::Failed, Some(Alarm::Trouble), Some(alarm))
+        );
         stage.tell(Event::Contact(Contact::Shut));
         stage.wait(SETTLED_S + 0.2);
         let line = stage.door.line();

@@ -411,7 +411,10 @@ impl Judge {
             if self.was.is_none_or(|(was, _)| was != Phase::Unlocked) {
                 let since_s = self.match_since_s.expect("unlocked while the number was not the count");
                 assert!(now_s - since_s > 0.4, "unlocked after {} s", now_s - since_s);
-                assert!(line.is_some_and(|line| line.contact.is_some()), "unlocked, and the leaf is not known");
+                assert!(
+                    line.is_some_and(|line| line.contact.is_some()),
+                    "unlocked, and the leaf is not known"
+                );
                 self.unlocked_since_s = Some(now_s);
             }
             let for_s = now_s - self.unlocked_since_s.unwrap();

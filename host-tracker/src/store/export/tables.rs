@@ -1,10 +1,10 @@
 //! What each table has in its columns.
 
 use super::super::answers::{Count, CrossedAt, LineSeen, Posed, Walked, Was};
+use super::super::event::Event;
 use super::super::figures::Stay;
 use super::super::numbers::integer;
 use super::super::path::Place;
-use super::super::event::Event;
 use super::table::{Column, Table};
 use kehai_tracking::snapshot::DeviceState;
 

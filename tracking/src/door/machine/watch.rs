@@ -38,7 +38,10 @@ impl Machine {
             _ => false,
         };
         // A track that changes sides of a shut leaf is the tracker's mistake, not an entry.
-        if nobody_let_in && self.leaf.may_be_open() && crossings.iter().any(|way| matches!(way, Crossing::Inward(_))) {
+        if nobody_let_in
+            && self.leaf.may_be_open()
+            && crossings.iter().any(|way| matches!(way, Crossing::Inward(_)))
+        {
             self.alarmed(Alarm::WentIn, None, actions);
         }
         let is_shut = self.leaf.is_shut(SHUT_S, self.now_s);
