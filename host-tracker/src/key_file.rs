@@ -228,9 +228,10 @@ mod tests {
         let both_ready = std::sync::Barrier::new(8);
         let claim = |number: u8| {
             both_ready.wait();
-            let keys = load_or_create(&file).unwrap();
+            let keys = load_or_create(&file);
             // Each has read the file before any has written into it, as while they speak with their devices.
             both_ready.wait();
+            let keys = keys.unwrap();
             let claimed = Claimed { name: format!("{number}"), generation: 1 };
             note(&file, &keys, ModuleId([2, 0, 0, 0, 0, number]), claimed).unwrap().secret()
         };

@@ -130,8 +130,17 @@ mod tests {
         begin(&link).unwrap().write_all(b"{\"t\":1}\n").unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"{\"t\":1}\n", "at its own place");
         assert!(folder.path().join("day-2026-11-30T004410Z.jsonl").exists());
-        for special in ["/dev/null", "/dev/stdout"] {
-            assert_eq!(former(Path::new(special)).unwrap(), None, "{special}");
-        }
+        assert_eq!(former(Path::new("/dev/null")).unwrap(), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_file_that_the_shell_has_opened_is_not_set_aside() {
+        use std::os::fd::AsRawFd as _;
+        let shell = tempfile::NamedTempFile::new().unwrap();
+        changed_then(shell.path(), b"{}\n");
+        let opened = format!("/dev/fd/{}", shell.as_file().as_raw_fd());
+        assert_eq!(former(Path::new(&opened)).unwrap(), None, "{opened}");
+        assert!(former(shell.path()).unwrap().is_some(), "by its own name it is");
     }
 }

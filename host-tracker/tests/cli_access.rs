@@ -110,7 +110,7 @@ fn others_than_this_machine_are_not_served_before_a_user_may_log_in() {
 
 #[test]
 fn the_first_user_may_be_added_before_the_map_has_made_the_site() {
-    let place = Place::new();
+    let mut place = Place::new();
     std::fs::remove_file(&place.site).unwrap();
     let (done, said) = place.does(&["user", "list"]);
     assert!(!done && said.contains("there is no such site"), "{said}");
@@ -119,6 +119,9 @@ fn the_first_user_may_be_added_before_the_map_has_made_the_site() {
     assert_eq!(place.does(&["user", "list"]), (true, "anna\tadmin\n".to_owned()));
     let tracker = Tracker::start(place.run(&["--http", "0.0.0.0:0"]));
     tracker.says("live map at https://0.0.0.0:");
+    place.site = place.folder.path().join("nowhere").join("home.toml");
+    let (done, said) = place.does(&["user", "add", "anna", "--role", "admin"]);
+    assert!(!done && said.contains("there is no such site"), "in a folder that is not there: {said}");
 }
 
 #[test]

@@ -23,6 +23,7 @@ use host_tracker::mqtt::{Buttons, Publisher, Settings};
 use kehai_emulator::ports::free_tcp;
 use kehai_tracking::jsonl::ZoneKnown;
 use rumqttc::QoS;
+use tracing::Level;
 
 /// A broker that speaks TLS alone, and knows its clients by certificates.
 #[test]
@@ -56,7 +57,7 @@ fn an_encrypted_broker_is_trusted_by_its_certificate_and_no_other_is() {
         let (tell, said) = mpsc::channel();
         let broker = format!("mqtts://127.0.0.1:{port}").parse().unwrap();
         let settings = Settings { broker, trust, ..settings(0) };
-        let say = move |_: tracing::Level, text: &str| drop(tell.send(text.to_owned()));
+        let say = move |_: Level, text: &str| drop(tell.send(text.to_owned()));
         (Publisher::start(settings, queue, None, say).unwrap(), frames, said)
     };
     let mut listener = Listener::new(broker.port);
@@ -221,7 +222,9 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
 
     let (frames, queue) = Frames::new(frame());
     frames.zone(2, ZoneKnown::Known);
-    let publisher = Publisher::start(settings(broker.port), queue, None, |_, _| {}).unwrap();
+    let (tell, said) = mpsc::channel();
+    let say = move |level: Level, text: &str| drop(tell.send((level, text.to_owned())));
+    let publisher = Publisher::start(settings(broker.port), queue, None, say).unwrap();
     listener.hears(ZONE, |payload| payload.contains("\"count\":2"));
     listener.hears(STATUS, |payload| payload == "online");
     listener.hears("homeassistant/device/kehai_door/config", |payload| payload.contains("zone_hall_count"));
@@ -248,6 +251,12 @@ fn states_are_told_again_to_a_broker_that_was_away_and_nothing_stale() {
     let counts: Vec<&String> =
         listener.all.iter().filter(|(topic, _)| topic == ZONE).map(|(_, payload)| payload).collect();
     assert!(counts.iter().all(|payload| payload.contains("\"count\":3")), "{counts:?}");
+    let said: Vec<(Level, String)> = said.try_iter().collect();
+    let of_broker = format!("mqtt: broker 127.0.0.1:{}: ", broker.port);
+    assert!(said.iter().all(|(_, text)| text.starts_with(&of_broker)), "{said:?}");
+    let levels: Vec<Level> = said.iter().map(|(level, _)| *level).collect();
+    assert!(levels.first() == Some(&Level::WARN) && !levels[1..].contains(&Level::WARN), "{said:?}");
+    assert_eq!(said.last(), Some(&(Level::INFO, format!("{of_broker}connected"))), "{said:?}");
 
     drop(publisher);
     listener.hears(STATUS, |payload| payload == "offline");

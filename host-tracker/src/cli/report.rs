@@ -153,7 +153,15 @@ fn write_csv(found: &Figures) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser as _;
+
     use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
 
     #[test]
     fn the_hour_that_has_begun_is_shown_beside_so_many_whole_ones() {
@@ -161,8 +169,13 @@ mod tests {
             let now_ms = 500 * HOUR_MS + past_ms;
             assert_eq!(begin_of_last(24, now_ms), 476 * HOUR_MS, "{past_ms}");
         }
-        let now_ms = 5000 * HOUR_MS + 1;
-        let bins = edges((begin_of_last(BINS_MAX - 1, now_ms), now_ms), HOUR_MS);
+        let asked = |hours: u64| {
+            let line = format!("report home.db --hours {hours}");
+            Line::try_parse_from(line.split(' ')).map(|line| line.arguments.hours)
+        };
+        assert!(asked(BINS_MAX).is_err(), "with the one that has begun it is one too many");
+        let (most, now_ms) = (asked(BINS_MAX - 1).unwrap(), 5000 * HOUR_MS + 1);
+        let bins = edges((begin_of_last(most, now_ms), now_ms), HOUR_MS);
         assert_eq!(bins.last(), Some(&now_ms), "the most that may be asked for, up to now");
         assert_eq!(begin_of_last(24, HOUR_MS), 0);
     }

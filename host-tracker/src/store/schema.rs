@@ -394,6 +394,9 @@ mod tests {
             drop(connection);
             assert!(std::fs::read(&file).unwrap() == before, "{version}");
         }
+        let mut without_number = Connection::open_in_memory().unwrap();
+        without_number.execute_batch(TABLES).unwrap();
+        assert_eq!(prepare(&mut without_number).unwrap(), Err(Unfit::Foreign), "a tracker's has a number");
     }
 
     #[test]
