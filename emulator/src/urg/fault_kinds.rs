@@ -74,160 +74,207 @@ impl Window {
     }
 }
 
+/// What an argument of a fault is.
+#[derive(Clone, Copy, Debug)]
+enum Parameter {
+    Rate,
+    Count,
+    Bytes,
+    At,
+    For,
+    Every,
+}
+
+/// Which numbers an argument may be.
+#[derive(Clone, Copy)]
+enum Range {
+    Probability,
+    Whole,
+    Seconds,
+}
+
+impl Parameter {
+    /// As the help text calls it.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Rate => "RATE",
+            Self::Count => "N",
+            Self::Bytes => "BYTES",
+            Self::At => "AT",
+            Self::For => "FOR",
+            Self::Every => "EVERY",
+        }
+    }
+
+    const fn range(self) -> Range {
+        match self {
+            Self::Rate => Range::Probability,
+            Self::Count | Self::Bytes => Range::Whole,
+            Self::At | Self::For | Self::Every => Range::Seconds,
+        }
+    }
+}
+
+impl Range {
+    fn contains(self, value: f64) -> bool {
+        match self {
+            Self::Probability => (0.0..=1.0).contains(&value),
+            Self::Whole => (1.0..=1e9).contains(&value) && value.fract() == 0.0,
+            Self::Seconds => (0.0..=1e9).contains(&value),
+        }
+    }
+
+    const fn wanted(self) -> &'static str {
+        match self {
+            Self::Probability => "a probability from 0 to 1",
+            Self::Whole => "a whole number from 1",
+            Self::Seconds => "a number of seconds from 0",
+        }
+    }
+}
+
 /// One kind of fault, for parsing and for the help text.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
     /// Name on the command line.
     pub name: &'static str,
-    /// Its arguments, in words.
-    pub arguments: &'static str,
     /// What it does.
     pub help: &'static str,
-    /// Values of arguments left out; there are no more than these.
-    defaults: &'static [f64],
+    /// What its arguments are, each with its value if it is left out; there are no more than these.
+    parameters: &'static [(Parameter, f64)],
     make: fn(&[f64]) -> Fault,
+}
+
+impl Kind {
+    /// As it is written on the command line, with all its arguments: `stall:AT,FOR,EVERY`.
+    #[must_use]
+    pub fn usage(&self) -> String {
+        let arguments: Vec<&str> = self.parameters.iter().map(|(parameter, _)| parameter.name()).collect();
+        let colon = if arguments.is_empty() { "" } else { ":" };
+        format!("{}{colon}{}", self.name, arguments.join(","))
+    }
 }
 
 /// Every kind of fault. Times are in seconds after the start; EVERY 0 means once.
 pub const KINDS: [Kind; 20] = [
     Kind {
         name: "bit-flip",
-        arguments: "RATE",
         help: "a bit of a byte is wrong, with this probability [0.0001]",
-        defaults: &[0.0001],
+        parameters: &[(Parameter::Rate, 0.0001)],
         make: |a| Fault::BitFlip(a[0]),
     },
     Kind {
         name: "lost-byte",
-        arguments: "RATE",
         help: "a byte is lost, with this probability [0.0001]",
-        defaults: &[0.0001],
+        parameters: &[(Parameter::Rate, 0.0001)],
         make: |a| Fault::LostByte(a[0]),
     },
     Kind {
         name: "extra-byte",
-        arguments: "RATE",
         help: "a random byte comes before a byte, with this probability [0.0001]",
-        defaults: &[0.0001],
+        parameters: &[(Parameter::Rate, 0.0001)],
         make: |a| Fault::ExtraByte(a[0]),
     },
     Kind {
         name: "half-scan",
-        arguments: "N",
         help: "every N-th scan breaks off somewhere [10]",
-        defaults: &[10.0],
+        parameters: &[(Parameter::Count, 10.0)],
         make: |a| Fault::HalfScan(count(a[0])),
     },
     Kind {
         name: "overrun",
-        arguments: "N,BYTES",
         help: "every N-th scan lacks some bytes in a row, as by overrun [10,16]",
-        defaults: &[10.0, 16.0],
+        parameters: &[(Parameter::Count, 10.0), (Parameter::Bytes, 16.0)],
         make: |a| Fault::Overrun(count(a[0]), count(a[1]) as usize),
     },
     Kind {
         name: "foreign-reply",
-        arguments: "N",
         help: "every N-th scan has a whole reply to II in its middle [10]",
-        defaults: &[10.0],
+        parameters: &[(Parameter::Count, 10.0)],
         make: |a| Fault::ForeignReply(count(a[0])),
     },
     Kind {
         name: "unstable",
-        arguments: "N",
         help: "every N-th scan is a status 0M without data [10]",
-        defaults: &[10.0],
+        parameters: &[(Parameter::Count, 10.0)],
         make: |a| Fault::Unstable(count(a[0])),
     },
     Kind {
         name: "stall",
-        arguments: "AT,FOR,EVERY",
         help: "nothing is sent for a while, then all of it at once [5,0.39,0]",
-        defaults: &[5.0, 0.39, 0.0],
+        parameters: &[(Parameter::At, 5.0), (Parameter::For, 0.39), (Parameter::Every, 0.0)],
         make: |a| Fault::Stall(window(a)),
     },
     Kind {
         name: "stuck",
-        arguments: "AT,FOR,EVERY",
         help: "the same stamp and ranges in every scan [5,1,0]",
-        defaults: &[5.0, 1.0, 0.0],
+        parameters: &[(Parameter::At, 5.0), (Parameter::For, 1.0), (Parameter::Every, 0.0)],
         make: |a| Fault::Stuck(window(a)),
     },
     Kind {
         name: "abnormal",
-        arguments: "AT,EVERY",
         help: "breaks, until a reboot (SCIP 2.2: 0L) or a reset (SCIP 2.0: 50) [5,0]",
-        defaults: &[5.0, 0.0],
+        parameters: &[(Parameter::At, 5.0), (Parameter::Every, 0.0)],
         make: |a| Fault::Abnormal(window(&[a[0], 0.0, a[1]])),
     },
     Kind {
         name: "power-cycle",
-        arguments: "AT,FOR,EVERY",
         help: "no power for a while: bit rate and SCIP 2.0 are forgotten [5,1,0]",
-        defaults: &[5.0, 1.0, 0.0],
+        parameters: &[(Parameter::At, 5.0), (Parameter::For, 1.0), (Parameter::Every, 0.0)],
         make: |a| Fault::PowerCycle(window(a)),
     },
     Kind {
         name: "unplug",
-        arguments: "AT,FOR,EVERY",
         help: "the cable carries nothing for a while [5,1,0]",
-        defaults: &[5.0, 1.0, 0.0],
+        parameters: &[(Parameter::At, 5.0), (Parameter::For, 1.0), (Parameter::Every, 0.0)],
         make: |a| Fault::Unplug(window(a)),
     },
     Kind {
         name: "disconnect",
-        arguments: "AT,FOR,EVERY",
         help: "the connection is closed for a while [5,1,0]",
-        defaults: &[5.0, 1.0, 0.0],
+        parameters: &[(Parameter::At, 5.0), (Parameter::For, 1.0), (Parameter::Every, 0.0)],
         make: |a| Fault::Disconnect(window(a)),
     },
     Kind {
         name: "ignore-qt",
-        arguments: "N",
         help: "the first N requests to quit are not heard [1]",
-        defaults: &[1.0],
+        parameters: &[(Parameter::Count, 1.0)],
         make: |a| Fault::IgnoreQuit(count(a[0]) as u32),
     },
     Kind {
         name: "tm-busy",
-        arguments: "N",
         help: "the first N TM0 are answered 10 [1]",
-        defaults: &[1.0],
+        parameters: &[(Parameter::Count, 1.0)],
         make: |a| Fault::TimeBusy(count(a[0]) as u32),
     },
     Kind {
         name: "garbage",
-        arguments: "BYTES",
         help: "random bytes come before the first reply [64]",
-        defaults: &[64.0],
+        parameters: &[(Parameter::Bytes, 64.0)],
         make: |a| Fault::Garbage(count(a[0]) as usize),
     },
     Kind {
         name: "bad-vv",
-        arguments: "",
         help: "VV has a wrong checksum on SERI and a stray line",
-        defaults: &[],
+        parameters: &[],
         make: |_| Fault::BadVersion,
     },
     Kind {
         name: "wedge",
-        arguments: "",
         help: "asked for intensities or echoes, it is silent until powered off",
-        defaults: &[],
+        parameters: &[],
         make: |_| Fault::Wedge,
     },
     Kind {
         name: "rb-silent",
-        arguments: "",
         help: "reboots without an answer to the second RB",
-        defaults: &[],
+        parameters: &[],
         make: |_| Fault::SilentReboot,
     },
     Kind {
         name: "slow-sl",
-        arguments: "FOR",
         help: "the answer to %SL takes this long [1]",
-        defaults: &[1.0],
+        parameters: &[(Parameter::For, 1.0)],
         make: |a| Fault::SlowSleep(micros(a[0])),
     },
 ];
@@ -245,33 +292,24 @@ fn window(arguments: &[f64]) -> Window {
 }
 
 /// Why a `--fault` cannot be understood.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 pub enum FaultError {
     /// There is no such kind.
     #[error("unknown fault `{0}`; known are {list}", list = names())]
     Unknown(String),
     /// An argument is not a number in its range.
-    #[error("fault `{kind}`: `{argument}` is not {wanted}; use {kind}:{arguments}")]
+    #[error("fault `{}`: `{argument}` is not {wanted}; use {}", kind.name, kind.usage())]
     Argument {
         /// Which fault.
-        kind: &'static str,
+        kind: Kind,
         /// What was given.
         argument: String,
         /// What is wanted.
         wanted: &'static str,
-        /// Arguments of the fault.
-        arguments: &'static str,
     },
     /// More arguments than the fault has.
-    #[error("fault `{kind}`: too many arguments; use {kind}{colon}{arguments}")]
-    TooMany {
-        /// Which fault.
-        kind: &'static str,
-        /// `:`, if there are any arguments.
-        colon: &'static str,
-        /// Arguments of the fault.
-        arguments: &'static str,
-    },
+    #[error("fault `{}`: too many arguments; use {}", .0.name, .0.usage())]
+    TooMany(Kind),
 }
 
 fn names() -> String {
@@ -284,30 +322,19 @@ impl std::str::FromStr for Fault {
     /// Reads `KIND` or `KIND:ARGUMENT,ARGUMENT…`; arguments left out have the default of [`KINDS`].
     fn from_str(text: &str) -> Result<Self, FaultError> {
         let (name, given) = text.split_once(':').map_or((text, None), |(name, given)| (name, Some(given)));
-        let kind = KINDS.iter().find(|kind| kind.name == name);
+        let kind = KINDS.into_iter().find(|kind| kind.name == name);
         let kind = kind.ok_or_else(|| FaultError::Unknown(name.to_owned()))?;
-        let mut values = kind.defaults.to_vec();
+        let mut values: Vec<f64> = kind.parameters.iter().map(|(_, default)| *default).collect();
         for (n, argument) in given.into_iter().flat_map(|given| given.split(',')).enumerate() {
-            let Some(value) = values.get_mut(n) else {
-                let colon = if kind.arguments.is_empty() { "" } else { ":" };
-                return Err(FaultError::TooMany { kind: kind.name, colon, arguments: kind.arguments });
+            let Some((value, (parameter, _))) = values.get_mut(n).zip(kind.parameters.get(n)) else {
+                return Err(FaultError::TooMany(kind));
             };
-            let is_rate = kind.arguments == "RATE";
-            let is_count = !is_rate && (kind.arguments.starts_with('N') || kind.arguments == "BYTES");
-            let (highest, wanted) = match (is_rate, is_count) {
-                (true, _) => (1.0, "a probability from 0 to 1"),
-                (_, true) => (1e9, "a whole number from 1"),
-                _ => (1e9, "a number of seconds from 0"),
-            };
-            let parsed = argument.trim().parse::<f64>().ok();
-            let legal = |value: &f64| {
-                (0.0..=highest).contains(value) && (!is_count || (value.fract() == 0.0 && *value >= 1.0))
-            };
-            *value = parsed.filter(legal).ok_or_else(|| FaultError::Argument {
-                kind: kind.name,
+            let range = parameter.range();
+            let parsed = argument.trim().parse().ok().filter(|value| range.contains(*value));
+            *value = parsed.ok_or_else(|| FaultError::Argument {
+                kind,
                 argument: argument.to_owned(),
-                wanted,
-                arguments: kind.arguments,
+                wanted: range.wanted(),
             })?;
         }
         Ok((kind.make)(&values))

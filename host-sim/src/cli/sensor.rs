@@ -160,10 +160,8 @@ fn faults_help() -> String {
         "Faults (arguments left out have the values in brackets; AT, FOR, EVERY in seconds, EVERY 0 is once):",
     );
     for kind in KINDS {
-        let colon = if kind.arguments.is_empty() { "" } else { ":" };
-        let name = format!("{}{colon}{}", kind.name, kind.arguments);
         // Writing to a string does not fail.
-        let _ = write!(help, "\n  {name:<26} {}", kind.help);
+        let _ = write!(help, "\n  {:<26} {}", kind.usage(), kind.help);
     }
     help
 }
