@@ -13,6 +13,7 @@ use std::fmt::Write as _;
 
 use super::line::{COUNTED_RIGHT, Line, percent};
 use super::paper::{PAPER_A_NAME, PAPER_A_SUCCESSES, PAPER_A_TRIALS};
+use crate::world::variation::Letter;
 
 /// How a summary is laid out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -49,16 +50,35 @@ pub fn markdown(lines: &[Line], layout: Layout) -> String {
 struct Row<'a> {
     lines: &'a [Line],
     first: &'a Line,
+    title: Title<'a>,
+}
+
+/// The title of a row, by its parts: `door area, H, 7`.
+#[derive(Clone, Copy)]
+struct Title<'a> {
+    /// The scene with its condition.
+    scene: &'a str,
+    /// How people come and wait, where the title says so.
+    condition: Option<Letter>,
+    /// The number of people, as it is written.
+    people: &'a str,
+}
+
+impl<'a> Title<'a> {
+    fn of(row: &'a str) -> Self {
+        let (scene, people) = row.rsplit_once(", ").unwrap_or((row, ""));
+        let condition = scene.rsplit_once(", ").and_then(|(_, letter)| letter.parse().ok());
+        Self { scene, condition, people }
+    }
+
+    fn number(self) -> Option<usize> {
+        self.people.parse().ok()
+    }
 }
 
 impl<'a> Row<'a> {
     fn cell(self, figure: &str) -> &'a str {
         self.lines.iter().find(|line| line.figure == figure).map_or("–", |line| line.printed.as_str())
-    }
-
-    /// The scene with its condition, and the number of people.
-    fn parts(self) -> (&'a str, &'a str) {
-        self.first.row.rsplit_once(", ").unwrap_or((&self.first.row, ""))
     }
 
     /// By what rows are compared: the first figure, where it is known.
@@ -73,7 +93,10 @@ impl<'a> Row<'a> {
 
 fn rows(lines: &[Line]) -> Vec<Row<'_>> {
     let same = |one: &Line, other: &Line| one.row == other.row && one.tracker == other.tracker;
-    let row = |lines| Some(Row { lines, first: <[Line]>::first(lines)? });
+    let row = |lines| {
+        let first = <[Line]>::first(lines)?;
+        Some(Row { lines, first, title: Title::of(&first.row) })
+    };
     lines.chunk_by(same).filter_map(row).collect()
 }
 
@@ -92,7 +115,7 @@ fn trackers<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
 fn conditions<'a>(rows: &[Row<'a>], by: usize) -> Vec<Vec<Row<'a>>> {
     let mut groups: Vec<Vec<Row>> = Vec::new();
     for row in rows {
-        match groups.iter_mut().find(|group| group[0].parts().0 == row.parts().0) {
+        match groups.iter_mut().find(|group| group[0].title.scene == row.title.scene) {
             Some(group) => group.push(*row),
             None => groups.push(vec![*row]),
         }
@@ -130,8 +153,8 @@ fn escaped(text: &str) -> String {
 fn people<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
     let mut people: Vec<&str> = Vec::new();
     for row in rows {
-        if !people.contains(&row.parts().1) {
-            people.push(row.parts().1);
+        if !people.contains(&row.title.people) {
+            people.push(row.title.people);
         }
     }
     people
@@ -140,7 +163,7 @@ fn people<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
 fn crowd(rows: &[Row]) -> String {
     let mut text = String::new();
     for rows in conditions(rows, 0) {
-        let (scene, people) = (rows[0].parts().0, people(&rows));
+        let (scene, people) = (rows[0].title.scene, people(&rows));
         head(&mut text, &format!("{scene}: {COUNTED_RIGHT}"), &people);
         for tracker in trackers(&rows) {
             line(&mut text, tracker, &cells(&rows, tracker, &people, COUNTED_RIGHT));
@@ -165,7 +188,8 @@ fn of_paper(people: &str) -> String {
 
 /// The cells of a tracker for every number of people.
 fn cells<'a>(rows: &[Row<'a>], tracker: &str, people: &[&str], figure: &str) -> Vec<&'a str> {
-    let of = |number: &&str| rows.iter().find(|row| row.first.tracker == tracker && row.parts().1 == *number);
+    let of =
+        |number: &&str| rows.iter().find(|row| row.first.tracker == tracker && row.title.people == *number);
     people.iter().map(|number| of(number).map_or("–", |row| row.cell(figure))).collect()
 }
 
@@ -173,7 +197,7 @@ fn cells<'a>(rows: &[Row<'a>], tracker: &str, people: &[&str], figure: &str) -> 
 fn by_people(rows: &[Row], skipped: usize) -> String {
     let Some(first) = rows.first() else { return String::new() };
     let (mut text, people, tracker) = (String::new(), people(rows), first.first.tracker.as_str());
-    head(&mut text, &format!("{tracker}, {}", first.parts().0), &people);
+    head(&mut text, &format!("{tracker}, {}", first.title.scene), &people);
     for figure in first.names().into_iter().skip(skipped) {
         line(&mut text, figure, &cells(rows, tracker, &people, figure));
     }
@@ -185,8 +209,8 @@ fn by_people(rows: &[Row], skipped: usize) -> String {
 fn dense(rows: &[Row]) -> String {
     let own = |tracker: &str| {
         let dense = rows.iter().filter(|row| {
-            let (scene, people) = row.parts();
-            row.first.tracker == tracker && scene.ends_with(", H") && ["5", "6", "7"].contains(&people)
+            let is_dense = row.title.condition == Some(Letter::H);
+            row.first.tracker == tracker && is_dense && matches!(row.title.number(), Some(5..=7))
         });
         let right = |line: &Line| (line.value.unwrap_or(0.0) * line.runs as f64 / 100.0).round() as u64;
         let (right, runs) =
@@ -204,7 +228,7 @@ fn ablation(rows: &[Row]) -> String {
     let mut text = String::new();
     for rows in conditions(rows, 0) {
         let people = people(&rows);
-        head(&mut text, &format!("{}: {COUNTED_RIGHT} · IDF1", rows[0].parts().0), &people);
+        head(&mut text, &format!("{}: {COUNTED_RIGHT} · IDF1", rows[0].title.scene), &people);
         for tracker in trackers(&rows) {
             let right = cells(&rows, tracker, &people, COUNTED_RIGHT);
             let idf1 = cells(&rows, tracker, &people, "IDF1");
