@@ -17,6 +17,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use kehai::seal::{Key, Nonces};
 use kehai::wire::ModuleId;
 use kehai_tracking::keys::{Claimed, Keys};
@@ -24,7 +25,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::net::discovery;
 use crate::owned_file::{self, Stamp};
-use crate::store::card::{from_hexadecimal, hexadecimal};
 
 /// First line of the file.
 const HEAD: &str = "# The keys of this site's modules. A holder of this file speaks for the site: keep it, and a copy, in safe places.\n";
@@ -87,7 +87,9 @@ pub fn load(file: &Path) -> Result<Option<Keys>, KeyFileError> {
     };
     let wrong = |what: String| KeyFileError::Wrong { file: file.to_path_buf(), what };
     let written: Written = toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
-    let secret = from_hexadecimal(&written.secret)
+    let secret = HEXLOWER_PERMISSIVE.decode(written.secret.as_bytes()).ok();
+    let secret = secret
+        .and_then(|secret| secret.try_into().ok())
         .ok_or_else(|| wrong("its secret has not 64 hexadecimal digits".to_owned()))?;
     let mut keys = Keys::new(Key(secret));
     for module in written.module {
@@ -151,7 +153,7 @@ fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
         generation: claimed.generation,
     };
     let Key(secret) = keys.secret();
-    let written = Written { secret: hexadecimal(&secret), module: keys.devices().map(module).collect() };
+    let written = Written { secret: HEXLOWER.encode(&secret), module: keys.devices().map(module).collect() };
     let body = toml::to_string(&written).map_err(|error| failed(io::Error::other(error)))?;
     let folder = owned_file::folder_of(file).map_err(failed)?;
     owned_file::write(file, &folder, format!("{HEAD}{body}").as_bytes()).map_err(failed)

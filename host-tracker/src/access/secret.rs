@@ -10,6 +10,7 @@
 //! A plain hash will do for what is random: 2¹⁶⁰ of them cannot be tried. Which of its first letters agree is no secret
 //! either, as a hash cannot be chosen, so it is compared as any text is.
 
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 
 /// Letters and digits that are not taken for each other: without l, o, 0 and 1.
@@ -27,7 +28,7 @@ const TOKEN: &str = "kehai_";
 /// What is kept of a random secret, in hexadecimal digits.
 #[must_use]
 pub fn fingerprint(secret: &str) -> String {
-    Sha256::digest(secret.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    HEXLOWER.encode(&Sha256::digest(secret.as_bytes()))
 }
 
 /// A token.

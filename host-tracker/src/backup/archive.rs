@@ -3,6 +3,7 @@
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 
 /// A reader that sums up what it reads.
@@ -18,7 +19,7 @@ impl<R: Read> Summed<R> {
 
     /// The SHA-256 of what was read, in hexadecimal digits.
     pub(super) fn sha256(self) -> String {
-        self.sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        HEXLOWER.encode(&self.sum.finalize())
     }
 }
 

@@ -11,6 +11,7 @@ use std::fmt;
 use std::net::{SocketAddr, SocketAddrV4};
 use std::time::{Duration, Instant};
 
+use data_encoding::HEXLOWER_PERMISSIVE;
 use kehai::device::discovery::SERVICE;
 use kehai::wire::ModuleId;
 use kehai_tracking::registry::{Finding, Found};
@@ -140,12 +141,8 @@ fn instance(full_name: &str) -> String {
 #[must_use]
 pub fn id(text: &str) -> Option<ModuleId> {
     let digits: String = text.chars().filter(|letter| *letter != ':').collect();
-    if digits.len() != 12 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-        return None;
-    }
-    let number = u64::from_str_radix(&digits, 16).ok()?;
-    let [_, _, id @ ..] = number.to_be_bytes();
-    Some(ModuleId(id))
+    let bytes = HEXLOWER_PERMISSIVE.decode(digits.as_bytes()).ok()?;
+    bytes.try_into().ok().map(ModuleId)
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
@@ -71,8 +72,9 @@ impl CardKey {
         let failed = |error| CardKeyError::File { file: file.to_path_buf(), error };
         match fs::read_to_string(file) {
             Ok(text) => {
-                let bytes = from_hexadecimal(text.trim());
-                bytes.map(Self).ok_or_else(|| CardKeyError::Wrong { file: file.to_path_buf() })
+                let bytes = HEXLOWER_PERMISSIVE.decode(text.trim().as_bytes()).ok();
+                let key = bytes.and_then(|bytes| bytes.try_into().ok()).map(Self);
+                key.ok_or_else(|| CardKeyError::Wrong { file: file.to_path_buf() })
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 let key = Self(random()?);
@@ -81,7 +83,7 @@ impl CardKey {
                 #[cfg(unix)]
                 std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
                 let mut out = options.open(file).map_err(failed)?;
-                writeln!(out, "{}", hexadecimal(&key.0)).and_then(|()| out.sync_all()).map_err(failed)?;
+                writeln!(out, "{}", HEXLOWER.encode(&key.0)).and_then(|()| out.sync_all()).map_err(failed)?;
                 Ok(key)
             }
             Err(error) => Err(failed(error)),
@@ -131,7 +133,7 @@ impl From<CardHash> for Card {
 
 impl fmt::Display for CardHash {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&hexadecimal(&self.0))
+        f.write_str(&HEXLOWER.encode(&self.0))
     }
 }
 
@@ -160,21 +162,6 @@ fn random() -> Result<[u8; KEY_LEN], CardKeyError> {
         Ok(()) => Ok(bytes),
         Err(error) => Err(CardKeyError::File { file, error }),
     }
-}
-
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-pub(crate) fn from_hexadecimal(text: &str) -> Option<[u8; KEY_LEN]> {
-    if text.len() != 2 * KEY_LEN || !text.bytes().all(|digit| digit.is_ascii_hexdigit()) {
-        return None;
-    }
-    let mut bytes = [0; KEY_LEN];
-    for (byte, at) in bytes.iter_mut().zip((0..).step_by(2)) {
-        *byte = u8::from_str_radix(text.get(at..at + 2)?, 16).ok()?;
-    }
-    Some(bytes)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use data_encoding::HEXLOWER;
 use host_tracker::key_file;
 use host_tracker::net::client::{Client, ClientError};
 use kehai::seal::{Key, Role};
@@ -146,8 +147,7 @@ pub fn show(arguments: &ShowKey) -> Result<(), Failure> {
     let (device, _) = found
         .ok_or_else(|| format!("\"{}\" has no keys in {}", arguments.module, arguments.keys.display()))?;
     let Some((id, Key(key))) = keys.key(device, arguments.role.into()) else { return Ok(()) };
-    let digits: String = key.iter().map(|byte| format!("{byte:02x}")).collect();
-    print(format_args!("{id}:{digits}"))
+    print(format_args!("{id}:{}", HEXLOWER.encode(&key)))
 }
 
 fn keys_file(target: &Target) -> Result<&Path, Failure> {
