@@ -13,6 +13,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
+use data_encoding::HEXLOWER;
+use mcap::Message;
 use mcap::io::MessageReader;
 use mcap::sans_io::LinearReaderOptions;
 use sha2::{Digest, Sha256};
@@ -22,6 +24,7 @@ use super::format::{Cause, DATAGRAMS, ELSEWHERE, LINES, LOST, Lost, RecordError,
 use kehai::wire::ModuleId;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::site_tracker::SiteTracker;
+use kehai_tracking::tracker::Selected;
 
 /// Longest record that is read, bytes: a chunk is a second, and a second of a hundred modules is some MB. A damaged length
 /// would else be allocated, whatever it says.
@@ -52,94 +55,119 @@ pub struct Outcome {
 /// The file cannot be read, or is no recording. One that was cut off is followed up to there.
 pub fn replay(
     file: &Path,
-    mut give: impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
+    give: impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
 ) -> Result<Outcome, RecordError> {
-    let failed = |error: Cause| RecordError { file: file.to_path_buf(), error };
-    let input = File::open(file).map_err(|error| failed(error.into()))?;
-    let mut outcome = Outcome::default();
-    let (mut recorded, mut replayed) = (Sha256::new(), Sha256::new());
-    let mut site_tracker: Option<SiteTracker> = None;
-    let mut begun_ns = 0;
+    follow(file, give).map_err(|error| RecordError { file: file.to_path_buf(), error })
+}
+
+fn follow(
+    file: &Path,
+    mut give: impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
+) -> Result<Outcome, Cause> {
     // A chunk's checksum is compared at its end, not before: of a file that was cut off, its last chunk counts, too.
     let options = LinearReaderOptions::default().with_record_length_limit(RECORD_MAX);
-    let mut messages = MessageReader::new_with_options(BufReader::new(input), options);
-    loop {
-        // The reader counts with what it reads, and panics where that does not add up.
-        let message = match catch_unwind(AssertUnwindSafe(|| messages.next())) {
-            Ok(None) => break,
-            Ok(Some(Ok(message))) => message,
-            Ok(Some(Err(error))) if site_tracker.is_none() => return Err(failed(error.into())),
-            Ok(Some(Err(error))) => {
-                outcome.cut_off = Some(error.to_string());
-                break;
-            }
-            Err(_) if site_tracker.is_none() => return Err(failed(Cause::Damaged)),
-            Err(_) => {
-                outcome.cut_off = Some(Cause::Damaged.to_string());
-                break;
-            }
+    let mut messages = MessageReader::new_with_options(BufReader::new(File::open(file)?), options);
+    let mut replay: Option<Replay> = None;
+    let cut_off = loop {
+        let message = match (next(&mut messages), &replay) {
+            (Ok(Some(message)), _) => message,
+            (Ok(None), _) => break None,
+            (Err(Cause::Mcap(error)), None) => return Err(error.into()),
+            (Err(cause), None) => return Err(cause),
+            (Err(cause), Some(_)) => break Some(cause.to_string()),
         };
         if message.channel.metadata.contains_key(DERIVED) {
             continue;
         }
-        let now_us = message.log_time.saturating_sub(begun_ns) / 1000;
-        match (message.channel.topic.as_str(), &mut site_tracker) {
-            (SITE, None) => {
-                let told: Told =
-                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
-                begun_ns = message.log_time;
-                let tracker = told
-                    .tracker
-                    .parse::<kehai_tracking::tracker::Selected>()
-                    .map_err(|error: kehai_tracking::tracker::UnknownTracker| failed(error.into()))?;
-                told.site.check().map_err(|error| failed(Cause::Site(error)))?;
-                let mut begun = SiteTracker::new(&Arc::new(told.site), tracker);
-                if let Some((line, age_s)) = &told.restored {
-                    begun.restore(line, *age_s);
-                }
-                site_tracker = Some(begun);
-            }
-            (_, None) => return Err(failed(Cause::Foreign)),
-            (SITE, Some(site_tracker)) => {
-                let told: Told =
-                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
-                told.site.check().map_err(|error| failed(Cause::Site(error)))?;
-                site_tracker.change_site(&Arc::new(told.site));
-            }
-            (DATAGRAMS, Some(site_tracker)) => {
-                site_tracker.receive(&message.data, now_us);
-                outcome.datagrams += 1;
-            }
-            (ELSEWHERE, Some(site_tracker)) => {
-                if let Ok(device) = <[u8; 6]>::try_from(&*message.data) {
-                    site_tracker.sessions_mut().note_new_address(ModuleId(device), now_us);
-                }
-            }
-            (LOST, Some(_)) => {
-                let note: Lost =
-                    serde_json::from_slice(&message.data).map_err(|error| failed(error.into()))?;
-                outcome.lost = outcome.lost.saturating_add(note.messages);
-            }
-            (LINES, Some(site_tracker)) => {
-                let line = site_tracker.line(now_us as f64 * 1e-6);
-                let bytes = serde_json::to_vec(&line).map_err(|error| failed(error.into()))?;
-                recorded.update(&message.data);
-                replayed.update(&bytes);
-                outcome.lines += 1;
-                outcome.different += u64::from(*message.data != *bytes);
-                give(now_us, &line).map_err(|error| failed(error.into()))?;
-            }
-            _ => {}
+        match &mut replay {
+            Some(replay) => replay.take(&message, &mut give)?,
+            None if message.channel.topic == SITE => replay = Some(Replay::begin(&message)?),
+            None => return Err(Cause::Foreign),
         }
-    }
-    if site_tracker.is_none() {
-        return Err(failed(Cause::Foreign));
-    }
-    outcome.recorded = hexadecimal(&recorded.finalize());
-    outcome.replayed = hexadecimal(&replayed.finalize());
-    Ok(outcome)
+    };
+    Ok(replay.ok_or(Cause::Foreign)?.end(cut_off))
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+/// The next message. The reader counts with what it reads, and panics where that does not add up.
+fn next(messages: &mut MessageReader<BufReader<File>>) -> Result<Option<Message<'static>>, Cause> {
+    let read = catch_unwind(AssertUnwindSafe(|| messages.next())).map_err(|_| Cause::Damaged)?;
+    read.transpose().map_err(Cause::Mcap)
+}
+
+/// A recording that has begun.
+struct Replay {
+    site_tracker: SiteTracker,
+    begun_ns: u64,
+    outcome: Outcome,
+    recorded: Sha256,
+    replayed: Sha256,
+}
+
+impl Replay {
+    /// From its first message, the site.
+    fn begin(message: &Message<'_>) -> Result<Self, Cause> {
+        let told: Told = serde_json::from_slice(&message.data)?;
+        let tracker: Selected = told.tracker.parse()?;
+        told.site.check().map_err(Cause::Site)?;
+        let mut site_tracker = SiteTracker::new(&Arc::new(told.site), tracker);
+        if let Some((line, age_s)) = &told.restored {
+            site_tracker.restore(line, *age_s);
+        }
+        Ok(Self {
+            site_tracker,
+            begun_ns: message.log_time,
+            outcome: Outcome::default(),
+            recorded: Sha256::new(),
+            replayed: Sha256::new(),
+        })
+    }
+
+    /// One more message, by its topic; those of other topics are only shown.
+    fn take(
+        &mut self,
+        message: &Message<'_>,
+        give: &mut impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
+    ) -> Result<(), Cause> {
+        let now_us = message.log_time.saturating_sub(self.begun_ns) / 1000;
+        match message.channel.topic.as_str() {
+            SITE => {
+                let told: Told = serde_json::from_slice(&message.data)?;
+                told.site.check().map_err(Cause::Site)?;
+                self.site_tracker.change_site(&Arc::new(told.site));
+            }
+            DATAGRAMS => {
+                self.site_tracker.receive(&message.data, now_us);
+                self.outcome.datagrams += 1;
+            }
+            ELSEWHERE => {
+                if let Ok(device) = <[u8; 6]>::try_from(&*message.data) {
+                    self.site_tracker.sessions_mut().note_new_address(ModuleId(device), now_us);
+                }
+            }
+            LOST => {
+                let note: Lost = serde_json::from_slice(&message.data)?;
+                self.outcome.lost = self.outcome.lost.saturating_add(note.messages);
+            }
+            LINES => give(now_us, &self.compare(&message.data, now_us)?)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The tracker's line of now, compared with the recorded one.
+    fn compare(&mut self, recorded: &[u8], now_us: u64) -> Result<TracksLine, Cause> {
+        let line = self.site_tracker.line(now_us as f64 * 1e-6);
+        let replayed = serde_json::to_vec(&line)?;
+        self.recorded.update(recorded);
+        self.replayed.update(&replayed);
+        self.outcome.lines += 1;
+        self.outcome.different += u64::from(*recorded != *replayed);
+        Ok(line)
+    }
+
+    fn end(self, cut_off: Option<String>) -> Outcome {
+        let recorded = HEXLOWER.encode(&self.recorded.finalize());
+        let replayed = HEXLOWER.encode(&self.replayed.finalize());
+        Outcome { recorded, replayed, cut_off, ..self.outcome }
+    }
 }
