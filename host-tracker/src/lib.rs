@@ -24,6 +24,7 @@ pub mod log_limit;
 pub mod metrics;
 pub mod module;
 pub mod mqtt;
+mod named;
 pub mod net;
 pub mod output_file;
 pub mod owned_file;

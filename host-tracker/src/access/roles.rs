@@ -16,30 +16,34 @@ use kehai_tracking::door::inbox::Input;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a user or a program may do.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Looks at the map, the past and the metrics.
-    View,
-    /// Draws the site and looks after its modules, too, if it has no door, and acknowledges alarms.
-    Edit,
-    /// Looks, acknowledges alarms, resets those of doors, and enters numbers for people.
-    Operator,
-    /// Everything.
-    Admin,
-    /// A reader of cards or tags.
-    Reader,
-    /// The screen or the keys where numbers are entered.
-    Keypad,
-    /// The contact at the leaf.
-    Contact,
-    /// The lock.
-    Lock,
-    /// What sounds or shows the alarm.
-    Alarm,
-    /// The button of the way out. It may no more than everybody; with a token its messages are told from a stranger's.
-    Button,
+use crate::named::named;
+
+named! {
+    /// What a user or a program may do.
+    #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Role {
+        /// Looks at the map, the past and the metrics.
+        View = "view",
+        /// Draws the site and looks after its modules, too, if it has no door, and acknowledges alarms.
+        Edit = "edit",
+        /// Looks, acknowledges alarms, resets those of doors, and enters numbers for people.
+        Operator = "operator",
+        /// Everything.
+        Admin = "admin",
+        /// A reader of cards or tags.
+        Reader = "reader",
+        /// The screen or the keys where numbers are entered.
+        Keypad = "keypad",
+        /// The contact at the leaf.
+        Contact = "contact",
+        /// The lock.
+        Lock = "lock",
+        /// What sounds or shows the alarm.
+        Alarm = "alarm",
+        /// The button of the way out. It may no more than everybody; with a token its messages are told from a stranger's.
+        Button = "button",
+    }
 }
 
 /// What can be done over HTTP.
@@ -64,26 +68,6 @@ pub enum Action {
 }
 
 impl Role {
-    /// All, by their names.
-    pub const NAMED: [(Self, &'static str); 10] = [
-        (Self::View, "view"),
-        (Self::Edit, "edit"),
-        (Self::Operator, "operator"),
-        (Self::Admin, "admin"),
-        (Self::Reader, "reader"),
-        (Self::Keypad, "keypad"),
-        (Self::Contact, "contact"),
-        (Self::Lock, "lock"),
-        (Self::Alarm, "alarm"),
-        (Self::Button, "button"),
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        Self::NAMED.iter().find(|(role, _)| *role == self).map_or("", |(_, name)| name)
-    }
-
     /// Whether people have it, who log in with a password.
     #[must_use]
     pub const fn is_of_people(self) -> bool {
@@ -101,8 +85,8 @@ impl FromStr for Role {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let known = Self::NAMED.iter().find(|(_, name)| *name == text).map(|(role, _)| *role);
-        known.ok_or_else(|| format!("a role is one of {}", Self::NAMED.map(|(_, name)| name).join(", ")))
+        Self::named(text)
+            .ok_or_else(|| format!("a role is one of {}", Self::NAMED.map(|(_, name)| name).join(", ")))
     }
 }
 

@@ -5,56 +5,62 @@ use std::fmt;
 
 use serde::Serialize;
 
-/// How it is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// As it should be.
-    Ok,
-    /// It could not be found out.
-    Unknown,
-    /// It works, but the installer should look at it.
-    Warning,
-    /// It does not work, or is not safe.
-    Wrong,
+use crate::named::named;
+
+named! {
+    /// How it is.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Verdict {
+        /// As it should be.
+        Ok = "ok",
+        /// It could not be found out.
+        Unknown = "unknown",
+        /// It works, but the installer should look at it.
+        Warning = "warning",
+        /// It does not work, or is not safe.
+        Wrong = "wrong",
+    }
 }
 
-/// What was looked at.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum About {
-    /// The options with which the tracker is started.
-    Options,
-    /// systemd's service.
-    Service,
-    /// The site's file.
-    Site,
-    /// The keys of its modules.
-    Keys,
-    /// Who may log in.
-    Users,
-    /// The key by which cards are hashed.
-    Cards,
-    /// The key of the tracker's own certificate.
-    Certificate,
-    /// What is kept.
-    Database,
-    /// The disk under it.
-    Disk,
-    /// The tracker that runs, by its live map.
-    Tracker,
-    /// Its version.
-    Version,
-    /// What the kernel keeps of datagrams.
-    Buffer,
-    /// How modules are found.
-    Discovery,
-    /// A module.
-    Module,
-    /// The MQTT broker.
-    Broker,
-    /// The machine's clock.
-    Clock,
+named! {
+    /// What was looked at.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum About {
+        /// The options with which the tracker is started.
+        Options = "options",
+        /// systemd's service.
+        Service = "service",
+        /// The site's file.
+        Site = "site",
+        /// The keys of its modules.
+        Keys = "keys",
+        /// Who may log in.
+        Users = "users",
+        /// The key by which cards are hashed.
+        Cards = "cards",
+        /// The key of the tracker's own certificate.
+        Certificate = "certificate",
+        /// What is kept.
+        Database = "database",
+        /// The disk under it.
+        Disk = "disk",
+        /// The tracker that runs, by its live map.
+        Tracker = "tracker",
+        /// Its version.
+        Version = "version",
+        /// What the kernel keeps of datagrams.
+        Buffer = "buffer",
+        /// How modules are found.
+        Discovery = "discovery",
+        /// A module.
+        Module = "module",
+        /// The MQTT broker.
+        Broker = "broker",
+        /// The machine's clock.
+        Clock = "clock",
+    }
 }
 
 /// A line of what was found.
@@ -69,44 +75,6 @@ pub struct Finding {
     /// What to do, in words; absent where nothing is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<Cow<'static, str>>,
-}
-
-impl Verdict {
-    /// Its name, as in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Unknown => "unknown",
-            Self::Warning => "warning",
-            Self::Wrong => "wrong",
-        }
-    }
-}
-
-impl About {
-    /// Its name, as in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Options => "options",
-            Self::Service => "service",
-            Self::Site => "site",
-            Self::Keys => "keys",
-            Self::Users => "users",
-            Self::Cards => "cards",
-            Self::Certificate => "certificate",
-            Self::Database => "database",
-            Self::Disk => "disk",
-            Self::Tracker => "tracker",
-            Self::Version => "version",
-            Self::Buffer => "buffer",
-            Self::Discovery => "discovery",
-            Self::Module => "module",
-            Self::Broker => "broker",
-            Self::Clock => "clock",
-        }
-    }
 }
 
 impl Finding {

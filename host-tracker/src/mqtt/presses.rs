@@ -22,6 +22,7 @@ use super::messages::modules;
 use super::topics::Topics;
 use crate::key_file;
 use crate::module::{self, kept::KeptClients};
+use crate::named::named;
 use kehai_tracking::keys::Keys;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
@@ -40,15 +41,17 @@ pub enum Pressed {
 /// The payload of it.
 const PRESS: &[u8] = b"PRESS";
 
-/// A button of a module.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Button {
-    /// It learns its background anew.
-    Learn,
-    /// It starts anew.
-    Restart,
-    /// It blinks for half a minute.
-    Identify,
+named! {
+    /// A button of a module, by its name in topics.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Button {
+        /// It learns its background anew.
+        Learn = "learn",
+        /// It starts anew.
+        Restart = "restart",
+        /// It blinks for half a minute.
+        Identify = "identify",
+    }
 }
 
 /// Why a press does nothing.
@@ -74,20 +77,6 @@ pub enum NotPressed {
 }
 
 impl Button {
-    /// All of them, by their names in topics.
-    pub const NAMED: [(Self, &'static str); 3] =
-        [(Self::Learn, "learn"), (Self::Restart, "restart"), (Self::Identify, "identify")];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Learn => "learn",
-            Self::Restart => "restart",
-            Self::Identify => "identify",
-        }
-    }
-
     /// Whether a site has it.
     #[must_use]
     pub fn is_allowed(self, site: &Site) -> bool {
@@ -103,7 +92,7 @@ impl Button {
 pub fn button(frame: &Snapshot, topics: &Topics, topic: &str) -> Option<Target> {
     let rest = topic.strip_prefix(&topics.site())?.strip_prefix("/module/")?;
     let (slug, name) = rest.split_once('/')?;
-    let (button, _) = Button::NAMED.into_iter().find(|(_, known)| *known == name)?;
+    let button = Button::named(name)?;
     let (_, line) = modules(frame).into_iter().find(|(known, _)| known == slug)?;
     let address = line.address.parse().ok();
     Some(Target { slug: slug.to_owned(), module: line.name.clone(), address, button })

@@ -15,29 +15,20 @@ use rusqlite::{Transaction, params};
 use super::connection::open_and_expire;
 use super::error::StoreError;
 use super::numbers::integer;
+use crate::named::named;
 use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::site::Site;
 
-/// Where a module's pose comes from.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Source {
-    /// The site's file, at the start of the tracker.
-    File,
-    /// A user, on the live map.
-    Map,
-    /// The calibration.
-    Calibration,
-}
-
-impl Source {
-    /// As the database has it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::File => "file",
-            Self::Map => "map",
-            Self::Calibration => "calibration",
-        }
+named! {
+    /// Where a module's pose comes from, by its name in the database.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub enum Source {
+        /// The site's file, at the start of the tracker.
+        File = "file",
+        /// A user, on the live map.
+        Map = "map",
+        /// The calibration.
+        Calibration = "calibration",
     }
 }
 

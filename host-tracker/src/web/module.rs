@@ -38,30 +38,22 @@ use crate::access::Who;
 use crate::key_file;
 use crate::module::absorb::{absorb, things};
 use crate::module::{self, ModuleError};
+use crate::named::named;
 use crate::net::client::{Client, ClientError};
 use kehai::wire::IDENTIFY_MAX_S;
 use kehai_tracking::keys::Keys;
 
-/// What can be done with a module, by its name in paths.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Act {
-    Identify,
-    Learn,
-    Absorb,
-    Restart,
-    Rename,
-    Settings,
-}
-
-impl Act {
-    pub(crate) const NAMED: [(Self, &'static str); 6] = [
-        (Self::Identify, "identify"),
-        (Self::Learn, "learn"),
-        (Self::Absorb, "absorb"),
-        (Self::Restart, "restart"),
-        (Self::Rename, "rename"),
-        (Self::Settings, "settings"),
-    ];
+named! {
+    /// What can be done with a module, by its name in paths.
+    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    pub(crate) enum Act {
+        Identify = "identify",
+        Learn = "learn",
+        Absorb = "absorb",
+        Restart = "restart",
+        Rename = "rename",
+        Settings = "settings",
+    }
 }
 
 /// Nothing more is to be said.
@@ -136,7 +128,7 @@ pub async fn act(
     Path((name, action)): Path<(String, String)>,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
-    let Some((act, action)) = Act::NAMED.into_iter().find(|(_, known)| *known == action) else {
+    let Some(act) = Act::named(&action) else {
         let names = Act::NAMED.map(|(_, name)| name).join(", ");
         return refuse(StatusCode::NOT_FOUND, &format!("a module takes {names}"));
     };
@@ -151,7 +143,7 @@ pub async fn act(
     }
     let answer = done(&shared, &name, act, &body).await;
     if answer.is_ok() {
-        tracing::info!("module {name}: {action}, asked for by {who}");
+        tracing::info!("module {name}: {}, asked for by {who}", act.name());
     }
     response(answer)
 }
