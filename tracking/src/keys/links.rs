@@ -20,12 +20,13 @@ use kehai::seal::{Channel, Incoming, Nonce, Nonces, Role, Unsealed};
 use kehai::wire::{DATAGRAM_MAX, Header, Message, ModuleId};
 
 use super::Keys;
+use crate::registry::PEERS;
 use crate::session::datagram::Datagram;
 use crate::session::outstanding::is_answer;
 use crate::snapshot::Drops;
 
 /// Most links: twice the devices that are looked for, as one may be looked for at two addresses.
-const LINKS: usize = 2048;
+const LINKS: usize = 2 * PEERS;
 
 /// A link over which nothing was sent for so long is given up, µs: requests are sent each second, or once a minute where no device
 /// has answered.

@@ -21,6 +21,7 @@ use crate::explanation::Explanation;
 use crate::figures::rounded;
 use crate::geometry::Point;
 use crate::site::Site;
+use crate::tracker::rendering::BODIES;
 use crate::tracker::{TrackId, TrackState};
 
 /// Tracks are remembered for so long, s: a sign may be that late.
@@ -33,7 +34,7 @@ const MOMENTS_MAX: usize = 32;
 const GAP_S: f64 = 0.5;
 
 /// Most tracks that can have a name: as many as the tracker has bodies at most. Those beyond have none.
-const TRACKS_MAX: usize = 1024;
+const TRACKS_MAX: usize = BODIES;
 
 /// Most IDs, and after so long without a sign one gives way to another, s.
 const IDS_MAX: usize = 256;

@@ -42,7 +42,7 @@ use route::{Device, NEXT_US, Route};
 
 /// Most devices that are looked for: those of a site of 500, which one core follows (docs/design.md), as many again that replace
 /// them or are no part of it, and some more. Each takes less than a kilobyte. Given ones are not counted out.
-const PEERS: usize = 1024;
+pub(crate) const PEERS: usize = 1024;
 
 /// What becomes of a datagram from an address that is known.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

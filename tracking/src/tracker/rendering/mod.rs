@@ -82,7 +82,7 @@ const PLACED_M: f64 = 0.3;
 const SHAPE_M: f64 = 0.025;
 
 /// Most bodies.
-const BODIES: usize = 1024;
+pub(crate) const BODIES: usize = 1024;
 
 /// See the module.
 pub struct Rendering {
