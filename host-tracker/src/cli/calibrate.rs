@@ -2,7 +2,6 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
@@ -23,6 +22,7 @@ use super::address::address;
 use super::failure::Failure;
 use super::log::say;
 use super::output::print;
+use super::signals;
 
 /// Find where the modules are, by walking about
 ///
@@ -89,10 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .iter()
         .map(|text| address(text).map_err(|error| format!("--module {error}")))
         .collect::<Result<Vec<_>, _>>()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = signals::end()?;
     let service = Service::start(Options {
         site: (*file.current().site).clone(),
         modules,

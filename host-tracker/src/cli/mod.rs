@@ -18,12 +18,14 @@ mod manual;
 mod missing;
 mod module;
 mod output;
+mod refusals;
 mod replay;
 mod report;
 mod restore;
 mod run;
 mod schema;
 mod service;
+mod signals;
 #[cfg(feature = "zenoh")]
 mod site;
 mod supervisor;

@@ -1,12 +1,11 @@
 //! `kehai-tracker run`: follows people with live modules.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use clap::Args;
 use host_tracker::alarm_handle::AlarmChange;
@@ -15,14 +14,12 @@ use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
 use host_tracker::links::LinkSettings;
-use host_tracker::log_limit::LogLimit;
 use host_tracker::output_file;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
 use host_tracker::webhook::Target;
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::alarm_list::Became;
-use kehai_tracking::door::doors::Output;
 use kehai_tracking::keys::Clear;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot};
 use kehai_tracking::tracker::Selected;
@@ -32,7 +29,9 @@ use super::address::address;
 use super::area::ZenohArguments;
 use super::broker::MqttArguments;
 use super::failure::Failure;
-use super::http::{HttpArguments, advised};
+use super::http::{HttpArguments, Served, advised};
+use super::refusals::Refusals;
+use super::signals::Signals;
 use super::supervisor::Supervisor;
 use super::tracks_out::TracksOut;
 
@@ -153,6 +152,51 @@ impl Arguments {
             || self.http.is_given()
     }
 
+    /// What the daemon is started with, and what of it is served where.
+    fn settings(self, site_path: &Path) -> Result<(Settings, Served), Failure> {
+        // Only the map can make a site.
+        let load = if self.http.is_given() { SiteFile::load_or_begin } else { SiteFile::load };
+        let site = load(site_path)?;
+        let given = |text: &String| address(text).map_err(|error| format!("--module {error}"));
+        let modules = self.module.iter().map(given).collect::<Result<_, _>>()?;
+        let mqtt = self.mqtt.broker(site_path)?;
+        let card_key = card_key(site_path, &site.current().site).unwrap_or_else(|error| {
+            tracing::warn!("{error}; cards of before are not known again");
+            None
+        });
+        let served = self.http.served(site_path)?;
+        let map = self.http.map(&served, site_path)?;
+        let keys_file = self.keys.clone().unwrap_or_else(|| key_file::beside(site_path));
+        if key_file::load(&keys_file)?.is_none() && self.keys.is_some() {
+            return Err(format!("{}: there is no such file", keys_file.display()).into());
+        }
+        let keep = Keep { days: self.keep_days, card_days: self.keep_card_days };
+        #[cfg(feature = "foxglove")]
+        let foxglove = self.foxglove;
+        #[cfg(not(feature = "foxglove"))]
+        let foxglove = None;
+        #[cfg(feature = "zenoh")]
+        let (area, ros2) = self.zenoh.settings();
+        #[cfg(not(feature = "zenoh"))]
+        let (area, ros2) = (None, None);
+        let settings = Settings {
+            site,
+            modules,
+            discover: !self.no_mdns,
+            tracker: self.tracker,
+            record: self.record,
+            database: self.db.map(|file| Database { file, keep, restore: true }),
+            map,
+            mqtt,
+            webhook: self.alarm_webhook,
+            card_key,
+            keys: Some(keys_file),
+            clear: if self.also_in_clear { Clear::Believed } else { Clear::Listed },
+            links: LinkSettings { area, ros2, foxglove },
+        };
+        Ok((settings, served))
+    }
+
     /// What there is to look at where the tracker is started with these.
     pub fn installation(mut self) -> Installation {
         if self.site.is_none() {
@@ -182,86 +226,25 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     if arguments.site.is_none() {
         arguments.http.serve_this_machine();
     }
-    let tells_others = arguments.tells_others();
-    let site_path = arguments.site.unwrap_or_else(|| SITE.into());
+    let site_path = arguments.site.take().unwrap_or_else(|| SITE.into());
     if backup::finish(&site_path)? {
         tracing::warn!("a restoration that was interrupted is finished");
     }
-    // Only the map can make a site.
-    let load = if arguments.http.is_given() { SiteFile::load_or_begin } else { SiteFile::load };
-    let site = load(&site_path)?;
+    let tells_others = arguments.tells_others();
+    let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
+    let tracks_out = arguments.tracks_out.take().or_else(|| (!tells_others).then(|| "-".into()));
+    let signals = Signals::taken()?;
+    let (settings, served) = arguments.settings(&site_path)?;
+    let mut out = tracks_out.as_deref().map(open).transpose()?;
     let is_new = !site_path.exists();
-    let modules = arguments
-        .module
-        .iter()
-        .map(|text| address(text).map_err(|error| format!("--module {error}")))
-        .collect::<Result<Vec<_>, _>>()?;
-    #[cfg(feature = "foxglove")]
-    let foxglove = arguments.foxglove;
-    #[cfg(not(feature = "foxglove"))]
-    let foxglove = None;
-    #[cfg(feature = "zenoh")]
-    let (area, ros2) = arguments.zenoh.settings();
-    #[cfg(not(feature = "zenoh"))]
-    let (area, ros2) = (None, None);
-    let links = LinkSettings { area, ros2, foxglove };
-    let tracks_out = arguments.tracks_out.as_deref().or((!tells_others).then_some(Path::new("-")));
-    let mut out = tracks_out.map(open).transpose()?;
-    let mqtt = arguments.mqtt.broker(&site_path)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
-    let hang_up = Arc::new(AtomicBool::new(false));
-    #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&hang_up))?;
-    // A limit on the size of files is an error of the file, not the tracker's death.
-    #[cfg(unix)]
-    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-    let keep = Keep { days: arguments.keep_days, card_days: arguments.keep_card_days };
-    let card_key = card_key(&site_path, &site.current().site).unwrap_or_else(|error| {
-        tracing::warn!("{error}; cards of before are not known again");
-        None
-    });
-    let served = arguments.http.served(&site_path)?;
-    let map = arguments.http.map(&served, &site_path)?;
-    let keys_file = arguments.keys.clone().unwrap_or_else(|| key_file::beside(&site_path));
-    if key_file::load(&keys_file)?.is_none() && arguments.keys.is_some() {
-        return Err(format!("{}: there is no such file", keys_file.display()).into());
-    }
-    let settings = Settings {
-        site,
-        modules,
-        discover: !arguments.no_mdns,
-        tracker: arguments.tracker,
-        record: arguments.record,
-        database: arguments.db.map(|file| Database { file, keep, restore: true }),
-        map,
-        mqtt,
-        webhook: arguments.alarm_webhook,
-        card_key,
-        keys: Some(keys_file),
-        clear: if arguments.also_in_clear { Clear::Believed } else { Clear::Listed },
-        links,
-    };
     let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
         .map_err(|error| advised(error, &site_path))?;
-    served.say(daemon.map_address(), daemon.door_address());
-    if let Some(address) = daemon.viewers_address() {
-        tracing::info!("Foxglove and Lichtblick are served at ws://{address}");
-    }
-    if is_new {
-        let file = site_path.display();
-        tracing::info!(
-            "there is no {file} yet: the live map guides from the modules to a site, and makes it"
-        );
-    }
+    say_begun(&daemon, &served, is_new.then_some(&site_path));
     let mut supervisor = Supervisor::ready();
-    let end_s = arguments.seconds.map_or(f64::INFINITY, |seconds| seconds as f64);
-    let mut last = Arc::<Snapshot>::default();
     let mut refusals = Refusals::default();
-    while !stop.load(Ordering::Relaxed) && last.line.t < end_s {
-        if hang_up.swap(false, Ordering::Relaxed) {
+    let mut last = Arc::<Snapshot>::default();
+    while !signals.end.load(Ordering::Relaxed) && last.line.t < end_s {
+        if signals.hang_up.swap(false, Ordering::Relaxed) {
             read_anew(&daemon, &site_path);
         }
         let has_snapshot = match daemon.next(WAIT) {
@@ -273,13 +256,7 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
             Next::Waiting => false,
             Next::Ended => break,
         };
-        for output in daemon.outputs() {
-            if let Output::NotTaken { door, why } = output
-                && let Some(line) = refusals.line(door, why, Instant::now())
-            {
-                tracing::warn!("{line}");
-            }
-        }
+        refusals.log(daemon.outputs());
         daemon.alarm_changes().iter().for_each(say);
         if let Some(out) = out.as_mut().filter(|_| has_snapshot) {
             match out.line(&last.line) {
@@ -294,18 +271,17 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     summary(&last, tells_others)
 }
 
-/// Messages to doors that were refused, for the log: of each door one line in a while, as a client that may publish at the
-/// broker may send any number of them.
-#[derive(Default)]
-struct Refusals(BTreeMap<String, LogLimit>);
-
-impl Refusals {
-    /// What is to be logged of one more message, if it is time.
-    fn line(&mut self, door: &str, why: &str, now: Instant) -> Option<String> {
-        Some(match self.0.entry(door.to_owned()).or_default().note(now)? {
-            1 => format!("door {door}: {why}"),
-            times => format!("door {door}: {why}; {times} messages since the last line"),
-        })
+/// Logs where everything is served, and who makes the site's file if it is still to be made.
+fn say_begun(daemon: &Daemon, served: &Served, new_site: Option<&PathBuf>) {
+    served.say(daemon.map_address(), daemon.door_address());
+    if let Some(address) = daemon.viewers_address() {
+        tracing::info!("Foxglove and Lichtblick are served at ws://{address}");
+    }
+    if let Some(file) = new_site {
+        let file = file.display();
+        tracing::info!(
+            "there is no {file} yet: the live map guides from the modules to a site, and makes it"
+        );
     }
 }
 
@@ -404,18 +380,5 @@ mod tests {
         ] {
             assert!(tells_others(line), "{line}");
         }
-    }
-
-    #[test]
-    fn a_flood_of_refused_messages_is_one_line_of_each_door_in_a_while() {
-        let (mut refusals, now) = (Refusals::default(), Instant::now());
-        let first = refusals.line("front", "late", now);
-        assert_eq!(first.as_deref(), Some("door front: late"));
-        for _ in 0..100 {
-            assert_eq!(refusals.line("front", "late", now), None);
-        }
-        assert_eq!(refusals.line("back", "late", now).as_deref(), Some("door back: late"), "another one");
-        let later = refusals.line("front", "repeated", now + Duration::from_secs(10));
-        assert_eq!(later.as_deref(), Some("door front: repeated; 101 messages since the last line"));
     }
 }

@@ -1,8 +1,7 @@
 //! `kehai-tracker site`: puts the areas of a large site together.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
@@ -13,6 +12,7 @@ use super::area::NetworkArguments;
 use super::broker::MqttArguments;
 use super::failure::Failure;
 use super::http::{HttpArguments, advised};
+use super::signals;
 use super::supervisor::Supervisor;
 
 /// Put the areas of a large site together
@@ -61,10 +61,7 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     if !arguments.mqtt.is_given() {
         arguments.http.serve_this_machine();
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
+    let stop = signals::end()?;
     let path = arguments.folder.join(format!("{}.toml", arguments.site));
     let mqtt = arguments.mqtt.broker(&path)?;
     if mqtt.as_ref().is_some_and(|mqtt| mqtt.commands) {
