@@ -41,6 +41,7 @@ mod entities;
 mod holds;
 mod home_assistant;
 mod messages;
+mod outage;
 mod outbox;
 pub(crate) mod payloads;
 pub mod presses;

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, TryRecvError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use rumqttc::{Client, Connection, Event, LastWill, MqttOptions, Packet, QoS, TlsConfiguration, Transport};
@@ -24,12 +25,12 @@ use tracing::Level;
 use super::Broker;
 use super::home_assistant::About;
 use super::messages::{door_input, door_topics};
+use super::outage::Outage;
 use super::outbox::{Outbox, Publication};
 use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
 use super::presses::{NotPressed, Presser, Target, button};
 use super::topics::Topics;
 use crate::doors::DoorHandle;
-use crate::log_limit::LogLimit;
 use crate::signs::SignHandle;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
@@ -133,6 +134,8 @@ fn run(
     let start = |buttons: &Buttons| Presser::start(buttons.keys.clone());
     let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
     let mut outage = Outage::default();
+    let of_broker =
+        |level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker));
     while !stop.load(Ordering::Relaxed) {
         let (client, connection) = Client::new(options(settings), ON_THE_WAY);
         let (tell, news) = mpsc::channel();
@@ -141,50 +144,56 @@ fn run(
         else {
             return Err("no thread is to be had for the link".to_owned());
         };
-        let newest = Arc::default();
-        let doors = settings.doors.as_ref();
-        let door_topics = BTreeMap::new();
-        let signs = settings.signs.as_ref();
         let mut site = settings.site.clone();
         site.mark_changed();
-        let map_url = settings.map_url.as_deref();
         let mut session = Session {
             client,
             site,
-            map_url,
+            map_url: settings.map_url.as_deref(),
             outbox: &mut outbox,
             connected: false,
-            newest,
-            door_topics,
-            doors,
-            signs,
+            newest: Arc::default(),
+            door_topics: BTreeMap::new(),
+            doors: settings.doors.as_ref(),
+            signs: settings.signs.as_ref(),
             presser: presser.as_ref(),
             outage: &mut outage,
-            say: &|level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker)),
+            say: &of_broker,
         };
         let end = session.run(frames, told, &news, stop, begun);
         drop(session);
         let Some(reason) = end else {
-            // The last words are on their way; the link ends with them.
-            let patience = Instant::now();
-            while !link.is_finished() && patience.elapsed() < FAREWELL {
-                std::thread::sleep(Duration::from_millis(10));
-            }
+            await_farewell(&link);
             return Ok(());
         };
         if let Some(level) = outage.failed(Instant::now()) {
-            say(level, &format!("mqtt: broker {}: {reason}; trying again", settings.broker));
+            of_broker(level, &format!("{reason}; trying again"));
         }
-        let pause = Instant::now();
-        while pause.elapsed() < AGAIN && !stop.load(Ordering::Relaxed) {
-            match frames.recv_timeout(WAIT) {
-                // What happens meanwhile is old when the broker is back.
-                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            }
+        if !pause(frames, stop) {
+            return Ok(());
         }
     }
     Ok(())
+}
+
+/// The last words are on their way; the link ends with them.
+fn await_farewell(link: &JoinHandle<()>) {
+    let begun = Instant::now();
+    while !link.is_finished() && begun.elapsed() < FAREWELL {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Waits before the next connection. What happens meanwhile is old when the broker is back. False: no frame will come.
+fn pause(frames: &Receiver<Arc<Snapshot>>, stop: &AtomicBool) -> bool {
+    let begun = Instant::now();
+    while begun.elapsed() < AGAIN && !stop.load(Ordering::Relaxed) {
+        match frames.recv_timeout(WAIT) {
+            Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return false,
+        }
+    }
+    true
 }
 
 fn options(settings: &Settings) -> MqttOptions {
@@ -224,35 +233,6 @@ fn link(mut connection: Connection, tell: &mpsc::Sender<News>) {
         if tell.send(news).is_err() {
             return;
         }
-    }
-}
-
-/// Which failures to reach the broker are logged: the first as a warning; of those that follow the second, the fourth, the eighth
-/// and so on; and that it is over, if it was logged at all. One that comes and goes is logged once in a while.
-#[derive(Debug, Default)]
-struct Outage {
-    /// Since the last connection.
-    failures: u64,
-    is_logged: bool,
-    limit: LogLimit,
-}
-
-impl Outage {
-    /// One more failure: how grave it is, if it is to be logged.
-    fn failed(&mut self, now: Instant) -> Option<Level> {
-        self.failures += 1;
-        let level = match self.failures {
-            1 => self.limit.note(now).map(|_| Level::WARN),
-            again => again.is_power_of_two().then_some(Level::INFO),
-        };
-        self.is_logged |= level.is_some();
-        level
-    }
-
-    /// The broker has taken the connection: whether that is to be logged.
-    fn is_over(&mut self) -> bool {
-        self.failures = 0;
-        std::mem::take(&mut self.is_logged)
     }
 }
 
@@ -301,57 +281,73 @@ impl Session<'_> {
             // Only the newest snapshot matters.
             let fresh = frames.try_iter().last().or(fresh);
             if let Some(frame) = &fresh {
-                self.newest = Arc::clone(frame);
-                if self.site.has_changed().unwrap_or(false) {
-                    let site = Arc::clone(&self.site.borrow_and_update());
-                    let map_url = self.map_url.map(str::to_owned);
-                    self.outbox.set_about(About { site, map_url, buttons: self.presser.is_some() });
-                }
-                self.door_topics.extend(door_topics(frame, self.outbox.topics()));
+                self.use_snapshot(frame);
             }
-            loop {
-                let news = match news.try_recv() {
-                    Ok(news) => news,
-                    Err(TryRecvError::Empty) => break,
-                    Err(TryRecvError::Disconnected) => return Some("the link has ended".to_owned()),
-                };
-                match news {
-                    News::Connected => {
-                        self.connected = true;
-                        if self.outage.is_over() {
-                            (self.say)(Level::INFO, "connected");
-                        }
-                        self.outbox.connected();
-                        for filter in self.outbox.topics().filters() {
-                            if let Err(error) = self.client.try_subscribe(filter, QoS::AtLeastOnce) {
-                                return Some(error.to_string());
-                            }
-                        }
-                    }
-                    News::Retained(topic) => self.outbox.retained(&topic),
-                    News::Message(topic, payload) => self.receive(&topic, &payload),
-                    News::Ended(reason) => return Some(reason),
-                }
+            if let Err(reason) = self.take_news(news) {
+                return Some(reason);
             }
             if let Some(presser) = self.presser {
                 presser.refusals().for_each(|(target, why)| self.refuse(&target, &why));
             }
             // What was published while no broker was connected is stale: the doors repeat what still holds.
             let orders: Vec<Output> = told.map(|told| told.try_iter().collect()).unwrap_or_default();
-            if self.connected {
-                for order in &orders {
-                    if let Err(error) = self.order(order) {
-                        return Some(error);
-                    }
-                }
-                let now_ms = u64::try_from(begun.elapsed().as_millis()).unwrap_or(u64::MAX);
-                for publication in self.outbox.due(fresh.as_deref(), now_ms) {
-                    if let Err(error) = self.publish(publication) {
-                        return Some(error);
-                    }
-                }
+            if self.connected
+                && let Err(reason) = self.publish_due(&orders, fresh.as_deref(), begun)
+            {
+                return Some(reason);
             }
         }
+    }
+
+    /// From now on this is what is known; with it the site, if that has changed.
+    fn use_snapshot(&mut self, frame: &Arc<Snapshot>) {
+        self.newest = Arc::clone(frame);
+        if self.site.has_changed().unwrap_or(false) {
+            let site = Arc::clone(&self.site.borrow_and_update());
+            let map_url = self.map_url.map(str::to_owned);
+            self.outbox.set_about(About { site, map_url, buttons: self.presser.is_some() });
+        }
+        self.door_topics.extend(door_topics(frame, self.outbox.topics()));
+    }
+
+    /// All that the link has said; an error is why the connection has ended.
+    fn take_news(&mut self, news: &Receiver<News>) -> Result<(), String> {
+        loop {
+            match news.try_recv() {
+                Ok(News::Connected) => self.begin()?,
+                Ok(News::Retained(topic)) => self.outbox.retained(&topic),
+                Ok(News::Message(topic, payload)) => self.receive(&topic, &payload),
+                Ok(News::Ended(reason)) => return Err(reason),
+                Err(TryRecvError::Empty) => return Ok(()),
+                Err(TryRecvError::Disconnected) => return Err("the link has ended".to_owned()),
+            }
+        }
+    }
+
+    /// The broker has taken the connection.
+    fn begin(&mut self) -> Result<(), String> {
+        self.connected = true;
+        if self.outage.is_over() {
+            (self.say)(Level::INFO, "connected");
+        }
+        self.outbox.connected();
+        for filter in self.outbox.topics().filters() {
+            self.client.try_subscribe(filter, QoS::AtLeastOnce).map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    }
+
+    /// Publishes what doors order, and what has changed.
+    fn publish_due(
+        &mut self,
+        orders: &[Output],
+        fresh: Option<&Snapshot>,
+        begun: Instant,
+    ) -> Result<(), String> {
+        orders.iter().try_for_each(|order| self.order(order))?;
+        let now_ms = u64::try_from(begun.elapsed().as_millis()).unwrap_or(u64::MAX);
+        let due = self.outbox.due(fresh, now_ms);
+        due.into_iter().try_for_each(|publication| self.publish(publication))
     }
 
     /// Presses a button of a module, if there are buttons.
@@ -422,24 +418,5 @@ impl Session<'_> {
             let _ = self.publish(self.outbox.farewell());
         }
         let _ = self.client.try_disconnect();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_broker_that_is_away_is_a_warning_once_then_news_more_and_more_rarely() {
-        let (mut outage, now) = (Outage::default(), Instant::now());
-        assert!(!outage.is_over(), "the first connection of all is no news");
-        let levels: Vec<Option<Level>> = (0..8).map(|_| outage.failed(now)).collect();
-        let info = Some(Level::INFO);
-        assert_eq!(levels, [Some(Level::WARN), info, None, info, None, None, None, info]);
-        assert!(outage.is_over());
-        for _ in 0..100 {
-            assert!(outage.failed(now).is_none() && !outage.is_over(), "one that comes and goes");
-        }
-        assert_eq!(outage.failed(now + Duration::from_secs(10)), Some(Level::WARN));
     }
 }
