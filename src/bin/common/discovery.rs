@@ -55,34 +55,47 @@ struct Bytes {
     answer: [u8; ANSWER_LEN],
 }
 
+/// The sockets, and room for an answer.
+struct Sockets {
+    listener: UdpSocket<'static>,
+    direct: UdpSocket<'static>,
+    answer: &'static mut [u8],
+}
+
+impl Sockets {
+    /// To be called once.
+    fn open(stack: Stack<'static>) -> Self {
+        static METADATA: ConstStaticCell<Metadata> = ConstStaticCell::new(Metadata {
+            received: [PacketMetadata::EMPTY; _],
+            to_send: [PacketMetadata::EMPTY; _],
+            nothing: [PacketMetadata::EMPTY; _],
+            direct: [PacketMetadata::EMPTY; _],
+        });
+        static BYTES: ConstStaticCell<Bytes> = ConstStaticCell::new(Bytes {
+            received: [0; _],
+            to_send: [0; _],
+            nothing: [0; _],
+            direct: [0; _],
+            answer: [0; _],
+        });
+        let (metadata, bytes) = (METADATA.take(), BYTES.take());
+        let Metadata { received, to_send, nothing, direct } = metadata;
+        let mut listener = UdpSocket::new(stack, received, &mut bytes.received, to_send, &mut bytes.to_send);
+        let mut direct = UdpSocket::new(stack, nothing, &mut bytes.nothing, direct, &mut bytes.direct);
+        for socket in [&mut listener, &mut direct] {
+            socket.set_hop_limit(Some(HOP_LIMIT));
+            bind(socket);
+        }
+        Self { listener, direct, answer: &mut bytes.answer }
+    }
+}
+
 /// Announces the module and answers queries for it, for ever. To be called once.
 ///
 /// # Cancellation
 /// The module is no longer found.
 pub async fn announce(stack: Stack<'static>, mac: Mac, notices: &Notices) {
-    static METADATA: ConstStaticCell<Metadata> = ConstStaticCell::new(Metadata {
-        received: [PacketMetadata::EMPTY; _],
-        to_send: [PacketMetadata::EMPTY; _],
-        nothing: [PacketMetadata::EMPTY; _],
-        direct: [PacketMetadata::EMPTY; _],
-    });
-    static BYTES: ConstStaticCell<Bytes> = ConstStaticCell::new(Bytes {
-        received: [0; _],
-        to_send: [0; _],
-        nothing: [0; _],
-        direct: [0; _],
-        answer: [0; _],
-    });
-    let (metadata, bytes) = (METADATA.take(), BYTES.take());
-    let Metadata { received, to_send, nothing, direct } = metadata;
-    let mut listener = UdpSocket::new(stack, received, &mut bytes.received, to_send, &mut bytes.to_send);
-    let mut direct = UdpSocket::new(stack, nothing, &mut bytes.nothing, direct, &mut bytes.direct);
-    for socket in [&mut listener, &mut direct] {
-        socket.set_hop_limit(Some(HOP_LIMIT));
-        bind(socket);
-    }
-    let answer = &mut bytes.answer;
-    let group = IpAddress::Ipv4(Ipv4Address::from(GROUP));
+    let Sockets { mut listener, mut direct, answer } = Sockets::open(stack);
     let mut discovery = Discovery::new(mac);
     let mut service = describe(mac, notices);
     // Datagrams received here, of all that the controller has seen.
@@ -97,23 +110,18 @@ pub async fn announce(stack: Stack<'static>, mac: Mac, notices: &Notices) {
         let address = address(stack);
         match discovery.poll(now_us, address.map(|address| address.address().octets())) {
             Action::Join => {
-                match stack.join_multicast_group(group) {
-                    Ok(()) => info!("mdns: {=str}", service.instance()),
-                    Err(error) => warn!("mdns: {}", error),
-                }
+                join(stack, &service);
                 // Datagrams that came before the join were for others.
                 received = watched::mdns();
             }
             Action::Leave => {
                 info!("mdns: no address");
                 // Refused only for an address that is not multicast.
-                let _ = stack.leave_multicast_group(group);
+                let _ = stack.leave_multicast_group(group());
             }
             Action::Announce => {
                 let Some(address) = address else { continue };
-                let sent = compose(&service, address.address(), None, answer)
-                    .is_ok_and(|announcement| send(&mut listener, announcement, (group, MDNS_PORT).into()));
-                if !sent {
+                if !tell_all(&mut listener, &service, address, answer) {
                     notices.discovery_dropped(1);
                 }
             }
@@ -142,6 +150,28 @@ pub async fn announce(stack: Stack<'static>, mac: Mac, notices: &Notices) {
             }
         }
     }
+}
+
+fn group() -> IpAddress {
+    IpAddress::Ipv4(Ipv4Address::from(GROUP))
+}
+
+fn join(stack: Stack<'static>, service: &Service) {
+    match stack.join_multicast_group(group()) {
+        Ok(()) => info!("mdns: {=str}", service.instance()),
+        Err(error) => warn!("mdns: {}", error),
+    }
+}
+
+/// Announces the service at this address; true if that was queued.
+fn tell_all(
+    listener: &mut UdpSocket<'static>,
+    service: &Service,
+    address: Ipv4Cidr,
+    answer: &mut [u8],
+) -> bool {
+    compose(service, address.address(), None, answer)
+        .is_ok_and(|announcement| send(listener, announcement, (group(), MDNS_PORT).into()))
 }
 
 fn describe(mac: Mac, notices: &Notices) -> Service {
