@@ -10,12 +10,16 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Folders whose paths are checked.
-const FOLDERS: [&str; 13] = [
+const FOLDERS: [&str; 17] = [
     "src/",
     "emulator/",
+    "depth/",
     "tracking/",
     "host-tracker/",
     "host-sim/",
+    "structure/",
+    "test-support/",
+    "packaging/",
     "tests/",
     "docs/",
     "benches/",
