@@ -35,8 +35,8 @@ const LAYERS: [Layer; 8] = [
     Layer { name: "kehai-tracking", normal: &["kehai"], tests: &[] },
     Layer {
         name: "host-tracker",
-        normal: &["kehai", "kehai-emulator", "kehai-tracking"],
-        tests: &["host-sim", "test-support"],
+        normal: &["kehai", "kehai-tracking"],
+        tests: &["kehai-emulator", "host-sim", "test-support"],
     },
     Layer {
         name: "host-sim",

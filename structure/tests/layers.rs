@@ -61,6 +61,14 @@ fn tests_may_need_only_what_is_listed_for_tests() {
 }
 
 #[test]
+fn the_daemon_needs_the_emulator_in_its_tests_alone() {
+    let needs = "[dependencies]\nkehai-emulator.path = \"../kehai-emulator\"";
+    let fault = faults(&[KEHAI, EMULATOR, ("host-tracker", needs)]);
+    let line = "crate host-tracker: dependency on kehai-emulator is against the order of the crates";
+    assert_eq!(fault, [line]);
+}
+
+#[test]
 fn a_crate_without_a_place_is_named() {
     let fault = faults(&[("newcomer", "")]);
     assert_eq!(fault, ["crate newcomer: has no place in the order of structure/src/layers.rs"]);
