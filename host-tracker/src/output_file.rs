@@ -1,4 +1,4 @@
-//! Files that `run` writes anew: a recording, lines of tracks. What an earlier run has written there is kept beside them.
+//! Files that `run` and `replay` write anew: a recording, lines of tracks. What an earlier run has written there is kept beside them.
 //!
 //! ```text
 //!   day.mcap is missing or empty           ─▶ begun

@@ -4,6 +4,7 @@
 mod recorded;
 
 use std::path::Path;
+use std::process::Command;
 
 use host_tracker::record::replay::{Outcome, replay};
 use kehai_tracking::tracker::Selected;
@@ -46,6 +47,30 @@ fn another_tracker_is_noticed() {
     record(&file.0, "kehai-rules".parse().unwrap(), Selected::default());
     let outcome = followed_again(&file.0);
     assert!(outcome.different > 0 && outcome.recorded != outcome.replayed);
+}
+
+#[test]
+fn a_replay_keeps_the_lines_of_an_earlier_one_and_refuses_any_other_file() {
+    let (file, rules) = (Temporary::new("twice"), "kehai-rules".parse().unwrap());
+    record(&file.0, rules, rules);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("tracks.jsonl");
+    let replayed = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+        command.arg("replay").arg(&file.0).arg("--tracks-out").arg(&out).output().unwrap()
+    };
+    std::fs::write(&out, "[[zone]]\n").unwrap();
+    let said = String::from_utf8(replayed().stderr).unwrap();
+    assert!(said.contains("tracks.jsonl: there is neither a recording"), "{said}");
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), "[[zone]]\n");
+    std::fs::remove_file(&out).unwrap();
+    for written in 1..=2 {
+        assert!(replayed().status.success());
+        let files = std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().path());
+        let lines: Vec<String> = files.map(|file| std::fs::read_to_string(file).unwrap()).collect();
+        assert_eq!(lines.len(), written);
+        assert!(!lines[0].is_empty() && lines.iter().all(|other| *other == lines[0]));
+    }
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! `kehai-tracker replay`: follows a recording again.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use host_tracker::output_file;
 use host_tracker::record::replay::replay;
 use kehai_tracking::jsonl::write_line;
 
@@ -25,7 +25,8 @@ pub struct Arguments {
     #[arg(value_name = "FILE.mcap")]
     file: PathBuf,
 
-    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal
+    /// Write tracks and zones, a JSON line every 0.1 s; - is the terminal. What is there of an earlier run or replay is kept
+    /// beside, with its time in the name
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
@@ -43,8 +44,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => None,
         Some(file) if file.as_os_str() == "-" => Some(Box::new(io::stdout())),
         Some(file) => {
-            let created = File::create(file).map_err(|error| format!("{}: {error}", file.display()))?;
-            Some(Box::new(BufWriter::new(created)))
+            let begun = output_file::begin(file).map_err(|error| format!("{}: {error}", file.display()))?;
+            Some(Box::new(BufWriter::new(begun)))
         }
     };
     let begun = Instant::now();
