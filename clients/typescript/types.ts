@@ -504,6 +504,8 @@ export interface DoorLine {
   prompt: string;
   /** What the entrant is to do, for programs. */
   prompt_name: DoorPrompt;
+  /** While it has failed: the alarm that stands beneath, and goes on after that. */
+  standing?: DoorAlarm | null;
   /** How many have gone through. */
   through: number;
   /** Numbers that may still be tried. */
@@ -606,6 +608,8 @@ export interface DoorState {
   prompt: string;
   /** What the entrant is to do, for programs. */
   prompt_name: DoorPrompt;
+  /** While it has failed: the alarm that stands beneath, and goes on after that. */
+  standing?: DoorAlarm | null;
   /** How many have gone through. */
   through: number;
   /** Numbers that may still be tried. */
@@ -691,15 +695,20 @@ export interface EntryRead {
 export interface Event {
   /** ms since 1970. */
   at_ms: number;
-  /** started, restored, discarded, enter, leave, alarm, cleared, state, passage, door-alarm. */
-  kind: string;
-  /** Zone or module. */
+  /** What. */
+  kind: EventKind;
+  /** The alarm or the state, if the event is about one that this version knows. */
+  name?: EventName | null;
+  /** Zone, module or door. */
   subject: string;
   /** In words. */
   text: string;
   /** The track, if the event is about one. */
   track: number | null;
 }
+
+/** enter, leave, alarm, cleared, state, passage, door-alarm, restored, discarded, set-aside, raw, what a device has done, or a kind of another version. */
+export type EventKind = string;
 
 /** Something that a module did: with its background, its settings or itself. */
 export interface EventLine {
@@ -714,6 +723,9 @@ export interface EventLine {
   /** What it is, in words, and which host asked for it, if one did. */
   text: string;
 }
+
+/** What an event is about, by its name. */
+export type EventName = AlarmKind | DeviceState;
 
 /** An area in which no person is counted and no track begins: of shelves, machines, a neighbour's ground. */
 export interface Exclude {

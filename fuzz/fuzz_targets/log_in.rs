@@ -19,6 +19,8 @@ use access::secret::fingerprint;
 use access::sessions::{LASTS_US, Sessions};
 use libfuzzer_sys::fuzz_target;
 
+#[path = "../../host-tracker/src/named.rs"]
+mod named;
 #[path = "../../host-tracker/src/access"]
 #[allow(dead_code, reason = "the daemon uses the rest")]
 mod access {

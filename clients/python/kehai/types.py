@@ -562,6 +562,8 @@ class DoorLine(TypedDict):
     prompt: str
     # What the entrant is to do, for programs.
     prompt_name: DoorPrompt
+    # While it has failed: the alarm that stands beneath, and goes on after that.
+    standing: NotRequired[DoorAlarm | None]
     # How many have gone through.
     through: int
     # Numbers that may still be tried.
@@ -669,6 +671,8 @@ class DoorState(TypedDict):
     prompt: str
     # What the entrant is to do, for programs.
     prompt_name: DoorPrompt
+    # While it has failed: the alarm that stands beneath, and goes on after that.
+    standing: NotRequired[DoorAlarm | None]
     # How many have gone through.
     through: int
     # Numbers that may still be tried.
@@ -760,14 +764,20 @@ class Event(TypedDict):
 
     # ms since 1970.
     at_ms: int
-    # started, restored, discarded, enter, leave, alarm, cleared, state, passage, door-alarm.
-    kind: str
-    # Zone or module.
+    # What.
+    kind: EventKind
+    # The alarm or the state, if the event is about one that this version knows.
+    name: NotRequired[EventName | None]
+    # Zone, module or door.
     subject: str
     # In words.
     text: str
     # The track, if the event is about one.
     track: int | None
+
+
+# enter, leave, alarm, cleared, state, passage, door-alarm, restored, discarded, set-aside, raw, what a device has done, or a kind of another version.
+EventKind = str
 
 
 class EventLine(TypedDict):
@@ -2076,6 +2086,9 @@ class ZoneReasons(TypedDict):
 
 # Why there is an alarm; by its name in JSON. No two of both kinds have the same.
 AlarmName = DoorAlarm | AlarmKind
+
+# What an event is about, by its name.
+EventName = AlarmKind | DeviceState
 
 # What the database has of a time, if there is one.
 FiguresAnswer = FiguresKept | NotKept

@@ -331,6 +331,20 @@ mod tests {
     }
 
     #[test]
+    fn trouble_of_a_door_hides_no_alarm_that_stands_beneath_it() {
+        let site = crate::site::Site::parse("site", crate::site::door::tests::DOOR).unwrap();
+        let mut doors = crate::door::doors::Doors::new(&site, 1);
+        doors.resume([("front", door::Alarm::Followed)]);
+        let mut line = doors.lines().next().unwrap();
+        let causes =
+            |line: &DoorLine| active_alarms(&[], &[], &[line.clone()]).map(|on| on.cause).collect::<Vec<_>>();
+        let (trouble, followed) = (Cause::Door(door::Alarm::Trouble), Cause::Door(door::Alarm::Followed));
+        assert_eq!(causes(&line), [followed], "that it starts is no alarm");
+        line.trouble = Some(Trouble::ModuleLost);
+        assert_eq!(causes(&line), [trouble, followed]);
+    }
+
+    #[test]
     fn a_frame_survives_being_written_and_read() {
         let zone = ZoneLine::new(Found::inside(1, vec![0.1, 0.9]), 1.0, ZoneKnown::Known);
         let track =
