@@ -322,6 +322,7 @@ pub struct FloorLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::door::Alarm;
     use crate::occupancy::{Found, ZoneKnown, ZoneLine};
 
     #[test]
@@ -334,11 +335,12 @@ mod tests {
     fn trouble_of_a_door_hides_no_alarm_that_stands_beneath_it() {
         let site = crate::site::Site::parse("site", crate::site::door::tests::DOOR).unwrap();
         let mut doors = crate::door::doors::Doors::new(&site, 1);
-        doors.resume([("front", door::Alarm::Followed)]);
+        doors.resume([("front", Alarm::Followed)]);
         let mut line = doors.lines().next().unwrap();
-        let causes =
-            |line: &DoorLine| active_alarms(&[], &[], &[line.clone()]).map(|on| on.cause).collect::<Vec<_>>();
-        let (trouble, followed) = (Cause::Door(door::Alarm::Trouble), Cause::Door(door::Alarm::Followed));
+        let causes = |line: &DoorLine| {
+            active_alarms(&[], &[], std::slice::from_ref(line)).map(|on| on.cause).collect::<Vec<_>>()
+        };
+        let (trouble, followed) = (Cause::Door(Alarm::Trouble), Cause::Door(Alarm::Followed));
         assert_eq!(causes(&line), [followed], "that it starts is no alarm");
         line.trouble = Some(Trouble::ModuleLost);
         assert_eq!(causes(&line), [trouble, followed]);
