@@ -47,9 +47,7 @@ macro_rules! kinds {
             pub fn named(name: &str) -> Self {
                 match name {
                     $($name => Self::$kind,)*
-                    _ => known::<DeviceEvent>(name)
-                        .filter(|event| event.name() == name)
-                        .map_or_else(|| Self::Other(name.to_owned()), Self::Device),
+                    _ => known(name, DeviceEvent::name).map_or_else(|| Self::Other(name.to_owned()), Self::Device),
                 }
             }
         }
@@ -140,35 +138,46 @@ pub struct Event {
 }
 
 impl Event {
-    /// An event as the database has it.
+    /// One that is about neither an alarm nor a state.
     #[must_use]
     pub fn new(at_ms: u64, kind: EventKind, subject: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { at_ms, kind, subject: subject.into(), track: None, name: None, text: text.into() }
+    }
+
+    /// One of any kind, as the database has it: its name is in its text.
+    #[must_use]
+    pub fn stored(at_ms: u64, kind: EventKind, subject: impl Into<String>, text: impl Into<String>) -> Self {
         let text = text.into();
+        let alarm = |name| known(name, AlarmKind::name).map(EventName::Alarm);
         let name = match kind {
             EventKind::Alarm => text.split_once(": ").and_then(|(name, _)| alarm(name)),
             EventKind::Cleared => alarm(&text),
-            EventKind::State => known(&text).map(EventName::State),
+            EventKind::State => known(&text, DeviceState::name).map(EventName::State),
             _ => None,
         };
-        Self { at_ms, kind, subject: subject.into(), track: None, name, text }
+        Self { name, ..Self::new(at_ms, kind, subject, text) }
     }
 
     /// An alarm of a device has begun, which says this.
     #[must_use]
     pub fn alarm(at_ms: u64, device: &str, alarm: AlarmKind, text: &str) -> Self {
-        Self::new(at_ms, EventKind::Alarm, device, format!("{alarm}: {text}"))
+        Self::new(at_ms, EventKind::Alarm, device, format!("{alarm}: {text}")).named(EventName::Alarm(alarm))
     }
 
     /// An alarm of a device is over.
     #[must_use]
     pub fn cleared(at_ms: u64, device: &str, alarm: AlarmKind) -> Self {
-        Self::new(at_ms, EventKind::Cleared, device, alarm.name())
+        Self::new(at_ms, EventKind::Cleared, device, alarm.name()).named(EventName::Alarm(alarm))
     }
 
     /// A device does this from now on.
     #[must_use]
     pub fn state(at_ms: u64, device: &str, state: DeviceState) -> Self {
-        Self::new(at_ms, EventKind::State, device, state.name())
+        Self::new(at_ms, EventKind::State, device, state.name()).named(EventName::State(state))
+    }
+
+    fn named(self, name: EventName) -> Self {
+        Self { name: Some(name), ..self }
     }
 
     /// The same, about a track.
@@ -178,15 +187,10 @@ impl Event {
     }
 }
 
-/// The alarm of this name, if this version knows it.
-fn alarm(name: &str) -> Option<EventName> {
-    known::<AlarmKind>(name).filter(|kind| kind.name() == name).map(EventName::Alarm)
-}
-
-/// One of a closed set, by its name.
-fn known<T: DeserializeOwned>(name: &str) -> Option<T> {
+/// The member of a set that has this name, if this version knows it: what it does not know is read as another.
+fn known<T: DeserializeOwned + Copy>(name: &str, name_of: fn(T) -> &'static str) -> Option<T> {
     let deserializer = IntoDeserializer::<Error>::into_deserializer(name);
-    T::deserialize(deserializer).ok()
+    T::deserialize(deserializer).ok().filter(|member| name_of(*member) == name)
 }
 
 #[cfg(test)]
@@ -200,10 +204,7 @@ mod tests {
             let kind = EventKind::named(name);
             assert_eq!(kind.name(), *name);
             assert!(!matches!(kind, EventKind::Device(_) | EventKind::Other(_)), "{name}");
-            assert!(
-                known::<DeviceEvent>(name).is_none_or(|event| event.name() != *name),
-                "{name} is a device's, too"
-            );
+            assert!(known(name, DeviceEvent::name).is_none(), "{name} is a device's, too");
         }
         assert_eq!(EventKind::named("learned"), EventKind::Device(DeviceEvent::Learned));
         assert_eq!(EventKind::named("started").name(), "started");
@@ -217,7 +218,7 @@ mod tests {
             "text": "dirty: clean it: now" });
         assert_eq!(serde_json::to_value(&alarm).unwrap(), told);
         let read = |event: &Event| {
-            Event::new(event.at_ms, EventKind::named(event.kind.name()), &*event.subject, &*event.text)
+            Event::stored(event.at_ms, EventKind::named(event.kind.name()), &*event.subject, &*event.text)
         };
         for event in [
             alarm,
@@ -228,9 +229,9 @@ mod tests {
             assert_eq!(read(&event), event);
             assert_eq!(event.name.is_none(), event.kind == EventKind::Enter);
         }
-        let other = Event::new(5, EventKind::State, "left", "dancing");
+        let other = Event::stored(5, EventKind::State, "left", "dancing");
         assert_eq!(other.name, None, "of a newer version");
-        assert_eq!(Event::new(6, EventKind::Alarm, "left", "dancing: all night").name, None);
+        assert_eq!(Event::stored(6, EventKind::Alarm, "left", "dancing: all night").name, None);
         assert_eq!(serde_json::to_value(&other).unwrap().get("name"), None);
     }
 

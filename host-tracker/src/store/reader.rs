@@ -221,7 +221,8 @@ impl Reader {
         let event = |row: &Row<'_>| {
             let track: Option<i64> = row.get(3)?;
             let kind = EventKind::named(&row.get::<_, String>(1)?);
-            let event = Event::new(time(row, 0)?, kind, row.get::<_, String>(2)?, row.get::<_, String>(4)?);
+            let event =
+                Event::stored(time(row, 0)?, kind, row.get::<_, String>(2)?, row.get::<_, String>(4)?);
             Ok(event.of(track.map(i64::unsigned_abs)))
         };
         self.0.prepare_cached(EVENTS)?.query_map(params![integer(from_ms), integer(to_ms)], event)?.collect()
