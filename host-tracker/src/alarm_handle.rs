@@ -66,6 +66,12 @@ impl AlarmHandle {
         self.0.lock().list.resume(alarms, known_ms);
     }
 
+    /// Those that stood when that process ended, and have not come up again.
+    #[must_use]
+    pub fn resumed(&self) -> Vec<ListedAlarm> {
+        self.0.lock().list.resumed().to_vec()
+    }
+
     /// Goes on to the alarms that are on at `now_ms`, since 1970; those that stand.
     #[must_use]
     pub fn observe(&self, now_ms: u64, now: impl IntoIterator<Item = Active>) -> Vec<ListedAlarm> {

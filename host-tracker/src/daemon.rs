@@ -203,9 +203,10 @@ impl Daemon {
         let restore = known.map(|known| (known.line, now_ms.saturating_sub(known.unix_ms) as f64 * 1e-3));
         let lines = database.as_ref().map(|database| counted_before(&database.file)).unwrap_or_default();
         let listed = AlarmHandle::default();
-        let before = database.as_ref().map(|database| alarms_before(&database.file, now_ms));
-        let (stood, known_ms) = before.unwrap_or_default();
-        listed.resume(stood.clone(), known_ms);
+        if let Some(database) = &database {
+            let (alarms, known_ms) = alarms_before(&database.file, now_ms);
+            listed.resume(alarms, known_ms);
+        }
         let changes = listed.listen();
         let open = |database: &Database| Store::open(&database.file, &site, database.keep);
         let store = database.as_ref().map(open).transpose()?;
@@ -226,7 +227,6 @@ impl Daemon {
             keys,
             clear,
             listed,
-            alarms_before: stood,
         };
         let keys_file = options.keys.clone();
         let service = Service::start(options)?;
@@ -253,7 +253,6 @@ impl Daemon {
         let site = service.site();
         let links = Links::start(links, &service, say)?;
         let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
-        let news = News::default();
         Ok(Self {
             map,
             publisher,
@@ -262,7 +261,7 @@ impl Daemon {
             snapshots,
             outputs,
             changes,
-            news,
+            news: News::default(),
             site,
             file,
             service,

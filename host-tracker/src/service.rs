@@ -36,7 +36,6 @@ use crate::signs::SignHandle;
 use crate::store::card::CardKey;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai::seal::Role;
-use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::keys::{Clear, Keys, Links};
 use kehai_tracking::lines::Totals;
@@ -74,8 +73,6 @@ pub struct Options {
     pub clear: Clear,
     /// The list of alarms, which may hold those of before.
     pub listed: AlarmHandle,
-    /// The alarms that an earlier process had listed when it ended: those of doors stand until their own end.
-    pub alarms_before: Vec<ListedAlarm>,
 }
 
 /// The running tracker. It ends when it is dropped.
@@ -151,7 +148,7 @@ impl Service {
         let recorder = options.record.as_ref().map(begin).transpose().map_err(io::Error::other)?;
         let hash = |key: CardKey| -> Hash { Box::new(move |card| key.hash(card).into()) };
         let doors = DoorHandle::new(&site, options.card_key.clone().map(hash));
-        doors.resume(&options.alarms_before);
+        doors.resume(&options.listed.resumed());
         let signs = SignHandle::new(&site, options.card_key.map(hash));
         let watchdog = Watchdog::start(doors.clone(), alarms.clone())?;
         let calibration = Calibration::default();

@@ -214,6 +214,12 @@ impl AlarmList {
         self.resume = (known_ms, None);
     }
 
+    /// Those that stood when that process ended, and have not come up again.
+    #[must_use]
+    pub fn resumed(&self) -> &[ListedAlarm] {
+        &self.resumed
+    }
+
     /// Goes on to the alarms that are on at `now_ms`; what has changed. One that goes on in other words has not.
     pub fn observe(
         &mut self,
