@@ -33,8 +33,8 @@ impl Outage {
         level
     }
 
-    /// The broker has taken the connection: whether that is to be logged.
-    pub(super) fn is_over(&mut self) -> bool {
+    /// Ends, as the broker has taken the connection: whether that is to be logged.
+    pub(super) fn end(&mut self) -> bool {
         self.failures = 0;
         std::mem::take(&mut self.is_logged)
     }
@@ -49,13 +49,13 @@ mod tests {
     #[test]
     fn a_broker_that_is_away_is_a_warning_once_then_news_more_and_more_rarely() {
         let (mut outage, now) = (Outage::default(), Instant::now());
-        assert!(!outage.is_over(), "the first connection of all is no news");
+        assert!(!outage.end(), "the first connection of all is no news");
         let levels: Vec<Option<Level>> = (0..8).map(|_| outage.failed(now)).collect();
         let info = Some(Level::INFO);
         assert_eq!(levels, [Some(Level::WARN), info, None, info, None, None, None, info]);
-        assert!(outage.is_over());
+        assert!(outage.end());
         for _ in 0..100 {
-            assert!(outage.failed(now).is_none() && !outage.is_over(), "one that comes and goes");
+            assert!(outage.failed(now).is_none() && !outage.end(), "one that comes and goes");
         }
         assert_eq!(outage.failed(now + Duration::from_secs(10)), Some(Level::WARN));
     }

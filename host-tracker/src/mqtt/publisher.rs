@@ -327,7 +327,7 @@ impl Session<'_> {
     /// The broker has taken the connection.
     fn begin(&mut self) -> Result<(), String> {
         self.connected = true;
-        if self.outage.is_over() {
+        if self.outage.end() {
             (self.say)(Level::INFO, "connected");
         }
         self.outbox.connected();

@@ -56,7 +56,7 @@ pub(super) fn kept(connection: &Connection, now_ms: u64) -> rusqlite::Result<Vec
         .collect()
 }
 
-/// That in words; empty if there is nothing.
+/// That in words; none if there is nothing.
 #[must_use]
 pub fn in_words(kept: &[RawKept], now_ms: u64) -> Option<String> {
     let one = |kept: &RawKept| {

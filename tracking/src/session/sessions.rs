@@ -110,8 +110,8 @@ impl Sessions {
         false
     }
 
-    /// A device answers at another address than before: see [`Session::note_new_address`]. Who follows the same datagrams again
-    /// has to be told, as they do not say where they came from.
+    /// A device answers at another address than before: see [`Session::note_new_address`]. A replay of the same datagrams
+    /// has to call this, too, as they do not say where they came from.
     pub fn note_new_address(&mut self, device: ModuleId, now_us: u64) {
         if let Some(session) = self.get_mut(device) {
             session.note_new_address(now_us);

@@ -288,7 +288,7 @@ pub fn active_alarms<'a>(
         module.alarms.iter().map(move |alarm| fault(Source::Device(module.name.clone()), alarm))
     });
     let of_doors = doors.iter().flat_map(|door| {
-        // That nothing has been seen yet is no fault at a start; an alarm from before is none the less one.
+        // At a start nothing has been seen yet, which is no fault; an alarm that stood before the start still is one.
         let said = door.alarm.filter(|_| door.trouble != Some(Trouble::Starting));
         said.into_iter().chain(door.standing).map(|alarm| Active {
             source: Source::Door(door.name.clone()),
