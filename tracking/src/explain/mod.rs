@@ -30,10 +30,11 @@ use serde::{Deserialize, Serialize};
 use crate::alarm::AlarmKind;
 use crate::site::Site;
 use crate::tracker::{TrackId, TrackState};
+use crate::zones::facts::ZoneFacts;
 use alarm::DeviceCondition;
 use glance::Glance;
 use person::{PersonFacts, PersonReasons};
-use zone::{ZoneFacts, ZoneReasons};
+use zone::ZoneReasons;
 
 /// What is to be explained.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -4,8 +4,9 @@ use super::Reasons;
 use super::alarm::{AlarmCondition, DeviceCondition, Measured, Unit};
 use super::glance::Why;
 use super::person::{Life, PersonReasons, Sighting};
-use super::zone::{Inside, Patch, ZoneReasons};
+use super::zone::{Patch, ZoneReasons};
 use crate::occupancy::ZoneKnown;
+use crate::zones::facts::Inside;
 use crate::zones::verdict::{Role, Verdict};
 
 /// In words.

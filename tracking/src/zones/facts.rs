@@ -1,10 +1,68 @@
 //! What is known of a zone, copied to be explained elsewhere.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::presence::{Presence, WHOLE};
 use super::strip;
+use super::verdict::{Role, Verdict};
 use super::zone::{CELL_M, Cell, SEEN_S, Zone};
-use crate::explain::zone::{CELLS_MAX, Inside, UnseenCell, ZoneFacts};
 use crate::geometry::Point;
+use crate::occupancy::ZoneKnown;
+use crate::tracker::TrackId;
+
+/// Most cells of a zone that are looked at one by one: 200 m² of them; of a larger one that is not seen, every second,
+/// third, … in each direction, each for its neighbours.
+pub const CELLS_MAX: usize = 5000;
+
+/// Of a zone, as the tracker knows it.
+#[derive(Clone, Debug)]
+pub struct ZoneFacts {
+    /// Its name.
+    pub name: String,
+    /// Whether it is a counting line.
+    pub is_line: bool,
+    /// What is said of it; of a line whether it is seen.
+    pub state: ZoneKnown,
+    /// How many are counted in it; none where that is not known, and of a line.
+    pub count: Option<u32>,
+    /// Why; none of a line.
+    pub verdict: Option<Verdict>,
+    /// Share of it that is seen.
+    pub seen_share: f64,
+    /// Its area, m²; of a line its length, m.
+    pub size: f64,
+    /// Who may be in it.
+    pub inside: Vec<Inside>,
+    /// Cells that are not seen.
+    pub unseen: Vec<UnseenCell>,
+    /// Side of one of them, m.
+    pub cell_m: f64,
+}
+
+/// A track that may be in a zone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Inside {
+    /// Its number.
+    pub track: TrackId,
+    /// What it is to the count.
+    pub role: Role,
+    /// Whether its mean is inside: else it is at the edge, and not counted here.
+    pub is_inside: bool,
+    /// Probability that it is there at all and inside.
+    pub probability: f64,
+}
+
+/// A cell that is not seen.
+#[derive(Clone, Copy, Debug)]
+pub struct UnseenCell {
+    /// Its column and row.
+    pub at: (i32, i32),
+    /// Its middle.
+    pub middle: Point,
+    /// When it was seen last, s; negative infinity if never.
+    pub seen_s: f64,
+}
 
 /// Of a zone, with the tracks that may be in it.
 pub fn of_zone(zone: &Zone, inside: &[Presence<'_>], at_s: f64) -> ZoneFacts {

@@ -15,7 +15,7 @@
 //!
 //! *Unknown* is never *empty*: with no module looking, nothing is known, whatever the tracks say.
 
-mod facts;
+pub mod facts;
 mod panels;
 mod presence;
 mod reach;
@@ -29,7 +29,6 @@ use std::sync::Arc;
 pub use zone::SEEN_S;
 
 use crate::cells::Areas;
-use crate::explain::zone::ZoneFacts;
 use crate::floor::Reading;
 use crate::geometry::Point;
 use crate::observation::{Observation, View};
@@ -37,6 +36,7 @@ use crate::occupancy::{ZoneKnown, ZoneLine};
 use crate::site::Site;
 use crate::site::change::SiteChange;
 use crate::tracker::TrackState;
+use facts::ZoneFacts;
 use panels::Panels;
 use presence::Presence;
 use reach::{InView, Reach};
