@@ -26,8 +26,8 @@ use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Watcher,
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::machine::DoorLine;
 use kehai_tracking::door::{Card, LockOrder};
+use kehai_tracking::estimate::Estimate;
 use kehai_tracking::site::Site;
-use kehai_tracking::site_tracker::Estimate;
 use kehai_tracking::snapshot::{ModuleLine, unix_ms};
 
 /// Between two times that the watchdog passes to the doors: a twentieth of the time without tracks that is trouble.

@@ -13,10 +13,10 @@ use std::sync::Arc;
 use parking_lot::Mutex;
 
 use crate::doors::{Hash, by_process};
+use kehai_tracking::estimate::Estimate;
 use kehai_tracking::names::message::{self, Reading};
 use kehai_tracking::names::{NameLine, Names, NotTaken, Sign, SignCounts, Whereabouts};
 use kehai_tracking::site::Site;
-use kehai_tracking::site_tracker::Estimate;
 use kehai_tracking::snapshot::unix_ms;
 
 /// The names of the running tracker. Clones are the same names.

@@ -20,6 +20,7 @@ mod count;
 pub mod depth;
 pub mod door;
 mod doorway;
+pub mod estimate;
 pub mod expectation;
 pub mod explain;
 pub mod explanation;

@@ -11,22 +11,22 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::estimate::Estimate;
 use crate::explain::glance::Glance;
 use crate::explain::person::PersonFacts;
 use crate::explain::{Facts, FactsOf, Question};
 use crate::explanation::Explanation;
-use crate::floor::{Floors, Reading};
+use crate::floor::{FloorLine, Floors, Reading};
 use crate::fusion::Fusion;
 use crate::geometry::inside;
 use crate::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
-use crate::lines::{CrossedLine, Crossing, Lines, Totals};
+use crate::lines::{CrossedLine, Lines, Totals};
 use crate::observation::Observation;
 use crate::session::datagram::Datagram;
 use crate::session::{Input, Sessions};
 use crate::site::Site;
 use crate::site::change::SiteChange;
-use crate::snapshot::FloorLine;
-use crate::stays::{Change, DwellLine, Stays};
+use crate::stays::{DwellLine, Stays};
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::verdict::Verdict;
 use crate::zones::{SEEN_S, Zones};
@@ -48,32 +48,6 @@ const BACK_S: f64 = 2.0;
 
 /// After a gap of so long, as after the host's sleep, people have gone anywhere, s: as after a restart.
 const FORGOTTEN_S: f64 = 30.0;
-
-/// What is known at one time: what doors and the database decide by, and what lines are written from.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Estimate {
-    /// Time the tracks are predicted to, s on the host's clock.
-    pub t_s: f64,
-    /// All tracks, tentative ones included.
-    pub tracks: Vec<TrackState>,
-    /// What is known of each zone, by its name.
-    pub zones: BTreeMap<String, ZoneLine>,
-    /// Hypotheses for the tracks that only floors see, the likeliest first; the tracks have its places. None without floors.
-    pub explanations: Vec<Explanation>,
-    /// Who has crossed a counting line since the estimate before.
-    pub crossings: Vec<Crossing>,
-    /// Who has entered and left zones since then.
-    pub stays: Vec<Change>,
-}
-
-impl From<&Estimate> for TracksLine {
-    fn from(estimate: &Estimate) -> Self {
-        let tracks = estimate.tracks.iter().map(TrackLine::from).collect();
-        // To the microsecond, as clocks are: 0.1, not 0.09999999999999999.
-        let t = (estimate.t_s * 1e6).round() / 1e6;
-        Self { t, tracks, zones: estimate.zones.clone() }
-    }
-}
 
 /// The tracker of a site: follows people by what its devices send.
 pub struct SiteTracker {
@@ -370,17 +344,5 @@ impl SiteTracker {
     /// The sessions with all devices, to be met and polled.
     pub const fn sessions_mut(&mut self) -> &mut Sessions {
         &mut self.sessions
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Estimate, TracksLine};
-
-    #[test]
-    fn a_time_is_written_to_the_microsecond() {
-        let t_s = 100_000.0 * 1e-6;
-        assert_ne!(t_s, 0.1, "what computing in microseconds gives");
-        assert_eq!(TracksLine::from(&Estimate { t_s, ..Estimate::default() }).t, 0.1);
     }
 }

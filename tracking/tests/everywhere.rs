@@ -19,9 +19,10 @@ mod scene;
 use std::sync::Arc;
 
 use fake::Fake;
+use kehai_tracking::estimate::Estimate;
 use kehai_tracking::geometry::{Point, Pose};
 use kehai_tracking::site::Site;
-use kehai_tracking::site_tracker::{Estimate, SiteTracker};
+use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::rendering::RenderingModel;
 use kehai_tracking::tracker::{Ideas, Model};
 use scene::{BEAMS, ROOM, silhouettes};

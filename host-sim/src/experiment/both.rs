@@ -14,9 +14,10 @@ use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use kehai::floor::READING_US;
+use kehai_tracking::estimate::Estimate as Known;
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor as Mat;
-use kehai_tracking::site_tracker::{Estimate as Known, SiteTracker};
+use kehai_tracking::site_tracker::SiteTracker;
 use serde::{Deserialize, Serialize};
 
 use super::jobs::Runs;

@@ -20,11 +20,11 @@ use super::names::Names;
 use super::passage::Passage;
 use super::terms::{Alarm, Card, Refusal, Trouble};
 use super::transition::Phase;
+use crate::estimate::Estimate;
 use crate::floor::Plan;
 use crate::geometry::{Point, distance_to_segment, inside};
 use crate::site::floor::Floor;
 use crate::site::{Site, Zone, door};
-use crate::site_tracker::Estimate;
 use crate::tracker::TrackId;
 
 /// A module nearer to a door's line or zone than this watches it, m: as far as sensors of the UHG-08LX's range reach. The site

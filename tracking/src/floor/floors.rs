@@ -15,12 +15,12 @@ use std::collections::BTreeMap;
 use kehai::floor::{Bits, Fault};
 
 use super::bodies::Bodies;
+use super::line::FloorLine;
 use super::patches::{Patch, patches};
 use super::plan::Plan;
 use super::reading::Reading;
 use crate::explanation::Explanation;
 use crate::geometry::Point;
-use crate::snapshot::FloorLine;
 
 /// Without a reading for so long a floor is silent, s: four readings at 9 Hz, and less than a step takes.
 const HELD_S: f64 = 0.5;

@@ -18,6 +18,7 @@
 
 pub mod bodies;
 pub mod floors;
+pub mod line;
 pub mod patches;
 pub mod plan;
 pub mod reading;
@@ -25,6 +26,7 @@ pub mod reading;
 pub use bodies::Bodies;
 pub(crate) use floors::FOUND_S;
 pub use floors::Floors;
+pub use line::FloorLine;
 pub use patches::{Patch, patches};
 pub use plan::Plan;
 pub use reading::Reading;

@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use crate::alarm::{Active, AlarmLine, Cause, Source};
 use crate::alarm_list::ListedAlarm;
 use crate::door::{DoorLine, Trouble};
+use crate::floor::FloorLine;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::lines::CrossedLine;
 use crate::names::{NameLine, SignCounts};
@@ -297,26 +298,6 @@ pub fn active_alarms<'a>(
         })
     });
     own.chain(of_devices).chain(of_doors)
-}
-
-/// What a floor of pressure panels shows. Panels are numbered row by row: row · columns + column.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct FloorLine {
-    /// As the site calls it.
-    pub name: String,
-    /// Its columns.
-    pub columns: u8,
-    /// The panels that are down.
-    pub down: Vec<u16>,
-    /// Those that never come up.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub stuck: Vec<u16>,
-    /// Those that never go down.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub dead: Vec<u16>,
-    /// From this panel on nothing is known: more do not work than a reading names.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unknown_from: Option<u16>,
 }
 
 #[cfg(test)]
