@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use parking_lot::{Mutex, MutexGuard};
 
-use crate::net::clock::HostClock;
+use crate::clock::HostClock;
 use crate::store::card::plain;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;

@@ -11,6 +11,7 @@ pub mod areas;
 pub mod backup;
 pub mod calibration;
 pub mod certificate;
+pub mod clock;
 pub mod connections;
 pub mod daemon;
 pub mod doctor;

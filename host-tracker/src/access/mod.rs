@@ -34,7 +34,7 @@ use std::sync::Arc;
 
 use parking_lot::{Mutex, MutexGuard};
 
-use crate::net::clock::HostClock;
+use crate::clock::HostClock;
 use crate::owned_file::Stamp;
 use attempts::{Attempts, Wait};
 pub use credential::Credential;

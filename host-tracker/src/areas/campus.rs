@@ -19,7 +19,7 @@ use super::keys::{What, all, area_of};
 use super::link::{one_line, open};
 use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
 use crate::alarm_handle::AlarmHandle;
-use crate::net::clock::HostClock;
+use crate::clock::HostClock;
 use crate::site_file::SiteFile;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;

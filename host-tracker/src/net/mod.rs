@@ -7,7 +7,6 @@
 //! ```
 
 pub mod client;
-pub mod clock;
 pub mod discovery;
 pub mod networks;
 pub mod poses;

@@ -18,7 +18,7 @@ use std::time::Duration;
 use crossbeam_channel::{RecvTimeoutError, TrySendError, bounded};
 use rustix::net::sockopt;
 
-use super::clock::HostClock;
+use crate::clock::HostClock;
 
 /// Datagrams that wait for the tracker: what 500 devices send in 0.8 s. What is older is too late to be used.
 pub const WAITING: usize = 4096;

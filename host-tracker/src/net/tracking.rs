@@ -13,10 +13,10 @@ use std::time::Duration;
 
 use crate::alarm_handle::AlarmHandle;
 use crate::calibration::Calibration;
+use crate::clock::HostClock;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
 use crate::key_file::Watched;
-use crate::net::clock::HostClock;
 use crate::net::discovery::{self, Search};
 use crate::net::networks;
 use crate::net::poses::Poses;
