@@ -16,21 +16,19 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use rustls::ClientConfig;
 use tokio::sync::watch;
 
-use crate::access::Access;
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
-use crate::firmware::folder::FirmwareFolder;
 use crate::links::{LinkSettings, Links, LinksError};
-use crate::mqtt::{self, Broker, Publisher, Topics};
+use crate::map::{Map, MapError};
+use crate::mqtt::{self, BrokerLink, Publisher};
 use crate::service::{Options, Service};
 use crate::site_file::{SaveError, SiteFile};
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
 use crate::store::{Keep, Store, StoreError, StoreState, alarms_before, counted_before, known_before};
 use crate::tracker_alarms::TrackerAlarms;
-use crate::web::{Bind, Limits, Listen, Server, ServerContext};
+use crate::web::{Server, ServerContext};
 use crate::webhook::{Target, Webhook};
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::calibration::session::Mounting;
@@ -58,7 +56,7 @@ pub struct Settings {
     /// The live map.
     pub map: Option<Map>,
     /// The broker.
-    pub mqtt: Option<Mqtt>,
+    pub mqtt: Option<BrokerLink>,
     /// Where alarms are told.
     pub webhook: Option<Target>,
     /// The key by which cards are hashed.
@@ -82,36 +80,6 @@ pub struct Database {
     pub restore: bool,
 }
 
-/// The broker to which everything is published.
-#[derive(Debug)]
-pub struct Mqtt {
-    /// The broker.
-    pub broker: Broker,
-    /// Whom an encrypted connection to it trusts, if it is one.
-    pub trust: Option<Arc<ClientConfig>>,
-    /// Where everything goes there.
-    pub topics: Topics,
-    /// Whether clients that may publish there may press buttons of modules.
-    pub commands: bool,
-}
-
-/// Where the live map is served.
-#[derive(Debug)]
-pub struct Map {
-    /// The address.
-    pub listen: Bind,
-    /// Where messages to doors are taken, if not there.
-    pub doors: Option<Bind>,
-    /// Names under which browsers may open it, beside this machine's addresses and own name.
-    pub names: Vec<String>,
-    /// Who may do what there.
-    pub access: Access,
-    /// Where firmware for new boards lies.
-    pub firmware: FirmwareFolder,
-    /// Whether others than this machine are served though everybody may do everything.
-    pub insecure: bool,
-}
-
 /// Why the daemon does not start.
 #[derive(Debug, thiserror::Error)]
 pub enum DaemonError {
@@ -121,20 +89,12 @@ pub enum DaemonError {
     /// The database.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// Everybody on the network could do everything.
-    #[error("{0} is for the whole network, and no user has been added who may log in")]
-    Open(SocketAddr),
     /// A link to another program.
     #[error(transparent)]
     Links(#[from] LinksError),
     /// The live map.
-    #[error("the live map cannot be at {places}: {error}")]
-    Map {
-        /// Where it was to be, and the doors.
-        places: String,
-        /// What the system says.
-        error: io::Error,
-    },
+    #[error(transparent)]
+    Map(#[from] MapError),
 }
 
 /// What [`Daemon::next`] brings.
@@ -195,7 +155,7 @@ impl Daemon {
             clear,
             links,
         } = settings;
-        refuse_open(map.as_ref())?;
+        map.as_ref().map_or(Ok(()), Map::refuse_open)?;
         let site = file.current().site;
         let now_ms = unix_ms();
         let taken_back = database.as_ref().filter(|database| database.restore);
@@ -231,13 +191,13 @@ impl Daemon {
         let keys_file = options.keys.clone();
         let service = Service::start(options)?;
         let doors = service.doors();
-        let publisher = mqtt.map(|Mqtt { broker, trust, topics, commands }| {
+        let publisher = mqtt.map(|BrokerLink { broker, trust, topics, commands }| {
             let settings = mqtt::Settings {
                 broker,
                 trust,
                 topics,
                 site: service.site(),
-                map_url: map.as_ref().and_then(map_url),
+                map_url: map.as_ref().and_then(Map::url),
                 doors: Some(doors.clone()),
                 signs: Some(service.signs()),
                 buttons: commands.then(|| mqtt::Buttons { keys: keys_file.clone() }),
@@ -387,45 +347,13 @@ pub fn card_key(site_file: &Path, site: &Site) -> Result<Option<CardKey>, crate:
     CardKey::load(&CardKey::beside(site_file)).map(Some)
 }
 
-/// Whether others than this machine reach this address.
-#[must_use]
-pub fn is_reached(address: &SocketAddr) -> bool {
-    !address.ip().to_canonical().is_loopback()
-}
-
-/// Where others than this machine open the map: by the name that was given for it, or the first address that they reach.
-pub(crate) fn map_url(map: &Map) -> Option<String> {
-    let Bind { address, .. } = map.listen;
-    if !is_reached(&address) || address.port() == 0 {
-        return None;
-    }
-    let own = || {
-        let all = if_addrs::get_if_addrs().unwrap_or_default();
-        all.iter().map(if_addrs::Interface::ip).find(|ip| ip.is_ipv4() && !ip.is_loopback())
-    };
-    let ip = if address.ip().is_unspecified() { own() } else { Some(address.ip()) };
-    let host = map
-        .names
-        .first()
-        .cloned()
-        .or_else(|| ip.map(|ip| if ip.is_ipv6() { format!("[{ip}]") } else { ip.to_string() }))?;
-    Some(format!("{}://{host}:{}/", map.listen.scheme(), address.port()))
-}
-
-/// Refuses a map at an address at which others than this machine could do everything.
-pub(crate) fn refuse_open(map: Option<&Map>) -> Result<(), DaemonError> {
-    let Some(map) = map.filter(|map| map.access.is_open() && !map.insecure) else { return Ok(()) };
-    let mut listens = [Some(&map.listen), map.doors.as_ref()].into_iter().flatten().map(|bind| bind.address);
-    listens.find(is_reached).map_or(Ok(()), |open| Err(DaemonError::Open(open)))
-}
-
 fn serve(
     map: Map,
     site: SiteFile,
     database: Option<PathBuf>,
     keys: Option<PathBuf>,
     service: &Service,
-) -> Result<Server, DaemonError> {
+) -> Result<Server, MapError> {
     let sites = service.sites();
     let noting = database.clone();
     let accepted = Box::new(move |poses: &[Mounting]| {
@@ -453,16 +381,5 @@ fn serve(
         listed: service.listed(),
         connections: service.connections(),
     };
-    listen(map, context)
-}
-
-/// Serves a map.
-pub(crate) fn listen(map: Map, context: ServerContext) -> Result<Server, DaemonError> {
-    let Map { listen, doors, .. } = map;
-    let places = match &doors {
-        Some(doors) => format!("{}, or the doors at {}", listen.address, doors.address),
-        None => listen.address.to_string(),
-    };
-    let at = Listen { map: listen, doors, limits: Limits::default() };
-    Server::start(at, context).map_err(|error| DaemonError::Map { places, error })
+    map.serve(context)
 }

@@ -22,6 +22,7 @@ pub mod key_file;
 pub mod label_flash;
 pub mod links;
 pub mod log_limit;
+pub mod map;
 pub mod metrics;
 pub mod module;
 pub mod mqtt;

@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 
 use host_tracker::access::Access;
 use host_tracker::areas::{Area, AreaSettings, CampusSettings, Network, Together, TogetherSettings};
-use host_tracker::daemon::Map;
 use host_tracker::firmware::folder::FirmwareFolder;
+use host_tracker::map::Map;
 use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::Bind;
 use kehai_emulator::ports::free_tcp;

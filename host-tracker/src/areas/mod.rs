@@ -53,7 +53,7 @@ pub use {
     area::Area,
     campus::{Campus, CampusSettings},
     link::LinkError,
-    together::{Together, TogetherSettings},
+    together::{Together, TogetherError, TogetherSettings},
 };
 
 /// A frame on its way, in JSON. Its parts stand beside each other, as numbers within a flattened part cannot be read when some other

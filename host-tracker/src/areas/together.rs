@@ -5,17 +5,17 @@
 //!           ╰─▶ MQTT                            the one publisher of all areas
 //! ```
 
+use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use tokio::sync::watch;
 
-use super::{Campus, CampusSettings};
+use super::{Campus, CampusSettings, LinkError};
 use crate::alarm_handle::AlarmHandle;
-use crate::daemon::{DaemonError, Map, Mqtt, listen, map_url, refuse_open};
-use crate::links::LinksError;
-use crate::mqtt::{self, Publisher};
+use crate::map::{Map, MapError};
+use crate::mqtt::{self, BrokerLink, Publisher};
 use crate::site_file::SiteFile;
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Server, ServerContext};
@@ -31,7 +31,21 @@ pub struct TogetherSettings {
     /// The live map.
     pub map: Option<Map>,
     /// The broker.
-    pub mqtt: Option<Mqtt>,
+    pub mqtt: Option<BrokerLink>,
+}
+
+/// Why the service does not start.
+#[derive(Debug, thiserror::Error)]
+pub enum TogetherError {
+    /// No thread.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// Zenoh.
+    #[error(transparent)]
+    Zenoh(#[from] LinkError),
+    /// The live map.
+    #[error(transparent)]
+    Map(#[from] MapError),
 }
 
 /// The running service. It ends when it is dropped.
@@ -47,21 +61,21 @@ impl Together {
     /// Starts it. `say` is told when Zenoh and the broker come and go.
     ///
     /// # Errors
-    /// [`DaemonError`].
-    pub fn start(settings: TogetherSettings, say: fn(&str)) -> Result<Self, DaemonError> {
+    /// [`TogetherError`].
+    pub fn start(settings: TogetherSettings, say: fn(&str)) -> Result<Self, TogetherError> {
         let TogetherSettings { campus, path, map, mqtt } = settings;
-        refuse_open(map.as_ref())?;
+        map.as_ref().map_or(Ok(()), Map::refuse_open)?;
         let (file, alarms) = (SiteFile::together(&path), TrackerAlarms::default());
         let listed = AlarmHandle::default();
         let campus = Campus::start(campus, (file.clone(), listed.clone()), alarms.clone(), say);
-        let (campus, pictures) = campus.map_err(LinksError::from)?;
-        let publish = |Mqtt { broker, trust, topics, commands: _ }| {
+        let (campus, pictures) = campus?;
+        let publish = |BrokerLink { broker, trust, topics, commands: _ }| {
             let settings = mqtt::Settings {
                 broker,
                 trust,
                 topics,
                 site: campus.site(),
-                map_url: map.as_ref().and_then(map_url),
+                map_url: map.as_ref().and_then(Map::url),
                 doors: None,
                 signs: None,
                 // Modules belong to the trackers of their areas.
@@ -80,7 +94,7 @@ impl Together {
                 listed,
                 ..ServerContext::alone(campus.frames(), file)
             };
-            listen(map, context)
+            map.serve(context)
         };
         let map = map.map(serve).transpose()?;
         Ok(Self { map, _publisher: publisher, campus })

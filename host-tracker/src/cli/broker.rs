@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use host_tracker::daemon::Mqtt;
+use host_tracker::mqtt::BrokerLink;
 use host_tracker::mqtt::trust::{self, TrustFiles};
 use host_tracker::mqtt::{Broker, Topics};
 
@@ -60,7 +60,7 @@ impl MqttArguments {
     ///
     /// # Errors
     /// One line: what is wrong with which file.
-    pub(super) fn broker(self, site: &Path) -> Result<Option<Mqtt>, Failure> {
+    pub(super) fn broker(self, site: &Path) -> Result<Option<BrokerLink>, Failure> {
         let topics = self.topics(site);
         let Some(broker) = self.mqtt else { return Ok(None) };
         let files = TrustFiles { authorities: self.mqtt_ca, own: self.mqtt_cert.zip(self.mqtt_key) };
@@ -68,7 +68,7 @@ impl MqttArguments {
             return Err("--mqtt-ca, --mqtt-cert and --mqtt-key are for a broker of mqtts://".into());
         }
         let trust = broker.encrypted.then(|| trust::config(&files)).transpose()?;
-        Ok(Some(Mqtt { broker, trust, topics, commands: self.mqtt_commands }))
+        Ok(Some(BrokerLink { broker, trust, topics, commands: self.mqtt_commands }))
     }
 
     fn topics(&self, site: &Path) -> Topics {

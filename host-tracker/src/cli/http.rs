@@ -12,9 +12,9 @@ use clap::Args;
 use host_tracker::access::file::AccessFile;
 use host_tracker::access::{Access, FIRST, first_admin};
 use host_tracker::certificate::Certificate;
-use host_tracker::daemon::{DaemonError, Map, is_reached};
 use host_tracker::doctor::gather::MapPlace;
 use host_tracker::firmware::folder::{self, FirmwareFolder};
+use host_tracker::map::{Map, MapError, is_reached};
 use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;
@@ -173,9 +173,9 @@ impl Served {
     }
 }
 
-/// Why the daemon does not start, and which command helps.
-pub(super) fn advised(error: DaemonError, site: &Path) -> Failure {
-    if matches!(error, DaemonError::Open(_)) {
+/// Why the map is not served, and which command helps.
+pub(super) fn advised(error: MapError, site: &Path) -> Failure {
+    if matches!(error, MapError::Open(_)) {
         let first = format!("kehai-tracker user add NAME --role admin --site {}", site.display());
         return format!("{error}: {first} makes the first user (--insecure goes without)").into();
     }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::Args;
 use host_tracker::alarm_handle::AlarmChange;
 use host_tracker::backup;
-use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
+use host_tracker::daemon::{Daemon, DaemonError, Database, Next, Settings, card_key};
 use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
 use host_tracker::links::LinkSettings;
@@ -237,8 +237,11 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
     let (settings, served) = arguments.settings(&site_path)?;
     let mut out = tracks_out.as_deref().map(open).transpose()?;
     let is_new = !site_path.exists();
-    let mut daemon = Daemon::start(settings, |text| tracing::info!("{text}"))
-        .map_err(|error| advised(error, &site_path))?;
+    let mut daemon =
+        Daemon::start(settings, |text| tracing::info!("{text}")).map_err(|error| match error {
+            DaemonError::Map(error) => advised(error, &site_path),
+            error => error.into(),
+        })?;
     say_begun(&daemon, &served, is_new.then_some(&site_path));
     let mut supervisor = Supervisor::ready();
     let mut refusals = Refusals::default();

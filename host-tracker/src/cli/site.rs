@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
-use host_tracker::areas::{CampusSettings, Together, TogetherSettings};
+use host_tracker::areas::{CampusSettings, Together, TogetherError, TogetherSettings};
 use kehai_tracking::areas::AreaName;
 
 use super::area::NetworkArguments;
@@ -79,7 +79,10 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         path: path.clone(),
     };
     let together =
-        Together::start(settings, |text| tracing::info!("{text}")).map_err(|error| advised(error, &path))?;
+        Together::start(settings, |text| tracing::info!("{text}")).map_err(|error| match error {
+            TogetherError::Map(error) => advised(error, &path),
+            error => error.into(),
+        })?;
     served.say(together.map_address(), None);
     let mut supervisor = Supervisor::ready();
     let mut frames = together.frames();

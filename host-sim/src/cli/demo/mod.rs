@@ -24,9 +24,10 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_tracker::access::Access;
-use host_tracker::daemon::{Daemon, Database, Map, Next, Settings, card_key};
+use host_tracker::daemon::{Daemon, Database, Next, Settings, card_key};
 use host_tracker::firmware::folder::FirmwareFolder;
 use host_tracker::links::LinkSettings;
+use host_tracker::map::Map;
 use host_tracker::net::discovery::Search;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;

@@ -16,7 +16,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use super::facts::Facts;
-use crate::daemon::Mqtt;
+use crate::mqtt::BrokerLink;
 
 /// What is to be looked at: the options with which a tracker is started.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ pub struct Installation {
     /// Whether modules are looked for.
     pub discover: bool,
     /// The broker, or what is wrong with its certificates.
-    pub broker: Option<Result<Mqtt, String>>,
+    pub broker: Option<Result<BrokerLink, String>>,
     /// What the tracker is to be asked with.
     pub token: Option<String>,
 }

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use if_addrs::get_if_addrs;
 use rumqttc::{Client, Event, MqttOptions, Packet, TlsConfiguration, Transport};
 
-use crate::daemon::Mqtt;
 use crate::doctor::facts::{BrokerFact, SearchFact, UdpFact};
+use crate::mqtt::BrokerLink;
 use crate::net::discovery::Search;
 use crate::net::receiver::KERNEL_BUFFER;
 use crate::net::tracking::TrackingLoop;
@@ -43,14 +43,14 @@ pub(super) fn search() -> SearchFact {
 }
 
 /// Logs in at the broker, and leaves.
-pub(super) fn broker(mqtt: Result<Mqtt, String>) -> BrokerFact {
+pub(super) fn broker(mqtt: Result<BrokerLink, String>) -> BrokerFact {
     match mqtt {
         Ok(mqtt) => BrokerFact { log_in: log_in(&mqtt), broker: mqtt.broker.to_string() },
         Err(why) => BrokerFact { broker: "the broker".to_owned(), log_in: Err(why) },
     }
 }
 
-fn log_in(mqtt: &Mqtt) -> Result<(), String> {
+fn log_in(mqtt: &BrokerLink) -> Result<(), String> {
     let id = format!("kehai-doctor-{}", std::process::id());
     let mut options = MqttOptions::new(id, mqtt.broker.host.clone(), mqtt.broker.port);
     options.set_keep_alive(KEEP_ALIVE);

@@ -10,9 +10,9 @@ use serde::de::DeserializeOwned;
 use ureq::Agent;
 
 use super::MapPlace;
-use crate::daemon::is_reached;
 use crate::doctor::facts::{Devices, Health, MapFact};
 use crate::http_agent::agent;
+use crate::map::is_reached;
 use crate::store::reader::Reader;
 
 /// A tracker answers within a second, also if it stands still.
