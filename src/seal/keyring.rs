@@ -10,6 +10,7 @@
 use heapless::Vec;
 
 use super::{Key, LABEL_BYTES};
+use crate::wire::Role;
 
 /// Most keys of a device.
 pub const KEYS: usize = 8;
@@ -19,43 +20,6 @@ pub const KEY_BYTES: usize = 1 + 1 + 32;
 
 /// The id that opens a session with the label's secret.
 pub const LABEL_ID: u8 = 255;
-
-/// What the holder of a key may do: each may do all that the one before may, but for the label.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Role {
-    /// The secret on the label: gives a device without keys its first ones, nothing else.
-    Label,
-    /// Reports, health and profiles.
-    Read,
-    /// Raw scans, which show more of people.
-    Raw,
-    /// Settings, learning, absorbing, starting anew, and keys.
-    Control,
-}
-
-impl From<Role> for u8 {
-    fn from(role: Role) -> Self {
-        match role {
-            Role::Label => 0,
-            Role::Read => 1,
-            Role::Raw => 2,
-            Role::Control => 3,
-        }
-    }
-}
-
-impl Role {
-    const fn of(code: u8) -> Option<Self> {
-        Some(match code {
-            1 => Self::Read,
-            2 => Self::Raw,
-            3 => Self::Control,
-            // No key but the label's own has its role.
-            _ => return None,
-        })
-    }
-}
 
 /// By which right a host asks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -38,8 +38,9 @@ pub mod keyring;
 pub mod sessions;
 pub mod window;
 
+pub use crate::wire::Role;
 pub use channel::{Channel, Incoming};
-pub use keyring::{Holder, KEYS, Keyring, LABEL_ID, Role, RoleKey};
+pub use keyring::{Holder, KEYS, Keyring, LABEL_ID, RoleKey};
 pub use sessions::{SESSIONS, Sessions};
 
 #[cfg(test)]

@@ -13,10 +13,10 @@ use core::net::SocketAddrV4;
 
 use super::derive::{SessionKeys, nonce};
 use super::handshake::{OPENED_LEN, Open, Opened};
-use super::keyring::{Keyring, Role};
+use super::keyring::Keyring;
 use super::window::Window;
 use super::{Nonce, Unsealed, datagram};
-use crate::wire::{Cookie, Identity};
+use crate::wire::{Cookie, Identity, Role};
 
 /// Most sessions: four subscribers and two programs that ask.
 pub const SESSIONS: usize = 6;

@@ -60,6 +60,7 @@ mod pressed;
 mod refusal;
 mod report;
 mod request;
+mod role;
 
 pub use codec::{List, TooLong};
 pub use counters::{COUNTERS, Counter, Counters};
@@ -79,6 +80,7 @@ pub use pressed::{FaultyPanel, PRESSED_MAX, Pressed};
 pub use refusal::{ImageFault, Refusal, Refused, SettingFault};
 pub use report::{BEYOND_UNIT_MM, NECK_UNIT_MM, REPORT_MAX, Report, ReportHead, SIZED_MAX, Size};
 pub use request::{CHUNK_MAX, Cookie, IDENTIFY_MAX_S, Incoming, REQUEST_MAX, Request, SETTINGS_TEXT_MAX};
+pub use role::Role;
 
 /// The port modules listen at, and answer from.
 pub const PORT: u16 = 4040;

@@ -31,8 +31,8 @@ use super::DATAGRAM_MAX;
 use super::codec::{Malformed, Reader, TooLong, VARINT_U32, text_max};
 use super::header::{FROM_MODULE, HEADER_LEN, Header, Identity, ModuleId, Unreadable, VERSION, VERSION_MIN};
 use super::refusal::{Refusal, Refused};
+use super::role::Role;
 use crate::background::Absorb;
-use crate::seal::Role;
 use crate::update::manifest::MANIFEST_LEN;
 
 /// Shows that a host receives what is sent to its address. All 0: none.
