@@ -23,7 +23,7 @@ use kehai::wire::ModuleId;
 use kehai_tracking::keys::{Claimed, Keys};
 use serde::{Deserialize, Serialize};
 
-use crate::net::discovery;
+use crate::module_id;
 use crate::owned_file::{self, Stamp};
 
 /// First line of the file.
@@ -93,7 +93,7 @@ pub fn load(file: &Path) -> Result<Option<Keys>, KeyFileError> {
         .ok_or_else(|| wrong("its secret has not 64 hexadecimal digits".to_owned()))?;
     let mut keys = Keys::new(Key(secret));
     for module in written.module {
-        let id: ModuleId = discovery::id(&module.id)
+        let id: ModuleId = module_id::read(&module.id)
             .ok_or_else(|| wrong(format!("\"{}\" is no identity of a module", module.id)))?;
         if module.generation == 0 {
             return Err(wrong(format!("module {}: generations count from 1", module.id)));

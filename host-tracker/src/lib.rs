@@ -25,6 +25,7 @@ pub mod log_limit;
 pub mod map;
 pub mod metrics;
 pub mod module;
+pub mod module_id;
 pub mod mqtt;
 mod named;
 pub mod net;

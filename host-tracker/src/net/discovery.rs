@@ -11,7 +11,7 @@ use std::fmt;
 use std::net::{SocketAddr, SocketAddrV4};
 use std::time::{Duration, Instant};
 
-use data_encoding::HEXLOWER_PERMISSIVE;
+use crate::module_id;
 use kehai::device::discovery::SERVICE;
 use kehai::wire::ModuleId;
 use kehai_tracking::registry::{Finding, Found};
@@ -127,7 +127,7 @@ fn found(service: &ResolvedService) -> Option<Found> {
         .collect();
     addresses.sort_unstable();
     let text = |key: &str| printable(service.txt_properties.get_property_val_str(key).unwrap_or_default());
-    let (instance, id) = (instance(&service.fullname), id(&text("id")).unwrap_or(ModuleId::ANY));
+    let (instance, id) = (instance(&service.fullname), module_id::read(&text("id")).unwrap_or(ModuleId::ANY));
     let (firmware, model, serial) = (text("firmware"), text("model"), text("serial"));
     (!addresses.is_empty()).then_some(Found { instance, id, addresses, firmware, model, serial })
 }
@@ -137,27 +137,9 @@ fn instance(full_name: &str) -> String {
     printable(full_name.split('.').next().unwrap_or(full_name))
 }
 
-/// A module's identity from twelve hexadecimal digits, with or without colons between the bytes.
-#[must_use]
-pub fn id(text: &str) -> Option<ModuleId> {
-    let digits: String = text.chars().filter(|letter| *letter != ':').collect();
-    let bytes = HEXLOWER_PERMISSIVE.decode(digits.as_bytes()).ok()?;
-    bytes.try_into().ok().map(ModuleId)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_identity_is_read_with_and_without_colons() {
-        let expected = Some(ModuleId([0x52, 0x54, 0, 0x12, 0x34, 1]));
-        assert_eq!(id("525400123401"), expected);
-        assert_eq!(id("52:54:00:12:34:01"), expected);
-        for wrong in ["", "52540012340", "5254001234011", "52540012340g", "kehai-123401", "＋25400123401"] {
-            assert_eq!(id(wrong), None, "{wrong}");
-        }
-    }
 
     #[test]
     fn the_instance_is_the_first_label() {

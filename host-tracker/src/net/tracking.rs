@@ -17,7 +17,8 @@ use crate::clock::HostClock;
 use crate::connections::Connections;
 use crate::doors::DoorHandle;
 use crate::key_file::Watched;
-use crate::net::discovery::{self, Search};
+use crate::module_id;
+use crate::net::discovery::Search;
 use crate::net::networks;
 use crate::net::poses::Poses;
 use crate::net::receiver::{self, Arrival, Receiver};
@@ -108,7 +109,7 @@ pub struct TrackingLoop {
 
 /// Says whether a device speaks sealed, and raises the alarm if it is not believed.
 fn stand(module: &mut ModuleLine, links: &Links) {
-    let Some(device) = discovery::id(&module.id) else { return };
+    let Some(device) = module_id::read(&module.id) else { return };
     match links.standing(device) {
         Standing::Sealed => module.is_sealed = true,
         Standing::InClear => {}

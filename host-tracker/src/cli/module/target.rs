@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use host_tracker::key_file;
 use host_tracker::module;
+use host_tracker::module_id;
 use host_tracker::net::client::Client;
-use host_tracker::net::discovery::{self, Search};
+use host_tracker::net::discovery::Search;
 use kehai::wire::{Message, PORT, Request};
 use kehai_tracking::keys::Keys;
 use kehai_tracking::registry::{Finding, Found};
@@ -66,7 +67,7 @@ pub(super) fn find(module: &str) -> Result<SocketAddr, Failure> {
     if let Ok(address) = module.parse() {
         return Ok(address);
     }
-    let wanted = discovery::id(module);
+    let wanted = module_id::read(module);
     let search = Search::start()?;
     let end = Instant::now() + SEARCH;
     let mut asked = Vec::new();
