@@ -20,7 +20,7 @@ use super::findings::{Figures, Pooled};
 use super::jobs::Runs;
 use super::line::{Heading, Line};
 use super::paper::{PAPER_D, PAPER_D_NAME};
-use crate::baselines::ukyo::{Ukyo, UkyoSettings};
+use crate::baselines::ukyo::{self, Ukyo, UkyoSettings};
 use crate::entrance::judge::{ByMost, Judge, Ratio, Reported, Verdict};
 use crate::entrance::labels::{Labelled, labelled};
 use crate::entrance::live::LOW;
@@ -161,7 +161,12 @@ impl Running {
                 };
                 bodies.followed().into_iter().map(reported).collect()
             }
-            Self::Ukyo(ukyo) => ukyo.observe(&segments.cloned().collect::<Vec<_>>()),
+            Self::Ukyo(ukyo) => {
+                let reported =
+                    |ukyo::Followed { id, at, segment }: ukyo::Followed| Reported { id, at, segment };
+                let followed = ukyo.observe(&segments.cloned().collect::<Vec<_>>());
+                followed.into_iter().map(reported).collect()
+            }
         }
     }
 }

@@ -30,7 +30,6 @@ use kehai_depth::segment::Segment;
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 
-use crate::entrance::judge::Reported;
 use crate::world::geometry::Point;
 use axis::Axis;
 
@@ -152,6 +151,17 @@ pub struct Ukyo {
     newest: u64,
 }
 
+/// A track after a frame.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Followed {
+    /// Its number.
+    pub id: u64,
+    /// Where, m.
+    pub at: Point,
+    /// The segment in which it is seen.
+    pub segment: Option<usize>,
+}
+
 impl Ukyo {
     /// For frames this far apart, of points above this height.
     #[must_use]
@@ -160,7 +170,7 @@ impl Ukyo {
     }
 
     /// Takes the segments of a frame: all tracks.
-    pub fn observe(&mut self, segments: &[Segment]) -> Vec<Reported> {
+    pub fn observe(&mut self, segments: &[Segment]) -> Vec<Followed> {
         let seen: Vec<(Extent, f64)> = segments
             .iter()
             .map(|segment| (Extent::of(segment, self.plane_m), f64::from(segment.volume_l)))
@@ -178,7 +188,7 @@ impl Ukyo {
         self.end();
         let report = |track: &Track| {
             let [x, y, _] = track.at();
-            Reported { id: track.id, at: Point::new(x, y), segment: track.segment }
+            Followed { id: track.id, at: Point::new(x, y), segment: track.segment }
         };
         self.tracks.iter().map(report).collect()
     }
