@@ -63,7 +63,7 @@ pub struct Campus {
     refused: BTreeMap<AreaName, u64>,
     persons: Persons,
     read: BTreeMap<String, Read>,
-    names: Carried,
+    names: Carried<String>,
     followed_us: u64,
     /// The number of each alarm of an area among those of all.
     alarms: BTreeMap<(AreaName, u64), u64>,
@@ -230,7 +230,7 @@ impl Campus {
                     };
                     let shares: Vec<(u64, f64)> = line.tracks.iter().filter_map(person).collect();
                     if !shares.is_empty() {
-                        self.names.read(&line.label, shares);
+                        self.names.read(line.label.clone(), shares);
                         read.taken_us = Some(heard_us);
                     }
                 }

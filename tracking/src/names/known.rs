@@ -30,9 +30,9 @@ const NONE: f64 = 0.05;
 /// Share of what is known that each sign puts in doubt: tracks may have been swapped since the one before.
 const DOUBT: f64 = 0.01;
 
-/// In so long a likelihood falls by half, s: of five people crowded on 4 m² each is taken for another about once in
-/// that time (docs/accuracy.md, condition H).
-const HALF_S: f64 = 600.0;
+/// In so long a likelihood falls by half where signs come again and again, s: of five people crowded on 4 m² each is taken for
+/// another about once in that time (docs/accuracy.md, condition H).
+pub(super) const HALF_LIFE_S: f64 = 600.0;
 
 /// That its bearer is none of the tracks is half forgotten in so long, s: a person walks into view.
 const UNSEEN_HALF_S: f64 = 10.0;
@@ -56,6 +56,13 @@ impl Known {
     pub(super) fn of(shares: impl IntoIterator<Item = (TrackId, f64)>) -> Self {
         let mut known = Self { shares: shares.into_iter().collect(), none: 0.0 };
         known.trim();
+        known
+    }
+
+    /// What a reading at `at` with the covariance `spread`, m², says of an ID of which nothing was known before.
+    pub(super) fn read(people: &[Person], at: Point, spread: Matrix2<f64>) -> Self {
+        let mut known = Self::default();
+        known.weigh(people.iter(), 0.0, at, spread);
         known
     }
 
@@ -91,15 +98,16 @@ impl Known {
         sum
     }
 
-    /// Time passes: what is known fades, swaps what may have been swapped, and loses tracks that are gone.
+    /// Time passes: what is known falls by half in `half_life_s`, swaps what may have been swapped, and loses tracks that are gone.
     pub(super) fn fade<'a>(
         &mut self,
         people: &[Person],
         passed_s: f64,
+        half_life_s: f64,
         swaps: impl Iterator<Item = &'a Swap>,
     ) {
         self.none *= libm::exp2(-passed_s / UNSEEN_HALF_S);
-        let left = libm::exp2(-passed_s / HALF_S);
+        let left = libm::exp2(-passed_s / half_life_s);
         if self.shares.is_empty() {
             return;
         }

@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::slice;
 
 use super::believed::{self, Believed};
+use super::known::HALF_LIFE_S;
 use super::line::{NameLine, Whereabouts, zones_at};
 use super::message::LATE_MS;
 use super::person::{Person, swaps};
@@ -125,7 +126,7 @@ impl Names {
             people.extend(own);
             let own = swaps(&people, moment.others.len(), passed_s);
             for known in believed.ids.values_mut() {
-                known.fade(&people, passed_s, common.iter().chain(&own));
+                known.fade(&people, passed_s, HALF_LIFE_S, common.iter().chain(&own));
             }
         }
         let Self { heard, believed, .. } = self;
