@@ -25,7 +25,7 @@ use crate::floor::Plan;
 use crate::geometry::{Point, distance_to_segment, inside};
 use crate::site::floor::Floor;
 use crate::site::{Site, Zone, door};
-use crate::tracker::TrackId;
+use crate::tracker::TrackState;
 
 /// A module nearer to a door's line or zone than this watches it, m: as far as sensors of the UHG-08LX's range reach. The site
 /// does not say which sensor a module has.
@@ -139,7 +139,7 @@ struct Unit {
     inbox: Inbox,
     names: Names,
     /// All tracks of the newest observation.
-    people: Vec<(TrackId, Point)>,
+    tracks: Vec<TrackState>,
     passages: Vec<Passed>,
     /// Devices that watch it, by their names.
     watched_by: Vec<String>,
@@ -194,7 +194,7 @@ impl Doors {
                 if unit.machine.change_site(door, site, &mut actions) {
                     unit.door = door.clone();
                     unit.watched_by = watched_by;
-                    unit.people.clear();
+                    unit.tracks.clear();
                     // Nothing that was asked for can be refused here.
                     let _ = unit.put_out(actions, now, outputs);
                     self.units.push(unit);
@@ -209,7 +209,7 @@ impl Doors {
                 door: door.clone(),
                 inbox: Inbox::default(),
                 names: Names::default(),
-                people: Vec::new(),
+                tracks: Vec::new(),
                 passages: Vec::new(),
                 watched_by,
             });
@@ -231,7 +231,7 @@ impl Doors {
         let is_lost = |name: &String| watcher(name).is_none_or(|watcher| watcher.unused_s > MODULE_LOST_S);
         let has_key = |name: &String| watcher(name).is_some_and(|watcher| watcher.has_key);
         for unit in &mut self.units {
-            unit.people = estimate.tracks.iter().map(|track| (track.id, track.at)).collect();
+            unit.tracks.clone_from(&estimate.tracks);
             let believes_all = unit.door.without_keys || unit.watched_by.iter().all(has_key);
             let trouble = if unit.watched_by.is_empty() || unit.watched_by.iter().any(is_lost) {
                 Some(Trouble::ModuleLost)
@@ -286,7 +286,7 @@ impl Unit {
     fn turn(&mut self, event: Event, now: Now, outputs: &mut Vec<Output>) {
         // Time and tracks are never refused.
         let _ = self.step(event, now, outputs);
-        self.names.follow(&self.people, now.steady_s);
+        self.names.follow(&self.tracks, now.steady_s);
     }
 
     fn step(&mut self, event: Event, now: Now, outputs: &mut Vec<Output>) -> Result<(), Why> {
@@ -302,9 +302,9 @@ impl Unit {
                 Action::Refused(why) => refused = Err(Why::Refused(why)),
                 Action::Lock(order) => outputs.push(Output::Lock { door, order }),
                 Action::Alarm { id, alarm } => outputs.push(Output::Alarm { door, id, alarm }),
-                Action::Named { card, likelihoods } => {
-                    // The machine's own are likelihoods; anything else would change nothing.
-                    let _ = self.names.shown(card, &likelihoods);
+                Action::Named { card, reader, by } => {
+                    let may_be = self.tracks.iter().filter(|track| by.contains(&track.id));
+                    self.names.show(card, may_be, reader);
                 }
                 Action::Passage(passage) => {
                     let passed = Passed::new(*passage, now);

@@ -150,12 +150,14 @@ pub enum Action {
     Refused(Refusal),
     /// A passage is over.
     Passage(Box<Passage>),
-    /// This card was shown by one of these tracks, with these probabilities; what is missing to 1: by none of them.
+    /// This card was shown at the reader: by one of these tracks, or by none of them.
     Named {
         /// The card.
         card: Card,
-        /// Tracks, and how probable each is.
-        likelihoods: Vec<(TrackId, f64)>,
+        /// The place of the reader.
+        reader: Point,
+        /// The people before the line.
+        by: Vec<TrackId>,
     },
 }
 

@@ -17,7 +17,7 @@
 //! | `cards`, `output` | cards that are inside; outputs that are repeated, and leases that are renewed |
 //! | `passage` | a passage as it is kept |
 //! | `inbox` | messages from outside: malformed, late, repeated or out of order ones change nothing |
-//! | `names` | which track a card belongs to, so probably |
+//! | `names` | which track a card belongs to, so probably, by the model of `crate::names` |
 //! | `doors` | all doors of a site |
 //!
 //! The machine has no clock, does no I/O and cannot panic. It inhibits entry only: the handle inside always opens,

@@ -15,10 +15,13 @@
 //! | `message` | a sign as a message from outside |
 //! | `table` | tracks and IDs |
 //! | `known` | what is known of an ID: the likelihoods themselves |
-//! | `carried` | names that others have read, among the persons of several areas |
+//! | `carried` | names that are read once and kept among tracks: those of other areas, and a door's cards |
 //! | `believed` | names under one explanation of what was seen, where it has several |
 //! | `person` | a track as names know it: agreement with a reading, swaps with others |
 //! | `line` | what is said of them in a snapshot and to a question |
+//!
+//! The site's table, a door ([`crate::door::names`]) and a site of several areas keep names by this one model. They differ in which
+//! readings they take, and in how soon they forget.
 //!
 //! Signs say where an ID is, never where a track is: tracks are the same bit by bit with and without them.
 //!

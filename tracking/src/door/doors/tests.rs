@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::door::terms::Lock;
+use crate::tracker::PERSON;
 
 const SITE: &str = r#"
     [[module]]
@@ -124,6 +125,28 @@ fn f8_a_zone_edited_under_a_door_is_the_doors_zone_at_once() {
     assert!(doors.lines().next().is_none());
     let locked = |output: &Output| matches!(output, Output::Lock { order, .. } if order.lock == Lock::Locked);
     assert!(outputs.iter().any(locked), "a door that goes says so: {outputs:?}");
+}
+
+#[test]
+fn a_card_that_is_shown_names_the_track_at_the_reader_in_the_lines_from_then_on() {
+    let mut doors = Doors::new(&toml::from_str(SITE).unwrap(), 1);
+    let mut outputs = Vec::new();
+    let track = |id, y| TrackState { id, at: Point::new(0.0, y), ..PERSON };
+    // The reader is at the middle of the line, 1 m along y: the track inside is nearest to it, and has not shown the card.
+    let estimate = Estimate { tracks: vec![track(4, 0.7), track(5, -0.9), track(6, 1.2)], ..well() };
+    for tenth in 0..=20 {
+        doors.observe(&estimate, |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut outputs);
+    }
+    says_shut(&mut doors, now(2.1));
+    let card = br#"{"id": 1, "at_ms": 1700000002100, "card": "1"}"#;
+    doors.tell("front", Input::Card, card, |_| Card(0xa11c << 112), now(2.1), &mut outputs).unwrap();
+    let names = |doors: &Doors| doors.lines().next().unwrap().names;
+    let [name] = &names(&doors)[..] else { panic!("{:?}", names(&doors)) };
+    assert_eq!((name.track, name.label.as_str()), (4, "a11c"));
+    assert!(name.likelihood > 0.9, "{name:?}");
+    // The track is gone with the next observation, and with it the name.
+    doors.observe(&well(), |_| Some(SEALED), now(2.2), &mut outputs);
+    assert_eq!(names(&doors), []);
 }
 
 #[test]

@@ -63,12 +63,6 @@ const BLIND: f64 = 0.3;
 /// To be blind for so long is trouble, s.
 const BLIND_S: f64 = 2.0;
 
-/// Spread of the distance to the reader at which a person shows the card, m: an arm's length.
-const REACH_M: f64 = 0.6;
-
-/// Weight of the case that none of the tracks has shown it: the weight of a track 1.7 m away.
-const NOBODY: f64 = 0.02;
-
 /// A door.
 #[derive(Clone, Debug)]
 pub struct Machine {

@@ -1,6 +1,6 @@
 //! What a door concludes from the tracks: whether the number matches, which tracks go through, which are too many.
 
-use super::{Machine, NOBODY, REACH_M, SEEN, SHUT_S, STEADY_S, SURE};
+use super::{Machine, SEEN, SHUT_S, STEADY_S, SURE};
 use crate::door::crossing::{Crossing, is_apart};
 use crate::door::event::{Action, Body};
 use crate::door::passage::Outcome;
@@ -10,20 +10,12 @@ use crate::door::terms::{Alarm, Card};
 use crate::door::transition::{Cause, Phase};
 
 impl Machine {
-    /// Gives each track before the line its probability of having shown the card: the nearer to the reader and the more
-    /// alone, the higher.
+    /// Says who may have shown a card: the people before the line.
     pub(super) fn identify(&self, card: Card, actions: &mut Vec<Action>) {
         let Some((_, seen)) = &self.seen else { return };
         let reader = self.door.reader.map_or_else(|| self.doorway.middle(), Into::into);
-        let weight = |body: &Body| {
-            let away = (body.at - reader).length() / REACH_M;
-            (body.id, libm::exp(-0.5 * away * away))
-        };
         let before = seen.bodies.iter().filter(|body| body.is_sure() && self.doorway.beyond_m(body.at) < 0.0);
-        let weights: Vec<(u64, f64)> = before.map(weight).collect();
-        let sum = NOBODY + weights.iter().map(|(_, weight)| weight).sum::<f64>();
-        let likelihoods = weights.into_iter().map(|(track, weight)| (track, weight / sum)).collect();
-        actions.push(Action::Named { card, likelihoods });
+        actions.push(Action::Named { card, reader, by: before.map(|body| body.id).collect() });
     }
 
     pub(super) fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
