@@ -1,7 +1,7 @@
 //! The requests over HTTP as an OpenAPI document.
 //!
 //! ```text
-//!   web::operations ─▶ paths      what each takes and answers; who may, from `rights::needed` and `roles::may`
+//!   web::operations ─▶ paths      what each takes and answers; who may, from the route's right and `roles::may`
 //!   types ──────────▶ components.schemas
 //! ```
 //!
@@ -15,7 +15,6 @@ use super::collect::{Collected, of};
 use crate::access::roles::{Role, may};
 use crate::web::bodies::{AlarmTold, Refusal, ToClient, Wish};
 use crate::web::operations::{Body, Operation, Query, operations};
-use crate::web::rights::{Needed, needed};
 
 /// The document.
 #[must_use]
@@ -28,9 +27,9 @@ pub fn openapi() -> Value {
     collected.takes(of::<Wish>);
     let mut paths = Map::new();
     for operation in operations() {
-        let described = described(&operation, &mut collected);
-        let path = paths.entry(operation.path).or_insert_with(|| json!({}));
-        path[operation.method.as_str().to_lowercase()] = described;
+        let described = described(operation, &mut collected);
+        let path = paths.entry(operation.path.clone()).or_insert_with(|| json!({}));
+        path[operation.route.method.as_str().to_lowercase()] = described;
     }
     let mut document = json!({
         "openapi": "3.1.1",
@@ -107,13 +106,13 @@ fn described(operation: &Operation, collected: &mut Collected) -> Value {
             operation.takes.iter().map(|body| taken(*body, collected)).collect();
         described["requestBody"] = json!({ "content": content });
     }
-    match needed(&operation.method, Some(operation.route), operation.input()) {
-        Some(Needed::Needs(action)) => {
+    match operation.route.right.action(operation.input()) {
+        Some(action) => {
             let roles = Role::NAMED.into_iter().filter(|(role, _)| may(*role, action)).map(|(_, name)| name);
             described["security"] = json!([{ "token": [] }, { "session": [] }]);
             described["x-kehai-roles"] = roles.collect();
         }
-        Some(Needed::Free) | None => described["security"] = json!([]),
+        None => described["security"] = json!([]),
     }
     described
 }

@@ -4,27 +4,32 @@
 //!   GET /api/openapi.json    every request
 //!   GET /api/asyncapi.json   the WebSocket, and every topic of MQTT
 //! ```
-//!
-//! Both are the same for all sites; they are made once, at the first request.
 
 use std::sync::LazyLock;
 
+use axum::Extension;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 
-use crate::schema;
-
-static OPENAPI: LazyLock<String> = LazyLock::new(|| schema::openapi().to_string());
-static ASYNCAPI: LazyLock<String> = LazyLock::new(|| schema::asyncapi().to_string());
+/// Both documents. They are the same for all sites, and made once, at the first request.
+///
+/// The router hands them over: the first is made of the table of operations, which names the handlers below.
+#[derive(Debug)]
+pub struct Documents {
+    /// Of every request.
+    pub openapi: LazyLock<String>,
+    /// Of the WebSocket and MQTT.
+    pub asyncapi: LazyLock<String>,
+}
 
 /// Of every request.
-pub async fn openapi() -> Response {
-    json(&OPENAPI)
+pub async fn openapi(Extension(documents): Extension<&'static Documents>) -> Response {
+    json(&documents.openapi)
 }
 
 /// Of the WebSocket and MQTT.
-pub async fn asyncapi() -> Response {
-    json(&ASYNCAPI)
+pub async fn asyncapi(Extension(documents): Extension<&'static Documents>) -> Response {
+    json(&documents.asyncapi)
 }
 
 fn json(text: &'static str) -> Response {

@@ -58,6 +58,11 @@ pub async fn tell(
     Path((name, input)): Path<(String, String)>,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
+    // The operator who looks after an alarm resets it on the map. No device at a door sends a reset.
+    let is_elsewhere = shared.doors_at.as_ref().filter(|_| Input::named(&input) != Some(Input::Reset));
+    if let Some(at) = is_elsewhere {
+        return misdirected(at);
+    }
     let Some(doors) = &shared.context.doors else { return refuse(StatusCode::NOT_FOUND, NO_DOORS) };
     let Some(input) = Input::named(&input) else {
         let names = Input::NAMED.map(|(_, name)| name).join(", ");
@@ -95,6 +100,14 @@ pub async fn tell(
 }
 
 /// The screen for the entrant; which door it is for, the page reads from its own address.
-pub async fn screen(headers: HeaderMap) -> Response {
-    page::file("/door.html", &headers)
+pub async fn screen(State(shared): State<Arc<Shared>>, headers: HeaderMap) -> Response {
+    match &shared.doors_at {
+        Some(at) => misdirected(at),
+        None => page::file("/door.html", &headers),
+    }
+}
+
+fn misdirected(at: &str) -> Response {
+    let why = format!("this door takes messages at --door-http alone: {at}");
+    refuse(StatusCode::MISDIRECTED_REQUEST, &why)
 }

@@ -27,13 +27,15 @@
 //! | file | what |
 //! |---|---|
 //! | `guard` | which clients may ask, and from which page |
-//! | `rights` | which right each request needs |
+//! | `operations` | every request: its route, its right, its handler, what it is for programs |
+//! | `rights` | which right a route may need |
 //! | `session` | log-in, and who a request is from |
-//! | `router` | which request goes where, and what all of them go through |
+//! | `router` | what all requests go through, on their way to where the table of operations sends them |
 //! | `listener` | connections, within their bounds |
 //! | `limits`, `places` | the bounds; how many connections, and of which address |
 //! | `feed` | snapshots to text, once for all clients |
 //! | `history` | the last ten minutes |
+//! | `newest` | what is known now |
 //! | `past` | what was before, from the database |
 //! | `socket` | a browser's connection |
 //! | `editors` | who has the editor open |
@@ -70,6 +72,7 @@ mod heat;
 mod limits;
 mod listener;
 mod module;
+mod newest;
 pub(crate) mod operations;
 mod page;
 mod past;
@@ -259,8 +262,13 @@ async fn serve(
 ) -> String {
     let (packets_in, packets) = watch::channel(Packets::default());
     let (alarms_in, alarms) = watch::channel(Utf8Bytes::default());
+    let (router, doors_at) = match &serves {
+        Serves::Map { doors_at } => (router::map(), doors_at.clone()),
+        Serves::Doors => (router::doors(), None),
+    };
     let shared = Arc::new(Shared {
         context: Arc::clone(context),
+        doors_at,
         names: guard::Names::of_this_machine(&context.names),
         limits,
         packets,
@@ -275,10 +283,6 @@ async fn serve(
     let listener = match tokio::net::TcpListener::from_std(listener) {
         Ok(listener) => listener,
         Err(error) => return format!("HTTP cannot be served: {error}"),
-    };
-    let router = match &serves {
-        Serves::Map { doors_at } => router::map(doors_at.clone()),
-        Serves::Doors => router::doors(),
     };
     let serving = listener::serve(
         listener,

@@ -1,114 +1,54 @@
-//! Which request goes where, and what all of them go through.
+//! Which request goes where, as the table of operations says, and what all of them go through.
 //!
 //! ```text
 //!   request ─▶ guard: from here? ─▶ who? ─▶ may it? ─▶ body in time? ─▶ route ─▶ answer ─▶ headers that make browsers careful
 //!                 └─ 400, 403         └─ 401    └─ 403
 //! ```
 
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, LazyLock};
 
-use axum::extract::{DefaultBodyLimit, MatchedPath, Path, RawPathParams, Request, State};
+use axum::extract::{DefaultBodyLimit, MatchedPath, RawPathParams, Request, State};
 use axum::http::request::Parts;
 use axum::http::uri::PathAndQuery;
 use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{MethodRouter, get, post, put};
-use axum::{Extension, Json, RequestPartsExt, Router};
-use kehai_tracking::door::inbox::{self, Input};
-use kehai_tracking::names::message;
+use axum::{Extension, RequestPartsExt, Router};
+use kehai_tracking::door::inbox::Input;
 
 use super::answers::{BODY_MAX, refuse, text};
+use super::documents::Documents;
 use super::listener::{Ends, Line};
-use super::rights::{Needed, is_taken_in_clear, needed};
+use super::operations::{self, Route};
 use super::shared::Shared;
-use super::{
-    alarms, calibration, coverage, documents, door, explain, firmware, guard, heat, module, page, past,
-    picture, session, sign, site, socket, survey,
-};
+use super::{guard, page, session};
 use crate::access::Who;
 use crate::connections::Cause;
-use crate::picture::LONGEST;
+use crate::schema;
 
 /// What the page may load and which server it may ask: this one alone.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                       connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
 
-/// A tracker that makes no frame for so long does not go on.
-const HEALTHY: Duration = Duration::from_secs(1);
+/// Both documents of this server.
+static DOCUMENTS: Documents = Documents {
+    openapi: LazyLock::new(|| schema::openapi().to_string()),
+    asyncapi: LazyLock::new(|| schema::asyncapi().to_string()),
+};
 
-/// The map; messages to doors, too, unless they are taken at another address.
-pub fn map(doors_at: Option<String>) -> Router<Arc<Shared>> {
-    let map = Router::new()
-        .route("/ws", get(socket::open))
-        .route("/api/site", get(site::show).put(site::change))
-        .route("/api/site/try", post(site::attempt))
-        .route("/api/alarms", get(alarms::list))
-        .route("/api/alarms/acknowledge", post(alarms::acknowledge))
-        .route("/api/state", get(state))
-        .route("/api/history", get(history))
-        .route("/api/overview", get(past::glance))
-        .route("/api/past", get(past::paths))
-        .route("/api/figures", get(past::binned))
-        .route("/api/openapi.json", get(documents::openapi))
-        .route("/api/asyncapi.json", get(documents::asyncapi))
-        .route("/api/where", get(sign::ask))
-        .route("/api/explain", get(explain::why))
-        .route("/api/heat", get(heat::map))
-        .route("/api/coverage", get(coverage::show))
-        .route("/api/calibration", get(calibration::show).post(calibration::change))
-        .route("/api/picture/place", get(picture::place).put(picture::lay))
-        .route("/api/picture", kept_picture())
-        .route("/api/firmware", get(firmware::list))
-        .route("/api/firmware/{name}", get(firmware::file))
-        .route("/api/survey", get(survey::show))
-        .route("/api/module/{name}", get(module::show))
-        .route("/api/module/{name}/things", get(module::seen))
-        .route("/api/module/{name}/{action}", post(module::act))
-        .route("/api/session", get(session::show).post(session::begin).delete(session::end))
-        .route("/metrics", get(metrics))
-        .route("/healthz", get(healthz));
-    let Some(at) = doors_at else { return map.merge(doors()) };
-    let map = map.merge(signs());
-    let why = format!("this door takes messages at --door-http alone: {at}");
-    let screen_why = why.clone();
-    // The operator who looks after an alarm resets it on the map. No device at a door sends a reset.
-    let tell =
-        async move |state, who, ends, Path((name, input)): Path<(String, String)>, body| match Input::named(
-            &input,
-        ) {
-            Some(Input::Reset) => door::tell(state, who, ends, Path((name, input)), body).await,
-            _ => refuse(StatusCode::MISDIRECTED_REQUEST, &why),
-        };
-    map.route("/api/door", get(door::all))
-        .route("/api/door/{name}", get(door::one))
-        .route("/api/door/{name}/{*input}", post(tell).layer(DefaultBodyLimit::max(inbox::LONGEST)))
-        .route("/door/{name}", get(async move || refuse(StatusCode::MISDIRECTED_REQUEST, &screen_why)))
-}
-
-/// The picture under the map, which may be longer than all else that is sent.
-fn kept_picture() -> MethodRouter<Arc<Shared>> {
-    let change = put(picture::change).layer(DefaultBodyLimit::max(LONGEST));
-    change.get(picture::show).delete(picture::remove)
-}
-
-/// Where readers of cards and tags tell what they have read: at each listener.
-fn signs() -> Router<Arc<Shared>> {
-    let tell = post(sign::tell).layer(DefaultBodyLimit::max(message::LONGEST));
-    Router::new().route("/api/sign", tell)
+/// The map, and everything else.
+pub fn map() -> Router<Arc<Shared>> {
+    served(operations::routes())
 }
 
 /// What devices at a door, and the screen beside it, ask for.
 pub fn doors() -> Router<Arc<Shared>> {
-    let tell = post(door::tell).layer(DefaultBodyLimit::max(inbox::LONGEST));
-    Router::new()
-        .route("/api/door", get(door::all))
-        .route("/api/door/{name}", get(door::one))
-        .route("/api/door/{name}/{*input}", tell)
-        .route("/door/{name}", get(door::screen))
-        .merge(signs())
+    served(operations::routes().filter(|route| route.is_for_doors))
+}
+
+fn served(routes: impl Iterator<Item = &'static Route>) -> Router<Arc<Shared>> {
+    routes.fold(Router::new(), |router, route| router.route(route.path, route.served.clone()))
 }
 
 /// With what every request goes through.
@@ -117,6 +57,7 @@ pub fn finished(router: Router<Arc<Shared>>, shared: &Arc<Shared>) -> Router {
         .fallback(page::asset)
         .method_not_allowed_fallback(not_so)
         .layer(DefaultBodyLimit::max(BODY_MAX))
+        .layer(Extension(&DOCUMENTS))
         .layer(middleware::from_fn_with_state(Arc::clone(shared), guarded))
         .with_state(Arc::clone(shared))
 }
@@ -177,25 +118,25 @@ async fn admitted(shared: &Shared, line: Line, request: Request, next: Next, wri
     let param = |wanted| params.iter().flatten().find(|(name, _)| *name == wanted).map(|(_, value)| value);
     let input = param("input").and_then(Input::named);
     let route = route.as_ref().map(MatchedPath::as_str);
-    if line == Line::Missed && !is_taken_in_clear(route, input) {
+    if line == Line::Missed && !operations::is_taken_in_clear(route, input) {
         counts.count(Cause::Tls);
         return by_tls(&parts);
     }
-    match needed(&parts.method, route, input) {
-        Some(Needed::Free) => {}
-        Some(Needed::Needs(action)) if who.may(action, door_of(route, param("name"))) => {}
-        Some(Needed::Needs(_)) if who == Who::Nobody => {
+    let Some(right) = operations::right(&parts.method, route) else { return not_so().await };
+    match right.action(input) {
+        None => {}
+        Some(action) if who.may(action, door_of(route, param("name"))) => {}
+        Some(_) if who == Who::Nobody => {
             counts.count(Cause::Unknown);
             let why = "log in at /login.html, or send a token: Authorization: Bearer …";
             let mut response = refuse(StatusCode::UNAUTHORIZED, why);
             response.headers_mut().insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
             return response;
         }
-        Some(Needed::Needs(_)) => {
+        Some(_) => {
             counts.count(Cause::Role);
             return refuse(StatusCode::FORBIDDEN, &format!("{who} may not do this"));
         }
-        None => return not_so().await,
     }
     parts.extensions.insert(who);
     let answer = next.run(Request::from_parts(parts, body));
@@ -233,33 +174,6 @@ fn by_tls(asked: &Parts) -> Response {
 
 async fn not_so() -> Response {
     refuse(StatusCode::METHOD_NOT_ALLOWED, "not with this method")
-}
-
-async fn state(State(shared): State<Arc<Shared>>) -> Response {
-    let frame = Arc::clone(&shared.context.frames.borrow());
-    Json(&*frame).into_response()
-}
-
-async fn history(State(shared): State<Arc<Shared>>) -> Response {
-    let text = shared.history.lock().to_json();
-    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
-}
-
-/// For supervisors: whether the tracker goes on. Frames come every 0.1 s.
-async fn healthz(State(shared): State<Arc<Shared>>) -> Response {
-    let mut frames = shared.context.frames.clone();
-    frames.mark_unchanged();
-    match tokio::time::timeout(HEALTHY, frames.changed()).await {
-        Ok(Ok(())) => "ok\n".into_response(),
-        Ok(Err(_)) | Err(_) => {
-            refuse(StatusCode::SERVICE_UNAVAILABLE, "the tracker has made no frame for a second")
-        }
-    }
-}
-
-async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
-    let frame = Arc::clone(&shared.context.frames.borrow());
-    ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame)).into_response()
 }
 
 #[cfg(test)]

@@ -141,6 +141,8 @@ impl Shared {
 pub(super) struct Shared {
     pub(super) context: Arc<ServerContext>,
     pub(super) names: Names,
+    /// Where messages to doors are taken, and the screens beside them shown, if not here.
+    pub(super) doors_at: Option<String>,
     pub(super) limits: Limits,
     pub(super) packets: watch::Receiver<Packets>,
     /// The alarms that stand, whenever they are others.

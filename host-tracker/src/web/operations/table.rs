@@ -1,251 +1,228 @@
-//! Every request, a line each.
+//! Every request, by its subject: people, the site and its modules, doors, the server itself.
 
 use std::collections::BTreeMap;
 
-use axum::http::Method;
 use kehai_tracking::calibration::session::Status;
 use kehai_tracking::door::LockOrder;
 use kehai_tracking::door::doors::DoorState;
-use kehai_tracking::door::inbox::Input;
+use kehai_tracking::door::inbox::{self, Input};
 use kehai_tracking::names::Whereabouts;
-use kehai_tracking::names::message::Message as Sign;
+use kehai_tracking::names::message::{self, Message as Sign};
 use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::survey::Proposal;
-use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde_json::Value;
 
-use super::{Body, Operation, Query, number, word};
+use super::operation::{Body, Either, Operation, Query};
+use super::route::{delete, get, post, put};
+use crate::access::roles::Action;
 use crate::firmware::folder::FirmwareFiles;
+use crate::metrics;
 use crate::module::absorb::{Absorbed, Seen as Thing};
-use crate::picture::Place;
-use crate::schema::collect::of;
+use crate::picture::{LONGEST, Place};
 use crate::store::figures::Figures;
 use crate::store::timeline::Overview;
-use crate::web::alarms::Seen;
+use crate::web::alarms::{self, Seen};
 use crate::web::bodies::{
     AlarmsAcknowledged, AlarmsListed, Done, Kept, ModuleSettings, Paths, Refusal, Renamed, Revised, Session,
     SiteShown, SiteTogether,
 };
-use crate::web::calibration::Wish;
-use crate::web::coverage::Covered;
-use crate::web::explain::Explained;
-use crate::web::heat::Heat;
-use crate::web::module::{Absorb, Act, Identify, Learn, Nothing, Rename};
-use crate::web::picture::PictureLaid;
+use crate::web::calibration::{self, Wish};
+use crate::web::coverage::{self, Covered};
+use crate::web::explain::{self, Explained};
+use crate::web::heat::{self, Heat};
+use crate::web::module::{self, Absorb, Act, Identify, Learn, Nothing, Rename};
+use crate::web::picture::{self, PictureLaid};
 use crate::web::recent::Past;
-use crate::web::session::LogIn;
-use crate::web::site::Change;
+use crate::web::rights::Right::{self, Free, To, ToTell};
+use crate::web::session::{self, LogIn};
+use crate::web::site::{self, Change};
+use crate::web::{documents, door, firmware, newest, past, sign, socket, survey};
 
-const FROM: Query = number("from", "The beginning, ms since 1970.", true);
-const TO: Query = number("to", "The end, ms since 1970.", true);
+const FROM: Query = Query::number("from", "The beginning, ms since 1970.", true);
+const TO: Query = Query::number("to", "The end, ms since 1970.", true);
 const BINS: Query =
-    number("bins", "Into how many parts the time is cut, 1 to 1000; 240 if nothing is said.", false);
-const BIN: Query = number("bin", "Length of a part, s; 3600 if nothing is said.", false);
-const ID: Query = word("id", "What a reader has read.", true);
-const EDGES: Query =
-    word("edges", "In place of the others: where parts begin and end, ms since 1970, between commas.", false);
-const ZONE: Query = word("zone", "A zone.", false);
-const LINE: Query = word("line", "A counting line.", false);
-const PERSON: Query = number("person", "A track.", false);
-const ALARM: Query = word("alarm", "The name of an alarm, as `clock-off`.", false);
+    Query::number("bins", "Into how many parts the time is cut, 1 to 1000; 240 if nothing is said.", false);
+const BIN: Query = Query::number("bin", "Length of a part, s; 3600 if nothing is said.", false);
+const ID: Query = Query::word("id", "What a reader has read.", true);
+const EDGES: Query = Query::word(
+    "edges",
+    "In place of the others: where parts begin and end, ms since 1970, between commas.",
+    false,
+);
+const ZONE: Query = Query::word("zone", "A zone.", false);
+const LINE: Query = Query::word("line", "A counting line.", false);
+const PERSON: Query = Query::number("person", "A track.", false);
+const ALARM: Query = Query::word("alarm", "The name of an alarm, as `clock-off`.", false);
+
+const LOOK: Right = To(Action::Look);
+const LOOK_AT_DOOR: Right = To(Action::LookAtDoor);
+const CHANGE: Right = To(Action::ChangeSite);
+const ASK: Right = To(Action::AskModule);
 
 /// All of them, but for the page's files.
-pub fn operations() -> Vec<Operation> {
-    let text = |route, id, about, kind| Operation::new(Method::GET, route, id, about, Body::Text(kind));
-    let put_site = Operation {
-        takes: vec![Body::Json(of::<Change>), Body::Text("application/toml")],
-        conflict: Some(of::<Either<Refusal, SiteTogether<'_>>>),
-        ..Operation::new(
-            Method::PUT,
-            "/api/site",
-            "changeSite",
-            "Check, save and use another site. As TOML it is \
-            the text of a site file; the revision is then in the header If-Match.",
-            Body::Json(of::<Revised>),
-        )
-    };
-    let end = Operation::new(Method::DELETE, "/api/session", "logOut", "Log out.", Body::Json(of::<Done>));
-    let mut all = vec![
-        Operation::new(
-            Method::GET,
-            "/ws",
-            "openSocket",
-            "Open the WebSocket: docs/schemas/asyncapi.json.",
-            Body::Socket,
-        )
-        .refuses(&[400, 503]),
-        Operation::get::<Snapshot>("/api/state", "state", "All that is known now: the newest frame."),
-        Operation::get::<SiteShown<'_>>("/api/site", "site", "The site in use."),
-        put_site.refuses(&[400, 409, 413, 415, 500]),
-        Operation::get::<AlarmsListed>(
-            "/api/alarms",
-            "alarms",
-            "The alarms that stand, and those of the last day.",
-        ),
-        Operation::post::<AlarmsAcknowledged>(
-            "/api/alarms/acknowledge",
-            "acknowledge",
-            "Acknowledge alarms: \
-            all that are named, or none.",
-        )
-        .takes::<Seen>()
-        .refuses(&[400, 404, 409, 413]),
-        Operation::get::<Vec<Past<'_>>>(
-            "/api/history",
-            "history",
-            "The last ten minutes, two lines a second.",
-        ),
-        Operation::get::<Kept<Overview>>("/api/overview", "overview", "A time of up to a month at a glance.")
+pub(super) fn operations() -> Vec<Operation> {
+    let (modules, inputs) = (Act::NAMED.map(of_module), Input::NAMED.map(of_input));
+    [&of_people()[..], &of_site(), &modules, &of_server(), &of_doors(), &inputs].concat()
+}
+
+fn of_people() -> Vec<Operation> {
+    vec![
+        get("/ws", LOOK, socket::open)
+            .answers_with(Body::Socket, "openSocket", "Open the WebSocket: docs/schemas/asyncapi.json.")
+            .refuses(&[400, 503]),
+        get("/api/state", LOOK, newest::state)
+            .answers::<Snapshot>("state", "All that is known now: the newest frame."),
+        get("/api/alarms", LOOK, alarms::list)
+            .answers::<AlarmsListed>("alarms", "The alarms that stand, and those of the last day."),
+        post("/api/alarms/acknowledge", To(Action::Acknowledge), alarms::acknowledge)
+            .answers::<AlarmsAcknowledged>("acknowledge", "Acknowledge alarms: all that are named, or none.")
+            .takes::<Seen>()
+            .refuses(&[400, 404, 409, 413]),
+        get("/api/history", LOOK, newest::history)
+            .answers::<Vec<Past<'_>>>("history", "The last ten minutes, two lines a second."),
+        get("/api/overview", LOOK, past::glance)
+            .answers::<Kept<Overview>>("overview", "A time of up to a month at a glance.")
             .asks(&[FROM, TO, BINS])
             .refuses(&[400, 503]),
-        Operation::get::<Kept<Paths>>("/api/past", "past", "Paths, counts and events of up to an hour.")
+        get("/api/past", LOOK, past::paths)
+            .answers::<Kept<Paths>>("past", "Paths, counts and events of up to an hour.")
             .asks(&[FROM, TO])
             .refuses(&[400, 503]),
-        Operation::get::<Kept<Figures>>(
-            "/api/figures",
-            "figures",
-            "Crossings of lines, people and stays in zones, part by part \
-            of up to a month.",
-        )
-        .asks(&[FROM, TO, BIN, EDGES])
-        .refuses(&[400, 503]),
-        Operation::get::<Kept<Heat>>("/api/heat", "heat", "How long people were where, of up to a month.")
+        get("/api/figures", LOOK, past::binned)
+            .answers::<Kept<Figures>>(
+                "figures",
+                "Crossings of lines, people and stays in zones, part by part of up to a month.",
+            )
+            .asks(&[FROM, TO, BIN, EDGES])
+            .refuses(&[400, 503]),
+        get("/api/heat", LOOK, heat::map)
+            .answers::<Kept<Heat>>("heat", "How long people were where, of up to a month.")
             .asks(&[FROM, TO])
             .refuses(&[400, 503]),
-        Operation::get::<Covered>(
-            "/api/coverage",
-            "coverage",
-            "What the modules see, and what is expected of them.",
-        )
-        .refuses(&[404, 503]),
-        Operation::get::<Explained>("/api/explain", "explain", "Why a figure is what it is: one of these.")
+        get("/api/coverage", LOOK, coverage::show)
+            .answers::<Covered>("coverage", "What the modules see, and what is expected of them.")
+            .refuses(&[404, 503]),
+        get("/api/explain", LOOK, explain::why)
+            .answers::<Explained>("explain", "Why a figure is what it is: one of these.")
             .asks(&[ZONE, LINE, PERSON, ALARM])
             .refuses(&[400, 404, 503]),
-        Operation::get::<FirmwareFiles>(
-            "/api/firmware",
-            "firmware",
-            "Which firmware there is for new boards.",
-        )
-        .refuses(&[500]),
-        text("/api/firmware/{name}", "firmwareFile", "A file of it.", "application/octet-stream")
-            .refuses(&[404, 500]),
-        Operation::get::<Proposal>(
-            "/api/survey",
-            "survey",
-            "Walls, rooms and entries that the modules have measured.",
-        ),
-        Operation::get::<PictureLaid>(
-            "/api/picture/place",
-            "picturePlace",
-            "Where the picture under the map lies.",
-        ),
-        Operation::new(
-            Method::PUT,
-            "/api/picture/place",
-            "layPicture",
-            "Lay it elsewhere.",
-            Body::Json(of::<Done>),
-        )
-        .takes::<Place>()
-        .refuses(&[400, 404, 500]),
-        text("/api/picture", "picture", "The picture under the map.", "image/png").refuses(&[404, 500]),
-        Operation {
-            takes: vec![Body::Text("image/png"), Body::Text("image/svg+xml")],
-            ..Operation::new(
-                Method::PUT,
-                "/api/picture",
-                "changePicture",
-                "Another picture, of 8 MiB at most.",
-                Body::Json(of::<Done>),
-            )
-        }
-        .refuses(&[400, 413, 415, 500]),
-        Operation::new(
-            Method::DELETE,
-            "/api/picture",
-            "removePicture",
-            "No picture any more.",
-            Body::Json(of::<Done>),
-        )
-        .refuses(&[500]),
-        Operation::post::<SiteTogether<'_>>(
-            "/api/site/try",
-            "trySite",
-            "What would become of a change. Nothing is saved.",
-        )
-        .takes::<Change>()
-        .refuses(&[400, 413]),
-        Operation::get::<Whereabouts>("/api/where", "whereIs", "Where an ID is that a reader has read.")
+        get("/api/where", LOOK, sign::ask)
+            .answers::<Whereabouts>("whereIs", "Where an ID is that a reader has read.")
             .asks(&[ID])
             .refuses(&[400, 404]),
-        Operation::post::<Done>("/api/sign", "sign", "Say what a reader of cards or tags has read.")
+        // Readers of cards and tags say what they have read at each listener.
+        post("/api/sign", To(Action::Sign), sign::tell)
+            .for_doors()
+            .body_max(message::LONGEST)
+            .answers::<Done>("sign", "Say what a reader of cards or tags has read.")
             .takes::<Sign>()
             .refuses(&[400, 404, 409, 413, 503]),
-        Operation::get::<Status>("/api/calibration", "calibration", "How far the calibration by walking is."),
-        Operation::post::<Either<Revised, Status>>(
-            "/api/calibration",
-            "calibrate",
-            "A step of the calibration; `accept` is \
-            answered with the site's new revision, the others as the question how far it is.",
-        )
-        .takes::<Wish>()
-        .refuses(&[400, 409, 413, 500]),
-        Operation::get::<ModuleSettings>("/api/module/{name}", "module", "The settings of a module.")
+    ]
+}
+
+fn of_site() -> Vec<Operation> {
+    vec![
+        get("/api/site", LOOK, site::show).answers::<SiteShown<'_>>("site", "The site in use."),
+        put("/api/site", CHANGE, site::change)
+            .answers::<Revised>(
+                "changeSite",
+                "Check, save and use another site. As TOML it is \
+                 the text of a site file; the revision is then in the header If-Match.",
+            )
+            .takes::<Change>()
+            .takes_any(&[Body::Text("application/toml")])
+            .conflicts::<Either<Refusal, SiteTogether<'_>>>()
+            .refuses(&[400, 409, 413, 415, 500]),
+        post("/api/site/try", CHANGE, site::attempt)
+            .answers::<SiteTogether<'_>>("trySite", "What would become of a change. Nothing is saved.")
+            .takes::<Change>()
+            .refuses(&[400, 413]),
+        get("/api/firmware", LOOK, firmware::list)
+            .answers::<FirmwareFiles>("firmware", "Which firmware there is for new boards.")
+            .refuses(&[500]),
+        get("/api/firmware/{name}", LOOK, firmware::file)
+            .answers_text("application/octet-stream", "firmwareFile", "A file of it.")
+            .refuses(&[404, 500]),
+        get("/api/survey", CHANGE, survey::show)
+            .answers::<Proposal>("survey", "Walls, rooms and entries that the modules have measured."),
+        get("/api/picture/place", LOOK, picture::place)
+            .answers::<PictureLaid>("picturePlace", "Where the picture under the map lies."),
+        put("/api/picture/place", CHANGE, picture::lay)
+            .answers::<Done>("layPicture", "Lay it elsewhere.")
+            .takes::<Place>()
+            .refuses(&[400, 404, 500]),
+        get("/api/picture", LOOK, picture::show)
+            .answers_text("image/png", "picture", "The picture under the map.")
+            .refuses(&[404, 500]),
+        put("/api/picture", CHANGE, picture::change)
+            .body_max(LONGEST)
+            .answers::<Done>("changePicture", "Another picture, of 8 MiB at most.")
+            .takes_any(&[Body::Text("image/png"), Body::Text("image/svg+xml")])
+            .refuses(&[400, 413, 415, 500]),
+        delete("/api/picture", CHANGE, picture::remove)
+            .answers::<Done>("removePicture", "No picture any more.")
+            .refuses(&[500]),
+        get("/api/calibration", LOOK, calibration::show)
+            .answers::<Status>("calibration", "How far the calibration by walking is."),
+        post("/api/calibration", CHANGE, calibration::change)
+            .answers::<Either<Revised, Status>>(
+                "calibrate",
+                "A step of the calibration; `accept` is \
+                 answered with the site's new revision, the others as the question how far it is.",
+            )
+            .takes::<Wish>()
+            .refuses(&[400, 409, 413, 500]),
+        get("/api/module/{name}", ASK, module::show)
+            .answers::<ModuleSettings>("module", "The settings of a module.")
             .refuses(&[404, 409, 504]),
-        Operation::get::<Vec<Thing>>(
-            "/api/module/{name}/things",
-            "moduleThings",
-            "What stands out from a module's background.",
-        )
-        .refuses(&[404, 409, 504]),
-        Operation::get::<Session>("/api/session", "session", "Who asks, and what they may do."),
-        Operation::post::<Session>("/api/session", "logIn", "Log in: the answer has a cookie.")
-            .takes::<LogIn>()
-            .refuses(&[400, 401, 409, 413, 429]),
-        end,
-        text("/metrics", "metrics", "The newest frame for Prometheus.", crate::metrics::CONTENT_TYPE),
-        text("/healthz", "healthz", "Whether the tracker goes on.", "text/plain; charset=utf-8")
-            .refuses(&[503]),
-        Operation::get::<Vec<DoorState>>("/api/door", "doors", "Every guarded door."),
-        Operation::get::<DoorState>("/api/door/{name}", "door", "A guarded door.").refuses(&[404]),
-        text("/door/{name}", "doorScreen", "The screen for the entrant.", "text/html; charset=utf-8"),
-        Operation::get::<BTreeMap<String, Value>>("/api/openapi.json", "openapi", "This document."),
-        Operation::get::<BTreeMap<String, Value>>(
-            "/api/asyncapi.json",
-            "asyncapi",
-            "The same for the WebSocket and MQTT.",
-        ),
-    ];
-    all.extend(Act::NAMED.map(of_module));
-    all.extend(Input::NAMED.map(of_door));
-    all
+        get("/api/module/{name}/things", ASK, module::seen)
+            .answers::<Vec<Thing>>("moduleThings", "What stands out from a module's background.")
+            .refuses(&[404, 409, 504]),
+    ]
 }
 
 fn of_module((act, name): (Act, &'static str)) -> Operation {
-    const ROUTE: &str = "/api/module/{name}/{action}";
+    let route = post("/api/module/{name}/{action}", ASK, module::act);
+    let id = format!("{name}Module");
     let operation = match act {
-        Act::Identify => Operation::post::<Done>(ROUTE, "", "Let its LED blink, so that a person finds it.")
-            .takes::<Identify>(),
-        Act::Learn => Operation::post::<Done>(ROUTE, "", "Learn the background anew: leave its view before.")
-            .takes::<Learn>(),
-        Act::Absorb => {
-            Operation::post::<Absorbed>(ROUTE, "", "Make a thing that stands still a part of the background.")
-                .takes::<Absorb>()
+        Act::Identify => {
+            route.answers::<Done>(&id, "Let its LED blink, so that a person finds it.").takes::<Identify>()
         }
-        Act::Restart => Operation::post::<Done>(ROUTE, "", "Start it anew.").takes::<Nothing>(),
-        Act::Rename => Operation::post::<Renamed>(ROUTE, "", "Give it another name, in the site as well.")
-            .takes::<Rename>(),
-        Act::Settings => {
-            let about = "Change settings, by their keys: all of them or none.";
-            Operation::post::<Done>(ROUTE, "", about).takes::<BTreeMap<String, String>>()
+        Act::Learn => {
+            route.answers::<Done>(&id, "Learn the background anew: leave its view before.").takes::<Learn>()
         }
+        Act::Absorb => route
+            .answers::<Absorbed>(&id, "Make a thing that stands still a part of the background.")
+            .takes::<Absorb>(),
+        Act::Restart => route.answers::<Done>(&id, "Start it anew.").takes::<Nothing>(),
+        Act::Rename => {
+            route.answers::<Renamed>(&id, "Give it another name, in the site as well.").takes::<Rename>()
+        }
+        Act::Settings => route
+            .answers::<Done>(&id, "Change settings, by their keys: all of them or none.")
+            .takes::<BTreeMap<String, String>>(),
     };
-    let (path, id) = (ROUTE.replace("{action}", name), format!("{name}Module"));
-    Operation { path, id, refusals: &[400, 404, 409, 413, 504], ..operation }
+    operation.named("{action}", name).refuses(&[400, 404, 409, 413, 504])
 }
 
-fn of_door((input, name): (Input, &'static str)) -> Operation {
-    const ROUTE: &str = "/api/door/{name}/{*input}";
+fn of_doors() -> Vec<Operation> {
+    vec![
+        get("/api/door", LOOK_AT_DOOR, door::all)
+            .for_doors()
+            .answers::<Vec<DoorState>>("doors", "Every guarded door."),
+        get("/api/door/{name}", LOOK_AT_DOOR, door::one)
+            .for_doors()
+            .answers::<DoorState>("door", "A guarded door.")
+            .refuses(&[404]),
+        get("/door/{name}", Free, door::screen).for_doors().answers_text(
+            "text/html; charset=utf-8",
+            "doorScreen",
+            "The screen for the entrant.",
+        ),
+    ]
+}
+
+fn of_input((input, name): (Input, &'static str)) -> Operation {
     let about = match input {
         Input::Card => "A card was shown.",
         Input::Number => "A number of people was entered.",
@@ -256,29 +233,39 @@ fn of_door((input, name): (Input, &'static str)) -> Operation {
         Input::LockTaken => "The lock has taken an output.",
         Input::AlarmTaken => "The alarm has taken an output.",
     };
+    let route = post("/api/door/{name}/{*input}", ToTell, door::tell).for_doors().body_max(inbox::LONGEST);
+    let id = format!("tellDoor-{}", name.replace('/', "-"));
     let operation = if input == Input::LockReady {
-        Operation::post::<Either<LockOrder, Done>>(ROUTE, "", about)
+        route.answers::<Either<LockOrder, Done>>(&id, about)
     } else {
-        Operation::post::<Done>(ROUTE, "", about)
+        route.answers::<Done>(&id, about)
     };
-    let (path, id) = (ROUTE.replace("{*input}", name), format!("tellDoor-{}", name.replace('/', "-")));
-    Operation { path, id, takes: vec![Body::Input(input)], refusals: &[400, 404, 409, 421], ..operation }
+    operation.named("{*input}", name).takes_any(&[Body::Input(input)]).refuses(&[400, 404, 409, 421])
 }
 
-/// One of two answers.
-struct Either<A, B>(std::marker::PhantomData<(A, B)>);
-
-impl<A: JsonSchema, B: JsonSchema> JsonSchema for Either<A, B> {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        format!("{}Or{}", A::schema_name(), B::schema_name()).into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let either = [generator.subschema_for::<A>(), generator.subschema_for::<B>()];
-        schemars::json_schema!({ "anyOf": either })
-    }
+fn of_server() -> Vec<Operation> {
+    vec![
+        get("/api/session", Free, session::show)
+            .answers::<Session>("session", "Who asks, and what they may do."),
+        post("/api/session", Free, session::begin)
+            .answers::<Session>("logIn", "Log in: the answer has a cookie.")
+            .takes::<LogIn>()
+            .refuses(&[400, 401, 409, 413, 429]),
+        delete("/api/session", Free, session::end).answers::<Done>("logOut", "Log out."),
+        get("/metrics", To(Action::Look), newest::metrics).answers_text(
+            metrics::CONTENT_TYPE,
+            "metrics",
+            "The newest frame for Prometheus.",
+        ),
+        // It says nothing but that, and a supervisor may not agree on TLS.
+        get("/healthz", Free, newest::healthz)
+            .in_clear()
+            .answers_text("text/plain; charset=utf-8", "healthz", "Whether the tracker goes on.")
+            .refuses(&[503]),
+        // As little as the page's files: they are the same for all.
+        get("/api/openapi.json", Free, documents::openapi)
+            .answers::<BTreeMap<String, Value>>("openapi", "This document."),
+        get("/api/asyncapi.json", Free, documents::asyncapi)
+            .answers::<BTreeMap<String, Value>>("asyncapi", "The same for the WebSocket and MQTT."),
+    ]
 }
