@@ -210,43 +210,44 @@ need_python() {
     python3 -c 'import venv, ensurepip' 2>/dev/null || apt_install python3-venv
 }
 
-# The linters of JavaScript and Python live in an environment under target/, anew when a version changes.
-need_linters() {
-    local home=target/lint
-    [ "$(cat "$home/versions" 2>/dev/null)" != "${LINTERS[*]}" ] || return 0
+# need_packages FOLDER PACKAGE… — an environment of Python with these packages, made anew when a version changes.
+need_packages() {
+    local home=$1
+    shift
+    [ "$(cat "$home/versions" 2>/dev/null)" != "$*" ] || return 0
     need_python
-    say "installing ${LINTERS[*]}"
+    say "installing $*"
     python3 -m venv --clear "$home"
-    "$home/bin/pip" install --quiet --disable-pip-version-check "${LINTERS[@]}"
-    echo "${LINTERS[*]}" >"$home/versions"
+    "$home/bin/pip" install --quiet --disable-pip-version-check "$@"
+    echo "$*" >"$home/versions"
 }
 
-# What tests in Python need, in an environment under target/.
+need_linters() { need_packages target/lint "${LINTERS[@]}"; }
+
 need_python_tests() {
-    local home=target/python-tests
-    KEHAI_PYTHON=$PWD/$home/bin/python3
-    export KEHAI_PYTHON
-    [ "$(cat "$home/versions" 2>/dev/null)" != "${PYTHON_TESTS[*]}" ] || return 0
-    need_python
-    say "installing ${PYTHON_TESTS[*]}"
-    python3 -m venv --clear "$home"
-    "$home/bin/pip" install --quiet --disable-pip-version-check "${PYTHON_TESTS[@]}"
-    echo "${PYTHON_TESTS[*]}" >"$home/versions"
+    need_packages target/python-tests "${PYTHON_TESTS[@]}"
+    export KEHAI_PYTHON=$PWD/target/python-tests/bin/python3
 }
 
-# Foxglove's own JSON Schemas, by Deno from npm: as deno.lock pins them.
+# run_deno ARGUMENTS… — Deno of the linters, with a cache under target/.
+run_deno() { DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1 target/lint/bin/deno "$@"; }
+
+# need_script FILE OUT — what a script of tests/ takes from npm, as deno.lock pins it.
+need_script() {
+    need_linters
+    run_deno run --quiet --frozen "tests/$1" >"$2"
+}
+
+# Foxglove's own JSON Schemas.
 need_foxglove() {
-    need_linters
     export KEHAI_FOXGLOVE_SCHEMAS=$PWD/target/foxglove.json
-    DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1 "$PWD/target/lint/bin/deno" run --quiet --frozen tests/foxglove.ts \
-        >"$KEHAI_FOXGLOVE_SCHEMAS"
+    need_script foxglove.ts "$KEHAI_FOXGLOVE_SCHEMAS"
 }
 
-# The script by which pages are judged, from npm.
+# The script by which pages are judged.
 need_axe() {
-    need_linters
     export KEHAI_AXE=$PWD/target/axe.js
-    DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1 "$PWD/target/lint/bin/deno" run --quiet --frozen tests/axe.ts >"$KEHAI_AXE"
+    need_script axe.ts "$KEHAI_AXE"
 }
 
 # Debian puts the broker where only root looks.
@@ -266,15 +267,13 @@ step_clippy() {
 
 step_lint() {
     need_linters
-    local bin=$PWD/target/lint/bin
-    "$bin/ruff" format --check
-    "$bin/ruff" check
-    export DENO_DIR=$PWD/target/lint/cache DENO_NO_UPDATE_CHECK=1
-    "$bin/deno" fmt --check
-    "$bin/deno" lint
-    "$bin/deno" check clients/typescript/*.ts tests/*.ts
-    "$bin/deno" run --allow-read tests/asyncapi.ts
-    "$bin/deno" test --quiet --allow-read=host-tracker,docs host-tracker/
+    target/lint/bin/ruff format --check
+    target/lint/bin/ruff check
+    run_deno fmt --check
+    run_deno lint
+    run_deno check clients/typescript/*.ts tests/*.ts
+    run_deno run --allow-read tests/asyncapi.ts
+    run_deno test --quiet --allow-read=host-tracker,docs host-tracker/
 }
 
 step_structure() {
