@@ -202,6 +202,10 @@ need_qemu() {
     export KEHAI_QEMU_IMAGE KEHAI_QEMU_FLOOR_IMAGE KEHAI_QEMU_BOOT KEHAI_QEMU_SLOT_IMAGE
 }
 
+# qemu_test ARGUMENTS… — the tests of the image. Of the workspace, as step `test` builds them: its packages together ask for other
+# features of their dependencies than the core alone, which would be compiled once more.
+qemu_test() { CI=true cargo test --locked --workspace --test qemu "$@"; }
+
 # The live map is clicked through in a real browser.
 need_chromium() { need_command chromium chromium; }
 
@@ -438,7 +442,7 @@ budget_instructions() {
 budget_stack() {
     local said
     need_qemu
-    said=$(CI=true cargo test --locked -p kehai --test qemu -- --nocapture the_stack_stays_within_its_budget 2>&1) \
+    said=$(qemu_test -- --nocapture the_stack_stays_within_its_budget 2>&1) \
         || { printf '%s\n' "$said" >&2; fail "the stack is over its budget"; }
     [ "$(grep -c '^stack of ' <<<"$said")" = 2 ] || fail "the stack of an image was not measured"
     printf '\n%s\n' "$(grep '^stack of ' <<<"$said")"
@@ -447,7 +451,7 @@ budget_stack() {
 step_qemu() {
     [ -z "$QEMU_TESTED" ] || { say "ran with the tests above"; return; }
     need_qemu
-    CI=true cargo test --locked -p kehai --test qemu
+    qemu_test
 }
 
 # The simulator as the benchmarks have built it: what follows needs no second build, which would differ in nothing but the features
@@ -574,8 +578,7 @@ step_release() {
         || fail "the files of a release are of a commit: this folder has changes that are not committed"
     need_command qemu-system-arm qemu-system-arm
     make_firmware "${LOADERS[@]}"
-    KEHAI_QEMU_IMAGE=$PWD/target/firmware/mps2-an386.elf CI=true \
-        cargo test --locked -p kehai --test qemu the_image_boots_names_itself
+    KEHAI_QEMU_IMAGE=$PWD/target/firmware/mps2-an386.elf qemu_test the_image_boots_names_itself
     make_package
     packaging/release.sh
 }
