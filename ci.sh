@@ -38,8 +38,7 @@ cd "$(dirname "$0")"
 # their line without it), and both take gigabytes of its disk.
 [ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=0 CARGO_PROFILE_BENCH_DEBUG=0
 
-CORTEX_M4=thumbv7em-none-eabihf
-CORTEX_M33=thumbv8m.main-none-eabihf
+. packaging/boards.sh
 # The images; `mps2-an386-floor` is that board beside a SensFloor.
 BOARDS=(mps2-an386 mps2-an386-floor nucleo-h563zi w5500-evb-pico2)
 # Those with a boot loader of their own.
@@ -141,64 +140,53 @@ need_target() {
     fi
 }
 
-# embedded_cargo COMMAND ARGUMENTS… — cargo for EMBEDDED_TARGET, whichever Rust there is.
-EMBEDDED_TARGET=$CORTEX_M4
+# embedded_cargo TARGET COMMAND ARGUMENTS… — cargo for a microcontroller, whichever Rust there is.
 embedded_cargo() {
     need_target
     if [ "$EMBEDDED_RUST" = rustup ]; then
-        cargo "$1" --target "$EMBEDDED_TARGET" "${@:2}"
+        firmware_cargo "$2" --target "$1" "${@:3}"
     else
         RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=target/distribution \
-            /usr/bin/cargo "$1" --target "$EMBEDDED_TARGET" \
+            /usr/bin/cargo "$2" --target "$1" \
             -Z build-std=core -Z build-std-features=compiler-builtins-mem \
-            --config "target.$EMBEDDED_TARGET.linker='ld.lld'" "${@:2}"
+            --config "target.$1.linker='ld.lld'" "${@:3}"
     fi
 }
 
-# board_cargo COMMAND BOARD ARGUMENTS… — the same for a board's image.
-board_cargo() {
-    local EMBEDDED_TARGET=$CORTEX_M33
-    [[ $2 = mps2-an386* ]] && EMBEDDED_TARGET=$CORTEX_M4
-    embedded_cargo "$1" --locked --release -p kehai --bin "$2" --features "board-${2%-floor}" "${@:3}"
+# image_cargo COMMAND IMAGE FEATURES ARGUMENTS… — the same for a program of a board.
+image_cargo() {
+    embedded_cargo "$(board_target "$2")" "$1" --locked --release -p kehai --bin "$2" --features "$3" "${@:4}"
 }
 
-# loader_cargo COMMAND BOARD ARGUMENTS… — the same for a board's boot loader.
-loader_cargo() {
-    local EMBEDDED_TARGET=$CORTEX_M33
-    [[ $2 = mps2-an386* ]] && EMBEDDED_TARGET=$CORTEX_M4
-    embedded_cargo "$1" --locked --release -p kehai --bin "$2-boot" --features "board-$2,boot" "${@:3}"
-}
+# board_cargo COMMAND BOARD ARGUMENTS… — for a board's image.
+board_cargo() { image_cargo "$1" "$2" "board-${2%-floor}" "${@:3}"; }
 
-# slot_cargo COMMAND ARGUMENTS… — the same for the QEMU board's image in the active slot, in a folder of its own.
-slot_cargo() {
-    embedded_cargo "$1" --locked --release -p kehai --bin mps2-an386 --features board-mps2-an386,in-slot \
-        --target-dir target/slot "${@:2}"
-}
-slot_image() { echo "$PWD/target/slot/$CORTEX_M4/release/mps2-an386"; }
+# loader_cargo COMMAND BOARD ARGUMENTS… — for a board's boot loader.
+loader_cargo() { image_cargo "$1" "$2-boot" "board-$2,boot" "${@:3}"; }
 
-# image BOARD — where its image is once it is built.
+# bench_cargo COMMAND ARGUMENTS… — for the program that counts a scan's instructions in QEMU.
+bench_cargo() { image_cargo "$1" mps2-an386-bench board-mps2-an386 "${@:2}"; }
+
+# image IMAGE — where it is once it is built.
 image() {
-    local root=${CARGO_TARGET_DIR:-target} target=$CORTEX_M33
-    [ "$EMBEDDED_RUST" = rustup ] || root=target/distribution
-    [[ $1 = mps2-an386* ]] && target=$CORTEX_M4
-    echo "$(realpath -m "$root")/$target/release/$1"
-}
-
-# bench_cargo COMMAND ARGUMENTS… — the same for the program that counts a scan's instructions in QEMU.
-bench_cargo() {
-    embedded_cargo "$1" --locked --release -p kehai --bin mps2-an386-bench --features board-mps2-an386 "${@:2}"
+    local folder=${CARGO_TARGET_DIR:-target}
+    [ "$EMBEDDED_RUST" = rustup ] || folder=target/distribution
+    realpath -m "$(built "$1" "$folder")"
 }
 
 need_qemu() {
     need_command qemu-system-arm qemu-system-arm
+    # The image in the active slot has the name of the one that QEMU loads at 0: it is built first, and copied.
+    KEHAI_QEMU_SLOT_IMAGE=$PWD/target/mps2-an386-in-slot
+    image_cargo build mps2-an386 board-mps2-an386,in-slot
+    mkdir -p target
+    cp "$(image mps2-an386)" "$KEHAI_QEMU_SLOT_IMAGE"
     board_cargo build mps2-an386
     board_cargo build mps2-an386-floor
     loader_cargo build mps2-an386
-    slot_cargo build
     KEHAI_QEMU_IMAGE=$(image mps2-an386)
     KEHAI_QEMU_FLOOR_IMAGE=$(image mps2-an386-floor)
     KEHAI_QEMU_BOOT=$(image mps2-an386-boot)
-    KEHAI_QEMU_SLOT_IMAGE=$(slot_image)
     export KEHAI_QEMU_IMAGE KEHAI_QEMU_FLOOR_IMAGE KEHAI_QEMU_BOOT KEHAI_QEMU_SLOT_IMAGE
 }
 
@@ -325,17 +313,17 @@ step_targets() {
 step_doc() { RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps; }
 
 step_embedded() {
-    embedded_cargo build --locked -p kehai --lib
-    embedded_cargo build --locked -p kehai --lib --features defmt
+    embedded_cargo "$CORTEX_M4" build --locked -p kehai --lib
+    embedded_cargo "$CORTEX_M4" build --locked -p kehai --lib --features defmt
     if [ "$EMBEDDED_RUST" = rustup ]; then
-        cargo clippy --locked -p kehai --lib --features defmt --target "$CORTEX_M4" -- -D warnings
+        embedded_cargo "$CORTEX_M4" clippy --locked -p kehai --lib --features defmt -- -D warnings
     elif [ "${KEHAI_EMBEDDED_RUST:-}" != distribution ]; then
         not_judged "lints for $CORTEX_M4: no rustup target"
     fi
 }
 
 step_no_panic() {
-    embedded_cargo build --locked --release -p kehai --bin no-panic --features proof
+    embedded_cargo "$CORTEX_M4" build --locked --release -p kehai --bin no-panic --features proof
     say "no panic is reachable in the release build for $CORTEX_M4"
 }
 
@@ -518,13 +506,14 @@ make_package() {
         not_judged "the firmware in the package: no rustup target"
         KEHAI_WITHOUT_FIRMWARE=1 packaging/package.sh
     fi
-    packaging/sbom.sh Cargo.toml "$CORTEX_M33" "board-${BOARDS[-1]}" target/package/firmware.cdx.json
+    packaging/sbom.sh Cargo.toml "$(board_target "${BOARDS[-1]}")" "board-${BOARDS[-1]}" target/package/firmware.cdx.json
 }
 step_package() {
     need_command debootstrap debootstrap
     make_package
     python3 tests/sbom.py target/package/kehai-tracker.cdx.json host-tracker normal,build
-    python3 tests/sbom.py target/package/firmware.cdx.json kehai normal --target "$CORTEX_M33" --features "board-${BOARDS[-1]}"
+    python3 tests/sbom.py target/package/firmware.cdx.json kehai normal \
+        --target "$(board_target "${BOARDS[-1]}")" --features "board-${BOARDS[-1]}"
     if [ "$(id -u)" -ne 0 ]; then
         not_judged "the package in a bare Debian: it needs root"
         return
@@ -564,7 +553,7 @@ step_reproducible() {
     here=$(cat target/firmware/SHA256SUMS)
     elsewhere=$(mktemp -d)
     git clone --quiet . "$elsewhere/another/place"
-    "$elsewhere/another/place/packaging/firmware.sh" "$board"
+    env -u CARGO_TARGET_DIR "$elsewhere/another/place/packaging/firmware.sh" "$board"
     cmp target/firmware/SHA256SUMS "$elsewhere/another/place/target/firmware/SHA256SUMS" \
         || fail "the same commit gives other bytes at another path"
     rm -rf "$elsewhere"

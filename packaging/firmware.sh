@@ -11,9 +11,8 @@
 #   packaging/firmware.sh                      all boards
 #   packaging/firmware.sh w5500-evb-pico2      only those named; mps2-an386, QEMU's board, has an image alone
 #
-# What would differ from one machine to the next are the paths of the sources, which panics name: they are replaced.
-# The compiler's version is that of rust-toolchain.toml; with another one the bytes differ. KEHAI_UPDATE_KEYS names whose
-# updates the boot loaders take (docs/security.md).
+# They are compiled as packaging/boards.sh says. The compiler's version is that of rust-toolchain.toml; with another one the
+# bytes differ. KEHAI_UPDATE_KEYS names whose updates the boot loaders take (docs/security.md).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -21,18 +20,12 @@ out=target/firmware
 boards=("$@")
 [ "${#boards[@]}" -gt 0 ] || boards=(nucleo-h563zi w5500-evb-pico2)
 rm -rf "$out" && mkdir -p "$out"
-export CARGO_TARGET_DIR=target/firmware-build
-registry=${CARGO_HOME:-$HOME/.cargo}/registry/src
-RUSTFLAGS="--remap-path-prefix=$PWD=/kehai"
-for folder in "$registry"/*; do RUSTFLAGS+=" --remap-path-prefix=$folder=/crates"; done
-export RUSTFLAGS
+. packaging/boards.sh
 
 build() { # build IMAGE FEATURES
-    local target=thumbv8m.main-none-eabihf
-    [[ $1 != mps2-an386* ]] || target=thumbv7em-none-eabihf
-    cargo build --locked --release --target "$target" -p kehai --bin "$1" --features "$2"
+    firmware_cargo build --locked --release --target "$(board_target "$1")" -p kehai --bin "$1" --features "$2"
     # Debug information names the path it was built at.
-    arm-none-eabi-objcopy --strip-debug "$CARGO_TARGET_DIR/$target/release/$1" "$out/$1.elf"
+    arm-none-eabi-objcopy --strip-debug "$(built "$1")" "$out/$1.elf"
     arm-none-eabi-objcopy -O ihex "$out/$1.elf" "$out/$1.hex"
     # As kehai-tracker firmware sign flattens an ELF file.
     arm-none-eabi-objcopy -O binary --gap-fill 0xff "$out/$1.elf" "$out/$1.bin"
