@@ -5,7 +5,7 @@ mod http_client;
 
 use std::path::{Path, PathBuf};
 
-use host_tracker::schema::Document;
+use host_tracker::web::schema::Document;
 use jsonschema::Validator;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::inbox::{Inbox, Input};

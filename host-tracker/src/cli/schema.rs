@@ -1,7 +1,7 @@
 //! `kehai-tracker schema`: the documents for programs.
 
 use clap::Args;
-use host_tracker::schema::Document;
+use host_tracker::web::schema::Document;
 
 use super::failure::Failure;
 use super::output::print;

@@ -13,7 +13,7 @@ use super::payloads::{
     Tracker, Zone,
 };
 use super::presses::{Button, Pressed};
-use crate::schema::collect::{Make, of};
+use crate::type_schema::{Make, of};
 
 /// What a payload is.
 #[derive(Clone, Copy)]

@@ -81,6 +81,7 @@ mod places;
 pub mod recent;
 pub(crate) mod rights;
 mod router;
+pub mod schema;
 mod session;
 mod shared;
 mod sign;

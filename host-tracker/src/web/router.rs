@@ -20,11 +20,11 @@ use super::answers::{BODY_MAX, refuse, text};
 use super::documents::Documents;
 use super::listener::{Ends, Line};
 use super::operations::{self, Route};
+use super::schema;
 use super::shared::Shared;
 use super::{guard, page, session};
 use crate::access::Who;
 use crate::connections::Cause;
-use crate::schema;
 
 /// What the page may load and which server it may ask: this one alone.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \

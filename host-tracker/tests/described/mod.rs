@@ -14,7 +14,7 @@ mod home_assistant;
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex};
 
-use host_tracker::schema::{Document, asyncapi, openapi};
+use host_tracker::web::schema::{Document, asyncapi, openapi};
 use jsonschema::{Draft, Validator};
 use serde_json::{Value, json};
 

@@ -7,7 +7,7 @@ use kehai_tracking::door::inbox::Input;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 
 use super::route::Route;
-use crate::schema::collect::{Make, of};
+use crate::type_schema::{Make, of};
 
 /// What a body is.
 #[derive(Clone, Copy)]

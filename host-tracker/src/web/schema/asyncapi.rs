@@ -12,8 +12,9 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use super::VERSION;
-use super::collect::{Collected, of};
+use super::collect::Collected;
 use crate::mqtt::channels::{Channel, Payload, channels};
+use crate::type_schema::of;
 use crate::web::bodies::{ToClient, Wish};
 
 /// The document.

@@ -11,8 +11,9 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use super::VERSION;
-use super::collect::{Collected, of};
+use super::collect::Collected;
 use crate::access::roles::{Role, may};
+use crate::type_schema::of;
 use crate::web::bodies::{AlarmTold, Refusal, ToClient, Wish};
 use crate::web::operations::{Body, Operation, Query, operations};
 

@@ -10,18 +10,12 @@
 
 use std::collections::BTreeSet;
 
+use schemars::Schema;
 use schemars::generate::{SchemaGenerator, SchemaSettings};
 use schemars::transform::RecursiveTransform;
-use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value};
 
-/// Makes the schema of a type.
-pub type Make = fn(&mut SchemaGenerator) -> Schema;
-
-/// That of `T`, by reference if it has a name.
-pub fn of<T: JsonSchema>(generator: &mut SchemaGenerator) -> Schema {
-    generator.subschema_for::<T>()
-}
+use crate::type_schema::Make;
 
 const SENT: &str = "/components/schemas";
 const TAKEN: &str = "/components/read";
@@ -141,6 +135,8 @@ pub(super) fn plain(schema: &mut Schema) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::type_schema::of;
+    use schemars::JsonSchema;
     use serde::{Deserialize, Serialize};
     use serde_json::json;
 
