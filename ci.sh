@@ -4,7 +4,7 @@
 #   fmt       formatting
 #   clippy    lints on the PC, warnings denied
 #   lint      formatting and lints of the web page's JavaScript, CSS and HTML, of TypeScript and of Python
-#   structure no circle of imports between the files of a crate, no crate that depends upward; patches of
+#   structure no circle of imports between the files or the folders of a crate, no crate that depends upward; patches of
 #             tests/mutations and tests/planted apply
 #   test      all tests on the PC, overflow checks on
 #   doc       documentation, warnings denied

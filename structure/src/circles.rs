@@ -1,8 +1,11 @@
-//! Circles of imports between the files of a crate.
+//! Circles of imports between the files of a crate, and between its subjects: what lies beside its root, a file or a folder.
 //!
 //! ```text
 //!   scene.rs:12 uses variation.rs          each file of a circle needs all others to be understood,
 //!   variation.rs:7 uses scene.rs           so the circle is one file cut in pieces
+//!
+//!   door/doors.rs uses tracker.rs          each file is above or below the other two, and yet
+//!   tracker.rs uses door/terms.rs          neither the door nor the tracker is understood first
 //! ```
 //!
 //! File A uses file B when A's code names an item that B defines, through whatever path: re-exports are
@@ -18,10 +21,10 @@ use pathfinding::directed::strongly_connected_components::strongly_connected_com
 
 use crate::modules::Modules;
 
-/// Files that use each other, by whatever way round.
+/// Files or subjects that use each other, by whatever way round.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Circle {
-    /// Its uses, sorted; each of its files is the user of one and the used of another.
+    /// Its uses, sorted; each of its files or subjects is the user of one and the used of another.
     pub uses: Vec<Use>,
 }
 
@@ -38,22 +41,46 @@ pub struct Use {
     pub used: PathBuf,
 }
 
-/// The circles of a crate.
+/// The circles between the files of a crate.
 #[must_use]
-pub fn find(modules: &Modules) -> Vec<Circle> {
-    let uses = uses(modules);
-    let files: Vec<&Path> = uses.keys().map(|(user, _)| *user).collect();
-    let used_by = |file: &&Path| {
-        uses.keys().filter(|(user, _)| user == file).map(|(_, used)| *used).collect::<Vec<_>>()
+pub fn between_files(modules: &Modules) -> Vec<Circle> {
+    between(modules, |file| Some(file.to_owned()))
+}
+
+/// The circles between the subjects of a crate: the files and the folders beside its root. The root itself puts all together.
+#[must_use]
+pub fn between_subjects(modules: &Modules) -> Vec<Circle> {
+    let root = modules.0.first().map(|root| root.file.as_path());
+    let folder = root.and_then(Path::parent);
+    between(modules, |file| {
+        let inside = file.strip_prefix(folder?).ok().filter(|_| Some(file) != root)?;
+        Some(Path::new(inside.components().next()?.as_os_str()).with_extension(""))
+    })
+}
+
+/// The circles between places, each of which holds some files.
+fn between(modules: &Modules, place_of: impl Fn(&Path) -> Option<PathBuf>) -> Vec<Circle> {
+    let mut uses: BTreeMap<(PathBuf, PathBuf), Use> = BTreeMap::new();
+    for ((user, used), first) in self::uses(modules) {
+        if let (Some(user), Some(used)) = (place_of(user), place_of(used))
+            && user != used
+        {
+            uses.entry((user, used)).or_insert(first);
+        }
+    }
+    let places: Vec<&Path> = uses.keys().map(|(user, _)| user.as_path()).collect();
+    let used_by = |place: &&Path| {
+        uses.keys().filter(|(user, _)| user == place).map(|(_, used)| used.as_path()).collect::<Vec<_>>()
     };
-    let mut circles: Vec<Circle> = strongly_connected_components(&files, used_by)
+    let mut circles: Vec<Circle> = strongly_connected_components(&places, used_by)
         .into_iter()
-        .filter(|files| files.len() > 1)
-        .map(|files| {
-            let inside = |ends: &(&Path, &Path)| files.contains(&ends.0) && files.contains(&ends.1);
-            Circle {
-                uses: uses.iter().filter(|(ends, _)| inside(ends)).map(|(_, first)| first.clone()).collect(),
-            }
+        .filter(|places| places.len() > 1)
+        .map(|places| {
+            let is_inside = |(user, used): &(PathBuf, PathBuf)| {
+                places.contains(&user.as_path()) && places.contains(&used.as_path())
+            };
+            let uses = uses.iter().filter(|(ends, _)| is_inside(ends));
+            Circle { uses: uses.map(|(_, first)| first.clone()).collect() }
         })
         .collect();
     circles.sort_by(|a, b| a.uses.cmp(&b.uses));

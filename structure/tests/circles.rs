@@ -7,6 +7,14 @@ use structure::{Error, circles, modules};
 
 /// The files of each circle in the crate that these files make.
 fn circles(files: &[(&str, &str)]) -> Vec<BTreeSet<String>> {
+    users(files, circles::between_files)
+}
+
+/// The files that use another one in each circle of the crate that these files make.
+fn users(
+    files: &[(&str, &str)],
+    find: fn(&modules::Modules) -> Vec<circles::Circle>,
+) -> Vec<BTreeSet<String>> {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
         let path = folder.path().join(name);
@@ -17,7 +25,7 @@ fn circles(files: &[(&str, &str)]) -> Vec<BTreeSet<String>> {
     let short = |path: &Path| path.strip_prefix(&base).unwrap().display().to_string();
     let modules = modules::read(&folder.path().join("lib.rs")).unwrap();
     let files = |circle: &circles::Circle| circle.uses.iter().map(|each| short(&each.user)).collect();
-    circles::find(&modules).iter().map(files).collect()
+    find(&modules).iter().map(files).collect()
 }
 
 fn circle(files: &[&str]) -> Vec<BTreeSet<String>> {
@@ -48,6 +56,22 @@ fn a_circle_over_three_files_is_named_once() {
         ("c.rs", "pub struct C; impl C { fn f() -> Option<crate::a::A> { None } }"),
     ];
     assert_eq!(circles(&files), circle(&["a.rs", "b.rs", "c.rs"]));
+}
+
+#[test]
+fn folders_that_need_each_other_are_a_circle_though_no_files_are() {
+    let files = [
+        ("lib.rs", "mod door; mod tracker; use door::doors::Doors; use tracker::Estimate;"),
+        ("door/mod.rs", "pub mod doors; pub mod terms;"),
+        ("door/doors.rs", "pub struct Doors(crate::tracker::Estimate);"),
+        ("door/terms.rs", "pub struct Alarm;"),
+        ("tracker.rs", "pub struct Estimate(crate::door::terms::Alarm);"),
+    ];
+    assert_eq!(circles(&files), []);
+    assert_eq!(users(&files, circles::between_subjects), circle(&["door/doors.rs", "tracker.rs"]));
+    let one_way =
+        files.map(|(name, text)| (name, if name == "door/doors.rs" { "pub struct Doors;" } else { text }));
+    assert_eq!(users(&one_way, circles::between_subjects), []);
 }
 
 #[test]
