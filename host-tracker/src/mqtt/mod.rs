@@ -3,7 +3,7 @@
 //! ```text
 //!   frames ─▶ messages     frame → topics and payloads, pure; which topics: `topics`
 //!             └▶ outbox    what has changed, what is new to this broker, what is stale, pure
-//!                └▶ publisher ─▶ broker        a thread; a new connection begins with everything
+//!                └▶ publisher ─▶ session, link ─▶ broker      threads; a new connection begins with everything
 //!
 //!   kehai/SITE/status                      online │ offline (also the last will)
 //!   kehai/SITE/tracker                     {"alarm":null,"alarms":[],"version":"…"}
@@ -41,12 +41,14 @@ pub(crate) mod channels;
 mod entities;
 mod holds;
 mod home_assistant;
+mod link;
 mod messages;
 mod outage;
 mod outbox;
 pub(crate) mod payloads;
 pub mod presses;
 mod publisher;
+mod session;
 mod topics;
 pub mod trust;
 
