@@ -8,7 +8,7 @@
 //! ```
 //!
 //! How a place weighs a track, when two may have been swapped, and what is worth telling is decided in `crate::names` alone. Of its
-//! own a door has the reading ([`ARM_M`]), the time ([`HALF_LIFE_S`]), and that a card that is shown again begins anew, as it may
+//! own a door has the reading ([`ARM_M`], [`SHOWS_M`]), the time ([`HALF_LIFE_S`]), and that a card that is shown again begins anew, as it may
 //! have been handed on.
 //!
 //! A card is no sign of the site's table ([`crate::names::Names`]): signs are asked for by their IDs, published and kept in the
@@ -24,6 +24,10 @@ use crate::tracker::{TrackId, TrackState};
 
 /// Spread of the distance to the reader at which a person shows the card, m: an arm's length.
 const ARM_M: f64 = 0.6;
+
+/// A track farther from the reader than this has not shown a card, m: three spreads away that is as rare as a reading that is wrong,
+/// of which the model gives every track an equal share. Shares of all who are far away would take that of the one at the reader.
+const SHOWS_M: f64 = 3.0 * ARM_M;
 
 /// In so long a likelihood falls by half, s: a card is read once a passage, which is over in about a minute, and no second reading
 /// finds out that the track is another's by then. Signs come again and again, and fade ten times as slowly.
@@ -58,7 +62,8 @@ impl Names {
     /// Notes that a card was shown at the reader by one of these tracks or by none of them. It replaces what was known of the card
     /// before.
     pub fn show<'a>(&mut self, card: Card, tracks: impl IntoIterator<Item = &'a TrackState>, reader: Point) {
-        self.cards.read_at(card, tracks, reader, ARM_M);
+        let near = tracks.into_iter().filter(|track| (track.at - reader).length() < SHOWS_M);
+        self.cards.read_at(card, near, reader, ARM_M);
     }
 
     /// Notes where all tracks are at `now_s`; a time before the last one counts as that.
@@ -120,8 +125,18 @@ mod tests {
         assert_eq!(known(&names, "a11c", 2), 0.0);
         names.show(ALICE, &[track(1, 0.3), track(2, -0.3)], READER);
         assert!((known(&names, "a11c", 1) - known(&names, "a11c", 2)).abs() < 1e-9, "{:?}", names.told());
-        names.show(ALICE, &[track(1, 1.8)], READER);
-        assert!(known(&names, "a11c", 1) < 0.5, "{:?}", names.told());
+        names.show(ALICE, &[track(1, 1.7)], READER);
+        assert!((0.0..0.5).contains(&known(&names, "a11c", 1)), "{:?}", names.told());
+    }
+
+    #[test]
+    fn tracks_far_from_the_reader_take_nothing_from_the_one_at_it() {
+        let mut names = Names::default();
+        let far = |id: TrackId| track(id, 3.0 + id as f64);
+        names.show(ALICE, &(2..60).map(far).collect::<Vec<_>>(), READER);
+        assert_eq!(names.told(), []);
+        names.show(ALICE, &(2..60).map(far).chain([track(1, 0.3)]).collect::<Vec<_>>(), READER);
+        assert!(known(&names, "a11c", 1) > 0.9, "{:?}", names.told());
     }
 
     #[test]
