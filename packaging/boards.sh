@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # How the firmware is compiled. ./ci.sh and packaging/firmware.sh read this file in the folder of the repository: what is checked is
-# compiled once, with the flags of what is handed out.
+# compiled once, with the flags of what is handed out (by rustup's Rust).
 
 CORTEX_M4=thumbv7em-none-eabihf
 CORTEX_M33=thumbv8m.main-none-eabihf
@@ -17,10 +17,12 @@ board_target() {
 # paths of the sources, which panics name: they are replaced. With a target named, the flags do not reach build scripts.
 firmware_cargo() {
     local registry=${CARGO_HOME:-$HOME/.cargo}/registry/src flags="--remap-path-prefix=$PWD=/kehai" folder
+    # Between flags stands what stands in no path.
+    local between=$'\x1f'
     # Which folders there are is known when the sources are there.
     [ -d "$registry" ] || cargo fetch --locked --quiet
-    for folder in "$registry"/*; do flags+=" --remap-path-prefix=$folder=/crates"; done
-    RUSTFLAGS=$flags cargo "$@"
+    for folder in "$registry"/*; do flags+="$between--remap-path-prefix=$folder=/crates"; done
+    CARGO_ENCODED_RUSTFLAGS=$flags cargo "$@"
 }
 
 # built IMAGE [FOLDER] — where cargo has put an image, in this target folder.
