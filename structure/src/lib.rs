@@ -3,6 +3,7 @@
 //! ```text
 //!   crates   kehai  <  kehai-emulator, kehai-tracking  <  host-tracker  <  host-sim      never upward
 //!   files    a.rs -> b.rs -> c.rs                                                         never back to a.rs
+//!   folders  door/ -> tracker/                                                            never back to door/
 //! ```
 //!
 //! `./ci.sh structure` runs it; it ends with a failure and one line for each fault.

@@ -26,13 +26,8 @@ fn faults(folder: &std::path::Path) -> Result<Vec<String>, structure::Error> {
     faults.extend(structure::layers::heavy_core(folder)?);
     for root in structure::layers::roots(&workspace) {
         let modules = structure::modules::read(&root)?;
-        let between_files = structure::circles::between_files(&modules);
-        // A circle of files lies in the circle of their subjects.
-        let circles = if between_files.is_empty() {
-            structure::circles::between_subjects(&modules)
-        } else {
-            between_files
-        };
+        let mut circles = structure::circles::between_files(&modules);
+        circles.extend(structure::circles::between_subjects(&modules));
         faults.extend(circles.iter().map(|circle| circle.text(folder)));
     }
     Ok(faults)
