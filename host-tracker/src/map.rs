@@ -21,18 +21,18 @@ pub struct Map {
     pub doors: Option<Bind>,
     /// Names under which browsers may open it, beside this machine's addresses and own name.
     pub names: Vec<String>,
-    /// Who may do what there.
+    /// What clients may do there.
     pub access: Access,
     /// Where firmware for new boards lies.
     pub firmware: FirmwareFolder,
-    /// Whether others than this machine are served though everybody may do everything.
+    /// Whether others than this machine are served though any client may do everything.
     pub insecure: bool,
 }
 
 /// Why the map is not served.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
-    /// Everybody on the network could do everything.
+    /// Any client on the network could do everything.
     #[error("{0} is for the whole network, and no user has been added who may log in")]
     Open(SocketAddr),
     /// Its address cannot be used.

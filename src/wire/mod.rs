@@ -34,6 +34,7 @@
 //! | `health`, `counters` | how the module is, and what it has dropped |
 //! | `info` | its identity, sensor and geometry |
 //! | `part` | background profiles and raw scans |
+//! | `role` | the right that a request needs, and a key gives |
 //! | `refusal` | why a request is refused |
 //! | `codec` | values to bytes and back, lists |
 //!

@@ -31,9 +31,8 @@ impl From<Role> for u8 {
 }
 
 impl Role {
-    /// By its code.
-    #[must_use]
-    pub const fn of(code: u8) -> Option<Self> {
+    /// By its code; the label's own is no key's.
+    pub(crate) const fn of(code: u8) -> Option<Self> {
         Some(match code {
             1 => Self::Read,
             2 => Self::Raw,

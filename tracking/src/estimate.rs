@@ -1,7 +1,7 @@
 //! What is known at one time.
 //!
 //! ```text
-//!   SiteTracker::estimate ─▶ Estimate ─┬▶ doors, signs, the database decide by it
+//!   SiteTracker::estimate ─▶ Estimate ─┬▶ doors and signs decide by it
 //!                                      ╰▶ TracksLine: what is written of it
 //! ```
 
@@ -13,7 +13,7 @@ use crate::lines::Crossing;
 use crate::stays::Change;
 use crate::tracker::TrackState;
 
-/// What is known at one time: what doors and the database decide by, and what lines are written from.
+/// What doors and signs decide by, and what lines are written from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// Time the tracks are predicted to, s on the host's clock.
@@ -24,9 +24,9 @@ pub struct Estimate {
     pub zones: BTreeMap<String, ZoneLine>,
     /// Hypotheses for the tracks that only floors see, the likeliest first; the tracks have its places. None without floors.
     pub explanations: Vec<Explanation>,
-    /// Who has crossed a counting line since the estimate before.
+    /// Crossings of counting lines since the estimate before.
     pub crossings: Vec<Crossing>,
-    /// Who has entered and left zones since then.
+    /// Entries into zones, and exits from them, since then.
     pub stays: Vec<Change>,
 }
 

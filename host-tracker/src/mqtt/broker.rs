@@ -34,7 +34,7 @@ pub struct Broker {
 pub struct BrokerLink {
     /// The broker.
     pub broker: Broker,
-    /// Whom an encrypted connection to it trusts, if it is one.
+    /// Which certificates an encrypted connection to it trusts, if it is one.
     pub trust: Option<Arc<ClientConfig>>,
     /// Where everything goes there.
     pub topics: Topics,

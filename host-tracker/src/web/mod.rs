@@ -29,7 +29,8 @@
 //! | `guard` | which clients may ask, and from which page |
 //! | `operations` | every request: its route, its right, its handler, what it is for programs |
 //! | `rights` | which right a route may need |
-//! | `session` | log-in, and who a request is from |
+//! | `schema`, `documents` | all of it described for programs; the same as answers |
+//! | `session` | log-in, and which client a request is from |
 //! | `router` | what all requests go through, on their way to where the table of operations sends them |
 //! | `listener` | connections, within their bounds |
 //! | `limits`, `places` | the bounds; how many connections, and of which address |

@@ -1,7 +1,7 @@
 //! Which right a request needs, as the table of operations says it of each route.
 //!
 //! ```text
-//!   Right::Free ─▶ none: everybody │ To(action) ─▶ that one │ ToTell ─▶ by the input that the path names
+//!   Right::Free ─▶ none: any client │ To(action) ─▶ that one │ ToTell ─▶ by the input that the path names
 //! ```
 
 use crate::access::roles::Action;

@@ -13,6 +13,7 @@
 //! | `bodies` | patches to bodies, followed in time |
 //! | `reading` | what a session makes of a datagram of a floor |
 //! | `floors` | all floors of a site, and their silence |
+//! | `line` | what is written of a floor |
 //!
 //! Source: the floor of Ota et al. 2006 (docs/bibliography.md, B).
 

@@ -78,7 +78,7 @@ impl<Name: Ord> Carried<Name> {
             touching.entry(other).or_default().push((one, mixed));
         }
         for known in self.names.values_mut() {
-            // Those who have a share, and whom they touch: a site has thousands, and a name a few.
+            // Tracks that have a share, and those that they touch: a site has thousands, and a name a few.
             let with: Vec<usize> =
                 known.shares.keys().filter_map(|track| numbers.get(track).copied()).collect();
             let of = |number: &usize| touching.get(number).into_iter().flatten();

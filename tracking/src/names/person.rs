@@ -70,7 +70,7 @@ pub(super) fn agreement(offset: Point, covariance: Matrix2<f64>, spread: Matrix2
     libm::exp(-0.5 * away) * (spread.determinant() / size_m4).sqrt().min(1.0)
 }
 
-/// Two who may have been swapped, by their places in the list, and how far they have become alike, 0 to 1.
+/// Two tracks that may have been swapped, by their places in the list, and how far they have become alike, 0 to 1.
 pub(super) type Swap = (usize, usize, f64);
 
 /// Pairs of people who may have been swapped within `passed_s`, but for pairs of the `first` ones. Whether two touch is not

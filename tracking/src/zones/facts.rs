@@ -32,7 +32,7 @@ pub struct ZoneFacts {
     pub seen_share: f64,
     /// Its area, m²; of a line its length, m.
     pub size: f64,
-    /// Who may be in it.
+    /// The tracks that may be in it.
     pub inside: Vec<Inside>,
     /// Cells that are not seen.
     pub unseen: Vec<UnseenCell>,

@@ -252,7 +252,7 @@ fn of_server() -> Vec<Operation> {
             .takes::<LogIn>()
             .refuses(&[400, 401, 409, 413, 429]),
         delete("/api/session", Free, session::end).answers::<Done>("logOut", "Log out."),
-        get("/metrics", To(Action::Look), newest::metrics).answers_text(
+        get("/metrics", LOOK, newest::metrics).answers_text(
             metrics::CONTENT_TYPE,
             "metrics",
             "The newest frame for Prometheus.",

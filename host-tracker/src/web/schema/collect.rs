@@ -140,7 +140,7 @@ mod tests {
     use serde::{Deserialize, Serialize};
     use serde_json::json;
 
-    /// As [`long`](crate::schema) as
+    /// As [`long`](crate::web::schema) as
     /// [this], see [`Outer`].
     #[derive(Serialize, Deserialize, JsonSchema)]
     struct Inner {

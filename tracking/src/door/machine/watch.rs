@@ -10,7 +10,7 @@ use crate::door::terms::{Alarm, Card};
 use crate::door::transition::{Cause, Phase};
 
 impl Machine {
-    /// Says who may have shown a card: the people before the line.
+    /// Says which tracks may have shown a card: the people before the line.
     pub(super) fn identify(&self, card: Card, actions: &mut Vec<Action>) {
         let Some((_, seen)) = &self.seen else { return };
         let reader = self.door.reader.map_or_else(|| self.doorway.middle(), Into::into);
