@@ -8,7 +8,7 @@
 //! ```
 //!
 //! How a place weighs a track, when two may have been swapped, and what is worth telling is decided in `crate::names` alone. Of its
-//! own a door has the reading ([`ARM_M`], [`SHOWS_M`]), the time ([`HALF_LIFE_S`]), and that a card that is shown again begins anew, as it may
+//! own a door has the reading (`ARM_M`, `SHOWS_M`), the time (`HALF_LIFE_S`), and that a card that is shown again begins anew, as it may
 //! have been handed on.
 //!
 //! A card is no sign of the site's table ([`crate::names::Names`]): signs are asked for by their IDs, published and kept in the
