@@ -41,6 +41,18 @@ pub struct Use {
     pub used: PathBuf,
 }
 
+/// All circles of a crate: one between files that are subjects of their own is both, and told once.
+#[must_use]
+pub fn find(modules: &Modules) -> Vec<Circle> {
+    let mut circles = between_files(modules);
+    for circle in between_subjects(modules) {
+        if !circles.contains(&circle) {
+            circles.push(circle);
+        }
+    }
+    circles
+}
+
 /// The circles between the files of a crate.
 #[must_use]
 pub fn between_files(modules: &Modules) -> Vec<Circle> {

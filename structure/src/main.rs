@@ -26,9 +26,7 @@ fn faults(folder: &std::path::Path) -> Result<Vec<String>, structure::Error> {
     faults.extend(structure::layers::heavy_core(folder)?);
     for root in structure::layers::roots(&workspace) {
         let modules = structure::modules::read(&root)?;
-        let mut circles = structure::circles::between_files(&modules);
-        circles.extend(structure::circles::between_subjects(&modules));
-        faults.extend(circles.iter().map(|circle| circle.text(folder)));
+        faults.extend(structure::circles::find(&modules).iter().map(|circle| circle.text(folder)));
     }
     Ok(faults)
 }

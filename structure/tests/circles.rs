@@ -39,6 +39,7 @@ fn two_files_that_import_each_other_are_a_circle() {
     let files =
         [("lib.rs", "mod a; mod b;"), A_USES_B, ("b.rs", "pub struct B; use super::a::A; fn f(_: A) {}")];
     assert_eq!(circles(&files), circle(&["a.rs", "b.rs"]));
+    assert_eq!(users(&files, circles::find), circle(&["a.rs", "b.rs"]), "told once");
 }
 
 #[test]
@@ -69,6 +70,7 @@ fn folders_that_need_each_other_are_a_circle_though_no_files_are() {
     ];
     assert_eq!(circles(&files), []);
     assert_eq!(users(&files, circles::between_subjects), circle(&["door/doors.rs", "tracker.rs"]));
+    assert_eq!(users(&files, circles::find), circle(&["door/doors.rs", "tracker.rs"]));
     let one_way =
         files.map(|(name, text)| (name, if name == "door/doors.rs" { "pub struct Doors;" } else { text }));
     assert_eq!(users(&one_way, circles::between_subjects), []);
