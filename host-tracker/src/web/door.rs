@@ -59,12 +59,12 @@ pub async fn tell(
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
     // The operator who looks after an alarm resets it on the map. No device at a door sends a reset.
-    let is_elsewhere = shared.doors_at.as_ref().filter(|_| Input::named(&input) != Some(Input::Reset));
-    if let Some(at) = is_elsewhere {
+    let known = Input::named(&input);
+    if let Some(at) = shared.doors_at.as_ref().filter(|_| known != Some(Input::Reset)) {
         return misdirected(at);
     }
     let Some(doors) = &shared.context.doors else { return refuse(StatusCode::NOT_FOUND, NO_DOORS) };
-    let Some(input) = Input::named(&input) else {
+    let Some(input) = known else {
         let names = Input::NAMED.map(|(_, name)| name).join(", ");
         return refuse(StatusCode::NOT_FOUND, &format!("a door takes {names}"));
     };
