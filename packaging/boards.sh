@@ -17,11 +17,11 @@ board_target() {
 # paths of the sources, which panics name: they are replaced. With a target named, the flags do not reach build scripts.
 firmware_cargo() {
     local registry=${CARGO_HOME:-$HOME/.cargo}/registry/src flags="--remap-path-prefix=$PWD=/kehai" folder
-    # Between flags stands what stands in no path.
-    local between=$'\x1f'
+    # Cargo splits RUSTFLAGS at blanks, which a path may have, and CARGO_ENCODED_RUSTFLAGS at this character.
+    local separator=$'\x1f'
     # Which folders there are is known when the sources are there.
     [ -d "$registry" ] || cargo fetch --locked --quiet
-    for folder in "$registry"/*; do flags+="$between--remap-path-prefix=$folder=/crates"; done
+    for folder in "$registry"/*; do flags+="$separator--remap-path-prefix=$folder=/crates"; done
     CARGO_ENCODED_RUSTFLAGS=$flags cargo "$@"
 }
 

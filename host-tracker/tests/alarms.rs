@@ -44,7 +44,8 @@ fn held_open(server: &DoorServer) -> Value {
     server.waits_until("held open", |door| door["alarm"] == "held-open")
 }
 
-/// A door that calls for help a second after its leaf should have shut, which it is: of a leaf of which nothing is known it would.
+/// A door that calls for help when its leaf is open for a second. Its contact says at once that the leaf is shut: one of which nothing
+/// is known counts as open.
 fn hurried() -> DoorServer {
     let hurried = door_fixture::SITE.replace("close_s = 120", "close_s = 1");
     assert_ne!(hurried, door_fixture::SITE);

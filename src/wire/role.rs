@@ -31,13 +31,12 @@ impl From<Role> for u8 {
 }
 
 impl Role {
-    /// By its code; the label's own is no key's.
+    /// The role of a key, by its code. None has that of the label.
     pub(crate) const fn of(code: u8) -> Option<Self> {
         Some(match code {
             1 => Self::Read,
             2 => Self::Raw,
             3 => Self::Control,
-            // No key but the label's own has its role.
             _ => return None,
         })
     }

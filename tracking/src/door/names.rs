@@ -25,8 +25,9 @@ use crate::tracker::{TrackId, TrackState};
 /// Spread of the distance to the reader at which a person shows the card, m: an arm's length.
 const ARM_M: f64 = 0.6;
 
-/// A track farther from the reader than this has not shown a card, m: three spreads away that is as rare as a reading that is wrong,
-/// of which the model gives every track an equal share. Shares of all who are far away would take that of the one at the reader.
+/// A track farther from the reader than this has not shown a card, m. Three spreads away a card is shown as rarely as a reading is
+/// wrong: 0.011 and 0.01. The model grants each track that it is given a wrong reading, so many far tracks together would lower the
+/// share of the one at the reader.
 const SHOWS_M: f64 = 3.0 * ARM_M;
 
 /// In so long a likelihood falls by half, s: a card is read once a passage, which is over in about a minute, and no second reading
