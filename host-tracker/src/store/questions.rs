@@ -16,7 +16,8 @@ pub const COUNTS: &str = "SELECT zone.name, count.at_ms, count.count, count.stat
 pub const COUNTS_BEFORE: &str = "SELECT zone.name, count.at_ms, count.count, count.state FROM zone
     CROSS JOIN count ON count.zone = zone.zone
         AND count.at_ms = (SELECT MAX(at_ms) FROM count WHERE zone = zone.zone AND at_ms < ?1)";
-pub const LIVES: &str = "SELECT begun_ms, ended_ms FROM run";
+// A run of before layout 2 has no end.
+pub const LIVES: &str = "SELECT begun_ms, COALESCE(ended_ms, begun_ms) FROM run";
 pub const CARDS: &str = "SELECT at_ms, place, hash FROM card WHERE at_ms BETWEEN ?1 AND ?2 ORDER BY at_ms";
 pub const TOTALS: &str = "SELECT at_ms, zones FROM total ORDER BY at_ms";
 pub const CROSSINGS: &str = "SELECT line.name, crossing.at_ms, crossing.direction FROM crossing

@@ -288,6 +288,9 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Unfit
 
 #[cfg(test)]
 mod tests {
+    use super::super::reader::Reader;
+    use super::super::retention::{DAY_MS, Keep};
+    use super::super::writer::Writer;
     use super::*;
 
     fn version(connection: &Connection) -> i64 {
@@ -309,6 +312,22 @@ mod tests {
         connection.execute("INSERT INTO card (at_ms, place, hash) VALUES (1, 'door', x'00')", []).unwrap();
         prepare(&mut connection).unwrap().unwrap();
         assert_eq!(connection.query_row("SELECT COUNT(*) FROM name", [], |row| row.get::<_, i64>(0)), Ok(0));
+    }
+
+    #[test]
+    fn a_run_of_the_first_version_is_read_though_it_has_no_end_and_expires() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let connection = Connection::open(&file).unwrap();
+        connection.execute_batch(TABLES).unwrap();
+        connection.pragma_update(None, "user_version", 1).unwrap();
+        connection.execute("INSERT INTO run (begun_ms) VALUES (7)", []).unwrap();
+        drop(connection);
+        let mut writer = Writer::open(&file, DAY_MS, None).unwrap();
+        let runs = || Reader::open(&file).unwrap().runs().unwrap();
+        assert_eq!(runs(), [(7, 7), (DAY_MS, DAY_MS)]);
+        writer.forget(DAY_MS + 8, Keep { days: 1, card_days: 1 }).unwrap();
+        assert_eq!(runs(), [(DAY_MS, DAY_MS)]);
     }
 
     #[test]

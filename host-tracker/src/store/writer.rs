@@ -135,7 +135,7 @@ impl Writer {
             ("passage", "begun_ms", "passage", keep.days),
             ("alarm", "until_ms", "alarm", keep.days),
             ("health", "at_ms", "module, at_ms", keep.days),
-            ("run", "ended_ms", "run", keep.days),
+            ("run", "COALESCE(ended_ms, begun_ms)", "run", keep.days),
             ("card", "at_ms", "card", keep.card_days),
             ("name", "at_ms", "name", keep.card_days),
         ] {
