@@ -9,6 +9,8 @@
 //!            └─▶ next()   ─▶ the program: the newest snapshot, and what came with it: outputs(), alarm_changes()
 //! ```
 
+mod store_feed;
+
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -16,7 +18,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use tokio::sync::watch;
+use store_feed::StoreFeed;
 
 use crate::alarm_handle::{AlarmChange, AlarmHandle};
 use crate::links::{LinkSettings, Links, LinksError};
@@ -30,7 +32,6 @@ use crate::store::{Keep, Store, StoreError, StoreState, alarms_before, counted_b
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Server, ServerContext};
 use crate::webhook::{Target, Webhook};
-use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::keys::Clear;
@@ -128,10 +129,9 @@ pub struct Daemon {
     changes: Receiver<AlarmChange>,
     /// What came up to the last [`next`](Self::next).
     news: News,
-    site: watch::Receiver<Arc<Site>>,
     file: SiteFile,
     service: Service,
-    store: Option<Store>,
+    feed: Option<StoreFeed>,
 }
 
 impl Daemon {
@@ -210,7 +210,7 @@ impl Daemon {
         let name = file.current().name.trim_end_matches(".toml").to_owned();
         let tell = |target| Webhook::start(target, name, service.listed(), service.alarms());
         let webhook = webhook.map(tell).transpose()?;
-        let site = service.site();
+        let feed = store.map(|store| StoreFeed::new(store, service.site(), service.alarms()));
         let links = Links::start(links, &service, say)?;
         let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
         Ok(Self {
@@ -222,10 +222,9 @@ impl Daemon {
             outputs,
             changes,
             news: News::default(),
-            site,
             file,
             service,
-            store,
+            feed,
         })
     }
 
@@ -250,35 +249,13 @@ impl Daemon {
         };
         self.news =
             News { outputs: self.outputs.try_iter().collect(), changes: self.changes.try_iter().collect() };
-        if let Next::Snapshot(snapshot) = &next {
-            self.record(snapshot);
-        }
-        self.record_news();
-        next
-    }
-
-    /// Hands a snapshot to the database, and raises what is wrong with that.
-    fn record(&mut self, snapshot: &Arc<Snapshot>) {
-        let Some(store) = &self.store else { return };
-        if self.site.has_changed().unwrap_or(false) {
-            store.set_site(&self.site.borrow_and_update(), Source::Map);
-        }
-        store.record(Arc::clone(snapshot));
-        let state = store.state();
-        let trouble = state.trouble.as_deref().or(state.doubt.as_deref());
-        self.service.alarms().set(AlarmKind::Database, trouble);
-        self.service.alarms().set(AlarmKind::RawScans, state.raw.as_deref());
-    }
-
-    /// Hands passages and alarms to the database.
-    fn record_news(&self) {
-        let Some(store) = &self.store else { return };
-        for output in &self.news.outputs {
-            if let Output::Passage(passed) = output {
-                store.passed(passed.clone());
+        if let Some(feed) = &mut self.feed {
+            if let Next::Snapshot(snapshot) = &next {
+                feed.snapshot(snapshot);
             }
+            feed.news(&self.news.outputs, &self.news.changes);
         }
-        self.news.changes.iter().for_each(|change| store.alarm(change.alarm.clone()));
+        next
     }
 
     /// The door outputs that the last [`next`](Self::next) has taken.
@@ -328,11 +305,11 @@ impl Daemon {
     /// # Errors
     /// The tracker's socket has failed.
     pub fn stop(self) -> io::Result<Option<StoreState>> {
-        let Self { map, publisher, links, webhook, service, store, .. } = self;
+        let Self { map, publisher, links, webhook, service, feed, .. } = self;
         drop(map);
         drop((publisher, webhook, links));
         service.stop()?;
-        Ok(store.map(|store| store.state()))
+        Ok(feed.map(StoreFeed::close))
     }
 }
 

@@ -44,7 +44,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 pub use error::StoreError;
@@ -179,9 +179,11 @@ impl Store {
         self.send(Message::Alarm(Box::new(alarm)));
     }
 
-    /// Notes that the site has changed, and the source of the change.
-    pub fn set_site(&self, site: &Arc<Site>, source: Source) {
-        self.send(Message::Site(Arc::clone(site), unix_ms(), source));
+    /// Notes that the site has changed, and the source of the change; false if there was no room, so that it must be
+    /// said again.
+    #[must_use]
+    pub fn set_site(&self, site: &Arc<Site>, source: Source) -> bool {
+        self.try_send(Message::Site(Arc::clone(site), unix_ms(), source))
     }
 
     /// How it is.
@@ -191,10 +193,13 @@ impl Store {
     }
 
     fn send(&self, message: Message) {
-        let Some(queue) = &self.queue else { return };
-        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = queue.try_send(message) {
+        if !self.try_send(message) {
             locked(&self.state, |state| state.dropped += 1);
         }
+    }
+
+    fn try_send(&self, message: Message) -> bool {
+        self.queue.as_ref().is_some_and(|queue| queue.try_send(message).is_ok())
     }
 }
 
@@ -270,4 +275,18 @@ fn set_aside(file: &Path, now_ms: u64, why: &str) -> Result<Event, StoreError> {
 
 fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) -> T {
     act(&mut state.lock())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_site_for_which_there_is_no_room_is_not_taken() {
+        let (queue, messages) = sync_channel(1);
+        let store = Store { queue: Some(queue), state: Arc::default(), thread: None };
+        assert!(store.set_site(&Arc::default(), Source::Map));
+        assert!(!store.set_site(&Arc::default(), Source::Map));
+        drop(messages);
+    }
 }

@@ -284,7 +284,9 @@ impl Run {
         let Some(Parts { map, store, recorder }) = &self.parts else { return };
         let site = Arc::new(map.save(site));
         recorder.told(self.world.now_us, &site);
-        store.set_site(&site, Source::Map);
+        while !store.set_site(&site, Source::Map) {
+            std::thread::yield_now();
+        }
         self.world.change_site(&site);
         self.broker.change_site(&site);
         self.site = site;
