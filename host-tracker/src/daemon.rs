@@ -28,7 +28,9 @@ use crate::service::{Options, Service};
 use crate::site_file::{SaveError, SiteFile};
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
-use crate::store::{Keep, Store, StoreError, StoreState, alarms_before, counted_before, known_before};
+use crate::store::{
+    Keep, Store, StoreError, StoreState, StoreWatch, alarms_before, counted_before, known_before,
+};
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Server, ServerContext};
 use crate::webhook::{Target, Webhook};
@@ -210,9 +212,10 @@ impl Daemon {
         let name = file.current().name.trim_end_matches(".toml").to_owned();
         let tell = |target| Webhook::start(target, name, service.listed(), service.alarms());
         let webhook = webhook.map(tell).transpose()?;
+        let kept = file_of_store.zip(store.as_ref().map(Store::watch));
         let feed = store.map(|store| StoreFeed::new(store, service.site(), service.alarms()));
         let links = Links::start(links, &service, say)?;
-        let map = map.map(|map| serve(map, file.clone(), file_of_store, keys_file, &service)).transpose()?;
+        let map = map.map(|map| serve(map, file.clone(), kept, keys_file, &service)).transpose()?;
         Ok(Self {
             map,
             publisher,
@@ -327,11 +330,12 @@ pub fn card_key(site_file: &Path, site: &Site) -> Result<Option<CardKey>, crate:
 fn serve(
     map: Map,
     site: SiteFile,
-    database: Option<PathBuf>,
+    database: Option<(PathBuf, StoreWatch)>,
     keys: Option<PathBuf>,
     service: &Service,
 ) -> Result<Server, MapError> {
     let sites = service.sites();
+    let (database, kept) = database.unzip();
     let noting = database.clone();
     let accepted = Box::new(move |poses: &[Mounting]| {
         let note = |database: &PathBuf| pose::note(database, poses, unix_ms(), Source::Calibration);
@@ -348,6 +352,7 @@ fn serve(
         calibration: service.calibration(),
         accepted,
         database,
+        kept,
         firmware: map.firmware.clone(),
         access: map.access.clone(),
         names: map.names.clone(),

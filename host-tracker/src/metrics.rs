@@ -9,7 +9,7 @@
 //!   kehai_datagrams_dropped_total{cause="late"} 17
 //! ```
 //!
-//! Each scrape writes the newest frame; nothing is counted here. Source: *OpenMetrics* 1.0, text format.
+//! Each scrape writes the newest frame, and what the database has dropped; nothing is counted here. Source: *OpenMetrics* 1.0, text format.
 
 use std::fmt;
 use std::sync::Arc;
@@ -21,6 +21,7 @@ use prometheus_client::metrics::counter::ConstCounter;
 use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::registry::Registry;
 
+use crate::store::Dropped;
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::Direction;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
@@ -30,11 +31,11 @@ use kehai_tracking::tracker::LifeCycle;
 /// The `Content-Type` of the text.
 pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// The metrics of a frame, as text.
+/// The metrics of a frame, as text; with what its database has dropped, if there is one.
 #[must_use]
-pub fn text(frame: &Arc<Snapshot>) -> String {
+pub fn text(frame: &Arc<Snapshot>, database: Option<Dropped>) -> String {
     let mut registry = Registry::default();
-    registry.register_collector(Box::new(Scrape(Arc::clone(frame))));
+    registry.register_collector(Box::new(Scrape(Arc::clone(frame), database)));
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = encode(&mut text, &registry);
@@ -42,7 +43,7 @@ pub fn text(frame: &Arc<Snapshot>) -> String {
 }
 
 #[derive(Debug)]
-struct Scrape(Arc<Snapshot>);
+struct Scrape(Arc<Snapshot>, Option<Dropped>);
 
 impl Collector for Scrape {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> fmt::Result {
@@ -51,7 +52,8 @@ impl Collector for Scrape {
         dwell(&self.0, &mut encoder)?;
         tracks(&self.0, &mut encoder)?;
         modules(&self.0, &mut encoder)?;
-        drops(&self.0, &mut encoder)
+        drops(&self.0, &mut encoder)?;
+        database(self.1, &mut encoder)
     }
 }
 
@@ -311,12 +313,22 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     family(encoder, "kehai_signs", "Cards and tags that were read, by what became of them", samples)
 }
 
+fn database(dropped: Option<Dropped>, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+    let causes = dropped.map(|Dropped { messages, rows }| [("full", messages), ("unwritten", rows)]);
+    let samples =
+        causes.into_iter().flatten().map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
+    let help = "What the database was to keep and does not, by cause; absent without a database";
+    family(encoder, "kehai_database_dropped", help, samples)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use kehai_tracking::alarm::{AlarmKind, AlarmLine};
     use kehai_tracking::lines::CrossedLine;
     use kehai_tracking::occupancy::{Found, Total, ZoneLine};
+
+    const DROPPED: Dropped = Dropped { messages: 6, rows: 4 };
 
     fn frame() -> Arc<Snapshot> {
         let total = Total { count: Some(0), state: ZoneKnown::Known };
@@ -340,7 +352,7 @@ mod tests {
 
     #[test]
     fn an_unknown_zone_has_no_people_rather_than_none() {
-        let text = text(&frame());
+        let text = text(&frame(), Some(DROPPED));
         assert!(text.contains("kehai_zone_people{zone=\"hall\"} 2\n"), "{text}");
         assert!(!text.contains("kehai_zone_people{zone=\"a"), "{text}");
         assert!(text.contains("kehai_zone_known{zone=\"a \\\"b\\\"\\\\\\n\"} 0.0\n"), "{text}");
@@ -349,9 +361,9 @@ mod tests {
     #[test]
     fn that_nobody_is_followed_is_said_where_nobody_is_known_to_be() {
         let mut frame = (*frame()).clone();
-        assert!(text(&Arc::new(frame.clone())).contains("kehai_tracks{state=\"confirmed\"} 0\n"));
+        assert!(text(&Arc::new(frame.clone()), None).contains("kehai_tracks{state=\"confirmed\"} 0\n"));
         frame.total = Total::default();
-        let text = text(&Arc::new(frame));
+        let text = text(&Arc::new(frame), None);
         assert!(!text.contains("kehai_tracks{"), "{text}");
     }
 
@@ -366,7 +378,7 @@ mod tests {
             unfollowed: 7,
         };
         let lines = vec![line("front", Some(12), ZoneKnown::Partly), line("back", None, ZoneKnown::Unknown)];
-        let text = text(&Arc::new(Snapshot { lines, ..Snapshot::default() }));
+        let text = text(&Arc::new(Snapshot { lines, ..Snapshot::default() }), None);
         for line in [
             "kehai_line_crossings_total{line=\"front\",direction=\"in\"} 12",
             "kehai_line_crossings_total{line=\"front\",direction=\"out\"} 12",
@@ -383,7 +395,7 @@ mod tests {
     fn stays_are_a_histogram_of_each_zone() {
         let line =
             DwellLine { zone: "hall".into(), stays: 4, sum_s: 40_123.0, parts: [1, 2, 0, 0, 0, 0, 0, 0] };
-        let text = text(&Arc::new(Snapshot { dwell: vec![line], ..Snapshot::default() }));
+        let text = text(&Arc::new(Snapshot { dwell: vec![line], ..Snapshot::default() }), None);
         for line in [
             "# TYPE kehai_zone_dwell_seconds histogram",
             "kehai_zone_dwell_seconds_sum{zone=\"hall\"} 40123.0",
@@ -398,7 +410,7 @@ mod tests {
 
     #[test]
     fn a_missing_module_has_no_figures_but_is_told_to_be_missing() {
-        let text = text(&frame());
+        let text = text(&frame(), Some(DROPPED));
         for line in [
             "kehai_module_up{module=\"left\"} 1",
             "kehai_module_up{module=\"right\"} 0",
@@ -407,6 +419,8 @@ mod tests {
             "kehai_module_alarm{module=\"right\",alarm=\"silent\"} 1",
             "kehai_datagrams_dropped_total{cause=\"stranger\"} 3",
             "kehai_snapshots_missed_total 5",
+            "kehai_database_dropped_total{cause=\"full\"} 6",
+            "kehai_database_dropped_total{cause=\"unwritten\"} 4",
         ] {
             assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
         }
@@ -416,7 +430,7 @@ mod tests {
 
     #[test]
     fn every_line_is_a_comment_or_a_sample_of_the_metric_above() {
-        let text = text(&frame());
+        let text = text(&frame(), Some(DROPPED));
         let lines: Vec<&str> = text.lines().collect();
         let (mut metric, mut samples) = (String::new(), 0);
         assert_eq!(lines.last(), Some(&"# EOF"));
@@ -444,7 +458,7 @@ mod tests {
 
     #[test]
     fn what_comes_with_the_project_asks_for_metrics_that_there_are() {
-        let text = text(&frame());
+        let text = text(&frame(), Some(DROPPED));
         let known: Vec<&str> = text.lines().filter_map(|line| line.split(['{', ' ']).next()).collect();
         let asked = [
             include_str!("../../packaging/monitoring/alerts.yml"),
@@ -466,7 +480,7 @@ mod tests {
 
     #[test]
     fn the_names_that_dashboards_ask_for_stay() {
-        let text = text(&frame());
+        let text = text(&frame(), Some(DROPPED));
         let known: Vec<&str> = text
             .lines()
             .filter(|line| !line.starts_with('#'))
@@ -488,6 +502,7 @@ mod tests {
             "kehai_datagrams_dropped_total",
             "kehai_http_refused_total",
             "kehai_snapshots_missed_total",
+            "kehai_database_dropped_total",
         ] {
             assert!(known.contains(&name), "{name} in\n{text}");
         }

@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 
-use host_tracker::store::Store;
 use host_tracker::store::export::partitioned::{Whose, Written, export};
 use host_tracker::store::figures::{edges, figures};
 use host_tracker::store::reader::Reader;
+use host_tracker::store::{Dropped, Store};
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::occupancy::Found;
@@ -83,7 +83,7 @@ fn database(folder: &Path) -> PathBuf {
         for at in (at_ms(from_min)..at_ms(to_min)).step_by(1000) {
             store.see_waiting(frame(at, at_ms(from_min)));
         }
-        assert_eq!(store.state().dropped, 0);
+        assert_eq!(store.state().dropped, Dropped::default());
     }
     file
 }

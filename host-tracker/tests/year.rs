@@ -15,10 +15,10 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use host_tracker::store::Store;
 use host_tracker::store::figures::{edges, figures};
 use host_tracker::store::heat::{Frame, heat};
 use host_tracker::store::reader::Reader;
+use host_tracker::store::{Dropped, Store};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use people::{keep, site, walker};
 
@@ -88,7 +88,7 @@ fn a_year_at_home_is_written_asked_killed_and_aged() {
         }
         store.see_waiting(frame(begin_ms + minutes * MINUTE_MS, 0..0));
     }
-    assert_eq!(store.state().dropped, 0);
+    assert_eq!(store.state().dropped, Dropped::default());
     drop(store);
     let size = bytes(&folder);
     println!(

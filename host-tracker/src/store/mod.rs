@@ -80,10 +80,27 @@ pub struct StoreState {
     pub doubt: Option<String>,
     /// Raw scans that a user asked to be kept, in words, if there are any.
     pub raw: Option<String>,
-    /// Frames for which there was no room, and rows dropped because nothing could be written for too long.
-    pub dropped: u64,
+    /// What was to be kept and is not.
+    pub dropped: Dropped,
     /// Transactions.
     pub written: u64,
+}
+
+/// What was to be kept and is not, since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Snapshots, events, passages and alarms for which there was no room while a transaction was being written.
+    pub messages: u64,
+    /// Rows and parts of paths, because nothing could be written for too long.
+    pub rows: u64,
+}
+
+impl Dropped {
+    /// In words; none if nothing was.
+    fn in_words(self) -> Option<String> {
+        let Self { messages, rows } = self;
+        (self != Self::default()).then(|| format!("{messages} messages and {rows} rows are lost so far"))
+    }
 }
 
 enum Message {
@@ -92,6 +109,18 @@ enum Message {
     Passage(Box<Passed>),
     Alarm(Box<ListedAlarm>),
     Site(Arc<Site>, u64, Source),
+}
+
+/// How a database is, for readers beside its owner. Clones are the same.
+#[derive(Clone, Debug, Default)]
+pub struct StoreWatch(Arc<Mutex<StoreState>>);
+
+impl StoreWatch {
+    /// What was to be kept and is not.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        locked(&self.0, |state| state.dropped)
+    }
 }
 
 /// A database that is being written.
@@ -138,6 +167,7 @@ impl Store {
             newest: None,
             run: None,
             failed: None,
+            dropped: Dropped::default(),
             state: Arc::clone(&state),
         };
         let thread = std::thread::Builder::new()
@@ -160,7 +190,7 @@ impl Store {
     pub fn see_waiting(&self, frame: Arc<Snapshot>) {
         let Some(queue) = &self.queue else { return };
         if queue.send(Message::Snapshot(frame)).is_err() {
-            locked(&self.state, |state| state.dropped += 1);
+            locked(&self.state, |state| state.dropped.messages += 1);
         }
     }
 
@@ -192,9 +222,15 @@ impl Store {
         locked(&self.state, |state| state.clone())
     }
 
+    /// The same, for others to read.
+    #[must_use]
+    pub fn watch(&self) -> StoreWatch {
+        StoreWatch(Arc::clone(&self.state))
+    }
+
     fn send(&self, message: Message) {
         if !self.try_send(message) {
-            locked(&self.state, |state| state.dropped += 1);
+            locked(&self.state, |state| state.dropped.messages += 1);
         }
     }
 
@@ -278,15 +314,4 @@ fn locked<T>(state: &Mutex<StoreState>, act: impl FnOnce(&mut StoreState) -> T) 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_site_for_which_there_is_no_room_is_not_taken() {
-        let (queue, messages) = sync_channel(1);
-        let store = Store { queue: Some(queue), state: Arc::default(), thread: None };
-        assert!(store.set_site(&Arc::default(), Source::Map));
-        assert!(!store.set_site(&Arc::default(), Source::Map));
-        drop(messages);
-    }
-}
+mod tests;

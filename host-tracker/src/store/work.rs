@@ -16,7 +16,7 @@ use parking_lot::Mutex;
 use super::recorder::ChangeRecorder;
 use super::retention::Keep;
 use super::writer::Writer;
-use super::{Message, StoreError, StoreState, error, lock, locked, open, raw, set_aside};
+use super::{Dropped, Message, StoreError, StoreState, error, lock, locked, open, raw, set_aside};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// Between two transactions. The promise is a second.
@@ -45,6 +45,8 @@ pub struct Work {
     pub run: Option<i64>,
     /// When it could not be written last.
     pub failed: Option<Instant>,
+    /// What was dropped by the last batch.
+    pub dropped: Dropped,
     pub state: Arc<Mutex<StoreState>>,
 }
 
@@ -70,6 +72,7 @@ impl Work {
                 open_at = now + AGAIN;
                 self.open();
             }
+            self.note_dropped();
             self.write();
             if now >= forget_at {
                 forget_at = now + if self.forget() { BATCH } else { FORGET };
@@ -152,14 +155,12 @@ impl Work {
             Ok(()) => {
                 self.recorder.written();
                 self.newest = None;
-                let dropped = self.recorder.dropped();
                 let steady = self.failed.is_none_or(|failed| failed.elapsed() >= STEADY);
                 locked(&self.state, |state| {
                     if steady {
                         state.trouble = None;
                     }
                     state.written += 1;
-                    state.dropped = state.dropped.max(dropped);
                 });
             }
             Err(error) => {
@@ -195,8 +196,24 @@ impl Work {
         }
     }
 
+    /// Counts the rows that were dropped, and says that something was since the last batch. While the file cannot be written
+    /// the next try says it.
+    fn note_dropped(&mut self) {
+        let rows = self.recorder.dropped();
+        let dropped = locked(&self.state, |state| {
+            state.dropped.rows = rows;
+            state.dropped
+        });
+        if std::mem::replace(&mut self.dropped, dropped) != dropped && self.writer.is_some() {
+            self.trouble(&format!("{}: the disk was full or is too slow", self.file.display()));
+        }
+    }
+
     fn trouble(&mut self, text: &str) {
         self.failed = Some(Instant::now());
-        locked(&self.state, |state| state.trouble = Some(text.to_owned()));
+        locked(&self.state, |state| {
+            let lost = state.dropped.in_words().map(|lost| format!(": {lost}")).unwrap_or_default();
+            state.trouble = Some(format!("{text}{lost}"));
+        });
     }
 }

@@ -17,6 +17,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::answers::refuse;
 use super::shared::Shared;
+use crate::store::StoreWatch;
 
 /// A tracker that makes no frame for so long does not go on.
 const HEALTHY: Duration = Duration::from_secs(1);
@@ -48,5 +49,7 @@ pub async fn healthz(State(shared): State<Arc<Shared>>) -> Response {
 /// The newest frame for Prometheus.
 pub async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
     let frame = Arc::clone(&shared.context.frames.borrow());
-    ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame)).into_response()
+    let dropped = shared.context.kept.as_ref().map(StoreWatch::dropped);
+    ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame, dropped))
+        .into_response()
 }

@@ -29,6 +29,7 @@ use crate::questions::Questions;
 use crate::reports::Reports;
 use crate::signs::SignHandle;
 use crate::site_file::SiteFile;
+use crate::store::StoreWatch;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::site::Site;
@@ -53,6 +54,8 @@ pub struct ServerContext {
     pub accepted: Accepted,
     /// Where what happens is kept, if it is.
     pub database: Option<PathBuf>,
+    /// How that is, if this tracker writes it.
+    pub kept: Option<StoreWatch>,
     /// The file of the keys of the site's modules; it may not be there.
     pub keys: Option<PathBuf>,
     /// Where firmware for new boards lies.
@@ -88,6 +91,7 @@ impl ServerContext {
             calibration: Calibration::default(),
             accepted: Box::new(|_| {}),
             database: None,
+            kept: None,
             keys: None,
             firmware: FirmwareFolder::default(),
             access: Access::open(),

@@ -21,7 +21,7 @@ use host_tracker::store::path::TOLERANCE_MM;
 use host_tracker::store::pose::{self, Source};
 use host_tracker::store::raw::{self, RawScanWriter};
 use host_tracker::store::reader::Reader;
-use host_tracker::store::{Keep, Store, StoreError, export, known_before};
+use host_tracker::store::{Dropped, Keep, Store, StoreError, export, known_before};
 use kehai_tracking::calibration::session::Mounting;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
@@ -163,7 +163,7 @@ fn written(folder: &Folder, days: u32, frames: impl Iterator<Item = Arc<Snapshot
     frames.for_each(|frame| store.see_waiting(frame));
     let dropped = store.state().dropped;
     drop(store);
-    assert_eq!(dropped, 0);
+    assert_eq!(dropped, Dropped::default());
     Reader::open(&folder.file()).unwrap()
 }
 

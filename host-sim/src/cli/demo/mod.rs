@@ -171,7 +171,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     summary.print(&arguments.scene, signs);
     println!(
         "  database              {} transactions, {} frames missed",
-        kept_rows.written, kept_rows.dropped
+        kept_rows.written, kept_rows.dropped.messages
     );
     if kept {
         println!("  the site is kept in      {}", path.display());

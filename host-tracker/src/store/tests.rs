@@ -1,0 +1,56 @@
+//! What has no room, and what is said of it.
+
+use std::sync::mpsc::Receiver;
+
+use super::*;
+
+/// A store of one place, of which nothing is taken while its messages are kept.
+fn full() -> (Store, Receiver<Message>) {
+    let (queue, messages) = sync_channel(1);
+    let store = Store { queue: Some(queue), state: Arc::default(), thread: None };
+    store.record(Arc::default());
+    (store, messages)
+}
+
+fn work(file: &Path, store: &Store) -> Work {
+    Work {
+        file: file.to_path_buf(),
+        keep: Keep::USUAL,
+        writer: Some(Writer::open(file, 1, None).unwrap()),
+        lock: None,
+        damage: None,
+        recorder: ChangeRecorder::default(),
+        newest: None,
+        run: None,
+        failed: None,
+        dropped: Dropped::default(),
+        state: Arc::clone(&store.state),
+    }
+}
+
+#[test]
+fn a_site_for_which_there_is_no_room_is_not_taken_and_not_lost() {
+    let (store, messages) = full();
+    assert!(!store.set_site(&Arc::default(), Source::Map));
+    assert!(messages.try_recv().is_ok());
+    assert!(store.set_site(&Arc::default(), Source::Map));
+    assert_eq!(store.state().dropped, Dropped::default());
+}
+
+#[test]
+fn messages_and_rows_that_are_dropped_are_counted_each_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut store, messages) = full();
+    let mut work = work(&folder.path().join("kehai.db"), &store);
+    (0..3).for_each(|_| store.record(Arc::default()));
+    assert_eq!(store.watch().dropped(), Dropped { messages: 3, rows: 0 });
+    for number in 0..50_001 {
+        work.recorder.happened(Event::new(number, EventKind::Raw, "", ""));
+    }
+    store.queue = None;
+    work.run(&messages);
+    let state = store.state();
+    assert_eq!((state.dropped, state.written), (Dropped { messages: 3, rows: 2 }, 1));
+    let trouble = state.trouble.unwrap();
+    assert!(trouble.contains("kehai.db") && trouble.contains("3 messages and 2 rows are lost"), "{trouble}");
+}
