@@ -303,16 +303,19 @@ impl Daemon {
         self.links.viewers()
     }
 
-    /// Ends it, and says how the database was last.
+    /// Ends it, writes what had come by then into the database, and says how that was last.
     ///
     /// # Errors
-    /// The tracker's socket has failed.
+    /// The tracker's socket has failed. The database has all that had come before.
     pub fn stop(self) -> io::Result<Option<StoreState>> {
-        let Self { map, publisher, links, webhook, service, feed, .. } = self;
+        let Self { map, publisher, links, webhook, snapshots, outputs, changes, service, feed, .. } = self;
         drop(map);
         drop((publisher, webhook, links));
-        service.stop()?;
-        Ok(feed.map(StoreFeed::close))
+        let ended = service.stop();
+        let (outputs, changes): (Vec<_>, Vec<_>) =
+            (outputs.try_iter().collect(), changes.try_iter().collect());
+        let state = feed.map(|feed| feed.close(snapshots.try_iter(), &outputs, &changes));
+        ended.map(|()| state)
     }
 }
 
@@ -365,3 +368,6 @@ fn serve(
     };
     map.serve(context)
 }
+
+#[cfg(test)]
+mod tests;

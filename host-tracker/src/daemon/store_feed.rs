@@ -52,9 +52,18 @@ impl StoreFeed {
         changes.iter().for_each(|change| self.store.alarm(change.alarm.clone()));
     }
 
-    /// Ends it, and says how the database was last.
-    pub(super) fn close(self) -> StoreState {
-        self.store.state()
+    /// Hands over what had come by the end of the tracker, waits until all of it is written, and says how the database was last.
+    pub(super) fn close(
+        mut self,
+        snapshots: impl Iterator<Item = Arc<Snapshot>>,
+        outputs: &[Output],
+        changes: &[AlarmChange],
+    ) -> StoreState {
+        pass_change(&mut self.site, |site| self.store.set_site(site, Source::Map));
+        self.news(outputs, changes);
+        // Nothing is live any more: a snapshot for which there is no room yet can wait.
+        snapshots.for_each(|snapshot| self.store.see_waiting(snapshot));
+        self.store.close()
     }
 }
 

@@ -228,6 +228,21 @@ impl Store {
         StoreWatch(Arc::clone(&self.state))
     }
 
+    /// Writes what is still to be written, and says how it was last. What cannot be written is counted and logged.
+    #[must_use]
+    pub fn close(mut self) -> StoreState {
+        self.end();
+        self.state()
+    }
+
+    fn end(&mut self) {
+        self.queue = None;
+        if let Some(thread) = self.thread.take() {
+            // A thread that has panicked has said so.
+            let _ = thread.join();
+        }
+    }
+
     fn send(&self, message: Message) {
         if !self.try_send(message) {
             locked(&self.state, |state| state.dropped.messages += 1);
@@ -240,13 +255,9 @@ impl Store {
 }
 
 impl Drop for Store {
-    /// Writes what is still to be written.
+    /// Writes what is still to be written. What cannot be is counted and logged.
     fn drop(&mut self) {
-        self.queue = None;
-        if let Some(thread) = self.thread.take() {
-            // A thread that has panicked has said so.
-            let _ = thread.join();
-        }
+        self.end();
     }
 }
 

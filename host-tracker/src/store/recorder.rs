@@ -302,6 +302,15 @@ impl ChangeRecorder {
         self.paths.clear();
     }
 
+    /// Drops all that is still to be written, and says how many rows and parts of paths that were.
+    pub fn give_up(&mut self) -> u64 {
+        let (rows, paths) = self.rows();
+        let unwritten = (rows.len() + paths.len()) as u64;
+        self.written();
+        self.dropped += unwritten;
+        unwritten
+    }
+
     /// Rows that were dropped because the database could not be written for so long.
     #[must_use]
     pub const fn dropped(&self) -> u64 {

@@ -54,3 +54,23 @@ fn messages_and_rows_that_are_dropped_are_counted_each_and_said() {
     let trouble = state.trouble.unwrap();
     assert!(trouble.contains("kehai.db") && trouble.contains("3 messages and 2 rows are lost"), "{trouble}");
 }
+
+#[test]
+fn what_came_last_is_written_when_it_is_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("kehai.db");
+    let store = Store::open(&file, &Arc::default(), Keep::USUAL).unwrap();
+    store.record(Arc::new(Snapshot { unix_ms: 5, ..Snapshot::default() }));
+    let state = store.close();
+    assert_eq!((state.written, state.dropped, state.trouble), (1, Dropped::default(), None));
+    assert_eq!(Reader::open(&file).unwrap().snapshot().unwrap().unwrap().unix_ms, 5);
+}
+
+#[test]
+fn what_cannot_be_written_at_the_end_is_counted_as_lost() {
+    let store = Store::open(Path::new("/proc/kehai/kehai.db"), &Arc::default(), Keep::USUAL).unwrap();
+    store.happened(Event::new(5, EventKind::Raw, "hall", "…"));
+    let state = store.close();
+    assert_eq!(state.dropped, Dropped { messages: 0, rows: 1 });
+    assert!(state.trouble.is_some_and(|trouble| trouble.contains("kehai.db")));
+}

@@ -68,7 +68,7 @@ impl Work {
                 continue;
             }
             batch_at = now + BATCH;
-            if self.writer.is_none() && now >= open_at {
+            if self.writer.is_none() && (ended || now >= open_at) {
                 open_at = now + AGAIN;
                 self.open();
             }
@@ -78,8 +78,18 @@ impl Work {
                 forget_at = now + if self.forget() { BATCH } else { FORGET };
             }
             if ended {
-                return;
+                return self.give_up();
             }
+        }
+    }
+
+    /// What is not written by now never will be.
+    fn give_up(&mut self) {
+        let unwritten = self.recorder.give_up();
+        if unwritten > 0 {
+            self.note_dropped();
+            let trouble = locked(&self.state, |state| state.trouble.clone()).unwrap_or_default();
+            tracing::error!("database: {unwritten} rows could not be written at the end: {trouble}");
         }
     }
 
