@@ -12,14 +12,16 @@
 //! Source: H. Krawczyk, M. Bellare, R. Canetti, "HMAC: Keyed-Hashing for Message Authentication" (RFC 2104).
 
 use std::fmt;
-use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use hmac::{Hmac, KeyInit, Mac};
 use sha2::Sha256;
 
+use crate::key_file::{self, KeyFileError};
+use crate::owned_file;
 use kehai_tracking::door::Card;
 
 /// Bytes of a key: as many as the hash has.
@@ -42,11 +44,14 @@ pub enum CardKeyError {
     /// The system.
     #[error("{}: {error}", file.display())]
     File {
-        /// The key's file, or where randomness comes from.
+        /// The key's file.
         file: PathBuf,
         /// What the system says.
         error: io::Error,
     },
+    /// The system has no randomness.
+    #[error(transparent)]
+    Random(#[from] KeyFileError),
     /// Something else is in the file.
     #[error(
         "{}: this is no card key, which has {} hexadecimal digits: restore it, or delete it to begin with a new one", file.display(), 2 * KEY_LEN
@@ -64,30 +69,37 @@ impl CardKey {
         Self(bytes)
     }
 
-    /// The key in `file`. If there is none, a random one is made and written there, for its owner alone.
+    /// The key in `file`. If there is none, a random one is made and written there, for its owner alone. Of several processes
+    /// that find none, one makes it, and the others wait for it.
     ///
     /// # Errors
     /// The file cannot be read or made, or holds something else. Nothing is overwritten.
     pub fn load(file: &Path) -> Result<Self, CardKeyError> {
-        let failed = |error| CardKeyError::File { file: file.to_path_buf(), error };
-        match fs::read_to_string(file) {
-            Ok(text) => {
-                let bytes = HEXLOWER_PERMISSIVE.decode(text.trim().as_bytes()).ok();
-                let key = bytes.and_then(|bytes| bytes.try_into().ok()).map(Self);
-                key.ok_or_else(|| CardKeyError::Wrong { file: file.to_path_buf() })
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let key = Self(random()?);
-                let mut options = File::options();
-                options.write(true).create_new(true);
-                #[cfg(unix)]
-                std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-                let mut out = options.open(file).map_err(failed)?;
-                writeln!(out, "{}", HEXLOWER.encode(&key.0)).and_then(|()| out.sync_all()).map_err(failed)?;
-                Ok(key)
-            }
-            Err(error) => Err(failed(error)),
+        if let Some(key) = Self::read(file)? {
+            return Ok(key);
         }
+        let failed = |error| CardKeyError::File { file: file.to_path_buf(), error };
+        let folder = owned_file::folder_of(file).map_err(failed)?;
+        // On a file system without locks two first starts at a time do not wait for each other.
+        let _ = folder.lock();
+        if let Some(key) = Self::read(file)? {
+            return Ok(key);
+        }
+        let key = Self(key_file::random()?);
+        let text = format!("{}\n", HEXLOWER.encode(&key.0));
+        owned_file::write(file, &folder, text.as_bytes()).map_err(failed)?;
+        Ok(key)
+    }
+
+    fn read(file: &Path) -> Result<Option<Self>, CardKeyError> {
+        let text = match fs::read_to_string(file) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(CardKeyError::File { file: file.to_path_buf(), error }),
+        };
+        let bytes = HEXLOWER_PERMISSIVE.decode(text.trim().as_bytes()).ok();
+        let key = bytes.and_then(|bytes| bytes.try_into().ok()).map(Self);
+        key.map(Some).ok_or_else(|| CardKeyError::Wrong { file: file.to_path_buf() })
     }
 
     /// Where the key of a site is kept: `home.toml` → `home.card-key`, beside it.
@@ -155,15 +167,6 @@ pub(crate) fn plain(card: &str) -> String {
     card.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_uppercase).collect()
 }
 
-fn random() -> Result<[u8; KEY_LEN], CardKeyError> {
-    let mut bytes = [0; KEY_LEN];
-    let file = PathBuf::from("/dev/urandom");
-    match File::open(&file).and_then(|mut random| random.read_exact(&mut bytes)) {
-        Ok(()) => Ok(bytes),
-        Err(error) => Err(CardKeyError::File { file, error }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -194,6 +197,42 @@ mod tests {
             let mode = std::os::unix::fs::PermissionsExt::mode(&fs::metadata(&file).unwrap().permissions());
             assert_eq!(mode & 0o777, 0o600);
         }
+    }
+
+    #[test]
+    fn a_key_that_cannot_be_written_whole_leaves_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("home.card-key");
+        // No file takes the place of a folder that is not empty.
+        fs::create_dir_all(folder.path().join(".home.card-key.new/in the way")).unwrap();
+        assert!(CardKey::load(&file).is_err());
+        assert!(!file.exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_key_that_root_makes_is_its_folders_owners() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        // Only root can give a folder away.
+        if chown(folder.path(), Some(4242), Some(4242)).is_err() {
+            return;
+        }
+        let file = folder.path().join("home.card-key");
+        CardKey::load(&file).unwrap();
+        let made = fs::metadata(&file).unwrap();
+        assert_eq!((made.uid(), made.gid()), (4242, 4242));
+    }
+
+    #[test]
+    fn first_starts_at_once_make_one_key() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("home.card-key");
+        let keys: Vec<CardKey> = std::thread::scope(|scope| {
+            let starts: Vec<_> = (0..8).map(|_| scope.spawn(|| CardKey::load(&file).unwrap())).collect();
+            starts.into_iter().map(|start| start.join().unwrap()).collect()
+        });
+        assert!(keys.iter().all(|key| *key == keys[0]));
     }
 
     #[test]
