@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -54,6 +54,7 @@ const SHOWN_US: u64 = 1_000_000;
 /// A recording under way. It is closed when dropped.
 #[derive(Debug)]
 pub struct Recorder {
+    file: PathBuf,
     tracker: Selected,
     queue: Option<SyncSender<Message>>,
     lost: Losses,
@@ -91,7 +92,8 @@ impl Recorder {
             .spawn(move || write(&mut writer, &messages, &state))
             .map_err(|error| failed(error.into()))?;
         let (queue, thread) = (Some(queue), Some(thread));
-        Ok(Self { tracker, queue, lost, trouble, thread, shown_us: BTreeMap::new(), alarms: None })
+        let (file, shown_us) = (file.to_path_buf(), BTreeMap::new());
+        Ok(Self { file, tracker, queue, lost, trouble, thread, shown_us, alarms: None })
     }
 
     /// Shows these alarms, too.
@@ -153,9 +155,15 @@ impl Recorder {
 
     fn send(&self, message: Message) {
         let is_shown = message.is_shown();
-        let sent = self.queue.as_ref().is_some_and(|queue| queue.try_send(message).is_ok());
-        if !sent {
-            self.lost.add(is_shown);
+        let Some(Err(error)) = self.queue.as_ref().map(|queue| queue.try_send(message)) else { return };
+        self.lost.add(is_shown);
+        // While the thread goes on it says by itself what is lost.
+        if matches!(error, TrySendError::Disconnected(_)) {
+            let (file, lost) = (self.file.display(), self.lost());
+            let text = format!(
+                "{file}: the thread that records has ended: {lost} messages are lost so far; start the tracker anew"
+            );
+            *self.trouble.lock() = Some(text);
         }
     }
 }
@@ -215,5 +223,25 @@ fn write(writer: &mut Writer<File>, messages: &Receiver<Message>, state: &State)
     }
     if let Err(error) = writer.finish() {
         tracing::error!("{}: the recording ends early: {error}", state.file.display());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_whose_thread_has_ended_is_in_trouble() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("hall.mcap");
+        let site = Site::default();
+        let mut recorder = Recorder::create(&file, 0, Selected::default(), &site, None).unwrap();
+        // As after a panic of the thread: nothing takes what is sent.
+        recorder.queue = Some(sync_channel(1).0);
+        recorder.datagram(1, &[]);
+        recorder.datagram(2, &[]);
+        assert_eq!(recorder.lost(), 2);
+        let trouble = recorder.trouble().unwrap();
+        assert!(trouble.contains("hall.mcap") && trouble.contains("2 messages are lost"), "{trouble}");
     }
 }
