@@ -42,7 +42,7 @@ pub fn folder_of(file: &Path) -> io::Result<File> {
 /// Writes `file`, in this folder, for its owner alone.
 ///
 /// # Errors
-/// The file is the old or the new one.
+/// The file is as it was.
 pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let beside = file.with_file_name(format!(".{name}.new"));
@@ -63,7 +63,19 @@ pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
         let _ = fs::remove_file(&beside);
         return written;
     }
-    folder.sync_all()
+    log_unsynced(file, folder.sync_all());
+    Ok(())
+}
+
+/// Logs that the folder of a file which has just been renamed could not be brought to the disk, as on CIFS and some FUSE file
+/// systems. It is no failure: the new file is in its place, and only a loss of power soon after may bring back the former one.
+pub fn log_unsynced(file: &Path, synced: io::Result<()>) {
+    if let Err(error) = synced {
+        let file = file.display();
+        tracing::warn!(
+            "{file}: written, but a loss of power may undo that: its folder cannot be synced: {error}"
+        );
+    }
 }
 
 /// Gives a file that root has made to the owner of its folder.
@@ -81,4 +93,19 @@ pub fn give(file: &File, folder: &File) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_cannot_be_synced_is_no_failure() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("home.keys");
+        let unsynced = File::open("/dev/null").unwrap();
+        assert!(unsynced.sync_all().is_err());
+        write(&file, &unsynced, b"new").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+    }
 }

@@ -9,6 +9,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::owned_file::{folder_of, log_unsynced};
+
 /// So many former files are kept: an evening of edits. The oldest is overwritten.
 pub const KEPT: usize = 9;
 
@@ -34,10 +36,8 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
         let _ = fs::remove_file(&beside);
         return written;
     }
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
-        _ => Ok(()),
-    }
+    log_unsynced(path, folder_of(path).and_then(|folder| folder.sync_all()));
+    Ok(())
 }
 
 fn write_beside(beside: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
