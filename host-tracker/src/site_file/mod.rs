@@ -154,17 +154,13 @@ impl SiteFile {
     /// Uses the file as it is now, if it was changed by hand, and calls `changed` with its site.
     ///
     /// # Errors
-    /// It is no site.
+    /// It is no site, or cannot be read.
     pub fn look(&self, changed: impl FnOnce(Site) -> Result<(), String>) -> Result<(), SaveError> {
         if self.is_together {
             return Ok(());
         }
         let mut kept = self.kept.lock();
-        // One that is gone is written anew.
-        let Ok(text) = fs::read_to_string(&self.path) else { return Ok(()) };
-        if *text == *kept.text {
-            return Ok(());
-        }
+        let Some(text) = self.changed_on_disk(&kept)? else { return Ok(()) };
         let site = Site::parse(&kept.name, &text)
             .map_err(|error| SaveError::ChangedOnDisk(format!("mend it, then save again: {error}")))?;
         self.take(&mut kept, text, site, changed).map(drop)
@@ -246,7 +242,7 @@ impl SiteFile {
             return Err(SaveError::Together);
         }
         let mut kept = self.kept.lock();
-        if fs::read_to_string(&self.path).is_ok_and(|text| *text != *kept.text) {
+        if self.changed_on_disk(&kept)?.is_some() {
             return Err(SaveError::ChangedOnDisk("save again".to_owned()));
         }
         let site = next(&kept)?;
@@ -256,6 +252,21 @@ impl SiteFile {
         replace::replace(&self.path, text.as_bytes())
             .map_err(|error| SaveError::Failed { file: file(), error })?;
         self.take(&mut kept, text, site, changed)
+    }
+
+    /// The file's text, if it is another than what is kept; none of a file that is gone, which is written anew.
+    fn changed_on_disk(&self, kept: &Kept) -> Result<Option<String>, SaveError> {
+        match fs::read_to_string(&self.path) {
+            Ok(text) => Ok(Some(text).filter(|text| **text != *kept.text)),
+            Err(error) => match error.kind() {
+                io::ErrorKind::NotFound => Ok(None),
+                // Bytes that are no text were put there by hand.
+                io::ErrorKind::InvalidData => {
+                    Err(SaveError::ChangedOnDisk(format!("mend it, then save again: {error}")))
+                }
+                _ => Err(SaveError::Failed { file: self.path.display().to_string(), error }),
+            },
+        }
     }
 
     /// Goes on with another text.

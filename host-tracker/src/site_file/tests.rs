@@ -207,3 +207,24 @@ fn a_folder_that_is_gone_is_said_and_nothing_is_used() {
     assert!(error.contains("home.toml cannot be saved"), "{error}");
     assert_eq!(file.current().site.zones[0].name, "hall");
 }
+
+#[test]
+fn a_file_that_cannot_be_read_is_neither_gone_nor_unchanged_and_is_never_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = home(folder.path());
+    // As an editor writes "café" in Latin-1.
+    let by_hand = [HOME.as_bytes(), b"# caf\xe9\n"].concat();
+    fs::write(file.path(), &by_hand).unwrap();
+    let looked = file.look(|_| panic!("told")).unwrap_err();
+    assert!(matches!(looked, SaveError::ChangedOnDisk(_)), "{looked}");
+    let saved = file.save(of(&file, renamed(&file, "lounge")), |_| panic!("told")).unwrap_err();
+    assert!(matches!(saved, SaveError::ChangedOnDisk(_)), "{saved}");
+    assert_eq!(fs::read(file.path()).unwrap(), by_hand);
+    fs::remove_file(file.path()).unwrap();
+    fs::create_dir(file.path()).unwrap();
+    let looked = file.look(|_| panic!("told")).unwrap_err();
+    assert!(matches!(looked, SaveError::Failed { .. }), "{looked}");
+    fs::remove_dir(file.path()).unwrap();
+    file.look(|_| panic!("told")).unwrap();
+    file.save(of(&file, renamed(&file, "lounge")), |_| Ok(())).unwrap();
+}
