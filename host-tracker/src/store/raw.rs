@@ -9,6 +9,7 @@
 //! They show more of people than anything else that is kept, so nothing else ever writes them.
 
 use std::path::Path as File;
+use std::time::{Duration, Instant};
 
 use rusqlite::{Connection, OpenFlags, params};
 
@@ -19,6 +20,9 @@ use super::numbers::integer;
 use super::raw_rows::time;
 pub use super::raw_rows::{RawKept, in_words};
 
+/// Scans of so long are written together.
+const TOGETHER: Duration = Duration::from_secs(1);
+
 /// A request that is being fulfilled.
 #[derive(Debug)]
 pub struct RawScanWriter {
@@ -26,6 +30,8 @@ pub struct RawScanWriter {
     connection: Connection,
     request: i64,
     waiting: Vec<(u64, String)>,
+    /// When the first of those came, by a clock that is never set back.
+    since: Option<Instant>,
     last_ms: u64,
 }
 
@@ -52,21 +58,27 @@ impl RawScanWriter {
             Ok(request)
         };
         match begun() {
-            Ok(request) => Ok(Self { file, connection, request, waiting: Vec::new(), last_ms: 0 }),
+            Ok(request) => {
+                Ok(Self { file, connection, request, waiting: Vec::new(), since: None, last_ms: 0 })
+            }
             Err(error) => Err(StoreError::Sqlite { file, error }),
         }
     }
 
-    /// Keeps a scan: written with the others of its second.
+    /// Keeps a scan of `at_ms`, since 1970: written with the others of its second.
     ///
     /// # Errors
     /// The database cannot be written.
     pub fn scan(&mut self, at_ms: u64, json: String) -> Result<(), StoreError> {
+        self.scan_at(Instant::now(), at_ms, json)
+    }
+
+    fn scan_at(&mut self, now: Instant, at_ms: u64, json: String) -> Result<(), StoreError> {
         // Two that arrive together are two.
         self.last_ms = at_ms.max(self.last_ms + 1);
         self.waiting.push((self.last_ms, json));
-        let first_ms = self.waiting.first().map_or(at_ms, |(at_ms, _)| *at_ms);
-        if at_ms.saturating_sub(first_ms) >= 1000 { self.flush() } else { Ok(()) }
+        let since = *self.since.get_or_insert(now);
+        if now.duration_since(since) >= TOGETHER { self.flush() } else { Ok(()) }
     }
 
     /// Writes what waits.
@@ -86,6 +98,7 @@ impl RawScanWriter {
         };
         write().map_err(|error| StoreError::Sqlite { file: self.file.clone(), error })?;
         self.waiting.clear();
+        self.since = None;
         Ok(())
     }
 }
@@ -104,4 +117,27 @@ pub fn forget_expired(database: &File, now_ms: u64) -> Result<(), StoreError> {
     // A database of before there were raw scans has none.
     let any = reader.query_row(asked, params![integer(now_ms)], |row| row.get(0)).unwrap_or(false);
     if any { open_and_expire(database, now_ms).map(drop) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scans_are_written_each_second_though_the_clock_is_set_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let (now, hour_ms) = (Instant::now(), 3_600_000);
+        let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 3 * hour_ms).unwrap();
+        let mut scan = |after: Duration, at_ms| raw.scan_at(now + after, at_ms, "{}".to_owned()).unwrap();
+        let written = || {
+            let reader = Connection::open(&file).unwrap();
+            reader.query_row("SELECT COUNT(*) FROM raw", [], |row| row.get::<_, i64>(0)).unwrap()
+        };
+        scan(Duration::ZERO, 2 * hour_ms);
+        scan(TOGETHER / 2, hour_ms);
+        assert_eq!(written(), 0);
+        scan(TOGETHER, hour_ms + 500);
+        assert_eq!(written(), 3);
+    }
 }
