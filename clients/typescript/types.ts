@@ -308,8 +308,8 @@ export interface Count {
   at_ms: number;
   /** People; none where that is not known. */
   count: number | null;
-  /** known, partly, unknown. */
-  state: string;
+  /** How far that can be trusted. */
+  state: ZoneKnown;
   /** Its name. */
   zone: string;
 }
@@ -1439,14 +1439,17 @@ export interface Place {
   y: number;
 }
 
+/** Where a module's pose comes from, by its name in the database. */
+export type PoseSource = "file" | "map" | "calibration";
+
 /** Where a module was from some time on. */
 export interface Posed {
   /** ms since 1970. */
   at_ms: number;
   /** As the site called it. */
   module: string;
-  /** Where the pose came from: file, map, calibration. */
-  source: string;
+  /** Where the pose came from. */
+  source: PoseSource;
   /** Its place, m. */
   x_m: number;
   /** m. */

@@ -20,6 +20,7 @@ use host_sim::building::Building;
 use host_sim::world::scene::Scene;
 use host_sim::world::walker::Repeat;
 use host_tracker::site_file;
+use host_tracker::store::pose::Source;
 use host_tracker::store::reader::Reader;
 use kehai_tracking::site::Site;
 use kehai_tracking::site::floor::Floor;
@@ -94,7 +95,7 @@ fn a_person_walks_and_both_terminal_and_browser_find_modules_and_floor() {
     is_right(&by_terminal, &scene.site);
     let mut kept = Reader::open(&db).unwrap().poses().unwrap();
     kept.retain(|pose| pose.module == "shelf");
-    assert_eq!(kept.iter().map(|pose| pose.source.as_str()).collect::<Vec<_>>(), ["calibration"]);
+    assert_eq!(kept.iter().map(|pose| pose.source).collect::<Vec<_>>(), [Source::Calibration]);
 }
 
 fn in_the_browser(mut page: Page, file: &Path, building: &Building, truth: &Site) {

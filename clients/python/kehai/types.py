@@ -355,8 +355,8 @@ class Count(TypedDict):
     at_ms: int
     # People; none where that is not known.
     count: int | None
-    # known, partly, unknown.
-    state: str
+    # How far that can be trusted.
+    state: ZoneKnown
     # Its name.
     zone: str
 
@@ -1525,6 +1525,10 @@ class Place(TypedDict):
     y: float
 
 
+# Where a module's pose comes from, by its name in the database.
+PoseSource = Literal["file", "map", "calibration"]
+
+
 class Posed(TypedDict):
     """Where a module was from some time on."""
 
@@ -1532,8 +1536,8 @@ class Posed(TypedDict):
     at_ms: int
     # As the site called it.
     module: str
-    # Where the pose came from: file, map, calibration.
-    source: str
+    # Where the pose came from.
+    source: PoseSource
     # Its place, m.
     x_m: float
     # m.

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::path::Place;
+use super::pose::Source;
 use kehai_tracking::lines::Direction;
 use kehai_tracking::occupancy::ZoneKnown;
 
@@ -29,8 +30,8 @@ pub struct Count {
     pub at_ms: u64,
     /// People; none where that is not known.
     pub count: Option<u32>,
-    /// `known`, `partly`, `unknown`.
-    pub state: String,
+    /// How far that can be trusted.
+    pub state: ZoneKnown,
 }
 
 /// Of which zones the site's total was made from some time on.
@@ -77,8 +78,8 @@ pub struct Posed {
     pub y_m: f64,
     /// Where its front pointed, counter-clockwise.
     pub yaw_deg: f64,
-    /// Where the pose came from: `file`, `map`, `calibration`.
-    pub source: String,
+    /// Where the pose came from.
+    pub source: Source,
 }
 
 /// How a module was at some time: once a minute.

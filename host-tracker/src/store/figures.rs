@@ -132,7 +132,7 @@ pub fn figures(reader: &Reader, edges_ms: &[u64]) -> rusqlite::Result<Figures> {
     let lives = reader.lives(before_ms, to_ms)?;
     let mut zones: BTreeMap<String, Vec<Change<Counted>>> = BTreeMap::new();
     for row in reader.counts(from_ms, to_ms)? {
-        let is_whole = row.state == ZoneKnown::Known.name();
+        let is_whole = row.state == ZoneKnown::Known;
         let counted = row.count.map(|count| Counted { count, is_whole });
         zones.entry(row.zone).or_default().push((row.at_ms, counted));
     }

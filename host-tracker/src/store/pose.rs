@@ -11,6 +11,8 @@
 use std::path::Path as File;
 
 use rusqlite::{Transaction, params};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::connection::open_and_expire;
 use super::error::StoreError;
@@ -21,7 +23,9 @@ use kehai_tracking::site::Site;
 
 named! {
     /// Where a module's pose comes from, by its name in the database.
-    #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+    #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "lowercase")]
+    #[schemars(rename = "PoseSource")]
     pub enum Source {
         /// The site's file, at the start of the tracker.
         File = "file",

@@ -151,7 +151,7 @@ impl Reader {
     /// What SQLite says.
     pub fn counts(&self, from_ms: u64, to_ms: u64) -> rusqlite::Result<Vec<Count>> {
         let count = |row: &Row<'_>| {
-            Ok(Count { zone: row.get(0)?, at_ms: time(row, 1)?, count: row.get(2)?, state: row.get(3)? })
+            Ok(Count { zone: row.get(0)?, at_ms: time(row, 1)?, count: row.get(2)?, state: named(row, 3)? })
         };
         let mut before = self.0.prepare_cached(COUNTS_BEFORE)?;
         let mut during = self.0.prepare_cached(COUNTS)?;
@@ -287,7 +287,7 @@ impl Reader {
                 x_m: row.get(2)?,
                 y_m: row.get(3)?,
                 yaw_deg: row.get(4)?,
-                source: row.get(5)?,
+                source: named(row, 5)?,
             })
         };
         let asked = "SELECT at_ms, module, x_m, y_m, yaw_deg, source FROM pose ORDER BY at_ms, module";

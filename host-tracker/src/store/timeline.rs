@@ -160,10 +160,11 @@ fn alive_ms(lives: &[(u64, u64)], (from_ms, until_ms): (u64, u64)) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kehai_tracking::occupancy::ZoneKnown;
 
-    fn count(zone: &str, at_ms: u64, count: u32, state: &str) -> Count {
-        let count = (state == "known").then_some(count);
-        Count { zone: zone.into(), at_ms, count, state: state.into() }
+    fn count(zone: &str, at_ms: u64, count: u32, state: ZoneKnown) -> Count {
+        let count = (state == ZoneKnown::Known).then_some(count);
+        Count { zone: zone.into(), at_ms, count, state }
     }
 
     /// Of which zones nothing is kept: all of them count.
@@ -184,11 +185,11 @@ mod tests {
     #[test]
     fn the_past_is_added_up_by_the_zones_that_made_the_total_then() {
         let rows = [
-            count("hall", 0, 2, "known"),
-            count("yard", 0, 1, "known"),
+            count("hall", 0, 2, ZoneKnown::Known),
+            count("yard", 0, 1, ZoneKnown::Known),
             // Taken away, and drawn.
-            count("hall", 210, 0, "unknown"),
-            count("study", 210, 4, "known"),
+            count("hall", 210, 0, ZoneKnown::Unknown),
+            count("study", 210, 4, ZoneKnown::Known),
         ];
         let bins = |totals: &[TotalOf]| {
             super::binned(Told { rows: &rows, lives: &[(0, 400)], totals }, |_| true, (0, 400), 4)
@@ -204,11 +205,11 @@ mod tests {
     #[test]
     fn a_bin_holds_the_most_people_at_once() {
         let rows = [
-            count("hall", 50, 2, "known"),
-            count("study", 120, 1, "known"),
-            count("hall", 130, 0, "partly"),
-            count("hall", 310, 4, "known"),
-            count("hall", 320, 1, "known"),
+            count("hall", 50, 2, ZoneKnown::Known),
+            count("study", 120, 1, ZoneKnown::Known),
+            count("hall", 130, 0, ZoneKnown::Partly),
+            count("hall", 310, 4, ZoneKnown::Known),
+            count("hall", 320, 1, ZoneKnown::Known),
         ];
         let bins = binned(&rows, &[(0, 1000)], |_| true, (100, 500), 4);
         assert_eq!(bins, [Some(3), Some(1), Some(5), Some(2)]);
@@ -216,18 +217,21 @@ mod tests {
 
     #[test]
     fn none_in_one_zone_is_not_none_while_another_is_not_known() {
-        let rows =
-            [count("hall", 0, 0, "known"), count("study", 0, 0, "unknown"), count("study", 60, 0, "known")];
+        let rows = [
+            count("hall", 0, 0, ZoneKnown::Known),
+            count("study", 0, 0, ZoneKnown::Unknown),
+            count("study", 60, 0, ZoneKnown::Known),
+        ];
         assert_eq!(binned(&rows, &[(0, 200)], |_| true, (10, 110), 2), [None, Some(0)]);
     }
 
     #[test]
     fn a_zone_that_was_last_heard_of_before_two_told_of_one_time_is_not_known_after_it() {
         let rows = [
-            count("hall", 10, 1, "known"),
-            count("yard", 10, 0, "unknown"),
-            count("hall", 250, 0, "known"),
-            count("yard", 350, 0, "known"),
+            count("hall", 10, 1, ZoneKnown::Known),
+            count("yard", 10, 0, ZoneKnown::Unknown),
+            count("hall", 250, 0, ZoneKnown::Known),
+            count("yard", 350, 0, ZoneKnown::Known),
         ];
         // The clock was set back from 400 to 100, and has come to 200 since.
         let bins = |starts: bool| binned(&rows, &[(0, 100), (200, 400)], |at| starts || at == 0, (0, 400), 4);
@@ -238,10 +242,10 @@ mod tests {
     #[test]
     fn what_nobody_knew_is_not_zero() {
         let rows = [
-            count("hall", 0, 2, "known"),
-            count("hall", 150, 0, "unknown"),
-            count("hall", 350, 0, "known"),
-            count("hall", 510, 0, "known"),
+            count("hall", 0, 2, ZoneKnown::Known),
+            count("hall", 150, 0, ZoneKnown::Unknown),
+            count("hall", 350, 0, ZoneKnown::Known),
+            count("hall", 510, 0, ZoneKnown::Known),
         ];
         // No tracker ran from 480 to 510. From 300 to 350 the count was not known.
         let bins = binned(&rows, &[(0, 480), (510, 900)], |_| true, (0, 700), 7);

@@ -423,8 +423,8 @@ fn where_modules_were_is_known_for_good() {
     let found = [Mounting { name, pose, upside_down: false }];
     pose::note(&folder.file(), &found, unix_ms() + 5, Source::Calibration).unwrap();
     let poses = Reader::open(&folder.file()).unwrap().poses().unwrap();
-    let said: Vec<(f64, &str)> = poses.iter().map(|pose| (pose.yaw_deg, pose.source.as_str())).collect();
-    assert_eq!(said, [(0.0, "file"), (30.0, "calibration")]);
+    let said: Vec<(f64, Source)> = poses.iter().map(|pose| (pose.yaw_deg, pose.source)).collect();
+    assert_eq!(said, [(0.0, Source::File), (30.0, Source::Calibration)]);
 }
 
 #[test]

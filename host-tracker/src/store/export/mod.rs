@@ -117,13 +117,8 @@ fn counts(
     end(
         &mut counts,
         (lives, to_ms),
-        |row| (&row.zone, row.at_ms, row.state == ZoneKnown::Unknown.name()),
-        |row, at_ms| Count {
-            zone: row.zone.clone(),
-            at_ms,
-            count: None,
-            state: ZoneKnown::Unknown.name().to_owned(),
-        },
+        |row| (&row.zone, row.at_ms, row.state == ZoneKnown::Unknown),
+        |row, at_ms| Count { zone: row.zone.clone(), at_ms, count: None, state: ZoneKnown::Unknown },
     );
     Ok(counts)
 }

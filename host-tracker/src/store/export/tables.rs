@@ -45,7 +45,7 @@ pub fn counts(rows: &[Count]) -> Table {
             ("zone", texts(rows, |row| &row.zone)),
             ("time", times(rows, |row| row.at_ms)),
             ("count", Column::MaybeNumber(rows.iter().map(|row| row.count.map(i64::from)).collect())),
-            ("state", texts(rows, |row| &row.state)),
+            ("state", texts(rows, |row| row.state.name())),
         ],
     }
 }
@@ -107,7 +107,7 @@ pub fn poses(rows: &[Posed]) -> Table {
             ("x_m", reals(rows, |row| row.x_m)),
             ("y_m", reals(rows, |row| row.y_m)),
             ("yaw_deg", reals(rows, |row| row.yaw_deg)),
-            ("source", texts(rows, |row| &row.source)),
+            ("source", texts(rows, |row| row.source.name())),
         ],
     }
 }
