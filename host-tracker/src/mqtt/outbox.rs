@@ -13,13 +13,10 @@ use super::holds::Holds;
 use super::home_assistant::{About, discovery};
 use super::messages::states;
 use super::topics::{State, Topics};
-use kehai_tracking::snapshot::Snapshot;
+use kehai_tracking::snapshot::{STALE_MS, Snapshot};
 
 /// Least time between two publications of figures that change all the time, ms.
 const FIGURES_MS: u64 = 10_000;
-
-/// After so long without a snapshot nothing is known any more, ms.
-const STALE_MS: u64 = 3_000;
 
 /// To be published, retained. An empty payload makes the broker forget the topic.
 #[derive(Clone, Debug, PartialEq, Eq)]

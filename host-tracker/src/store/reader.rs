@@ -28,13 +28,13 @@ use super::questions::{
     PASSAGES, PATHS, POINTS, TOTALS, WATCHED,
 };
 use super::raw_rows::{self, RawKept};
-use super::recorder::{HEALTH_MS, PART_MS, STALE_MS};
+use super::recorder::{HEALTH_MS, PART_MS};
 use super::schema::{self, Unfit};
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::lines::Totals;
-use kehai_tracking::snapshot::{DeviceState, Snapshot};
+use kehai_tracking::snapshot::{DeviceState, STALE_MS, Snapshot};
 
 /// A read-only connection. It never waits for the writer.
 #[derive(Debug)]

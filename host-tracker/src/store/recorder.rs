@@ -30,7 +30,7 @@ use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::{CrossedLine, Direction, Totals};
 use kehai_tracking::names::{Likelihood, NameLine};
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{DeviceState, EventLine, ModuleLine, Snapshot};
+use kehai_tracking::snapshot::{DeviceState, EventLine, ModuleLine, STALE_MS, Snapshot};
 use kehai_tracking::stays::Stays;
 use kehai_tracking::tracker::{LifeCycle, TrackState};
 
@@ -42,9 +42,6 @@ pub const HEALTH_MS: u64 = 60_000;
 
 /// Between two counts of a zone, ms, however often it changes; but for those that take back what the one before says.
 const COUNT_MS: u64 = 1000;
-
-/// So long after a frame without another nothing is known any more, ms: as MQTT says, too.
-pub const STALE_MS: u64 = 3000;
 
 /// Most rows kept while the database cannot be written: an hour of three people in a home, some MB. Older ones
 /// are dropped, and counted.

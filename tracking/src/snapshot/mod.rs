@@ -33,6 +33,9 @@ use crate::stays::DwellLine;
 use crate::tracker::TrackState;
 pub use module::{DeviceEvent, DeviceState, EventLine, ModuleLine};
 
+/// So long after a snapshot without another nothing is known any more, ms.
+pub const STALE_MS: u64 = 3000;
+
 /// ms since 1970, by this machine's clock.
 #[must_use]
 pub fn unix_ms() -> u64 {
