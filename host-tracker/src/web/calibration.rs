@@ -83,11 +83,15 @@ pub async fn change(
                 return refusal;
             }
             let (site, changed) = (&shared.context.site, &*shared.context.changed);
-            let saved = site.look(changed).and_then(|()| site.save_poses(&poses, changed));
+            // The tracker notes the poses of a site that it is given as a user's: the calibration's are noted before.
+            let noted = |saved| {
+                (shared.context.accepted)(&poses);
+                changed(saved)
+            };
+            let saved = site.look(changed).and_then(|()| site.save_poses(&poses, noted));
             return match saved {
                 Ok(revision) => {
                     calibration.stop();
-                    (shared.context.accepted)(&poses);
                     Json(Revised { revision, merged: Vec::new() }).into_response()
                 }
                 Err(error) => save_refused(&error),

@@ -50,7 +50,7 @@ pub struct ServerContext {
     pub changed: Box<dyn Fn(Site) -> Result<(), String> + Send + Sync>,
     /// The calibration under way.
     pub calibration: Calibration,
-    /// Told of poses that were accepted, by module.
+    /// Told of poses that were accepted, by module: once the site's file has them, and before `changed` is.
     pub accepted: Accepted,
     /// Where what happens is kept, if it is.
     pub database: Option<PathBuf>,
