@@ -33,6 +33,7 @@
 //! | `session` | log-in, and which client a request is from |
 //! | `router` | what all requests go through, on their way to where the table of operations sends them |
 //! | `listener` | connections, within their bounds |
+//! | `blocking` | work that takes long, on threads of its own |
 //! | `limits`, `places` | the bounds; how many connections, and of which address |
 //! | `feed` | snapshots to text, once for all clients |
 //! | `history` | the last ten minutes |
@@ -59,6 +60,7 @@
 
 mod alarms;
 mod answers;
+mod blocking;
 pub(crate) mod bodies;
 mod calibration;
 mod coverage;
@@ -277,7 +279,7 @@ async fn serve(
         alarms,
         history: Mutex::new(History::default()),
         browsers: Places::new(limits.connections.half()),
-        comparing: tokio::sync::Mutex::default(),
+        comparing: Arc::default(),
         asking: Arc::default(),
         exits: Mutex::default(),
         editors: Editors::default(),

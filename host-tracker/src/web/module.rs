@@ -31,6 +31,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::answers::refuse;
+use super::blocking::in_turn;
 use super::bodies::{Done, ModuleSettings, Renamed};
 use super::shared::Shared;
 use super::site::save_status;
@@ -257,8 +258,7 @@ async fn asked(
     let keys = shared.context.keys.as_deref().map(key_file::load).transpose();
     let keys = keys.map_err(|error| broken(error.to_string()))?.flatten();
     let keys = Arc::new(keys.unwrap_or_else(Keys::none));
-    let mut clients = Arc::clone(&shared.asking).lock_owned().await;
-    match tokio::task::spawn_blocking(move || clients.ask(address, &keys, ask)).await {
+    match in_turn(&shared.asking, move |clients| clients.ask(address, &keys, ask)).await {
         Ok(Ok(answer)) => Ok(answer),
         Ok(Err(error)) => {
             let status = match &error {

@@ -21,6 +21,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::answers::refuse;
+use super::blocking::in_turn;
 use super::bodies::{Done, Session};
 use super::listener::{Ends, Line};
 use super::shared::Shared;
@@ -87,12 +88,10 @@ pub async fn begin(
         Ok(Json(wish)) => wish,
         Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
     };
-    // One at a time: each comparison takes 19 MB and some hundredths of a second.
-    let turn = shared.comparing.lock().await;
+    // One at a time, also of clients that have left: each comparison takes 19 MB and some hundredths of a second.
     let (access, asked) = (shared.context.access.clone(), name.clone());
-    let comparing = tokio::task::spawn_blocking(move || access.log_in(ends.peer, &asked, &password));
-    let session = comparing.await.unwrap_or(Err(LogInError::Wrong));
-    drop(turn);
+    let compared = in_turn(&shared.comparing, move |()| access.log_in(ends.peer, &asked, &password)).await;
+    let session = compared.unwrap_or(Err(LogInError::Wrong));
     let error = match session {
         Ok(session) => {
             let who = shared.context.access.who(&Credential::Session(session.clone()));

@@ -154,7 +154,7 @@ pub(super) struct Shared {
     pub(super) history: Mutex<History>,
     pub(super) browsers: Places,
     /// Held while a password is compared.
-    pub(super) comparing: tokio::sync::Mutex<()>,
+    pub(super) comparing: Arc<tokio::sync::Mutex<()>>,
     /// Who asks modules, one request at a time.
     pub(super) asking: Arc<tokio::sync::Mutex<KeptClients>>,
     /// Ways out that were asked for without a token.
