@@ -7,7 +7,8 @@ mod described;
 mod http_client;
 mod mapped;
 
-use std::net::SocketAddr;
+use std::io::Write;
+use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -68,6 +69,12 @@ impl Tracker {
         let (status, answer) = self.ask(&format!("GET /api/module/{name}"), &Value::Null);
         assert_eq!(status, 200, "{answer}");
         answer["settings"].clone()
+    }
+
+    /// Whether the newest frame has a module of this name.
+    fn has(&self, name: &str) -> bool {
+        let (_, state) = self.ask("GET /api/state", &Value::Null);
+        state["modules"].as_array().into_iter().flatten().any(|line| line["name"] == name)
     }
 
     /// The module's line of the newest frame, once it is so.
@@ -176,6 +183,46 @@ fn a_module_is_set_renamed_taught_and_restarted_over_http() {
     {
         assert_eq!(tracker.refused(&to, action, &wrong).0, 400, "{action} {wrong}");
     }
+}
+
+#[test]
+fn a_client_that_leaves_ends_no_rename_between_the_module_and_the_site() {
+    let bench = Bench::start("leaves");
+    let tracker = Tracker::start(&bench);
+    let mut name = bench.name.clone();
+    tracker.until("it watches", &name, watches);
+    for number in 0..10 {
+        let to = format!("{}-{number}", bench.name);
+        let body = json!({ "name": to }).to_string();
+        let request = format!(
+            "POST /api/module/{name}/rename HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n\
+             Content-Length: {}\r\n\r\n{body}",
+            body.len()
+        );
+        let mut client = TcpStream::connect(tracker.address).unwrap();
+        client.write_all(request.as_bytes()).unwrap();
+        // At some of these delays the module is being asked.
+        std::thread::sleep(Duration::from_millis(number));
+        drop(client);
+        let begun = Instant::now();
+        while !tracker.has(&to) && begun.elapsed() < Duration::from_secs(3) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        if !tracker.has(&to) {
+            // It had left before it was heard.
+            continue;
+        }
+        let begun = Instant::now();
+        while site_file::load(&tracker.site).unwrap().modules[0].name != to {
+            assert!(
+                begun.elapsed() < Duration::from_secs(10),
+                "{to} is the module's name, and not the site's"
+            );
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        name = to;
+    }
+    assert_ne!(name, bench.name, "none was renamed");
 }
 
 #[test]

@@ -156,7 +156,7 @@ fn response(answer: Result<Value, Refused>) -> Response {
     }
 }
 
-async fn done(shared: &Shared, name: &str, act: Act, body: &[u8]) -> Result<Value, Refused> {
+async fn done(shared: &Arc<Shared>, name: &str, act: Act, body: &[u8]) -> Result<Value, Refused> {
     match act {
         Act::Identify => {
             let Identify { seconds } = read(body)?;
@@ -222,7 +222,16 @@ async fn set(shared: &Shared, name: &str, settings: Vec<String>) -> Result<Value
 }
 
 /// Gives it another name, and the site, if it calls it so.
-async fn rename(shared: &Shared, name: &str, to: String) -> Result<Value, Refused> {
+///
+/// # Cancellation
+/// Once begun it is done in both: a module with a name that the site does not have would be missing there.
+async fn rename(shared: &Arc<Shared>, name: &str, to: String) -> Result<Value, Refused> {
+    let (shared, name) = (Arc::clone(shared), name.to_owned());
+    let renaming = tokio::spawn(async move { rename_in_both(&shared, &name, to).await });
+    renaming.await.unwrap_or_else(|_| Err(broken("the module could not be renamed".to_owned())))
+}
+
+async fn rename_in_both(shared: &Shared, name: &str, to: String) -> Result<Value, Refused> {
     let site = shared.context.site.current().site;
     if site.places().any(|(_, known)| known == to) {
         return Err((StatusCode::CONFLICT, format!("the site has a \"{to}\" already")));
@@ -241,6 +250,10 @@ async fn rename(shared: &Shared, name: &str, to: String) -> Result<Value, Refuse
     }
 }
 
+const fn broken(why: String) -> Refused {
+    (StatusCode::INTERNAL_SERVER_ERROR, why)
+}
+
 /// The body of a request; an empty one is an empty object.
 fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, Refused> {
     let body = if body.is_empty() { b"{}" } else { body };
@@ -254,7 +267,6 @@ async fn asked(
     ask: impl Fn(&mut Client) -> Result<Value, ModuleError> + Send + 'static,
 ) -> Result<Value, Refused> {
     let address = address(shared, name)?;
-    let broken = |why: String| (StatusCode::INTERNAL_SERVER_ERROR, why);
     let keys = shared.context.keys.as_deref().map(key_file::load).transpose();
     let keys = keys.map_err(|error| broken(error.to_string()))?.flatten();
     let keys = Arc::new(keys.unwrap_or_else(Keys::none));
