@@ -5,7 +5,7 @@ mod described;
 mod http_client;
 
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{SocketAddr, TcpStream, UdpSocket};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -163,6 +163,19 @@ fn f11_what_is_never_asked_to_the_end_is_ended() {
     assert!(answers[2].starts_with("HTTP/1.1 408 ") && answers[2].contains("in time"), "{answers:?}");
     server.until("counted", |refused| (refused.header, refused.body) == (2, 1));
     assert!(server.map_answers());
+}
+
+#[test]
+fn the_limit_of_a_body_is_over_once_it_has_come() {
+    let server = LimitedServer::new(Limits { body: SHORT, ..PATIENT });
+    let silent = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = silent.local_addr().unwrap().to_string();
+    let module = ModuleLine { name: "left".to_owned(), address, ..ModuleLine::default() };
+    server.frames.send_replace(Arc::new(Snapshot { modules: vec![module], ..Snapshot::default() }));
+    let asked = "POST /api/module/left/identify";
+    let (status, why) = http_client::ask(server.server.address(), asked, &[], b"{}");
+    assert!(status == 504 && why.contains("no module answers"), "{status} {why}");
+    assert_eq!(server.refused.refused().body, 0);
 }
 
 #[test]

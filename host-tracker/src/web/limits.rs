@@ -21,7 +21,7 @@ pub struct Limits {
     /// Until the whole header of the next request has come. A connection that is kept open and asks nothing counts, too:
     /// hyper has one timer for both, and a browser connects anew in a millisecond.
     pub header: Duration,
-    /// Until a request with a body is done.
+    /// Until the body of a request has come.
     pub body: Duration,
     /// Until a client takes the next piece of what it is sent.
     pub write: Duration,

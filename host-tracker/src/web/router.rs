@@ -5,8 +5,11 @@
 //!                 └─ 400, 403         └─ 401    └─ 403
 //! ```
 
+use std::convert::Infallible;
 use std::sync::{Arc, LazyLock};
+use std::time::Duration;
 
+use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, MatchedPath, RawPathParams, Request, State};
 use axum::http::request::Parts;
 use axum::http::uri::PathAndQuery;
@@ -14,7 +17,9 @@ use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, RequestPartsExt, Router};
+use http_body_util::BodyExt;
 use kehai_tracking::door::inbox::Input;
+use tokio::sync::oneshot;
 
 use super::answers::{BODY_MAX, refuse, text};
 use super::documents::Documents;
@@ -139,19 +144,37 @@ async fn admitted(shared: &Shared, line: Line, request: Request, next: Next, wri
         }
     }
     parts.extensions.insert(who);
-    let answer = next.run(Request::from_parts(parts, body));
     if !writes {
         // A body that nothing asked for is not read: hyper closes the connection after the answer.
-        return answer.await;
+        return next.run(Request::from_parts(parts, body)).await;
     }
-    match tokio::time::timeout(shared.limits.body, answer).await {
-        Ok(response) => response,
-        Err(_) => {
+    let (body, read) = told_when_read(body);
+    tokio::select! {
+        response = next.run(Request::from_parts(parts, body)) => response,
+        () = is_late(read, shared.limits.body) => {
             counts.count(Cause::Body);
             let mut response = refuse(StatusCode::REQUEST_TIMEOUT, "the request did not come in time");
             response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
             response
         }
+    }
+}
+
+/// The body, and a receiver that ends as soon as the handler has read it.
+fn told_when_read(body: Body) -> (Body, oneshot::Receiver<Infallible>) {
+    let (reading, read) = oneshot::channel();
+    let body = body.map_frame(move |frame| {
+        // It is dropped with the body, which handlers give up once they have all of it.
+        let _reading = &reading;
+        frame
+    });
+    (Body::new(body), read)
+}
+
+/// Ends if the body has not been read within the limit. How long the handler takes afterwards is its own affair.
+async fn is_late(read: oneshot::Receiver<Infallible>, limit: Duration) {
+    if tokio::time::timeout(limit, read).await.is_ok() {
+        std::future::pending().await
     }
 }
 
