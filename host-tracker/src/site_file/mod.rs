@@ -36,7 +36,10 @@ const REVISION_BITS: u32 = 53;
 #[derive(Clone, Debug)]
 pub struct SiteFile {
     path: PathBuf,
+    /// Held for a moment alone: a client that only asks does not wait for a disk.
     kept: Arc<Mutex<Kept>>,
+    /// Held while the file is read or written: one change at a time.
+    changing: Arc<Mutex<()>>,
     revisions: watch::Sender<u64>,
     /// Its site is that of several areas, each of which has a file of its own: there is none here, and none is written.
     is_together: bool,
@@ -90,6 +93,7 @@ impl SiteFile {
         Ok(Self {
             path,
             kept: Arc::new(Mutex::new(kept)),
+            changing: Arc::default(),
             revisions: watch::Sender::new(revision),
             is_together: false,
         })
@@ -112,7 +116,8 @@ impl SiteFile {
         let kept =
             Kept { name: name.to_string_lossy().into(), revision, site: Arc::default(), text: Arc::from("") };
         let (kept, revisions) = (Arc::new(Mutex::new(kept)), watch::Sender::new(revision));
-        Ok(Self { path: folder.join(name), kept, revisions, is_together: false })
+        let changing = Arc::default();
+        Ok(Self { path: folder.join(name), kept, changing, revisions, is_together: false })
     }
 
     /// The site of several areas, empty at first; `path` is where what belongs to it lies. It is shown, and cannot be saved.
@@ -121,7 +126,7 @@ impl SiteFile {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into();
         let kept = Kept { name, revision: revision(""), site: Arc::default(), text: Arc::from("") };
         let (revisions, kept) = (watch::Sender::new(kept.revision), Arc::new(Mutex::new(kept)));
-        Self { path: path.to_owned(), kept, revisions, is_together: true }
+        Self { path: path.to_owned(), kept, changing: Arc::default(), revisions, is_together: true }
     }
 
     /// Shows another site of all areas.
@@ -159,11 +164,12 @@ impl SiteFile {
         if self.is_together {
             return Ok(());
         }
-        let mut kept = self.kept.lock();
+        let _changing = self.changing.lock();
+        let kept = self.current();
         let Some(text) = self.changed_on_disk(&kept)? else { return Ok(()) };
         let site = Site::parse(&kept.name, &text)
             .map_err(|error| SaveError::ChangedOnDisk(format!("mend it, then save again: {error}")))?;
-        self.take(&mut kept, text, site, changed).map(drop)
+        self.take(text, site, changed).map(drop)
     }
 
     /// Saves an edit, calls `changed`, and publishes its revision. If the site was changed meanwhile both are merged.
@@ -241,7 +247,8 @@ impl SiteFile {
         if self.is_together {
             return Err(SaveError::Together);
         }
-        let mut kept = self.kept.lock();
+        let _changing = self.changing.lock();
+        let kept = self.current();
         if self.changed_on_disk(&kept)?.is_some() {
             return Err(SaveError::ChangedOnDisk("save again".to_owned()));
         }
@@ -251,7 +258,7 @@ impl SiteFile {
         let file = || self.path.display().to_string();
         replace::replace(&self.path, text.as_bytes())
             .map_err(|error| SaveError::Failed { file: file(), error })?;
-        self.take(&mut kept, text, site, changed)
+        self.take(text, site, changed)
     }
 
     /// The file's text, if it is another than what is kept; none of a file that is gone, which is written anew.
@@ -272,14 +279,15 @@ impl SiteFile {
     /// Goes on with another text.
     fn take(
         &self,
-        kept: &mut Kept,
         text: String,
         site: Site,
         changed: impl FnOnce(Site) -> Result<(), String>,
     ) -> Result<u64, SaveError> {
         let revision = revision(&text);
+        let mut kept = self.kept.lock();
         let name = Arc::clone(&kept.name);
         *kept = Kept { name, revision, site: Arc::new(site.clone()), text: text.into() };
+        drop(kept);
         changed(site).map_err(SaveError::Wrong)?;
         self.revisions.send_replace(revision);
         Ok(revision)

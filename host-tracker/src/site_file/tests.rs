@@ -228,3 +228,16 @@ fn a_file_that_cannot_be_read_is_neither_gone_nor_unchanged_and_is_never_overwri
     file.look(|_| panic!("told")).unwrap();
     file.save(of(&file, renamed(&file, "lounge")), |_| Ok(())).unwrap();
 }
+
+#[test]
+fn what_the_file_says_is_known_while_it_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = home(folder.path());
+    let asking = file.clone();
+    let asked = |_: Site| {
+        let (tell, told) = std::sync::mpsc::channel();
+        std::thread::spawn(move || tell.send(asking.current().revision));
+        told.recv_timeout(std::time::Duration::from_secs(10)).map(drop).map_err(|error| error.to_string())
+    };
+    file.save(of(&file, renamed(&file, "lounge")), asked).unwrap();
+}
