@@ -7,7 +7,8 @@ mod socket;
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
 
 use host_tracker::reports::ReportLine;
 use host_tracker::site_file;
@@ -50,6 +51,25 @@ fn the_page_and_all_it_names_are_there() {
         index += 1;
     }
     assert!(named.len() > 5, "{named:?}");
+}
+
+#[test]
+fn a_site_that_takes_long_to_save_lets_no_other_client_wait() {
+    let map = &Map::new();
+    let path = map.folder.path().join("home.toml");
+    std::thread::scope(|scope| {
+        let slow = map.changes.lock().unwrap();
+        let saving = scope.spawn(|| map.put("application/toml", &[], &HOME.replace("hall", "lounge")));
+        while !std::fs::read_to_string(&path).unwrap().contains("lounge") {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let (tell, told) = mpsc::channel();
+        scope.spawn(move || tell.send(map.ask("GET /api/site", &[], b"").0));
+        let answered = told.recv_timeout(Duration::from_secs(10));
+        drop(slow);
+        assert_eq!(answered, Ok(200));
+        assert_eq!(saving.join().unwrap().0, 200);
+    });
 }
 
 /// Head and body of the answer to a GET of a path, byte by byte as they come.
@@ -452,13 +472,13 @@ fn a_picture_is_served_as_what_it_is_and_in_a_sandbox() {
 #[test]
 fn it_is_healthy_while_frames_come_and_not_once_they_stop() {
     let map = Map::new();
-    let (ended, end) = std::sync::mpsc::channel::<()>();
+    let (ended, end) = mpsc::channel::<()>();
     std::thread::scope(|scope| {
         let map = &map;
         let shows = scope.spawn(move || {
             while end
-                .recv_timeout(std::time::Duration::from_millis(20))
-                .is_err_and(|error| error == std::sync::mpsc::RecvTimeoutError::Timeout)
+                .recv_timeout(Duration::from_millis(20))
+                .is_err_and(|error| error == mpsc::RecvTimeoutError::Timeout)
             {
                 map.show(1);
             }

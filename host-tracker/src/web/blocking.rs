@@ -7,8 +7,25 @@
 
 use std::sync::Arc;
 
+use axum::http::StatusCode;
+use axum::response::Response;
 use tokio::sync::Mutex;
 use tokio::task::{JoinError, spawn_blocking};
+
+use super::answers::refuse;
+
+/// The answer that `work` comes to on a thread that may block, for a disk, a lock or equations.
+///
+/// # Cancellation
+/// The work goes on to its end.
+pub(super) async fn answer(work: impl FnOnce() -> Response + Send + 'static) -> Response {
+    spawn_blocking(work).await.unwrap_or_else(|error| broken(&error))
+}
+
+/// The answer if the work has panicked.
+pub(super) fn broken(_: &JoinError) -> Response {
+    refuse(StatusCode::INTERNAL_SERVER_ERROR, "this could not be done: the log says why")
+}
 
 /// Waits for the turn, then does `work` on a thread that may block.
 ///

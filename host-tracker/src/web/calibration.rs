@@ -17,6 +17,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::answers::refuse;
+use super::blocking;
 use super::bodies::Revised;
 use super::shared::Shared;
 use super::site::save_refused;
@@ -50,7 +51,7 @@ pub struct Wish {
 
 /// How far it is.
 pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
-    Json(shared.context.calibration.status()).into_response()
+    blocking::answer(move || Json(shared.context.calibration.status()).into_response()).await
 }
 
 /// Does what is wished.
@@ -59,44 +60,45 @@ pub async fn change(
     Extension(who): Extension<Who>,
     wish: Result<Json<Wish>, JsonRejection>,
 ) -> Response {
-    let wish = match wish {
-        Ok(Json(wish)) => wish,
-        Err(error) => return refuse(StatusCode::BAD_REQUEST, &error.body_text()),
-    };
-    let calibration = shared.context.calibration.clone();
-    match wish.r#do {
+    match wish {
+        // Equations of some tenths of a second, and files.
+        Ok(Json(wish)) => blocking::answer(move || done(&shared, &who, wish.r#do)).await,
+        Err(error) => refuse(StatusCode::BAD_REQUEST, &error.body_text()),
+    }
+}
+
+fn done(shared: &Shared, who: &Who, wish: Do) -> Response {
+    let calibration = &shared.context.calibration;
+    match wish {
         Do::Begin => calibration.begin(),
         Do::GoOn => calibration.go_on(),
         Do::Stop => calibration.stop(),
-        Do::Finish => {
-            // Some tenths of a second of equations: on a thread of its own.
-            let solving = calibration.clone();
-            if tokio::task::spawn_blocking(move || solving.finish()).await.is_err() {
-                return refuse(StatusCode::INTERNAL_SERVER_ERROR, "the equations could not be solved");
-            }
-        }
-        Do::Accept => {
-            let Some(poses) = calibration.mountings() else {
-                return refuse(StatusCode::CONFLICT, "there are no poses to accept: walk and finish first");
-            };
-            if let Some(refusal) = shared.refuse_change(&who, None) {
-                return refusal;
-            }
-            let (site, changed) = (&shared.context.site, &*shared.context.changed);
-            // The tracker notes the poses of a site that it is given as a user's: the calibration's are noted before.
-            let noted = |saved| {
-                (shared.context.accepted)(&poses);
-                changed(saved)
-            };
-            let saved = site.look(changed).and_then(|()| site.save_poses(&poses, noted));
-            return match saved {
-                Ok(revision) => {
-                    calibration.stop();
-                    Json(Revised { revision, merged: Vec::new() }).into_response()
-                }
-                Err(error) => save_refused(&error),
-            };
-        }
+        Do::Finish => calibration.finish(),
+        Do::Accept => return accept(shared, who),
     }
     Json(calibration.status()).into_response()
+}
+
+/// Saves the poses that were found.
+fn accept(shared: &Shared, who: &Who) -> Response {
+    let calibration = &shared.context.calibration;
+    let Some(poses) = calibration.mountings() else {
+        return refuse(StatusCode::CONFLICT, "there are no poses to accept: walk and finish first");
+    };
+    if let Some(refusal) = shared.refuse_change(who, None) {
+        return refusal;
+    }
+    let (site, changed) = (&shared.context.site, &*shared.context.changed);
+    // The tracker notes the poses of a site that it is given as a user's: the calibration's are noted before.
+    let noted = |saved| {
+        (shared.context.accepted)(&poses);
+        changed(saved)
+    };
+    match site.look(changed).and_then(|()| site.save_poses(&poses, noted)) {
+        Ok(revision) => {
+            calibration.stop();
+            Json(Revised { revision, merged: Vec::new() }).into_response()
+        }
+        Err(error) => save_refused(&error),
+    }
 }

@@ -280,6 +280,7 @@ async fn serve(
         history: Mutex::new(History::default()),
         browsers: Places::new(limits.connections.half()),
         comparing: Arc::default(),
+        drawing: Arc::default(),
         asking: Arc::default(),
         exits: Mutex::default(),
         editors: Editors::default(),

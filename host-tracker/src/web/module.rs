@@ -29,6 +29,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use tokio::task::spawn_blocking;
 
 use super::answers::refuse;
 use super::blocking::in_turn;
@@ -231,7 +232,7 @@ async fn rename(shared: &Arc<Shared>, name: &str, to: String) -> Result<Value, R
     renaming.await.unwrap_or_else(|_| Err(broken("the module could not be renamed".to_owned())))
 }
 
-async fn rename_in_both(shared: &Shared, name: &str, to: String) -> Result<Value, Refused> {
+async fn rename_in_both(shared: &Arc<Shared>, name: &str, to: String) -> Result<Value, Refused> {
     let site = shared.context.site.current().site;
     if site.places().any(|(_, known)| known == to) {
         return Err((StatusCode::CONFLICT, format!("the site has a \"{to}\" already")));
@@ -240,14 +241,19 @@ async fn rename_in_both(shared: &Shared, name: &str, to: String) -> Result<Value
     if !site.modules.iter().any(|module| module.name == name) {
         return Ok(json!(Renamed { name: to, revision: None }));
     }
-    let (file, changed) = (&shared.context.site, &*shared.context.changed);
-    match file.look(changed).and_then(|()| file.rename_module(name, &to, changed)) {
-        Ok(revision) => Ok(json!(Renamed { name: to, revision: Some(revision) })),
-        Err(error) => {
-            let why = format!("it is called {to} now, but not in the site: {error}");
-            Err((save_status(&error), why))
+    let (shared, name) = (Arc::clone(shared), name.to_owned());
+    let saving = move || {
+        let (file, changed) = (&shared.context.site, &*shared.context.changed);
+        match file.look(changed).and_then(|()| file.rename_module(&name, &to, changed)) {
+            Ok(revision) => Ok(json!(Renamed { name: to, revision: Some(revision) })),
+            Err(error) => {
+                let why = format!("it is called {to} now, but not in the site: {error}");
+                Err((save_status(&error), why))
+            }
         }
-    }
+    };
+    let not_saved = |_| Err(broken("it has its name, but the site could not be saved".to_owned()));
+    spawn_blocking(saving).await.unwrap_or_else(not_saved)
 }
 
 const fn broken(why: String) -> Refused {
@@ -267,20 +273,20 @@ async fn asked(
     ask: impl Fn(&mut Client) -> Result<Value, ModuleError> + Send + 'static,
 ) -> Result<Value, Refused> {
     let address = address(shared, name)?;
-    let keys = shared.context.keys.as_deref().map(key_file::load).transpose();
-    let keys = keys.map_err(|error| broken(error.to_string()))?.flatten();
-    let keys = Arc::new(keys.unwrap_or_else(Keys::none));
-    match in_turn(&shared.asking, move |clients| clients.ask(address, &keys, ask)).await {
-        Ok(Ok(answer)) => Ok(answer),
-        Ok(Err(error)) => {
+    let file = shared.context.keys.clone();
+    let answer = in_turn(&shared.asking, move |clients| {
+        let keys = file.as_deref().map(key_file::load).transpose();
+        let keys = keys.map_err(|error| broken(error.to_string()))?.flatten();
+        let keys = Arc::new(keys.unwrap_or_else(Keys::none));
+        clients.ask(address, &keys, ask).map_err(|error| {
             let status = match &error {
                 ModuleError::Client(ClientError::Silent(_)) => StatusCode::GATEWAY_TIMEOUT,
                 _ => StatusCode::CONFLICT,
             };
-            Err((status, error.to_string()))
-        }
-        Err(_) => Err(broken("the module could not be asked".to_owned())),
-    }
+            (status, error.to_string())
+        })
+    });
+    answer.await.unwrap_or_else(|_| Err(broken("the module could not be asked".to_owned())))
 }
 
 /// Where a module answers, by its name in the frames.

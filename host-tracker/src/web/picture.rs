@@ -23,6 +23,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::answers::{refuse, text};
+use super::blocking::{self, in_turn};
 use super::bodies::Done;
 use super::shared::Shared;
 use crate::picture::{LONGEST, PictureError, PictureFile, Place};
@@ -37,14 +38,15 @@ fn file(shared: &Shared) -> PictureFile {
 
 /// The picture.
 pub async fn show(State(shared): State<Arc<Shared>>) -> Response {
-    match file(&shared).load() {
+    blocking::answer(move || match file(&shared).load() {
         Ok(Some((kind, bytes))) => {
             ([(header::CONTENT_TYPE, kind.media_type()), (header::CONTENT_SECURITY_POLICY, SANDBOX)], bytes)
                 .into_response()
         }
         Ok(None) => refuse(StatusCode::NOT_FOUND, "there is no picture"),
         Err(error) => refused(&error),
-    }
+    })
+    .await
 }
 
 /// Another picture.
@@ -59,7 +61,9 @@ pub async fn change(
     };
     let said = text(&headers, header::CONTENT_TYPE).unwrap_or_default();
     match crate::picture::Kind::of(&body) {
-        Some(kind) if kind.media_type() == said => answer(file(&shared).save(&body).map(drop)),
+        Some(kind) if kind.media_type() == said => {
+            answer(&shared, move |file| file.save(&body).map(drop)).await
+        }
         Some(_) | None => {
             let why = format!("\"{said}\" it is not: send a PNG as image/png, or an SVG as image/svg+xml");
             refuse(StatusCode::UNSUPPORTED_MEDIA_TYPE, &why)
@@ -69,7 +73,7 @@ pub async fn change(
 
 /// No picture any more.
 pub async fn remove(State(shared): State<Arc<Shared>>) -> Response {
-    answer(file(&shared).remove())
+    answer(&shared, PictureFile::remove).await
 }
 
 /// Whether there is one, and where it lies.
@@ -83,21 +87,33 @@ pub(in crate::web) struct PictureLaid {
 
 /// Whether there is one, and where it lies.
 pub async fn place(State(shared): State<Arc<Shared>>) -> Response {
-    let file = file(&shared);
-    let there = file.load().is_ok_and(|picture| picture.is_some());
-    Json(PictureLaid { picture: there, place: file.place() }).into_response()
+    blocking::answer(move || {
+        let file = file(&shared);
+        let there = file.load().is_ok_and(|picture| picture.is_some());
+        Json(PictureLaid { picture: there, place: file.place() }).into_response()
+    })
+    .await
 }
 
 /// Lays it elsewhere.
 pub async fn lay(State(shared): State<Arc<Shared>>, place: Result<Json<Place>, JsonRejection>) -> Response {
     match place {
-        Ok(Json(place)) => answer(file(&shared).lay(&place)),
+        Ok(Json(place)) => answer(&shared, move |file| file.lay(&place)).await,
         Err(error) => refuse(StatusCode::BAD_REQUEST, &error.body_text()),
     }
 }
 
-fn answer(done: Result<(), PictureError>) -> Response {
-    done.map_or_else(|error| refused(&error), |()| Json(Done {}).into_response())
+/// Changes the picture, one request at a time: all of them write beside the same file.
+async fn answer(
+    shared: &Shared,
+    change: impl FnOnce(&PictureFile) -> Result<(), PictureError> + Send + 'static,
+) -> Response {
+    let file = file(shared);
+    match in_turn(&shared.drawing, move |()| change(&file)).await {
+        Ok(Ok(())) => Json(Done {}).into_response(),
+        Ok(Err(error)) => refused(&error),
+        Err(error) => blocking::broken(&error),
+    }
 }
 
 fn refused(error: &PictureError) -> Response {

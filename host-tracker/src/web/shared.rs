@@ -155,6 +155,8 @@ pub(super) struct Shared {
     pub(super) browsers: Places,
     /// Held while a password is compared.
     pub(super) comparing: Arc<tokio::sync::Mutex<()>>,
+    /// Held while the picture is changed.
+    pub(super) drawing: Arc<tokio::sync::Mutex<()>>,
     /// Who asks modules, one request at a time.
     pub(super) asking: Arc<tokio::sync::Mutex<KeptClients>>,
     /// Ways out that were asked for without a token.

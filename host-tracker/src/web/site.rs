@@ -25,6 +25,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::answers::{BODY_MAX, refuse, text};
+use super::blocking;
 use super::bodies::{Revised, SiteShown, SiteTogether};
 use super::shared::Shared;
 use crate::access::Who;
@@ -63,19 +64,23 @@ pub async fn change(
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
     let Ok(body) = body else { return too_long() };
-    let change = match read(&headers, &body) {
+    blocking::answer(move || save(&shared, &who, &headers, &body)).await
+}
+
+fn save(shared: &Shared, who: &Who, headers: &HeaderMap, body: &[u8]) -> Response {
+    let change = match read(headers, body) {
         Ok(change) => change,
         Err((status, why)) => return refuse(status, &why),
     };
     let context = &shared.context;
-    if let Some(refusal) = shared.refuse_change(&who, Some(&change.site)) {
+    if let Some(refusal) = shared.refuse_change(who, Some(&change.site)) {
         return refusal;
     }
     if let Err(error) = context.site.look(&*context.changed) {
         return save_refused(&error);
     }
     // By hand it may have got doors.
-    if let Some(refusal) = shared.refuse_change(&who, Some(&change.site)) {
+    if let Some(refusal) = shared.refuse_change(who, Some(&change.site)) {
         return refusal;
     }
     let Change { revision, base, site } = change;
@@ -88,14 +93,15 @@ pub async fn change(
 /// What would become of a change. Nothing is saved.
 pub async fn attempt(State(shared): State<Arc<Shared>>, body: Result<Bytes, BytesRejection>) -> Response {
     let Ok(body) = body else { return too_long() };
-    match json_of(&body) {
+    blocking::answer(move || match json_of(&body) {
         Ok(Change { base, site, .. }) => {
             let (kept, merged, theirs) = shared.context.site.compare(base.as_ref().unwrap_or(&site), &site);
             let wrong = site.wrong();
             Json(SiteTogether { wrong, ..together(&kept, &merged, &theirs) }).into_response()
         }
         Err((status, why)) => refuse(status, &why),
-    }
+    })
+    .await
 }
 
 /// A change beside what was changed meanwhile.
