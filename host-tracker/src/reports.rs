@@ -8,12 +8,14 @@
 //! Looking changes nothing: snapshots and recordings are the same with and without listeners.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
+use crate::log_limit::CountLog;
 use kehai_tracking::jsonl::TrackLine;
 
 /// Reports that wait for a listener, a second of sixteen modules; a slower one misses the oldest.
@@ -58,13 +60,17 @@ impl Reports {
     /// Every report from now on.
     #[must_use]
     pub fn listen(&self) -> Listener {
-        Listener(self.0.subscribe())
+        Listener { reports: self.0.subscribe(), missed: 0, log: CountLog::default() }
     }
 }
 
 /// A listener.
 #[derive(Debug)]
-pub struct Listener(Receiver<Arc<ReportLine>>);
+pub struct Listener {
+    reports: Receiver<Arc<ReportLine>>,
+    missed: u64,
+    log: CountLog<1>,
+}
 
 impl Listener {
     /// The next one that was not missed; none when no more will come.
@@ -73,11 +79,39 @@ impl Listener {
     /// Nothing is lost.
     pub async fn next(&mut self) -> Option<Arc<ReportLine>> {
         loop {
-            match self.0.recv().await {
+            match self.reports.recv().await {
                 Ok(line) => return Some(line),
-                Err(RecvError::Lagged(_)) => {}
+                Err(RecvError::Lagged(missed)) => {
+                    self.missed += missed;
+                    if self.log.is_due([self.missed], Instant::now()) {
+                        tracing::warn!("a client has missed {} reports, which came too fast", self.missed);
+                    }
+                }
                 Err(RecvError::Closed) => return None,
             }
         }
+    }
+
+    /// How many it was too slow for.
+    #[must_use]
+    pub const fn missed(&self) -> u64 {
+        self.missed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_listener_that_is_too_slow_misses_the_oldest_and_knows_how_many() {
+        let reports = Reports::default();
+        let mut listener = reports.listen();
+        for sequence in 0..WAITING as u32 + 10 {
+            reports.publish(ReportLine { t: 0.0, module: "left".into(), sequence, tracks: Vec::new() });
+        }
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let first = runtime.block_on(listener.next()).unwrap();
+        assert_eq!((first.sequence, listener.missed()), (10, 10));
     }
 }

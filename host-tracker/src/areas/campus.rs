@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
@@ -20,6 +20,7 @@ use super::link::{one_line, open};
 use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
 use crate::alarm_handle::AlarmHandle;
 use crate::clock::HostClock;
+use crate::log_limit::CountLog;
 use crate::site_file::SiteFile;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
@@ -83,8 +84,23 @@ struct Out {
     frames: watch::Sender<Arc<Snapshot>>,
     site: watch::Sender<Arc<Site>>,
     queue: SyncSender<Arc<Snapshot>>,
+    /// Pictures that found no room there.
+    missed: u64,
     file: SiteFile,
     listed: AlarmHandle,
+}
+
+impl Out {
+    /// Shows a picture to all, with how many of those before found a sink too slow.
+    fn show(&mut self, mut picture: Snapshot) {
+        picture.missed = self.missed;
+        let picture = Arc::new(picture);
+        self.listed.show(picture.unix_ms, picture.alarms.clone());
+        self.frames.send_replace(Arc::clone(&picture));
+        if let Err(TrySendError::Full(_)) = self.queue.try_send(picture) {
+            self.missed += 1;
+        }
+    }
 }
 
 /// Messages that were lost.
@@ -95,9 +111,13 @@ struct Lost {
 }
 
 impl Lost {
-    /// How many were not understood, and how many found no room.
-    fn counts(&self) -> [u64; 2] {
-        [&self.not_understood, &self.no_room].map(|count| count.load(Ordering::Relaxed))
+    /// Says in the log how many were lost since the start, once in a while.
+    fn say(&self, log: &mut CountLog<2>) {
+        let counts = [&self.not_understood, &self.no_room].map(|count| count.load(Ordering::Relaxed));
+        if log.is_due(counts, Instant::now()) {
+            let [not_understood, no_room] = counts;
+            tracing::warn!("areas: {not_understood} messages were not understood, {no_room} found no room");
+        }
     }
 }
 
@@ -117,11 +137,11 @@ impl Campus {
         let (frames_in, frames) = watch::channel(Arc::default());
         let (site_in, site) = watch::channel(Arc::default());
         let (queue, pictures) = sync_channel(PICTURES);
-        let out = Out { frames: frames_in, site: site_in, queue, file, listed };
+        let mut out = Out { frames: frames_in, site: site_in, queue, missed: 0, file, listed };
         let work = move |stop: &AtomicBool| {
             let Some(session) = open(&config, stop, say) else { return Ok(()) };
             say(&format!("the areas of {} are heard over Zenoh", settings.site));
-            follow(&session, &settings, &out, stop).map_err(|error| one_line(&error))
+            follow(&session, &settings, &mut out, stop).map_err(|error| one_line(&error))
         };
         let thread = Worker::start("campus", alarms, work);
         let thread = thread.map_err(|error| LinkError::Open(error.to_string()))?;
@@ -144,7 +164,7 @@ impl Campus {
 fn follow(
     session: &Session,
     settings: &CampusSettings,
-    out: &Out,
+    out: &mut Out,
     stop: &AtomicBool,
 ) -> Result<(), zenoh::Error> {
     let (news_in, news) = sync_channel(QUEUE);
@@ -172,7 +192,7 @@ fn follow(
     let mut known: BTreeMap<AreaName, Known> = BTreeMap::new();
     let mut site = Arc::new(Site::default());
     let mut next = Instant::now();
-    let mut told = [0, 0];
+    let mut log = CountLog::default();
     while !stop.load(Ordering::Relaxed) {
         match news.recv_timeout(next.saturating_duration_since(Instant::now())) {
             Ok(Heard::Frame(area, revision, said)) => {
@@ -203,19 +223,8 @@ fn follow(
                 next += EVERY;
                 // After a sleep of the machine there is one picture, not all that were missed.
                 next = next.max(Instant::now());
-                let picture = Arc::new(campus.picture(&site, clock.now_us(), unix_ms()));
-                out.listed.show(picture.unix_ms, picture.alarms.clone());
-                out.frames.send_replace(Arc::clone(&picture));
-                // A slow sink misses pictures.
-                let _ = out.queue.try_send(picture);
-                let now = lost.counts();
-                if now != told && now.iter().sum::<u64>().is_power_of_two() {
-                    let [not_understood, no_room] = now;
-                    tracing::warn!(
-                        "areas: {not_understood} messages were not understood, {no_room} found no room"
-                    );
-                    told = now;
-                }
+                out.show(campus.picture(&site, clock.now_us(), unix_ms()));
+                lost.say(&mut log);
             }
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
@@ -263,4 +272,25 @@ fn read<T: serde::de::DeserializeOwned>(sample: &Sample) -> Option<T> {
         return None;
     }
     serde_json::from_slice(&bytes).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_that_a_slow_sink_does_not_get_are_counted() {
+        let (queue, pictures) = sync_channel(1);
+        let file = SiteFile::together(std::path::Path::new("campus"));
+        let (frames, newest) = watch::channel(Arc::default());
+        let (site, _) = watch::channel(Arc::default());
+        let mut out = Out { frames, site, queue, missed: 0, file, listed: AlarmHandle::default() };
+        for _ in 0..4 {
+            out.show(Snapshot::default());
+        }
+        assert_eq!((out.missed, newest.borrow().missed), (3, 2), "each says what those before it found");
+        drop(pictures);
+        out.show(Snapshot::default());
+        assert_eq!(out.missed, 3, "a sink that is not there misses nothing");
+    }
 }
