@@ -1,12 +1,24 @@
 //! The link: a thread that keeps one connection to the broker going, and reports what comes over it.
 //!
 //! ```text
-//!   broker ══▶ connected │ a retained topic │ a message │ the end ──▶ `session`
+//!   broker ══▶ connected │ a retained topic │ a message │ the end ──▶ queue ──▶ `session`
+//!                                              full: counted
 //! ```
 
-use std::sync::mpsc::Sender;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
-use rumqttc::{Connection, Event, Packet};
+use rumqttc::{Connection, Event, Packet, Publish};
+
+/// News that wait for the session: as many as it may have on the way itself, of which the broker sends it a copy each.
+const QUEUE: usize = 8192;
+
+/// So much of a message is passed on, bytes: what is longer is none that is taken, and its beginning shows that as well.
+const PAYLOAD_MAX: usize = 4096;
+
+/// Longest topic that is passed on, bytes: no device has such a one.
+const TOPIC_MAX: usize = 4096;
 
 /// What the link says.
 pub(super) enum News {
@@ -20,27 +32,86 @@ pub(super) enum News {
     Ended(String),
 }
 
+/// The link's end of the queue of news.
+pub(super) struct Tell {
+    news: SyncSender<News>,
+    dropped: Arc<AtomicU64>,
+}
+
+/// The session has ended.
+struct Unheard;
+
+/// The queue of news. Messages that find no room in it are added to `dropped`.
+pub(super) fn queue(dropped: &Arc<AtomicU64>) -> (Tell, Receiver<News>) {
+    let (news, receiver) = sync_channel(QUEUE);
+    (Tell { news, dropped: Arc::clone(dropped) }, receiver)
+}
+
+impl Tell {
+    /// Passes a message on, if there is room: a flood of them must not keep the link from the broker.
+    fn message(&self, topic: String, payload: &[u8]) -> Result<(), Unheard> {
+        let payload = payload.get(..PAYLOAD_MAX).unwrap_or(payload).to_vec();
+        let full = if topic.len() > TOPIC_MAX {
+            true
+        } else {
+            match self.news.try_send(News::Message(topic, payload)) {
+                Ok(()) => false,
+                Err(TrySendError::Full(_)) => true,
+                Err(TrySendError::Disconnected(_)) => return Err(Unheard),
+            }
+        };
+        self.dropped.fetch_add(u64::from(full), Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Passes on what must not be lost, and waits until there is room for it.
+    fn surely(&self, news: News) -> Result<(), Unheard> {
+        self.news.send(news).map_err(|_| Unheard)
+    }
+
+    fn published(&self, publish: Publish) -> Result<(), Unheard> {
+        match publish.retain {
+            true if publish.payload.is_empty() => Ok(()),
+            true => self.surely(News::Retained(publish.topic)),
+            false => self.message(publish.topic, &publish.payload),
+        }
+    }
+}
+
 /// Keeps the connection going until it ends, and reports its news.
-pub(super) fn run(mut connection: Connection, tell: &Sender<News>) {
+pub(super) fn run(mut connection: Connection, tell: &Tell) {
     for event in connection.iter() {
-        let news = match event {
-            Ok(Event::Incoming(Packet::ConnAck(_))) => News::Connected,
-            Ok(Event::Incoming(Packet::Publish(publish)))
-                if publish.retain && !publish.payload.is_empty() =>
-            {
-                News::Retained(publish.topic)
-            }
-            Ok(Event::Incoming(Packet::Publish(publish))) if !publish.retain => {
-                News::Message(publish.topic, publish.payload.to_vec())
-            }
-            Ok(_) => continue,
+        let heard = match event {
+            Ok(Event::Incoming(Packet::ConnAck(_))) => tell.surely(News::Connected),
+            Ok(Event::Incoming(Packet::Publish(publish))) => tell.published(publish),
+            Ok(_) => Ok(()),
             Err(error) => {
-                let _ = tell.send(News::Ended(error.to_string()));
+                let _ = tell.surely(News::Ended(error.to_string()));
                 return;
             }
         };
-        if tell.send(news).is_err() {
+        if heard.is_err() {
             return;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flood_of_messages_fills_the_queue_alone_and_is_counted() {
+        let dropped = Arc::default();
+        let (tell, news) = queue(&dropped);
+        for _ in 0..QUEUE + 10 {
+            assert!(tell.message("kehai/home/sign".into(), &[b'x'; 1 << 20]).is_ok());
+        }
+        assert!(tell.message("x".repeat(TOPIC_MAX + 1), b"").is_ok());
+        assert_eq!(dropped.load(Ordering::Relaxed), 11);
+        let Ok(News::Message(topic, payload)) = news.recv() else { unreachable!() };
+        assert_eq!((&*topic, payload.len()), ("kehai/home/sign", PAYLOAD_MAX));
+        drop(news);
+        assert!(tell.message("a".into(), b"").is_err() && tell.surely(News::Connected).is_err());
     }
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -30,6 +30,7 @@ use super::presses::Presser;
 use super::session::{Session, WAIT};
 use super::topics::Topics;
 use crate::doors::DoorHandle;
+use crate::log_limit::CountLog;
 use crate::signs::SignHandle;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
@@ -122,11 +123,12 @@ fn run(
     let start = |buttons: &Buttons| Presser::start(buttons.keys.clone());
     let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
     let mut outage = Outage::default();
+    let (dropped, mut drop_log) = (Arc::default(), CountLog::default());
     let of_broker =
         |level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker));
     while !stop.load(Ordering::Relaxed) {
         let (client, connection) = Client::new(options(settings), ON_THE_WAY);
-        let (tell, news) = mpsc::channel();
+        let (tell, news) = link::queue(&dropped);
         let Ok(thread) =
             std::thread::Builder::new().name("mqtt link".into()).spawn(move || link::run(connection, &tell))
         else {
@@ -146,6 +148,8 @@ fn run(
             signs: settings.signs.as_ref(),
             presser: presser.as_ref(),
             outage: &mut outage,
+            dropped: &dropped,
+            drop_log: &mut drop_log,
             say: &of_broker,
         };
         let end = session.run(frames, told, &news, stop, begun);

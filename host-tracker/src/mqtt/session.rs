@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -24,6 +24,7 @@ use super::outbox::{Outbox, Publication};
 use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
 use super::presses::{NotPressed, Presser, Target, button};
 use crate::doors::DoorHandle;
+use crate::log_limit::CountLog;
 use crate::signs::SignHandle;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::site::Site;
@@ -31,6 +32,16 @@ use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// Wait for a frame.
 pub(super) const WAIT: Duration = Duration::from_millis(100);
+
+/// News of the link that are taken at a time: between two rounds doors' orders go out, which have leases to renew.
+const ROUND: usize = 1024;
+
+/// Whether a round has left news of the link.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Left {
+    Nothing,
+    Perhaps,
+}
 
 /// One connection.
 pub(super) struct Session<'a> {
@@ -47,6 +58,9 @@ pub(super) struct Session<'a> {
     pub signs: Option<&'a SignHandle>,
     pub presser: Option<&'a Presser>,
     pub outage: &'a mut Outage,
+    /// Messages that found no room on their way here, over all connections, and what the log has said of them.
+    pub dropped: &'a AtomicU64,
+    pub drop_log: &'a mut CountLog<1>,
     /// Says something of this broker.
     pub say: &'a dyn Fn(Level, &str),
 }
@@ -61,8 +75,13 @@ impl Session<'_> {
         stop: &AtomicBool,
         begun: Instant,
     ) -> Option<String> {
+        let mut left = Left::Nothing;
         loop {
-            let fresh = match frames.recv_timeout(WAIT) {
+            let wait = match left {
+                Left::Nothing => WAIT,
+                Left::Perhaps => Duration::ZERO,
+            };
+            let fresh = match frames.recv_timeout(wait) {
                 Ok(frame) => Some(frame),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => {
@@ -79,9 +98,11 @@ impl Session<'_> {
             if let Some(frame) = &fresh {
                 self.use_snapshot(frame);
             }
-            if let Err(reason) = self.take_news(news) {
-                return Some(reason);
-            }
+            left = match self.take_news(news) {
+                Ok(left) => left,
+                Err(reason) => return Some(reason),
+            };
+            self.say_dropped();
             if let Some(presser) = self.presser {
                 presser.refusals().for_each(|(target, why)| self.refuse(&target, &why));
             }
@@ -106,17 +127,25 @@ impl Session<'_> {
         self.door_topics.extend(door_topics(frame, self.outbox.topics()));
     }
 
-    /// All that the link has said; an error is why the connection has ended.
-    fn take_news(&mut self, news: &Receiver<News>) -> Result<(), String> {
-        loop {
+    /// What the link has said, a round's share of it; an error is why the connection has ended.
+    fn take_news(&mut self, news: &Receiver<News>) -> Result<Left, String> {
+        for _ in 0..ROUND {
             match news.try_recv() {
                 Ok(News::Connected) => self.begin()?,
                 Ok(News::Retained(topic)) => self.outbox.retained(&topic),
                 Ok(News::Message(topic, payload)) => self.receive(&topic, &payload),
                 Ok(News::Ended(reason)) => return Err(reason),
-                Err(TryRecvError::Empty) => return Ok(()),
+                Err(TryRecvError::Empty) => return Ok(Left::Nothing),
                 Err(TryRecvError::Disconnected) => return Err("the link has ended".to_owned()),
             }
+        }
+        Ok(Left::Perhaps)
+    }
+
+    fn say_dropped(&mut self) {
+        let dropped = self.dropped.load(Ordering::Relaxed);
+        if self.drop_log.is_due([dropped], Instant::now()) {
+            (self.say)(Level::WARN, &format!("{dropped} messages came too fast, and were dropped"));
         }
     }
 
@@ -214,5 +243,45 @@ impl Session<'_> {
             let _ = self.publish(self.outbox.farewell());
         }
         let _ = self.client.try_disconnect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rumqttc::MqttOptions;
+
+    use super::super::messages::tests::topics;
+    use super::*;
+
+    #[test]
+    fn a_flood_of_messages_leaves_time_for_what_doors_order() {
+        let (client, _connection) = Client::new(MqttOptions::new("test", "localhost", 1883), 10);
+        let dropped = AtomicU64::new(7);
+        let said = std::cell::RefCell::new(Vec::new());
+        let mut session = Session {
+            client,
+            site: watch::channel(Arc::default()).1,
+            map_url: None,
+            outbox: &mut Outbox::new(topics()),
+            connected: false,
+            newest: Arc::default(),
+            door_topics: BTreeMap::new(),
+            doors: None,
+            signs: None,
+            presser: None,
+            outage: &mut Outage::default(),
+            dropped: &dropped,
+            drop_log: &mut CountLog::default(),
+            say: &|_, text| said.borrow_mut().push(text.to_owned()),
+        };
+        let (tell, news) = std::sync::mpsc::channel();
+        for _ in 0..ROUND + 1 {
+            tell.send(News::Message("kehai/front-door/door/front/card".into(), Vec::new())).unwrap();
+        }
+        assert_eq!(session.take_news(&news), Ok(Left::Perhaps));
+        assert_eq!(session.take_news(&news), Ok(Left::Nothing));
+        session.say_dropped();
+        session.say_dropped();
+        assert_eq!(*said.borrow(), ["7 messages came too fast, and were dropped"]);
     }
 }
