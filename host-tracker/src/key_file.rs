@@ -164,23 +164,35 @@ fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
 pub struct Watched {
     file: PathBuf,
     stamp: Option<Stamp>,
+    /// The system did not let the file of this stamp be read.
+    is_unread: bool,
 }
 
 impl Watched {
     /// Looks at `file`, which may not be there yet.
     #[must_use]
     pub const fn new(file: PathBuf) -> Self {
-        Self { file, stamp: None }
+        Self { file, stamp: None, is_unread: false }
     }
 
-    /// The keys, if the file has changed since they were asked for; with the error it counts as changed once.
+    /// The keys, if the file has changed since they were asked for; with an error it counts as changed once. A file that the system
+    /// did not let be read counts as changed until it was.
     pub fn changed(&mut self) -> Option<Result<Keys, KeyFileError>> {
+        self.changed_as(load)
+    }
+
+    fn changed_as(
+        &mut self,
+        load: impl FnOnce(&Path) -> Result<Option<Keys>, KeyFileError>,
+    ) -> Option<Result<Keys, KeyFileError>> {
         let stamp = Stamp::of(&self.file)?;
-        if self.stamp == Some(stamp) {
+        if self.stamp == Some(stamp) && !self.is_unread {
             return None;
         }
+        let keys = load(&self.file);
+        self.is_unread = matches!(keys, Err(KeyFileError::File { .. }));
         self.stamp = Some(stamp);
-        load(&self.file).transpose()
+        keys.transpose()
     }
 }
 
@@ -260,6 +272,22 @@ mod tests {
             "{error}"
         );
         assert_eq!(fs::read(&file).unwrap(), before);
+    }
+
+    #[test]
+    fn keys_that_could_not_be_read_for_a_moment_are_read_again_and_wrong_ones_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("door.keys");
+        let keys = load_or_create(&file).unwrap();
+        let mut watched = Watched::new(file.clone());
+        let moment = io::Error::other("too many open files");
+        let failed = KeyFileError::File { file: file.clone(), error: moment };
+        assert!(watched.changed_as(|_| Err(failed)).unwrap().is_err());
+        assert_eq!(watched.changed().unwrap().unwrap(), keys);
+        assert!(watched.changed().is_none());
+        fs::write(&file, "secret = 1").unwrap();
+        assert!(watched.changed().unwrap().is_err());
+        assert!(watched.changed().is_none(), "it is said once");
     }
 
     #[test]

@@ -168,6 +168,8 @@ struct Shared {
 struct State {
     known: Known,
     stamp: Option<Stamp>,
+    /// Why the system did not let the file of this stamp be read: it is tried again.
+    unread: Option<String>,
     looked_us: u64,
     sessions: Sessions,
     attempts: Attempts,
@@ -212,6 +214,7 @@ impl Access {
         let state = State {
             known: Known::Open,
             stamp: None,
+            unread: None,
             looked_us: clock(),
             sessions: Sessions::default(),
             attempts: Attempts::default(),
@@ -220,7 +223,7 @@ impl Access {
         if let Some(file) = &access.0.file {
             let mut state = access.0.state.lock();
             state.stamp = file.stamp();
-            state.read(file);
+            state.take(file, file.load());
         }
         access
     }
@@ -291,9 +294,9 @@ impl Access {
         {
             state.looked_us = now_us;
             let stamp = file.stamp();
-            if stamp != state.stamp {
+            if stamp != state.stamp || state.unread.is_some() {
                 state.stamp = stamp;
-                state.read(file);
+                state.take(file, file.load());
             }
         }
         (state, now_us)
@@ -301,9 +304,10 @@ impl Access {
 }
 
 impl State {
-    /// What the file says from now on counts.
-    fn read(&mut self, file: &AccessFile) {
-        self.known = match file.load() {
+    /// What was read of the file counts from now on.
+    fn take(&mut self, file: &AccessFile, read: Result<Directory, AccessFileError>) {
+        let unread = self.unread.take();
+        self.known = match read {
             Ok(directory) if directory.is_empty() && matches!(self.known, Known::Open) => Known::Open,
             Ok(directory) => {
                 if directory.users.is_empty() {
@@ -312,9 +316,14 @@ impl State {
                 Known::These(Arc::new(directory))
             }
             Err(error) => {
-                tracing::error!(
-                    "{error}; until it is mended no user is let in, and only the way out is open"
-                );
+                let why = error.to_string();
+                // One that is tried again each second is said once.
+                if unread.as_ref() != Some(&why) {
+                    tracing::error!(
+                        "{why}; until it is mended no user is let in, and only the way out is open"
+                    );
+                }
+                self.unread = matches!(error, AccessFileError::System { .. }).then_some(why);
                 Known::These(Arc::default())
             }
         };

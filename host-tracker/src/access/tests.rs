@@ -74,6 +74,18 @@ fn who_is_added_while_it_runs_shuts_it_and_it_never_opens_again() {
 }
 
 #[test]
+fn a_file_that_could_not_be_read_for_a_moment_is_read_again_though_it_is_the_same() {
+    let house = House::of_anna();
+    let anna = house.log_in();
+    let failed = |error: std::io::Error| AccessFileError::System { file: house.file.path().into(), error };
+    let moment = std::io::Error::other("too many open files");
+    house.access.0.state.lock().take(&house.file, Err(failed(moment)));
+    assert_eq!(house.access.who(&anna), Who::Nobody);
+    house.pass(S);
+    assert_eq!(house.access.who(&anna), Who::Person { name: "anna".into(), role: Role::Edit });
+}
+
+#[test]
 fn a_damaged_file_lets_no_user_in_from_the_beginning_but_the_way_out_is_free() {
     let folder = tempfile::tempdir().unwrap();
     let file = AccessFile::beside(&folder.path().join("home.toml"));
