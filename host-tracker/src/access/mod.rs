@@ -43,6 +43,7 @@ use file::{AccessFile, AccessFileError};
 use password::PasswordError;
 use roles::{Action, Role, is_free, may};
 use secret::fingerprint;
+pub use sessions::LASTS_S;
 use sessions::Sessions;
 
 /// Between two looks at whether the file has changed.

@@ -8,8 +8,11 @@
 
 use std::collections::BTreeMap;
 
-/// How long a session lasts: a working day, and its overtime.
-pub const LASTS_US: u64 = 12 * 3600 * 1_000_000;
+/// How long a session lasts, s: a working day, and its overtime.
+pub const LASTS_S: u32 = 12 * 3600;
+
+/// The same in µs.
+pub const LASTS_US: u64 = LASTS_S as u64 * 1_000_000;
 
 /// Most sessions of one user: browsers of one person.
 const OF_USER: usize = 16;

@@ -183,6 +183,8 @@ fn refused(setting: &str, fault: &str) -> ModuleError {
 
 #[cfg(test)]
 mod tests {
+    use kehai::device::Settings;
+
     use super::takes;
 
     /// Without what wire.md adds for people who read it.
@@ -206,5 +208,19 @@ mod tests {
             }
         }
         assert_eq!(keys, 11);
+    }
+
+    #[test]
+    fn a_number_is_said_to_be_possible_where_a_module_takes_it() {
+        let of_numbers =
+            ["foreground_mm", "open_range_mm", "learn_scans", "first_step", "last_step", "cluster", "skip"];
+        for key in of_numbers {
+            let range = takes(key).unwrap().trim_start_matches("auto, or ");
+            let (least, most) = range.split_once(" to ").unwrap();
+            let [least, most]: [i64; 2] = [least, most].map(|number| number.parse().unwrap());
+            let is_taken = |value: i64| Settings::new().changed_by(&format!("{key}={value}")).is_ok();
+            let around = [least - 1, least, most, most + 1].map(is_taken);
+            assert_eq!(around, [false, true, true, false], "{key}: {range}");
+        }
     }
 }

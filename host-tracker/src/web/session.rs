@@ -26,7 +26,7 @@ use super::bodies::{Done, Session};
 use super::listener::{Ends, Line};
 use super::shared::Shared;
 use crate::access::roles::Action;
-use crate::access::{Credential, LogInError, Who};
+use crate::access::{Credential, LASTS_S, LogInError, Who};
 use crate::connections::Cause;
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::text::printable;
@@ -39,9 +39,6 @@ const fn cookie_name(line: Line) -> &'static str {
         Line::Clear | Line::Missed => "kehai-session",
     }
 }
-
-/// The cookie's life, s. The session's own end counts.
-const LASTS_S: u32 = 12 * 3600;
 
 /// What the page hides from whom may not do it, by its name there.
 const SHOWN: [(&str, Action); 6] = [
