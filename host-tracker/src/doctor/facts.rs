@@ -173,7 +173,7 @@ pub enum Health {
     /// Another program answers, with this status.
     Other(u16),
     /// No program answers: what the system says.
-    Nobody(String),
+    NoAnswer(String),
 }
 
 /// What the kernel keeps of datagrams.

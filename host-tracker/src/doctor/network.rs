@@ -39,7 +39,7 @@ pub(super) fn map(fact: Option<&MapFact>) -> Vec<Finding> {
             format!("what answers at {address} is no tracker (HTTP {status})"),
             "another program has this port: end it, or choose another port with --http",
         ),
-        Health::Nobody(why) => Finding::wrong(
+        Health::NoAnswer(why) => Finding::wrong(
             about,
             format!("no tracker answers at {address} ({why})"),
             "start it; its log says why it has ended",

@@ -159,7 +159,7 @@ fn a_database_is_wrong_if_it_cannot_be_used_or_its_disk_is_full() {
 #[test]
 fn a_tracker_that_does_not_answer_or_is_another_version_is_told() {
     let health = |health: Health| one(|facts| facts.map.as_mut().unwrap().health = health);
-    for wrong in [Health::Stands, Health::Other(404), Health::Nobody("refused".into())] {
+    for wrong in [Health::Stands, Health::Other(404), Health::NoAnswer("refused".into())] {
         assert_eq!(health(wrong), (Wrong, About::Tracker));
     }
     let version = |version| one(|facts| facts.map.as_mut().unwrap().version = version);

@@ -37,7 +37,7 @@ pub enum TrustError {
     },
     /// No authority is known.
     #[error("this system knows no authority of certificates: name the broker's with --mqtt-ca")]
-    Nobody,
+    NoAuthority,
     /// TLS cannot use them.
     #[error("the certificate for the broker cannot be used: {0}")]
     Unusable(#[from] rustls::Error),
@@ -59,7 +59,7 @@ pub fn config(files: &TrustFiles) -> Result<Arc<ClientConfig>, TrustError> {
         None => drop(roots.add_parsable_certificates(rustls_native_certs::load_native_certs().certs)),
     }
     if roots.is_empty() {
-        return Err(TrustError::Nobody);
+        return Err(TrustError::NoAuthority);
     }
     let builder = ClientConfig::builder_with_provider(Arc::new(default_provider()))
         .with_safe_default_protocol_versions()?

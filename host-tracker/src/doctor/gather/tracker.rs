@@ -44,7 +44,7 @@ pub(super) fn ask(map: &MapPlace, token: Option<&str>) -> (MapFact, Result<Devic
         Ok(agent) => agent,
         Err(error) => {
             let why = format!("its certificate: {error}");
-            return (fact(Health::Nobody(why.clone()), Err(why.clone())), Err(why));
+            return (fact(Health::NoAnswer(why.clone()), Err(why.clone())), Err(why));
         }
     };
     let health = health(&agent, address);
@@ -74,7 +74,7 @@ fn devices(frame: Snapshot) -> Devices {
 /// `/healthz` is answered in clear, also where TLS is spoken.
 fn health(agent: &Agent, address: SocketAddr) -> Health {
     match agent.get(format!("http://{address}/healthz")).call() {
-        Err(error) => Health::Nobody(error.to_string()),
+        Err(error) => Health::NoAnswer(error.to_string()),
         Ok(mut answer) => {
             let text = answer.body_mut().with_config().limit(LONGEST).read_to_string().unwrap_or_default();
             match (answer.status().as_u16(), text.as_str()) {
