@@ -38,8 +38,12 @@ pub struct Facts {
 impl Facts {
     /// How many modules the site has; none if it cannot be read.
     #[must_use]
-    pub fn modules(&self) -> usize {
-        if let SiteState::Read(site) = &self.site.state { site.modules.len() } else { 0 }
+    pub fn modules(&self) -> Option<usize> {
+        match &self.site.state {
+            SiteState::Read(site) => Some(site.modules.len()),
+            SiteState::Missing => Some(0),
+            SiteState::Denied | SiteState::Wrong(_) => None,
+        }
     }
 }
 
@@ -190,8 +194,8 @@ pub struct UdpFact {
 /// How modules are found.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SearchFact {
-    /// IPv4 networks of this machine beside its own.
-    pub networks: usize,
+    /// IPv4 networks of this machine beside its own; none if the system does not say.
+    pub networks: Option<usize>,
     /// How many modules were found, or why none can be looked for.
     pub found: Result<usize, String>,
 }

@@ -67,7 +67,7 @@ pub(super) fn map(fact: Option<&MapFact>) -> Vec<Finding> {
 }
 
 /// Whether the kernel keeps as many datagrams as modules send while they are of use.
-pub(super) fn buffer(fact: &UdpFact, modules: usize) -> Finding {
+pub(super) fn buffer(fact: &UdpFact, modules: Option<usize>) -> Finding {
     let about = About::Buffer;
     if let Some(trouble) = &fact.trouble {
         return Finding::wrong(
@@ -85,6 +85,13 @@ pub(super) fn buffer(fact: &UdpFact, modules: usize) -> Finding {
     };
     // socket(7): what is given is doubled.
     let holds = most_bytes.min(fact.asked_bytes) * 2 / DATAGRAM_BYTES;
+    let Some(modules) = modules else {
+        return Finding::unknown(
+            about,
+            format!("the kernel keeps {holds} datagrams; how many modules send them is not known"),
+            "mend the site's file, or let this user read it",
+        );
+    };
     let needed = u64::try_from(modules).unwrap_or(u64::MAX).saturating_mul(REPORTS_HZ * USEFUL_MS) / 1000;
     let text =
         format!("the kernel keeps {holds} datagrams; {modules} modules send {needed} while they are of use");
@@ -99,25 +106,26 @@ pub(super) fn buffer(fact: &UdpFact, modules: usize) -> Finding {
 }
 
 /// Whether modules can be found.
-pub(super) fn search(fact: Option<&SearchFact>, modules: usize) -> Finding {
+pub(super) fn search(fact: Option<&SearchFact>, modules: Option<usize>) -> Finding {
     let about = About::Discovery;
     match fact {
         None => Finding::ok(about, "modules are not looked for (--no-mdns)"),
         Some(SearchFact { found: Err(why), .. }) => {
             Finding::wrong(about, why.clone(), "another program may have port 5353 for itself alone")
         }
-        Some(SearchFact { networks: 0, .. }) => Finding::wrong(
+        Some(SearchFact { networks: Some(0), .. }) => Finding::wrong(
             about,
             "this machine is in no IPv4 network: no module can be found",
             "plug it in; in a container: the host's own network (--network host)",
         ),
-        Some(SearchFact { found: Ok(0), .. }) if modules > 0 => Finding::warning(
+        Some(SearchFact { found: Ok(0), .. }) if modules != Some(0) => Finding::warning(
             about,
             "no module announces itself",
             "are they switched on and in this network? Switches and Wi-Fi must pass multicast; --module gives an address",
         ),
         Some(SearchFact { found: Ok(found), networks }) => {
-            Finding::ok(about, format!("{found} modules announce themselves, in {networks} networks"))
+            let networks = networks.map_or_else(String::new, |networks| format!(", in {networks} networks"));
+            Finding::ok(about, format!("{found} modules announce themselves{networks}"))
         }
     }
 }

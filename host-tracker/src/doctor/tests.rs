@@ -50,7 +50,7 @@ fn sound() -> Facts {
             own_version: "0.1.0",
         }),
         udp: UdpFact { most_bytes: Some(212_992), asked_bytes: 4 << 20, trouble: None },
-        search: Some(SearchFact { networks: 1, found: Ok(1) }),
+        search: Some(SearchFact { networks: Some(1), found: Ok(1) }),
         devices: Ok(Devices { age_s: 0.1, modules: vec![module(DeviceState::Watching)] }),
         broker: Some(BrokerFact { broker: "here:1883".into(), log_in: Ok(()) }),
         clock: Clock::Synchronised,
@@ -87,8 +87,17 @@ fn of_a_sound_installation_every_part_is_ok() {
 #[test]
 fn a_site_that_cannot_be_used_is_wrong_and_one_in_which_something_is_to_be_done_a_warning() {
     let of = |state: SiteState| one(|facts| facts.site.state = state);
-    assert_eq!(of(SiteState::Wrong("home.toml:3: wrong".into())), (Wrong, About::Site));
-    assert_eq!(of(SiteState::Denied), (Unknown, About::Site));
+    for (state, verdict) in
+        [(SiteState::Wrong("home.toml:3: wrong".into()), Wrong), (SiteState::Denied, Unknown)]
+    {
+        let findings = after(|facts| {
+            facts.site.state = state;
+            facts.search = Some(SearchFact { networks: Some(1), found: Ok(0) });
+        });
+        let found: Vec<_> = findings.iter().map(|finding| (finding.verdict, finding.about)).collect();
+        let of_no_number = [(Unknown, About::Buffer), (Warning, About::Discovery)];
+        assert_eq!(found, [[(verdict, About::Site)].as_slice(), &of_no_number].concat());
+    }
     assert_eq!(of(SiteState::Missing), (Warning, About::Site), "the map makes it");
     let alone = |facts: &mut Facts| (facts.map, facts.site.state) = (None, SiteState::Missing);
     assert!(after(alone).iter().any(|finding| (finding.verdict, finding.about) == (Wrong, About::Site)));
@@ -215,9 +224,11 @@ fn a_module_is_fine_only_if_the_tracker_says_so_and_has_just_said_it() {
 #[test]
 fn modules_that_cannot_be_found_and_a_broker_that_lets_no_client_in_are_wrong() {
     let search = |networks, found| one(|facts| facts.search = Some(SearchFact { networks, found }));
-    assert_eq!(search(1, Err("no socket".into())), (Wrong, About::Discovery));
-    assert_eq!(search(0, Ok(0)), (Wrong, About::Discovery));
-    assert_eq!(search(1, Ok(0)), (Warning, About::Discovery));
+    assert_eq!(search(Some(1), Err("no socket".into())), (Wrong, About::Discovery));
+    assert_eq!(search(Some(0), Ok(0)), (Wrong, About::Discovery));
+    for networks in [Some(1), None] {
+        assert_eq!(search(networks, Ok(0)), (Warning, About::Discovery));
+    }
     assert_eq!(after(|facts| facts.search = None), []);
     let broker = |facts: &mut Facts| facts.broker.as_mut().unwrap().log_in = Err("not authorised".into());
     assert_eq!(one(broker), (Wrong, About::Broker));

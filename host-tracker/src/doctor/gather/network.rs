@@ -36,8 +36,9 @@ pub(super) fn udp() -> UdpFact {
 
 /// Listens for modules.
 pub(super) fn search() -> SearchFact {
-    let interfaces = get_if_addrs().unwrap_or_default();
-    let networks = interfaces.iter().filter(|one| one.ip().is_ipv4() && !one.is_loopback()).count();
+    let networks = get_if_addrs()
+        .ok()
+        .map(|interfaces| interfaces.iter().filter(|one| one.ip().is_ipv4() && !one.is_loopback()).count());
     let found = Search::start().map(|search| search.all_within(LISTENS).len());
     SearchFact { networks, found: found.map_err(|error| error.to_string()) }
 }
