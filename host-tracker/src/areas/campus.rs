@@ -194,7 +194,15 @@ fn follow(
     let mut next = Instant::now();
     let mut log = CountLog::default();
     while !stop.load(Ordering::Relaxed) {
-        match news.recv_timeout(next.saturating_duration_since(Instant::now())) {
+        // Also while so many news come that some always wait.
+        let now = Instant::now();
+        if now >= next {
+            // After a sleep of the machine there is one picture, not all that were missed.
+            next = (next + EVERY).max(now);
+            out.show(campus.picture(&site, clock.now_us(), unix_ms()));
+            lost.say(&mut log);
+        }
+        match news.recv_timeout(next.saturating_duration_since(now)) {
             Ok(Heard::Frame(area, revision, said)) => {
                 if !campus.hear(&area, *said, clock.now_us()) {
                     continue;
@@ -219,13 +227,7 @@ fn follow(
                 }
             }
             Ok(Heard::Gone(area)) => campus.leave(&area),
-            Err(RecvTimeoutError::Timeout) => {
-                next += EVERY;
-                // After a sleep of the machine there is one picture, not all that were missed.
-                next = next.max(Instant::now());
-                out.show(campus.picture(&site, clock.now_us(), unix_ms()));
-                lost.say(&mut log);
-            }
+            Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
     }
