@@ -12,6 +12,9 @@ use kehai_tracking::jsonl::write_line;
 use super::failure::Failure;
 use super::log::say;
 
+/// Slowest replay: slower ones would wait for times that no clock has.
+const SLOWEST: f64 = 0.001;
+
 /// Follow a recording again, and compare with what was found then
 ///
 /// The same datagrams go into the same tracker at the same times. Exit status 0: every line is, byte for byte, what it
@@ -30,7 +33,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     tracks_out: Option<PathBuf>,
 
-    /// Times as fast as life; without it, as fast as it can be done
+    /// Times as fast as life, 0.001 or more; without it, as fast as it can be done
     #[arg(long, value_name = "N", value_parser = speed)]
     speed: Option<f64>,
 }
@@ -80,5 +83,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn speed(text: &str) -> Result<f64, String> {
     let speed: f64 = text.parse().map_err(|error| format!("{error}"))?;
-    if speed.is_finite() && speed > 0.0 { Ok(speed) } else { Err("must be more than 0".to_owned()) }
+    if speed.is_finite() && speed >= SLOWEST { Ok(speed) } else { Err("must be 0.001 or more".to_owned()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_every_speed_the_last_time_that_a_recording_can_have_is_one_that_can_be_waited_for() {
+        assert_eq!(speed("10"), Ok(10.0));
+        for wrong in ["0", "-1", "1e-30", "nan", "inf", "fast"] {
+            assert!(speed(wrong).is_err(), "{wrong}");
+        }
+        assert!(Duration::try_from_secs_f64(u64::MAX as f64 * 1e-6 / speed("0.001").unwrap()).is_ok());
+    }
 }

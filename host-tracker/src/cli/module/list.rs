@@ -21,7 +21,7 @@ use crate::cli::output::{print, print_json};
   kehai-tracker module list --seconds 10 --json")]
 pub struct Arguments {
     /// Look for so long
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u64).range(..=3600))]
     seconds: u64,
 
     /// JSON, an object a line
@@ -117,6 +117,20 @@ fn column(text: &str, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn it_is_looked_for_an_hour_at_most() {
+        #[derive(clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            arguments: Arguments,
+        }
+        let asked = |seconds: &str| {
+            let line = <Line as clap::Parser>::try_parse_from(["list", "--seconds", seconds]);
+            line.map(|line| line.arguments.seconds).ok()
+        };
+        assert_eq!((asked("3600"), asked("18446744073709551615")), (Some(3600), None));
+    }
 
     #[test]
     fn a_name_in_any_script_takes_the_width_of_its_column() {
