@@ -31,7 +31,7 @@ const SQUARELY: f64 = 0.5;
 /// Side of a cell, m.
 const CELL_M: f64 = 0.05;
 
-/// Most cells on a side: 100 m.
+/// Most cells on a side: 100 m. Beyond them walls and entries are asked one by one.
 const CELLS: usize = 2000;
 
 /// Walls and entries of a site, with a map of the cells beside them.
@@ -158,22 +158,24 @@ impl Walls {
     pub fn beside(&self, place: Point) -> bool {
         let cell = (place - self.corner) * (1.0 / CELL_M);
         if !(cell.x >= 0.0 && cell.y >= 0.0 && cell.x < self.columns as f64) {
-            return false;
+            return self.are_nearer(place, HALF_DEPTH_M);
         }
-        self.blocked
-            .get(cell.y as u32 as usize * self.columns + cell.x as u32 as usize)
-            .copied()
-            .unwrap_or(false)
+        let cell = cell.y as u32 as usize * self.columns + cell.x as u32 as usize;
+        self.blocked.get(cell).copied().unwrap_or_else(|| self.are_nearer(place, HALF_DEPTH_M))
     }
 
     /// Whether all walls and entries are farther from a place than this, and no place so near to it is [`Self::beside`] one.
     #[must_use]
     pub fn are_farther(&self, place: Point, than_m: f64) -> bool {
-        let than_m = than_m + HALF_DEPTH_M + CELL_M;
+        !self.are_nearer(place, than_m + HALF_DEPTH_M + CELL_M)
+    }
+
+    /// Whether a wall or an entry is nearer to a place than this.
+    fn are_nearer(&self, place: Point, than_m: f64) -> bool {
         let corner = Point::new(than_m, than_m);
         let near = self.pieces.cells.near((place - corner, place + corner));
         let mut near = near.filter_map(|number| self.pieces.all.get(number));
-        !near.any(|&(from, to)| distance_to_segment(place, from, to) < than_m)
+        near.any(|&(from, to)| distance_to_segment(place, from, to) < than_m)
     }
 
     /// Whether a wall or entry is between two places.
@@ -304,7 +306,20 @@ mod tests {
     }
 
     #[test]
-    fn who_is_beside_a_wall_gets_away_on_his_side_only() {
+    fn walls_farther_apart_than_the_map_is_wide_stop_people_too() {
+        let site: Site = toml::from_str(
+            "[[wall]]\npoints = [[0, 0], [4, 0]]\n[[wall]]\npoints = [[150, 120], [154, 120]]\n[[entry]]\nname = 'far'\nline = [[500, 0], [501, 0]]",
+        )
+        .unwrap();
+        let walls = Walls::of(&site);
+        for (x, y) in [(2.0, 0.0), (152.0, 120.0), (500.5, 0.0)] {
+            assert!(walls.beside(Point::new(x, y + 0.05)) && !walls.beside(Point::new(x, y + 0.5)), "{x}");
+            assert!(walls.stop(Point::new(x, y + 0.16), Point::new(x, y + 0.09)), "{x}");
+        }
+    }
+
+    #[test]
+    fn a_person_beside_a_wall_gets_away_on_their_side_only() {
         let walls = corridor();
         assert!(walls.stop(Point::new(2.0, 0.05), Point::new(2.0, -0.02)));
         assert!(!walls.stop(Point::new(2.0, 0.05), Point::new(2.0, 0.08)));
