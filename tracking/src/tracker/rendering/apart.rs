@@ -23,7 +23,7 @@ const ROOM_M: f64 = 0.40;
 /// Samples by which a body keeps others out.
 const KEEPERS: usize = 4;
 
-/// Bodies farther from a cloud than its spread and this cannot enter it, m.
+/// Bodies whose mean is farther from a cloud than its spread and this hardly enter it, m: one that may be anywhere keeps little out.
 const NEAR_M: f64 = 1.1;
 
 /// Another body, as it keeps a sample out.

@@ -37,7 +37,7 @@ const STRETCHES: f64 = 0.05;
 
 /// Price of doing so, as a log likelihood: an arm is out a tenth of the time, for a second, so it is stretched out in one scan of 200
 /// (0.05 s) where this does it in one of 20; and a hand may be anywhere within reach, 1.6 m², where this puts it beside one of
-/// some ten hits, on 0.03 m²: 0.1 · 0.03 / 1.6.
+/// some ten hits, on 0.03 m²: 0.1 · 0.03 / 1.6, e to the power of −6.3.
 const STRETCH_PRICE: f64 = 6.0;
 
 /// One in so many samples of a body that no scan has looked for is tried where something comes into view: a dozen of them; the others
@@ -86,7 +86,7 @@ impl Moments {
 #[derive(Clone, Debug)]
 pub struct Cloud {
     samples: Vec<Sample>,
-    /// They sum to 1.
+    /// They sum to 1, or to less from [`reach`](Self::reach) until they are weighed.
     weights: Vec<f64>,
     moments: Moments,
     /// Time of the samples, s.
@@ -108,7 +108,7 @@ impl Cloud {
         &self.samples
     }
 
-    /// One weight for each sample; they sum to 1.
+    /// One weight for each sample.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -282,14 +282,14 @@ impl Cloud {
         self.settle();
     }
 
-    /// Multiplies the weight of each sample by a factor. Returns what was left of their sum.
+    /// Multiplies the weight of each sample by a factor. Returns what was left of their sum; if nothing was, the weights stay, and
+    /// the body where it was.
     pub fn thin(&mut self, factor: impl Fn(&Sample) -> f64) -> f64 {
-        for (sample, weight) in self.samples.iter().zip(&mut self.weights) {
-            *weight *= factor(sample);
+        let weights: Vec<f64> = self.weighted().map(|(sample, weight)| weight * factor(sample)).collect();
+        let left: f64 = weights.iter().sum();
+        if left > 0.0 {
+            self.take(weights.into_iter().map(|weight| weight / left).collect());
         }
-        let left: f64 = self.weights.iter().sum();
-        self.weights.iter_mut().for_each(|weight| *weight /= left.max(1e-300));
-        self.settle();
         left
     }
 
@@ -360,6 +360,16 @@ pub fn effective(weights: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cloud_of_which_nothing_is_left_stays_where_it_was() {
+        let sample = |x| Sample::new(Point::new(x, 5.0), Point::default(), Point::new(1.0, 0.0));
+        let mut cloud = Cloud::new(vec![sample(3.0), sample(4.0)], 0.0);
+        assert_eq!(cloud.thin(|_| 0.0), 0.0);
+        assert_eq!(cloud.moments().at, Point::new(3.5, 5.0));
+        assert_eq!(cloud.thin(|sample| if sample.at.x > 3.5 { 0.5 } else { 0.0 }), 0.25);
+        assert_eq!(cloud.moments().at, Point::new(4.0, 5.0));
+    }
 
     #[test]
     fn how_likely_each_is_beside_the_most_likely_is_an_exponential() {

@@ -16,10 +16,9 @@ use crate::geometry::Point;
 const KEEPS_S: f64 = 1.2;
 const KEEPS_UNSEEN_S: f64 = 0.6;
 
-/// Process noise of the velocity, m/s per √s: who now stands and now walks has a velocity that deviates by 0.55 m/s on each
-/// axis (0.8 m/s over both), and 0.55 √(2 / 1.2 s) keeps it so; and of a body that is not seen, which mostly stands.
+/// Process noise of the velocity, m/s per √s: a person who now stands and now walks has a velocity that deviates by 0.55 m/s on each
+/// axis (0.8 m/s over both), and 0.55 √(2 / 1.2 s) keeps it so; by 0.38 m/s if it is forgotten in half the time.
 const PROCESS_NOISE: f64 = 0.7;
-const PROCESS_NOISE_UNSEEN: f64 = 0.7;
 
 /// Deviation on each axis of the velocity of a person who stands, or waits among others, and of one who walks, m/s.
 pub const WAITS_MPS: f64 = 0.3;
@@ -37,12 +36,13 @@ const TURNS: f64 = 0.8;
 /// Way after which the heading follows the velocity, m.
 const TURN_WAY_M: f64 = 0.3;
 
-/// Process noise of the size per √s, and the time in which it goes back to 1, s.
+/// Process noise of the size per √s, and the time in which size and depth go back to 1, s: in the long run a size deviates by
+/// 0.03 · √(2 s / 2).
 const GROWS: f64 = 0.03;
 const ORDINARY_S: f64 = 2.0;
 
-/// Process noise of the depth per √s: arms are folded, or a box is lifted, within two seconds; and depths, up to a box of
-/// 0.3 m before the belly.
+/// Process noise of the depth per √s: in the long run it deviates by 0.15, for folded arms. Depths, up to a box of 0.3 m before
+/// the belly: a scan moves a cloud there, and without one it comes back.
 const DEEPENS: f64 = 0.15;
 const DEPTHS: std::ops::RangeInclusive<f64> = 0.8..=2.0;
 
@@ -119,7 +119,6 @@ pub struct Step {
     step_s: f64,
     root: f64,
     slower: f64,
-    process_noise: f64,
     /// Share of the way back to the ordinary size.
     returns: f64,
     stays_out: f64,
@@ -128,13 +127,11 @@ pub struct Step {
 
 impl Step {
     pub fn new(step_s: f64, Manner { stands, deepens }: Manner) -> Self {
-        let (keeps_s, process_noise) =
-            if stands { (KEEPS_UNSEEN_S, PROCESS_NOISE_UNSEEN) } else { (KEEPS_S, PROCESS_NOISE) };
+        let keeps_s = if stands { KEEPS_UNSEEN_S } else { KEEPS_S };
         Self {
             step_s,
             root: step_s.sqrt(),
             slower: libm::exp(-step_s / keeps_s),
-            process_noise,
             returns: step_s / ORDINARY_S,
             stays_out: libm::exp(-step_s / STRETCHED_S),
             deepens,
@@ -169,8 +166,8 @@ impl Sample {
     /// this deviation on each axis.
     pub fn predict(&mut self, step: &Step, anew_mps: Option<f64>, way: &Way<'_>, shocks: Shocks) {
         let Shocks([a, b, c, d, turn, growth, deeper, _]) = shocks;
-        let &Step { step_s, root, slower, process_noise, .. } = step;
-        let (kept, noise) = anew_mps.map_or((slower, process_noise * root), |deviation| (0.0, deviation));
+        let &Step { step_s, root, slower, .. } = step;
+        let (kept, noise) = anew_mps.map_or((slower, PROCESS_NOISE * root), |deviation| (0.0, deviation));
         self.velocity = (self.velocity * kept + Point::new(a, b) * noise).at_most(FASTEST_MPS);
         let next = self.at + self.velocity * step_s + Point::new(c, d) * (DRIFT * root);
         if way.stops(self.at, next) {
