@@ -115,8 +115,10 @@ impl SiteTracker {
             (0..before.floors.len()).for_each(|floor| self.zones.forget(floor));
             self.floors.clear();
         }
-        // Modules may have other numbers, and see it all again at once.
+        // Modules may have other numbers. What they see, they see again at once; when they looked stays theirs.
         self.glances.clear();
+        let looked = std::mem::take(&mut self.looked).into_iter();
+        self.looked = looked.filter_map(|(was, looked)| Some((change.number_now(was)?, looked))).collect();
         self.zones.change_site(&change, self.seen_s + FOUND_S);
         self.lines.change_site(site);
         self.stays.change_site(site);
@@ -346,3 +348,6 @@ impl SiteTracker {
         &mut self.sessions
     }
 }
+
+#[cfg(test)]
+mod tests;

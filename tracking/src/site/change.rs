@@ -34,6 +34,13 @@ impl<'a> SiteChange<'a> {
         (0..self.now.modules.len()).map(|number| self.stands(number)).collect()
     }
 
+    /// The number now of the module that had this number before, wherever it stands. None if none has its name.
+    #[must_use]
+    pub fn number_now(&self, before: usize) -> Option<usize> {
+        let was = self.before.modules.get(before)?;
+        self.now.modules.iter().position(|module| module.name == was.name)
+    }
+
     /// Modules that have moved: as they were, with their number then, and as they are.
     pub fn moved(&self) -> impl Iterator<Item = (usize, &'a Module, &'a Module)> {
         let Self { before, now } = *self;
@@ -71,6 +78,7 @@ mod tests {
         now.modules[1].height_m = 0.9;
         let change = SiteChange { before: &before, now: &now };
         assert_eq!([0, 1, 2, 3].map(|number| change.stands(number)), [None, Some(0), None, None]);
+        assert_eq!([0, 1, 2, 3].map(|number| change.number_now(number)), [Some(1), Some(2), None, None]);
         let mut turned = before.clone();
         turned.modules[0].upside_down = true;
         let over = SiteChange { before: &before, now: &turned };

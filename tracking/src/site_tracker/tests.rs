@@ -1,0 +1,48 @@
+//! The tracker of a site by itself.
+
+use super::*;
+use crate::observation::View;
+use crate::tracker::Selected;
+
+/// Of modules at these places, with a zone that only one at the origin sees.
+fn site(modules: &[(&str, f64)]) -> Arc<Site> {
+    let module = |(name, x): &(&str, f64)| format!("[[module]]\nname = \"{name}\"\nx = {x:?}\ny = 0.0\n");
+    let modules: String = modules.iter().map(module).collect();
+    let zone = "[[zone]]\nname = \"hall\"\npolygon = [[1, -0.5], [2, -0.5], [2, 0.5], [1, 0.5]]\n";
+    Arc::new(toml::from_str(&format!("{modules}{zone}")).unwrap())
+}
+
+/// Each module sees 4 m, and nothing in it.
+fn look(tracker: &mut SiteTracker, at_s: f64) {
+    let modules = Arc::clone(&tracker.site);
+    for (number, module) in modules.modules.iter().enumerate() {
+        let view = Arc::new(View { module: number, pose: module.pose(), ..View::at_origin() });
+        let all_mm = vec![4000; usize::from(view.geometry.beams())];
+        let (empty_mm, background_mm) = (all_mm.clone(), all_mm.into());
+        let detections = Vec::new();
+        tracker.observe(&Observation { view, start_s: at_s, detections, empty_mm, background_mm });
+    }
+}
+
+#[test]
+fn a_module_that_takes_the_number_of_another_has_not_looked_yet() {
+    let mut tracker = SiteTracker::new(&site(&[("left", 60.0), ("right", 50.0)]), Selected::default());
+    let states = |tracker: &mut SiteTracker, tenths: std::ops::Range<u32>| -> Vec<ZoneKnown> {
+        let state = |tenth: u32| {
+            let at_s = f64::from(tenth) * 0.1;
+            look(tracker, at_s);
+            tracker.estimate(at_s).zones["hall"].state()
+        };
+        tenths.map(state).collect()
+    };
+    let unseen = states(&mut tracker, 0..50);
+    assert!(unseen.iter().all(|state| *state == ZoneKnown::Unknown), "{unseen:?}");
+    tracker.change_site(&site(&[("right", 50.0), ("new", 0.0)]));
+    let begins = states(&mut tracker, 50..69);
+    assert!(begins.iter().all(|state| *state == ZoneKnown::Unknown), "{begins:?}");
+    assert_eq!(states(&mut tracker, 69..75).last(), Some(&ZoneKnown::Known));
+    // Under its new number it goes on looking.
+    tracker.change_site(&site(&[("new", 0.0), ("right", 50.0)]));
+    let goes_on = states(&mut tracker, 75..100);
+    assert!(goes_on.iter().all(|state| *state == ZoneKnown::Known), "{goes_on:?}");
+}
