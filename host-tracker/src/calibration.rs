@@ -65,11 +65,11 @@ impl Calibration {
     }
 
     /// Works out the poses from what was walked so far; [`go_on`](Self::go_on) walks on. It takes some tenths of a
-    /// second.
+    /// second. What another client begins meanwhile keeps its own walk.
     pub fn finish(&self) {
         let walked = self.session.lock().clone();
-        if let Some(result) = walked.solve() {
-            self.session.lock().conclude(result);
+        if let Some(solved) = walked.solve() {
+            self.session.lock().conclude(solved);
         }
     }
 

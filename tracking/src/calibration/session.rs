@@ -38,10 +38,22 @@ pub struct Session {
     now_s: f64,
     active: Option<Active>,
     begin: bool,
+    /// How many walks have begun.
+    begun: u64,
+}
+
+/// What a walk came to. It is for that walk alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solved {
+    walk: u64,
+    /// The poses, or why there are none.
+    pub result: Result<Calibration, Refusal>,
 }
 
 #[derive(Clone, Debug)]
 struct Active {
+    /// Which walk of the session it is.
+    number: u64,
     site: Arc<Site>,
     walk: Walk,
     guide: Guide,
@@ -184,7 +196,8 @@ impl Session {
         let Some(active) = self.active.as_mut().filter(|active| !active.is_of(site)) else { return };
         if active.looked_s <= active.begun_s {
             // A user who adds modules and begins at once means the site with them.
-            *active = Active::new(site, active.begun_s);
+            self.begun += 1;
+            *active = Active::new(site, self.begun, active.begun_s);
         } else if active.result.is_none() {
             active.result = Some(Err(Refusal::SiteChanged));
         }
@@ -214,7 +227,8 @@ impl Session {
     pub fn tick(&mut self, sessions: &Sessions, now_s: f64) {
         self.now_s = now_s;
         if std::mem::take(&mut self.begin) {
-            self.active = Some(Active::new(&self.site, now_s));
+            self.begun += 1;
+            self.active = Some(Active::new(&self.site, self.begun, now_s));
         }
         let due = |active: &&mut Active| now_s >= active.looked_s + LOOK_S;
         if let Some(active) = self.active.as_mut().filter(due) {
@@ -235,24 +249,30 @@ impl Session {
     /// Computes the poses from the walk so far, which needs some tenths of a second: on a clone, while the walk goes
     /// on. None while no calibration is under way. [`conclude`](Self::conclude) stores the result.
     #[must_use]
-    pub fn solve(&self) -> Option<Result<Calibration, Refusal>> {
+    pub fn solve(&self) -> Option<Solved> {
         let active = self.active.as_ref()?;
-        if !active.is_of(&self.site) {
-            return Some(Err(Refusal::SiteChanged));
-        }
-        let Some(first) = active.first() else {
-            return Some(Err(Refusal::Alone));
-        };
-        if active.walk.modules() == 1 && !active.site.is_placed(0) {
-            return Some(Ok(Calibration::of_one(first)));
-        }
-        Some(calibrate(&active.walk, first, &active.rooms))
+        Some(Solved { walk: active.number, result: self.result_of(active) })
     }
 
-    /// Ends the walk with this result; [`go_on`](Self::go_on) continues it.
-    pub fn conclude(&mut self, result: Result<Calibration, Refusal>) {
-        if let Some(active) = &mut self.active {
-            active.result = Some(result);
+    fn result_of(&self, active: &Active) -> Result<Calibration, Refusal> {
+        if !active.is_of(&self.site) {
+            return Err(Refusal::SiteChanged);
+        }
+        let Some(first) = active.first() else {
+            return Err(Refusal::Alone);
+        };
+        if active.walk.modules() == 1 && !active.site.is_placed(0) {
+            return Ok(Calibration::of_one(first));
+        }
+        calibrate(&active.walk, first, &active.rooms)
+    }
+
+    /// Ends the walk with its result; [`go_on`](Self::go_on) continues it. Nothing happens if another walk has begun since it
+    /// was solved, or if it has ended, as by another site.
+    pub fn conclude(&mut self, solved: Solved) {
+        let is_of = |active: &&mut Active| active.number == solved.walk && active.result.is_none();
+        if let Some(active) = self.active.as_mut().filter(is_of) {
+            active.result = Some(solved.result);
         }
     }
 
@@ -287,9 +307,10 @@ impl Session {
 }
 
 impl Active {
-    fn new(site: &Arc<Site>, now_s: f64) -> Self {
+    fn new(site: &Arc<Site>, number: u64, now_s: f64) -> Self {
         let modules = site.modules.len() + site.floors.len();
         Self {
+            number,
             site: Arc::clone(site),
             walk: Walk::new(modules),
             guide: Guide::default(),

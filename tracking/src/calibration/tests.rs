@@ -342,8 +342,8 @@ fn a_single_module_without_a_place_needs_no_walk_and_no_module_is_refused() {
         session.set_site(&site);
         session.begin();
         session.tick(&Sessions::new(site, kehai::centre::Estimator::default()), 1.0);
-        let result = session.solve().unwrap();
-        session.conclude(result);
+        let solved = session.solve().unwrap();
+        session.conclude(solved);
         session
     };
     let alone = session(vec![Module::unplaced("hall".into())]);
@@ -381,8 +381,33 @@ fn a_walk_ends_with_a_reason_where_the_site_has_other_modules_or_another_order()
         assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged), "{names:?}");
         session.go_on();
         assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged), "{names:?}");
-        assert_eq!(session.solve(), Some(Err(Refusal::SiteChanged)), "{names:?}");
+        let solved = session.solve().unwrap();
+        assert_eq!(solved.result, Err(Refusal::SiteChanged), "{names:?}");
     }
+}
+
+#[test]
+fn what_a_walk_came_to_is_not_the_result_of_one_that_began_while_it_was_solved() {
+    let (mut session, sessions) = begun(&["hall"]);
+    let solved = session.solve().unwrap();
+    session.begin();
+    session.tick(&sessions, 3.0);
+    session.conclude(solved);
+    assert_eq!(session.mountings(), None);
+    let solved = session.solve().unwrap();
+    session.conclude(solved);
+    assert!(session.mountings().is_some(), "its own");
+}
+
+#[test]
+fn a_walk_that_another_site_has_ended_while_it_was_solved_stays_ended() {
+    let (mut session, sessions) = begun(&["hall"]);
+    session.tick(&sessions, 2.0);
+    let solved = session.solve().unwrap();
+    session.set_site(&site_of(&["bath"]));
+    session.conclude(solved);
+    assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged));
+    assert_eq!(session.mountings(), None);
 }
 
 #[test]
