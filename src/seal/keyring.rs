@@ -18,6 +18,9 @@ pub const KEYS: usize = 8;
 /// Bytes of a key in a record and on the wire.
 pub const KEY_BYTES: usize = 1 + 1 + 32;
 
+/// Most bytes of the record of the keys.
+pub const KEYS_BYTES: usize = KEYS * KEY_BYTES;
+
 /// The id that opens a session with the label's secret.
 pub const LABEL_ID: u8 = 255;
 
@@ -56,6 +59,9 @@ pub struct Keyring {
 }
 
 impl Keyring {
+    /// A record that is none, for keys that were lost; as the secret of a label it is none, too.
+    pub const UNREADABLE: [u8; 1] = [0];
+
     /// No key: every host may ask in clear.
     #[must_use]
     pub const fn new() -> Self {
@@ -111,7 +117,7 @@ impl Keyring {
 
     /// The keys as a record.
     #[must_use]
-    pub fn bytes(&self) -> Vec<u8, { KEYS * KEY_BYTES }> {
+    pub fn bytes(&self) -> Vec<u8, KEYS_BYTES> {
         let of_key = |key: &RoleKey| [key.id, key.role.into()].into_iter().chain(key.key.0);
         let mut bytes = Vec::new();
         // As many as fit: eight keys do.

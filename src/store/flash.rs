@@ -12,11 +12,15 @@
 use core::ops::Range;
 
 use embedded_storage_async::nor_flash::NorFlash;
+use heapless::Vec;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::cooperative::Cooperative;
+use super::{KEYS, LABEL};
 use crate::link::{RECORD_MAX, Store, StoreError};
+use crate::seal::Keyring;
+use crate::seal::keyring::KEYS_BYTES;
 use crate::update::slots::Slots;
 
 /// Room for a record, its key, and the padding of the largest word.
@@ -24,6 +28,9 @@ const BUFFER: usize = RECORD_MAX + 1 + 32;
 
 /// Places at which a record is stored until it is read as it was written.
 const TRIES: usize = 4;
+
+/// Records that say whose device it is: they outlive the erasure of a store that cannot be repaired.
+const KEPT: [u8; 2] = [KEYS, LABEL];
 
 type Map<F> = MapStorage<u8, Cooperative<F>, Cache<Uncached, Uncached, Uncached, u8>>;
 
@@ -108,9 +115,20 @@ impl<F: NorFlash> Store for FlashStore<F> {
             }
         }
         // Memory that was never a store, or is damaged beyond repair or in many words. All other records are lost: that is an error, though
-        // this one is stored.
+        // this one is stored. But for those that say whose device it is: without its keys any host could ask. Keys that cannot be read
+        // lock it.
+        let mut kept: [Vec<u8, KEYS_BYTES>; KEPT.len()] = [const { Vec::new() }; KEPT.len()];
+        for (kept_key, kept) in KEPT.into_iter().zip(&mut kept) {
+            let found = self.map.fetch_item::<&[u8]>(&mut self.buffer, &kept_key).await;
+            let record = found.map_or(&Keyring::UNREADABLE[..], |record| record.unwrap_or(&[]));
+            let too_long = |_| Vec::from_slice(&Keyring::UNREADABLE);
+            *kept = Vec::from_slice(record).or_else(too_long).unwrap_or_default();
+        }
         self.map.erase_all().await.map_err(|_| StoreError)?;
-        self.map.store_item(&mut self.buffer, &key, &record).await.map_err(|_| StoreError)?;
+        let kept = KEPT.into_iter().zip(kept.iter().map(Vec::as_slice));
+        for (key, record) in kept.filter(|(_, record)| !record.is_empty()).chain([(key, record)]) {
+            self.map.store_item(&mut self.buffer, &key, &record).await.map_err(|_| StoreError)?;
+        }
         Err(StoreError)
     }
 }

@@ -1,5 +1,6 @@
-//! The store through losses of power, in flash that writes whole words and in flash that does not.
+//! The store through damage and losses of power, in flash that writes whole words and in flash that does not.
 
+mod beyond_repair;
 mod power_cuts;
 mod rough;
 mod rough_flash;
