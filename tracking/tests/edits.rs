@@ -20,6 +20,7 @@ use std::sync::Arc;
 use kehai_tracking::occupancy::ZoneKnown;
 use kehai_tracking::site::{Module, Site, Wall, Zone};
 use scene::{People, ROOM};
+use times::SECOND_US;
 use world::World;
 
 const BOTH: People = People { stands: true, walks: true };
@@ -29,6 +30,9 @@ const SEED: u64 = 16;
 
 /// Holds what the site has around `area`, too.
 const AROUND: [[f64; 2]; 4] = [[-1.3, -1.3], [1.3, -1.3], [1.3, 1.3], [-1.3, 1.3]];
+
+/// The half of the area in which a person stands, on the same cells.
+const HALF: [[f64; 2]; 4] = [[-1.2, -1.2], [0.2, -1.2], [0.2, 1.2], [-1.2, 1.2]];
 
 fn room() -> Site {
     toml::from_str(&format!("{ROOM}[[zone]]\nname = \"around\"\npolygon = {AROUND:?}\n")).unwrap()
@@ -125,6 +129,51 @@ fn no_edit_says_that_fewer_people_are_there() {
                 let area = world.zone();
                 assert_eq!(area.state(), ZoneKnown::Known, "{what}, {tenth}");
                 assert_eq!(area.count(), Some(BOTH.count()), "{what}, {tenth}");
+            }
+        }
+    }
+}
+
+/// Both modules restart and learn the person who stands there, whom no report shows any more.
+fn learn(world: &mut World) {
+    let now_us = world.now_us;
+    for honest in &mut world.honest {
+        honest.fake.learned = world.people.seen(honest.pose, now_us);
+        honest.fake.identity.boot += 1;
+        honest.fake.sequence = 0;
+        honest.silent_until_us = now_us + 40 * SECOND_US;
+    }
+    world.people = People { stands: false, walks: false };
+    // The judge knows of no person that no report shows.
+    world.judge.disturbed_us = u64::MAX;
+    world.seconds(50);
+}
+
+#[test]
+fn no_edit_says_that_a_person_is_gone_whom_a_gap_may_hide() {
+    for seed in SEED..SEED + 4 {
+        let mut world = World::new(People { stands: true, walks: false }, seed);
+        let mut site = room();
+        site.zones[1].polygon = site.zones[0].polygon.clone();
+        edit(&mut world, &site);
+        world.seconds(10);
+        assert_eq!(world.zone().count(), Some(1));
+        learn(&mut world);
+        for what in ["no edit", "the same", "another name", "another shape"] {
+            match what {
+                "another name" => site.zones[1].name = what.into(),
+                "another shape" => site.zones[1].polygon = HALF.into(),
+                _ => {}
+            }
+            if what != "no edit" {
+                edit(&mut world, &site);
+            }
+            for _ in 0..5 {
+                world.tenth();
+                let at_s = world.now_us as f64 * 1e-6;
+                for (name, zone) in world.site_tracker.estimate(at_s).zones {
+                    assert_eq!(zone.state(), ZoneKnown::Partly, "{what}: {name}: {zone:?}");
+                }
             }
         }
     }

@@ -23,7 +23,7 @@ mod strip;
 pub mod verdict;
 mod zone;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use zone::SEEN_S;
@@ -41,6 +41,7 @@ use panels::Panels;
 use presence::Presence;
 use reach::{InView, Reach};
 use zone::Zone;
+use zone::edit::Before;
 
 /// In the zone of a door and on a counting line, cells so near to the middle of a candidate are seen, m: a body hides what is under it, and
 /// that it is there is what is to be seen.
@@ -98,26 +99,19 @@ impl Zones {
         let (unknown_until_s, found_s) = (latest(|zone| zone.known_s), latest(|zone| zone.found_s));
         new.zones.iter_mut().for_each(|zone| (zone.known_s, zone.found_s) = (unknown_until_s, found_s));
         let is_excluded_alike = change.before.excludes == change.now.excludes;
-        let mut seen_s: HashMap<(i64, i64), f64> = HashMap::new();
-        for cell in self.zones.iter().flat_map(|zone| &zone.cells) {
-            let latest_s = seen_s.entry(cell.place()).or_insert(cell.seen_s);
-            *latest_s = latest_s.min(cell.seen_s);
-        }
+        let before = Before::of(&self.zones);
         for (zone, now) in new.zones.iter_mut().zip(&change.now.zones) {
             let same = |was: &crate::site::Zone| {
                 is_excluded_alike && was.name == now.name && was.polygon == now.polygon
             };
             let number = change.before.zones.iter().position(same);
             if let Some(was) = number.and_then(|number| self.zones.get_mut(number)) {
-                zone.cells = std::mem::take(&mut was.cells);
-                (zone.occupied_s, zone.missed_s) = (was.occupied_s, was.missed_s);
+                zone.go_on(was);
                 continue;
             }
-            inherit(&mut zone.cells, &seen_s);
+            zone.inherit(&before);
         }
-        for line in new.zones.iter_mut().skip(change.now.zones.len()) {
-            inherit(&mut line.cells, &seen_s);
-        }
+        new.zones.iter_mut().skip(change.now.zones.len()).for_each(|line| line.inherit(&before));
         for (number, was, is) in change.moved() {
             // A module that was not heard yet has not seen anything.
             let Some(reach) = self.reaches.get(&number) else { continue };
@@ -220,13 +214,6 @@ impl Zones {
     /// How much of each counting line is known at `at_s`, in the order of the site.
     pub fn counting_lines(&self, at_s: f64) -> impl Iterator<Item = ZoneKnown> {
         self.zones.iter().skip(self.areas.len()).map(move |line| strip::known(line, at_s))
-    }
-}
-
-/// Each cell of a new shape takes the time at which the old cell at its place was last seen.
-fn inherit(cells: &mut [zone::Cell], seen_s: &HashMap<(i64, i64), f64>) {
-    for cell in cells {
-        cell.seen_s = seen_s.get(&cell.place()).copied().unwrap_or(f64::NEG_INFINITY);
     }
 }
 

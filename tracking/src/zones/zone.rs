@@ -13,6 +13,8 @@
 //! again a zone is not known to be empty in which there is a tentative track, or in which a person was counted before the gap. And
 //! a person leaves only a zone that is looked at: a track that is predicted out of it while no report comes leaves it *partly* known.
 
+pub mod edit;
+
 use super::presence::{Presence, WHOLE};
 use super::verdict::{Role, Verdict};
 use crate::count::{Doubt, join};

@@ -45,12 +45,14 @@ pub struct Fake {
     pub offset_us: i64,
     /// Its beams.
     pub parts: GeometryParts,
+    /// Bodies that stood there while it learned its background, as it saw them: they are in it.
+    pub learned: Vec<Candidate>,
 }
 
 impl Fake {
     pub const fn new(number: u8, boot: u32, name: &'static str) -> Self {
         let identity = Identity { module: id(number), boot };
-        Self { identity, name, key: 0, sequence: 0, offset_us: 0, parts: URG_04LX }
+        Self { identity, name, key: 0, sequence: 0, offset_us: 0, parts: URG_04LX, learned: Vec::new() }
     }
 
     pub fn geometry(&self) -> Geometry {
@@ -108,12 +110,18 @@ impl Fake {
         }))
     }
 
-    /// Its background: walls at 4 m.
+    /// Its background: walls at 4 m, and what it learned.
     pub fn profile(&self) -> Vec<Vec<u8>> {
-        let beams = usize::from(self.geometry().beams());
-        let wall = BeamProfile { far_mm: 4000, near_mm: 0, spread_mm: 5, state: BeamState::Wall };
-        let walls = vec![wall; beams];
-        let parts = beams.div_ceil(PROFILE_PART_BEAMS);
+        let geometry = self.geometry();
+        let far_mm = |beam: u16| {
+            let step = geometry.step(beam);
+            let is_on = |body: &&Candidate| (body.first_step..=body.last_step).contains(&step);
+            self.learned.iter().find(is_on).map_or(4000, |body| body.near_mm)
+        };
+        let wall =
+            |beam| BeamProfile { far_mm: far_mm(beam), near_mm: 0, spread_mm: 5, state: BeamState::Wall };
+        let walls: Vec<BeamProfile> = (0..geometry.beams()).map(wall).collect();
+        let parts = walls.len().div_ceil(PROFILE_PART_BEAMS);
         let part = |(part, beams): (usize, &[BeamProfile])| {
             let head = PartHead {
                 object: 1,
