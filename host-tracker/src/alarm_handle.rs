@@ -17,6 +17,7 @@ use serde::Serialize;
 
 use kehai_tracking::alarm::Active;
 use kehai_tracking::alarm_list::{AlarmList, Became, ListedAlarm, NotAcknowledged};
+use kehai_tracking::now::Now;
 use kehai_tracking::snapshot::unix_ms;
 
 /// Changes that wait for a listener: all alarms of a hundred modules at once.
@@ -72,11 +73,11 @@ impl AlarmHandle {
         self.0.lock().list.resumed().to_vec()
     }
 
-    /// Goes on to the alarms that are on at `now_ms`, since 1970; those that stand.
+    /// Goes on to the alarms that are on now; those that stand.
     #[must_use]
-    pub fn observe(&self, now_ms: u64, now: impl IntoIterator<Item = Active>) -> Vec<ListedAlarm> {
+    pub fn observe(&self, now: Now, active: impl IntoIterator<Item = Active>) -> Vec<ListedAlarm> {
         let mut shared = self.0.lock();
-        let changes = shared.list.observe(now_ms, now);
+        let changes = shared.list.observe(now, active);
         shared.tell(changes.into_iter().map(|(became, alarm)| AlarmChange { became, alarm }));
         shared.list.standing().to_vec()
     }

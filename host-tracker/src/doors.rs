@@ -22,11 +22,12 @@ use crate::store::card::plain;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::alarm_list::ListedAlarm;
-use kehai_tracking::door::doors::{DoorState, Doors, InUse, Now, Output, Watcher, Why};
+use kehai_tracking::door::doors::{DoorState, Doors, InUse, Output, Watcher, Why};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::machine::DoorLine;
 use kehai_tracking::door::{Card, LockOrder};
 use kehai_tracking::estimate::Estimate;
+use kehai_tracking::now::Now;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{ModuleLine, unix_ms};
 

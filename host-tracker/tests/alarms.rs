@@ -20,6 +20,7 @@ use host_tracker::webhook::Webhook;
 use house::{House, ZONE};
 use kehai_tracking::alarm::{AlarmKind, AlarmLine};
 use kehai_tracking::alarm_list::AlarmList;
+use kehai_tracking::now::Now;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, active_alarms};
 use serde_json::{Value, json};
@@ -102,13 +103,17 @@ fn a_door_s_alarm_is_listed_acknowledged_and_over_and_the_next_is_unacknowledged
     assert_eq!((&again[0]["acknowledged"], again[0]["id"] != alarm["id"]), (&Value::Null, true), "{again}");
 }
 
+fn at(unix_ms: u64) -> Now {
+    Now { steady_s: unix_ms as f64 * 1e-3, unix_ms }
+}
+
 #[test]
 fn who_has_acknowledged_is_said_by_name_and_not_everybody_may() {
     let house = House::of(ZONE);
     house.add("ben", Role::View);
     house.add("olga", Role::Operator);
     let alarms = [AlarmLine::new(AlarmKind::Database, "disk full")];
-    let standing = house.listed.observe(1, active_alarms(&alarms, &[], &[]));
+    let standing = house.listed.observe(at(1), active_alarms(&alarms, &[], &[]));
     let body = json!({ "ids": [standing[0].id] }).to_string();
     let as_who = |name: &str| {
         let cookie = house.cookie(name);
@@ -131,9 +136,9 @@ fn alarms_are_kept_with_who_has_acknowledged_them() {
     {
         let store = Store::open(&file, &site, Keep::USUAL).unwrap();
         let both = [&own("disk full")[..], &[AlarmLine::new(AlarmKind::Thread, "mqtt ended")]].concat();
-        let mut changes = list.observe(now_ms, active_alarms(&both, &[], &[]));
+        let mut changes = list.observe(at(now_ms), active_alarms(&both, &[], &[]));
         let acknowledged = list.acknowledge(&[1], "anna", now_ms + 1).unwrap();
-        changes.extend(list.observe(now_ms + 2, active_alarms(&own("disk full"), &[], &[])));
+        changes.extend(list.observe(at(now_ms + 2), active_alarms(&own("disk full"), &[], &[])));
         let changed = changes.into_iter().map(|(_, alarm)| alarm).chain(acknowledged);
         // As the tracker tells them, in the order in which they happened.
         let mut changed: Vec<_> = changed.collect();
@@ -149,7 +154,7 @@ fn alarms_are_kept_with_who_has_acknowledged_them() {
     assert_eq!((read, known_ms), (kept, now_ms + 3));
     let mut after = AlarmList::new(1);
     after.resume(before, known_ms);
-    assert_eq!(after.observe(now_ms + 100, active_alarms(&own("disk full"), &[], &[])), []);
+    assert_eq!(after.observe(at(now_ms + 100), active_alarms(&own("disk full"), &[], &[])), []);
     assert_eq!(after.standing()[0].acknowledged.as_ref().unwrap().by, "anna");
     assert_eq!(alarms_before(&folder.path().join("none.db"), now_ms), (vec![], 0));
 }
@@ -191,9 +196,9 @@ fn a_webhook_is_told_what_becomes_of_alarms_again_if_it_failed_and_holds_up_nobo
     let target = format!("http://{address}/hook").parse().unwrap();
     let webhook = Webhook::start(target, "home".into(), listed.clone(), alarms).unwrap();
     let own = [AlarmLine::new(AlarmKind::Database, "disk full")];
-    let standing = listed.observe(100, active_alarms(&own, &[], &[]));
+    let standing = listed.observe(at(100), active_alarms(&own, &[], &[]));
     listed.acknowledge(&[standing[0].id], "anna (admin)").unwrap();
-    assert_eq!(listed.observe(200, []), [], "no client waits for it");
+    assert_eq!(listed.observe(at(200), []), [], "no client waits for it");
     let next = || told.recv_timeout(door_fixture::PATIENCE).unwrap();
     let raised = next();
     assert_eq!(
@@ -207,7 +212,7 @@ fn a_webhook_is_told_what_becomes_of_alarms_again_if_it_failed_and_holds_up_nobo
     let ended = next();
     assert_eq!((&ended["event"], &ended["alarm"]["until_ms"]), (&json!("ended"), &json!(200)));
     drop(webhook);
-    let _ = listed.observe(300, active_alarms(&own, &[], &[]));
+    let _ = listed.observe(at(300), active_alarms(&own, &[], &[]));
     assert_eq!((listed.told().failed, listed.missed()), (0, 0));
 }
 

@@ -9,6 +9,7 @@ use host_tracker::web::schema::Document;
 use jsonschema::Validator;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::inbox::{Inbox, Input};
+use kehai_tracking::now::Now;
 use kehai_tracking::site::Site;
 use serde_json::{Value, json};
 
@@ -106,9 +107,10 @@ fn a_message_to_a_door_is_taken_if_its_schema_says_so() {
         let all = json!({
             "id": 1, "boot": 9041, "at_ms": NOW_MS, "card": "04A2", "number": 2, "contact": "shut", "nonce": 4, "taken": 1,
         });
+        let now = Now { steady_s: 0.0, unix_ms: NOW_MS };
         let agrees = |message: &Value| {
             let taken =
-                Inbox::default().read(input, message.to_string().as_bytes(), NOW_MS, |_| Card(0)).is_ok();
+                Inbox::default().read(input, message.to_string().as_bytes(), now, |_| Card(0)).is_ok();
             assert_eq!(taken, validator.is_valid(message), "{name}: {message}");
             taken
         };

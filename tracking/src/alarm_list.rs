@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Alarms come as what is on at each time, in words that may change while they stand. Those of a process that has ended go on
-//! if they come up again soon. Time is an argument, ms since 1970. Source of the states: ISA-18.2.
+//! if they come up again soon. Time is an argument: what is listed has ms since 1970; how long alarms of before are waited for is
+//! measured on a clock that no step of the wall clock moves. Source of the states: ISA-18.2.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -18,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::alarm::{Active, AlarmKind, Cause, Severity, Source};
 use crate::door;
+use crate::now::Now;
 
 /// An alarm that has ended is listed for so long, ms: a day.
 pub const LISTED_MS: u64 = 86_400_000;
@@ -25,9 +27,9 @@ pub const LISTED_MS: u64 = 86_400_000;
 /// Ended alarms that are listed at most: one that comes and goes each minute leaves as many in half a day.
 const ENDED_MAX: usize = 1000;
 
-/// An alarm of before a restart goes on if it comes up within this, ms: the slowest is raised after a minute of its cause,
+/// An alarm of before a restart goes on if it comes up within this, s: the slowest is raised after a minute of its cause,
 /// and devices are found within seconds.
-const RESUME_MS: u64 = 120_000;
+const RESUME_S: f64 = 120.0;
 
 /// What an alarm is about, without its name.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize, JsonSchema)]
@@ -181,8 +183,9 @@ pub struct AlarmList {
     ended: VecDeque<ListedAlarm>,
     /// Those of before that may come up again.
     resumed: Vec<ListedAlarm>,
-    /// When the process before knew something last, and until when its alarms may come up again, ms since 1970.
-    resume: (u64, Option<u64>),
+    /// When the process before knew something last, ms since 1970, and until when its alarms may come up again, s on the steady
+    /// clock.
+    resume: (u64, Option<f64>),
     next_id: u64,
     /// Whether other trackers list these alarms, and take what is acknowledged.
     are_others: bool,
@@ -220,19 +223,20 @@ impl AlarmList {
         &self.resumed
     }
 
-    /// Goes on to the alarms that are on at `now_ms`; what has changed. One that goes on in other words has not.
+    /// Goes on to the alarms that are on now; what has changed. One that goes on in other words has not.
     pub fn observe(
         &mut self,
-        now_ms: u64,
-        now: impl IntoIterator<Item = Active>,
+        now: Now,
+        active: impl IntoIterator<Item = Active>,
     ) -> Vec<(Became, ListedAlarm)> {
-        let (known_ms, until_ms) = self.resume;
-        let until_ms = until_ms.unwrap_or_else(|| now_ms.saturating_add(RESUME_MS));
-        self.resume = (known_ms, Some(until_ms));
+        let Now { steady_s, unix_ms: now_ms } = now;
+        let (known_ms, until_s) = self.resume;
+        let until_s = until_s.unwrap_or(steady_s + RESUME_S);
+        self.resume = (known_ms, Some(until_s));
         let mut changes = Vec::new();
         let before = std::mem::take(&mut self.standing);
         let mut gone: Vec<Option<ListedAlarm>> = before.into_iter().map(Some).collect();
-        for alarm in now {
+        for alarm in active {
             // Two devices of one name are one here: the alarm does not say which of them it is.
             if let Some(known) = self.standing.iter_mut().find(|known| known.is(&alarm)) {
                 known.text = alarm.text;
@@ -255,7 +259,7 @@ impl AlarmList {
             changes.push((Became::Raised, begun));
         }
         self.standing.sort_by_key(|alarm| (alarm.since_ms, alarm.id));
-        let missed = if now_ms >= until_ms { std::mem::take(&mut self.resumed) } else { Vec::new() };
+        let missed = if steady_s >= until_s { std::mem::take(&mut self.resumed) } else { Vec::new() };
         let missed = missed.into_iter().map(|alarm| (alarm, known_ms));
         for (mut alarm, ended_ms) in gone.into_iter().flatten().map(|alarm| (alarm, now_ms)).chain(missed) {
             alarm.until_ms = Some(ended_ms.max(alarm.since_ms));
@@ -339,6 +343,12 @@ fn is_old(alarm: &ListedAlarm, now_ms: u64) -> bool {
 mod tests {
     use super::*;
 
+    const RESUME_MS: u64 = (RESUME_S * 1e3) as u64;
+
+    fn at(unix_ms: u64) -> Now {
+        Now { steady_s: unix_ms as f64 / 1e3, unix_ms }
+    }
+
     fn of(source: Source, cause: Cause, text: &str) -> Active {
         Active { source, cause, text: text.into() }
     }
@@ -358,15 +368,15 @@ mod tests {
     #[test]
     fn an_alarm_begins_once_and_ends_once_whatever_its_text() {
         let mut list = AlarmList::new(7);
-        assert_eq!(became(&list.observe(100, [slow("4 of 10")])), [(Became::Raised, 7)]);
-        assert_eq!(list.observe(200, [slow("3 of 10")]), []);
+        assert_eq!(became(&list.observe(at(100), [slow("4 of 10")])), [(Became::Raised, 7)]);
+        assert_eq!(list.observe(at(200), [slow("3 of 10")]), []);
         let alarm = &list.standing()[0];
         assert_eq!(
             (alarm.text.as_str(), alarm.since_ms, alarm.severity),
             ("3 of 10", 100, Severity::Degraded)
         );
         let other = Active { source: Source::Tracker, ..slow("3 of 10") };
-        assert_eq!(became(&list.observe(300, [other])), [(Became::Raised, 8), (Became::Ended, 7)]);
+        assert_eq!(became(&list.observe(at(300), [other])), [(Became::Raised, 8), (Became::Ended, 7)]);
         let ended: Vec<_> = list.ended().map(|alarm| (alarm.id, alarm.since_ms, alarm.until_ms)).collect();
         assert_eq!(ended, [(7, 100, Some(300))]);
     }
@@ -374,14 +384,14 @@ mod tests {
     #[test]
     fn an_acknowledged_alarm_that_ends_and_comes_again_is_unacknowledged() {
         let mut list = AlarmList::new(1);
-        list.observe(100, [slow("…"), held_open()]);
+        list.observe(at(100), [slow("…"), held_open()]);
         let acknowledged = list.acknowledge(&[1], "anna", 150).unwrap();
         assert_eq!(acknowledged[0].acknowledged, Some(Acknowledged { by: "anna".into(), at_ms: 150 }));
         assert_eq!(list.acknowledge(&[1], "ben", 160), Ok(vec![]), "the first user stays noted");
-        list.observe(200, [slow("…"), held_open()]);
+        list.observe(at(200), [slow("…"), held_open()]);
         assert_eq!(list.standing()[0].acknowledged.as_ref().unwrap().by, "anna");
-        list.observe(300, [held_open()]);
-        list.observe(400, [held_open(), slow("…")]);
+        list.observe(at(300), [held_open()]);
+        list.observe(at(400), [held_open(), slow("…")]);
         let last = list.standing().last().unwrap();
         assert_eq!((last.id, last.since_ms, &last.acknowledged), (3, 400, &None));
         let over = NotAcknowledged::Over { id: 1, name: "module left: slow".into() };
@@ -393,42 +403,59 @@ mod tests {
     #[test]
     fn an_alarm_that_stood_before_a_restart_goes_on_or_ended_with_it() {
         let mut before = AlarmList::new(1);
-        before.observe(100, [slow("…"), held_open()]);
+        before.observe(at(100), [slow("…"), held_open()]);
         before.acknowledge(&[1], "anna", 150).unwrap();
         let mut after = AlarmList::new(1);
         after.resume(before.standing().to_vec(), 900);
-        assert_eq!(after.observe(1000, []), []);
+        assert_eq!(after.observe(at(1000), []), []);
         assert_eq!(after.standing(), []);
-        assert_eq!(after.observe(1000 + RESUME_MS - 1, [slow("…")]), []);
+        assert_eq!(after.observe(at(1000 + RESUME_MS - 1), [slow("…")]), []);
         let alarm = &after.standing()[0];
         assert_eq!((alarm.since_ms, alarm.acknowledged.as_ref().unwrap().by.as_str()), (100, "anna"));
-        let changes = after.observe(1000 + RESUME_MS, [slow("…")]);
+        let changes = after.observe(at(1000 + RESUME_MS), [slow("…")]);
         assert_eq!((became(&changes), changes[0].1.until_ms), (vec![(Became::Ended, 2)], Some(900)));
-        let raised = after.observe(200_000, [slow("…"), held_open()]);
+        let raised = after.observe(at(200_000), [slow("…"), held_open()]);
         assert_eq!(became(&raised), [(Became::Raised, 3)], "numbers are not given twice");
+    }
+
+    #[test]
+    fn an_alarm_of_before_a_restart_goes_on_over_a_step_of_the_clock() {
+        for step_ms in [-10_000_i64, 50_000_000] {
+            let mut before = AlarmList::new(1);
+            before.observe(at(100), [slow("…")]);
+            before.acknowledge(&[1], "anna", 150).unwrap();
+            let mut after = AlarmList::new(1);
+            after.resume(before.standing().to_vec(), 900);
+            assert_eq!(after.observe(at(20_000), []), []);
+            let stepped =
+                |steady_ms: u64| Now { unix_ms: steady_ms.saturating_add_signed(step_ms), ..at(steady_ms) };
+            assert_eq!(after.observe(stepped(40_000), []), [], "by {step_ms} ms");
+            assert_eq!(after.observe(stepped(41_000), [slow("…")]), [], "by {step_ms} ms");
+            assert_eq!(after.standing()[0].acknowledged.as_ref().unwrap().by, "anna");
+        }
     }
 
     #[test]
     fn ended_alarms_are_listed_for_a_day_and_so_many_at_most() {
         let mut list = AlarmList::new(1);
         for time in 0..2 * ENDED_MAX as u64 + 10 {
-            list.observe(time, (time % 2 == 0).then(held_open));
+            list.observe(at(time), (time % 2 == 0).then(held_open));
         }
         assert_eq!(list.ended().count(), ENDED_MAX);
-        list.observe(LISTED_MS + 2010, []);
+        list.observe(at(LISTED_MS + 2010), []);
         assert_eq!(list.ended().next(), None);
     }
 
     #[test]
     fn alarms_of_other_trackers_are_shown_with_their_numbers_and_acknowledged_there() {
         let mut area = AlarmList::new(7);
-        area.observe(100, [slow("…"), held_open()]);
+        area.observe(at(100), [slow("…"), held_open()]);
         let mut list = AlarmList::new(1);
         list.show(200, area.standing().to_vec());
         assert_eq!(list.standing(), area.standing());
         let elsewhere = NotAcknowledged::Elsewhere { id: 7, name: "module left: slow".into() };
         assert_eq!(list.acknowledge(&[7], "anna", 250), Err(elsewhere));
-        area.observe(300, [held_open()]);
+        area.observe(at(300), [held_open()]);
         list.show(400, area.standing().to_vec());
         let ended: Vec<_> = list.ended().map(|alarm| (alarm.id, alarm.until_ms)).collect();
         assert_eq!((list.standing().len(), ended), (1, vec![(7, Some(400))]));
@@ -438,7 +465,7 @@ mod tests {
     #[test]
     fn a_listed_alarm_survives_being_written_and_read_and_one_of_before_is_read() {
         let mut list = AlarmList::new(1);
-        list.observe(100, [slow("…"), held_open()]);
+        list.observe(at(100), [slow("…"), held_open()]);
         list.acknowledge(&[2], "anna", 150).unwrap();
         for alarm in list.standing() {
             let text = serde_json::to_string(alarm).unwrap();

@@ -34,6 +34,7 @@ pub mod keys;
 pub mod lines;
 pub mod mounts;
 pub mod names;
+pub mod now;
 pub mod observation;
 pub mod occupancy;
 pub mod registry;

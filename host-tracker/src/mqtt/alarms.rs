@@ -57,6 +57,7 @@ mod tests {
     use super::*;
     use kehai_tracking::alarm::{Active, AlarmKind, AlarmLine, Cause, Source};
     use kehai_tracking::alarm_list::AlarmList;
+    use kehai_tracking::now::Now;
     use kehai_tracking::snapshot::active_alarms;
     use serde_json::json;
 
@@ -74,7 +75,10 @@ mod tests {
                 text: "let some leave".into(),
             };
             let zones = [crowded("玄関"), crowded("gone")];
-            list.observe(100, active_alarms(&own, &frame.modules, &frame.doors).chain(zones));
+            list.observe(
+                Now { steady_s: 0.1, unix_ms: 100 },
+                active_alarms(&own, &frame.modules, &frame.doors).chain(zones),
+            );
             list.acknowledge(&[1], "anna", 200).unwrap();
             frame.alarms = list.standing().to_vec();
             states(frame, &Site::default(), &topics())

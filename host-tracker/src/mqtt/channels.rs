@@ -138,6 +138,7 @@ mod tests {
     use kehai_tracking::jsonl::ZoneKnown;
     use kehai_tracking::lines::CrossedLine;
     use kehai_tracking::names::NameLine;
+    use kehai_tracking::now::Now;
     use kehai_tracking::site::Site;
     use kehai_tracking::snapshot::{Snapshot, active_alarms};
 
@@ -170,7 +171,10 @@ mod tests {
             text: "let some leave".into(),
         };
         let mut list = AlarmList::new(1);
-        list.observe(100, active_alarms(&own, &frame.modules, &frame.doors).chain([crowded]));
+        list.observe(
+            Now { steady_s: 0.1, unix_ms: 100 },
+            active_alarms(&own, &frame.modules, &frame.doors).chain([crowded]),
+        );
         frame.alarms = list.standing().to_vec();
         frame
     }

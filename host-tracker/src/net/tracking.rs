@@ -33,6 +33,7 @@ use kehai_tracking::capacity::Capacity;
 use kehai_tracking::explain::{Facts, FactsOf, Question};
 use kehai_tracking::jsonl::TracksLine;
 use kehai_tracking::keys::{Arrived, Links, Standing};
+use kehai_tracking::now::Now;
 use kehai_tracking::registry::{Networks, Registry};
 use kehai_tracking::session::Input;
 use kehai_tracking::site::Site;
@@ -341,7 +342,7 @@ impl TrackingLoop {
         let (unix_ms, own) = (unix_ms(), parts.alarms.lines());
         let crowded = capacity.observe(registry.site(), &line.zones, line.t);
         let active = active_alarms(&own, &modules, &doors).chain(crowded);
-        let alarms = parts.listed.observe(unix_ms, active);
+        let alarms = parts.listed.observe(Now { steady_s: now_us as f64 * 1e-6, unix_ms }, active);
         if let Some(recorder) = &parts.recorder {
             recorder.alarms(at_us);
         }

@@ -20,6 +20,7 @@ use host_tracker::tracker_alarms::TrackerAlarms;
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::estimate::Estimate;
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
+use kehai_tracking::now::Now;
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::site::Module;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot, active_alarms, unix_ms};
@@ -118,7 +119,8 @@ impl DoorServer {
                     (frame.names, frame.signs) = named.observe(&estimate(&frame));
                     frame.doors = observed.observe(&estimate(&frame), &watching);
                     let active = active_alarms(&[], &frame.modules, &frame.doors);
-                    frame.alarms = lists.observe(frame.unix_ms, active);
+                    frame.alarms =
+                        lists.observe(Now { steady_s: frame.line.t, unix_ms: frame.unix_ms }, active);
                 }
                 let frame = Arc::new(frame);
                 newest_in.send_replace(Arc::clone(&frame));

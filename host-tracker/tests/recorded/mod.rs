@@ -10,6 +10,7 @@ use host_sim::world::variation::{Letter, Variation};
 use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::record::Recorder;
 use kehai_tracking::alarm::{Active, AlarmKind, Cause, Source};
+use kehai_tracking::now::Now;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::Selected;
@@ -81,8 +82,9 @@ pub fn record(file: &Path, site_tracker: Selected, written: Selected) -> (u64, u
                     cause: Cause::Fault(AlarmKind::Silent),
                     text,
                 };
-                let now = (at_us == ALARM_US).then_some(silent);
-                let _ = alarms.observe((BEGUN_NS / 1000 + at_us) / 1000, now);
+                let active = (at_us == ALARM_US).then_some(silent);
+                let now = Now { steady_s: at_us as f64 * 1e-6, unix_ms: (BEGUN_NS / 1000 + at_us) / 1000 };
+                let _ = alarms.observe(now, active);
                 recorder.alarms(at_us);
             }
         }

@@ -23,6 +23,7 @@ use super::transition::Phase;
 use crate::estimate::Estimate;
 use crate::floor::Plan;
 use crate::geometry::{Point, distance_to_segment, inside};
+use crate::now::Now;
 use crate::site::floor::Floor;
 use crate::site::{Site, Zone, door};
 use crate::tracker::TrackState;
@@ -33,15 +34,6 @@ const WATCHES_M: f64 = 8.0;
 
 /// Passages that are shown.
 const PASSAGES: usize = 50;
-
-/// The same moment on two clocks.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Now {
-    /// s on a clock that never goes back.
-    pub steady_s: f64,
-    /// ms since 1970.
-    pub unix_ms: u64,
-}
 
 /// How a device that watches a door is.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -265,7 +257,7 @@ impl Doors {
     ) -> Result<(), Why> {
         let unit = self.units.iter_mut().find(|unit| unit.door.name == door);
         let unit = unit.ok_or_else(|| Why::NoDoor(door.to_owned()))?;
-        let event = unit.inbox.read(input, bytes, now.unix_ms, hash)?;
+        let event = unit.inbox.read(input, bytes, now, hash)?;
         unit.step(event, now, outputs)
     }
 

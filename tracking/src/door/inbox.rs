@@ -25,12 +25,14 @@ use serde_json::{Value, json};
 
 use super::event::Event;
 use super::terms::{Card, Contact, Nonce};
+use crate::now::Now;
 
 /// Older than this, or newer than the clock by more, a message is not taken, ms.
 pub const LATE_MS: u64 = 5000;
 
-/// The number of a message is remembered for so long, ms: later, its stamp alone tells that it is old.
-const REMEMBERED_MS: u64 = 2 * LATE_MS;
+/// The number of a message is remembered for so long, s, however the wall clock is set meanwhile: later, its stamp alone tells that
+/// it is old.
+const REMEMBERED_S: f64 = 2e-3 * LATE_MS as f64;
 
 /// Starts of devices that are told apart, for each input.
 const BOOTS_MAX: usize = 8;
@@ -186,8 +188,8 @@ struct Newest {
     boot: Option<u64>,
     id: u64,
     at_ms: u64,
-    /// When it came, ms since 1970.
-    came_ms: u64,
+    /// When it came, s on the steady clock.
+    came_s: f64,
 }
 
 /// The newest messages of each input of one door.
@@ -197,7 +199,7 @@ pub struct Inbox {
 }
 
 impl Inbox {
-    /// The event of a message that arrived at `now_ms`, since 1970; `hash` makes of a card what may be kept of it.
+    /// The event of a message that arrived now; `hash` makes of a card what may be kept of it.
     ///
     /// # Errors
     /// Why it is not taken; nothing has changed then. A request to leave always is.
@@ -205,7 +207,7 @@ impl Inbox {
         &mut self,
         input: Input,
         bytes: &[u8],
-        now_ms: u64,
+        now: Now,
         hash: impl FnOnce(&str) -> Card,
     ) -> Result<Event, NotTaken> {
         if input == Input::Exit {
@@ -237,6 +239,7 @@ impl Inbox {
         if id == 0 {
             return Err(malformed("id counts from 1"));
         }
+        let Now { steady_s: came_s, unix_ms: now_ms } = now;
         if at_ms > now_ms.saturating_add(LATE_MS) {
             return Err(NotTaken::Ahead(at_ms - now_ms));
         }
@@ -246,15 +249,15 @@ impl Inbox {
         let Some(newest) = self.newest.get_mut(input as usize) else {
             return Err(malformed("no such input"));
         };
-        note(newest, Newest { boot, id, at_ms, came_ms: now_ms })?;
+        note(newest, Newest { boot, id, at_ms, came_s })?;
         Ok(event)
     }
 }
 
 /// Notes a message, if it is newer than those of its device's start.
 fn note(newest: &mut Vec<Newest>, message: Newest) -> Result<(), NotTaken> {
-    let Newest { boot, id, at_ms, came_ms } = message;
-    newest.retain(|known| came_ms.abs_diff(known.came_ms) <= REMEMBERED_MS);
+    let Newest { boot, id, at_ms, came_s } = message;
+    newest.retain(|known| came_s - known.came_s <= REMEMBERED_S);
     let place = newest.iter().position(|known| known.boot == boot);
     if let Some(known) = place.and_then(|place| newest.get(place)) {
         let begins_anew = boot.is_none() && id == 1 && at_ms > known.at_ms;
@@ -284,10 +287,15 @@ mod tests {
     use proptest::prelude::*;
 
     const NOW_MS: u64 = 1_700_000_000_000;
+    const NOW: Now = now(NOW_MS);
+
+    const fn now(unix_ms: u64) -> Now {
+        Now { steady_s: (unix_ms - NOW_MS) as f64 * 1e-3, unix_ms }
+    }
 
     fn number(inbox: &mut Inbox, id: u64, at_ms: u64) -> Result<Event, NotTaken> {
         let text = format!("{{\"id\": {id}, \"at_ms\": {at_ms}, \"number\": 2}}");
-        inbox.read(Input::Number, text.as_bytes(), NOW_MS, |_| Card(0))
+        inbox.read(Input::Number, text.as_bytes(), NOW, |_| Card(0))
     }
 
     #[test]
@@ -314,11 +322,22 @@ mod tests {
     }
 
     #[test]
+    fn a_message_is_not_taken_again_after_the_clock_was_set_back() {
+        let mut inbox = Inbox::default();
+        let mut take = |id: u64, steady_s: f64, unix_ms: u64, at_ms: u64| {
+            let text = format!("{{\"id\": {id}, \"at_ms\": {at_ms}, \"number\": 2}}");
+            inbox.read(Input::Number, text.as_bytes(), Now { steady_s, unix_ms }, |_| Card(0))
+        };
+        assert_eq!(take(3, 100.0, NOW_MS, NOW_MS), Ok(Event::Number(2)));
+        assert_eq!(take(5, 120.0, NOW_MS + 20_000, NOW_MS + 20_000), Ok(Event::Number(2)));
+        assert_eq!(take(3, 121.0, NOW_MS + 1000, NOW_MS), Err(NotTaken::OutOfOrder { id: 3, last: 5 }));
+    }
+
+    #[test]
     fn malformed_messages_say_what_is_wrong() {
         let mut inbox = Inbox::default();
-        let mut said = |input, text: &str| {
-            inbox.read(input, text.as_bytes(), NOW_MS, |_| Card(0)).unwrap_err().to_string()
-        };
+        let mut said =
+            |input, text: &str| inbox.read(input, text.as_bytes(), NOW, |_| Card(0)).unwrap_err().to_string();
         let stamp = format!("\"id\": 1, \"at_ms\": {NOW_MS}");
         assert!(said(Input::Number, "three").starts_with("malformed: expected"));
         assert!(said(Input::Number, "{\"number\": 3}").contains("missing field `id`"));
@@ -346,7 +365,7 @@ mod tests {
         ];
         for bytes in stamps {
             assert_eq!(
-                inbox.read(Input::Exit, bytes.as_bytes(), NOW_MS, |_| Card(0)),
+                inbox.read(Input::Exit, bytes.as_bytes(), NOW, |_| Card(0)),
                 Ok(Event::Exit),
                 "{bytes}"
             );
@@ -358,7 +377,7 @@ mod tests {
         let mut inbox = Inbox::default();
         let mut take = |boot: &str, id: u64, now_ms: u64| {
             let text = format!("{{{boot}\"id\": {id}, \"at_ms\": {now_ms}, \"contact\": \"open\"}}");
-            inbox.read(Input::Contact, text.as_bytes(), now_ms, |_| Card(0))
+            inbox.read(Input::Contact, text.as_bytes(), now(now_ms), |_| Card(0))
         };
         let open = Ok(Event::Contact(Contact::Open));
         assert_eq!(take("", u64::MAX, NOW_MS), open);
@@ -366,13 +385,13 @@ mod tests {
         assert_eq!(take("\"boot\": 9041, ", 17, NOW_MS + 500), open, "another count");
         assert_eq!(take("\"boot\": 9041, ", 17, NOW_MS + 600), Err(NotTaken::Repeated(17)));
         assert_eq!(take("\"boot\": 9042, ", 1, NOW_MS + 700), open, "the device has started anew");
-        assert_eq!(take("", 18, NOW_MS + REMEMBERED_MS + 501), open, "what was far ahead is forgotten");
+        assert_eq!(take("", 18, NOW_MS + 10_501), open, "what was far ahead is forgotten");
     }
 
     proptest! {
         #[test]
         fn whatever_bytes_come_nothing_panics(bytes in proptest::collection::vec(any::<u8>(), 0..200), input in 0..8_usize) {
-            let _ = Inbox::default().read(Input::NAMED[input].0, &bytes, NOW_MS, |_| Card(0));
+            let _ = Inbox::default().read(Input::NAMED[input].0, &bytes, NOW, |_| Card(0));
         }
     }
 }

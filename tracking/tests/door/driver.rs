@@ -18,12 +18,13 @@
 
 use std::collections::BTreeMap;
 
-use kehai_tracking::door::doors::{Doors, Now, Output, Watcher};
+use kehai_tracking::door::doors::{Doors, Output, Watcher};
 use kehai_tracking::door::inbox::Input;
 use kehai_tracking::door::{Alarm, Card, Contact, DoorLine, Lock, LockOrder, Phase};
 use kehai_tracking::estimate::Estimate;
 use kehai_tracking::geometry::Point;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::now::Now;
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::site::Site;
 use kehai_tracking::tracker::{LifeCycle, Origin, TrackState};
