@@ -1119,8 +1119,8 @@ export interface ModuleLine {
   background_age_s: number | null;
   /** Checksum errors on its sensor's line since it started. */
   checksum_errors: number;
-  /** How much that scatters, ms. */
-  clock_jitter_ms: number;
+  /** How much that scatters, ms; null until it was measured. */
+  clock_jitter_ms: number | null;
   /** Its clock minus this machine's, ms; absent until it was measured. */
   clock_offset_ms: number | null;
   /** What it has done within the last minute, oldest first. */
@@ -1135,8 +1135,8 @@ export interface ModuleLine {
   is_sealed?: boolean;
   /** How much of what it learns from it has, 0 to 1; absent while it does not learn. */
   learned_share?: number | null;
-  /** Share of its scans that were lost over the last minute, on whatever part of the way. */
-  lost_share: number;
+  /** Share of its scans that were lost over the last minute, on whatever part of the way; null if it took none. */
+  lost_share: number | null;
   /** As the site calls it, or else as it calls itself. */
   name: string;
   /** Scans a second over the last ten seconds. */

@@ -196,7 +196,7 @@ impl Figure {
 const FIGURES: [Figure; 7] = [
     Figure::new("kehai_module_scans_hertz", "Scans a second, over ten seconds", |line| Some(line.scans_hz)),
     Figure::new("kehai_module_lost_ratio", "Share of the scans that were lost, over a minute", |line| {
-        Some(line.lost_share)
+        line.lost_share
     }),
     Figure::new("kehai_module_unknown_ratio", "Share of the beams that could not be judged", |line| {
         Some(line.unknown_share)
@@ -205,7 +205,7 @@ const FIGURES: [Figure; 7] = [
         line.clock_offset_ms.map(|offset_ms| offset_ms * 1e-3)
     }),
     Figure::new("kehai_module_clock_jitter_seconds", "Spread of the clock's measurements", |line| {
-        Some(line.clock_jitter_ms * 1e-3)
+        line.clock_jitter_ms.map(|jitter_ms| jitter_ms * 1e-3)
     }),
     Figure::new("kehai_module_background_age_seconds", "Age of the background", |line| line.background_age_s),
     Figure {
@@ -341,6 +341,8 @@ mod tests {
             name: name.into(),
             state,
             scans_hz: 9.8,
+            lost_share: Some(0.01),
+            clock_jitter_ms: Some(0.2),
             silent_s: Some(4.0),
             ..ModuleLine::default()
         };
@@ -426,6 +428,18 @@ mod tests {
         }
         assert!(!text.contains("kehai_module_scans_hertz{module=\"right\"}"), "{text}");
         assert!(!text.contains("module=\"stranger\""), "{text}");
+    }
+
+    #[test]
+    fn what_was_never_measured_is_absent_and_not_0() {
+        let mut frame = (*frame()).clone();
+        for module in &mut frame.modules {
+            (module.lost_share, module.clock_jitter_ms) = (None, None);
+        }
+        let text = text(&Arc::new(frame), Some(DROPPED));
+        for name in ["kehai_module_lost_ratio{", "kehai_module_clock_jitter_seconds{"] {
+            assert!(!text.contains(name), "{text}");
+        }
     }
 
     #[test]

@@ -1206,8 +1206,8 @@ class ModuleLine(TypedDict):
     background_age_s: float | None
     # Checksum errors on its sensor's line since it started.
     checksum_errors: int
-    # How much that scatters, ms.
-    clock_jitter_ms: float
+    # How much that scatters, ms; null until it was measured.
+    clock_jitter_ms: float | None
     # Its clock minus this machine's, ms; absent until it was measured.
     clock_offset_ms: float | None
     # What it has done within the last minute, oldest first.
@@ -1222,8 +1222,8 @@ class ModuleLine(TypedDict):
     is_sealed: NotRequired[bool]
     # How much of what it learns from it has, 0 to 1; absent while it does not learn.
     learned_share: NotRequired[float | None]
-    # Share of its scans that were lost over the last minute, on whatever part of the way.
-    lost_share: float
+    # Share of its scans that were lost over the last minute, on whatever part of the way; null if it took none.
+    lost_share: float | None
     # As the site calls it, or else as it calls itself.
     name: str
     # Scans a second over the last ten seconds.

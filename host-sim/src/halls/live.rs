@@ -237,7 +237,8 @@ pub fn play(halls: &Halls, lost_share: f64, program: &Path) -> Result<Live, Box<
         judge_four.frame(t_s, &truth, &site.line.tracks, &site.names, &labels, &local);
         totals.frame([one.total.count, site.total.count], u32::try_from(truth.len()).unwrap_or(u32::MAX));
         let worst = |frames: &[Snapshot]| {
-            let shares = frames.iter().flat_map(|frame| &frame.modules).map(|module| module.lost_share);
+            let shares =
+                frames.iter().flat_map(|frame| &frame.modules).filter_map(|module| module.lost_share);
             shares.fold(0.0, f64::max)
         };
         lost = [lost[0].max(worst(std::slice::from_ref(one))), lost[1].max(worst(areas))];

@@ -174,10 +174,10 @@ fn module_state(module: &ModuleLine) -> State {
         alarms,
         background_age_s: module.background_age_s.and_then(of),
         checksum_errors: module.checksum_errors,
-        clock_jitter_ms: of(module.clock_jitter_ms),
+        clock_jitter_ms: module.clock_jitter_ms.and_then(of),
         clock_offset_ms: module.clock_offset_ms.and_then(of),
         id: module.id.clone(),
-        lost_percent: percent(module.lost_share),
+        lost_percent: module.lost_share.and_then(percent),
         scans_hz: of(module.scans_hz),
         state: module.state,
         unknown_percent: percent(module.unknown_share),
@@ -318,6 +318,8 @@ pub(super) mod tests {
             (&told["state"], &told["alarm"], &told["scans_hz"]),
             (&json!("watching"), &Value::Null, &json!(9.8))
         );
+        let unmeasured = (&told["lost_percent"], &told["clock_jitter_ms"]);
+        assert_eq!(unmeasured, (&Value::Null, &Value::Null), "never measured, not 0");
         frame.modules[0].state = DeviceState::Missing;
         frame.modules[0].alarms = vec![AlarmLine::new(AlarmKind::Silent, "nothing is heard")];
         let missing = states(&frame, &Site::default(), &topics(), &Holds::default());

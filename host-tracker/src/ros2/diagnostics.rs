@@ -52,6 +52,7 @@ fn module(module: &ModuleLine) -> DiagnosticStatus {
     let level = by_state.max(worst.unwrap_or_default());
     let message = module.alarms.first().map_or_else(|| module.state.to_string(), |alarm| alarm.text.clone());
     let seconds = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.1}"));
+    let share = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.4}"));
     DiagnosticStatus {
         level,
         name: format!("kehai_tracker: module {}", module.name),
@@ -60,7 +61,7 @@ fn module(module: &ModuleLine) -> DiagnosticStatus {
         values: vec![
             value("state", module.state.to_string()),
             value("scans_hz", format!("{:.1}", module.scans_hz)),
-            value("lost_share", format!("{:.4}", module.lost_share)),
+            value("lost_share", share(module.lost_share)),
             value("unknown_share", format!("{:.4}", module.unknown_share)),
             value("silent_s", seconds(module.silent_s)),
         ],

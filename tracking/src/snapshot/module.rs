@@ -69,16 +69,16 @@ pub struct ModuleLine {
     pub state: DeviceState,
     /// Scans a second over the last ten seconds.
     pub scans_hz: f64,
-    /// Share of its scans that were lost over the last minute, on whatever part of the way.
-    pub lost_share: f64,
+    /// Share of its scans that were lost over the last minute, on whatever part of the way; null if it took none.
+    pub lost_share: Option<f64>,
     /// Checksum errors on its sensor's line since it started.
     pub checksum_errors: u64,
     /// Share of its beams that could not be judged in the newest report.
     pub unknown_share: f64,
     /// Its clock minus this machine's, ms; absent until it was measured.
     pub clock_offset_ms: Option<f64>,
-    /// How much that scatters, ms.
-    pub clock_jitter_ms: f64,
+    /// How much that scatters, ms; null until it was measured.
+    pub clock_jitter_ms: Option<f64>,
     /// Age of its background, s; absent while it has none.
     pub background_age_s: Option<f64>,
     /// Since its last datagram, s; absent until there was one.

@@ -125,11 +125,12 @@ impl Summary {
         }
         println!("  {:<20} {:>9} {:>7} {:>9}  state", "device", "scans/s", "lost", "unknown");
         for module in &self.newest.modules {
+            let percent = |share: f64| format!("{:.1} %", share * 100.0);
+            let lost = module.lost_share.map_or_else(|| "–".to_owned(), percent);
             println!(
-                "  {:<20} {:>9.1} {:>5.1} % {:>7.1} %  {}",
+                "  {:<20} {:>9.1} {lost:>7} {:>7.1} %  {}",
                 module.name,
                 module.scans_hz,
-                module.lost_share * 100.0,
                 module.unknown_share * 100.0,
                 module.state
             );

@@ -141,13 +141,13 @@ fn summary(last: &Snapshot, serves: bool) -> Result<(), Failure> {
     for module in &answered {
         let offset =
             module.clock_offset_ms.map_or("unknown".to_owned(), |offset_ms| format!("{offset_ms:.1} ms"));
+        let lost = module.lost_share.map_or("unknown".to_owned(), |share| format!("{:.1} %", share * 100.0));
         tracing::info!(
-            "module {} ({}): {}, {:.1} scans/s, {:.1} % lost, clock offset {offset}",
+            "module {} ({}): {}, {:.1} scans/s, {lost} lost, clock offset {offset}",
             module.name,
             module.id,
             module.state,
             module.scans_hz,
-            module.lost_share * 100.0,
         );
     }
     let missing = "no module answered: is it switched on and in this network? kehai-tracker module list shows what is \

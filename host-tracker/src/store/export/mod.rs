@@ -185,7 +185,7 @@ mod tests {
             name: "left".into(),
             state: DeviceState::Watching,
             scans_hz: 9.9,
-            lost_share: 0.0125,
+            lost_share: Some(0.0125),
             checksum_errors: 3,
             clock_offset_ms: Some(-4.5),
             events: vec![learned],

@@ -15,7 +15,7 @@ function known(site, frame, found) {
   const lines = new Map((frame.modules ?? []).map((line) => [line.name, line]));
   const modules = site.module ?? [];
   const heard = modules.map(({ name }) => lines.get(name)).filter((line) => line !== undefined);
-  const lost = worst(heard, ({ lost_share }) => lost_share);
+  const lost = worst(heard.filter(({ lost_share }) => lost_share != null), ({ lost_share }) => lost_share);
   const least = worst(found.zones, ({ one }) => -one);
   const work = heard.filter(({ state, alarms }) => state === MODULE.WATCHING && !alarms.length).length;
   return {

@@ -64,7 +64,7 @@ function aboutModule(site, line, name) {
     rows.push(
       [say("details.doing"), word("module", line.state)],
       [say("details.scans"), say("details.scans-value", { n: number(line.scans_hz, 1) })],
-      [say("details.lost"), percent(line.lost_share)],
+      [say("details.lost"), line.lost_share == null ? "–" : percent(line.lost_share)],
       [say("details.checksum"), number(line.checksum_errors)],
       [say("details.unjudged"), percent(line.unknown_share)],
       [say("details.keys"), say(line.is_sealed ? "details.sealed" : "details.clear")],

@@ -196,7 +196,7 @@ function modules(site, frame) {
         wrong || !line ? "words uncertain" : "words",
       ),
       cell(line ? number(line.scans_hz, 1) : "–"),
-      cell(line ? percent(line.lost_share, 1) : "–"),
+      cell(line?.lost_share == null ? "–" : percent(line.lost_share, 1)),
       cell(line?.background_age_s == null ? "–" : age(line.background_age_s)),
       cell(line?.firmware ?? "–"),
       cell(placed(module)),

@@ -197,13 +197,13 @@ impl Monitor {
             id: if id == ModuleId::ANY { String::new() } else { id.to_string() },
             state: self.state(now_us),
             scans_hz: rounded(self.statistics.rates_hz().0, 10.0),
-            lost_share: rounded(self.statistics.lost_share(), 1e4),
+            lost_share: self.statistics.lost_share().map(|share| rounded(share, 1e4)),
             checksum_errors: self.statistics.checksum_errors(),
             unknown_share: rounded(self.unknown_share(), 1e4),
             clock_offset_ms: clock
                 .and_then(ModuleClock::offset_s)
                 .map(|offset_s| rounded(offset_s * 1e3, 10.0)),
-            clock_jitter_ms: rounded(jitter_s.unwrap_or(0.0) * 1e3, 100.0),
+            clock_jitter_ms: jitter_s.map(|jitter_s| rounded(jitter_s * 1e3, 100.0)),
             background_age_s: self.background_age_s(now_us),
             learned_share: self.learned_share(),
             suspects: self.suspects(),

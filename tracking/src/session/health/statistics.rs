@@ -97,11 +97,11 @@ impl Statistics {
         (taken as f64 / seconds, arrived as f64 / seconds)
     }
 
-    /// Share of the last minute's scans that did not arrive.
-    pub fn lost_share(&self) -> f64 {
+    /// Share of the last minute's scans that did not arrive; none if none was taken.
+    pub fn lost_share(&self) -> Option<f64> {
         let before = self.before(LOSS_US);
         let (taken, arrived) = (self.now.taken - before.taken, self.now.arrived - before.arrived);
-        taken.saturating_sub(arrived) as f64 / taken.max(1) as f64
+        (taken > 0).then(|| taken.saturating_sub(arrived) as f64 / taken as f64)
     }
 
     /// Checksum errors since the module's start.
@@ -140,10 +140,10 @@ mod tests {
     fn rates_and_losses_are_those_of_the_last_seconds() {
         let statistics = after(100, |_| 7, |_| true);
         assert_eq!(statistics.rates_hz(), (20.0, 20.0));
-        assert_eq!(statistics.lost_share(), 0.0);
+        assert_eq!(statistics.lost_share(), Some(0.0));
         // The first half minute of losses is long ago.
         let statistics = after(100, |_| 0, |sequence| sequence > 600 || sequence % 2 == 0);
-        assert_eq!(statistics.lost_share(), 0.0);
+        assert_eq!(statistics.lost_share(), Some(0.0));
     }
 
     #[test]
@@ -151,13 +151,15 @@ mod tests {
         let statistics = after(100, |_| 0, |sequence| sequence % 4 != 0);
         let (taken_hz, arrived_hz) = statistics.rates_hz();
         assert!((taken_hz - 20.0).abs() < 0.2 && (arrived_hz - 15.0).abs() < 0.2, "{taken_hz} {arrived_hz}");
-        assert!((statistics.lost_share() - 0.25).abs() < 0.01, "{}", statistics.lost_share());
+        let lost = statistics.lost_share().unwrap();
+        assert!((lost - 0.25).abs() < 0.01, "{lost}");
     }
 
     #[test]
     fn what_the_module_itself_has_lost_is_lost_too() {
         let statistics = after(100, |sequence| sequence / 10, |_| true);
-        assert!((statistics.lost_share() - 1.0 / 11.0).abs() < 0.01, "{}", statistics.lost_share());
+        let lost = statistics.lost_share().unwrap();
+        assert!((lost - 1.0 / 11.0).abs() < 0.01, "{lost}");
     }
 
     #[test]
@@ -171,17 +173,21 @@ mod tests {
             }
             statistics.poll(u64::from(sequence) * 50_000);
         }
-        assert!((statistics.lost_share() - 0.5).abs() < 0.02, "{}", statistics.lost_share());
+        let lost = statistics.lost_share().unwrap();
+        assert!((lost - 0.5).abs() < 0.02, "{lost}");
     }
 
     #[test]
     fn with_nothing_coming_the_rate_falls_to_nothing() {
         let mut statistics = after(20, |_| 0, |_| true);
-        for second in 21..=40 {
+        for second in 21..=90 {
             statistics.poll(second * 1_000_000);
+            if second == 40 {
+                assert_eq!((statistics.rates_hz(), statistics.lost_share()), ((0.0, 0.0), Some(0.0)));
+            }
         }
-        assert_eq!(statistics.rates_hz(), (0.0, 0.0));
+        assert_eq!(statistics.lost_share(), None, "a minute without a scan");
         assert_eq!(Statistics::default().rates_hz(), (0.0, 0.0));
-        assert_eq!(Statistics::default().lost_share(), 0.0);
+        assert_eq!(Statistics::default().lost_share(), None);
     }
 }

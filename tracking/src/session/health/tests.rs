@@ -23,11 +23,13 @@ fn the_line_of_a_module_that_is_well_has_true_figures() {
     let line = module.line();
     assert_eq!((line.name.as_str(), line.state), ("hall", DeviceState::Watching));
     assert_eq!(line.id, "02:00:00:00:00:07");
-    assert_eq!((line.scans_hz, line.lost_share, line.checksum_errors), (10.0, 0.0, 1));
+    assert_eq!((line.scans_hz, line.lost_share, line.checksum_errors), (10.0, Some(0.0), 1));
     assert_eq!(line.unknown_share, rounded(68.0 / 682.0, 1e4));
-    assert!(line.clock_offset_ms.unwrap().abs() < 1.0 && line.clock_jitter_ms < 0.5, "{line:?}");
+    assert!(line.clock_offset_ms.unwrap().abs() < 1.0 && line.clock_jitter_ms.unwrap() < 0.5, "{line:?}");
     assert_eq!((line.background_age_s, line.silent_s), (Some(80.0), Some(0.0)));
     assert_eq!(module.session.name(), "hall");
+    let unheard = Monitor::new(1_000_000).line("hall", ModuleId::ANY, None, 2_000_000);
+    assert_eq!((unheard.lost_share, unheard.clock_jitter_ms), (None, None), "never measured, not 0");
 }
 
 #[test]
