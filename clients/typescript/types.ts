@@ -1269,7 +1269,7 @@ export interface OverviewKept {
 export interface Passage {
   /** The alarm, if there was one. */
   alarm: DoorAlarm | null;
-  /** When the card was shown, s on the tracker's clock. */
+  /** When the card was shown, s on the doors' own clock, which starts with the program. */
   begun_s: number;
   /** The card; none when a person went in without. */
   card: Card | null;
@@ -1277,7 +1277,7 @@ export interface Passage {
   count_p: number[];
   /** The door. */
   door: string;
-  /** When it was over. */
+  /** When it was over, on the same clock. */
   ended_s: number;
   /** The number entered last; 0 if none was. */
   entered: number;

@@ -52,7 +52,7 @@ impl Cells {
     }
 
     /// Takes out what was put within a rectangle.
-    pub fn insert(&mut self, number: u32, rectangle: (Point, Point)) {
+    pub fn take_out(&mut self, number: u32, rectangle: (Point, Point)) {
         for cell in self.cells(rectangle) {
             if let Some(numbers) = self.numbers.get_mut(cell) {
                 numbers.retain(|known| *known != number);
@@ -218,7 +218,7 @@ mod tests {
             (Point::new(f64::from(number) * 9.0, 3.0), Point::new(f64::from(number) * 9.0, 8.0))
         };
         (0..4).for_each(|number| cells.put(number, thing(number)));
-        cells.insert(1, thing(1));
+        cells.take_out(1, thing(1));
         cells.close_up(1);
         assert_eq!(sorted(cells.near(everywhere)), [0, 1, 2]);
         assert_eq!(sorted(cells.near(thing(3))), [2]);

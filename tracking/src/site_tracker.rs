@@ -313,7 +313,7 @@ impl SiteTracker {
         self.stays.dwell()
     }
 
-    /// The tracks of the modules and the bodies on floors, as people; and where else those may be whom only floors show.
+    /// The tracks of the modules and the bodies on floors, as people; and where else the people may be that only floors show.
     fn with_floors(
         &self,
         fusion: &mut Fusion,

@@ -31,7 +31,7 @@ pub const BOUNDS_S: [f64; 8] = [5.0, 15.0, 60.0, 300.0, 900.0, 3600.0, 14_400.0,
 pub struct Change {
     /// Name of the zone.
     pub zone: String,
-    /// Who.
+    /// The track of that person.
     pub track: TrackId,
     /// When, s.
     pub at_s: f64,

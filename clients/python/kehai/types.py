@@ -1362,7 +1362,7 @@ class Passage(TypedDict):
 
     # The alarm, if there was one.
     alarm: DoorAlarm | None
-    # When the card was shown, s on the tracker's clock.
+    # When the card was shown, s on the doors' own clock, which starts with the program.
     begun_s: float
     # The card; none when a person went in without.
     card: Card | None
@@ -1370,7 +1370,7 @@ class Passage(TypedDict):
     count_p: list[float]
     # The door.
     door: str
-    # When it was over.
+    # When it was over, on the same clock.
     ended_s: float
     # The number entered last; 0 if none was.
     entered: int

@@ -38,9 +38,9 @@ pub struct Passage {
     pub door: String,
     /// Counts the door's passages since the start, from 1.
     pub number: u64,
-    /// When the card was shown, s on the tracker's clock.
+    /// When the card was shown, s on the doors' own clock, which starts with the program.
     pub begun_s: f64,
-    /// When it was over.
+    /// When it was over, on the same clock.
     pub ended_s: f64,
     /// The card; none when a person went in without.
     pub card: Option<Card>,

@@ -140,8 +140,8 @@ impl Fusion {
         self.tracks.iter().find(|(_, known)| known.number == number).map(|(track, _)| *track)
     }
 
-    /// Explanations of the floors with the numbers that [`fuse`](Self::fuse) has given. Only of people whom no track of the
-    /// modules shows: of the others those know who is where.
+    /// Explanations of the floors, with the numbers that [`fuse`](Self::fuse) has given. They tell only of people that only the
+    /// floors show: where the others are, the modules know.
     #[must_use]
     pub fn explained(&self, mut explanations: Vec<Explanation>) -> Vec<Explanation> {
         let numbered = |body: TrackState| {

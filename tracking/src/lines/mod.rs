@@ -51,7 +51,7 @@ impl Direction {
 pub struct Crossing {
     /// Number of the line in the site.
     pub line: usize,
-    /// Who.
+    /// The track that has crossed it.
     pub track: TrackId,
     /// Which way.
     pub direction: Direction,

@@ -23,8 +23,8 @@ const SHARES_MAX: usize = 16;
 /// ε: one sign in a hundred is wrong, read far from its bearer. Two that agree overturn a certainty.
 const WRONG: f64 = 0.01;
 
-/// How likely a sign is where its bearer is no track at all, beside 1 at the place of its track: more than by error, so
-/// that a tag that lies on a table takes its name off whom it was with.
+/// How likely a sign is if its bearer is no track at all, beside 1 at the place of its track. That is more than an error makes
+/// likely: a tag that lies on a table takes its name off the track that had it.
 const NONE: f64 = 0.05;
 
 /// Share of what is known that each sign puts in doubt: tracks may have been swapped since the one before.

@@ -12,10 +12,11 @@ use std::net::SocketAddr;
 use kehai::wire::ModuleId;
 
 use super::found::Found;
+use crate::session::start::SILENT_US;
 use crate::session::subscription::Subscription;
 
-/// After so long without an answer an address is given up for the next one, µs.
-pub const NEXT_US: u64 = 3_000_000;
+/// An address whose device is silent is given up for the next one, µs.
+pub const NEXT_US: u64 = SILENT_US;
 
 /// A given address whose device answers elsewhere is asked so often, µs: seldom beside the request of each second, and as
 /// soon as a device that is silent there would be looked for elsewhere. Another module may be there by now, and as long as

@@ -60,10 +60,10 @@ impl Sessions {
         self.shared = places.windows(2).any(|pair| pair.first() == pair.last());
     }
 
-    /// The other device that has the place of this one, for which this one is not used: one that answers, as while both do it
-    /// cannot be known which of them is where the site says, and one that does not answer is not to be preferred. But
-    /// everybody can say a name: a device without a key is no rival of one that has a key, which keeps its place from the
-    /// other also while it is silent.
+    /// Another device with the name and the place of this one, because of which this one is not used. It is a rival while it
+    /// answers: the tracker cannot know which of the two stands where the site says. A device that does not answer is no
+    /// rival. But any device can claim a name: one without a key is no rival of one that has a key. The one with the key keeps
+    /// its place even while it is silent.
     #[must_use]
     pub fn rival(&self, device: ModuleId, now_us: u64) -> Option<ModuleId> {
         if !self.shared {

@@ -12,8 +12,8 @@
 
 use super::outstanding::Kind;
 
-/// So long the believed start must have answered nothing before a lower one is believed, µs: it is asked every second, and
-/// two answers may be lost. Reports do not count: they can be forged.
+/// A device that has answered nothing for so long is silent, µs: it is asked every second, and two answers may be lost. Reports do
+/// not count: they can be forged. While the believed start is not silent, no lower one is believed.
 pub const SILENT_US: u64 = 3_000_000;
 
 /// Answers that a lower start must have given: one may have been on its way since before the restart.

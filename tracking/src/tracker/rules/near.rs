@@ -76,7 +76,7 @@ impl Near {
             let (Some(track), Some(put)) = (tracks.get(index), self.put.get_mut(index)) else { continue };
             let rectangle = whereabouts(track, true_s);
             if !self.cells.are_same(*put, rectangle) {
-                self.cells.insert(index as u32, *put);
+                self.cells.take_out(index as u32, *put);
                 self.cells.put(index as u32, rectangle);
                 *put = rectangle;
             }
@@ -87,7 +87,7 @@ impl Near {
     fn forget(&mut self, index: usize) {
         if index < self.put.len() {
             let rectangle = self.put.remove(index);
-            self.cells.insert(index as u32, rectangle);
+            self.cells.take_out(index as u32, rectangle);
             self.cells.close_up(index as u32);
         }
         self.now.retain(|&near| near != index);
