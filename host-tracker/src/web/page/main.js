@@ -319,8 +319,6 @@ function link(next) {
   );
   if (live) loadHistory();
   else show();
-  // A session that is over ends the connection.
-  if (!live) who();
 }
 
 async function loadHistory() {
@@ -368,6 +366,8 @@ const present = connect({
     else loadSite(revision);
   },
   link,
+  // A session that is over ends the connection; a tracker that starts anew knows none, and refuses the next one.
+  closed: who,
 });
 
 get("zoom-in").onclick = () => view.zoom(0.75);

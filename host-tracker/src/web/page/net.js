@@ -10,8 +10,8 @@ const SILENT_MS = 3000;
 export const LOGGED_OUT = "logged-out";
 
 /**
- * Calls `on.frame`, `on.fields`, `on.alarms`, `on.site`, `on.editors` with what arrives, and `on.link` with a LINK. What it returns is
- * called with whether the editor is open here.
+ * Calls `on.frame`, `on.fields`, `on.alarms`, `on.site`, `on.editors` with what arrives, `on.link` with a LINK when it changes, and
+ * `on.closed` each time a connection ends or cannot be made. What it returns is called with whether the editor is open here.
  */
 export function connect(on) {
   let socket = null, tries = 0, last = 0, state = "", editing = false;
@@ -43,6 +43,7 @@ export function connect(on) {
       // Who has gone meanwhile would not be heard of.
       on.editors([]);
       tell(LINK.LOST);
+      on.closed();
       setTimeout(open, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
     };
   };
