@@ -1,10 +1,13 @@
 // The screen beside a door: asks the entrant how many people go in, and says what happens.
 
 import { LINK, PHASE } from "/names.js";
-import { ask, send } from "/net.js";
+import { ask, repeat, send } from "/net.js";
 import { say, tell, word } from "/words.js";
 
+/** Between an answer and the next question. */
 const EVERY_MS = 300;
+/** An answer that takes longer is none: what the screen shows is older than that. */
+const ANSWER_MS = 2000;
 const name = decodeURIComponent(location.pathname.split("/").pop());
 const path = `/api/door/${encodeURIComponent(name)}`;
 const find = (id) => document.getElementById(id);
@@ -62,7 +65,7 @@ async function enter(number) {
     tell(find("why"), error);
   }
   shown = "";
-  look();
+  lookAgain();
 }
 
 /** Sentences that are not said, in the place of the one that is: they take the room of the longest. */
@@ -109,7 +112,7 @@ function link(state, words) {
 
 async function look() {
   try {
-    const door = await ask(path, { headers: rights });
+    const door = await ask(path, { headers: rights, signal: AbortSignal.timeout(ANSWER_MS) });
     ahead_ms = door.unix_ms - Date.now();
     if (document.body.dataset.phase === PHASE.LOST) tell(find("why"), null);
     show(door);
@@ -132,5 +135,4 @@ addEventListener("keydown", ({ key, repeat }) => {
 });
 reserve("prompt", [...PROMPTS, say("screen.wait"), say("screen.lost")]);
 reserve("tries", [1, 2, 9].map((n) => say("screen.tries", { n })));
-look();
-setInterval(look, EVERY_MS);
+const lookAgain = repeat(look, EVERY_MS);

@@ -74,12 +74,38 @@ export async function ask(path, options) {
     throw new Error(say("net.no-answer"));
   }
   if (response.status === 401) dispatchEvent(new Event(LOGGED_OUT));
-  const answer = await response.json().catch(() => ({}));
+  const answer = await response.json().catch((error) => {
+    // No JSON is no error. An answer that breaks off is one.
+    if (error instanceof SyntaxError) return {};
+    throw new Error(say("net.no-answer"));
+  });
   if (!response.ok) {
     const { status } = response, error = new Error(answer.error ?? say("net.status", { status }));
     throw Object.assign(error, { answer, status, isOfTracker: Boolean(answer.error) });
   }
   return answer;
+}
+
+/**
+ * Calls `does` again and again, `ms` after the last call has ended: two calls are never under way. What it returns calls it at once,
+ * or right after the call that is under way.
+ */
+export function repeat(does, ms) {
+  let timer = 0, busy = false, again = false;
+  const run = async () => {
+    if (busy) {
+      again = true;
+      return;
+    }
+    clearTimeout(timer);
+    busy = true;
+    again = false;
+    await does();
+    busy = false;
+    timer = setTimeout(run, again ? 0 : ms);
+  };
+  run();
+  return run;
 }
 
 /** The answer to a body of JSON. */

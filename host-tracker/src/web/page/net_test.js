@@ -1,6 +1,6 @@
 // The connection to the tracker, and requests without an answer: `deno test`.
 
-import { connect } from "./net.js";
+import { ask, connect, repeat } from "./net.js";
 
 function equal(found, expected) {
   const [one, other] = [found, expected].map((value) => JSON.stringify(value));
@@ -47,5 +47,40 @@ Deno.test("every try to connect that fails is told, though the state stays the s
     again.shift()();
     sockets[1].onclose();
     equal(told, ["lost", "closed", "closed"]);
+  });
+});
+
+Deno.test("an answer that breaks off is none, and an empty one is", async () => {
+  const answers = [
+    new Response('{"name":"front"}'),
+    new Response(""),
+    new Response(new ReadableStream({ pull: (to) => to.error(new DOMException("late", "TimeoutError")) })),
+  ];
+  await among({ fetch: () => Promise.resolve(answers.shift()) }, async () => {
+    equal(await ask("/"), { name: "front" });
+    equal(await ask("/"), {});
+    const error = await ask("/").catch((error) => error);
+    if (!(error instanceof Error)) throw new Error(JSON.stringify(error));
+  });
+});
+
+Deno.test("what is repeated waits for the last call to end, and is hastened once", async () => {
+  const timers = [], ends = [];
+  const globals = { setTimeout: (does, ms) => timers.push([does, ms]), clearTimeout() {} };
+  await among(globals, async () => {
+    const again = repeat(() => new Promise((end) => ends.push(end)), 300);
+    equal([ends.length, timers.length], [1, 0]);
+    const ended = async () => {
+      ends.at(-1)();
+      await Promise.resolve().then(() => {}).then(() => {});
+    };
+    await ended();
+    equal([ends.length, timers.map(([, ms]) => ms)], [1, [300]]);
+    timers.shift()[0]();
+    again();
+    again();
+    equal(ends.length, 2);
+    await ended();
+    equal([ends.length, timers.map(([, ms]) => ms)], [2, [0]]);
   });
 });
