@@ -16,7 +16,8 @@ export class Details {
     });
   }
 
-  show(site, line, lines, chosen, names) {
+  /** `lines`: modules as they are now; `isNow`: whether that is known. */
+  show(site, line, lines, chosen, names, isNow) {
     const key = chosen?.module ?? chosen?.person ?? "";
     if (this.root.dataset.of !== String(key)) {
       this.root.dataset.of = key;
@@ -41,7 +42,7 @@ export class Details {
     }
     if (!chosen) return;
     const parts = chosen.module
-      ? aboutModule(site, lines.find(({ name }) => name === chosen.module), chosen.module)
+      ? aboutModule(site, lines.find(({ name }) => name === chosen.module), chosen.module, isNow)
       : aboutPerson(line?.tracks.find(({ id }) => id === chosen.person), names.get(chosen.person));
     const text = JSON.stringify(parts);
     if (this.root.dataset.text === text) return;
@@ -56,7 +57,8 @@ export class Details {
   }
 }
 
-function aboutModule(site, line, name) {
+/** Rows and alarms of a module; without a line it was not heard, or, unless `isNow`, nothing is known of it. */
+export function aboutModule(site, line, name, isNow) {
   const place = (site.module ?? []).find((module) => module.name === name);
   const rows = [];
   if (line) {
@@ -82,6 +84,7 @@ function aboutModule(site, line, name) {
     if (line.address) rows.push([say("details.address"), line.address]);
     if (line.id) rows.push([say("details.identity"), line.id]);
   }
+  if (!isNow) rows.push([say("details.doing"), say("panel.no-news")]);
   rows.push([
     say("details.place"),
     !place
@@ -93,7 +96,8 @@ function aboutModule(site, line, name) {
   if (place) {
     rows.push([say("details.plane"), say("details.plane-value", { height: metres(place.height_m) })]);
   }
-  return { alarms: line ? line.alarms.map(alarmText) : [say("details.unheard")], rows };
+  const unheard = isNow ? [say("details.unheard")] : [];
+  return { alarms: line ? line.alarms.map(alarmText) : unheard, rows };
 }
 
 function aboutPerson(track, card) {

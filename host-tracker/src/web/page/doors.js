@@ -1,6 +1,6 @@
 // Guarded doors: on the map, as a list, and what is known of the chosen one, with the reset of its alarm.
 
-import { LOCK } from "./names.js";
+import { HEALTH, LOCK } from "./names.js";
 import { send } from "./net.js";
 import { html, middle, path, svg } from "./shapes.js";
 import { clockTime, say, tell, word } from "./words.js";
@@ -26,6 +26,10 @@ function words(line) {
   const beneath = line.standing ? [say("door.alarm", { what: word("alarm", line.standing) })] : [];
   return [word("lock", line.lock), ...more, ...beneath].join(", ");
 }
+
+/** The doors in the list: all of the site while it is not known how they are, none of the past. */
+export const doorsListed = (site, lines, past) =>
+  past ? [] : (lines.length ? lines : site.door ?? []).map(({ name }) => name);
 
 /** The doors on the map. */
 export class DoorMarks {
@@ -88,15 +92,18 @@ export class DoorPanel {
     this.sent = 0;
   }
 
-  /** `lines`: doors of a frame; `states`: with their passages; `ahead_ms`: the tracker's clock before this one. */
-  show({ lines, states, chosen, ahead_ms }) {
+  /** `names`: of the list; `lines`: doors of a frame; `states`: with their passages; `ahead_ms`: the tracker's clock before this one. */
+  show({ names, lines, states, chosen, ahead_ms }) {
     this.ahead_ms = ahead_ms;
-    this.list.hidden = !lines.length;
-    const text = JSON.stringify(lines.map((line) => [line.name, standing(line), words(line)]));
+    this.list.hidden = !names.length;
+    const byName = new Map(lines.map((line) => [line.name, line]));
+    const text = JSON.stringify(
+      names.map((name) => [name, standing(byName.get(name)), words(byName.get(name))]),
+    );
     if (this.rows.dataset.text !== text) {
       this.rows.dataset.text = text;
       const focused = document.activeElement?.dataset?.row;
-      this.rows.replaceChildren(...lines.map((line) => this.row(line)));
+      this.rows.replaceChildren(...names.map((name) => this.row(name, byName.get(name))));
       if (focused) this.rows.querySelector(`[data-row="${CSS.escape(focused)}"]`)?.focus();
     }
     const name = chosen?.door;
@@ -110,8 +117,9 @@ export class DoorPanel {
     this.fill(name, line, passages);
   }
 
-  row(line) {
-    const health = { alarm: "bad", trouble: "bad", open: "warn", locked: "good" }[standing(line)];
+  row(name, line) {
+    const health =
+      { alarm: HEALTH.BAD, trouble: HEALTH.BAD, open: HEALTH.WARN, locked: HEALTH.GOOD }[standing(line)];
     return html(
       "li",
       {},
@@ -120,13 +128,13 @@ export class DoorPanel {
         {
           type: "button",
           className: "module-row",
-          dataset: { health, row: line.name },
-          onclick: () => this.on.choose({ door: line.name }),
+          dataset: { health: health ?? HEALTH.NONE, row: name },
+          onclick: () => this.on.choose({ door: name }),
         },
         html("i"),
-        html("strong", {}, line.name),
-        html("em", {}, word("phase", line.phase)),
-        html("p", { hidden: !line.alarm && !line.trouble }, words(line)),
+        html("strong", {}, name),
+        html("em", {}, line ? word("phase", line.phase) : words(line)),
+        html("p", { hidden: !line?.alarm && !line?.trouble }, words(line)),
       ),
     );
   }

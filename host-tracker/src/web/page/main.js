@@ -11,7 +11,7 @@ import { STAGE, stage } from "./next.js";
 import { Panel } from "./panel.js";
 import { Past } from "./past.js";
 import { Picture } from "./picture.js";
-import { bounds, total } from "./shapes.js";
+import { bounds, isKnown, ofNow, total } from "./shapes.js";
 import { readSite } from "./site-file.js";
 import { Survey } from "./survey.js";
 import { TimeLine } from "./timeline.js";
@@ -187,18 +187,18 @@ function show(quick = false) {
   // The picture stays as it is until the answer for that time is here.
   body.toggle("loading", line === null && back);
   if (line === null && back) return;
-  const modules = state.frame?.modules ?? [];
   const trail = back ? time.before(time.at, TRAIL_MS) : state.recent;
   const names = back ? new Map() : panel.where.names(state.frame);
   // What is played at once a time is placed, not walked.
   const walks = back ? time.playing && time.speed <= PLAYED_SMOOTHLY : true;
   const ms = !walks ? null : back ? performance.now() : line?.unix_ms ?? null;
   drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names, ms);
-  const known = Boolean(line) && !line.noTracker && (back || state.link === LINK.LIVE);
-  drawing.panels(state.site, back || !known ? [] : state.frame?.floors ?? []);
-  drawing.crossed(back || !known ? [] : state.frame?.lines ?? []);
-  drawing.states(back || !known ? [] : modules, known ? line.zones ?? {} : {});
-  doorMarks.states(back || !known ? [] : state.frame?.doors ?? []);
+  const known = isKnown(line, back || state.link === LINK.LIVE);
+  const { modules, doors, floors, lines } = ofNow(state.frame, known && !back);
+  drawing.panels(state.site, floors);
+  drawing.crossed(lines);
+  drawing.states(modules, known ? line.zones ?? {} : {});
+  doorMarks.states(doors);
   tray.show(state.site, modules, known && !back);
   if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
   show.last = performance.now();
@@ -206,12 +206,13 @@ function show(quick = false) {
   panel.show({
     site: state.site,
     line,
-    modules: back ? [] : modules,
+    modules,
+    doors,
     chosen: state.chosen,
     known,
     past: back,
     events,
-    doors: state.doors,
+    passages: state.doors,
     names,
     frame: state.frame,
   });

@@ -3,7 +3,7 @@
 import { alarmText } from "./alarm-words.js";
 import { Alarms } from "./alarms.js";
 import { Details } from "./details.js";
-import { DoorPanel, passed } from "./doors.js";
+import { DoorPanel, doorsListed, passed } from "./doors.js";
 import { More } from "./more.js";
 import { ModuleActions } from "./module-actions.js";
 import { TRACK, ZONE } from "./names.js";
@@ -121,8 +121,9 @@ export class Panel {
     root.append(this.form, this.figures);
   }
 
-  /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. */
-  show({ site, line, modules, chosen, known, past, events, doors, names, frame }) {
+  /** Shows what is known: a frame or a line of history; `known`: whether that is worth anything now. `modules` and `doors`: as they
+   * are now, none where that is not known; `passages`: doors with their passages. */
+  show({ site, line, modules, doors, chosen, known, past, events, passages, names, frame }) {
     this.where.show(site, frame);
     this.why.frame(site, line, past);
     const { count, open } = known && line ? total(line, site, past ? null : modules) : { count: null };
@@ -139,13 +140,13 @@ export class Panel {
     this.alarms.root.hidden = past;
     this.showZones(site, line?.zones ?? {}, known);
     this.showEvents(events);
-    this.showPassages(doors);
+    this.showPassages(passages);
     this.showModules(site, modules, past);
     this.measured.hidden = past || !(site.module ?? []).some(isPlaced);
-    const lines = past ? [] : frame?.doors ?? [];
     this.doorPanel.show({
-      lines,
-      states: doors,
+      names: doorsListed(site, doors, past),
+      lines: doors,
+      states: passages,
       chosen,
       ahead_ms: frame ? frame.unix_ms - frame.came_ms : 0,
     });
@@ -153,9 +154,10 @@ export class Panel {
     this.actions.choose(
       name ?? null,
       (site.module ?? []).find((module) => module.name === name),
-      modules.find((one) => one.name === name && one.address),
+      // The connection may be lost for a moment while a form is open.
+      past ? undefined : frame?.modules?.find((one) => one.name === name && one.address),
     );
-    this.details.show(site, line, modules, chosen?.door ? null : chosen, names);
+    this.details.show(site, line, modules, chosen?.door ? null : chosen, names, known && !past);
   }
 
   showZones(site, zones, known) {

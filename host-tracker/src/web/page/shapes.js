@@ -189,6 +189,15 @@ export function total(line, site, modules) {
   return { count: known ? count : null, open };
 }
 
+/** Whether a frame or a line of history says what is so at the time that is shown; `isCurrent`: it does as long as a tracker ran. */
+export const isKnown = (line, isCurrent) => Boolean(line) && !line.noTracker && isCurrent;
+
+/** What the newest frame says of now: nothing of all this unless that is known. */
+export function ofNow(frame, known) {
+  const { modules = [], doors = [], floors = [], lines = [] } = (known && frame) || {};
+  return { modules, doors, floors, lines };
+}
+
 /** Health of a module by its line of a frame; NONE without a line, and of one that is not used. */
 export function health(line) {
   if (!line || line.state === MODULE.FOUND) return HEALTH.NONE;

@@ -1,7 +1,7 @@
 // How many people are here, and how a module is: `deno test --allow-read`.
 
 import { ABOUT, FAILED, HEALTH, MODULE } from "./names.js";
-import { health, total } from "./shapes.js";
+import { health, isKnown, ofNow, total } from "./shapes.js";
 
 const FRAME = new URL("../../../../docs/schemas/frame.json", import.meta.url);
 
@@ -39,3 +39,12 @@ Deno.test("a module is as bad as the severity of its alarms says", () => {
 });
 
 Deno.test("an alarm is about what the tracker says", () => equal(Object.values(ABOUT), schema("About")));
+
+Deno.test("the newest frame says nothing of now once the connection is lost, nor of the past", () => {
+  const frame = { modules: [{ name: "left" }], doors: [{ name: "front" }] };
+  const said = (isLive) => ofNow(frame, isKnown(frame, isLive));
+  equal(said(true), { ...frame, floors: [], lines: [] });
+  equal(said(false), { modules: [], doors: [], floors: [], lines: [] });
+  equal(ofNow(null, isKnown(null, true)), said(false));
+  equal(isKnown({ noTracker: true }, true), false);
+});
