@@ -63,7 +63,7 @@ function placed({ name, x, y, yaw_deg, within_m, within_deg, clock_within_ms }) 
 }
 
 export class Calibration {
-  /** `on.form` with an element for the panel or null, `on.close` when it is over. */
+  /** `on.form` with an element for the panel or null, `on.close(saved, said)` when it is over, with what is to be said, if anything. */
   constructor(layer, on) {
     Object.assign(this, { layer, on, open: false, text: "" });
     this.advice = html("p", { className: "walk-advice", id: "calibrate-advice", role: "status" });
@@ -93,40 +93,53 @@ export class Calibration {
   }
 
   start() {
-    this.open = true;
+    Object.assign(this, { open: true, begun: false, text: "" });
     this.on.form(this.form);
     this.wish(WISH.BEGIN);
     this.timer = setInterval(() => this.look(), LOOK_MS);
   }
 
   async wish(what) {
+    const { begun } = this;
     try {
       const answer = await send("POST", "/api/calibration", { do: what });
       if (what === WISH.ACCEPT || what === WISH.STOP) this.close(what === WISH.ACCEPT);
-      else this.show(answer);
+      else this.show(answer, begun);
     } catch (error) {
-      tell(this.advice, error);
+      this.fail(error);
     }
   }
 
   async look() {
+    const { begun } = this;
     try {
-      this.show(await ask("/api/calibration"));
+      this.show(await ask("/api/calibration"), begun);
     } catch (error) {
-      tell(this.advice, error);
+      this.fail(error);
     }
   }
 
-  close(saved) {
+  /** The error takes the place of the advice until the next status, the same one, too. */
+  fail(error) {
+    tell(this.advice, error);
+    this.text = "";
+  }
+
+  close(saved, said = "") {
     clearInterval(this.timer);
     this.open = false;
     this.layer.replaceChildren();
     this.on.form(null);
-    this.on.close(saved);
+    this.on.close(saved, said);
   }
 
-  show(status) {
-    if (!this.open || !status.active) return;
+  /** `begun`: whether the tracker had begun before it was asked; a walk that is none after that has ended elsewhere. */
+  show(status, begun) {
+    if (!this.open) return;
+    if (!status.active) return begun ? this.close(false, say("walk.ended")) : undefined;
+    this.begun = true;
+    // The tracker has begun, and has no advice yet.
+    if (!status.advice_is && !status.found && !status.refused_is) return;
     const done = Boolean(status.found || status.refused);
     const text = JSON.stringify(status);
     if (text === this.text) return;

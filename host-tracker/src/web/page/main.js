@@ -100,8 +100,9 @@ const editor = new Editor(drawing.layers.edit, view, {
 
 const calibration = new Calibration(drawing.layers.walk, {
   form: (form) => panel.edit(form),
-  close: (saved) => {
+  close: (saved, said) => {
     end("calibrate-open");
+    if (said) tellDone(said);
     if (saved) loadSite().then(planned);
   },
 });

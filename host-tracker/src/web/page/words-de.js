@@ -411,6 +411,8 @@ export default {
   "walk.again": "Weitergehen",
   "walk.accept": "Übernehmen und speichern",
   "walk.stop": "Abbrechen",
+  "walk.ended":
+    "Das Gehen ist beendet: Der Tracker wurde neu gestartet, oder es wurde in einem anderen Fenster beendet.",
   "walk.sees": "Gesehen von {modules}.",
   "walk.unseen": "Kein Modul sieht Sie gerade.",
   "walk.crowded": " {s} s mit mehreren Personen werden nicht verwendet.",

@@ -407,6 +407,7 @@ export default {
   "walk.again": "Walk on",
   "walk.accept": "Accept and save",
   "walk.stop": "Stop",
+  "walk.ended": "The walk has ended: the tracker was started anew, or it was ended in another window.",
   "walk.sees": "Seen by {modules}.",
   "walk.unseen": "No module sees you now.",
   "walk.crowded": " {s} s with several people are not used.",

@@ -398,6 +398,7 @@ export default {
   "walk.again": "歩行を続ける",
   "walk.accept": "採用して保存",
   "walk.stop": "中止",
+  "walk.ended": "歩行は終了しました。トラッカーが再起動されたか、別のウィンドウで終了されました。",
   "walk.sees": "{modules} が検出中です。",
   "walk.unseen": "今はどのモジュールにも見えていません。",
   "walk.crowded": "複数の人がいた {s} 秒間は使いません。",
