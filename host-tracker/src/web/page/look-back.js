@@ -77,11 +77,16 @@ export class LookBack {
     if (this.looking) return;
     this.looking = true;
     const { time } = this, newest = time.newest();
-    const event = await this.past.beside(time.at ?? newest, ahead, newest - time.longest(), newest);
-    this.looking = false;
-    if (event) {
-      time.go(event.at_ms);
-      this.tell(say("time.happened", { time: dateTime(event.at_ms), event: words(event) }));
-    } else this.tell(say(ahead ? "time.none-after" : "time.none-before"));
+    try {
+      const event = await this.past.beside(time.at ?? newest, ahead, newest - time.longest(), newest);
+      if (event) {
+        time.go(event.at_ms);
+        this.tell(say("time.happened", { time: dateTime(event.at_ms), event: words(event) }));
+      } else this.tell(say(ahead ? "time.none-after" : "time.none-before"));
+    } catch (error) {
+      this.tell(error.message);
+    } finally {
+      this.looking = false;
+    }
   }
 }

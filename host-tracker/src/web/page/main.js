@@ -57,6 +57,7 @@ const past = new Past({
     lookBack.show();
     if (time.at !== null) show();
   },
+  failed: (error) => tellDone(error.message),
 });
 const time = new TimeLine(past, { seek });
 const lookBack = new LookBack(time, past, tellDone);

@@ -9,12 +9,14 @@ const PIECE_MS = 600_000;
 const PIECES = 8; // kept at once
 const RUN_UP_MS = 15_000; // for trails at the beginning of a piece
 const EVENTS = 8;
+/** A piece that could not be fetched is asked for again after this. */
+const AGAIN_MS = 10_000;
 /** Marks are looked for so near, and then as many times farther. */
 const NEAR_MS = 3_600_000;
 const FARTHER = 12;
 
 export class Past {
-  /** `on.ready` when something that was asked for has come. */
+  /** `on.ready` when something that was asked for has come, `on.failed(error)` when a piece could not be fetched. */
   constructor(on) {
     this.on = on;
     this.kept = false;
@@ -40,7 +42,7 @@ export class Past {
     this.on.ready();
   }
 
-  /** The piece a time lies in; null while it is on its way. */
+  /** The piece a time lies in; null while it is on its way, or cannot be fetched. */
   piece(at) {
     const number = Math.floor(at / PIECE_MS);
     let piece = this.pieces.get(number);
@@ -58,10 +60,23 @@ export class Past {
   async fetch(number, piece) {
     const from = number * PIECE_MS - RUN_UP_MS, to = (number + 1) * PIECE_MS;
     const asked = Date.now();
-    const answer = await ask(`/api/past?from=${Math.max(from, 0)}&to=${to}`).catch(() => null);
-    Object.assign(piece, { paths: [], counts: [], events: [], lives: [] }, answer);
-    piece.until = answer ? asked - 2000 : Infinity;
+    try {
+      const answer = await ask(`/api/past?from=${Math.max(from, 0)}&to=${to}`);
+      Object.assign(piece, { paths: [], counts: [], events: [], lives: [] }, answer);
+    } catch (error) {
+      // Until then it holds its place, so that it is not asked for at once.
+      setTimeout(() => this.forget(number, piece), AGAIN_MS);
+      return this.on.failed(error);
+    }
+    piece.until = asked - 2000;
     piece.ready = true;
+    this.on.ready();
+  }
+
+  /** Nothing is known of a piece that could not be fetched: what is shown asks for it again. */
+  forget(number, piece) {
+    if (this.pieces.get(number) !== piece) return;
+    this.pieces.delete(number);
     this.on.ready();
   }
 
@@ -97,13 +112,14 @@ export class Past {
     return all.filter(({ at_ms }) => at_ms <= at).slice(-EVENTS).reverse();
   }
 
-  /** The mark of the time line next to a time, ahead or back, between `first` and `newest`; null if there is none. */
+  /** The mark of the time line next to a time, ahead or back, between `first` and `newest`; null if there is none. Throws what went
+   * wrong if that cannot be known. */
   async beside(at, ahead, first, newest) {
     let edge = at, ms = NEAR_MS;
     while (ahead ? edge < newest : edge > first) {
       const [from, to] = ahead ? [edge, Math.min(edge + ms, newest)] : [Math.max(edge - ms, first), edge];
       const path = `/api/overview?from=${Math.floor(from)}&to=${Math.ceil(to)}&bins=1`;
-      const { events = [], left_out = 0 } = await ask(path).catch(() => ({}));
+      const { events = [], left_out = 0 } = await ask(path);
       // Of too many the newest are told: those next ahead are among the others.
       if (ahead && left_out && ms > 1) {
         ms /= FARTHER;

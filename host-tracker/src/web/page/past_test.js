@@ -1,6 +1,27 @@
 // What was known at a time of the past: `deno test`.
 
-import { words, zonesAt } from "./past.js";
+import { Past, words, zonesAt } from "./past.js";
+import { say } from "./words.js";
+
+function equal(found, expected) {
+  const [one, other] = [found, expected].map((value) => JSON.stringify(value));
+  if (one !== other) throw new Error(`${one} is not ${other}`);
+}
+
+/** Calls `does` with what is asked, while `answer(path)` answers, and with the timers set. */
+async function asking(answer, does) {
+  const { fetch, setTimeout } = globalThis, asked = [], timers = [];
+  globalThis.fetch = (path) => {
+    asked.push(path);
+    return Promise.resolve(answer(path)).then((found) => Response.json(found));
+  };
+  globalThis.setTimeout = (then) => timers.push(then);
+  try {
+    await does(asked, timers, () => new Promise((end) => setTimeout(end, 0)));
+  } finally {
+    Object.assign(globalThis, { fetch, setTimeout });
+  }
+}
 
 Deno.test("what a tracker has said before a restart is not known after it", () => {
   const counts = [
@@ -31,4 +52,29 @@ Deno.test("an alarm is told by its name and the tracker's sentence", () => {
     const text = words(event);
     if (text !== expected) throw new Error(`${text} instead of ${expected}`);
   }
+});
+
+Deno.test("a piece that cannot be fetched is said, and asked for again later", async () => {
+  let works = false;
+  const answer = () => works ? { lives: [[0, 1_000_000]] } : Promise.reject(new TypeError());
+  await asking(answer, async (asked, timers, settled) => {
+    const told = [];
+    const past = new Past({ ready: () => told.push("ready"), failed: ({ message }) => told.push(message) });
+    equal(past.lineAt(1000), null);
+    await settled();
+    equal([past.lineAt(1000), asked.length, told], [null, 1, [say("net.no-answer")]]);
+    works = true;
+    timers.shift()();
+    equal([past.lineAt(1000), asked.length], [null, 2]);
+    await settled();
+    equal(past.lineAt(1000).noTracker, false);
+  });
+});
+
+Deno.test("that no mark is kept is not said when the tracker does not answer", async () => {
+  await asking(() => Promise.reject(new TypeError()), async () => {
+    const past = new Past({ ready() {} });
+    const error = await past.beside(1000, false, 0, 2000).catch((error) => error);
+    if (!(error instanceof Error)) throw new Error(JSON.stringify(error));
+  });
 });
