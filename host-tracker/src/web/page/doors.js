@@ -31,6 +31,13 @@ function words(line) {
 export const doorsListed = (site, lines, past) =>
   past ? [] : (lines.length ? lines : site.door ?? []).map(({ name }) => name);
 
+/** What the rows of the list show, as a text that differs when they do. */
+export const listText = (names, byName) =>
+  JSON.stringify(names.map((name) => {
+    const line = byName.get(name);
+    return [name, standing(line), words(line), line?.phase];
+  }));
+
 /** The doors on the map. */
 export class DoorMarks {
   constructor(layer) {
@@ -97,9 +104,7 @@ export class DoorPanel {
     this.ahead_ms = ahead_ms;
     this.list.hidden = !names.length;
     const byName = new Map(lines.map((line) => [line.name, line]));
-    const text = JSON.stringify(
-      names.map((name) => [name, standing(byName.get(name)), words(byName.get(name))]),
-    );
+    const text = listText(names, byName);
     if (this.rows.dataset.text !== text) {
       this.rows.dataset.text = text;
       const focused = document.activeElement?.dataset?.row;

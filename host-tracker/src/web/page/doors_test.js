@@ -1,6 +1,6 @@
 // The list of doors: `deno test --allow-read`.
 
-import { doorsListed } from "./doors.js";
+import { doorsListed, listText } from "./doors.js";
 
 function equal(found, expected) {
   const [one, other] = [found, expected].map((value) => JSON.stringify(value));
@@ -12,4 +12,10 @@ Deno.test("doors stay in the list while it is not known how they are", () => {
   equal(doorsListed(site, [{ name: "front" }], false), ["front"]);
   equal(doorsListed(site, [], false), ["front", "yard"]);
   equal(doorsListed(site, [], true), []);
+});
+
+Deno.test("a door whose phase alone has changed has another row", () => {
+  const text = (phase) => listText(["front"], new Map([["front", { name: "front", lock: "locked", phase }]]));
+  if (text("idle") === text("asked")) throw new Error(text("asked"));
+  equal(text("idle"), text("idle"));
 });
