@@ -1,6 +1,7 @@
 // The list of alarms: those that stand, since when and who has seen them, and those that ended within the last day.
 
 import { Bell } from "./bell.js";
+import { now } from "./clock.js";
 import { ABOUT, SEVERITY } from "./names.js";
 import { ask, send } from "./net.js";
 import { html, put } from "./shapes.js";
@@ -89,7 +90,7 @@ export class Alarms {
     this.words.hidden = !text;
     this.list.classList.toggle("unknown", !this.known);
     this.all.hidden = !this.known || this.open().length < 2;
-    const minute = Math.floor(Date.now() / 10_000);
+    const minute = Math.floor(now() / 10_000);
     const shown = JSON.stringify([minute, this.standing]);
     if (shown === this.shown) return;
     this.shown = shown;
@@ -140,7 +141,7 @@ export class Alarms {
       );
       if (hadFocus) (row.querySelector(".acknowledge") ?? row.querySelector("button"))?.focus();
     }
-    const since = (Date.now() - alarm.since_ms) / 1000;
+    const since = (now() - alarm.since_ms) / 1000;
     const begun = { time: time(alarm.since_ms), age: age(since) };
     row.querySelector(".since").replaceChildren(
       ...parts(since >= 90 ? "alarms.since-age" : "alarms.since", begun),

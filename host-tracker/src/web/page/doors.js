@@ -1,5 +1,6 @@
 // Guarded doors: on the map, as a list, and what is known of the chosen one, with the reset of its alarm.
 
+import { now } from "./clock.js";
 import { HEALTH, LOCK } from "./names.js";
 import { send } from "./net.js";
 import { html, middle, path, svg } from "./shapes.js";
@@ -99,9 +100,8 @@ export class DoorPanel {
     this.sent = 0;
   }
 
-  /** `names`: of the list; `lines`: doors of a frame; `states`: with their passages; `ahead_ms`: the tracker's clock before this one. */
-  show({ names, lines, states, chosen, ahead_ms }) {
-    this.ahead_ms = ahead_ms;
+  /** `names`: of the list; `lines`: doors of a frame; `states`: with their passages. */
+  show({ names, lines, states, chosen }) {
     this.list.hidden = !names.length;
     const byName = new Map(lines.map((line) => [line.name, line]));
     const text = listText(names, byName);
@@ -193,7 +193,7 @@ export class DoorPanel {
 
   /** Somebody has looked after the alarm. */
   async reset(name) {
-    const at_ms = Math.round(Date.now() + this.ahead_ms);
+    const at_ms = Math.round(now());
     const { error } = this;
     try {
       const body = { id: ++this.sent, boot: this.boot, at_ms };

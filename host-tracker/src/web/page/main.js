@@ -1,6 +1,7 @@
 // The live map: receives frames from the tracker and clicks from the visitor, and passes both to the parts of the page.
 
 import { Calibration } from "./calibrate.js";
+import { setClock } from "./clock.js";
 import { DoorMarks } from "./doors.js";
 import { Drawing } from "./draw.js";
 import { Editor } from "./edit.js";
@@ -346,7 +347,7 @@ picture.load();
 const present = connect({
   frame: (frame) => {
     if (state.frame && frame.unix_ms < state.frame.unix_ms) state.recent = [];
-    frame.came_ms = Date.now();
+    setClock(frame.unix_ms);
     state.frame = frame;
     state.recent.push(frame);
     if (state.recent.length > TRAIL_FRAMES) state.recent.shift();

@@ -1,5 +1,6 @@
 // What the map leads to: the report, the handover page, firmware; and where people were within the last day, as a layer.
 
+import { now } from "./clock.js";
 import { drawHeat, square } from "./heat.js";
 import { ask } from "./net.js";
 import { html } from "./shapes.js";
@@ -49,8 +50,8 @@ export class More {
   }
 
   async load() {
-    const now = Date.now();
-    const heat = await ask(`/api/heat?from=${now - DAY_MS}&to=${now}`).catch((error) => error);
+    const to = Math.floor(now());
+    const heat = await ask(`/api/heat?from=${to - DAY_MS}&to=${to}`).catch((error) => error);
     if (!this.shown) return;
     if (heat instanceof Error) tell(this.words, heat);
     else if (!heat.kept) this.words.textContent = say("report.not-kept");

@@ -148,7 +148,6 @@ export class Panel {
       lines: doors,
       states: passages,
       chosen,
-      ahead_ms: frame ? frame.unix_ms - frame.came_ms : 0,
     });
     const name = chosen?.module;
     this.actions.choose(

@@ -2,6 +2,7 @@
 
 import { EVENT, TRACK, ZONE } from "./names.js";
 import { alarmText } from "./alarm-words.js";
+import { now } from "./clock.js";
 import { ask } from "./net.js";
 import { say, word } from "./words.js";
 
@@ -59,7 +60,7 @@ export class Past {
 
   async fetch(number, piece) {
     const from = number * PIECE_MS - RUN_UP_MS, to = (number + 1) * PIECE_MS;
-    const asked = Date.now();
+    const asked = now();
     try {
       const answer = await ask(`/api/past?from=${Math.max(from, 0)}&to=${to}`);
       Object.assign(piece, { paths: [], counts: [], events: [], lives: [] }, answer);

@@ -1,5 +1,6 @@
 // What was known at a time of the past: `deno test`.
 
+import { setClock } from "./clock.js";
 import { Past, words, zonesAt } from "./past.js";
 import { say } from "./words.js";
 
@@ -76,5 +77,18 @@ Deno.test("that no mark is kept is not said when the tracker does not answer", a
     const past = new Past({ ready() {} });
     const error = await past.beside(1000, false, 0, 2000).catch((error) => error);
     if (!(error instanceof Error)) throw new Error(JSON.stringify(error));
+  });
+});
+
+Deno.test("on a device whose clock is slow a piece is asked for once", async () => {
+  // An hour before the tracker's.
+  const unix_ms = Date.now() + 3_600_000;
+  setClock(unix_ms);
+  await asking(() => ({ lives: [[0, unix_ms]] }), async (asked, _, settled) => {
+    const past = new Past({ ready() {}, failed() {} });
+    const at = unix_ms - 5000;
+    past.lineAt(at);
+    await settled();
+    equal([past.lineAt(at)?.noTracker, asked.length], [false, 1]);
   });
 });
