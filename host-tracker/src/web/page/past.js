@@ -27,15 +27,17 @@ export class Past {
     this.asking = false;
   }
 
-  /** How many people there were from one time to another, and what happened; asked each time, kept in `glance`. */
-  async look(from, to, bins) {
+  /** How many people there were in the last `range` ms before a time, and what happened; asked each time, kept in `glance`. */
+  async look(range, to, bins) {
+    this.range = range;
     if (this.asking) return;
     this.asking = true;
+    const path = `/api/overview?from=${Math.floor(to - range)}&to=${Math.ceil(to)}&bins=${bins}`;
     // Without an answer there is only what came since the page was opened.
-    const answer = await ask(`/api/overview?from=${Math.floor(from)}&to=${Math.ceil(to)}&bins=${bins}`).catch(
-      () => null,
-    );
+    const answer = await ask(path).catch(() => null);
     this.asking = false;
+    // Another range was chosen meanwhile: this one would be drawn as that.
+    if (this.range !== range) return this.look(this.range, to, bins);
     if (!answer) return;
     this.asked = true;
     this.kept = answer.kept;

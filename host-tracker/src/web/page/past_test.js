@@ -92,3 +92,20 @@ Deno.test("on a device whose clock is slow a piece is asked for once", async () 
     equal([past.lineAt(at)?.noTracker, asked.length], [false, 1]);
   });
 });
+
+Deno.test("the answer for a range that is no longer chosen is dropped, and the other is asked for", async () => {
+  const range = (path) => {
+    const { from, to } = Object.fromEntries(new URLSearchParams(path.split("?")[1]));
+    return to - from;
+  };
+  await asking((path) => ({ kept: true, bins: [range(path)] }), async (asked, _, settled) => {
+    const shown = [];
+    const past = new Past({ ready: () => shown.push(past.glance.bins[0]) });
+    past.look(1000, 9000, 240);
+    past.look(2000, 9000, 240);
+    past.look(4000, 9000, 240);
+    await settled();
+    await settled();
+    equal([shown, asked.map(range)], [[4000], [1000, 4000]]);
+  });
+});

@@ -111,7 +111,7 @@ export class TimeLine {
   glance() {
     if (!this.newest() || performance.now() - this.glanced < GLANCE_MS) return;
     this.glanced = performance.now();
-    this.past.look(this.newest() - this.range, this.newest(), BINS);
+    this.past.look(this.range, this.newest(), BINS);
   }
 
   /** The database has answered. */
