@@ -2,7 +2,7 @@
 
 import { MODULE } from "./names.js";
 import { table } from "./paper.js";
-import { html } from "./shapes.js";
+import { html, isMeasured } from "./shapes.js";
 import { percent, say } from "./words.js";
 
 const LOST_MOST = 0.01;
@@ -11,11 +11,11 @@ const worst = (list, of) =>
   list.reduce((most, one) => most === null || of(one) > of(most) ? one : most, null);
 
 /** What the tracker knows by itself: how many modules work, the worst loss, the zone that is seen least. */
-function known(site, frame, found) {
+export function known(site, frame, found) {
   const lines = new Map((frame.modules ?? []).map((line) => [line.name, line]));
   const modules = site.module ?? [];
   const heard = modules.map(({ name }) => lines.get(name)).filter((line) => line !== undefined);
-  const lost = worst(heard.filter(({ lost_share }) => lost_share != null), ({ lost_share }) => lost_share);
+  const lost = worst(heard.filter((line) => isMeasured(line, "lost_share")), ({ lost_share }) => lost_share);
   const least = worst(found.zones, ({ one }) => -one);
   const work = heard.filter(({ state, alarms }) => state === MODULE.WATCHING && !alarms.length).length;
   return {

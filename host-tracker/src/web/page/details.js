@@ -1,7 +1,7 @@
 // What is known about the chosen module or person, as a table in the panel.
 
 import { alarmText } from "./alarm-words.js";
-import { html, isPlaced } from "./shapes.js";
+import { html, isPlaced, measured } from "./shapes.js";
 import { age, ago, centimetres, degrees, metres, number, percent, say, word } from "./words.js";
 
 export class Details {
@@ -65,14 +65,21 @@ export function aboutModule(site, line, name, isNow) {
     const { background_age_s, clock_offset_ms, silent_s } = line;
     rows.push(
       [say("details.doing"), word("module", line.state)],
-      [say("details.scans"), say("details.scans-value", { n: number(line.scans_hz, 1) })],
-      [say("details.lost"), line.lost_share == null ? "–" : percent(line.lost_share)],
-      [say("details.checksum"), number(line.checksum_errors)],
-      [say("details.unjudged"), percent(line.unknown_share)],
-      [say("details.keys"), say(line.is_sealed ? "details.sealed" : "details.clear")],
+      [
+        say("details.scans"),
+        measured(line, "scans_hz", (hz) => say("details.scans-value", { n: number(hz, 1) })),
+      ],
+      [say("details.lost"), measured(line, "lost_share", (share) => percent(share))],
+      [say("details.checksum"), measured(line, "checksum_errors", (errors) => number(errors))],
+      [say("details.unjudged"), measured(line, "unknown_share", (share) => percent(share))],
+      [
+        say("details.keys"),
+        measured(line, "is_sealed", (sealed) => say(sealed ? "details.sealed" : "details.clear")),
+      ],
     );
     if (clock_offset_ms != null) {
-      rows.push([say("details.clock"), `${number(clock_offset_ms)} ± ${number(line.clock_jitter_ms, 1)} ms`]);
+      const jitter = measured(line, "clock_jitter_ms", (ms) => number(ms, 1));
+      rows.push([say("details.clock"), `${number(clock_offset_ms)} ± ${jitter} ms`]);
     }
     rows.push([
       say("details.background"),

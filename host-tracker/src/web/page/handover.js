@@ -4,7 +4,7 @@ import { acceptance } from "./acceptance.js";
 import { ask } from "./net.js";
 import { key, table } from "./paper.js";
 import { planPicture } from "./plan-picture.js";
-import { html, isPlaced, path, svg } from "./shapes.js";
+import { html, isPlaced, measured, path, svg } from "./shapes.js";
 import { who } from "./who.js";
 import {
   age,
@@ -195,8 +195,8 @@ function modules(site, frame) {
         wrong ? say("handover.state", { state, alarms: wrong }) : state,
         wrong || !line ? "words uncertain" : "words",
       ),
-      cell(line ? number(line.scans_hz, 1) : "–"),
-      cell(line?.lost_share == null ? "–" : percent(line.lost_share, 1)),
+      cell(measured(line, "scans_hz", (hz) => number(hz, 1))),
+      cell(measured(line, "lost_share", (share) => percent(share, 1))),
       cell(line?.background_age_s == null ? "–" : age(line.background_age_s)),
       cell(line?.firmware ?? "–"),
       cell(placed(module)),

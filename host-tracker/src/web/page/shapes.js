@@ -198,6 +198,13 @@ export function ofNow(frame, known) {
   return { modules, doors, floors, lines };
 }
 
+/** Whether a figure of a module is known; one that is missing has measured nothing. */
+export const isMeasured = (line, figure) =>
+  Boolean(line) && line.state !== MODULE.MISSING && (line[figure] ?? null) !== null;
+
+/** A figure of a module in words, a dash where it is not known. */
+export const measured = (line, figure, words) => isMeasured(line, figure) ? words(line[figure]) : "–";
+
 /** Health of a module by its line of a frame; NONE without a line, and of one that is not used. */
 export function health(line) {
   if (!line || line.state === MODULE.FOUND) return HEALTH.NONE;
