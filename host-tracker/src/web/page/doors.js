@@ -1,6 +1,7 @@
 // Guarded doors: on the map, as a list, and what is known of the chosen one, with the reset of its alarm.
 
 import { now } from "./clock.js";
+import { keepFocus } from "./focus.js";
 import { HEALTH, LOCK } from "./names.js";
 import { send } from "./net.js";
 import { html, middle, path, svg } from "./shapes.js";
@@ -47,8 +48,7 @@ export class DoorMarks {
 
   /** Draws them; needed again when the site, the zoom or the choice changes. */
   site(site, px, chosen) {
-    const focused = document.activeElement?.dataset?.door;
-    this.layer.replaceChildren(...(site.door ?? []).map(({ name, line }) => {
+    const marks = (site.door ?? []).map(({ name, line }) => {
       const [x, y] = middle(line);
       return svg(
         "g",
@@ -65,8 +65,8 @@ export class DoorMarks {
         ),
         svg("text", { x, y: -y, dx: "1.4em", dy: "1.7em" }, name),
       );
-    }));
-    if (focused) this.layer.querySelector(`[data-door="${CSS.escape(focused)}"]`)?.focus();
+    });
+    keepFocus(this.layer, "door", () => this.layer.replaceChildren(...marks));
     this.states(this.lines ?? []);
   }
 
@@ -107,9 +107,8 @@ export class DoorPanel {
     const text = listText(names, byName);
     if (this.rows.dataset.text !== text) {
       this.rows.dataset.text = text;
-      const focused = document.activeElement?.dataset?.row;
-      this.rows.replaceChildren(...names.map((name) => this.row(name, byName.get(name))));
-      if (focused) this.rows.querySelector(`[data-row="${CSS.escape(focused)}"]`)?.focus();
+      const rows = names.map((name) => this.row(name, byName.get(name)));
+      keepFocus(this.rows, "row", () => this.rows.replaceChildren(...rows));
     }
     const name = chosen?.door;
     this.card.hidden = !name;

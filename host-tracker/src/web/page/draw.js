@@ -1,5 +1,6 @@
 // The map: floor, fields of view, walls, zones, entries, lines, movers, modules, and people with their trails.
 
+import { keepFocus } from "./focus.js";
 import { modulePx, NAMES_PX, ofEntry, ofModule, ofZones, small } from "./labels.js";
 import { drawCounts, drawLines } from "./lines.js";
 import { BLOCKS, TRACK } from "./names.js";
@@ -125,7 +126,8 @@ export class Drawing {
     const placed = (site.module ?? []).filter(isPlaced);
     const waiting = (site.module ?? []).filter((module) => !isPlaced(module));
     this.waiting = new Set(waiting.map(({ name }) => name));
-    modules.replaceChildren(...placed.map((module) => this.module(module, px, chosen)));
+    const marks = placed.map((module) => this.module(module, px, chosen));
+    keepFocus(modules, "module", () => modules.replaceChildren(...marks));
     this.names(site, px, (site.zone ?? []).filter((zone) => zone.count || !counted));
   }
 

@@ -6,6 +6,7 @@ import { Details } from "./details.js";
 import { DoorPanel, doorsListed, passed } from "./doors.js";
 import { More } from "./more.js";
 import { ModuleActions } from "./module-actions.js";
+import { focusHeading } from "./focus.js";
 import { TRACK, ZONE } from "./names.js";
 import { STAGE, stage, words as nextWords } from "./next.js";
 import { words } from "./past.js";
@@ -280,12 +281,16 @@ export class Panel {
 
   /** Shows a form in the place of the figures, or the figures again. */
   edit(form) {
+    const opens = form && this.form.hidden;
     this.form.hidden = !form;
     this.figures.hidden = Boolean(form);
     // Whoever goes through choices by arrow keys goes on; of what is typed Tab has taken the focus along already.
     const focused = document.activeElement, { id } = focused;
     const stays = this.form.contains(focused) && focused.closest("select, button, [type=checkbox]");
+    const headed = this.form.contains(focused) && focused.tagName === "H2";
     this.form.replaceChildren(...(form ? [form] : []));
-    if (stays && id) document.getElementById(id)?.focus({ preventScroll: true });
+    // The button that opens a form is hidden then.
+    if (form && (opens || headed)) focusHeading(form);
+    else if (stays && id) document.getElementById(id)?.focus({ preventScroll: true });
   }
 }
