@@ -3,6 +3,14 @@
 const AFTER_MS = 500;
 const key = (file) => `kehai-drawing:${file}`;
 
+function write(file, text) {
+  try {
+    localStorage.setItem(key(file), text);
+  } catch {
+    // Without room there the page itself still has it.
+  }
+}
+
 export class Draft {
   constructor() {
     this.timer = 0;
@@ -12,13 +20,13 @@ export class Draft {
   keep({ file, revision, base, site }) {
     clearTimeout(this.timer);
     const text = JSON.stringify({ revision, base, site, at_ms: Date.now() });
-    this.timer = setTimeout(() => {
-      try {
-        localStorage.setItem(key(file), text);
-      } catch {
-        // Without room there the page itself still has it.
-      }
-    }, AFTER_MS);
+    this.timer = setTimeout(() => write(file, text), AFTER_MS);
+  }
+
+  /** Keeps again what was found, with which nothing was done yet. */
+  restore(file, left) {
+    clearTimeout(this.timer);
+    write(file, JSON.stringify(left));
   }
 
   /** Saved, or thrown away. */

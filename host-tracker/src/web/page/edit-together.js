@@ -18,9 +18,12 @@ export class Together {
   /** Takes what others have saved into the drawing. */
   async takeIn() {
     try {
-      const { site } = this, answer = await trySite(this);
-      // What was drawn meanwhile is compared the next time.
-      if (this.open && this.site === site) this.take(answer);
+      const site = JSON.stringify(this.site), answer = await trySite(this);
+      if (!this.open) return;
+      if (JSON.stringify(this.site) === site) return this.take(answer);
+      // What was drawn meanwhile is not in the answer: it is asked again when the visitor says so.
+      this.newer = true;
+      tellNews(this);
     } catch (error) {
       this.fail(error);
     }
@@ -38,6 +41,16 @@ export class Together {
     // The corners set so far are no part of the site yet: only a question takes their place.
     if (this.conflicts) this.use(SELECT);
     else this.show();
+  }
+
+  /** Goes on with what was drawn while the text `sent` of the site was being saved as a revision; `merged`: with changes of others. */
+  goOn(sent, revision, merged) {
+    this.saved = sent;
+    this.base = JSON.parse(sent);
+    // With an older revision the next save keeps what others have changed.
+    if (!merged) this.revision = revision;
+    this.show();
+    return merged ? this.takeIn() : undefined;
   }
 
   /** What both have changed is decided. */

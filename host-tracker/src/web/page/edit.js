@@ -139,7 +139,13 @@ export class Editor extends Together {
     this.on.form(shown);
     this.check.ask();
     if (this.changed()) this.kept.keep(this);
-    else if (!this.left) this.kept.forget(this.file);
+    else this.unkeep();
+  }
+
+  /** Keeps this drawing no longer, but the one of an earlier page that is still on offer. */
+  unkeep() {
+    if (this.left) this.kept.restore(this.file, this.left);
+    else this.kept.forget(this.file);
   }
 
   showTools() {
@@ -277,22 +283,26 @@ export class Editor extends Together {
   }
 
   cancel() {
-    if (this.changed() && !confirm(say("edit.discard-ask"))) return;
-    if (!this.left) this.kept.forget(this.file);
+    if (this.saving || this.changed() && !confirm(say("edit.discard-ask"))) return;
+    this.unkeep();
     this.stop("");
   }
 
   async save() {
     if (this.saving || !this.changed()) return;
     this.saving = true;
+    const sent = JSON.stringify(this.site), isAsSent = () => JSON.stringify(this.site) === sent;
     try {
-      const { merged } = await saveSite(this);
+      const { revision, merged } = await saveSite(this);
+      this.saving = false;
+      if (!isAsSent()) return this.goOn(sent, revision, merged);
       this.kept.forget(this.file);
       this.stop(merged ? say("edit.saved", { kept: sentence(merged) }) : "");
     } catch (error) {
       this.saving = false;
-      // Both are in the answer.
-      if (error.answer?.merged) this.take(error.answer);
+      // Both are in the answer, but for what was drawn meanwhile.
+      if (error.answer?.merged && isAsSent()) this.take(error.answer);
+      else if (error.answer?.merged) await this.takeIn();
       this.fail(error);
     }
   }
