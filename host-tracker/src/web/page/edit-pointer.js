@@ -90,23 +90,32 @@ export function move(editor, place, moved, event) {
 export function up(editor, place, event) {
   const { drag } = editor;
   editor.drag = null;
-  if (editor.tool === SELECT) {
-    if (drag?.before && JSON.stringify(editor.site) !== drag.before) {
-      editor.done.push(drag.before);
-      editor.undone = [];
-      editor.show();
-    }
-    return;
-  }
+  if (editor.tool === SELECT) return close(editor, drag);
   if (editor.draft?.rectangle) {
     const points = editor.draft.rectangle;
     return points[0][0] !== points[2][0] && points[0][1] !== points[2][1]
       ? editor.finish(points)
       : editor.use(editor.tool);
   }
-  if (event.type === "pointercancel") return;
   const locked = event.shiftKey && editor.draft?.points.at(-1);
   setCorner(editor, snap(editor, place, null, locked), CLOSE_PX * editor.view.px);
+}
+
+/** Ends a drag that was not meant to the end: the part stays where it is, with undo; a rectangle that was begun is dropped. */
+export function cancel(editor) {
+  const { drag } = editor;
+  editor.drag = null;
+  if (editor.tool === SELECT) return close(editor, drag);
+  if (editor.draft?.rectangle) editor.draft = null;
+  editor.show();
+}
+
+/** What a drag has changed can be undone, and is checked. */
+function close(editor, drag) {
+  if (!drag?.before || JSON.stringify(editor.site) === drag.before) return;
+  editor.done.push(drag.before);
+  editor.undone = [];
+  editor.show();
 }
 
 /** The corner before one of a part, or after the first of an open one. */

@@ -5,7 +5,7 @@ import { Draft } from "./edit-draft.js";
 import { form, tellOthers } from "./edit-form.js";
 import { drawKey, KEYS, showCursor } from "./edit-keys.js";
 import { question, sentence } from "./edit-merge.js";
-import { down, move, rectangle, up } from "./edit-pointer.js";
+import { cancel, down, move, rectangle, up } from "./edit-pointer.js";
 import { editable } from "./edit-shapes.js";
 import { Together } from "./edit-together.js";
 import { KIND } from "./names.js";
@@ -195,6 +195,11 @@ export class Editor extends Together {
 
   up(place, event) {
     if (this.open && !this.conflicts) up(this, place, event);
+  }
+
+  /** The pointer that was taken is another's now. */
+  letGo() {
+    if (this.open && !this.conflicts) cancel(this);
   }
 
   choose(chosen) {

@@ -73,6 +73,7 @@ const view = new View(get("map"), {
   down: (place, event) => editor?.down(place, event),
   move: (place, event, moved) => editor?.move(place, moved, event),
   up: (place, event, moved) => editor?.up(place, event, moved),
+  cancel: () => editor?.letGo(),
 });
 const drawing = new Drawing(get("map"));
 const doorMarks = new DoorMarks(drawing.layers.doors);

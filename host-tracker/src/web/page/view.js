@@ -4,7 +4,8 @@ const CLICK_PX = 5;
 const NEAREST = 0.002, FARTHEST = 1; // metres a pixel
 
 export class View {
-  /** `on.change` after every move, `on.click` with an element, and `on.down/move/up`, which take a pointer when true. */
+  /** `on.change` after every move, `on.click` with an element, and `on.down/move/up`, which take a pointer when true; `on.cancel` in the
+   * place of `on.up` when a pointer that was taken is lost, or another one lands. */
   constructor(svg, on) {
     Object.assign(this, {
       svg,
@@ -101,6 +102,8 @@ export class View {
     this.moved = false;
     this.start = event;
     this.target = event.target;
+    // Two fingers move the map.
+    if (this.taken) this.on.cancel?.();
     this.taken = this.pointers.size === 1 && this.on.down?.(this.place(event), event);
   }
 
@@ -140,8 +143,10 @@ export class View {
   up(event) {
     if (!this.pointers.delete(event.pointerId)) return;
     this.svg.classList.remove("dragging");
-    if (this.taken) this.on.up?.(this.place(event), event, this.moved);
-    else if (!this.moved && event.type === "pointerup") this.on.click?.(this.target);
+    const isLifted = event.type === "pointerup";
+    if (this.taken && isLifted) this.on.up?.(this.place(event), event, this.moved);
+    else if (this.taken) this.on.cancel?.();
+    else if (!this.moved && isLifted) this.on.click?.(this.target);
     this.taken = false;
   }
 
