@@ -393,6 +393,8 @@ globalThis.addEventListener("keydown", (event) => {
   else panel.why.open(null);
 });
 globalThis.addEventListener("hashchange", jump);
+// A hidden page gets no frames.
+document.addEventListener("visibilitychange", () => document.hidden || loadHistory());
 globalThis.addEventListener("beforeunload", (event) => {
   if (editor.open && editor.changed()) event.preventDefault();
 });

@@ -189,8 +189,8 @@ export function total(line, site, modules) {
   return { count: known ? count : null, open };
 }
 
-/** Whether a frame or a line of history says what is so at the time that is shown; `isCurrent`: it does as long as a tracker ran. */
-export const isKnown = (line, isCurrent) => Boolean(line) && !line.noTracker && isCurrent;
+/** Whether a frame or a line of history says what is so at the time that is shown; `isCurrent`: it is of that time. */
+export const isKnown = (line, isCurrent) => Boolean(line) && !line.noTracker && !line.isUnknown && isCurrent;
 
 /** What the newest frame says of now: nothing of all this unless that is known. */
 export function ofNow(frame, known) {

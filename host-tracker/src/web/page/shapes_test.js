@@ -46,5 +46,5 @@ Deno.test("the newest frame says nothing of now once the connection is lost, nor
   equal(said(true), { ...frame, floors: [], lines: [] });
   equal(said(false), { modules: [], doors: [], floors: [], lines: [] });
   equal(ofNow(null, isKnown(null, true)), said(false));
-  equal(isKnown({ noTracker: true }, true), false);
+  equal([isKnown({ noTracker: true }, true), isKnown({ isUnknown: true }, true)], [false, false]);
 });

@@ -17,6 +17,43 @@ const RANGES = {
   days: [[7, 604_800_000], [31, 2_678_400_000]],
 };
 
+/** What was known between two lines that are farther apart, in ms, is not: a hidden page gets no frames. */
+const GAP_MS = 3000;
+
+/** `lines` with those of `more` that are of other times, oldest first; of `more`, in the order told, what was before the clock was last
+ * set back is left out. */
+export function merged(lines, more) {
+  const steps = new Set(lines.map(({ unix_ms }) => Math.round(unix_ms / STEP_MS)));
+  const begin = more.findLastIndex(({ unix_ms }, index) => unix_ms < more[index - 1]?.unix_ms);
+  const others = more.slice(Math.max(begin, 0)).filter(({ unix_ms }) =>
+    !steps.has(Math.round(unix_ms / STEP_MS))
+  );
+  return [...lines, ...others].sort((one, other) => one.unix_ms - other.unix_ms);
+}
+
+/** What was known at a time: the last of some lines before it, moved on towards the next; nothing in a gap. */
+export function between(lines, at) {
+  let low = 0, high = lines.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (lines[middle].unix_ms <= at) low = middle;
+    else high = middle - 1;
+  }
+  const [line, next] = [lines[low], lines[low + 1]];
+  if (!line || !next || at <= line.unix_ms) return line;
+  if (next.unix_ms - line.unix_ms > GAP_MS) {
+    return { unix_ms: at, tracks: [], zones: {}, isUnknown: true };
+  }
+  const share = Math.min((at - line.unix_ms) / (next.unix_ms - line.unix_ms), 1);
+  const later = new Map(next.tracks.map((track) => [track.id, track]));
+  const moved = (from, to) => from + (to - from) * share;
+  const tracks = line.tracks.map((track) => {
+    const to = later.get(track.id);
+    return to ? { ...track, x: moved(track.x, to.x), y: moved(track.y, to.y) } : track;
+  });
+  return { ...line, unix_ms: at, tracks };
+}
+
 /** The most people at once in each part of the time before `newest`, as the tracker said their number then; 0 only where that was
  * known all the time, null where nothing was. */
 export function binned(lines, newest, range) {
@@ -47,6 +84,7 @@ export class TimeLine {
       speed: 1,
       range: KEEP_MS,
       glanced: -Infinity,
+      came: -Infinity,
     });
     for (const id of ["slider", "density", "clock", "live", "play", "speed", "range", "ticks"]) {
       this[`${id}_`] = get(id);
@@ -124,16 +162,17 @@ export class TimeLine {
     if (this.wanted !== null) this.go(this.wanted);
   }
 
-  /** What was there before the page was opened. */
+  /** What was there before the page was opened, and while it was hidden. */
   load(lines) {
-    const first = this.lines[0]?.unix_ms ?? Infinity;
-    this.lines = [...lines.filter((line) => line.unix_ms < first), ...this.lines];
+    this.lines = merged(this.lines, lines);
     this.draw();
   }
 
   /** A frame as it comes; some are kept. */
   add(frame) {
-    if (frame.unix_ms < this.newest()) this.lines = [];
+    // The clock was set back. What the tracker keeps may come before the frame of that time.
+    if (frame.unix_ms < this.came) this.lines = [];
+    this.came = frame.unix_ms;
     if (frame.unix_ms - this.newest() >= STEP_MS) {
       const { unix_ms, tracks, zones, total } = frame;
       this.lines.push({ unix_ms, tracks, zones, total });
@@ -240,25 +279,10 @@ export class TimeLine {
     return this.past.kept && at < (this.lines[0]?.unix_ms ?? Infinity);
   }
 
-  /** What was known at a time: the line before it, moved on towards the next; null while that is on its way. */
+  /** What was known at a time; null while that is on its way. */
   lineAt(at) {
     if (this.isOld(at)) return this.past.lineAt(at);
-    let low = 0, high = this.lines.length - 1;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (this.lines[middle].unix_ms <= at) low = middle;
-      else high = middle - 1;
-    }
-    const [line, next] = [this.lines[low], this.lines[low + 1]];
-    if (!line || !next) return line;
-    const share = Math.min(Math.max((at - line.unix_ms) / (next.unix_ms - line.unix_ms), 0), 1);
-    const later = new Map(next.tracks.map((track) => [track.id, track]));
-    const between = (from, to) => from + (to - from) * share;
-    const tracks = line.tracks.map((track) => {
-      const to = later.get(track.id);
-      return to ? { ...track, x: between(track.x, to.x), y: between(track.y, to.y) } : track;
-    });
-    return { ...line, unix_ms: at, tracks };
+    return between(this.lines, at);
   }
 
   /** The lines of the last `ms` before a time. */
