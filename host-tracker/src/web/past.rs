@@ -33,8 +33,8 @@ use kehai_tracking::snapshot::unix_ms;
 /// Longest time of which paths are given at once, ms: an hour of a busy entrance is about 2 MB.
 const PATHS_MS: u64 = 3_600_000;
 
-/// Longest time of an overview, ms: a month.
-pub(super) const OVERVIEW_MS: u64 = 31 * 86_400_000;
+/// Longest time of an overview, ms: a month of 31 days in which summer time ends, as October in Berlin.
+pub(super) const OVERVIEW_MS: u64 = (31 * 24 + 1) * 3_600_000;
 
 /// Bins if nothing is said.
 const BINS: u64 = 240;
@@ -181,6 +181,17 @@ fn with<T>(file: &Path, read: impl FnOnce(&Reader) -> rusqlite::Result<T>) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_month_in_which_summer_time_ends_is_given_whole() {
+        // October 2026 in Berlin, from 00:00 +02:00 until 00:00 +01:00 of November: 745 h.
+        let (first_ms, end_ms) = (1_790_805_600_000_u64, 1_793_487_600_000_u64);
+        let range = |end_ms: u64| Asked::read(&format!("from={first_ms}&to={end_ms}"), OVERVIEW_MS);
+        assert!(range(end_ms).is_ok(), "heat: {:?}", range(end_ms));
+        let edges = Asked::read(&format!("edges={first_ms},{end_ms}"), OVERVIEW_MS);
+        assert!(edges.is_ok(), "figures: {edges:?}");
+        assert_eq!(range(end_ms + 1), Err("to: more than 745 h after from".to_owned()));
+    }
 
     #[test]
     fn a_question_says_which_field_is_wrong() {
