@@ -57,6 +57,7 @@ fn it_is_as_the_supervisor_demands() {
         ("webui", json!("http://[HOST]:8420")),
         ("services", json!(["mqtt:wants"])),
         ("schema", json!({ "site": "string" })),
+        ("schema", json!({ "http_names": ["string"] })),
         ("timeout", json!(5)),
         ("host_networks", json!(true)),
     ] {
@@ -160,7 +161,8 @@ fn options_become_arguments_and_the_supervisors_broker_that_of_the_tracker() {
     };
     let usual = configuration()["options"].clone();
     let (said, silent) = started(&usual, Some(&service(false, "addons")));
-    let expected = "run --site /data/kehai/site.toml --db /data/kehai/site.db --first-admin --http 0.0.0.0:8420 --keep-days 7 --log info";
+    let expected = "run --site /data/kehai/site.toml --db /data/kehai/site.db --first-admin --http 0.0.0.0:8420 \
+        --http-name homeassistant.local --http-name homeassistant --keep-days 7 --log info";
     let broker = |broker: &str| format!("KEHAI_MQTT={broker}");
     assert_eq!(said[..said.len() - 1].join(" "), expected);
     assert_eq!(said.last(), Some(&broker("mqtt://addons:a@b c@core-mosquitto:1883")));
@@ -174,6 +176,10 @@ fn options_become_arguments_and_the_supervisors_broker_that_of_the_tracker() {
     commands["mqtt_commands"] = json!(true);
     let said = started(&commands, Some(&service(false, "addons"))).0;
     assert_eq!(said[said.len() - 2], "--mqtt-commands");
+    let mut unnamed = usual.clone();
+    unnamed["http_names"] = json!([]);
+    let said = started(&unnamed, None).0;
+    assert!(!said.iter().any(|word| word == "--http-name"), "{said:?}");
     // Without a broker the tracker counts all the same, and the log says why Home Assistant hears nothing.
     let (said, words) = started(&usual, None);
     assert_eq!(said.last(), Some(&broker("")));

@@ -1,14 +1,15 @@
 #!/bin/sh
 # Starts the tracker with the options of the add-on, as its own user.
 #
-#   /data/options.json ─▶ site, database, days, log level ─┐
-#   the supervisor's MQTT service ─▶ KEHAI_MQTT ───────────┴─▶ kehai-tracker run
+#   /data/options.json ─▶ site, database, names, days, log level ─┐
+#   the supervisor's MQTT service ─▶ KEHAI_MQTT ──────────────────┴─▶ kehai-tracker run
 #
 # Sources: Home Assistant's developer documentation, add-on communication: GET /services/mqtt.
 set -eu
 
 data=${KEHAI_DATA:-/data}
-option() { jq --raw-output --arg name "$1" '.[$name]' "$data/options.json"; }
+# Of a list, an element a line.
+option() { jq --raw-output --arg name "$1" '.[$name] | if type == "array" then .[] else . end' "$data/options.json"; }
 
 # The options belong to the supervisor; what the tracker writes lies in a folder of its own.
 install -d -m 0750 -o kehai -g kehai "$data/kehai"
@@ -30,6 +31,8 @@ if [ "$(option mqtt)" = true ]; then
     fi
 fi
 
-set -- run --site "$site" --db "${site%.toml}.db" --first-admin --http 0.0.0.0:8420 \
-    --keep-days "$(option keep_days)" --log "$(option log_level)" $commands
+set -- run --site "$site" --db "${site%.toml}.db" --first-admin --http 0.0.0.0:8420
+# The container's own name is the supervisor's choice, and no browser asks for it.
+for name in $(option http_names); do set -- "$@" --http-name "$name"; done
+set -- "$@" --keep-days "$(option keep_days)" --log "$(option log_level)" $commands
 exec setpriv --reuid kehai --regid kehai --init-groups kehai-tracker "$@"
