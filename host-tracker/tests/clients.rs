@@ -6,12 +6,14 @@ mod house;
 mod http_client;
 
 use std::io::{BufRead, BufReader};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
 
 use hall::{Hall, PATIENCE, Tracker};
 use host_tracker::access::roles::Role;
+use host_tracker::web::Limits;
 use house::{House, ZONE};
 use kehai_tracking::snapshot::Snapshot;
 
@@ -138,6 +140,45 @@ fn a_token_is_shown_and_a_wrong_one_is_refused_in_words() {
         let why = script.until(|_| true);
         assert!(why.starts_with("401: log in at /login.html, or send a token"), "{why}");
     }
+}
+
+#[test]
+fn what_no_further_try_can_mend_is_raised() {
+    let Some(python) = python() else { return };
+    let house = House::bound(ZONE, Limits::default(), true);
+    let address = house.server.address();
+    let text = format!(
+        "from kehai import Tracker\n\
+         for url in ['192.168.1.4:8420', 'http://', 'https://{address}', 'http://{address}']:\n\
+         \x20   try:\n\
+         \x20       for frame in Tracker(url).frames(): print(frame)\n\
+         \x20   except Exception as why: print(type(why).__name__, why)\n"
+    );
+    let script = Script::start(python, &text);
+    let raised = [(); 4].map(|()| script.until(|_| true));
+    assert_eq!(raised[0], "ValueError \"192.168.1.4:8420\": an address begins with http:// or https://");
+    assert!(raised[1].starts_with("InvalidURI "), "{raised:?}");
+    assert!(raised[2].starts_with("SSLCertVerificationError "), "{raised:?}");
+    // As a refusal, or by versions of websockets that follow it, as an address that is none.
+    assert!(raised[3].contains(&format!("https://{address}/ws")), "{raised:?}");
+}
+
+#[test]
+fn a_tracker_that_is_silent_is_given_up_within_seconds() {
+    let Some(python) = python() else { return };
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let text = format!(
+        "import time; from kehai import Tracker\n\
+         began = time.monotonic()\n\
+         print(next(Tracker('http://{}').frames()), time.monotonic() - began)\n",
+        listener.local_addr().unwrap()
+    );
+    let script = Script::start(python, &text);
+    // It agrees to a WebSocket, then neither says anything nor takes a farewell.
+    let _silent = tungstenite::accept(listener.accept().unwrap().0).unwrap();
+    let said = script.until(|_| true);
+    let waited_s: f64 = said.strip_prefix("None ").unwrap().parse().unwrap();
+    assert!((5.0..9.0).contains(&waited_s), "{said}");
 }
 
 #[test]

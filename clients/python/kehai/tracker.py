@@ -3,7 +3,8 @@
     Tracker ─┬─ people(), frames(), reports() ─▶ ws://…/ws     again and again, until the caller has had enough
              └─ state(), get(), post() ────────▶ http://…/api/…
 
-Callers need not watch the connection: while it is down, every count is None.
+Callers need not watch the connection: while it is down, every count is None. What no further try can mend is raised: an address that
+is none, a certificate that is not trusted, a refusal.
 """
 
 import json
@@ -14,7 +15,8 @@ import urllib.request
 from collections.abc import Iterator
 from typing import Any, cast
 
-from websockets.exceptions import InvalidStatus, WebSocketException
+from websockets.exceptions import InvalidStatus, InvalidURI, WebSocketException
+from websockets.http11 import Response
 from websockets.sync.client import ClientConnection, connect
 
 from kehai.types import Frame, ReportLine
@@ -28,6 +30,9 @@ LONGEST = 1 << 26
 # Frames come ten times a second, and a ping every 20 s: a connection that is silent for longer is none.
 SILENT_S = 5.0
 
+# A tracker that is silent takes no farewell either.
+CLOSE_S = 1.0
+
 
 class Refused(Exception):
     """The tracker refused: the HTTP status and the reason."""
@@ -39,9 +44,14 @@ class Refused(Exception):
 
 
 class Tracker:
-    """A tracker by its address, as `http://127.0.0.1:8420`, and a token if it has users."""
+    """A tracker by its address, as `http://127.0.0.1:8420`, and a token if it has users.
+
+    Raises `ValueError` for an address without `http://` or `https://`.
+    """
 
     def __init__(self, url: str, token: str | None = None, tls: ssl.SSLContext | None = None):
+        if not url.startswith(("http://", "https://")):
+            raise ValueError(f'"{url}": an address begins with http:// or https://')
         self._url = url.rstrip("/")
         self._headers = {} if token is None else {"Authorization": f"Bearer {token}"}
         self._tls = tls
@@ -109,9 +119,11 @@ class Tracker:
                         yield message
             except InvalidStatus as error:
                 status = error.response.status_code
-                # A token that is wrong stays so; a tracker that is full or starts may not.
-                if 400 <= status < 500:
-                    raise Refused(status, _reason(error.response.body or b"")) from None
+                # A token that is wrong stays so, and an address that is another's; a tracker that is full or starts may not.
+                if status < 500:
+                    raise Refused(status, _why_refused(error.response)) from None
+            except (InvalidURI, ssl.SSLCertVerificationError):
+                raise
             except (OSError, TimeoutError, WebSocketException):
                 pass
             if is_known:
@@ -124,7 +136,16 @@ class Tracker:
         # http to ws, https to wss.
         url = f"ws{self._url.removeprefix('http')}/ws"
         tls = self._tls if url.startswith("wss") else None
-        return connect(url, additional_headers=self._headers, ssl=tls, max_size=LONGEST)
+        return connect(
+            url, additional_headers=self._headers, ssl=tls, max_size=LONGEST, close_timeout=CLOSE_S
+        )
+
+
+def _why_refused(response: Response) -> str:
+    # A tracker that speaks TLS says where, without a body.
+    if there := response.headers.get("Location"):
+        return f"it is at {there}"
+    return _reason(response.body or b"")
 
 
 def _reason(body: bytes) -> str:
