@@ -4,7 +4,7 @@
 #
 #   tests/container.sh PACKAGE.deb [FOLDER]
 #
-#   FOLDER  the bare Debian, made by tests/package.sh; /var/tmp/kehai-bare
+#   FOLDER  the bare Debian, made by tests/package.sh; /var/tmp/kehai-bookworm
 #
 # Only for root: buildah changes its root. It exits with 77 where buildah can run nothing at all. No registry is asked: the
 # base image is made from the folder. The image installs what it needs from Debian's mirrors.
@@ -14,7 +14,7 @@ fail() { printf 'container.sh: %s\n' "$*" >&2; exit 1; }
 say() { printf '   %s\n' "$*"; }
 
 [ "$(id -u)" = 0 ] || fail "run it as root: buildah changes its root"
-package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bare}
+package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bookworm}
 [ -x "$bare/usr/bin/dpkg" ] || fail "no bare Debian in $bare: tests/package.sh makes it"
 containerfile=$(cd "$(dirname "$0")/.." && pwd)/packaging/container/Containerfile
 
@@ -56,6 +56,7 @@ say "built: as $(of_image User), ${entry[*]}"
 
 # What stands behind the image's name takes the place of its own options.
 container=$(in_it from --pull-never kehai-tracker)
+in_it run "$container" -- test -s /etc/ssl/certs/ca-certificates.crt || fail "it trusts no authority: no mqtts://, no webhook over TLS"
 in_it run "$container" -- "${entry[@]}" --http "$address" >"$work/log" 2>&1 &
 running=$!
 for _ in $(seq 60); do

@@ -4,7 +4,7 @@
 #
 #   tests/package.sh PACKAGE.deb [FOLDER]
 #
-#   FOLDER  where the bare Debian is kept, made with debootstrap if it is not there; /var/tmp/kehai-bare
+#   FOLDER  where the bare Debian is kept, made with debootstrap if it is not there; /var/tmp/kehai-bookworm
 #
 # Only for root, as it changes its root. The service runs in a chroot, without systemd: started and watched by
 # tests/supervise.py, which does of systemd what the unit asks for.
@@ -14,13 +14,13 @@ fail() { printf 'package.sh: %s\n' "$*" >&2; exit 1; }
 say() { printf '   %s\n' "$*"; }
 
 [ "$(id -u)" = 0 ] || fail "run it as root: it changes its root"
-package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bare}
+package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bookworm}
 here=$(cd "$(dirname "$0")" && pwd)
 # Made under another name, so that a folder of this name is whole.
 if [ ! -x "$bare/usr/bin/dpkg" ]; then
     rm -rf "$bare" "$bare.begun"
     mkdir -p "$bare.begun"
-    debootstrap --variant=minbase --include=adduser,ca-certificates bookworm "$bare.begun" http://deb.debian.org/debian
+    debootstrap --variant=minbase --include=adduser bookworm "$bare.begun" http://deb.debian.org/debian
     mv "$bare.begun" "$bare"
 fi
 
@@ -39,6 +39,8 @@ files >"$root.before"
 passwords >"$root.users"
 trap 'rm -rf "$root" "$root".*' EXIT
 
+# dpkg installs what is named here alone: apt brings what the package recommends.
+dpkg-deb --field "$package" Recommends | grep -qw ca-certificates || fail "it brings no authorities for certificates of brokers"
 cp "$package" "$root/tmp/kehai.deb"
 inside dpkg --install /tmp/kehai.deb >/dev/null || fail "it cannot be installed, or depends on what a bare Debian lacks"
 say "installed: $(inside dpkg-query --show --showformat '${Package} ${Version}, ${Installed-Size} kB' kehai-tracker)"
