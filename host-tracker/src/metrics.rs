@@ -493,6 +493,19 @@ mod tests {
     }
 
     #[test]
+    fn the_alert_of_forged_datagrams_knows_every_cause_of_theirs() {
+        let rules = include_str!("../../packaging/monitoring/alerts.yml");
+        let (_, rest) = rules.split_once("kehai_datagrams_dropped_total{cause=~\"").unwrap();
+        let causes: Vec<&str> = rest.split_once('"').unwrap().0.split('|').collect();
+        assert_eq!(causes, ["unasked", "foreign", "same_name", "jump", "clear", "forged", "replayed"]);
+        let text = text(&frame(), None);
+        for cause in causes {
+            let sample = format!("kehai_datagrams_dropped_total{{cause=\"{cause}\"}}");
+            assert!(text.contains(&sample), "{sample} in\n{text}");
+        }
+    }
+
+    #[test]
     fn the_names_that_dashboards_ask_for_stay() {
         let text = text(&frame(), Some(DROPPED));
         let known: Vec<&str> = text
