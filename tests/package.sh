@@ -45,6 +45,8 @@ cp "$package" "$root/tmp/kehai.deb"
 inside dpkg --install /tmp/kehai.deb >/dev/null || fail "it cannot be installed, or depends on what a bare Debian lacks"
 say "installed: $(inside dpkg-query --show --showformat '${Package} ${Version}, ${Installed-Size} kB' kehai-tracker)"
 [ "$(stat -c '%U %a' "$root/etc/kehai" 2>/dev/null || true)" != '' ] || fail "no /etc/kehai"
+[ "$(stat -c '%u %g %a' "$root/etc/default/kehai-tracker")" = '0 0 640' ] \
+    || fail "others than root may read the service's options, in which a broker's password may be"
 inside kehai-tracker --version >/dev/null
 inside kehai-tracker check /etc/kehai/site.toml
 for file in usr/share/man/man1/kehai-tracker-run.1.gz usr/share/bash-completion/completions/kehai-tracker \

@@ -1,9 +1,12 @@
 //! `kehai-tracker doctor`: what is wrong with an installation, and what to do.
 
+use std::fmt::Display;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser};
 use host_tracker::doctor::examine;
+use host_tracker::doctor::facts::OptionsState;
 use host_tracker::doctor::finding::{Finding, Verdict};
 use host_tracker::doctor::gather::{Installation, gather};
 
@@ -87,14 +90,17 @@ fn by_hand(site: &Path, options: Vec<String>) -> Result<Installation, Failure> {
     read(&arguments).map_err(Into::into)
 }
 
-/// The service of this machine. Where its options are wrong, everything else is looked at as if there were none.
+/// The service of this machine. Where its options are wrong or may not be read, everything else is looked at as if there were none.
 fn of_service(options: &Path) -> Result<Installation, Failure> {
-    let arguments = service::arguments(options).map_err(|error| error.to_string());
-    let read = arguments
-        .and_then(|arguments| read(&arguments).map_err(|why| format!("{}: {why}", options.display())));
-    let (installation, options) = match read {
-        Ok(installation) => (installation, None),
-        Err(why) => (self::read(&service::usual())?, Some(why)),
+    let wrong = |why: &dyn Display| OptionsState::Wrong(format!("{}: {why}", options.display()));
+    let arguments = service::arguments(options).map_err(|error| match error.kind() {
+        ErrorKind::PermissionDenied => OptionsState::Denied(options.to_path_buf()),
+        _ => wrong(&error),
+    });
+    let given = arguments.and_then(|arguments| read(&arguments).map_err(|why| wrong(&why)));
+    let (installation, options) = match given {
+        Ok(installation) => (installation, OptionsState::Usable),
+        Err(state) => (read(&service::usual())?, state),
     };
     Ok(Installation { is_service: true, options, ..installation })
 }

@@ -13,8 +13,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use host_tracker::backup::Places;
 
-use super::failure::Failure;
-
 /// The site of the service.
 pub(super) const SITE: &str = "/etc/kehai/site.toml";
 
@@ -66,12 +64,11 @@ impl Place {
 ///
 /// # Errors
 /// The file of its options cannot be read.
-pub(super) fn arguments(options: &Path) -> Result<Vec<String>, Failure> {
-    let text = match fs::read_to_string(options) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(usual()),
-        read => read.map_err(|error| format!("{}: {error}", options.display()))?,
-    };
-    Ok(from_options(&text))
+pub(super) fn arguments(options: &Path) -> io::Result<Vec<String>> {
+    match fs::read_to_string(options) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(usual()),
+        read => read.map(|text| from_options(&text)),
+    }
 }
 
 /// Those with which it is started where nothing else is said.

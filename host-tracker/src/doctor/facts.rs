@@ -9,8 +9,8 @@ use kehai_tracking::snapshot::ModuleLine;
 /// All of it.
 #[derive(Clone, Debug)]
 pub struct Facts {
-    /// What is wrong with the options of the service, if something is.
-    pub options: Option<String>,
+    /// The options of the service.
+    pub options: OptionsState,
     /// Whether it is the service of this machine, and not another site's tracker.
     pub is_service: bool,
     /// systemd's service; none where systemd does not run.
@@ -45,6 +45,17 @@ impl Facts {
             SiteState::Denied | SiteState::Wrong(_) => None,
         }
     }
+}
+
+/// The options of a service.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum OptionsState {
+    /// They can be used; so can those of a tracker that is no service.
+    Usable,
+    /// The user of this command may not read this file of theirs.
+    Denied(PathBuf),
+    /// They cannot be used: what is wrong, and where.
+    Wrong(String),
 }
 
 /// The site's file.

@@ -5,7 +5,7 @@ use std::path::Path;
 use kehai_tracking::site::Site;
 
 use super::facts::{
-    DatabaseFact, DatabaseState, MapFact, Secret, SecretFile, SecretState, SiteFact, SiteState,
+    DatabaseFact, DatabaseState, MapFact, OptionsState, Secret, SecretFile, SecretState, SiteFact, SiteState,
 };
 use super::finding::{About, Finding};
 
@@ -18,6 +18,21 @@ const SCARCE_BYTES: u64 = 500_000_000;
 
 /// What is done when a file may not be read.
 const AS_ROOT: &str = "ask as root: sudo kehai-tracker doctor";
+
+/// What is not fine with the options of the service, if something is not.
+pub(super) fn options(state: &OptionsState) -> Option<Finding> {
+    let about = About::Options;
+    match state {
+        OptionsState::Usable => None,
+        OptionsState::Denied(file) => {
+            Some(Finding::unknown(about, format!("{} may not be read", file.display()), AS_ROOT))
+        }
+        OptionsState::Wrong(why) => {
+            let advice = "the service is not started with them: mend the file of its options";
+            Some(Finding::wrong(about, why.clone(), advice))
+        }
+    }
+}
 
 /// Whether the site can be used, and whether something in it is still to be done.
 pub(super) fn site(fact: &SiteFact, is_served: bool) -> Vec<Finding> {

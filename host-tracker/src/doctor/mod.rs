@@ -19,16 +19,12 @@ mod machine;
 mod network;
 
 use facts::Facts;
-use finding::{About, Finding};
+use finding::Finding;
 
 /// What follows from the facts, in the order in which an installation is built.
 #[must_use]
 pub fn examine(facts: &Facts) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    if let Some(trouble) = &facts.options {
-        let advice = "the service is not started with them: mend the file of its options";
-        findings.push(Finding::wrong(About::Options, trouble.clone(), advice));
-    }
+    let mut findings: Vec<Finding> = files::options(&facts.options).into_iter().collect();
     if facts.is_service {
         findings.push(machine::service(facts.service.as_ref()));
     }

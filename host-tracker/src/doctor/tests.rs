@@ -30,7 +30,7 @@ fn sound() -> Facts {
     let service = Service::Installed { activity: Activity::Active, enabled: Some(true), restarts: Some(0) };
     let read = DatabaseState::Read { layout: 6, newest: 6, written: Some(true) };
     Facts {
-        options: None,
+        options: OptionsState::Usable,
         is_service: true,
         service: Some(service),
         site: SiteFact { file: "/etc/kehai/site.toml".into(), state: site(SITE) },
@@ -175,7 +175,10 @@ fn a_tracker_that_does_not_answer_or_is_another_version_is_told() {
     assert_eq!(version(Ok("0.0.9".into())), (Warning, About::Version));
     assert_eq!(version(Err("log in".into())), (Unknown, About::Version));
     assert_eq!(one(|facts| facts.map = None), (Unknown, About::Tracker));
-    assert_eq!(one(|facts| facts.options = Some("default: unknown option".into())), (Wrong, About::Options));
+    let options = |state| one(|facts| facts.options = state);
+    assert_eq!(options(OptionsState::Wrong("default: unknown option".into())), (Wrong, About::Options));
+    let default = "/etc/default/kehai-tracker".into();
+    assert_eq!(options(OptionsState::Denied(default)), (Unknown, About::Options), "root alone may read it");
     assert_eq!(one(|facts| facts.service = Some(Service::NotInstalled)), (Wrong, About::Service));
 }
 

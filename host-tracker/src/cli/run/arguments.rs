@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use host_tracker::daemon::{Database, Settings, card_key};
+use host_tracker::doctor::facts::OptionsState;
 use host_tracker::doctor::gather::Installation;
 use host_tracker::key_file;
 use host_tracker::links::LinkSettings;
@@ -187,7 +188,7 @@ impl Arguments {
         let site = self.site.unwrap_or_else(|| SITE.into());
         let broker = self.mqtt.broker(&site).map_err(|error| error.to_string());
         Installation {
-            options: None,
+            options: OptionsState::Usable,
             is_service: false,
             keys: self.keys,
             database: self.db,

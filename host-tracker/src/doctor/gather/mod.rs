@@ -15,14 +15,14 @@ mod tracker;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use super::facts::Facts;
+use super::facts::{Facts, OptionsState};
 use crate::mqtt::BrokerLink;
 
 /// What is to be looked at: the options with which a tracker is started.
 #[derive(Debug)]
 pub struct Installation {
-    /// What is wrong with the options of the service, if something is.
-    pub options: Option<String>,
+    /// The options of the service.
+    pub options: OptionsState,
     /// Whether it is the service of this machine.
     pub is_service: bool,
     /// The site's file.
