@@ -6,7 +6,7 @@ mod door_fixture;
 mod http_client;
 
 use chromium::pictures;
-use door_fixture::DoorServer;
+use door_fixture::{DoorServer, SITE};
 use kehai_tracking::snapshot::unix_ms;
 use serde_json::json;
 
@@ -286,5 +286,29 @@ fn the_entrant_enters_the_number_on_the_screen() {
     drop(server);
     page.wait("the screen says so", &phase("lost"));
     page.fits_a_phone("door lost");
+    assert_eq!(page.errors, Vec::<String>::new());
+}
+
+#[test]
+fn the_screen_has_a_key_for_each_number_that_a_door_allows() {
+    let Some(mut page) = chromium::start() else { return };
+    let server = DoorServer::of(&SITE.replace("fail = ", "people_max = 16\nfail = "));
+    server.waits_for("idle");
+    server.people(&[[0.0, 0.4]]);
+    server.tell("contact", json!({ "contact": "shut" }));
+    server.tell("card", json!({ "card": "7" }));
+    let keys = "[...document.querySelectorAll('.keys button:not(:disabled):not([hidden])')]";
+    let all = format!(
+        "{keys}.length === 16 && {keys}.every((key) => key.offsetHeight >= 64 && key.offsetWidth >= 64)"
+    );
+    for (width, height) in [(1280, 800), (390, 844)] {
+        page.size(width, height, 1);
+        page.open(&format!("http://{}/door/front", server.server.address()));
+        page.wait("sixteen keys, larger than a thumb", &all);
+        page.wait("they are on it", &format!("{keys}[15].getBoundingClientRect().bottom <= innerHeight"));
+    }
+    page.fits_a_phone("door of sixteen");
+    page.click(".keys button:nth-child(16)");
+    page.wait("it was entered", "document.querySelector('#prompt').innerText.includes('does not match')");
     assert_eq!(page.errors, Vec::<String>::new());
 }

@@ -11,7 +11,8 @@ const ANSWER_MS = 2000;
 const name = decodeURIComponent(location.pathname.split("/").pop());
 const path = `/api/door/${encodeURIComponent(name)}`;
 const find = (id) => document.getElementById(id);
-const MOST = 9;
+/** Keys that there are before the door is known. */
+const USUAL = 9;
 /** All that a door can ask for; the room for the longest is reserved, so that no key ever moves. */
 const PROMPTS = [
   "starting",
@@ -40,17 +41,23 @@ if (given) {
 const token = localStorage.getItem("token");
 const rights = token ? { Authorization: `Bearer ${token}` } : {};
 
-const keys = Array.from({ length: MOST }, (_, index) => {
-  const key = document.createElement("button");
-  key.type = "button";
-  key.textContent = index + 1;
-  key.disabled = true;
-  // How many there are is known by the first answer.
-  key.classList.add("unknown");
-  key.addEventListener("click", () => enter(index + 1));
-  find("keys").append(key);
-  return key;
-});
+const keys = [];
+
+/** Adds the keys that are missing up to a number. */
+function addKeys(most) {
+  for (let number = keys.length + 1; number <= most; number += 1) {
+    const key = document.createElement("button");
+    key.type = "button";
+    key.textContent = number;
+    key.disabled = true;
+    // How many there are is known by the first answer.
+    key.classList.add("unknown");
+    key.addEventListener("click", () => enter(number));
+    find("keys").append(key);
+    keys.push(key);
+  }
+}
+addKeys(USUAL);
 
 async function enter(number) {
   keys.forEach((key) => {
@@ -89,6 +96,8 @@ function show(door) {
   const tries = say("screen.tries", { n: door.tries_left });
   find("tries").textContent = door.phase === PHASE.ASKED ? tries : "";
   const asks = door.phase === PHASE.ASKED;
+  addKeys(door.people_max);
+  find("keys").classList.toggle("many", door.people_max > USUAL);
   keys.forEach((key, index) => {
     key.disabled = !asks;
     key.hidden = index >= Math.max(3, door.people_max);
