@@ -123,7 +123,6 @@ struct Setup {
     /// As they are used, where the module hangs.
     beams: Option<Beams>,
     view: Option<Arc<View>>,
-    open_range_mm: u16,
 }
 
 /// How the start that a datagram names compares with the session's.
@@ -309,8 +308,8 @@ impl Session {
         self.stand(site);
         let Some(sensor) = info.sensor else { return };
         let Ok(geometry) = sensor.geometry() else { return };
-        let open_range_mm = sensor.open_range_mm;
-        self.setup = Some(Setup { number: info.setup, geometry, beams: None, view: None, open_range_mm });
+        self.profile.set_open_range(sensor.open_range_mm);
+        self.setup = Some(Setup { number: info.setup, geometry, beams: None, view: None });
         self.place(site);
     }
 
@@ -340,7 +339,7 @@ impl Session {
     fn store_profile(&mut self, part: &ProfilePart<'_>) {
         let Some(setup) = &self.setup else { return };
         if part.head.setup == setup.number {
-            self.profile.store(part, setup.geometry.beams(), setup.open_range_mm);
+            self.profile.store(part, setup.geometry.beams());
         }
     }
 

@@ -14,6 +14,10 @@ use kehai::wire::ProfilePart;
 #[derive(Clone, Debug, Default)]
 pub struct Profile {
     version: u16,
+    /// The background itself: what follows from it follows anew when the range of open beams is set.
+    beams: Vec<BeamProfile>,
+    /// Up to which range an open beam is empty, mm.
+    open_range_mm: u16,
     empty_mm: Arc<[u16]>,
     walls_mm: Arc<[u16]>,
     /// Whether the module hangs head down: both lists are turned round.
@@ -43,8 +47,28 @@ impl Profile {
         }
     }
 
+    /// Up to which range an open beam is empty, mm: it counts at once.
+    pub fn set_open_range(&mut self, open_range_mm: u16) {
+        if self.open_range_mm != open_range_mm {
+            self.open_range_mm = open_range_mm;
+            self.work_out();
+        }
+    }
+
+    /// Works out from the background what is empty and where walls are.
+    fn work_out(&mut self) {
+        let mut empty_mm = vec![0; self.beams.len()];
+        visibility::empty_before(&self.beams, self.open_range_mm, &mut empty_mm);
+        self.empty_mm = empty_mm.into();
+        let wall = |beam: &BeamProfile| if beam.state == BeamState::Wall { beam.far_mm } else { 0 };
+        self.walls_mm = self.beams.iter().map(wall).collect();
+        if self.upside_down {
+            self.turn_round();
+        }
+    }
+
     /// Stores a part of a background of `beams` beams.
-    pub fn store(&mut self, part: &ProfilePart<'_>, beams: u16, open_range_mm: u16) {
+    pub fn store(&mut self, part: &ProfilePart<'_>, beams: u16) {
         let Ok(version) = u16::try_from(part.head.object) else { return };
         if self.has(version) {
             return;
@@ -62,15 +86,8 @@ impl Profile {
         let whole: Vec<BeamProfile> = arriving.parts.drain(..).flatten().flatten().collect();
         self.arriving = None;
         if whole.len() == usize::from(beams) {
-            self.version = version;
-            let mut empty_mm = vec![0; whole.len()];
-            visibility::empty_before(&whole, open_range_mm, &mut empty_mm);
-            self.empty_mm = empty_mm.into();
-            let wall = |beam: &BeamProfile| if beam.state == BeamState::Wall { beam.far_mm } else { 0 };
-            self.walls_mm = whole.iter().map(wall).collect();
-            if self.upside_down {
-                self.turn_round();
-            }
+            (self.version, self.beams) = (version, whole);
+            self.work_out();
         }
     }
 
@@ -103,5 +120,32 @@ impl Profile {
     /// Up to which range each beam is empty when nothing stands before it; nothing is known of another version.
     pub fn empty_mm(&self, version: u16, beams: u16) -> Arc<[u16]> {
         if self.has(version) { Arc::clone(&self.empty_mm) } else { vec![0; usize::from(beams)].into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kehai::wire::{List, PartHead};
+
+    use super::*;
+
+    #[test]
+    fn another_range_of_open_beams_counts_for_the_background_that_is_known() {
+        let open = BeamProfile { state: BeamState::Open, ..BeamProfile::default() };
+        let wall = BeamProfile { far_mm: 3000, spread_mm: 10, state: BeamState::Wall, ..open };
+        let beams: Vec<BeamProfile> = (0..8).map(|beam| if beam < 7 { open } else { wall }).collect();
+        let head = PartHead { object: 1, part: 0, parts: 1, first_step: 0, setup: 1 };
+        let mut profile = Profile::default();
+        profile.set_open_range(4000);
+        profile.store(&ProfilePart { head, beams: List::new(&beams) }, 8);
+        let known = profile.empty_mm(1, 8);
+        assert_eq!(known[0], 4000);
+        profile.set_open_range(1500);
+        let (empty_mm, walls_mm) = (profile.empty_mm(1, 8), Arc::clone(profile.walls_mm()));
+        assert_eq!((empty_mm[0], empty_mm[7], walls_mm[7]), (1500, known[7], 3000));
+        profile.hang(true);
+        profile.set_open_range(1600);
+        assert_eq!((profile.empty_mm(1, 8)[7], profile.walls_mm()[0]), (1600, 3000), "turned round once");
+        assert_eq!(profile.missing(1), None, "nothing has to be asked for again");
     }
 }
