@@ -136,6 +136,7 @@ pub enum Refusal {
     },
     /// The equations have no solution: what was seen is no walk.
     Unsolved,
-    /// The site has got other modules or floors, or another order of them, since the walk began.
+    /// Since the walk began, the site has got other modules or floors or another order of them, or has a module the other way up or
+    /// the one that is held at another place.
     SiteChanged,
 }

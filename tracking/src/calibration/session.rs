@@ -190,7 +190,7 @@ pub struct ModuleStatus {
 
 impl Session {
     /// The site in use. From now on observations and readings have its numbers: where these are of other modules or floors than
-    /// before, a walk ends with [`Refusal::SiteChanged`], and one that has just begun begins anew.
+    /// before, hang the other way up, or the first module has another place, a walk ends with [`Refusal::SiteChanged`], and one that has just begun begins anew.
     pub fn set_site(&mut self, site: &Arc<Site>) {
         self.site = Arc::clone(site);
         let Some(active) = self.active.as_mut().filter(|active| !active.is_of(site)) else { return };
@@ -359,9 +359,15 @@ impl Active {
         self.turned = upside_down::find(&self.walk).iter().map(|hang| hang.turned).collect();
     }
 
-    /// Whether a site numbers the same modules and floors in the same way.
+    /// Whether what the walk has collected means the same in a site: it numbers the same modules and floors in the same way, has them
+    /// the same way up, and the one that is held at the same place.
     fn is_of(&self, site: &Site) -> bool {
+        let upside_down = |site: &Site| -> Vec<bool> {
+            site.modules.iter().map(|module| module.upside_down).collect()
+        };
         self.site.places().eq(site.places())
+            && upside_down(&self.site) == upside_down(site)
+            && held(&self.site) == held(site)
     }
 
     /// Whether the site has the module of this number head down.
@@ -385,9 +391,11 @@ impl Active {
     /// Where the first module is, which says where the site's axes are. While no module is placed that is the origin, turned
     /// so that the walls it has learned go along the axes.
     fn first(&self) -> Option<Pose> {
-        let module = self.site.modules.first()?;
-        if self.site.modules.iter().any(|module| module.placed) {
-            return Some(module.pose());
+        if self.site.modules.is_empty() {
+            return None;
+        }
+        if let Some(pose) = held(&self.site) {
+            return Some(pose);
         }
         let room = self.rooms.first().and_then(Option::as_ref);
         Some(Pose { at: Point::default(), yaw_rad: room.map_or(0.0, |room| -room.direction_rad()) })
@@ -485,6 +493,12 @@ impl Active {
             coverage: coverage(&seers),
         }
     }
+}
+
+/// Where a site has the module that a calibration leaves in its place; None while no module is placed.
+fn held(site: &Site) -> Option<Pose> {
+    let is_placed = site.modules.iter().any(|module| module.placed);
+    site.modules.first().filter(|_| is_placed).map(|module| module.pose())
 }
 
 /// Whether advice is the same but for the place, which follows the walker.

@@ -427,6 +427,26 @@ fn a_walk_goes_on_where_only_places_have_changed_and_one_that_has_just_begun_beg
 }
 
 #[test]
+fn a_walk_ends_where_a_module_hangs_the_other_way_up_or_the_first_one_is_moved() {
+    let begun = || {
+        let (mut session, sessions) = begun(&["hall", "kitchen"]);
+        let mut site = (*site_of(&["hall", "kitchen"])).clone();
+        site.modules[0].placed = true;
+        session.set_site(&Arc::new(site.clone()));
+        session.tick(&sessions, 2.0);
+        (session, site)
+    };
+    let (mut session, mut site) = begun();
+    site.modules[1].upside_down = true;
+    session.set_site(&Arc::new(site));
+    assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged), "turned over");
+    let (mut session, mut site) = begun();
+    site.modules[0].x = 1.0;
+    session.set_site(&Arc::new(site));
+    assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged), "moved");
+}
+
+#[test]
 fn no_progress_is_nought() {
     let (mut session, sessions) = begun(&["hall", "kitchen"]);
     session.tick(&sessions, 2.0);

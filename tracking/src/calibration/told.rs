@@ -205,7 +205,7 @@ pub enum ToldRefusal {
     },
     /// What was seen is no walk.
     Unsolved,
-    /// The site has got other modules or floors since the walk began.
+    /// The site has got other modules or floors since the walk began, or has them elsewhere or the other way up.
     SiteChanged,
 }
 

@@ -118,7 +118,7 @@ pub fn refusal(refusal: &Refusal, names: &Names) -> String {
         ),
         Refusal::Unsolved => "what was seen is no walk of one person: begin anew, alone".to_owned(),
         Refusal::SiteChanged => {
-            "modules or floors of the site were added, taken away or renamed during the walk: begin anew".to_owned()
+            "modules or floors of the site were added, taken away, renamed, moved or turned over during the walk: begin anew".to_owned()
         }
     }
 }

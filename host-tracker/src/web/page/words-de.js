@@ -477,7 +477,7 @@ export default {
     "der Ort von {module} bleibt auf {within} und {angle} unsicher: länger und in weiten Bögen gehen, wo {module} und seine Nachbarn Sie sehen",
   "refused.unsolved": "was gesehen wurde, ist kein Rundgang einer einzelnen Person: allein neu beginnen",
   "refused.site-changed":
-    "während des Rundgangs kamen Module oder Böden dazu, fielen weg oder wurden umbenannt: neu beginnen",
+    "während des Rundgangs kamen Module oder Böden dazu, fielen weg, wurden umbenannt, versetzt oder umgedreht: neu beginnen",
   "quality.single": "ein einzelnes Modul: x und y werden von ihm aus gemessen",
   "grade.very-good": "sehr gut",
   "grade.good": "gut",

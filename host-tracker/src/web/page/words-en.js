@@ -478,7 +478,7 @@ export default {
     "where {module} is remains uncertain by {within} and {angle}: walk longer, in wide loops, where {module} and its neighbours see you",
   "refused.unsolved": "what was seen is no walk of one person: begin anew, alone",
   "refused.site-changed":
-    "modules or floors of the site were added, taken away or renamed during the walk: begin anew",
+    "modules or floors of the site were added, taken away, renamed, moved or turned over during the walk: begin anew",
   "quality.single": "one module alone: x and y are measured from it",
   "grade.very-good": "very good",
   "grade.good": "good",
