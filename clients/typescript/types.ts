@@ -173,7 +173,7 @@ export interface CalibrationModule {
   clock_ms: number;
   /** Within which its clock is with 95 %, ms; absent of a floor, which has none. */
   clock_within_ms?: number | null;
-  /** How clearly the walk says so; absent of the first module, which is held fixed, and of a floor. */
+  /** How clearly the walk says so; absent of the module that is held fixed, and of a floor. */
   hang?: CalibrationHang | null;
   /** How far that is from where the site had it, m; absent if it had no place. */
   moved_m?: number | null;

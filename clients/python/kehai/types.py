@@ -198,7 +198,7 @@ class CalibrationModule(TypedDict):
     clock_ms: float
     # Within which its clock is with 95 %, ms; absent of a floor, which has none.
     clock_within_ms: NotRequired[float | None]
-    # How clearly the walk says so; absent of the first module, which is held fixed, and of a floor.
+    # How clearly the walk says so; absent of the module that is held fixed, and of a floor.
     hang: NotRequired[CalibrationHang | None]
     # How far that is from where the site had it, m; absent if it had no place.
     moved_m: NotRequired[float | None]

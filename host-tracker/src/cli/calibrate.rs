@@ -27,13 +27,13 @@ use super::signals;
 /// Find where the modules are, by walking about
 ///
 /// One person walks where two modules at a time see them; the terminal says where to go next. The first module of the
-/// site is held fixed: it says where x and y are. Modules that are found and not in the site yet are added. Floors of the site are
+/// site that has a place is held fixed: it says where x and y are. Modules that are found and not in the site yet are added. Floors of the site are
 /// found by walking across them.
 /// Nothing is written before it is accepted.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The site; its first module stays where it is
+    /// The site; its first module that has a place stays where it is
     #[arg(long, value_name = "FILE.toml")]
     site: PathBuf,
 

@@ -18,7 +18,7 @@
 //!
 //! A depth camera is a module like any other, and a floor is one that sees a place instead of range and bearing.
 //!
-//! The first device is held fixed: it says where the site's axes are. Everything here is a plain function or a
+//! One device is held fixed: it says where the site's axes are. Everything here is a plain function or a
 //! state machine: observations in, poses and words out; the same input gives the same bits.
 //!
 //! A candidate's centre is off by several centimetres along the ray, by the shape of the body and the direction of the
@@ -29,6 +29,7 @@ pub mod align;
 mod band;
 pub mod coverage;
 mod equations;
+pub mod held;
 pub mod joint;
 mod limits;
 mod names;

@@ -12,11 +12,12 @@ use serde::Serialize;
 
 use super::advice::{Advice, Guide, OVERLAP_S};
 use super::coverage::{Coverage, Seer, coverage};
+use super::held::Held;
 use super::names::Names;
 use super::room::Outline;
 use super::told::{Quality, ToldAdvice, ToldRefusal};
 use super::walk::Walk;
-use super::{Calibration, ENOUGH_S, Placed, Refusal, align, calibrate, upside_down, words};
+use super::{Calibration, ENOUGH_S, Placed, Refusal, words};
 use crate::figures::rounded;
 use crate::floor::Reading;
 use crate::geometry::{Point, Pose};
@@ -167,7 +168,7 @@ pub struct ModuleStatus {
     pub yaw_deg: f64,
     /// Whether it hangs head down; of a floor false.
     pub upside_down: bool,
-    /// How clearly the walk says so; absent of the first module, which is held fixed, and of a floor.
+    /// How clearly the walk says so; absent of the module that is held fixed, and of a floor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hang: Option<HangStatus>,
     /// Within which it is with 95 %, m.
@@ -190,7 +191,7 @@ pub struct ModuleStatus {
 
 impl Session {
     /// The site in use. From now on observations and readings have its numbers: where these are of other modules or floors than
-    /// before, hang the other way up, or the first module has another place, a walk ends with [`Refusal::SiteChanged`], and one that has just begun begins anew.
+    /// before, hang the other way up, or the one held has another place, a walk ends with [`Refusal::SiteChanged`], and one that has just begun begins anew.
     pub fn set_site(&mut self, site: &Arc<Site>) {
         self.site = Arc::clone(site);
         let Some(active) = self.active.as_mut().filter(|active| !active.is_of(site)) else { return };
@@ -258,13 +259,13 @@ impl Session {
         if !active.is_of(&self.site) {
             return Err(Refusal::SiteChanged);
         }
-        let Some(first) = active.first() else {
+        let Some(held) = active.held() else {
             return Err(Refusal::Alone);
         };
         if active.walk.modules() == 1 && !active.site.is_placed(0) {
-            return Ok(Calibration::of_one(first));
+            return Ok(Calibration::of_one(held.pose));
         }
-        calibrate(&active.walk, first, &active.rooms)
+        held.calibrate(&active.walk, &active.rooms)
     }
 
     /// Ends the walk with its result; [`go_on`](Self::go_on) continues it. Nothing happens if another walk has begun since it
@@ -356,15 +357,15 @@ impl Active {
             (self.advice, self.advised_s) = (next, now_s);
         }
         self.progress = self.guide.progress(&self.walk);
-        self.turned = upside_down::find(&self.walk).iter().map(|hang| hang.turned).collect();
+        let hangs = self.held().map(|held| held.hangs(&self.walk)).unwrap_or_default();
+        self.turned = hangs.iter().map(|hang| hang.turned).collect();
     }
 
     /// Whether what the walk has collected means the same in a site: it numbers the same modules and floors in the same way, has them
     /// the same way up, and the one that is held at the same place.
     fn is_of(&self, site: &Site) -> bool {
-        let upside_down = |site: &Site| -> Vec<bool> {
-            site.modules.iter().map(|module| module.upside_down).collect()
-        };
+        let upside_down =
+            |site: &Site| -> Vec<bool> { site.modules.iter().map(|module| module.upside_down).collect() };
         self.site.places().eq(site.places())
             && upside_down(&self.site) == upside_down(site)
             && held(&self.site) == held(site)
@@ -388,17 +389,18 @@ impl Active {
         modules.chain(floors.iter().map(|floor| Some(floor.corner())))
     }
 
-    /// Where the first module is, which says where the site's axes are. While no module is placed that is the origin, turned
-    /// so that the walls it has learned go along the axes.
-    fn first(&self) -> Option<Pose> {
+    /// The module that says where the site's axes are: the first that is placed, as walls, zones and doors lie where they were.
+    /// While none is placed it is the first one, at the origin and turned so that the walls it has learned go along the axes.
+    fn held(&self) -> Option<Held> {
         if self.site.modules.is_empty() {
             return None;
         }
-        if let Some(pose) = held(&self.site) {
-            return Some(pose);
-        }
-        let room = self.rooms.first().and_then(Option::as_ref);
-        Some(Pose { at: Point::default(), yaw_rad: room.map_or(0.0, |room| -room.direction_rad()) })
+        let first = || {
+            let room = self.rooms.first().and_then(Option::as_ref);
+            let yaw_rad = room.map_or(0.0, |room| -room.direction_rad());
+            Held { module: 0, pose: Pose { at: Point::default(), yaw_rad } }
+        };
+        Some(held(&self.site).unwrap_or_else(first))
     }
 
     fn status(&self, now_s: f64) -> Status {
@@ -443,7 +445,7 @@ impl Active {
         else {
             return None;
         };
-        let pose = match align::all(&self.walk.with_turned(&self.turned), self.first()?) {
+        let pose = match self.held()?.align(&self.walk.with_turned(&self.turned)) {
             Ok(poses) => *poses.get(*one)?,
             Err(_) => self.poses().nth(*one)??,
         };
@@ -452,6 +454,7 @@ impl Active {
     }
 
     fn found(&self, found: &Calibration, names: &Names) -> FoundStatus {
+        let held = self.held().map_or(0, |held| held.module);
         let module = |(number, (placed, before)): (usize, (&Placed, Option<Pose>))| {
             let (within_m, within_rad) = placed.bounds();
             ModuleStatus {
@@ -467,12 +470,12 @@ impl Active {
                 clock_ms: rounded(placed.clock_s * 1e3, 10.0),
                 clock_within_ms: (!names.is_floor(number))
                     .then(|| rounded(placed.clock_within_s() * 1e3, 10.0)),
-                hang: (number > 0 && !names.is_floor(number)).then(|| HangStatus {
+                hang: (number != held && !names.is_floor(number)).then(|| HangStatus {
                     turned: placed.hang.turned,
                     right_m: placed.hang.apart_m.map(|(right_m, _)| rounded(right_m, 1000.0)),
                     wrong_m: placed.hang.apart_m.map(|(_, wrong_m)| rounded(wrong_m, 1000.0)),
                 }),
-                text: words::placed(placed, number, self.is_upside_down(number), names),
+                text: words::placed(placed, (number, held), self.is_upside_down(number), names),
             }
         };
         let placed_views = self.views.iter().zip(&found.modules).zip(&names.all);
@@ -495,10 +498,10 @@ impl Active {
     }
 }
 
-/// Where a site has the module that a calibration leaves in its place; None while no module is placed.
-fn held(site: &Site) -> Option<Pose> {
-    let is_placed = site.modules.iter().any(|module| module.placed);
-    site.modules.first().filter(|_| is_placed).map(|module| module.pose())
+/// The module of a site that a calibration leaves in its place; None while no module is placed.
+fn held(site: &Site) -> Option<Held> {
+    let module = site.modules.iter().position(|module| module.placed)?;
+    Some(Held { module, pose: site.modules.get(module)?.pose() })
 }
 
 /// Whether advice is the same but for the place, which follows the walker.

@@ -89,6 +89,22 @@ fn a_walk_without_noise_gives_the_poses_and_the_clocks() {
 }
 
 #[test]
+fn another_module_than_the_first_can_be_held_in_its_place() {
+    let held = held::Held { module: 2, pose: poses()[2] };
+    let found = held.calibrate(&walk(40, 0.0, 0.0, 1), &[]).unwrap();
+    assert_eq!((found.modules[2].pose, found.modules[2].bounds()), (held.pose, (0.0, 0.0)));
+    for (module, (metres, radians)) in errors(&found).into_iter().enumerate() {
+        assert!(metres < 0.005 && radians < 0.002, "{module}: {metres} m, {radians} rad");
+    }
+    let pairs: Vec<_> = found.pairs.iter().map(|pair| pair.modules).collect();
+    assert_eq!(pairs, [(0, 1), (0, 2), (1, 2)]);
+    let mut apart = Walk::new(3);
+    let glimpses = walk(30, 0.0, 0.0, 1).glimpses().into_iter();
+    glimpses.filter(|glimpse| glimpse.module > 0).for_each(|glimpse| apart.add(glimpse));
+    assert_eq!(held.calibrate(&apart, &[]), Err(Refusal::Apart { module: 0 }));
+}
+
+#[test]
 fn noise_and_a_body_that_is_wider_than_deep_cost_little_and_the_bounds_hold() {
     let mut held = 0;
     for seed in 1..=20 {
@@ -447,6 +463,21 @@ fn a_walk_ends_where_a_module_hangs_the_other_way_up_or_the_first_one_is_moved()
 }
 
 #[test]
+fn the_first_module_that_is_placed_is_held() {
+    let (mut session, sessions) = begun(&["hall", "kitchen"]);
+    let mut site = (*site_of(&["hall", "kitchen"])).clone();
+    (site.modules[1].placed, site.modules[1].x) = (true, 3.0);
+    session.set_site(&Arc::new(site.clone()));
+    session.tick(&sessions, 2.0);
+    site.modules[0].x = 1.0;
+    session.set_site(&Arc::new(site.clone()));
+    assert_eq!(session.status().refused_is, None, "the first one has no place");
+    site.modules[1].x = 4.0;
+    session.set_site(&Arc::new(site));
+    assert_eq!(session.status().refused_is, Some(told::ToldRefusal::SiteChanged));
+}
+
+#[test]
 fn no_progress_is_nought() {
     let (mut session, sessions) = begun(&["hall", "kitchen"]);
     session.tick(&sessions, 2.0);
@@ -498,7 +529,7 @@ fn which_way_up_is_said_with_both_figures() {
     let found = calibrate(&hung(&walk(40, 0.03, 0.05, 7), [false, true, false]), poses()[0], &[]).unwrap();
     let names = Names { all: ["hall", "kitchen", "study"].map(str::to_owned).into(), modules: 3 };
     let text =
-        |module: usize, upside_down| words::placed(&found.modules[module], module, upside_down, &names);
+        |module: usize, upside_down| words::placed(&found.modules[module], (module, 0), upside_down, &names);
     assert!(
         text(1, false)
             .contains("; head down if hall hangs as the site has it, other than the site had it: so it fits")

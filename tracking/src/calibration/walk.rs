@@ -213,6 +213,22 @@ impl Walk {
         walk
     }
 
+    /// The same walk with another module and the first under each other's numbers.
+    pub(super) fn with_first(&self, module: usize) -> Self {
+        let mut walk = self.clone();
+        if module < walk.scans.len() {
+            walk.scans.swap(0, module);
+        }
+        for (number, scans) in walk.scans.iter_mut().enumerate() {
+            for scan in scans.values_mut() {
+                if let Scan::One(glimpse) = scan {
+                    glimpse.module = number;
+                }
+            }
+        }
+        walk
+    }
+
     /// Moments at which two modules saw the walker and no other person was about: what each of them saw.
     pub fn common(&self, one: usize, other: usize) -> impl Iterator<Item = (Glimpse, Glimpse)> + '_ {
         let scans = |module: usize| self.scans.get(module).into_iter().flatten();

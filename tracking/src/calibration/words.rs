@@ -149,7 +149,7 @@ pub fn quality(calibration: &Calibration) -> String {
 /// A module's or a floor's place, how well it is known, how far the module's clock may be off, and which way up it hangs;
 /// `upside_down` is how the site has it.
 #[must_use]
-pub fn placed(placed: &Placed, module: usize, upside_down: bool, names: &Names) -> String {
+pub fn placed(placed: &Placed, (module, held): (usize, usize), upside_down: bool, names: &Names) -> String {
     let (within_m, within_rad) = placed.bounds();
     let (pose, name) = (&placed.pose, names.of(module));
     let place =
@@ -162,14 +162,14 @@ pub fn placed(placed: &Placed, module: usize, upside_down: bool, names: &Names) 
         return format!("{place}, its outer corner within {within_cm:.0} cm and {within_deg:.1}°");
     }
     let clock_ms = placed.clock_within_s() * 1e3;
-    let hangs = hang(placed, upside_down, names.of(0));
+    let hangs = hang(placed, upside_down, names.of(held));
     format!(
         "{place}, within {within_cm:.0} cm and {within_deg:.1}°; its clock within {clock_ms:.0} ms; {hangs}"
     )
 }
 
 /// Which way up a module hangs, and how clearly the walk says so.
-fn hang(placed: &Placed, upside_down: bool, first: &str) -> String {
+fn hang(placed: &Placed, upside_down: bool, held: &str) -> String {
     let way = |upside_down: bool| if upside_down { "head down" } else { "upright" };
     let is = way(upside_down != placed.hang.turned);
     match placed.hang.apart_m {
@@ -178,7 +178,7 @@ fn hang(placed: &Placed, upside_down: bool, first: &str) -> String {
             let news = if placed.hang.turned { ", other than the site had it" } else { "" };
             let [right_cm, wrong_cm] = [right_m, wrong_m].map(|apart_m| apart_m * 100.0);
             format!(
-                "{is} if {first} hangs as the site has it{news}: so it fits within {right_cm:.0} cm, the other way up within \
+                "{is} if {held} hangs as the site has it{news}: so it fits within {right_cm:.0} cm, the other way up within \
                  {wrong_cm:.0} cm"
             )
         }
