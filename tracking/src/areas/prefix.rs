@@ -15,6 +15,10 @@ fn put(area: &AreaName, name: &mut String) {
 pub fn site(area: &AreaName, mut site: Site) -> Site {
     let mut counting = site.zones.iter().filter(|zone| zone.count).map(|zone| zone.name.clone());
     let only = counting.next().filter(|_| counting.next().is_none());
+    // Where none is marked, all count: among all areas only a mark says so.
+    if !site.zones.iter().any(|zone| zone.count) {
+        site.zones.iter_mut().for_each(|zone| zone.count = true);
+    }
     for entry in &mut site.entries {
         entry.zone = entry.zone.take().or_else(|| only.clone());
         entry.zone.iter_mut().for_each(|zone| put(area, zone));

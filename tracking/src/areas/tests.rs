@@ -96,6 +96,18 @@ fn of_an_area_that_is_not_heard_nothing_is_known_and_the_total_is_not_less() {
 }
 
 #[test]
+fn an_area_that_marks_no_zone_counts_with_all_its_zones() {
+    let (mut campus, _) = both();
+    campus.set_site(&area("east"), Site::parse("hall.toml", &SITE.replace("count = true\n", "")).unwrap());
+    let site = campus.site();
+    campus.hear(&area("west"), frame(2, vec![track(7, -5.0, 0.0)]), 100_000);
+    assert_eq!(campus.picture(&site, 100_000, 1).total, Total { count: Some(2), state: ZoneKnown::Known });
+    campus.hear(&area("west"), frame(3, vec![track(7, -5.0, 0.0)]), 2_100_000);
+    let picture = campus.picture(&site, 2_100_000, 2);
+    assert_eq!(picture.total, Total { count: Some(1), state: ZoneKnown::Partly }, "east is silent");
+}
+
+#[test]
 fn a_tracker_whose_token_is_gone_is_unknown_at_once() {
     let (mut campus, site) = both();
     campus.leave(&area("west"));
