@@ -167,6 +167,8 @@ pub struct Module<const BEAMS: usize> {
     pending: Option<Pending>,
     guard: Guard,
     background_to_store: bool,
+    /// When a background that could not be stored is tried again, µs.
+    store_again_us: Option<u64>,
     storing: bool,
     storing_since_us: u64,
     /// It blinks until then, so that a person finds it.
@@ -203,6 +205,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
             pending: None,
             guard: Guard::new(about.secret),
             background_to_store: false,
+            store_again_us: None,
             storing: false,
             storing_since_us: 0,
             identify_until_us: 0,
@@ -372,6 +375,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.publish_health(now_us, out);
         let alarm_us = Some(self.no_scan_us()).filter(|&at_us| at_us > now_us);
         let trials_us = [self.addressing.ends_us(), self.trial_ends_us().filter(|&at_us| at_us > now_us)];
+        self.store_again(now_us);
         let [address_us, image_us] = trials_us;
         let due = [Some(self.health.due_us), alarm_us, self.subscribers.next_us(), address_us, image_us];
         due.into_iter().flatten().min().unwrap_or(self.health.due_us)

@@ -14,6 +14,9 @@ use crate::scip::Text;
 use crate::seal::Keyring;
 use crate::wire::{EventKind, Refusal};
 
+/// A background that could not be stored is tried again after so long, µs: worn flash is not worn further in every round.
+const AGAIN_US: u64 = 3_600_000_000;
+
 /// Whether each thing was stored, if it was wished for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Stored {
@@ -61,6 +64,14 @@ impl<const BEAMS: usize> Module<BEAMS> {
         (self.background_to_store && background.is_known()).then_some((background, *self.setup.serial()))
     }
 
+    /// Wishes to store the background again, if it is time to.
+    pub(super) fn store_again(&mut self, now_us: u64) {
+        if self.store_again_us.is_some_and(|at_us| now_us >= at_us) {
+            self.store_again_us = None;
+            self.background_to_store = true;
+        }
+    }
+
     /// Storing is over. Settings and keys count from now on, and the host that asked for them is answered.
     pub fn end_storing(&mut self, stored: Stored, now_us: u64, out: &mut impl Outbox) {
         self.storing = false;
@@ -69,7 +80,11 @@ impl<const BEAMS: usize> Module<BEAMS> {
         // Scans begin again now, and renewals that came meanwhile are still to be read.
         self.observed.last_scan_us = self.observed.last_scan_us.map(|_| now_us);
         self.subscribers.extend(now_us.saturating_sub(self.storing_since_us));
-        self.store_failed = false;
+        if let Some(is_stored) = stored.background {
+            self.store_again_us = if is_stored { None } else { Some(now_us.saturating_add(AGAIN_US)) };
+        }
+        // A background that is still to be stored is a failure, whatever else was stored.
+        self.store_failed = self.store_again_us.is_some();
         for stored in [stored.settings, stored.keys, stored.background].into_iter().flatten() {
             if !stored {
                 self.store_failed();
@@ -114,5 +129,55 @@ impl<const BEAMS: usize> Module<BEAMS> {
                 self.event(EventKind::KeysSet, key, now_us);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::{About, Wish};
+    use crate::link::{Dropped, Lane};
+    use crate::wire::{Alarms, ModuleId};
+    use core::net::SocketAddrV4;
+
+    /// There are no subscribers: nothing is sent.
+    struct Nothing;
+
+    impl Outbox for Nothing {
+        fn try_send_to(&mut self, _: Lane, _: SocketAddrV4, _: &[u8]) -> Result<(), Dropped> {
+            Err(Dropped)
+        }
+
+        fn is_empty(&mut self, _: Lane) -> bool {
+            true
+        }
+
+        fn reopen(&mut self, _: Lane) {}
+    }
+
+    #[test]
+    fn a_background_that_was_not_stored_is_an_alarm_until_it_is_and_is_tried_again_later() {
+        let about = About {
+            module: ModuleId([2, 0, 0, 0, 0, 1]),
+            secret: [7; 16],
+            firmware: "",
+            build: "",
+            board: "",
+            watchdog_reset: false,
+        };
+        let mut module = Module::<1>::new(about);
+        let says = |module: &Module<1>| module.alarms(0).has(Alarms::STORE_FAILED);
+        module.background_to_store = true;
+        module.end_storing(Stored { background: Some(false), ..Stored::default() }, 1000, &mut Nothing);
+        assert!(says(&module) && module.wish().is_none(), "not at once again");
+        module.end_storing(Stored { settings: Some(true), ..Stored::default() }, 2000, &mut Nothing);
+        assert!(says(&module), "settings are no background");
+        module.poll(AGAIN_US + 999, &mut Nothing);
+        assert_eq!(module.wish(), None);
+        module.poll(AGAIN_US + 1000, &mut Nothing);
+        assert_eq!(module.wish(), Some(Wish::Store));
+        let stored = Stored { background: Some(true), ..Stored::default() };
+        module.end_storing(stored, AGAIN_US + 2000, &mut Nothing);
+        assert!(!says(&module) && module.wish().is_none());
     }
 }
