@@ -23,6 +23,8 @@ mod cooperative;
 pub mod damaged;
 pub mod flash;
 mod images;
+#[cfg(test)]
+mod start_tests;
 
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -73,7 +75,7 @@ pub struct Start {
     pub failed: bool,
 }
 
-/// Counts this start and reads the stored data of the module. Without a readable count, `boot` is
+/// Counts this start and reads the stored data of the module. If the count cannot be read or stored, `boot` is
 /// `otherwise`: better a number that was not used before.
 ///
 /// # Cancellation
@@ -95,7 +97,10 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
         }
         Err(StoreError) => start.failed = true,
     }
-    start.failed |= store.save(BOOT, &start.boot.to_le_bytes()).await.is_err();
+    if store.save(BOOT, &start.boot.to_le_bytes()).await.is_err() {
+        // The next start would count the same number again, and hosts would take it for this one.
+        (start.boot, start.failed) = (otherwise.max(1), true);
+    }
     match store.load(SETTINGS, &mut buffer).await {
         Ok(length) => {
             let restored = Settings::restored(record(&buffer, length));
