@@ -234,7 +234,7 @@ impl AlarmSet {
     }
 
     fn line_holds(&self, facts: &Facts<'_>) -> Holds {
-        let (share, limit) = (facts.statistics.checksum_share(), self.line.bound(LINE));
+        let (share, limit) = (facts.statistics.damaged_share(), self.line.bound(LINE));
         Holds::by(share > limit, share, limit, Unit::DamagedShare)
     }
 
@@ -280,7 +280,7 @@ impl AlarmSet {
     }
 
     fn line(&mut self, facts: &Facts<'_>) -> Option<String> {
-        let share = facts.statistics.checksum_share();
+        let share = facts.statistics.damaged_share();
         let holds = self.line_holds(facts).holds;
         self.line.step(holds, facts.now_us, LINE_US, 0).then(|| {
             let percent = share * 100.0;

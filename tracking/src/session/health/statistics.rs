@@ -1,11 +1,11 @@
 //! Scans that were taken and that arrived, a sample a second, for rates and losses.
 //!
 //! ```text
-//!   sample   at        taken    arrived   checksum errors
-//!            now−60 s   1200      1190          2          ╮ lost = 1 − arrived / taken
-//!            …                                             │
-//!            now−10 s   1700      1688          2   ╮ rate │
-//!            now        1800      1787          3   ╯      ╯
+//!   sample   at        taken    arrived   damaged
+//!            now−60 s   1200      1190       2          ╮ lost = 1 − arrived / taken
+//!            …                                          │
+//!            now−10 s   1700      1688       2   ╮ rate │
+//!            now        1800      1787       3   ╯      ╯
 //! ```
 
 use std::collections::VecDeque;
@@ -33,6 +33,8 @@ struct Sample {
     arrived: u64,
     /// Checksum errors on the sensor's line.
     checksum: u64,
+    /// Scans that arrived damaged from the sensor, whatever was wrong with them.
+    damaged: u64,
 }
 
 /// What was counted since the module's start.
@@ -61,6 +63,7 @@ impl Statistics {
     /// Health came.
     pub fn counters(&mut self, counters: &Counters) {
         self.now.checksum = counters.get(Counter::SensorChecksum).into();
+        self.now.damaged = counters.get(Counter::ScansDamaged).into();
     }
 
     /// Takes a sample, if it is time to.
@@ -109,11 +112,12 @@ impl Statistics {
         self.now.checksum
     }
 
-    /// Checksum errors of the last minute by the scans of that time.
-    pub fn checksum_share(&self) -> f64 {
+    /// Share of the last minute's scans that arrived damaged from the sensor. Replies that are no scans have checksums, too, and a
+    /// scan that has lost bytes may have no line with a wrong one.
+    pub fn damaged_share(&self) -> f64 {
         let before = self.before(LOSS_US);
-        let errors = self.now.checksum.saturating_sub(before.checksum);
-        errors as f64 / (self.now.taken - before.taken).max(1) as f64
+        let damaged = self.now.damaged.saturating_sub(before.damaged);
+        damaged as f64 / (self.now.taken - before.taken).max(1) as f64
     }
 }
 

@@ -121,10 +121,16 @@ fn a_sensor_that_says_it_is_faulty_is_told_at_once_and_one_that_starts_is_given_
 #[test]
 fn a_disturbed_line_is_told_and_a_single_damaged_scan_is_not() {
     let mut module = Module::well();
-    module.counters.set(Counter::SensorChecksum, 5);
+    module.counters.set(Counter::ScansDamaged, 5);
     assert_eq!(module.alarms_after(120), [""; 0]);
+    // What the sensor says of itself has checksums, too, and is no scan.
     for second in 1..=60 {
         module.counters.set(Counter::SensorChecksum, 5 + second / 2);
+        assert_eq!(module.alarms_after(1), [""; 0]);
+    }
+    // A scan that has lost bytes is damaged, whatever its lines' checksums say.
+    for second in 1..=60 {
+        module.counters.set(Counter::ScansDamaged, 5 + second / 2);
         module.alarms_after(1);
     }
     assert!(module.only("line").contains("% of the sensor's scans arrive damaged"));
