@@ -30,4 +30,4 @@ pub use floors::Floors;
 pub use line::FloorLine;
 pub use patches::{Patch, patches};
 pub use plan::Plan;
-pub use reading::Reading;
+pub use reading::{Reading, unknown_from};

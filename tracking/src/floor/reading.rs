@@ -29,7 +29,7 @@ impl Reading {
     /// The panel from which on nothing is known: where the list of faulty panels is full there may be more behind the last one.
     #[must_use]
     pub fn unknown_from(&self) -> Option<u16> {
-        self.faulty.last().filter(|_| self.faulty.len() >= FAULTY).map(|last| last.panel.saturating_add(1))
+        unknown_from(&self.faulty)
     }
 
     /// Whether a panel says that a foot is on it, or that none is.
@@ -38,4 +38,10 @@ impl Reading {
         let is_named = self.faulty.iter().any(|faulty| usize::from(faulty.panel) == panel);
         !is_named && self.unknown_from().is_none_or(|from| panel < usize::from(from))
     }
+}
+
+/// The panel from which on nothing is known, by the list of faulty panels: where it is full there may be more behind the last one.
+#[must_use]
+pub fn unknown_from(faulty: &[FaultyPanel]) -> Option<u16> {
+    faulty.last().filter(|_| faulty.len() >= FAULTY).map(|last| last.panel.saturating_add(1))
 }

@@ -253,8 +253,8 @@ impl Monitor {
 
     /// Share of the beams, or of the panels, that say nothing.
     fn unknown_share(&self) -> f64 {
-        if let Some(Panels { size: (columns, rows), faulty, .. }) = &self.panels {
-            return faulty.len() as f64 / (f64::from(*columns) * f64::from(*rows)).max(1.0);
+        if let Some(panels) = &self.panels {
+            return panels.unknown_share();
         }
         self.doubt.as_ref().map_or(1.0, Doubt::unseen_share)
     }

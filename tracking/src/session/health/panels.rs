@@ -3,6 +3,8 @@
 use kehai::floor::Fault;
 use kehai::wire::FaultyPanel;
 
+use crate::floor::unknown_from;
+
 /// Panels named in an alarm; the map shows them all.
 const NAMED: usize = 6;
 
@@ -18,6 +20,13 @@ pub struct Panels {
 }
 
 impl Panels {
+    /// Share of the panels of which nothing is known: those named, and all behind the last one of a full list.
+    pub fn unknown_share(&self) -> f64 {
+        let all = u32::from(self.size.0) * u32::from(self.size.1);
+        let behind = unknown_from(&self.faulty).map_or(0, |from| all.saturating_sub(from.into()));
+        (self.faulty.len() as f64 + f64::from(behind)) / f64::from(all).max(1.0)
+    }
+
     /// Which panels do not work, if any.
     pub fn fault(&self) -> Option<String> {
         let columns = u16::from(self.size.0).max(1);
@@ -46,5 +55,25 @@ impl Panels {
             "it has {columns} columns and {rows} rows, the site says {wanted_columns} and {wanted_rows}, and it is not used: \
              mend its [[floor]]"
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kehai::floor::FAULTY;
+
+    use super::*;
+
+    #[test]
+    fn behind_the_last_of_a_full_list_nothing_is_known() {
+        let dead = |panel| FaultyPanel { panel, fault: Fault::Dead };
+        let panels = |faulty: u16| Panels {
+            size: (20, 10),
+            wanted: None,
+            faulty: (0..faulty).map(|number| dead(2 * number)).collect(),
+        };
+        assert_eq!(panels(10).unknown_share(), 0.05);
+        let full = panels(u16::try_from(FAULTY).unwrap());
+        assert_eq!(full.unknown_share(), (FAULTY + 200 - (2 * FAULTY - 1)) as f64 / 200.0);
     }
 }
