@@ -25,6 +25,7 @@ use walls::Plan;
 
 use crate::geometry::{Point, distance_to_segment};
 use crate::observation::View;
+use crate::session::upside_down::Beams;
 use crate::session::{Session, Sessions};
 use crate::site::{Entry, Site, Wall, Zone};
 
@@ -70,14 +71,29 @@ pub fn backgrounds(sessions: &Sessions, site: &Site) -> Vec<(String, Background)
     sessions.iter().filter_map(background).collect()
 }
 
-/// The same of the modules that `site` has a place for, seen from there: it may be newer than what is tracked by.
+/// The same of the modules that `site` has a place for, seen from there and the way up that it says: it may be newer than what is
+/// tracked by.
 #[must_use]
 pub fn placed(backgrounds: Vec<(String, Background)>, site: &Site) -> Vec<Background> {
     let place = |(name, background): (String, Background)| {
         let module = site.modules.iter().find(|module| module.name == name && module.placed)?;
+        let background = hung(background, module.upside_down)?;
         Some(Background { view: View { pose: module.pose(), ..background.view }, ..background })
     };
     backgrounds.into_iter().filter_map(place).collect()
+}
+
+/// A background of a module that hangs this way up: turned over, its beams are numbered from the other end. None where no beams
+/// have such numbers.
+fn hung(background: Background, upside_down: bool) -> Option<Background> {
+    let Background { view, walls_mm, empty_mm } = background;
+    if view.upside_down == upside_down {
+        return Some(Background { view, walls_mm, empty_mm });
+    }
+    let beams = Beams::new(view.geometry, true)?;
+    let turned = |list: Arc<[u16]>| list.iter().rev().copied().collect();
+    let view = View { geometry: *beams.used(), upside_down, ..view };
+    Some(Background { view, walls_mm: turned(walls_mm), empty_mm: turned(empty_mm) })
 }
 
 /// Parts that a site lacks.

@@ -184,6 +184,21 @@ fn a_module_looks_from_where_the_site_has_it_and_one_without_a_place_says_nothin
 }
 
 #[test]
+fn a_module_that_the_site_has_turned_over_since_sees_its_walls_on_the_other_side() {
+    let walls = vec![vec![[1.0, -3.0], [1.0, 2.0]], vec![[-3.0, 2.0], [1.0, 2.0]]];
+    let seen = background([0.0, 0.0, 0.0], &walls, 1);
+    let text = "[[module]]\nname = \"hall\"\nx = 0.0\ny = 0.0\nupside_down = true\n";
+    let found = placed(vec![("hall".to_owned(), seen.clone())], &Site::parse("home.toml", text).unwrap());
+    assert!(found[0].view.upside_down);
+    for (beam, &range_mm) in seen.walls_mm.iter().enumerate() {
+        let bearing_rad = f64::from(seen.view.geometry.bearing_rad(beam as u16));
+        let mirrored = found[0].view.beam_towards(-bearing_rad).unwrap();
+        assert_eq!(found[0].walls_mm[usize::from(mirrored)], range_mm, "beam {beam}");
+        assert_eq!(found[0].empty_mm[usize::from(mirrored)], seen.empty_mm[beam], "beam {beam}");
+    }
+}
+
+#[test]
 fn what_no_module_sees_is_the_rooms_where_walls_close_around_it() {
     // Beams that end nowhere are empty for 1.6 m: the middle is not seen, and all walls are.
     let walls = vec![vec![[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [0.0, 4.0], [0.0, 0.0]]];
