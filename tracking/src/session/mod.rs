@@ -321,6 +321,9 @@ impl Session {
         let placed = place.and_then(|module| Some((module, site.modules.get(module)?)));
         let upside_down = placed.is_some_and(|(_, placed)| placed.upside_down);
         self.profile.hang(upside_down);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.hang(upside_down);
+        }
         setup.beams = Beams::new(setup.geometry, upside_down);
         setup.view = placed.zip(setup.beams.as_ref()).map(|((module, placed), beams)| {
             let (pose, height_m, geometry) = (placed.pose(), placed.height_m, *beams.used());

@@ -91,6 +91,8 @@ pub struct Facts<'a> {
     pub expected_hz: Option<f64>,
     pub statistics: &'a Statistics,
     pub doubt: Option<&'a Doubt>,
+    /// Whether it hangs head down.
+    pub upside_down: bool,
     /// Of a floor: its panels.
     pub panels: Option<&'a Panels>,
     pub jitter_s: Option<f64>,
@@ -294,6 +296,8 @@ impl AlarmSet {
         let holds = self.covered_holds(doubt).holds;
         self.covered.step(holds, facts.now_us, 0, 0).then(|| {
             let (first, last) = doubt.lost_between_rad().unwrap_or_default();
+            // Of a module that hangs head down, the sensor's left is on the right.
+            let (first, last) = if facts.upside_down { (-last, -first) } else { (first, last) };
             format!(
                 "over {:.0}°, between {:.0}° and {:.0}° from ahead, it has not seen its background for a minute: something \
                  stands before it, or it was moved; if the room has changed, kehai-tracker module learn {}",

@@ -47,6 +47,8 @@ pub struct Monitor {
     newest: Option<Newest>,
     statistics: Statistics,
     doubt: Option<Doubt>,
+    /// Whether it hangs head down: its beams are numbered from right to left.
+    upside_down: bool,
     /// Of a floor.
     panels: Option<Panels>,
     /// What the site says of shapes of people in the background.
@@ -93,6 +95,7 @@ impl Monitor {
             newest: None,
             statistics: Statistics::default(),
             doubt: None,
+            upside_down: false,
             panels: None,
             furniture: Furniture::default(),
             alarms: AlarmSet::default(),
@@ -104,8 +107,9 @@ impl Monitor {
     pub fn restart(&mut self) {
         let (alarms, events) = (std::mem::take(&mut self.alarms), std::mem::take(&mut self.events));
         let furniture = std::mem::take(&mut self.furniture);
-        let (pace, is_subscribed) = (self.pace, self.is_subscribed);
-        *self = Self { alarms, events, furniture, pace, is_subscribed, ..Self::new(self.since_us) };
+        let (pace, is_subscribed, upside_down) = (self.pace, self.is_subscribed, self.upside_down);
+        let new = Self::new(self.since_us);
+        *self = Self { alarms, events, furniture, pace, is_subscribed, upside_down, ..new };
     }
 
     /// Whether the host wants its reports, from now on. What was measured before a time without them says nothing of the time after.
@@ -124,6 +128,11 @@ impl Monitor {
         if self.furniture.0 != furniture {
             self.furniture = Furniture(furniture.to_vec());
         }
+    }
+
+    /// Whether it hangs head down, from now on.
+    pub const fn hang(&mut self, upside_down: bool) {
+        self.upside_down = upside_down;
     }
 
     /// A datagram came at `now_us`.
@@ -238,6 +247,7 @@ impl Monitor {
             expected_hz: self.pace.and_then(|pace| pace.expected_hz),
             statistics: &self.statistics,
             doubt: self.doubt.as_ref(),
+            upside_down: self.upside_down,
             panels: self.panels.as_ref(),
             jitter_s: clock.and_then(ModuleClock::jitter_s),
             age_s: clock.and_then(|clock| self.age_s(clock)),

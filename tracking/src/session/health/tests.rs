@@ -158,6 +158,14 @@ fn a_module_that_is_covered_or_moved_is_told_and_a_crowd_is_not() {
     assert!(text.ends_with("kehai-tracker module learn hall"), "{text}");
     module.candidates.clear();
     module.is_well_after(16);
+    // Head down, its left is on its right.
+    module.upside_down = true;
+    module.candidates = vec![standing(200, 455)];
+    module.alarms_after(70);
+    let text = module.only("covered");
+    assert!(text.starts_with("over 90°, between -25° and 65° from ahead,"), "{text}");
+    module.candidates.clear();
+    module.is_well_after(16);
     // A cloth over it returns nothing at all.
     module.unseen = vec![unseen(44, 682, UnseenReason::NoReturn)];
     module.alarms_after(70);

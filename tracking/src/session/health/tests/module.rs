@@ -8,6 +8,7 @@ use crate::clock::Exchange;
 use crate::session::datagram::Datagram;
 use crate::session::subscription::Subscription;
 use crate::session::{Placement, Session};
+use crate::site::{self, Site};
 use crate::snapshot::Drops;
 use kehai::background::Suspect;
 use kehai::candidate::Candidate;
@@ -43,6 +44,8 @@ pub struct Module {
     pub suspects: Vec<Suspect>,
     /// What the site says of them.
     pub furniture: Vec<[f64; 2]>,
+    /// Whether the site has it head down.
+    pub upside_down: bool,
 }
 
 impl Module {
@@ -77,6 +80,7 @@ impl Module {
             late_us: 0,
             suspects: Vec::new(),
             furniture: Vec::new(),
+            upside_down: false,
             jitter_us: 200,
         };
         module.session.monitor_from(0);
@@ -92,7 +96,9 @@ impl Module {
         let mut datagram = [0; 1400];
         let length = message.encode(Identity { module: ID, boot: self.boot }, &mut datagram).unwrap();
         let datagram = Datagram::decode(&datagram[..length]).unwrap();
-        let placement = Placement { site: Arc::default(), estimator: Estimator::default() };
+        let hall = site::Module { upside_down: self.upside_down, ..site::Module::unplaced("hall".into()) };
+        let site = Arc::new(Site { modules: vec![hall], ..Site::default() });
+        let placement = Placement { site, estimator: Estimator::default() };
         self.session.receive(&datagram, at_us, &placement, &mut Drops::default());
     }
 
