@@ -17,7 +17,7 @@ use super::derive::SessionKeys;
 use super::handshake::{Open, Opened};
 use super::window::Window;
 use super::{Key, Nonce, Unsealed, datagram};
-use crate::wire::{Cookie, DATAGRAM_MAX, Header, Identity, Message, ModuleId, Request};
+use crate::wire::{Cookie, DATAGRAM_MAX, Header, Identity, Message, ModuleId, Refusal, Request};
 
 /// A session whose device is silent for so long is given up, µs: three renewals.
 const SILENT_US: u64 = 3_000_000;
@@ -40,6 +40,8 @@ pub enum Incoming {
     Session,
     /// The device knows no such key: it was reset, or the key is not its.
     Refused,
+    /// The device has no room for a session now: it is asked again later.
+    Full,
     /// In clear, where the device has a key: anybody may have sent it.
     Clear,
     /// Dropped.
@@ -178,8 +180,18 @@ impl Channel {
             Message::Refused(refused)
                 if identity.module == self.device && asked == Some(refused.request_id) =>
             {
-                self.cookie = Cookie::NONE;
-                Incoming::Refused
+                match refused.refusal {
+                    // It has started anew, or the cookie was forged: the next request asks for another one.
+                    Refusal::BadCookie => {
+                        self.cookie = Cookie::NONE;
+                        Incoming::Session
+                    }
+                    Refusal::Full => Incoming::Full,
+                    _ => {
+                        self.cookie = Cookie::NONE;
+                        Incoming::Refused
+                    }
+                }
             }
             _ => Incoming::Clear,
         }

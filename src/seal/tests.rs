@@ -4,7 +4,7 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 
 use super::sessions::NotOpened;
 use super::*;
-use crate::wire::{Cookie, DATAGRAM_MAX, Identity, Message, ModuleId, Request};
+use crate::wire::{Cookie, DATAGRAM_MAX, Header, Identity, Message, ModuleId, Refusal, Refused, Request};
 
 const DEVICE: Identity = Identity { module: ModuleId([2, 0, 0, 0, 0, 1]), boot: 7 };
 const HOST: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(10, 0, 0, 7), 5000);
@@ -43,15 +43,20 @@ impl Pair {
         self.sessions.open(bytes, (HOST, COOKIE), (DEVICE, DEVICE), &keyring(), now_us)
     }
 
-    /// Until a session is open.
-    fn meet(&mut self, now_us: u64) {
-        let subscribe = self.request(now_us);
+    /// Answers what asks for a cookie.
+    fn give_cookie(&mut self, subscribe: &[u8], now_us: u64) {
         let [a, b, c, d] = subscribe[40..44].try_into().unwrap();
         let message =
             Message::Cookie { request_id: u32::from_le_bytes([a, b, c, d]), t1: [0; 8], cookie: COOKIE };
         let mut bytes = [0; DATAGRAM_MAX];
         let length = message.encode(DEVICE, &mut bytes).unwrap();
         assert_eq!(self.channel.take(&mut bytes[..length], now_us), Incoming::Session);
+    }
+
+    /// Until a session is open.
+    fn meet(&mut self, now_us: u64) {
+        let subscribe = self.request(now_us);
+        self.give_cookie(&subscribe, now_us);
         let open = self.request(now_us);
         let mut opened = self.open(&open, now_us).unwrap();
         assert_eq!(self.channel.take(&mut opened, now_us), Incoming::Session);
@@ -203,4 +208,29 @@ fn a_silent_session_is_given_up_and_an_old_one_replaced_without_a_gap() {
     let mut message = pair.message();
     assert_eq!(pair.channel.take(&mut message, hour_us), Incoming::Message);
     assert!(pair.request(hour_us + 4_000_000).len() == handshake::OPEN_LEN, "the device has fallen silent");
+}
+
+#[test]
+fn only_a_device_that_has_no_such_key_refuses_for_good() {
+    let mut pair = Pair::new();
+    pair.meet(0);
+    // The device is silent for a while: a session is asked for with the cookie that is known.
+    let mut now_us = 0;
+    let mut refused = |pair: &mut Pair, refusal| {
+        now_us += 5_000_000;
+        let mut open = pair.request(now_us);
+        if Header::open(&open).unwrap().0.kind != handshake::OPEN {
+            pair.give_cookie(&open, now_us);
+            open = pair.request(now_us);
+        }
+        let request_id = handshake::Open::read(&open).unwrap().request_id;
+        let mut bytes = [0; DATAGRAM_MAX];
+        let message = Message::Refused(Refused { request_id, kind: handshake::OPEN, refusal });
+        let length = message.encode(DEVICE, &mut bytes).unwrap();
+        let incoming = pair.channel.take(&mut bytes[..length], now_us);
+        (incoming, Header::open(&pair.request(now_us)).unwrap().0.kind == handshake::OPEN)
+    };
+    assert_eq!(refused(&mut pair, Refusal::Full), (Incoming::Full, true), "the cookie is good");
+    assert_eq!(refused(&mut pair, Refusal::BadCookie), (Incoming::Session, false), "asks for another");
+    assert_eq!(refused(&mut pair, Refusal::NoSuchKey), (Incoming::Refused, false));
 }

@@ -170,7 +170,11 @@ impl Client {
                 }
                 message if answers(message) == Some(id) => wanted(identity, message).map(Ok),
                 _ => None,
-            })?;
+            });
+            let answer = match answer {
+                Err(error @ ClientError::Refused(_)) => Some(Err(error)),
+                answer => answer?,
+            };
             match answer {
                 None => {}
                 Some(Err(ClientError::Refused(Refusal::Busy | Refusal::Full))) if busy < BUSY_TRIES => {
@@ -269,6 +273,9 @@ impl Client {
             let (socket, received) = (&self.socket, buffer.get_mut(..length).unwrap_or(&mut []));
             let send = |bytes: &[u8]| drop(socket.send(bytes));
             let arrived = self.links.take(received, self.address, now_us, &mut self.drops, send);
+            if arrived == Arrived::Full {
+                return Err(ClientError::Refused(Refusal::Full));
+            }
             if arrived == Arrived::Dropped {
                 if self.drops.key > 0 {
                     return Err(ClientError::Refused(Refusal::NoSuchKey));

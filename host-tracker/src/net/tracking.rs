@@ -265,7 +265,7 @@ impl TrackingLoop {
         let (socket, sessions) = (&self.socket, self.site_tracker.sessions_mut());
         let answer = |datagram: &[u8]| send(socket, datagram, from);
         let arrived = self.links.take(bytes, from, now_us, sessions.drops_mut(), answer);
-        if arrived == Arrived::Dropped {
+        if matches!(arrived, Arrived::Full | Arrived::Dropped) {
             return;
         }
         let Some(datagram) = sessions.decode(bytes) else { return };

@@ -49,6 +49,8 @@ pub enum Arrived {
     Message,
     /// In clear, of a device without a key: to be used if it is [believed](Links::believe).
     Clear,
+    /// Not to be used: the device has no room for a session, and there is none.
+    Full,
     /// Not to be used.
     Dropped,
 }
@@ -164,6 +166,9 @@ impl Links {
                     link.send(&waiting, now_us, self.nonces.fresh(), &mut send);
                 }
             }
+            // Callers repeat what they ask; a session that is open goes on.
+            Incoming::Full if !link.channel.is_open() => return Arrived::Full,
+            Incoming::Full => {}
             Incoming::Refused => drops.key += 1,
             Incoming::Clear => drops.clear += 1,
             Incoming::Unsealed(Unsealed::Replayed) => drops.replayed += 1,

@@ -128,7 +128,7 @@ impl Table {
         match arrived {
             Arrived::Message => true,
             Arrived::Clear => self.links.believe(&datagram, &mut self.drops),
-            Arrived::Dropped => false,
+            Arrived::Full | Arrived::Dropped => false,
         }
     }
 }
