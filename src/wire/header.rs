@@ -15,8 +15,9 @@
 //!       little endian                               then the message
 //! ```
 //!
-//! The magic is 気 in UTF-8. Key, counter and tag (25 bytes) are kept for authentication; they are 0
-//! and are not looked at yet.
+//! The magic is 気 in UTF-8. Key, counter and tag (25 bytes) are 0 in a message in clear. In a sealed one the key is the number
+//! of its session, the counter is another in each datagram, and the tag shows that neither header nor message was changed
+//! ([`crate::seal::datagram`]).
 //!
 //! From a module, id and boot are its own. To a module they are those it is expected to have;
 //! 0 where they are not known yet.
@@ -37,7 +38,7 @@ pub const VERSION_MIN: u8 = 1;
 /// Bytes of the header.
 pub const HEADER_LEN: usize = 40;
 
-/// Bytes of the header that are kept for authentication.
+/// Bytes of the header that are for authentication.
 pub const AUTHENTICATION_LEN: usize = 1 + 8 + 16;
 
 const _: () = assert!(MAGIC.len() + 1 + 4 + 6 + 1 + AUTHENTICATION_LEN == HEADER_LEN);

@@ -91,6 +91,9 @@ pub struct Start<'a, Line, Flash: NorFlash, Feed, Driver, const BEAMS: usize> {
 
 /// Runs a module until it must restart, and restarts it: the tasks that `operate` chooses, and what every module has
 /// beside them. `make` puts the module in its place; `operate` is told the speed at which a sensor answered last.
+///
+/// # Cancellation
+/// It never returns; to drop it is as a loss of power.
 pub async fn run<Line, Flash, Feed, Light, Pressed, Driver, const BEAMS: usize>(
     mut board: Board<Line, Flash, Feed, Light, Pressed>,
     make: impl FnOnce(About) -> &'static mut Module<BEAMS>,
