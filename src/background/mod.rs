@@ -291,6 +291,16 @@ impl<const BEAMS: usize> Background<BEAMS> {
         self.known = false;
     }
 
+    /// Names the sensor otherwise that the background is bound to: its serial number has become known. True if a background is known
+    /// and was bound to `before`.
+    pub fn rename(&mut self, before: Fingerprint, now: Fingerprint) -> bool {
+        let is_renamed = self.known && self.fingerprint == before && before != now;
+        if is_renamed {
+            self.fingerprint = now;
+        }
+        is_renamed
+    }
+
     /// Version of the published profile. Steps with every `learn` and `absorb`, and at most once
     /// a minute of sensor time when a beam has left it by [`PUBLISH_DRIFT_MM`]. 0: never learned.
     #[must_use]
@@ -411,6 +421,16 @@ mod tests {
         assert!(!fixture.background.is_known());
         assert_eq!(fixture.profile(0).state, BeamState::Unknown);
         assert_eq!(fixture.background.version(), version + 1);
+    }
+
+    #[test]
+    fn a_serial_number_that_becomes_known_keeps_the_background() {
+        let mut fixture = BackgroundFixture::learned();
+        let version = fixture.background.version();
+        assert!(!fixture.background.rename(Fingerprint(7), Fingerprint(2)), "of another sensor");
+        assert!(fixture.background.rename(Fingerprint(1), Fingerprint(2)));
+        fixture.background.bind(&fixture.geometry, Fingerprint(2), Some(19));
+        assert_eq!((fixture.background.is_known(), fixture.background.version()), (true, version));
     }
 
     #[test]

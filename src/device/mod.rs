@@ -319,6 +319,9 @@ impl<const BEAMS: usize> Module<BEAMS> {
     fn configure(&mut self, scan: &Scan<'_>, now_us: u64) {
         let known = self.pipeline.background().is_known();
         let settings = self.settings.pipeline(self.setup.model(), scan.geometry.range_max_mm());
+        if self.setup.name_background(self.pipeline.background_mut()) {
+            self.background_to_store = true;
+        }
         // It refuses only more beams than it has room for: the driver delivers no scan of such a sensor.
         let _ = self.pipeline.configure(scan.geometry, settings, self.setup.fingerprint());
         let background = self.pipeline.background();
@@ -372,10 +375,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
             self.say(EventKind::AddressReturned, now_us);
         }
         self.poll_trial(now_us);
+        self.store_again(now_us);
         self.publish_health(now_us, out);
         let alarm_us = Some(self.no_scan_us()).filter(|&at_us| at_us > now_us);
         let trials_us = [self.addressing.ends_us(), self.trial_ends_us().filter(|&at_us| at_us > now_us)];
-        self.store_again(now_us);
         let [address_us, image_us] = trials_us;
         let due = [Some(self.health.due_us), alarm_us, self.subscribers.next_us(), address_us, image_us];
         due.into_iter().flatten().min().unwrap_or(self.health.due_us)

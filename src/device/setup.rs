@@ -1,6 +1,6 @@
 //! The setup: the sensor and its measurement settings. Every report carries its number; info explains the number.
 
-use crate::background::Fingerprint;
+use crate::background::{Background, Fingerprint};
 use crate::scan::Geometry;
 use crate::scip::Text;
 use crate::sensor::Session;
@@ -89,6 +89,12 @@ impl Setup {
             Some(described) => Fingerprint::of(self.serial.as_str().as_bytes(), &described.geometry),
             None => Fingerprint::default(),
         }
+    }
+
+    /// A background that was learned before the sensor told its serial number is that of this sensor; true if it was one.
+    pub(super) fn name_background<const BEAMS: usize>(&self, background: &mut Background<BEAMS>) -> bool {
+        let Some(described) = &self.described else { return false };
+        background.rename(Fingerprint::of(&[], &described.geometry), self.fingerprint())
     }
 
     pub(super) fn info(&self, open_range_mm: u16) -> Option<SensorInfo<'_>> {

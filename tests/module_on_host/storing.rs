@@ -1,7 +1,9 @@
 //! Contents of a module's flash.
 
-use crate::on_host::World;
+use crate::on_host::{Host, World};
 use kehai::wire::{Message, Refusal, Request, SensorCode, SettingFault};
+use kehai_emulator::urg::Config;
+use kehai_emulator::urg::model::{Model, URG_04LX};
 
 #[test]
 fn settings_are_validated_stored_with_the_stream_stopped_and_there_after_a_restart() {
@@ -51,6 +53,44 @@ fn settings_are_validated_stored_with_the_stream_stopped_and_there_after_a_resta
             versions.len() > 20 && versions.iter().all(|version| *version == 1),
             "the background is back"
         );
+    });
+}
+
+/// The serial number that the module has of its sensor.
+async fn serial(host: &Host) -> String {
+    let begin = host.mark();
+    host.ask(Request::Info);
+    host.stay(0.5).await;
+    let serials = host.all(begin, |_, message| match message {
+        Message::Info(info) => info.sensor.map(|sensor| sensor.serial.to_owned()),
+        _ => None,
+    });
+    serials.last().unwrap().clone()
+}
+
+#[test]
+fn a_serial_number_that_becomes_known_after_a_restart_keeps_the_background() {
+    let unnamed = World::new(Config::new(Model { serial: "", ..URG_04LX }));
+    unnamed.run(async || {
+        let host = unnamed.host(1);
+        host.subscribe().await.unwrap();
+        host.learned().await;
+        host.stay(5.0).await;
+        assert_eq!(serial(&host).await, "");
+    });
+    let named = World { flash: unnamed.flash.clone(), ..World::urg() };
+    named.run(async || {
+        let host = named.host(1);
+        host.subscribe().await.unwrap();
+        host.stay(4.0).await;
+        let begin = host.mark();
+        host.stay(4.0).await;
+        assert_ne!(serial(&host).await, "");
+        let versions = host.all(begin, |_, message| match message {
+            Message::Report(report) => Some(report.head.background_version),
+            _ => None,
+        });
+        assert!(versions.len() > 20 && versions.iter().all(|version| *version == 1), "{versions:?}");
     });
 }
 
