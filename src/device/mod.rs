@@ -32,6 +32,8 @@ mod answers;
 pub mod button;
 pub mod cookie;
 pub mod discovery;
+#[cfg(test)]
+mod fixture;
 mod guard;
 mod health;
 mod lanes;

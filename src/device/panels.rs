@@ -72,39 +72,13 @@ impl<const BEAMS: usize> Module<BEAMS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::About;
-    use crate::link::{Dropped, Lane};
-    use crate::wire::{Alarms, ModuleId};
-    use core::net::SocketAddrV4;
-
-    /// Counts what it is given.
-    struct Sent(usize);
-
-    impl Outbox for Sent {
-        fn try_send_to(&mut self, _: Lane, _: SocketAddrV4, _: &[u8]) -> Result<(), Dropped> {
-            self.0 += 1;
-            Ok(())
-        }
-
-        fn is_empty(&mut self, _: Lane) -> bool {
-            true
-        }
-
-        fn reopen(&mut self, _: Lane) {}
-    }
+    use crate::device::fixture::{Sent, about};
+    use crate::wire::Alarms;
 
     #[test]
     fn a_floor_that_is_read_lacks_no_sensor_and_one_that_is_not_has_no_scans() {
-        let about = About {
-            module: ModuleId([2, 0, 0, 0, 0, 1]),
-            secret: [7; 16],
-            firmware: "",
-            build: "",
-            board: "",
-            watchdog_reset: false,
-        };
-        let mut module = Module::<1>::new(about);
-        let mut sent = Sent(0);
+        let mut module = Module::<1>::new(about());
+        let mut sent = Sent::default();
         let lacks = |module: &Module<1>, now_us| {
             let alarms = module.alarms(now_us);
             [Alarms::NO_SCANS, Alarms::NO_BACKGROUND].map(|alarm| alarms.with(alarm) == alarms)

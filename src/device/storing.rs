@@ -135,49 +135,25 @@ impl<const BEAMS: usize> Module<BEAMS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::{About, Wish};
-    use crate::link::{Dropped, Lane};
-    use crate::wire::{Alarms, ModuleId};
-    use core::net::SocketAddrV4;
-
-    /// There are no subscribers: nothing is sent.
-    struct Nothing;
-
-    impl Outbox for Nothing {
-        fn try_send_to(&mut self, _: Lane, _: SocketAddrV4, _: &[u8]) -> Result<(), Dropped> {
-            Err(Dropped)
-        }
-
-        fn is_empty(&mut self, _: Lane) -> bool {
-            true
-        }
-
-        fn reopen(&mut self, _: Lane) {}
-    }
+    use crate::device::Wish;
+    use crate::device::fixture::{Sent, about};
+    use crate::wire::Alarms;
 
     #[test]
     fn a_background_that_was_not_stored_is_an_alarm_until_it_is_and_is_tried_again_later() {
-        let about = About {
-            module: ModuleId([2, 0, 0, 0, 0, 1]),
-            secret: [7; 16],
-            firmware: "",
-            build: "",
-            board: "",
-            watchdog_reset: false,
-        };
-        let mut module = Module::<1>::new(about);
+        let (mut module, mut out) = (Module::<1>::new(about()), Sent::default());
         let says = |module: &Module<1>| module.alarms(0).has(Alarms::STORE_FAILED);
         module.background_to_store = true;
-        module.end_storing(Stored { background: Some(false), ..Stored::default() }, 1000, &mut Nothing);
+        module.end_storing(Stored { background: Some(false), ..Stored::default() }, 1000, &mut out);
         assert!(says(&module) && module.wish().is_none(), "not at once again");
-        module.end_storing(Stored { settings: Some(true), ..Stored::default() }, 2000, &mut Nothing);
+        module.end_storing(Stored { settings: Some(true), ..Stored::default() }, 2000, &mut out);
         assert!(says(&module), "settings are no background");
-        module.poll(AGAIN_US + 999, &mut Nothing);
+        module.poll(AGAIN_US + 999, &mut out);
         assert_eq!(module.wish(), None);
-        module.poll(AGAIN_US + 1000, &mut Nothing);
+        module.poll(AGAIN_US + 1000, &mut out);
         assert_eq!(module.wish(), Some(Wish::Store));
         let stored = Stored { background: Some(true), ..Stored::default() };
-        module.end_storing(stored, AGAIN_US + 2000, &mut Nothing);
+        module.end_storing(stored, AGAIN_US + 2000, &mut out);
         assert!(!says(&module) && module.wish().is_none());
     }
 }

@@ -138,38 +138,14 @@ impl<const BEAMS: usize> Module<BEAMS> {
 
 #[cfg(test)]
 mod tests {
-    use core::net::SocketAddrV4;
-
     use super::*;
-    use crate::device::{About, Settings};
+    use crate::device::Settings;
+    use crate::device::fixture::{Sent, about};
     use crate::floor::sensfloor::frame::{Frame, encode};
-    use crate::link::{Dropped, Lane};
-    use crate::wire::{Alarms, ModuleId, SensorCode};
-
-    struct Discard;
-
-    impl Outbox for Discard {
-        fn try_send_to(&mut self, _: Lane, _: SocketAddrV4, _: &[u8]) -> Result<(), Dropped> {
-            Ok(())
-        }
-
-        fn is_empty(&mut self, _: Lane) -> bool {
-            true
-        }
-
-        fn reopen(&mut self, _: Lane) {}
-    }
+    use crate::wire::{Alarms, SensorCode};
 
     fn module(settings: &str) -> Module<1> {
-        let about = About {
-            module: ModuleId([2, 0, 0, 0, 0, 1]),
-            secret: [7; 16],
-            firmware: "",
-            build: "",
-            board: "",
-            watchdog_reset: false,
-        };
-        let mut module = Module::new(about);
+        let mut module = Module::new(about());
         module.begin(1, Settings::new().changed_by(settings).unwrap());
         module
     }
@@ -187,7 +163,7 @@ mod tests {
             |module: &mut Module<1>, tiles: &mut Tiles, tenths: core::ops::Range<u64>, answers: bool| {
                 for tenth in tenths {
                     let now_us = tenth * 100_000;
-                    if module.tiles(tiles, now_us, &mut Discard).is_some() && answers {
+                    if module.tiles(tiles, now_us, &mut Sent::default()).is_some() && answers {
                         tiles.receive(&encode(&Frame { group: 10, tile: (1, 1), values: [128; 8] }), now_us);
                     }
                     asked += 1;
@@ -215,16 +191,16 @@ mod tests {
             tiles.receive(&[1, 2, 3], now_us);
             tiles.receive(&encode(&Frame { group, tile: (1, 1), values: [170; 8] }), now_us);
         };
-        module.tiles(&mut tiles, 0, &mut Discard);
+        module.tiles(&mut tiles, 0, &mut Sent::default());
         speaks(&mut tiles, 10, 80_000);
-        module.tiles(&mut tiles, 120_000, &mut Discard);
+        module.tiles(&mut tiles, 120_000, &mut Sent::default());
         module.settings = Settings::new().changed_by("tiles=11,1,1,1,1").unwrap();
-        module.tiles(&mut tiles, 240_000, &mut Discard);
+        module.tiles(&mut tiles, 240_000, &mut Sent::default());
         assert_eq!(module.counters().get(Counter::ScansAccepted), 1, "nothing is known of the new ones");
         speaks(&mut tiles, 11, 300_000);
         speaks(&mut tiles, 10, 340_000);
-        module.tiles(&mut tiles, 380_000, &mut Discard);
-        module.tiles(&mut tiles, 390_000, &mut Discard);
+        module.tiles(&mut tiles, 380_000, &mut Sent::default());
+        module.tiles(&mut tiles, 390_000, &mut Sent::default());
         let count = |counter| module.counters().get(counter);
         assert_eq!(count(Counter::ScansAccepted), 2);
         assert_eq!((count(Counter::SensorEcho), count(Counter::SensorUnexpected)), (9, 1));
