@@ -10,7 +10,8 @@
 
 use std::sync::Arc;
 
-use kehai_tracking::calibration::session::{Mounting, Session, Status};
+use kehai_tracking::calibration::session::Session;
+use kehai_tracking::calibration::status::{Mounting, Status};
 use kehai_tracking::floor::Reading;
 use kehai_tracking::observation::Observation;
 use kehai_tracking::session::Sessions;

@@ -34,7 +34,7 @@ use crate::store::{
 use crate::tracker_alarms::TrackerAlarms;
 use crate::web::{Server, ServerContext};
 use crate::webhook::{Target, Webhook};
-use kehai_tracking::calibration::session::Mounting;
+use kehai_tracking::calibration::status::Mounting;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::keys::Clear;
 use kehai_tracking::site::Site;

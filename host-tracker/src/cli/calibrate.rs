@@ -13,7 +13,7 @@ use host_tracker::site_file::SiteFile;
 use host_tracker::store::pose::{self, Source};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use kehai_tracking::calibration::advice::LONGEST_S;
-use kehai_tracking::calibration::session::Status;
+use kehai_tracking::calibration::status::Status;
 use kehai_tracking::site::{Module, Site};
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 use kehai_tracking::tracker::Selected;

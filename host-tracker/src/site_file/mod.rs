@@ -23,7 +23,7 @@ use parking_lot::Mutex;
 use sha2::{Digest, Sha256};
 use tokio::sync::watch;
 
-use kehai_tracking::calibration::session::Mounting;
+use kehai_tracking::calibration::status::Mounting;
 use kehai_tracking::site::merge::{Merged, changes, merge};
 use kehai_tracking::site::{Module, Site};
 

@@ -18,7 +18,7 @@ use super::connection::open_and_expire;
 use super::error::StoreError;
 use super::numbers::integer;
 use crate::named::named;
-use kehai_tracking::calibration::session::Mounting;
+use kehai_tracking::calibration::status::Mounting;
 use kehai_tracking::site::Site;
 
 named! {

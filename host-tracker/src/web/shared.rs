@@ -31,7 +31,7 @@ use crate::signs::SignHandle;
 use crate::site_file::SiteFile;
 use crate::store::StoreWatch;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::calibration::session::Mounting;
+use kehai_tracking::calibration::status::Mounting;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 

@@ -22,7 +22,7 @@ use host_tracker::store::pose::{self, Source};
 use host_tracker::store::raw::{self, RawScanWriter};
 use host_tracker::store::reader::Reader;
 use host_tracker::store::{Dropped, Keep, Store, StoreError, export, known_before};
-use kehai_tracking::calibration::session::Mounting;
+use kehai_tracking::calibration::status::Mounting;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};

@@ -40,6 +40,7 @@ mod row;
 pub mod session;
 mod spline;
 mod statistics;
+pub mod status;
 mod steps;
 pub mod told;
 mod turned;

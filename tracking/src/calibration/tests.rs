@@ -364,7 +364,7 @@ fn a_single_module_without_a_place_needs_no_walk_and_no_module_is_refused() {
     };
     let alone = session(vec![Module::unplaced("hall".into())]);
     let origin = Pose { at: Point::default(), yaw_rad: 0.0 };
-    let found = session::Mounting { name: "hall".to_owned(), pose: origin, upside_down: false };
+    let found = status::Mounting { name: "hall".to_owned(), pose: origin, upside_down: false };
     assert_eq!(alone.mountings(), Some(vec![found]));
     assert_eq!(alone.status().found.unwrap().modules[0].moved_m, None);
     for modules in [vec![], vec![Module { placed: true, ..Module::unplaced("hall".into()) }]] {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use kehai_tracking::calibration::session::Status;
+use kehai_tracking::calibration::status::Status;
 use kehai_tracking::door::LockOrder;
 use kehai_tracking::door::doors::DoorState;
 use kehai_tracking::door::inbox::{self, Input};
