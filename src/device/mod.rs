@@ -248,7 +248,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         self.guard.set_keyring(keyring);
     }
 
-    /// Settings and background were erased just before this start.
+    /// A factory reset was carried out as this start began.
     pub fn was_reset(&mut self) {
         self.say(EventKind::FactoryReset, 0);
     }

@@ -68,17 +68,6 @@ impl<F: NorFlash> FlashStore<F> {
         }
     }
 
-    /// Erases all records.
-    ///
-    /// # Errors
-    /// [`StoreError`]: some may be left.
-    ///
-    /// # Cancellation
-    /// As an error.
-    pub async fn erase(&mut self) -> Result<(), StoreError> {
-        self.map.erase_all().await.map_err(|_| StoreError)
-    }
-
     /// Gives the flash back.
     pub fn into_flash(self) -> F {
         self.map.destroy().0.into_flash()

@@ -8,14 +8,18 @@
 //!            4  trial       starts u8, the addressing before, text; empty: none
 //!            5  keys        id u8, role u8, 32 bytes, each
 //!            6  label       16 bytes: its secret
+//!            7  reset       u32: a factory reset is under way if the last start had this number
 //!    16 … 31  slot 0: chunks of the background      version u16, 170 beams of 6 bytes
 //!    32 … 47  slot 1: the same
 //!
 //!   storing a background:  chunks into the slot that record 3 does not name … then record 3
+//!   a factory reset:       record 7 … start: records 5, 1, 4, 2, 3, 16 … 47 empty, old ones overwritten … record 7 empty
 //! ```
 //!
 //! Each record changes at once or not at all ([`Store`]). A background counts from the moment record 3 names
 //! it; until then the old one does. Chunks that do not belong to it, or do not add up to its sum, are none.
+//! A reset that was cut off is done at the next start, before anything else is read: what is found is as before it, or as
+//! after it. Flash that decays may bring an old record 7 to light again: it names a start long past, and nothing follows.
 //!
 //! Flash of at least 32 KiB in pages of 8 KiB holds both backgrounds of 1081 beams beside everything else.
 
@@ -26,8 +30,9 @@ mod images;
 #[cfg(test)]
 mod start_tests;
 
+use core::ops::Range;
+
 use embassy_futures::yield_now;
-use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::background::{BEAM_BYTES, Background, Fingerprint};
 use crate::device::Settings;
@@ -45,7 +50,13 @@ const TRIAL: u8 = 4;
 /// The record of the keys: [`Keyring::bytes`].
 pub const KEYS: u8 = 5;
 const LABEL: u8 = 6;
+const RESET: u8 = 7;
 const CHUNKS: [u8; 2] = [16, 32];
+/// The keys of all chunks.
+const ALL_CHUNKS: Range<u8> = 16..48;
+
+/// Records of the greatest length that go round all pages of a store, which is of 128 KiB on every board.
+const ROUND: usize = 128 * 1024 / RECORD_MAX;
 
 /// Beams of a chunk.
 const CHUNK_BEAMS: usize = 170;
@@ -71,12 +82,14 @@ pub struct Start {
     pub keyring: Keyring,
     /// Speed at which the sensor answered last.
     pub last_baud: Option<u32>,
+    /// A factory reset was carried out.
+    pub was_reset: bool,
     /// Something could not be read or written.
     pub failed: bool,
 }
 
-/// Counts this start and reads the stored data of the module. If the count cannot be read or stored, `boot` is
-/// `otherwise`: better a number that was not used before.
+/// Carries out a factory reset that was begun, counts this start and reads the stored data of the module. If the count
+/// cannot be read or stored, `boot` is `otherwise`: better a number that was not used before.
 ///
 /// # Cancellation
 /// The start may have been counted.
@@ -88,13 +101,24 @@ pub async fn start(store: &mut impl Store, otherwise: u32) -> Start {
         trial: None,
         keyring: Keyring::new(),
         last_baud: None,
+        was_reset: false,
         failed: false,
     };
     let mut buffer = [0; RECORD_MAX];
+    let mut before = 0;
     match store.load(BOOT, &mut buffer).await {
         Ok(length) => {
-            start.boot = number(record(&buffer, length)).unwrap_or(0).checked_add(1).unwrap_or(1);
+            before = number(record(&buffer, length)).unwrap_or(0);
+            start.boot = before.checked_add(1).unwrap_or(1);
         }
+        Err(StoreError) => start.failed = true,
+    }
+    match store.load(RESET, &mut buffer).await {
+        Ok(length) if record(&buffer, length).first_chunk() == Some(&before.to_le_bytes()) => {
+            start.was_reset = reset(store, before, &mut buffer).await.is_ok();
+            start.failed |= !start.was_reset;
+        }
+        Ok(_) => {}
         Err(StoreError) => start.failed = true,
     }
     if store.save(BOOT, &start.boot.to_le_bytes()).await.is_err() {
@@ -137,27 +161,47 @@ pub async fn save_label(store: &mut impl Store, label: &[u8; LABEL_BYTES]) -> Re
     store.save(LABEL, label).await
 }
 
-/// Erases everything but the number of the last start, so that hosts that know the module recognise its next start as
-/// a later one, and the label's secret, which opens it again.
+/// Begins a factory reset: the next [`start`] erases everything but the number of the start before it, so that hosts that
+/// know the module recognise it as a later one, and the label's secret, which opens the module again.
 ///
 /// # Errors
-/// The flash cannot be erased or written.
+/// The store cannot be written.
 ///
 /// # Cancellation
-/// As a loss of power: a half-erased store is erased with the next record.
-pub async fn erase<F: NorFlash>(store: &mut flash::FlashStore<F>) -> Result<(), StoreError> {
-    let mut bytes = [0; 4];
-    let length = store.load(BOOT, &mut bytes).await.unwrap_or(None);
-    let mut secret = [0; LABEL_BYTES];
-    let secret_length = store.load(LABEL, &mut secret).await.unwrap_or(None);
-    store.erase().await?;
-    if label(record(&secret, secret_length)).is_some() {
-        store.save(LABEL, &secret).await?;
+/// It may have begun.
+pub async fn begin_reset(store: &mut impl Store) -> Result<(), StoreError> {
+    let mut begun = Err(StoreError);
+    // A store beyond repair was erased for the first, and takes the second: the number of the last start is lost with it.
+    for _ in 0..2 {
+        let mut bytes = [0; 4];
+        let length = store.load(BOOT, &mut bytes).await.unwrap_or(None);
+        let last = number(record(&bytes, length)).unwrap_or(0);
+        begun = store.save(RESET, &last.to_le_bytes()).await;
+        if begun.is_ok() {
+            break;
+        }
     }
-    match number(record(&bytes, length)) {
-        Some(boot) => count_from(store, boot).await,
-        None => Ok(()),
+    begun
+}
+
+/// Carries out a reset that was begun after start `last`, from its beginning or where it was cut off. One that fails is
+/// not tried again by the next start, which has another number: flash that does not work would keep the module from starting.
+async fn reset(store: &mut impl Store, last: u32, buffer: &mut [u8; RECORD_MAX]) -> Result<(), StoreError> {
+    // The keys first: they alone would outlive a store that is found to be beyond repair now.
+    for key in [KEYS, SETTINGS, TRIAL, BAUD, BACKGROUND].into_iter().chain(ALL_CHUNKS) {
+        // An empty record is none, and one that cannot be read gives way to one.
+        if !matches!(store.load(key, buffer).await, Ok(None | Some(0))) {
+            store.save(key, &[]).await?;
+        }
     }
+    // The old ones are in flash until their pages are erased. Each page is, by the time that as much has been written as
+    // all of them hold; what is to stay is copied before.
+    buffer.fill(0);
+    buffer.iter_mut().zip(last.to_le_bytes()).for_each(|(place, byte)| *place = byte);
+    for _ in 0..ROUND {
+        store.save(RESET, buffer).await?;
+    }
+    store.save(RESET, &[]).await
 }
 
 /// Sets the next start's number to the one after `boot`: for a store lost between two starts, whose numbers must still

@@ -68,6 +68,9 @@ pub async fn begin<const BEAMS: usize>(
     if start.failed || counted.is_err() {
         module.store_failed();
     }
+    if start.was_reset {
+        module.was_reset();
+    }
     if module.begin_images(store.images(ImageJob::Look).await) && store.images(ImageJob::Told).await.is_err()
     {
         module.store_failed();

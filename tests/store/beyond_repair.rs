@@ -5,7 +5,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use kehai::link::Store;
 use kehai::seal::{LABEL_BYTES, LABEL_ID};
 use kehai::store::flash::FlashStore;
-use kehai::store::{KEYS, Start, erase, save_label, start};
+use kehai::store::{KEYS, Start, begin_reset, save_label, start};
 use kehai_emulator::pc::flash::{Flash, PAGE_LEN, WORD_LEN};
 
 const PAGES: usize = 8;
@@ -49,8 +49,21 @@ fn a_device_whose_keys_cannot_be_read_stays_locked_until_its_button_is_held() {
         assert!(found.keyring.is_lost() && found.keyring.is_claimed(), "start {number}: {found:?}");
         assert_eq!(found.failed, number == 0);
     }
-    block_on(erase(&mut open(&flash))).unwrap();
-    assert!(!begin(&flash).keyring.is_claimed());
+    block_on(begin_reset(&mut open(&flash))).unwrap();
+    let found = begin(&flash);
+    assert!(found.was_reset && !found.failed && !found.keyring.is_claimed(), "{found:?}");
+}
+
+#[test]
+fn a_button_that_is_held_opens_a_store_that_no_start_has_repaired() {
+    let flash = device();
+    block_on(open(&flash).save(KEYS, &KEY)).unwrap();
+    spoil(&flash, 0, LEN);
+    block_on(begin_reset(&mut open(&flash))).unwrap();
+    let found = begin(&flash);
+    assert!(found.was_reset && !found.failed && !found.keyring.is_claimed(), "{found:?}");
+    let found = begin(&flash);
+    assert!(!found.was_reset && !found.failed && found.boot == 2, "{found:?}");
 }
 
 /// Stores a record four times, each time over a word that was not erased; then the store gives up and erases all.

@@ -2,5 +2,6 @@
 
 mod beyond_repair;
 mod power_cuts;
+mod resets;
 mod rough;
 mod rough_flash;

@@ -6,10 +6,9 @@ use kehai::device::Settings;
 use kehai::link::Store;
 use kehai::scan::{Geometry, GeometryParts, MAX_BEAMS};
 use kehai::scip::Text;
-use kehai::seal::LABEL_ID;
 use kehai::store::damaged::ZeroDamaged;
 use kehai::store::flash::FlashStore;
-use kehai::store::{KEYS, erase, load_background, save_background, save_label, save_settings, start};
+use kehai::store::{load_background, save_background, save_settings, start};
 use kehai_emulator::pc::flash::{Flash, FlashError, PAGE_LEN};
 
 /// The smallest region allowed: 32 KiB.
@@ -259,26 +258,4 @@ fn a_word_that_cannot_be_read_is_zeros_and_its_neighbours_are_not() {
     block_on(Readable::new(flash, is_damaged).read(45, &mut read)).unwrap();
     assert!(read[..19].iter().chain(&read[35..]).all(|&byte| byte == 7), "{read:?}");
     assert!(read[19..35].iter().all(|&byte| byte == 0), "{read:?}");
-}
-
-#[test]
-fn a_factory_reset_erases_all_but_the_number_of_the_start_and_the_label() {
-    let flash = Flash::new(PAGES);
-    for _ in 0..5 {
-        block_on(start(&mut open(&flash), 99));
-    }
-    assert!(block_on(save_settings(&mut open(&flash), &settings("hall"))).is_ok());
-    assert!(block_on(save_background(&mut open(&flash), &background(3), Text::new(b"H123"))).is_ok());
-    assert!(block_on(save_label(&mut open(&flash), &[5; 16])).is_ok());
-    let mut key = [9; 34];
-    (key[0], key[1]) = (1, 3);
-    assert!(block_on(open(&flash).save(KEYS, &key)).is_ok());
-    let claimed = block_on(start(&mut open(&flash), 99)).keyring;
-    assert!(claimed.get(1).is_some() && claimed.get(LABEL_ID).is_none(), "a device with keys");
-    block_on(erase(&mut open(&flash))).unwrap();
-    let found = block_on(start(&mut open(&flash), 99));
-    assert_eq!((found.boot, found.settings, found.failed), (7, Settings::new(), false));
-    assert!(!found.keyring.is_claimed() && found.keyring.get(LABEL_ID).is_some(), "its label opens it again");
-    assert_eq!(stored(&flash), None);
-    assert!(!flash.contents().windows(4).any(|bytes| bytes == b"hall"));
 }

@@ -122,13 +122,9 @@ where
         board: env!("CARGO_BIN_NAME"),
         watchdog_reset: board.watchdog_reset,
     });
-    let was_reset =
-        recovery::factory_reset(&mut store, &mut board.button, &mut board.feed, &mut board.led).await;
+    recovery::factory_reset(&mut store, &mut board.button, &mut board.feed, &mut board.led).await;
     let begun = tasks::begin(&mut store, module, short_starts);
     let last_baud = recovery::fed(&mut board.feed, begun).await;
-    if was_reset {
-        module.was_reset();
-    }
     info!("boot {=u32}", module.identity().boot);
     let notices = Notices::new();
     let beside = join4(

@@ -42,20 +42,20 @@ pub async fn fed<T>(mut feed: impl FnMut(), work: impl Future<Output = T>) -> T 
     .await
 }
 
-/// Erases settings and background if the button is held from power-up; whether it was.
+/// Begins a factory reset if the button is held from power-up.
 ///
 /// # Cancellation
-/// As a loss of power.
+/// It may have begun.
 pub async fn factory_reset<F: NorFlash>(
     store: &mut FlashStore<F>,
     mut pressed: impl FnMut() -> bool,
     mut feed: impl FnMut(),
     mut light: impl FnMut(bool),
-) -> bool {
+) {
     let mut lit = false;
     loop {
         match Button::at(BoardClock.now_us(), pressed()) {
-            Button::LetGo => return false,
+            Button::LetGo => return,
             Button::Held => {
                 lit = !lit;
                 light(lit);
@@ -64,7 +64,9 @@ pub async fn factory_reset<F: NorFlash>(
             }
             Button::FactoryReset => {
                 warn!("button held: settings and background are erased");
-                return store::erase(store).await.is_ok();
+                // A store that does not take it takes no count of this start either, which is said.
+                let _ = store::begin_reset(store).await;
+                return;
             }
         }
     }
