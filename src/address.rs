@@ -7,12 +7,13 @@
 //! 52:54:00:12:34:01 ────hash────▶ 169.254.h.h            link-local address, while DHCP keeps trying
 //! ```
 //!
-//! A module that has fallen back to its link-local address goes on asking for a DHCP server with
-//! [`dhcp_question`], without giving its address up, until [`is_dhcp_answer`] says that one is there.
+//! A module that has fallen back to its link-local address goes on asking for a lease, without giving its address up,
+//! until [`dhcp`] says that a server gives one.
 //!
 //! Sources: RFC 3927 part 2.1 (link-local addresses; conflicts are not detected), IEEE 802c (the
-//! bit for locally administered addresses), RFC 2131 part 2 and RFC 2132 part 9.6 (DHCP messages).
+//! bit for locally administered addresses).
 
+pub mod dhcp;
 mod interface;
 
 use core::fmt::Write;
@@ -26,12 +27,6 @@ pub type Mac = [u8; 6];
 
 /// Bytes of a host name: `kehai-` and six hexadecimal digits.
 pub const HOST_NAME_LEN: usize = 12;
-
-/// Bytes of a question for a DHCP server: the least a BOOTP relay must pass on (RFC 1542 part 2.1).
-pub const DHCP_QUESTION_LEN: usize = 300;
-
-/// First of the four bytes that tell DHCP from plain BOOTP, after the 236 fixed ones.
-const MAGIC_COOKIE: [u8; 4] = [99, 130, 83, 99];
 
 /// FNV-1a over `bytes`, 64 bits: spreads serial numbers that differ in one digit.
 fn hash(bytes: &[u8]) -> u64 {
@@ -66,44 +61,6 @@ pub fn link_local(mac: Mac) -> [u8; 4] {
     [169, 254, high, low]
 }
 
-/// A DHCPDISCOVER that asks whether any server is there; to be sent from UDP port 68 to
-/// 255.255.255.255 port 67. The answer is asked for as a broadcast, so that it arrives whatever
-/// address the module has.
-#[must_use]
-pub fn dhcp_question(mac: Mac, transaction: u32) -> [u8; DHCP_QUESTION_LEN] {
-    const BOOT_REQUEST: u8 = 1;
-    const ETHERNET: u8 = 1;
-    const BROADCAST_FLAG: u8 = 0x80;
-    const MESSAGE_TYPE: [u8; 3] = [53, 1, 1];
-    const END: u8 = 255;
-    let fields: [(usize, &[u8]); 6] = [
-        (0, &[BOOT_REQUEST, ETHERNET, 6, 0]),
-        (4, &transaction.to_be_bytes()),
-        (10, &[BROADCAST_FLAG]),
-        (28, &mac),
-        (236, &MAGIC_COOKIE),
-        (240, &[MESSAGE_TYPE[0], MESSAGE_TYPE[1], MESSAGE_TYPE[2], END]),
-    ];
-    let mut message = [0; DHCP_QUESTION_LEN];
-    for (offset, bytes) in fields {
-        for (place, &byte) in message.iter_mut().skip(offset).zip(bytes) {
-            *place = byte;
-        }
-    }
-    message
-}
-
-/// Whether `datagram`, received on UDP port 68, answers [`dhcp_question`] with the same arguments.
-#[must_use]
-pub fn is_dhcp_answer(datagram: &[u8], mac: Mac, transaction: u32) -> bool {
-    const BOOT_REPLY: u8 = 2;
-    let at = |offset: usize, len: usize| datagram.get(offset..offset.saturating_add(len)).unwrap_or_default();
-    at(0, 1) == [BOOT_REPLY]
-        && at(4, 4) == transaction.to_be_bytes()
-        && at(28, 6) == mac
-        && at(236, 4) == MAGIC_COOKIE
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,24 +88,5 @@ mod tests {
         assert!(addresses.iter().all(|a| a[..2] == [169, 254] && (1..=254).contains(&a[2])));
         assert!(addresses.iter().collect::<HashSet<_>>().len() > 250);
         assert_eq!(link_local(MAC), link_local(MAC));
-    }
-
-    #[test]
-    fn the_question_is_a_discover_for_this_hardware_address() {
-        let question = dhcp_question(MAC, 0x0102_0304);
-        assert_eq!(question[..12], [1, 1, 6, 0, 1, 2, 3, 4, 0, 0, 0x80, 0]);
-        assert_eq!(question[28..34], MAC);
-        assert_eq!(question[236..244], [99, 130, 83, 99, 53, 1, 1, 255]);
-    }
-
-    #[test]
-    fn only_a_reply_to_the_own_question_counts_as_an_answer() {
-        let mut answer = dhcp_question(MAC, 7);
-        assert!(!is_dhcp_answer(&answer, MAC, 7), "a question is no answer");
-        answer[0] = 2;
-        assert!(is_dhcp_answer(&answer, MAC, 7));
-        assert!(!is_dhcp_answer(&answer, MAC, 8));
-        assert!(!is_dhcp_answer(&answer, [2; 6], 7));
-        assert!((0..240).all(|len| !is_dhcp_answer(&answer[..len], MAC, 7)));
     }
 }

@@ -1,22 +1,23 @@
 //! Keeps the module reachable: by DHCP, else at its link-local address while DHCP keeps trying.
 //!
 //! ```text
-//!          ┌───────── lease ──────────▶ leased ───── lost, or link down ─────┐
-//!  asking ─┤                              ▲                                  ▼
-//!          └─ nothing in 4 s ─▶ link-local ┴─ a server answers a question ◀─ asking
+//!          ┌───────── lease ──────────▶ leased ──── lost, or link down ────┐
+//!  asking ─┤                              ▲                                ▼
+//!          └─ nothing in 4 s ─▶ link-local ┴─ a server gives a lease ◀── asking
 //! ```
 //!
-//! embassy-net has either DHCP or an address, so the module at its link-local address looks for a
-//! server itself ([`kehai::address::dhcp_question`]) and hands over to embassy's DHCP once one has
-//! answered: it is without an address only during that exchange. A lease of an address that no
-//! interface can have counts as none.
+//! embassy-net has either DHCP or an address, so the module at its link-local address looks for a lease
+//! itself ([`kehai::address::dhcp`]) and hands over to embassy's DHCP once a server has given one: it is
+//! without an address only during that exchange. A lease of an address that no interface can have counts
+//! as none.
 
 use defmt::{info, warn};
 use embassy_futures::select::{Either, select};
 use embassy_net::udp::{PacketMetadata, UdpSocket};
 use embassy_net::{ConfigV4, DhcpConfig, Ipv4Address, Ipv4Cidr, Stack, StaticConfigV4};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
-use kehai::address::{self, DHCP_QUESTION_LEN, InterfaceAddress, Mac};
+use kehai::address::dhcp::{DHCP_MESSAGE_LEN, Heard, LeaseSearch};
+use kehai::address::{self, InterfaceAddress, Mac};
 use kehai::device::Addressing;
 
 /// A server on the same segment answers in milliseconds; three requests may be lost.
@@ -25,9 +26,9 @@ const PATIENCE: Duration = Duration::from_secs(4);
 const RETRY: core::time::Duration = core::time::Duration::from_secs(1);
 /// Between two questions for a server.
 const QUESTION_PERIOD: Duration = Duration::from_secs(5);
-/// With an unusable lease the module is at its link-local address for so long before it asks again: hosts have
-/// time to find it there.
-const UNUSABLE_LEASE: Duration = Duration::from_secs(60);
+/// Where a lease was given and embassy's DHCP then got none, the module is at its link-local address for so long before
+/// it asks again: hosts have time to find it there.
+const BROKEN_PROMISE: Duration = Duration::from_secs(60);
 const DHCP_CLIENT: u16 = 68;
 const DHCP_SERVER: u16 = 67;
 /// Most that a server may send to a client that has not asked for more (RFC 2131 part 2).
@@ -69,10 +70,12 @@ pub async fn keep_address(stack: Stack<'static>, mac: Mac, addressing: Addressin
         log_address(stack);
         core::future::pending::<()>().await;
     }
+    let mut is_promised = false;
     loop {
         stack.wait_link_up().await;
         let leased = with_timeout(PATIENCE, stack.wait_config_up()).await.is_ok();
         if leased && is_usable(stack) {
+            is_promised = false;
             log_address(stack);
             stack.wait_config_down().await;
             info!("address lost");
@@ -81,9 +84,12 @@ pub async fn keep_address(stack: Stack<'static>, mac: Mac, addressing: Addressin
             log_address(stack);
             if leased {
                 warn!("the server leased an address that no interface can have");
-                Timer::after(UNUSABLE_LEASE).await;
             }
-            wait_for_server(stack, mac).await;
+            if is_promised {
+                Timer::after(BROKEN_PROMISE).await;
+            }
+            wait_for_lease(stack, mac).await;
+            is_promised = true;
             stack.set_config_v4(ConfigV4::Dhcp(dhcp_config(mac)));
         }
     }
@@ -102,28 +108,29 @@ fn log_address(stack: Stack<'static>) {
     }
 }
 
-/// Returns once a DHCP server has answered a question.
-async fn wait_for_server(stack: Stack<'static>, mac: Mac) {
+/// Returns once a DHCP server has given a lease.
+async fn wait_for_lease(stack: Stack<'static>, mac: Mac) {
     let (mut receive_metadata, mut transmit_metadata) =
         ([PacketMetadata::EMPTY; 1], [PacketMetadata::EMPTY; 1]);
-    let (mut received, mut to_send) = ([0; ANSWER_LEN], [0; DHCP_QUESTION_LEN]);
+    let (mut received, mut to_send) = ([0; ANSWER_LEN], [0; DHCP_MESSAGE_LEN]);
     let mut socket =
         UdpSocket::new(stack, &mut receive_metadata, &mut received, &mut transmit_metadata, &mut to_send);
     if socket.bind(DHCP_CLIENT).is_err() {
         return;
     }
-    let transaction = Instant::now().as_ticks() as u32;
-    let question = address::dhcp_question(mac, transaction);
+    let mut search = LeaseSearch::new(mac, Instant::now().as_ticks() as u32);
     let mut answer = [0; ANSWER_LEN];
     loop {
-        let _ = socket.send_to(&question, (Ipv4Address::BROADCAST, DHCP_SERVER)).await;
-        let next_question = Instant::now() + QUESTION_PERIOD;
+        let _ = socket.send_to(&search.message(), (Ipv4Address::BROADCAST, DHCP_SERVER)).await;
+        let next_message = Instant::now() + QUESTION_PERIOD;
         while let Either::First(received) =
-            select(socket.recv_from(&mut answer), Timer::at(next_question)).await
+            select(socket.recv_from(&mut answer), Timer::at(next_message)).await
         {
             let Ok((len, _)) = received else { continue };
-            if address::is_dhcp_answer(answer.get(..len).unwrap_or_default(), mac, transaction) {
-                return;
+            match search.hear(answer.get(..len).unwrap_or_default()) {
+                Heard::Nothing => {}
+                Heard::Offer => break,
+                Heard::Lease => return,
             }
         }
     }
