@@ -21,13 +21,15 @@ struct Described {
 pub(super) struct Setup {
     number: u16,
     described: Option<Described>,
+    /// Time between two scans on the line as it is now, µs. It is no part of the setup: reports mean the same on a faster line.
+    interval_us: Option<u64>,
     /// The last known serial number: sensors do not always report it.
     serial: Text<16>,
 }
 
 impl Setup {
     pub(super) const fn new() -> Self {
-        Self { number: 0, described: None, serial: Text::EMPTY }
+        Self { number: 0, described: None, interval_us: None, serial: Text::EMPTY }
     }
 
     /// 0 until there is a sensor.
@@ -46,6 +48,7 @@ impl Setup {
 
     /// Steps the number if anything has changed; true then.
     pub(super) fn changed(&mut self, session: &Session, geometry: &Geometry, skip: u8) -> bool {
+        self.interval_us = session.interval_us();
         let version = session.version();
         if let Some(version) = version.filter(|version| !version.serial.as_str().is_empty()) {
             self.serial = version.serial;
@@ -78,10 +81,9 @@ impl Setup {
         self.described.as_ref().map_or("", |described| described.model.as_str())
     }
 
-    /// Time between two scans, µs.
-    pub(super) fn interval_us(&self) -> Option<u64> {
-        let described = self.described.as_ref()?;
-        Some(u64::from(described.geometry.period_us()) * (u64::from(described.skip) + 1))
+    /// Time between two scans, µs; none until there is a sensor.
+    pub(super) const fn interval_us(&self) -> Option<u64> {
+        self.interval_us
     }
 
     pub(super) fn fingerprint(&self) -> Fingerprint {

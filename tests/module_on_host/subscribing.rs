@@ -1,8 +1,9 @@
 //! How hosts get a module's reports, and keep them.
 
 use crate::on_host::{MODULE, SECOND_US, World};
+use kehai::sensor::LineSettings;
 use kehai::wire::{Alarms, Cookie, Counter, Message, Refusal, Request, SensorCode};
-use kehai_emulator::urg::model::{URG_04LX, UST_10LX, UTM_30LX};
+use kehai_emulator::urg::model::{Interface, Model, URG_04LX, UST_10LX, UTM_30LX};
 use kehai_emulator::urg::{Config, Start};
 
 #[test]
@@ -60,6 +61,35 @@ fn the_time_of_a_fast_sensor_is_as_good_after_its_background_was_stored_as_befor
             assert!(uncertainty_us.len() > 70 && worst_us < 2_500);
         });
     }
+}
+
+// A scan of 3372 bytes takes 1.756 s at 19 200 baud, so one of 71 turns of 25 ms is sent.
+#[test]
+fn scans_that_come_slowly_are_no_alarm_until_ten_intervals_pass_without() {
+    const INTERVAL_US: u64 = 71 * 25_000;
+    let slowest = Model { interface: Interface::Rs232, ..UTM_30LX };
+    let line = LineSettings::Serial { last_baud: None, wanted_baud: None, fastest_baud: 19_200 };
+    let world = World { line, ..World::new(Config::new(slowest)) };
+    world.run(async || {
+        let host = world.host(1);
+        host.subscribe().await.unwrap();
+        let is_report = |message: &Message<'_>| matches!(message, Message::Report(_));
+        host.expect(host.mark(), "report", |_, message| is_report(message).then_some(())).await;
+        let begin = host.mark();
+        host.stay(60.0).await;
+        world.link.unplug();
+        host.stay(30.0).await;
+        let scans_us = host.all(begin, |at_us, message| is_report(message).then_some(at_us));
+        let gaps_us: Vec<u64> = scans_us.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let is_slow = |gap_us: &u64| gap_us.abs_diff(INTERVAL_US) < 100_000;
+        assert!(gaps_us.len() > 20 && gaps_us.iter().all(is_slow), "{gaps_us:?}");
+        let alarms_us = host.all(begin, |at_us, message| match message {
+            Message::Health(health) => health.head.alarms.has(Alarms::NO_SCANS).then_some(at_us),
+            _ => None,
+        });
+        let silent_us = alarms_us.first().unwrap() - scans_us.last().unwrap();
+        assert!(silent_us.abs_diff(10 * INTERVAL_US) < 100_000, "alarm {silent_us} µs after the last scan");
+    });
 }
 
 #[test]

@@ -247,6 +247,13 @@ impl Session {
         self.sensor.plan.as_ref().map(|plan| &plan.geometry)
     }
 
+    /// Time between two scans, µs, once the sensor is known: that of the turns left out, or longer on a line that is too
+    /// slow for it.
+    #[must_use]
+    pub fn interval_us(&self) -> Option<u64> {
+        self.sensor.plan.as_ref().map(|plan| plan.interval_us)
+    }
+
     /// The mapping between the sensor's clock and the module's.
     #[must_use]
     pub const fn clock(&self) -> &SensorClock {
