@@ -108,6 +108,42 @@ fn what_buffers_held_at_another_rate_is_not_taken_for_garbage_at_this_one() {
     }
 }
 
+/// Seconds from a scan until it is no longer taken for streaming, and until it is asked to go on, of a sensor that says
+/// only this from then on, ten times a second.
+fn patience_s(status: &str) -> (f64, f64) {
+    let mut talk = Talk::new();
+    talk.streaming().hears(&scan(1000));
+    let scan_us = talk.now_us;
+    let since_s = |now_us: u64| (now_us - scan_us) as f64 / 1e6;
+    let sum = char::from(checksum::of(status.as_bytes()));
+    let mut stalled_s = None;
+    for _ in 0..1000 {
+        talk.now_us += 99_000;
+        talk.hears(&format!("MD0000001501000\n{status}{sum}\n\n"));
+        let action = talk.session.poll(talk.now_us);
+        if talk.session.state() == SensorState::Stalled {
+            stalled_s = stalled_s.or(Some(since_s(talk.now_us)));
+        }
+        if let Action::Send(message) = action {
+            assert_eq!(message.parts().concat(), b"\nQT\n");
+            return (stalled_s.expect("stalled before it is asked"), since_s(talk.now_us));
+        }
+    }
+    panic!("{status} is waited for for ever");
+}
+
+#[test]
+fn a_sensor_that_talks_and_sends_no_scans_is_asked_to_go_on() {
+    for verifying in ["21", "49"] {
+        let (stalled_s, asked_s) = patience_s(verifying);
+        assert!(stalled_s <= 10.1 && (10.0..10.2).contains(&asked_s), "{stalled_s} s, {asked_s} s");
+    }
+    for going_on in ["00", "98"] {
+        let (stalled_s, asked_s) = patience_s(going_on);
+        assert!(stalled_s < 1.0 && (30.0..30.2).contains(&asked_s), "{stalled_s} s, {asked_s} s");
+    }
+}
+
 // Row 29: a late reply to QT is not taken for the answer to what is asked now.
 #[test]
 fn stale_replies_are_no_answers() {

@@ -5,7 +5,7 @@
 //!                                                                  └─▶ nothing ─▶ full start
 //!   damaged scans only: waited for, 30 s at most: asking anew would not mend the line
 //!   0M            this scan has no data: goes on
-//!   21 … 49       the sensor verifies an error: waited for
+//!   21 … 49       the sensor verifies an error: waited for, 10 s at most
 //!   50 … 97, 0L   a fault: rebooted
 //!   same stamp    three times: stuck, QT, MD
 //!   answers, but no scan: 40 s ─▶ RS, 20 s ─▶ RB, then RB every 120 s
@@ -146,7 +146,7 @@ impl Session {
         self.stream.push_damaged();
     }
 
-    /// A scan began and came damaged, or without data: the sensor is alive.
+    /// A scan began and came damaged, or without data, or none was in a reply: the sensor is alive.
     pub(in crate::sensor) fn extend_wait_for_scan(&mut self, now_us: u64) {
         if now_us >= self.stream.alive_us.saturating_add(self.stall_us())
             && self.state() == SensorState::Streaming
@@ -174,7 +174,7 @@ impl Session {
                 if asked {
                     self.begin_stream(now_us);
                 } else {
-                    self.request.deadline_us = now_us.saturating_add(self.stall_us());
+                    self.extend_wait_for_scan(now_us);
                 }
             }
             MeasurementStatus::Unstable => {
@@ -184,7 +184,7 @@ impl Session {
             }
             MeasurementStatus::Verifying => {
                 let patience_us = self.stream.alive_us.saturating_add(VERIFY_US);
-                self.request.deadline_us = now_us.saturating_add(self.stall_us()).max(patience_us);
+                self.request.deadline_us = self.request.deadline_us.max(patience_us);
             }
             MeasurementStatus::Abnormal | MeasurementStatus::Hardware => self.reboot_faulty(now_us),
             MeasurementStatus::Refused if !asked => {}
