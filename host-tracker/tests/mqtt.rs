@@ -128,6 +128,39 @@ fn a_door_is_told_and_tells_and_an_old_order_is_not_kept() {
 }
 
 #[test]
+fn a_way_out_that_the_broker_keeps_opens_no_door() {
+    let Some(program) = mosquitto() else { return };
+    let broker = Broker::start(&program);
+    let mut listener = Listener::new(broker.port);
+    const DOOR: &str = "kehai/door/door/front";
+    let (exit, lock) = (format!("{DOOR}/exit"), format!("{DOOR}/lock"));
+    let button = listener.client.clone();
+    let press = |retain: bool| button.publish(&*exit, QoS::AtLeastOnce, retain, OLD).unwrap();
+    press(true);
+    listener.hears(&exit, |payload| payload == OLD);
+
+    let server = door_fixture::DoorServer::new();
+    let doors = &server.doors;
+    let (tell, said) = mpsc::channel();
+    let say = move |level: Level, text: &str| drop(tell.send((level, text.to_owned())));
+    let settings = Settings { doors: Some(doors.clone()), ..settings(broker.port) };
+    let publisher = Publisher::start(settings, server.frames(), Some(doors.listen()), say).unwrap();
+    let kept = said.iter().find(|(level, _)| *level == Level::WARN).unwrap().1;
+    assert!(kept.contains(&exit) && kept.contains("retain"), "{kept}");
+    // What it would have published to the topic has come back by the time a later message is answered.
+    listener.hears(STATUS, |payload| payload == "online");
+    listener.client.publish(format!("{DOOR}/card"), QoS::AtLeastOnce, false, "wrong").unwrap();
+    listener.hears(&format!("{DOOR}/refused"), |payload| payload.contains("malformed: "));
+    (0..2).for_each(|_| drop(listener.next(&lock)));
+    let is_locked = |payload: &str| payload.contains("\"lock\":\"locked\"");
+    assert!(listener.all.iter().all(|(topic, payload)| *topic != lock || is_locked(payload)));
+    assert_eq!(listener.known[&exit], OLD, "it is left to its sender");
+    press(false);
+    listener.hears(&lock, |payload| payload.contains("\"lock\":\"exit\""));
+    drop(publisher);
+}
+
+#[test]
 fn nothing_wrong_that_is_published_is_taken() {
     let Some(program) = mosquitto() else { return };
     let broker = Broker::start(&program);
@@ -199,9 +232,13 @@ fn a_sign_names_its_track_and_what_is_wrong_is_answered() {
     drop(publisher);
     listener.hears(STATUS, |payload| payload == "offline");
     publish(true, "{\"id\":\"old\",\"x\":0.1,\"y\":0.4}");
+    listener.hears(SIGN, |payload| payload.contains("old"));
     let publisher = Publisher::start(settings_of(&server), server.frames(), None, |_, _| {}).unwrap();
-    listener.hears(SIGN, str::is_empty);
+    listener.hears(STATUS, |payload| payload == "online");
+    publish(false, "wrong");
+    assert!(listener.next(&format!("{SIGN}/refused")).contains("malformed: "));
     assert_eq!(server.signs.where_is("old").unwrap(), None);
+    assert!(listener.all.iter().all(|(topic, payload)| topic != SIGN || !payload.is_empty()));
     drop(publisher);
 }
 

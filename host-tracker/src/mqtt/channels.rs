@@ -130,6 +130,7 @@ fn is_of(topic: &str, address: &str) -> bool {
 mod tests {
     use super::super::holds::Holds;
     use super::super::home_assistant::{About, discovery};
+    use super::super::inputs::is_input;
     use super::super::messages::tests::{frame, topics};
     use super::super::{alarms, messages, presses};
     use super::*;
@@ -213,6 +214,8 @@ mod tests {
             let topic = topic.replace("{module}", "left");
             let button = presses::button(&frame, &topics, &topic).is_some();
             assert_eq!(button, matches!(channel.payload, Payload::TakenWord(_)), "{topic}");
+            let is_taken = !matches!(channel.payload, Payload::Json(_) | Payload::Word(_));
+            assert_eq!(is_input(&topics, &topic), is_taken, "{topic}");
             let input = messages::door_input(&frame, &topics, &topic).map(|(_, input)| input);
             match channel.payload {
                 Payload::Input(wanted) => assert_eq!(input, Some(wanted), "{topic}"),

@@ -30,7 +30,7 @@
 //! ```
 //!
 //! Everything but a door's orders, inputs and signs is retained: an old "unlocked" must never reach a lock that comes back.
-//! A retained input is not taken. *Unknown* is never *empty*: a zone that no module sees has neither count nor
+//! A retained input is not taken, and is left to its sender: what clears it would be a new input. *Unknown* is never *empty*: a zone that no module sees has neither count nor
 //! occupancy, and is not available.
 //!
 //! Sources: MQTT 3.1.1; Home Assistant's MQTT discovery, *device discovery payload*.
@@ -41,6 +41,7 @@ pub(crate) mod channels;
 mod entities;
 mod holds;
 mod home_assistant;
+mod inputs;
 mod link;
 mod messages;
 mod outage;

@@ -4,6 +4,7 @@
 //!   connected ─▶ nothing has been told      ╮
 //!   frame ─────▶ states, discovery          ├─▶ what differs from what was told ─▶ publications
 //!   retained ──▶ a topic of an earlier time ╯
+//!                └ an input: left as it is
 //! ```
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::alarms;
 use super::holds::Holds;
 use super::home_assistant::{About, discovery};
+use super::inputs::is_input;
 use super::messages::states;
 use super::topics::{State, Topics};
 use kehai_tracking::snapshot::{STALE_MS, Snapshot};
@@ -73,9 +75,10 @@ impl Outbox {
         self.online = None;
     }
 
-    /// The broker holds this topic from an earlier time.
+    /// The broker holds this topic from an earlier time. One that is an input is never published on: what makes the broker forget
+    /// it comes back as a new message, and a door that is told `exit` opens.
     pub fn retained(&mut self, topic: &str) {
-        if self.topics.owns(topic) {
+        if self.topics.owns(topic) && !is_input(&self.topics, topic) {
             self.earlier.insert(topic.to_owned());
         }
     }
@@ -199,6 +202,18 @@ mod tests {
         let forgotten: Vec<&str> = empty.iter().map(|told| told.topic.as_str()).collect();
         assert_eq!(forgotten, ["kehai/front-door/zone/hall", "kehai/front-door/zone/hall/availability"]);
         assert!(told.iter().any(|told| told.topic.ends_with("kehai_front-door/config") && !told.payload.contains("hall")));
+    }
+
+    #[test]
+    fn an_input_that_the_broker_keeps_is_never_published_on() {
+        let mut outbox = Outbox::new(topics());
+        let inputs = ["door/front/exit", "door/gone/lock/ready", "module/left/restart", "sign"];
+        let inputs = inputs.map(|input| format!("kehai/front-door/{input}"));
+        inputs.iter().for_each(|input| outbox.retained(input));
+        outbox.retained("kehai/front-door/zone/cellar");
+        let published = outbox.due(Some(&frame()), 0);
+        assert!(topics_of(&published).contains(&"kehai/front-door/zone/cellar"));
+        assert!(published.iter().all(|publication| !inputs.contains(&publication.topic)), "{published:?}");
     }
 
     #[test]

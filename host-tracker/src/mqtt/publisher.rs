@@ -23,6 +23,7 @@ use tokio::sync::watch;
 use tracing::Level;
 
 use super::Broker;
+use super::inputs::KeptInputs;
 use super::link;
 use super::outage::Outage;
 use super::outbox::Outbox;
@@ -124,6 +125,7 @@ fn run(
     let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
     let mut outage = Outage::default();
     let (dropped, mut drop_log) = (Arc::default(), CountLog::default());
+    let mut kept_inputs = KeptInputs::default();
     let of_broker =
         |level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker));
     while !stop.load(Ordering::Relaxed) {
@@ -150,6 +152,7 @@ fn run(
             outage: &mut outage,
             dropped: &dropped,
             drop_log: &mut drop_log,
+            kept_inputs: &mut kept_inputs,
             say: &of_broker,
         };
         let end = session.run(frames, told, &news, stop, begun);

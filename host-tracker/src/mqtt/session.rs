@@ -17,6 +17,7 @@ use tokio::sync::watch;
 use tracing::Level;
 
 use super::home_assistant::About;
+use super::inputs::{KeptInputs, is_input};
 use super::link::News;
 use super::messages::{door_input, door_topics};
 use super::outage::Outage;
@@ -61,6 +62,7 @@ pub(super) struct Session<'a> {
     /// Messages that found no room on their way here, over all connections, and what the log has said of them.
     pub dropped: &'a AtomicU64,
     pub drop_log: &'a mut CountLog<1>,
+    pub kept_inputs: &'a mut KeptInputs,
     /// Says something of this broker.
     pub say: &'a dyn Fn(Level, &str),
 }
@@ -132,7 +134,7 @@ impl Session<'_> {
         for _ in 0..ROUND {
             match news.try_recv() {
                 Ok(News::Connected) => self.begin()?,
-                Ok(News::Retained(topic)) => self.outbox.retained(&topic),
+                Ok(News::Retained(topic)) => self.note_retained(&topic),
                 Ok(News::Message(topic, payload)) => self.receive(&topic, &payload),
                 Ok(News::Ended(reason)) => return Err(reason),
                 Err(TryRecvError::Empty) => return Ok(Left::Nothing),
@@ -140,6 +142,15 @@ impl Session<'_> {
             }
         }
         Ok(Left::Perhaps)
+    }
+
+    /// The broker keeps a message under this topic.
+    fn note_retained(&mut self, topic: &str) {
+        self.outbox.retained(topic);
+        let is_input = is_input(self.outbox.topics(), topic);
+        if let Some(text) = is_input.then(|| self.kept_inputs.note(topic)).flatten() {
+            (self.say)(Level::WARN, &text);
+        }
     }
 
     fn say_dropped(&mut self) {
@@ -272,6 +283,7 @@ mod tests {
             outage: &mut Outage::default(),
             dropped: &dropped,
             drop_log: &mut CountLog::default(),
+            kept_inputs: &mut KeptInputs::default(),
             say: &|_, text| said.borrow_mut().push(text.to_owned()),
         };
         let (tell, news) = std::sync::mpsc::channel();
