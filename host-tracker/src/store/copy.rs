@@ -4,8 +4,12 @@
 //!   FILE ─ VACUUM INTO, one read transaction ─▶ TO ─ raw scans deleted, overwritten ─▶ as it was at that time
 //! ```
 //!
-//! Source: sqlite.org, *VACUUM*, "VACUUM with an INTO clause"; its writer is never held up, as the file has a write-ahead log.
+//! TO is for its owner alone from its first byte on, and so are SQLite's files beside it, which take over its mode.
+//!
+//! Source: sqlite.org, *VACUUM*, "VACUUM with an INTO clause": the file may be there if it is empty; its writer is never held up, as
+//! the file has a write-ahead log.
 
+use std::fs::OpenOptions;
 use std::path::Path as File;
 
 use rusqlite::{Connection, OpenFlags};
@@ -25,6 +29,7 @@ pub fn copy(file: &File, to: &File) -> Result<i64, StoreError> {
     let layout = schema::layout(&database)
         .map_err(failed)?
         .map_err(|error| StoreError::Unfit { file: file.to_path_buf(), error })?;
+    create(to)?;
     database.execute("VACUUM INTO ?1", [to.to_string_lossy()]).map_err(failed)?;
     drop(database);
     let written = |error| StoreError::Sqlite { file: to.to_path_buf(), error };
@@ -35,6 +40,15 @@ pub fn copy(file: &File, to: &File) -> Result<i64, StoreError> {
             .map_err(written)?;
     }
     Ok(layout)
+}
+
+/// Makes an empty file that its owner alone may read.
+fn create(file: &File) -> Result<(), StoreError> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(file).map(drop).map_err(|error| StoreError::File { file: file.to_path_buf(), error })
 }
 
 /// Whether this version can read a database of a layout.
@@ -63,6 +77,11 @@ mod tests {
         // A transaction that is under way is not in it, and does not hold it up.
         writer.execute_batch("BEGIN IMMEDIATE; INSERT INTO run (begun_ms) VALUES (8);").unwrap();
         let layout = copy(&file, &to).unwrap();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            assert_eq!(std::fs::metadata(&to).unwrap().permissions().mode() & 0o777, 0o600);
+        }
         assert!(is_known(layout) && !is_known(layout + 1));
         let opened = Connection::open(&to).unwrap();
         let count = |table: &str| -> i64 {
@@ -71,6 +90,8 @@ mod tests {
         assert_eq!(["run", "raw", "raw_request"].map(count), [1, 0, 0]);
         let bytes = std::fs::read(&to).unwrap();
         assert!(!bytes.windows(12).any(|part| part == b"shows a pers"), "deleted and overwritten");
+        assert!(copy(&file, &to).is_err(), "a file that is there is left as it is");
+        assert_eq!(std::fs::read(&to).unwrap(), bytes);
     }
 
     #[test]
