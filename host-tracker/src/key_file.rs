@@ -145,7 +145,7 @@ fn locked_folder(file: &Path) -> Result<File, KeyFileError> {
 }
 
 /// Writes the keys, for their owner alone. The file is the old or the new one.
-fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
+pub(crate) fn save(file: &Path, keys: &Keys) -> Result<(), KeyFileError> {
     let failed = |error| KeyFileError::File { file: file.to_path_buf(), error };
     let module = |(id, claimed): (ModuleId, &Claimed)| WrittenModule {
         id: id.to_string(),

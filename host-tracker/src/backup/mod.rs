@@ -13,6 +13,7 @@
 
 mod archive;
 mod error;
+mod keys;
 mod make;
 mod manifest;
 mod part;

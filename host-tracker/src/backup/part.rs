@@ -78,9 +78,12 @@ impl Part {
     }
 
     /// Whether one that is there goes when an archive has none. What is a machine's own stays: its certificate, the key of its
-    /// cards, and what it has kept.
+    /// cards, and what it has kept; and the keys of modules that were claimed after the backup.
     pub(super) const fn goes(self) -> bool {
-        !matches!(self, Self::CardKey | Self::Certificate | Self::CertificateKey | Self::Database)
+        !matches!(
+            self,
+            Self::Keys | Self::CardKey | Self::Certificate | Self::CertificateKey | Self::Database
+        )
     }
 }
 

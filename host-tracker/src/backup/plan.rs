@@ -3,6 +3,7 @@
 //! ```text
 //!   .site.toml.restore, .site.db.restore, …   all on disk
 //!   .site.toml.restore-plan                   written: from here on it is done, whatever happens
+//!   site.keys.before-restore                  the keys of another site that were there, renamed
 //!   site.toml, site.db, …                     renamed, one after the other; the log of the old database removed before
 //!   .site.toml.restore-plan                   removed
 //! ```
@@ -37,6 +38,9 @@ pub(super) struct Plan {
     pub put: Vec<PathBuf>,
     /// The database, if it is one of them.
     pub database: Option<PathBuf>,
+    /// Files in the places of some of them that are kept, and under which names.
+    #[serde(default)]
+    pub aside: Vec<(PathBuf, PathBuf)>,
     /// Files that go.
     pub removed: Vec<PathBuf>,
 }
@@ -46,6 +50,8 @@ pub(super) struct Plan {
 pub(super) enum Step {
     /// The database's log and index go, while the new one still waits.
     ClearLog(PathBuf),
+    /// A file is kept under another name, while the one for its place still waits.
+    SetAside(PathBuf, PathBuf),
     /// A file comes into its place, if it still waits.
     Put(PathBuf),
     /// A file goes.
@@ -56,8 +62,9 @@ impl Plan {
     /// Its steps, in their order.
     pub(super) fn steps(&self) -> Vec<Step> {
         let log = self.database.iter().cloned().map(Step::ClearLog);
+        let aside = self.aside.iter().cloned().map(|(file, name)| Step::SetAside(file, name));
         let put = self.put.iter().cloned().map(Step::Put);
-        log.chain(put).chain(self.removed.iter().cloned().map(Step::Remove)).collect()
+        log.chain(aside).chain(put).chain(self.removed.iter().cloned().map(Step::Remove)).collect()
     }
 
     /// Writes it: from then on it will be done.
@@ -93,12 +100,20 @@ impl Step {
             }
             // The new database has a log of its own by now.
             Self::ClearLog(_) => Ok(()),
-            Self::Put(file) => match fs::rename(waiting(file), file) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(of(file)(error)),
-                Ok(()) | Err(_) => Ok(()),
-            },
+            Self::SetAside(file, name) if waiting(file).exists() => renamed(file, name),
+            // What is there now is the new one.
+            Self::SetAside(..) => Ok(()),
+            Self::Put(file) => renamed(&waiting(file), file),
             Self::Remove(file) => removed(file),
         }
+    }
+}
+
+/// Renames a file that may have been renamed already.
+fn renamed(from: &Path, to: &Path) -> Result<(), BackupError> {
+    match fs::rename(from, to) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(of(to)(error)),
+        Ok(()) | Err(_) => Ok(()),
     }
 }
 

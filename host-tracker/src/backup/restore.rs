@@ -17,6 +17,7 @@ use tar::{Archive, Entries};
 
 use super::archive::Summed;
 use super::error::{BackupError, of};
+use super::keys;
 use super::manifest::{FORMAT, Known, LAYOUT, LONGEST, Manifest, NAME, Packed};
 use super::part::{Part, Places};
 use super::plan::{Plan, finish, hold, removed, waiting};
@@ -37,6 +38,8 @@ pub struct Restored {
     pub made_ms: u64,
     /// The version that made it.
     pub program: String,
+    /// Where the keys are that were there, if those of the archive are of another secret.
+    pub keys_before: Option<PathBuf>,
 }
 
 /// Files that wait beside their places, and go if nothing comes of it.
@@ -88,6 +91,7 @@ pub(super) fn stage(archive: &Path, places: &Places, force: bool) -> Result<(Pla
         plan.put.push(place);
     }
     let mut staged = Waiting::default();
+    let mut keys_before = None;
     for ((part, place), packed) in parts.iter().zip(&plan.put).zip(&manifest.parts) {
         let entry = next(&mut entries)
             .map_err(damaged)?
@@ -100,6 +104,10 @@ pub(super) fn stage(archive: &Path, places: &Places, force: bool) -> Result<(Pla
         })?;
         if sha256 != packed.sha256 {
             return Err(damaged(format!("{} is not what was packed", packed.name)));
+        }
+        if *part == Part::Keys {
+            keys_before = keys::join(place)?;
+            plan.aside.extend(keys_before.iter().map(|name| (place.clone(), name.clone())));
         }
     }
     if next(&mut entries).map_err(damaged)?.is_some() {
@@ -118,7 +126,7 @@ pub(super) fn stage(archive: &Path, places: &Places, force: bool) -> Result<(Pla
     }
     staged.is_wanted = true;
     let Manifest { made_ms, program, .. } = manifest;
-    Ok((plan, Restored { parts, made_ms, program: printable(&program) }))
+    Ok((plan, Restored { parts, made_ms, program: printable(&program), keys_before }))
 }
 
 type Entry<'a> = tar::Entry<'a, GzDecoder<File>>;

@@ -8,18 +8,21 @@ use std::path::{Path, PathBuf};
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
+use kehai::seal::Key;
+use kehai_tracking::keys::Keys;
 use tar::{Builder, EntryType, Header};
 
 use super::plan::{Plan, Step, hold};
 use super::restore::stage;
 use super::*;
+use crate::key_file;
 
 const SITE: &str = "# home\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
 
 /// A folder with everything of a site.
-struct Home {
+pub(super) struct Home {
     folder: tempfile::TempDir,
-    places: Places,
+    pub(super) places: Places,
 }
 
 impl Home {
@@ -31,13 +34,14 @@ impl Home {
     }
 
     /// With every part, each of this mark.
-    fn full(mark: &str) -> Self {
+    pub(super) fn full(mark: &str) -> Self {
         let home = Self::empty();
         for part in Part::all() {
             let file = home.places.of(part).unwrap();
             match part {
                 Part::Site => fs::write(file, format!("{SITE}# {mark}\n")).unwrap(),
                 Part::Database => database(&file, mark),
+                Part::Keys => keys(&file, mark),
                 part => fs::write(file, format!("{} of {mark}", part.name())).unwrap(),
             }
         }
@@ -52,7 +56,7 @@ impl Home {
         all.map(|file| (name(&file), fs::read(&file).unwrap())).collect()
     }
 
-    fn backup(&self) -> PathBuf {
+    pub(super) fn backup(&self) -> PathBuf {
         let archive = self.folder.path().with_extension("tar.gz");
         make(&self.places, true, &archive, true).unwrap();
         archive
@@ -68,6 +72,13 @@ fn database(file: &Path, mark: &str) {
              CREATE TABLE mark (mark TEXT); INSERT INTO mark VALUES ('{mark}');"
         ))
         .unwrap();
+}
+
+/// A file of keys whose secret is this mark.
+fn keys(file: &Path, mark: &str) {
+    let mut secret = [0; 32];
+    secret.iter_mut().zip(mark.bytes()).for_each(|(slot, byte)| *slot = byte);
+    key_file::save(file, &Keys::new(Key(secret))).unwrap();
 }
 
 /// A hostile archive of these files: name, kind, content.
@@ -121,7 +132,9 @@ fn what_was_kept_is_there_again_and_what_was_not_is_gone() {
     fs::write(old.folder.path().join("home.db-wal"), "a log of the old database").unwrap();
     let restored = restore(&archive, &old.places, true).unwrap();
     assert_eq!(restored.parts.len(), Part::all().count() - 1);
-    let files = old.files();
+    let mut files = old.files();
+    let keys_before = files.remove("home.keys.before-restore");
+    assert_eq!(keys_before.as_ref(), before.get("home.keys"), "those of another secret");
     assert_eq!(files.keys().collect::<Vec<_>>(), new.files().keys().collect::<Vec<_>>());
     for (name, content) in new.files() {
         assert!(name == "home.db" || files[&name] == content, "{name}");

@@ -26,7 +26,7 @@ pub struct Arguments {
     #[command(flatten)]
     place: Place,
 
-    /// Replace what is there: site, users, keys, database
+    /// Replace what is there: site, users, database. Keys of modules that were claimed or rotated since stay
     #[arg(long)]
     force: bool,
 }
@@ -43,5 +43,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (made, program) = (made.unwrap_or_default(), restored.program);
     let names: Vec<String> = restored.parts.iter().map(|part| part.name()).collect();
     let site = places.site.display();
-    print(format_args!("{site}: as kehai-tracker {program} kept it at {made}: {}", names.join(", ")))
+    print(format_args!("{site}: as kehai-tracker {program} kept it at {made}: {}", names.join(", ")))?;
+    if let Some(kept) = restored.keys_before {
+        print(format_args!(
+            "the keys that were there have another secret: modules that were claimed with them need {}",
+            kept.display()
+        ))?;
+    }
+    Ok(())
 }
