@@ -396,3 +396,36 @@ fn a_module_is_claimed_by_its_label_and_then_believed_and_ruled_by_its_key_alone
     let key = done(&["module", "key", &bench.name, "--role", "read", "--keys", &keys]);
     assert_eq!(key.trim().len(), "7:".len() + 64, "{key}");
 }
+
+/// Claims the module of a bench, as often as it is asked to.
+fn claim(bench: &Bench, keys: &str) -> String {
+    let (address, code) = (bench.address.to_string(), kehai_tracking::keys::Label(LABEL).text());
+    done(&["module", "claim", &address, "--keys", keys, "--code", &code])
+}
+
+#[test]
+fn keys_that_were_rotated_out_do_not_come_back_when_a_module_is_claimed_again() {
+    let bench = Bench::start("again");
+    let (folder, _, keys) = site_of(&bench);
+    let (address, keys) = (bench.address.to_string(), keys.as_str());
+    let get = ["module", "get", address.as_str(), "--keys"];
+    claim(&bench, keys);
+    let first = folder.path().join("first.keys");
+    std::fs::copy(keys, &first).unwrap();
+    let first = first.to_str().unwrap();
+    done(&["module", "rotate", &address, "--keys", keys]);
+    let before = std::fs::read(keys).unwrap();
+    assert!(claim(&bench, keys).contains("has its keys"), "it has those of the file");
+    assert_eq!(std::fs::read(keys).unwrap(), before);
+
+    bench.button.store(true, std::sync::atomic::Ordering::Relaxed);
+    done(&["module", "restart", &address, "--keys", keys]);
+    let begin = Instant::now();
+    while !kehai_tracker(&["module", "get", &address]).status.success() {
+        assert!(begin.elapsed() < PATIENCE, "it has keys still");
+    }
+    claim(&bench, keys);
+    assert!(done(&[&get[..], &[keys]].concat()).contains("name"));
+    let (_, line) = refused(&[&get[..], &[first]].concat());
+    assert!(line.contains("no such key"), "{line}");
+}

@@ -58,6 +58,8 @@ pub const LABEL: [u8; 16] = [0x5a; 16];
 pub struct Bench {
     /// Whether there is a chair in the room.
     pub chair: Arc<Mutex<bool>>,
+    /// The button is held while the module starts the next time: all that it has stored is erased but its label.
+    pub button: Arc<AtomicBool>,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
     pub name: String,
@@ -78,25 +80,34 @@ impl Bench {
             let urg = Urg::new(Config { paced: false, ..Config::new(URG_04LX) }, Box::new(room), 0);
             serve_tcp(&listener, urg, &mut Control { stop: &stopped, on_status: &mut |_| {} }).unwrap();
         });
+        let button = Arc::new(AtomicBool::new(false));
+        let held = Arc::clone(&button);
         let (tell, told) = std::sync::mpsc::channel();
         let (stopped, own) = (Arc::clone(&stop), name.clone());
         let module = std::thread::spawn(move || {
             let port = Udp::bind("127.0.0.1:0".parse().unwrap(), &Reactor::new()).unwrap();
             let address: SocketAddr = port.local_addr().unwrap();
-            let flash = Flash::new(PAGES);
-            set_label(&flash, &LABEL, &stopped).unwrap();
-            let pc = Pc {
-                beside: Beside::Sensor,
-                sensor: &place,
-                port: &port,
-                flash: &flash,
-                name: Some(&own),
-                unique: None,
-                maker: DEVELOPMENT,
-                announced: true,
-                amend: None,
+            let delivered = || {
+                let flash = Flash::new(PAGES);
+                set_label(&flash, &LABEL, &stopped).unwrap();
+                flash
             };
+            let mut flash = delivered();
             while !stopped.load(Ordering::Relaxed) {
+                if held.swap(false, Ordering::Relaxed) {
+                    flash = delivered();
+                }
+                let pc = Pc {
+                    beside: Beside::Sensor,
+                    sensor: &place,
+                    port: &port,
+                    flash: &flash,
+                    name: Some(&own),
+                    unique: None,
+                    maker: DEVELOPMENT,
+                    announced: true,
+                    amend: None,
+                };
                 let started = |_| {
                     let _ = tell.send(address);
                 };
@@ -104,7 +115,7 @@ impl Bench {
             }
         });
         let address = told.recv_timeout(PATIENCE).unwrap();
-        Self { chair, stop, threads: vec![sensor, module], name, address }
+        Self { chair, button, stop, threads: vec![sensor, module], name, address }
     }
 }
 

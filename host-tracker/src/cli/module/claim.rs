@@ -97,24 +97,31 @@ pub fn claim(arguments: &Claim) -> Result<(), Failure> {
     let keys = key_file::load_or_create(file)?;
     let mut client = Client::connect(target::find(&arguments.target.module)?)?;
     let (device, name) = (client.identity().module, name(&mut client)?);
-    let records = keys.records(device, &[1]);
+    // Keys that were in use before a reset come never again: another program may hold them still.
+    let next = next_generation(keys.get(device));
     client.open_by_label(&Key::of_label(&label.0));
-    match set(&mut client, &records) {
-        Ok(()) => {}
-        // What was interrupted after the module had stored them.
-        Err(_) if knows(&client, &keys, device, &name) => {}
-        Err(ClientError::Silent(_) | ClientError::Refused(Refusal::NoSuchKey)) => {
-            return Err(format!(
-                "{name} ({device}) does not take this code: it is another's, or the module has keys already. Holding its \
-                 button for ten seconds while it starts erases them"
-            )
-            .into());
-        }
-        Err(error) => return Err(error.into()),
-    }
-    let keys = key_file::note(file, &keys, device, Claimed { name: name.clone(), generation: 1 })?;
+    let generation = match set(&mut client, &keys.records(device, &[next])) {
+        Ok(()) => next,
+        Err(error) => match known(&client, &keys, device, &name, next) {
+            Some(generation) => generation,
+            None => return Err(not_claimed(error, device, &name)),
+        },
+    };
+    let keys = key_file::note(file, &keys, device, Claimed { name: name.clone(), generation })?;
     check(&client, &keys)?;
     print(format_args!("{name} ({device}) has its keys; they are in {}: keep a copy of it", file.display()))
+}
+
+/// Why a module has not taken its keys.
+fn not_claimed(error: ClientError, device: ModuleId, name: &str) -> Failure {
+    match error {
+        ClientError::Silent(_) | ClientError::Refused(Refusal::NoSuchKey) => format!(
+            "{name} ({device}) does not take this code: it is another's, or the module has keys already. Holding its button \
+             for ten seconds while it starts erases them"
+        )
+        .into(),
+        error => error.into(),
+    }
 }
 
 /// Rotates.
@@ -126,7 +133,7 @@ pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
     let Some(claimed) = keys.get(device).cloned() else {
         return Err(format!("{device} has no keys in {}: kehai-tracker module claim", file.display()).into());
     };
-    let next = claimed.generation.checked_add(1).unwrap_or(1);
+    let next = next_generation(Some(&claimed));
     // Both count until the new ones have been used: a tracker that has the old ones goes on.
     set(&mut client, &keys.records(device, &[claimed.generation, next]))?;
     let keys = key_file::note(file, &keys, device, Claimed { generation: next, ..claimed })?;
@@ -165,11 +172,20 @@ fn set(client: &mut Client, records: &[u8]) -> Result<(), ClientError> {
     })
 }
 
-/// Whether the module already has the keys that it was to be given.
-fn knows(client: &Client, keys: &Keys, device: ModuleId, name: &str) -> bool {
-    let mut with = keys.clone();
-    with.insert(device, Claimed { name: name.to_owned(), generation: 1 });
-    check(client, &with).is_ok()
+/// Which keys a module is given next.
+fn next_generation(claimed: Option<&Claimed>) -> u8 {
+    claimed.map_or(1, |claimed| claimed.generation.checked_add(1).unwrap_or(1))
+}
+
+/// Which of the site's keys the module already has: those of the file, or the next, if a claim was interrupted after the module had
+/// stored them.
+fn known(client: &Client, keys: &Keys, device: ModuleId, name: &str, next: u8) -> Option<u8> {
+    let noted = keys.get(device).map(|claimed| claimed.generation);
+    noted.into_iter().chain([next]).find(|&generation| {
+        let mut with = keys.clone();
+        with.insert(device, Claimed { name: name.to_owned(), generation });
+        check(client, &with).is_ok()
+    })
 }
 
 /// Meets the module with these keys.
