@@ -429,3 +429,21 @@ fn keys_that_were_rotated_out_do_not_come_back_when_a_module_is_claimed_again() 
     let (_, line) = refused(&[&get[..], &[first]].concat());
     assert!(line.contains("no such key"), "{line}");
 }
+
+#[test]
+fn a_mistyped_file_of_keys_makes_no_secret() {
+    let folder = tempfile::tempdir().unwrap();
+    let (site, file) = (folder.path().join("hal.toml"), folder.path().join("hal.keys"));
+    let (keys, code) = (file.to_str().unwrap(), kehai_tracking::keys::Label(LABEL).text());
+    let claim = ["module", "claim", "127.0.0.1:9", "--code", &code, "--keys", keys];
+    let (status, line) = refused(&claim);
+    assert!(status == 1 && line.contains("no such file") && line.contains("--new"), "{line}");
+    let (status, line) = refused(&["module", "rotate", "127.0.0.1:9", "--keys", keys]);
+    assert!(status == 1 && line.contains("hal.keys: there is no such file"), "{line}");
+    assert!(!file.exists());
+    // Beside its site file, or if that is wanted.
+    assert!(refused(&[&claim[..], &["--new"]].concat()).0 == 3 && file.exists());
+    std::fs::remove_file(&file).unwrap();
+    std::fs::write(&site, "").unwrap();
+    assert!(refused(&claim).0 == 3 && file.exists());
+}

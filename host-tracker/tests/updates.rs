@@ -150,8 +150,8 @@ impl Bench {
     fn claim(&self) {
         self.firmware_in_clear();
         let code = Label(LABEL).text();
-        let claimed =
-            kehai_tracker(&["module", "claim", &self.address, "--keys", &self.keys, "--code", &code]);
+        let claim = ["module", "claim", &self.address, "--keys", &self.keys, "--new", "--code", &code];
+        let claimed = kehai_tracker(&claim);
         assert!(claimed.status.success(), "{}", text(&claimed.stderr));
         let named = kehai_tracker(&["module", "set", &self.address, "--keys", &self.keys, "learn_scans=77"]);
         assert!(named.status.success(), "{}", text(&named.stderr));

@@ -18,7 +18,8 @@ use crate::cli::output::print;
 /// Give a new module the keys of this site, by the code on its label
 #[derive(Debug, Args)]
 #[command(
-    after_help = "From then on the module listens to holders of these keys only, and all it says is encrypted.
+    after_help = "From then on the module listens to holders of these keys only, and all it says is encrypted. The first claim of a
+site makes its file of keys, beside its site file.
 
 Examples:
   kehai-tracker module claim hall --code ABCDE-FGHIJ-KLMNO-PQRST-UVWXYZ --keys door.keys
@@ -31,6 +32,10 @@ pub struct Claim {
     /// The code on its label, or what its QR code says
     #[arg(long, value_name = "CODE", env = "KEHAI_CODE", hide_env_values = true)]
     code: String,
+
+    /// Make the file of keys if there is none, also where no site file lies beside it
+    #[arg(long)]
+    new: bool,
 }
 
 /// Give a module new keys in the place of those it has
@@ -94,7 +99,7 @@ pub fn claim(arguments: &Claim) -> Result<(), Failure> {
         "this is no code of a label: it has 26 letters and digits, as ABCDE-FGHIJ-KLMNO-PQRST-UVWXYZ",
     )?;
     let file = keys_file(&arguments.target)?;
-    let keys = key_file::load_or_create(file)?;
+    let (keys, origin) = keys_of_site(file, arguments.new)?;
     let mut client = Client::connect(target::find(&arguments.target.module)?)?;
     let (device, name) = (client.identity().module, name(&mut client)?);
     // Keys that were in use before a reset come never again: another program may hold them still.
@@ -109,7 +114,40 @@ pub fn claim(arguments: &Claim) -> Result<(), Failure> {
     };
     let keys = key_file::note(file, &keys, device, Claimed { name: name.clone(), generation })?;
     check(&client, &keys)?;
-    print(format_args!("{name} ({device}) has its keys; they are in {}: keep a copy of it", file.display()))
+    let file = file.display();
+    print(match origin {
+        Origin::There => format!("{name} ({device}) has its keys; they are in {file}: keep a copy of it"),
+        Origin::Made => format!(
+            "{name} ({device}) has its keys, of a new secret in {file}: a tracker takes that file beside its site file, or by \
+             --keys. Keep a copy of it"
+        ),
+    })
+}
+
+/// Where the secret of a site comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    /// The file was there.
+    There,
+    /// It was made, and the file with it.
+    Made,
+}
+
+/// The keys in a file. If there is none, they are made where a tracker looks for them, beside its site's file, or if that is wanted:
+/// a module with a key of a secret that no tracker has needs its button.
+fn keys_of_site(file: &Path, is_new: bool) -> Result<(Keys, Origin), Failure> {
+    if let Some(keys) = key_file::load(file)? {
+        return Ok((keys, Origin::There));
+    }
+    let site = file.with_extension("toml");
+    if !is_new && !site.exists() {
+        let (file, site) = (file.display(), site.display());
+        return Err(format!(
+            "{file}: there is no such file, and no site file {site} whose keys it would hold: is the name right? --new makes it"
+        )
+        .into());
+    }
+    Ok((key_file::load_or_create(file)?, Origin::Made))
 }
 
 /// Why a module has not taken its keys.
@@ -127,7 +165,7 @@ fn not_claimed(error: ClientError, device: ModuleId, name: &str) -> Failure {
 /// Rotates.
 pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
     let file = keys_file(&arguments.target)?;
-    let keys = key_file::load_or_create(file)?;
+    let keys = load(file)?;
     let mut client = arguments.target.control()?;
     let device = client.identity().module;
     let Some(claimed) = keys.get(device).cloned() else {
@@ -145,8 +183,7 @@ pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
 
 /// Says a key.
 pub fn show(arguments: &ShowKey) -> Result<(), Failure> {
-    let keys = key_file::load(&arguments.keys)?
-        .ok_or_else(|| format!("{}: there is no such file", arguments.keys.display()))?;
+    let keys = load(&arguments.keys)?;
     let is_it = |id: &ModuleId, claimed: &Claimed| {
         claimed.name == arguments.module || id.to_string() == arguments.module
     };
@@ -155,6 +192,11 @@ pub fn show(arguments: &ShowKey) -> Result<(), Failure> {
         .ok_or_else(|| format!("\"{}\" has no keys in {}", arguments.module, arguments.keys.display()))?;
     let Some((id, Key(key))) = keys.key(device, arguments.role.into()) else { return Ok(()) };
     print(format_args!("{id}:{}", HEXLOWER.encode(&key)))
+}
+
+/// The keys in a file that must be there.
+fn load(file: &Path) -> Result<Keys, Failure> {
+    key_file::load(file)?.ok_or_else(|| format!("{}: there is no such file", file.display()).into())
 }
 
 fn keys_file(target: &Target) -> Result<&Path, Failure> {
