@@ -447,3 +447,43 @@ fn a_mistyped_file_of_keys_makes_no_secret() {
     std::fs::write(&site, "").unwrap();
     assert!(refused(&claim).0 == 3 && file.exists());
 }
+
+#[test]
+fn a_rotation_that_is_interrupted_says_that_the_old_keys_still_count() {
+    let bench = Bench::start("cut");
+    let (folder, _, keys) = site_of(&bench);
+    let (address, keys) = (bench.address.to_string(), keys.as_str());
+    let rotate = ["module", "rotate", address.as_str(), "--keys", keys];
+    claim(&bench, keys);
+    let old = folder.path().join("old.keys");
+    std::fs::copy(keys, &old).unwrap();
+    let with_old = ["module", "get", address.as_str(), "--keys", old.to_str().unwrap()];
+    // Until it says that the old keys still count.
+    let begin = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
+        let command = command.args(rotate).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let line = lines.next().expect("a line").unwrap();
+        assert!(line.contains("the old keys still count") && line.contains("run rotate again"), "{line}");
+        (child, lines)
+    };
+
+    let (mut child, _lines) = begin();
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    assert!(!child.wait().unwrap().success());
+    assert!(done(&with_old).contains("name"), "as it said");
+    done(&rotate);
+    let (_, line) = refused(&with_old);
+    assert!(line.contains("no such key"), "{line}");
+
+    let (child, _lines) = begin();
+    drop(bench);
+    let output = child.wait_with_output().unwrap();
+    let line = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{line}");
+    assert!(
+        line.ends_with("; the old keys still count: run rotate again\n") && line.lines().count() == 1,
+        "{line}"
+    );
+}

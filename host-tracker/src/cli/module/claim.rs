@@ -41,7 +41,8 @@ pub struct Claim {
 /// Give a module new keys in the place of those it has
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A tracker that runs takes the new keys by itself. For five seconds the old ones count, too.
+    after_help = "A tracker that runs takes the new keys by itself. For five seconds the old ones count, too; if it is
+interrupted before, they count until it is run again.
 
 Examples:
   kehai-tracker module rotate hall --keys door.keys"
@@ -92,6 +93,14 @@ impl From<RoleName> for Role {
 
 /// A tracker looks at the file each second, and has a session under the new key within two more.
 const TAKEN: Duration = Duration::from_secs(5);
+
+/// A rotation that has stopped between its first step and its last one.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}; the old keys still count: run rotate again")]
+pub(super) struct Unfinished {
+    /// Why.
+    pub(super) error: Failure,
+}
 
 /// Claims.
 pub fn claim(arguments: &Claim) -> Result<(), Failure> {
@@ -174,11 +183,28 @@ pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
     let next = next_generation(Some(&claimed));
     // Both count until the new ones have been used: a tracker that has the old ones goes on.
     set(&mut client, &keys.records(device, &[claimed.generation, next]))?;
-    let keys = key_file::note(file, &keys, device, Claimed { generation: next, ..claimed })?;
-    let mut client = check(&client, &keys)?;
-    std::thread::sleep(TAKEN);
-    set(&mut client, &keys.records(device, &[next]))?;
+    replace(&client, file, &keys, device, Claimed { generation: next, ..claimed })
+        .map_err(|error| Unfinished { error })?;
     print(format_args!("{device} has new keys, number {next}: keep a copy of {}", file.display()))
+}
+
+/// Notes the new keys of a module that has the old ones, too, and takes those from it.
+fn replace(
+    client: &Client,
+    file: &Path,
+    keys: &Keys,
+    device: ModuleId,
+    claimed: Claimed,
+) -> Result<(), Failure> {
+    let next = claimed.generation;
+    let keys = key_file::note(file, keys, device, claimed)?;
+    let mut client = check(client, &keys)?;
+    // A closed pipe is no reason to leave it half done.
+    let _ = print(format_args!(
+        "{device}: the old keys still count; if this ends before it says more, run rotate again"
+    ));
+    std::thread::sleep(TAKEN);
+    Ok(set(&mut client, &keys.records(device, &[next]))?)
 }
 
 /// Says a key.

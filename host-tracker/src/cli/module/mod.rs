@@ -18,6 +18,7 @@ use clap::{Args, Subcommand};
 use host_tracker::module::ModuleError;
 use host_tracker::net::client::ClientError;
 
+use self::claim::Unfinished;
 use self::target::NotFound;
 use super::failure::Failure;
 
@@ -76,6 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// The exit status for an error: 3 when no module answered.
 pub fn status(error: &Failure) -> u8 {
+    let error = error.downcast_ref().map_or(error, |Unfinished { error }| error);
     let silent = matches!(error.downcast_ref(), Some(ClientError::Silent(_)))
         || matches!(error.downcast_ref(), Some(ModuleError::Client(ClientError::Silent(_))));
     if silent || error.is::<NotFound>() { 3 } else { 1 }
