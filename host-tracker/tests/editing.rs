@@ -17,7 +17,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use chromium::Page;
-use editor::{choose, drag, draw, fill, open_editor, picture, press, save, tab_to};
+use editor::{choose, drag, draw, fill, open_editor, picture, press, save, tab_to, type_into};
 use host_tracker::site_file::{self, SiteFile};
 use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::site::Site;
@@ -289,6 +289,29 @@ fn a_page_from_before_a_restart_saves_over_nothing_and_loses_nothing() {
     save(&mut page);
     assert_eq!(house.site().zones.len(), 3);
     assert_eq!(page.value("localStorage.getItem('kehai-drawing:home.toml')"), json!(null));
+    assert_eq!(page.errors, Vec::<String>::new());
+}
+
+#[test]
+fn what_is_being_typed_is_saved_by_a_key_and_by_a_click() {
+    let Some(mut page) = chromium::start() else { return };
+    let house = House::new();
+    house.edit(&mut page);
+    choose(&mut page, "zone", 0);
+    type_into(&mut page, "#part-name", "lounge");
+    let key =
+        json!({ "type": "keyDown", "key": "s", "code": "KeyS", "windowsVirtualKeyCode": 83, "modifiers": 2 });
+    page.call("Input.dispatchKeyEvent", key);
+    page.wait("it is saved", "!document.body.classList.contains('editing')");
+    assert_eq!(house.site().zones[0].name, "lounge");
+    open_editor(&mut page);
+    choose(&mut page, "zone", 0);
+    fill(&mut page, "#part-name", "salon");
+    page.wait("Tab goes on", "document.activeElement.id === 'part-count'");
+    type_into(&mut page, "#part-people_max", "4");
+    save(&mut page);
+    let zones = house.site().zones;
+    assert_eq!((zones[0].name.as_str(), zones[0].people_max), ("salon", Some(4)));
     assert_eq!(page.errors, Vec::<String>::new());
 }
 

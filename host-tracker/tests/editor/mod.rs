@@ -21,12 +21,17 @@ pub fn choose(page: &mut Page, kind: &str, index: usize) {
     page.wait("its form is open", "document.querySelector('#remove') !== null");
 }
 
-/// Types something into a field in the place of what is there.
-pub fn fill(page: &mut Page, field: &str, text: &str) {
+/// Types something into a field in the place of what is there, and stays in it.
+pub fn type_into(page: &mut Page, field: &str, text: &str) {
     page.value(&format!(
         "(() => {{ const field = document.querySelector('{field}'); field.focus(); field.select(); }})()"
     ));
     page.write(text);
+}
+
+/// Types something into a field in the place of what is there, and leaves it.
+pub fn fill(page: &mut Page, field: &str, text: &str) {
+    type_into(page, field, text);
     page.key("Tab", 9);
 }
 

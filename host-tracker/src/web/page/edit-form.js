@@ -4,6 +4,7 @@ import { BLOCKS, KIND } from "./names.js";
 import { doorFields } from "./edit-door.js";
 import { fieldsOf } from "./edit-fields.js";
 import { sentence } from "./edit-merge.js";
+import { isTyped } from "./edit-typing.js";
 import { html } from "./shapes.js";
 import { dateTime, list, say, tell, word } from "./words.js";
 
@@ -127,7 +128,8 @@ export function form(editor) {
   const change = (does) => (event) => {
     editor.note();
     does(event.target);
-    editor.show();
+    if (isTyped(event.target)) editor.showField();
+    else editor.show();
   };
   const about = part
     ? [
@@ -139,7 +141,12 @@ export function form(editor) {
   const changed = editor.changed();
   return html(
     "section",
-    { className: "detail form", id: "edit-form" },
+    {
+      className: "detail form",
+      id: "edit-form",
+      // What is being typed is a change already, which a click on Save takes in.
+      oninput: ({ currentTarget }) => currentTarget.querySelector("#save").disabled = editor.saving,
+    },
     html("header", {}, html("h2", {}, part ? word("kind", kind) : say("edit.title"))),
     html("p", { className: "others", id: "edit-others", role: "status" }, among(editor)),
     html("div", { id: "edit-news" }, ...news(editor)),

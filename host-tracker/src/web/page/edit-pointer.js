@@ -21,12 +21,13 @@ export function down(editor, place, event) {
     if (editor.chosen) editor.choose(null);
     return false;
   }
-  const before = JSON.stringify(editor.site);
   if (target.dataset.kind) {
     editor.drag = { body: true };
     const chosen = { kind: target.dataset.kind, index: Number(target.dataset.index) };
     if (editor.chosen?.kind !== chosen.kind || editor.chosen.index !== chosen.index) editor.choose(chosen);
   }
+  // With what was being typed, which is an undo of its own.
+  const before = JSON.stringify(editor.site);
   const part = editor.part(editor.chosen);
   const points = corners(editor.chosen.kind, part).map((point) => [...point]);
   editor.drag = {

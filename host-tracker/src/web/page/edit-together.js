@@ -2,6 +2,7 @@
 
 import { tellNews } from "./edit-form.js";
 import { settle } from "./edit-merge.js";
+import { typedIn } from "./edit-typing.js";
 import { SELECT } from "./shapes.js";
 import { trySite } from "./site-file.js";
 
@@ -11,7 +12,7 @@ export class Together {
     if (revision === this.revision || this.saving || this.conflicts) return;
     this.newer = true;
     // In place: somebody may be typing in the form.
-    if (this.changed() || this.tool !== SELECT) tellNews(this);
+    if (this.changed() || typedIn() || this.tool !== SELECT) tellNews(this);
     else this.takeIn();
   }
 

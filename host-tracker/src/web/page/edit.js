@@ -8,6 +8,7 @@ import { question, sentence } from "./edit-merge.js";
 import { cancel, down, move, rectangle, up } from "./edit-pointer.js";
 import { editable } from "./edit-shapes.js";
 import { Together } from "./edit-together.js";
+import { Later, takeTyped } from "./edit-typing.js";
 import { KIND } from "./names.js";
 import { corners, create, freeName, GRID_M, html, KINDS, SELECT, setCorners } from "./shapes.js";
 import { saveSite } from "./site-file.js";
@@ -26,6 +27,7 @@ export class Editor extends Together {
     this.hint = document.getElementById("hint");
     this.check = new Check(this);
     this.kept = new Draft();
+    this.later = new Later(() => this.open && this.show());
     this.spoken = html("div", { className: "for-screen-readers", id: "edit-spoken", role: "status" });
     this.hint.after(this.spoken);
     globalThis.addEventListener("keydown", (event) => this.open && this.key(event));
@@ -130,6 +132,7 @@ export class Editor extends Together {
   }
 
   show() {
+    this.later.done();
     this.showTools();
     this.hint.textContent = say(this.cursor ? KEYS : `hint.${this.tool}`);
     this.on.change(this.site);
@@ -140,6 +143,13 @@ export class Editor extends Together {
     this.check.ask();
     if (this.changed()) this.kept.keep(this);
     else this.unkeep();
+  }
+
+  /** Shows what was typed in a field: on the map at once, in the form soon. */
+  showField() {
+    this.on.change(this.site);
+    this.showShapes();
+    this.later.soon();
   }
 
   /** Keeps this drawing no longer, but the one of an earlier page that is still on offer. */
@@ -203,6 +213,7 @@ export class Editor extends Together {
   }
 
   choose(chosen) {
+    takeTyped();
     this.chosen = chosen;
     this.show();
     if (chosen) {
@@ -256,8 +267,10 @@ export class Editor extends Together {
     const typing = ["INPUT", "SELECT"].includes(event.target.tagName);
     const ctrl = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
     const step = { arrowleft: [-1, 0], arrowright: [1, 0], arrowup: [0, 1], arrowdown: [0, -1] }[key];
-    if (ctrl && key === "s") this.save();
-    else if (typing) return;
+    if (ctrl && key === "s") {
+      takeTyped();
+      this.save();
+    } else if (typing) return;
     else if (ctrl && key === "z") {
       event.shiftKey ? this.back(this.undone, this.done) : this.back(this.done, this.undone);
     } else if (ctrl && key === "y") this.back(this.undone, this.done);

@@ -84,6 +84,54 @@ Deno.test("what is drawn while the tracker refuses to save stays", async () => {
   equal(one.site, site("mine", "late"));
 });
 
+/** Calls `does` with the focus in a field of the form, whose value `tells` takes in when the focus leaves it. */
+async function typing(tells, does) {
+  const before = globalThis.document;
+  const field = {
+    closest: () => field,
+    matches: () => true,
+    blur: tells,
+    focus: () => field.focused = true,
+  };
+  globalThis.document = { activeElement: field, getElementById: () => null };
+  try {
+    await does();
+  } finally {
+    globalThis.document = before;
+  }
+  return field;
+}
+
+Deno.test("Ctrl+S saves what is being typed, and the field keeps the focus", async () => {
+  const one = editor(site("mine"));
+  const before = globalThis.fetch, sent = [];
+  globalThis.fetch = (_, { body }) => {
+    sent.push(JSON.parse(body).site);
+    return Promise.resolve(Response.json({ revision: 2 }));
+  };
+  try {
+    const key = { key: "s", ctrlKey: true, target: { tagName: "INPUT" }, preventDefault() {} };
+    const field = await typing(() => one.site = site("typed"), () => one.key(key));
+    equal([sent, field.focused], [[site("typed")], true]);
+  } finally {
+    globalThis.fetch = before;
+  }
+});
+
+Deno.test("what is being typed is taken in before another part is chosen", async () => {
+  const one = editor(site("mine", "other")), chosen = { kind: "zone", index: 0 };
+  Object.assign(one, { chosen, layer: { querySelector: () => null } });
+  const told = [];
+  await typing(() => told.push(one.chosen), () => one.choose({ kind: "zone", index: 1 }));
+  equal([told, one.chosen.index], [[chosen], 1]);
+});
+
+Deno.test("what others save does not take the field away in which is being typed", async () => {
+  const one = Object.assign(editor(site()), { tool: "select", takeIn: () => one.log.push("taken in") });
+  await typing(() => {}, () => one.told(2));
+  equal([one.newer, one.log], [true, []]);
+});
+
 Deno.test("a drawing that is on offer is kept again when the new one is discarded", () => {
   const one = editor(site());
   one.left = { site: site("left") };

@@ -284,13 +284,17 @@ export class Panel {
     const opens = form && this.form.hidden;
     this.form.hidden = !form;
     this.figures.hidden = Boolean(form);
-    // Whoever goes through choices by arrow keys goes on; of what is typed Tab has taken the focus along already.
-    const focused = document.activeElement, { id } = focused;
-    const stays = this.form.contains(focused) && focused.closest("select, button, [type=checkbox]");
+    // Whoever goes through fields and choices by keys goes on.
+    const focused = document.activeElement, { id, selectionStart, selectionEnd } = focused;
+    const stays = this.form.contains(focused) && focused.closest("select, button, input");
     const headed = this.form.contains(focused) && focused.tagName === "H2";
     this.form.replaceChildren(...(form ? [form] : []));
     // The button that opens a form is hidden then.
     if (form && (opens || headed)) focusHeading(form);
-    else if (stays && id) document.getElementById(id)?.focus({ preventScroll: true });
+    else if (stays && id) {
+      const field = document.getElementById(id);
+      field?.focus({ preventScroll: true });
+      if (typeof selectionStart === "number") field?.setSelectionRange?.(selectionStart, selectionEnd);
+    }
   }
 }
