@@ -85,4 +85,14 @@ Deno.test("a second finger and a lost pointer end what the first has begun, and 
   other.down(finger(1));
   other.up(finger(1, "pointerup"));
   equal(told.splice(0), ["up"]);
+  // A tap of two fingers, and a third one beside one that stays.
+  const tapped = view({});
+  for (const id of [1, 2]) tapped.down(finger(id));
+  tapped.up(finger(1, "pointerup"));
+  tapped.down(finger(3));
+  for (const id of [3, 2]) tapped.up(finger(id, "pointerup"));
+  equal(told.splice(0), []);
+  tapped.down(finger(1));
+  tapped.up(finger(1, "pointerup"));
+  equal(told.splice(0), ["click"]);
 });

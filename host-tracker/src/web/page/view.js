@@ -99,10 +99,10 @@ export class View {
     // All later events of this pointer arrive here.
     this.svg.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, event);
-    this.moved = false;
+    // Two fingers move the map, also where they stay: none of them clicks.
+    this.moved = this.pointers.size > 1;
     this.start = event;
     this.target = event.target;
-    // Two fingers move the map.
     if (this.taken) this.on.cancel?.();
     this.taken = this.pointers.size === 1 && this.on.down?.(this.place(event), event);
   }
