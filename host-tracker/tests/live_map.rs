@@ -81,7 +81,7 @@ fn people_modules_zones_and_the_past_in_a_browser() {
     drop(tracker);
     page.wait(
         "the loss of the connection is said",
-        "document.querySelector('#notice').innerText.includes('lost')",
+        "document.querySelector('#notice').innerText.includes('No connection to the tracker')",
     );
     page.fits_a_phone("lost connection");
     page.wait("no count is shown without one", "document.querySelector('#total').textContent === '–'");

@@ -65,22 +65,35 @@ export function connect(on) {
   };
 }
 
+/** Requests by which the tracker changes nothing. */
+const READS = ["GET", undefined];
+
+/** The tracker that is asked, as the visitor has addressed it. */
+const host = () => globalThis.location?.host;
+
+/** What is said when no answer comes: one that is lost may be the answer to a change that was made. */
+function noAnswer(options) {
+  const key = READS.includes(options?.method) ? "net.no-answer" : "net.change-not-known";
+  return new Error(say(key, { host: host() }));
+}
+
 /** The answer to a request, or an error that says why there is none. */
 export async function ask(path, options) {
   let response;
   try {
     response = await fetch(path, options);
   } catch {
-    throw new Error(say("net.no-answer"));
+    throw noAnswer(options);
   }
   if (response.status === 401) dispatchEvent(new Event(LOGGED_OUT));
   const answer = await response.json().catch((error) => {
     // No JSON is no error. An answer that breaks off is one.
     if (error instanceof SyntaxError) return {};
-    throw new Error(say("net.no-answer"));
+    throw noAnswer(options);
   });
   if (!response.ok) {
-    const { status } = response, error = new Error(answer.error ?? say("net.status", { status }));
+    const { status } = response;
+    const error = new Error(answer.error ?? say("net.status", { host: host(), status }));
     throw Object.assign(error, { answer, status, isOfTracker: Boolean(answer.error) });
   }
   return answer;

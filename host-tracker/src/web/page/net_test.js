@@ -1,6 +1,7 @@
 // The connection to the tracker, and requests without an answer: `deno test`.
 
 import { ask, connect, repeat } from "./net.js";
+import { say } from "./words.js";
 
 function equal(found, expected) {
   const [one, other] = [found, expected].map((value) => JSON.stringify(value));
@@ -61,6 +62,18 @@ Deno.test("an answer that breaks off is none, and an empty one is", async () => 
     equal(await ask("/"), {});
     const error = await ask("/").catch((error) => error);
     if (!(error instanceof Error)) throw new Error(JSON.stringify(error));
+  });
+});
+
+Deno.test("without an answer it is said where the tracker is, and that a change may have been made", async () => {
+  const said = (options) => ask("/api/site", options).catch(({ message }) => message);
+  const globals = { location: { host: "hall:8420" } };
+  await among({ ...globals, fetch: () => Promise.reject(new TypeError()) }, async () => {
+    equal(await said(), say("net.no-answer", { host: "hall:8420" }));
+    equal(await said({ method: "PUT" }), say("net.change-not-known", { host: "hall:8420" }));
+  });
+  await among({ ...globals, fetch: () => Promise.resolve(new Response("", { status: 502 })) }, async () => {
+    equal(await said(), say("net.status", { host: "hall:8420", status: 502 }));
   });
 });
 

@@ -30,11 +30,17 @@ export default {
   "link.live": "live",
   "link.silent": "Tracker schweigt",
   "link.lost": "Verbindung verloren",
-  "link.lost-notice": "Verbindung verloren.{since} Neuer Versuch …",
-  "link.silent-notice": "Der Tracker schweigt.{since}",
+  "link.lost-notice":
+    "Keine Verbindung zum Tracker.{since} Neuer Versuch … Ist sein Rechner an, und ist dieses Gerät in seinem Netz?",
+  "link.silent-notice":
+    "Der Tracker sendet nichts Neues.{since} Auf seinem Rechner sagt sudo kehai-tracker doctor, was nicht stimmt.",
   "link.shows": " Die Karte zeigt {time}.",
-  "net.no-answer": "Der Tracker antwortet nicht. Nichts wurde geändert.",
-  "net.status": "Der Tracker meldet {status}.",
+  "net.no-answer":
+    "Der Tracker auf {host} antwortet nicht. Ist sein Rechner an, und ist dieses Gerät in seinem Netz? Dann noch einmal versuchen. Auf dem Rechner sagt sudo kehai-tracker doctor, was nicht stimmt.",
+  "net.change-not-known":
+    "Der Tracker auf {host} hat nicht geantwortet: ob er geändert hat, was er sollte, ist unbekannt. Diese Seite neu laden, nachsehen, und wenn es fehlt, noch einmal ändern. Auf dem Rechner sagt sudo kehai-tracker doctor, was nicht stimmt.",
+  "net.status":
+    "Der Tracker auf {host} antwortet mit HTTP-Status {status} und ohne Grund. Noch einmal versuchen; bleibt es so, steht der Grund in seinem Log: journalctl -u kehai-tracker auf dem Rechner.",
   "map.label": "Karte",
   "map.help": "Karte der Anlage. Pfeiltasten verschieben sie, Plus und Minus zoomen, 0 zeigt alles.",
   "map.zoom": "Zoom",

@@ -30,11 +30,17 @@ export default {
   "link.live": "live",
   "link.silent": "tracker silent",
   "link.lost": "connection lost",
-  "link.lost-notice": "Connection lost.{since} Trying again…",
-  "link.silent-notice": "The tracker says nothing.{since}",
+  "link.lost-notice":
+    "No connection to the tracker.{since} Trying again… Is its machine switched on, and is this device in its network?",
+  "link.silent-notice":
+    "The tracker sends nothing new.{since} On its machine, sudo kehai-tracker doctor says what is wrong.",
   "link.shows": " The map shows {time}.",
-  "net.no-answer": "The tracker does not answer. Nothing was changed.",
-  "net.status": "The tracker says {status}.",
+  "net.no-answer":
+    "The tracker at {host} does not answer. Is its machine switched on, and is this device in its network? Then try again. On that machine, sudo kehai-tracker doctor says what is wrong.",
+  "net.change-not-known":
+    "The tracker at {host} has not answered: whether it has made the change is not known. Load this page anew, look, and repeat the change if it is missing. On that machine, sudo kehai-tracker doctor says what is wrong.",
+  "net.status":
+    "The tracker at {host} answers with HTTP status {status} and no reason. Try again; if that stays so, its log says why: journalctl -u kehai-tracker on that machine.",
   "map.label": "Map",
   "map.help": "Map of the site. Arrow keys move it, plus and minus zoom, 0 shows all of it.",
   "map.zoom": "Zoom",

@@ -30,11 +30,17 @@ export default {
   "link.live": "ライブ",
   "link.silent": "トラッカー応答なし",
   "link.lost": "接続が切れました",
-  "link.lost-notice": "接続が切れました。{since}再接続しています…",
-  "link.silent-notice": "トラッカーから応答がありません。{since}",
+  "link.lost-notice":
+    "トラッカーに接続できません。{since}再接続しています…そのコンピューターの電源と、この端末が同じネットワークにあることを確かめてください。",
+  "link.silent-notice":
+    "トラッカーから新しいデータが届きません。{since}原因はそのコンピューターで sudo kehai-tracker doctor を実行すると分かります。",
   "link.shows": "マップは {time} の様子です。",
-  "net.no-answer": "トラッカーが応答しません。何も変更されていません。",
-  "net.status": "トラッカーの応答: {status}",
+  "net.no-answer":
+    "{host} のトラッカーが応答しません。そのコンピューターの電源と、この端末が同じネットワークにあることを確かめて、もう一度お試しください。原因はそのコンピューターで sudo kehai-tracker doctor を実行すると分かります。",
+  "net.change-not-known":
+    "{host} のトラッカーから応答がなく、変更されたかどうかは分かりません。このページを読み込み直して確かめ、変更されていなければもう一度行ってください。原因はそのコンピューターで sudo kehai-tracker doctor を実行すると分かります。",
+  "net.status":
+    "{host} のトラッカーは理由なしに HTTP ステータス {status} を返しました。もう一度お試しください。続く場合は、そのコンピューターのログ（journalctl -u kehai-tracker）をご覧ください。",
   "map.label": "マップ",
   "map.help": "サイトのマップです。矢印キーで移動、プラスとマイナスで拡大・縮小、0 で全体を表示します。",
   "map.zoom": "ズーム",
