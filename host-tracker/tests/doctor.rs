@@ -167,7 +167,7 @@ fn where_nothing_is_nothing_panics_and_a_line_says_what_to_do() {
         ("wrong", "database", "its folder is missing"),
         ("wrong", "broker", "127.0.0.1:9 lets no client in"),
         ("unknown", "tracker", "without --http"),
-        ("unknown", "disk", "df says it"),
+        ("unknown", "disk", "df -h"),
     ] {
         let of = |line: &&str| line.starts_with(&format!("{verdict:<8} {about:<12} "));
         let line = said.lines().find(of).unwrap_or_else(|| panic!("{verdict} {about}: {said}"));

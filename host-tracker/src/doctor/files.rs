@@ -28,7 +28,7 @@ pub(super) fn options(state: &OptionsState) -> Option<Finding> {
             Some(Finding::unknown(about, format!("{} may not be read", file.display()), AS_ROOT))
         }
         OptionsState::Wrong(why) => {
-            let advice = "the service is not started with them: mend the file of its options";
+            let advice = "correct KEHAI_OPTIONS in that file, then sudo systemctl restart kehai-tracker";
             Some(Finding::wrong(about, why.clone(), advice))
         }
     }
@@ -47,7 +47,8 @@ pub(super) fn site(fact: &SiteFact, is_served: bool) -> Vec<Finding> {
         SiteState::Missing => vec![Finding::wrong(about, format!("{file}: there is no such file"), advice)],
         SiteState::Denied => vec![Finding::unknown(about, format!("{file} may not be read"), AS_ROOT)],
         SiteState::Wrong(why) => {
-            let advice = "mend it, or take back a version of before, which lies beside it";
+            let advice =
+                format!("correct it, or copy back what the map kept of it before its last save: {file}.bak1");
             vec![Finding::wrong(about, why.clone(), advice)]
         }
         SiteState::Read(site) => content(&file.to_string(), site),
@@ -67,7 +68,7 @@ fn content(file: &str, site: &Site) -> Vec<Finding> {
         warn("no module: nothing is seen".into(), "open the map: modules that are found wait in its tray");
     }
     if zones == 0 && site.lines.is_empty() {
-        warn("neither zone nor counting line: nothing is counted".into(), "draw one on the map");
+        warn("neither zone nor counting line: nothing is counted".into(), "draw one on the map: Edit site");
     }
     for module in site.modules.iter().filter(|module| !module.placed) {
         let text = format!("module {} has no place: nothing that it sees is used", module.name);
@@ -111,7 +112,7 @@ pub(super) fn secret(fact: &SecretFile, map: Option<&MapFact>) -> Finding {
             ),
         ),
         SecretState::There { content: Some(Err(why)), .. } => {
-            Finding::wrong(about, why.clone(), "restore it from a backup")
+            Finding::wrong(about, why.clone(), "restore it from a backup: kehai-tracker restore")
         }
         SecretState::There { mode: None, .. } | SecretState::There { owned: None, .. } => {
             Finding::unknown(about, format!("{file} is there; whose it is the system does not say"), AS_ROOT)
@@ -138,12 +139,12 @@ fn missing(about: About, file: &Path, needed: bool, map: Option<&MapFact>) -> Fi
         _ if needed => Finding::wrong(
             about,
             format!("{shown}: there is no such file, and the tracker was told to use it"),
-            "restore it from a backup, or mend the option",
+            "restore it from a backup (kehai-tracker restore), or correct the option",
         ),
         About::Keys => Finding::warning(
             about,
             "the modules have no keys: each program in this network can speak for them",
-            "kehai-tracker module claim, and docs/security.md",
+            "give each its key: kehai-tracker module claim (docs/security.md)",
         ),
         _ => Finding::ok(about, format!("{shown} is made when it is needed")),
     }
@@ -187,19 +188,22 @@ pub(super) fn database(fact: Option<&DatabaseFact>) -> Vec<Finding> {
     let Some(fact) = fact else {
         return vec![Finding::ok(about, "none is asked for: nothing is kept")];
     };
-    let file = fact.file.display();
+    let (file, parent) = (fact.file.display(), fact.file.parent().unwrap_or(Path::new(".")));
     let state = match &fact.state {
         DatabaseState::Missing { folder: true } => Finding::ok(about, format!("{file} is made at the start")),
         DatabaseState::Missing { folder: false } => Finding::wrong(
             about,
             format!("{file}: its folder is missing"),
-            "make the folder, for the service's user",
+            format!(
+                "make it, for the user that runs the tracker: sudo install -d -o USER {}",
+                parent.display()
+            ),
         ),
         DatabaseState::Denied => Finding::unknown(about, format!("{file} may not be read"), AS_ROOT),
         DatabaseState::Wrong(why) => Finding::wrong(
             about,
             why.clone(),
-            "stop the tracker, then kehai-tracker restore, or move the file away: a new one is made",
+            "stop the tracker, then kehai-tracker restore BACKUP, or move the file away: a new one is made",
         ),
         DatabaseState::Read { layout, newest, .. } if layout > newest => Finding::wrong(
             about,
@@ -227,10 +231,10 @@ pub(super) fn database(fact: Option<&DatabaseFact>) -> Vec<Finding> {
 
 fn disk(file: &Path, free_bytes: Option<u64>) -> Finding {
     let (about, shown) = (About::Disk, file.display());
-    let room = "make room, or keep fewer days: --keep-days";
+    let room = "delete files on that disk, or keep fewer days: --keep-days";
     let Some(bytes) = free_bytes else {
         let text = format!("how much room there is for {shown} the system does not say");
-        return Finding::unknown(about, text, "df says it");
+        return Finding::unknown(about, text, "df -h, on this machine, says it");
     };
     let text = format!("{} MB are free for {shown}", bytes / 1_000_000);
     match bytes {

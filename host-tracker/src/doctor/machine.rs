@@ -11,15 +11,16 @@ pub(super) fn service(service: Option<&Service>) -> Finding {
         None => Finding::unknown(
             about,
             "systemd does not run here",
-            "look whether whatever starts the tracker also starts it again",
+            "see that what starts the tracker here also starts it again when it ends, as a container's restart policy does",
         ),
         Some(Service::Unknown(why)) => {
-            Finding::unknown(about, format!("systemd does not say how {name} is ({why})"), "ask it as root")
+            let advice = "ask as root: sudo kehai-tracker doctor; or systemctl status kehai-tracker";
+            Finding::unknown(about, format!("systemd does not say how {name} is ({why})"), advice)
         }
         Some(Service::NotInstalled) => Finding::wrong(
             about,
             format!("systemd knows no {name}"),
-            "install the package, or name the site that is meant: kehai-tracker doctor SITE.toml",
+            "install the package (docs/install.md), or name the site that is meant: kehai-tracker doctor SITE.toml",
         ),
         Some(Service::Installed { activity: Activity::Failed, .. }) => Finding::wrong(
             about,

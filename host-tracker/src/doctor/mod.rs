@@ -31,7 +31,7 @@ pub fn examine(facts: &Facts) -> Vec<Finding> {
     findings.extend(files::site(&facts.site, facts.map.is_some()));
     findings.extend(facts.secrets.iter().map(|secret| files::secret(secret, facts.map.as_ref())));
     findings.extend(files::database(facts.database.as_ref()));
-    findings.extend(network::map(facts.map.as_ref()));
+    findings.extend(network::map(facts.map.as_ref(), facts.is_service));
     findings.push(network::buffer(&facts.udp, facts.modules()));
     findings.push(network::search(facts.search.as_ref(), facts.modules()));
     findings.extend(network::modules(&facts.site, &facts.devices));

@@ -16,34 +16,50 @@ const USEFUL_MS: u64 = 800;
 /// What was known longer ago is not how modules are now. A tracker that runs writes it every second.
 const STALE_S: f64 = 60.0;
 
+/// What is done about a tracker that does not run or does not go on: as systemd's service, and as a program started by hand.
+struct Remedy {
+    start: &'static str,
+    restart: &'static str,
+}
+
+const REMEDY_OF_SERVICE: Remedy = Remedy {
+    start: "sudo systemctl start kehai-tracker; if it ends again: sudo journalctl -u kehai-tracker -n 50",
+    restart: "sudo systemctl restart kehai-tracker; what it said before: sudo journalctl -u kehai-tracker -n 50",
+};
+
+const REMEDY_BY_HAND: Remedy = Remedy {
+    start: "start it: kehai-tracker run --site FILE --http; what it says last is why it ends. Where it has other options, name them: kehai-tracker doctor FILE -- OPTIONS",
+    restart: "end it and start it again; what it has said last is why",
+};
+
 /// Whether the tracker answers, and is of this version.
-pub(super) fn map(fact: Option<&MapFact>) -> Vec<Finding> {
+pub(super) fn map(fact: Option<&MapFact>, is_service: bool) -> Vec<Finding> {
     let about = About::Tracker;
+    let remedy = if is_service { &REMEDY_OF_SERVICE } else { &REMEDY_BY_HAND };
     let Some(map) = fact else {
         return vec![Finding::unknown(
             about,
             "without --http nothing tells whether the tracker runs",
-            "look for its process, or serve the map for this machine: --http",
+            "look for its process: pgrep -a kehai-tracker; or add --http to its options",
         )];
     };
     let address = map.address;
     let answer = match &map.health {
         Health::Goes => Finding::ok(about, format!("a tracker goes on at {address}")),
-        Health::Stands => Finding::wrong(
-            about,
-            format!("the tracker at {address} makes no frames"),
-            "its log says why; then start it again",
-        ),
+        Health::Stands => {
+            Finding::wrong(about, format!("the tracker at {address} makes no frames"), remedy.restart)
+        }
         Health::Other(status) => Finding::wrong(
             about,
             format!("what answers at {address} is no tracker (HTTP {status})"),
-            "another program has this port: end it, or choose another port with --http",
+            format!(
+                "end the program that has this port (sudo ss -ltnp 'sport = :{}' names it), or choose another with --http",
+                address.port()
+            ),
         ),
-        Health::NoAnswer(why) => Finding::wrong(
-            about,
-            format!("no tracker answers at {address} ({why})"),
-            "start it; its log says why it has ended",
-        ),
+        Health::NoAnswer(why) => {
+            Finding::wrong(about, format!("no tracker answers at {address} ({why})"), remedy.start)
+        }
     };
     if map.health != Health::Goes {
         return vec![answer];
@@ -55,12 +71,12 @@ pub(super) fn map(fact: Option<&MapFact>) -> Vec<Finding> {
         Ok(version) => Finding::warning(
             About::Version,
             format!("the tracker that runs is {version}, this program {}", map.own_version),
-            "start the tracker again",
+            remedy.restart,
         ),
         Err(why) => Finding::unknown(
             About::Version,
             format!("which version runs is not known ({why})"),
-            "give a token that may look: --token, made by kehai-tracker token add NAME --role view",
+            "add --token, made by kehai-tracker token add doctor --role view",
         ),
     };
     vec![answer, version]
@@ -73,7 +89,7 @@ pub(super) fn buffer(fact: &UdpFact, modules: Option<usize>) -> Finding {
         return Finding::wrong(
             about,
             format!("no UDP socket is to be had ({trouble})"),
-            "the tracker needs one: look at the limits of this machine",
+            "the tracker hears no module without one. sudo ss -uanp lists those in use, ulimit -n says how many files a program may have open",
         );
     }
     let Some(most_bytes) = fact.most_bytes else {
@@ -110,18 +126,20 @@ pub(super) fn search(fact: Option<&SearchFact>, modules: Option<usize>) -> Findi
     let about = About::Discovery;
     match fact {
         None => Finding::ok(about, "modules are not looked for (--no-mdns)"),
-        Some(SearchFact { found: Err(why), .. }) => {
-            Finding::wrong(about, why.clone(), "another program may have port 5353 for itself alone")
-        }
+        Some(SearchFact { found: Err(why), .. }) => Finding::wrong(
+            about,
+            why.clone(),
+            "end the program that has port 5353 for itself (sudo ss -ulnp 'sport = :5353' names it), or name each module's address with --module",
+        ),
         Some(SearchFact { networks: Some(0), .. }) => Finding::wrong(
             about,
             "this machine is in no IPv4 network: no module can be found",
-            "plug it in; in a container: the host's own network (--network host)",
+            "plug in its network cable; ip -4 address must list an address. In a container: the host's own network (--network host)",
         ),
         Some(SearchFact { found: Ok(0), .. }) if modules != Some(0) => Finding::warning(
             about,
             "no module announces itself",
-            "are they switched on and in this network? Switches and Wi-Fi must pass multicast; --module gives an address",
+            "see that modules have power and are in this network, and that switches and Wi-Fi pass multicast; or name each module's address with --module",
         ),
         Some(SearchFact { found: Ok(found), networks }) => {
             let networks = networks.map_or_else(String::new, |networks| format!(", in {networks} networks"));
@@ -137,7 +155,7 @@ pub(super) fn modules(site: &SiteFact, devices: &Result<Devices, String>) -> Vec
     let unknown = |why: &str| {
         let names: Vec<&str> = site.modules.iter().map(|module| module.name.as_str()).collect();
         let text = format!("how {} are is not known ({why})", names.join(", "));
-        let advice = "start the tracker, or give a token that may look: --token";
+        let advice = "start the tracker; where users log in, add --token, made by kehai-tracker token add doctor --role view";
         if names.is_empty() { Vec::new() } else { vec![Finding::unknown(about, text, advice)] }
     };
     match devices {
@@ -154,7 +172,8 @@ pub(super) fn modules(site: &SiteFact, devices: &Result<Devices, String>) -> Vec
 
 fn one(name: &str, line: Option<&ModuleLine>) -> Finding {
     let about = About::Module;
-    let power = "is it switched on, and in this network? kehai-tracker module list shows what is there";
+    let power =
+        "see that it has power and is in this network; kehai-tracker module list shows which modules answer";
     let Some(line) = line else {
         return Finding::unknown(about, format!("the tracker says nothing of {name}"), power);
     };
@@ -163,7 +182,7 @@ fn one(name: &str, line: Option<&ModuleLine>) -> Finding {
         DeviceState::Searching => Finding::wrong(
             about,
             format!("{name} at {} looks for its sensor", line.address),
-            "is the sensor's plug in, and has it power? docs/wiring.md",
+            "see that the sensor has power and is plugged in: docs/wiring.md",
         ),
         DeviceState::Found | DeviceState::Learning | DeviceState::Watching | DeviceState::Storing => {
             let text = format!("{name} at {}: {}", line.address, line.state);
@@ -186,7 +205,7 @@ pub(super) fn broker(fact: &BrokerFact) -> Finding {
         Err(why) => Finding::wrong(
             about,
             format!("{broker} lets no client in ({why})"),
-            "is it there, and are name, password and certificate right? --mqtt",
+            "see that the broker runs at this address, and that its name and password in --mqtt, and --mqtt-ca, are right",
         ),
     }
 }

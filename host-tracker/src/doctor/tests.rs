@@ -183,6 +183,23 @@ fn a_tracker_that_does_not_answer_or_is_another_version_is_told() {
 }
 
 #[test]
+fn what_to_do_about_a_tracker_that_does_not_go_on_is_a_command_for_the_way_in_which_it_was_started() {
+    let advice = |is_service, health: &Health| {
+        let findings = after(|facts| {
+            facts.is_service = is_service;
+            facts.map.as_mut().unwrap().health = health.clone();
+        });
+        findings[0].advice.clone().unwrap()
+    };
+    for health in [Health::Stands, Health::NoAnswer("refused".into())] {
+        assert!(advice(true, &health).contains("sudo systemctl "), "{health:?}");
+        assert!(!advice(false, &health).contains("systemctl"), "{health:?}");
+    }
+    assert!(advice(false, &Health::NoAnswer("refused".into())).contains("kehai-tracker run --site"));
+    assert!(advice(true, &Health::Other(404)).contains("sport = :8420"));
+}
+
+#[test]
 fn datagrams_of_forty_modules_fit_into_a_usual_buffer_and_of_forty_one_not() {
     let modules = |count: u32| {
         let module = |number| format!("[[module]]\nname = \"m{number}\"\nx = {number}\ny = 0\n");
