@@ -10,6 +10,9 @@ use rustls::pki_types::pem::{Error as PemError, PemObject as _};
 use ureq::Agent;
 use ureq::tls::{Certificate, RootCerts, TlsConfig};
 
+/// Longest answer that is read, bytes: a frame of a thousand modules.
+pub const LONGEST: u64 = 16 << 20;
+
 /// One that waits for so long, goes where it is told only, and trusts the authorities of the system, or those of a file.
 /// Answers of every status are answers.
 ///

@@ -17,6 +17,7 @@ use hall::Tracker;
 use host_tracker::access::roles::Role;
 use host_tracker::web::{Limits, Shares};
 use house::{DOORS, House, PASSWORD, ZONE};
+use kehai_emulator::pc::image::{Fault, Image};
 use kehai_tracking::snapshot::{HttpRefused, ModuleLine, Snapshot};
 use serde_json::{Value, json};
 use tls_client::{Stream, ask, connect, trusting};
@@ -196,6 +197,49 @@ fn an_answer_that_no_client_takes_is_ended() {
     write!(stream, "GET /api/state HTTP/1.1\r\nHost: localhost\r\nAuthorization: {token}\r\n\r\n").unwrap();
     stream.flush().unwrap();
     house.until("counted as unread", |refused| refused.unread == 1);
+}
+
+/// What a command says and whether it succeeded.
+fn command(arguments: &[&str]) -> (bool, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_kehai-tracker")).args(arguments).output().unwrap();
+    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+    (output.status.success(), said)
+}
+
+#[test]
+fn an_update_asks_a_tracker_over_tls_by_the_certificate_that_is_named() {
+    let house = secured(ZONE, Limits::default());
+    house.frames.send_replace(Arc::new(Snapshot { unix_ms: 1, ..Snapshot::default() }));
+    let token = house.token("update", &[Role::View], None);
+    let path = |name: &str| house.folder.path().join(name).to_str().unwrap().to_owned();
+    let (maker, image, signed, keys) =
+        (path("maker.key"), path("image.bin"), path("image.kehai"), path("house.keys"));
+    std::fs::write(&image, Image { version: "0.2.0".into(), fault: Fault::None }.bytes(5000)).unwrap();
+    std::fs::write(&keys, format!("secret = \"{}\"\n", "ab".repeat(32))).unwrap();
+    let (done, said) = command(&["firmware", "key", "--make", &maker]);
+    assert!(done, "{said}");
+    let by = ["--key", &maker, "--program", "pc", "--image-version", "0.2.0"];
+    let (done, said) = command(&[&["firmware", "sign"][..], &by, &[image.as_str(), "-o", &signed]].concat());
+    assert!(done, "{said}");
+
+    // No module is there: what is said of it comes after the tracker was asked.
+    let update = |asked: &[&str]| {
+        let token = token.trim_start_matches("Bearer ");
+        let arguments = ["module", "update", "127.0.0.1:9", &signed, "--keys", &keys, "--token", token];
+        let (done, said) = command(&[&arguments[..], asked].concat());
+        assert!(!done, "{said}");
+        said
+    };
+    let port = house.server.address().port();
+    let (secure, clear) = (format!("https://localhost:{port}"), format!("http://localhost:{port}"));
+    let said = update(&["--tracker", &secure, "--ca", &path("house.cert.pem")]);
+    assert!(said.contains("0 of 1 modules are done"), "{said}");
+    let said = update(&["--tracker", &secure]);
+    assert!(said.contains("name its certificate with --ca") && !said.contains("modules are done"), "{said}");
+    let said = update(&["--tracker", &clear, "--ca", &path("house.cert.pem")]);
+    assert!(said.contains("it is at https://"), "{said}");
+    let said = update(&["--tracker", &secure, "--ca", &path("none.pem")]);
+    assert!(said.contains("none.pem: "), "{said}");
 }
 
 struct Place {

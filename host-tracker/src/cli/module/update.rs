@@ -18,6 +18,7 @@ use kehai_tracking::text::printable;
 use super::super::log::say;
 use super::target::find;
 use crate::cli::failure::Failure;
+use crate::cli::live::LiveArguments;
 use crate::cli::output::print;
 
 /// Bring a signed image to modules, one after the other
@@ -29,6 +30,7 @@ use crate::cli::output::print;
 #[command(after_help = "Examples:
   kehai-tracker module update hall --keys door.keys pico2.kehai
   kehai-tracker module update --all --keys door.keys pico2.kehai
+  kehai-tracker module update --all --keys door.keys --tracker https://kehai.lan:8420 --ca door.cert.pem pico2.kehai
   kehai-tracker module update 192.168.1.20 --keys door.keys --without-tracker pico2.kehai")]
 pub struct Arguments {
     /// The modules, each by name, instance name, identity or address; and the signed image, last
@@ -43,13 +45,9 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", env = "KEHAI_KEYS")]
     keys: PathBuf,
 
-    /// The tracker of the site, asked about doors and zones
-    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8420")]
-    tracker: String,
-
-    /// A token with the role view, if people have to log in there
-    #[arg(long, value_name = "TOKEN", env = "KEHAI_TOKEN", hide_env_values = true)]
-    token: Option<String>,
+    // Asked about doors and zones.
+    #[command(flatten)]
+    live: LiveArguments,
 
     /// Ask no tracker: then no check of doors and zones is made
     #[arg(long)]
@@ -105,15 +103,10 @@ impl Arguments {
         if self.without_tracker {
             return Ok(None);
         }
-        let url = format!("{}/api/state", self.tracker.trim_end_matches('/'));
-        let mut request = ureq::get(&url);
-        if let Some(token) = &self.token {
-            request = request.header("Authorization", format!("Bearer {token}"));
-        }
-        let text = request.call().and_then(|mut answer| answer.body_mut().read_to_string()).map_err(|error| {
-            format!("no tracker at {}: {error}; --tracker says where it is, --without-tracker goes on without", self.tracker)
+        let snapshot = self.live.get("/api/state").map_err(|why| {
+            format!("{why}; --tracker says where the tracker is, --without-tracker goes on without")
         })?;
-        Ok(Some(serde_json::from_str(&text).map_err(|error| format!("{url}: {error}"))?))
+        Ok(Some(snapshot))
     }
 
     /// Until doors are idle, and zones known that were.

@@ -11,15 +11,12 @@ use ureq::Agent;
 
 use super::MapPlace;
 use crate::doctor::facts::{Devices, Health, MapFact};
-use crate::http_agent::agent;
+use crate::http_agent::{LONGEST, agent};
 use crate::map::is_reached;
 use crate::store::reader::Reader;
 
 /// A tracker answers within a second, also if it stands still.
 const PATIENCE: Duration = Duration::from_secs(4);
-
-/// Longest answer that is read, bytes: a frame of a thousand modules.
-const LONGEST: u64 = 16 << 20;
 
 /// The part of `/api/session` that is of interest.
 #[derive(Deserialize)]
