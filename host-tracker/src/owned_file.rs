@@ -67,13 +67,18 @@ pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Logs that the folder of a file which has just been renamed could not be brought to the disk, as on CIFS and some FUSE file
-/// systems. It is no failure: the new file is in its place, and only a loss of power soon after may bring back the former one.
-pub fn log_unsynced(file: &Path, synced: io::Result<()>) {
+/// Brings the folder of a file that was renamed or removed to the disk, where it can be: else that is logged.
+pub fn sync_folder_of(file: &Path) {
+    log_unsynced(file, folder_of(file).and_then(|folder| folder.sync_all()));
+}
+
+/// Logs that the folder of a file which has just changed could not be brought to the disk, as on CIFS and some FUSE file
+/// systems. It is no failure: what was to be done there is done, and only a loss of power soon after may bring back what was before.
+fn log_unsynced(file: &Path, synced: io::Result<()>) {
     if let Err(error) = synced {
         let file = file.display();
         tracing::warn!(
-            "{file}: written, but a loss of power may undo that: its folder cannot be synced: {error}"
+            "{file}: done, but a loss of power may undo that: its folder cannot be synced: {error}"
         );
     }
 }

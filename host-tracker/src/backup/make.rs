@@ -97,7 +97,7 @@ pub fn make(places: &Places, with_card_key: bool, archive: &Path, force: bool) -
     let new = Temporary(file_beside(archive, "new"));
     let bytes = write(&new.0, &manifest, &contents, &copied.0).map_err(of(archive))?;
     fs::rename(&new.0, archive).map_err(of(archive))?;
-    owned_file::folder_of(archive).and_then(|folder| folder.sync_all()).map_err(of(archive))?;
+    owned_file::sync_folder_of(archive);
     Ok(Made { parts, bytes })
 }
 

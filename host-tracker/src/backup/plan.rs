@@ -82,11 +82,12 @@ impl Plan {
             step.take()?;
         }
         for file in self.put.iter().chain(&self.removed) {
-            owned_file::folder_of(file).and_then(|folder| folder.sync_all()).map_err(of(file))?;
+            owned_file::sync_folder_of(file);
         }
         let file = file_of(site);
         removed(&file)?;
-        owned_file::folder_of(&file).and_then(|folder| folder.sync_all()).map_err(of(&file))
+        owned_file::sync_folder_of(&file);
+        Ok(())
     }
 }
 

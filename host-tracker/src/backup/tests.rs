@@ -347,3 +347,17 @@ fn nothing_is_restored_under_a_tracker_that_runs() {
     drop(tracker);
     restore(&archive, &home.places, true).unwrap();
 }
+
+/// In the place of a share whose folder cannot be synced: one that may be written and not opened. Root may open it, too.
+#[cfg(unix)]
+#[test]
+fn a_backup_into_a_folder_that_cannot_be_synced_is_made() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let (home, share) = (Home::full("here"), tempfile::tempdir().unwrap());
+    let may = |mode| fs::set_permissions(share.path(), fs::Permissions::from_mode(mode)).unwrap();
+    may(0o300);
+    let archive = share.path().join("home.tar.gz");
+    let made = make(&home.places, false, &archive, false);
+    may(0o700);
+    assert!(made.is_ok() && archive.exists(), "{made:?}");
+}

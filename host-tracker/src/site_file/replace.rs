@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::owned_file::{folder_of, log_unsynced};
+use crate::owned_file::sync_folder_of;
 
 /// So many former files are kept: an evening of edits. The oldest is overwritten.
 pub const KEPT: usize = 9;
@@ -36,7 +36,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
         let _ = fs::remove_file(&beside);
         return written;
     }
-    log_unsynced(path, folder_of(path).and_then(|folder| folder.sync_all()));
+    sync_folder_of(path);
     Ok(())
 }
 
