@@ -9,6 +9,7 @@ use super::path::Place;
 use super::pose::Source;
 use kehai_tracking::lines::Direction;
 use kehai_tracking::occupancy::ZoneKnown;
+use kehai_tracking::snapshot::DeviceState;
 
 /// A person's path.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +91,7 @@ pub struct Was {
     /// As the site called it.
     pub module: String,
     /// What it was doing.
-    pub state: String,
+    pub state: DeviceState,
     /// Scans a second.
     pub scans_hz: f64,
     /// Share of its scans that were lost within a minute.

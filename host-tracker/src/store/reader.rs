@@ -303,7 +303,7 @@ impl Reader {
             Ok(Was {
                 at_ms: time(row, 0)?,
                 module: row.get(1)?,
-                state: row.get(2)?,
+                state: named(row, 2)?,
                 scans_hz: row.get(3)?,
                 lost_share: row.get(4)?,
                 checksum_errors: time(row, 5)?,

@@ -119,7 +119,7 @@ pub fn health(rows: &[Was]) -> Table {
         let of = |row: &Was| (row.scans_hz > 0.0).then(|| 100.0 * share(row));
         Column::MaybeReal(rows.iter().map(of).collect())
     };
-    let is_there = |row: &&Was| row.state != DeviceState::Missing.name();
+    let is_there = |row: &&Was| row.state != DeviceState::Missing;
     let errors = |row: &Was| Some(row).filter(is_there).map(|row| integer(row.checksum_errors));
     let jitter_ms = |row: &Was| row.clock_offset_ms.map(|_| row.clock_jitter_ms);
     Table {
@@ -127,7 +127,7 @@ pub fn health(rows: &[Was]) -> Table {
         columns: vec![
             ("time", times(rows, |row| row.at_ms)),
             ("module", texts(rows, |row| &row.module)),
-            ("state", texts(rows, |row| &row.state)),
+            ("state", texts(rows, |row| row.state.name())),
             ("scans_hz", reals(rows, |row| row.scans_hz)),
             ("lost_percent", percent(|row| row.lost_share)),
             ("checksum_errors", Column::MaybeNumber(rows.iter().map(errors).collect())),

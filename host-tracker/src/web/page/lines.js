@@ -1,5 +1,6 @@
 // Counting lines on the map: an arrow to the side that is in, and how many went in and out.
 
+import { ZONE } from "./names.js";
 import { middle, path, put, svg } from "./shapes.js";
 import { say } from "./words.js";
 
@@ -44,6 +45,6 @@ export function drawCounts(layer, frame) {
     const counted = inward === null ? "?" : say("map.in-out", { in: inward, out: outward });
     const label = byName.has(name) ? `${name} · ${counted}` : name;
     put(group.querySelector("text"), label);
-    group.classList.toggle("unknown", state !== undefined && state !== "known");
+    group.classList.toggle("unknown", state !== undefined && state !== ZONE.KNOWN);
   }
 }

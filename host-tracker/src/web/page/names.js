@@ -55,6 +55,16 @@ export const KIND = {
   MODULE: "module",
 };
 
+/** Why a module does not see a place, of those that the page treats apart; SEEN is that it does. */
+export const HIDES = {
+  SEEN: "seen",
+  PERSON: "person",
+  THING: "thing",
+  WALL: "wall",
+  SILENT: "silent",
+  NOT_JUDGED: "not-judged",
+};
+
 /** What a wall stops; glass stops people only. */
 export const BLOCKS = { PEOPLE: "people", BEAMS: "beams" };
 

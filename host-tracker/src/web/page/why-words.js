@@ -3,7 +3,7 @@
 //   { zone: { verdict: { is: "seen" }, unseen: [{ size: 1.2, why: { is: "wall" }, … }], … } } ─▶ [{ text }, { text, part: true }, …]
 
 import { sayAbout } from "./alarm-words.js";
-import { ZONE } from "./names.js";
+import { HIDES, ZONE } from "./names.js";
 import {
   age,
   ago,
@@ -71,14 +71,16 @@ const ofVerdict = ({ is, for_s = 0, m2 = 0 }) =>
 
 /** Why a module does not see a place. */
 function hides({ is, track }, module) {
-  const known = is === "person" && track == null ? "somebody" : is;
-  if (module && (is === "silent" || is === "not-judged")) return say(`hides.${is}-of`, { module });
+  const known = is === HIDES.PERSON && track == null ? "somebody" : is;
+  if (module && OF_MODULE.has(is)) return say(`hides.${is}-of`, { module });
   const why = say(`hides.${known}`, { track: String(track) });
   return module && SEEN_FROM.has(is) ? say("hides.from", { why, module }) : why;
 }
 
 /** Reasons that are seen from a module; the others are of all. */
-const SEEN_FROM = new Set(["seen", "person", "thing", "wall"]);
+const SEEN_FROM = new Set([HIDES.SEEN, HIDES.PERSON, HIDES.THING, HIDES.WALL]);
+/** Reasons that are a module's own, which is named. */
+const OF_MODULE = new Set([HIDES.SILENT, HIDES.NOT_JUDGED]);
 
 function ofTrack({ track, role, is_inside, probability }) {
   const what = say(`inside.${is_inside ? role : "edge"}`);
@@ -102,7 +104,7 @@ function ofPerson(person) {
 }
 
 function ofSighting({ module, seen_ago_s, why }) {
-  const sees = why.is === "seen";
+  const sees = why.is === HIDES.SEEN;
   if (sees && seen_ago_s != null && seen_ago_s < NOW_S) return say("sighting.sees", { module });
   const key = `sighting.${seen_ago_s == null ? "never" : "ago"}${sees ? "-looks" : ""}`;
   return say(key, { module, ago: since(seen_ago_s ?? 0), why: hides(why) });
