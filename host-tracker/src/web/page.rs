@@ -35,7 +35,7 @@ const FILES: &[(&str, &[u8])] = files! {
     "main.js" "alarms.css" "alarms.js" "bell.js" "doors.css" "doors.js" "module-actions.css" "module-actions.js" "motion.js" "names.js" "net.js" "view.js" "draw.js" "panel.js" "details.js" "timeline.js" "past.js" "look-back.js" "shapes.js" "site-file.js" "words.js" "words-en.js" "words-de.js" "words-ja.js" "alarm-words.js" "why-words.js" "lines.js" "labels.js"
     "where.js" "why.css" "why.js" "more.js" "heat.css" "heat.js" "charts.js" "plan-picture.js" "paper.js" "firmware.html" "firmware.js" "report.html" "report.css" "report.js" "handover.html" "handover.js" "acceptance.js"
     "edit.js" "edit-check.js" "edit-door.js" "edit-draft.js" "edit-fields.js" "edit-form.js" "edit-keys.js" "edit-lengths.js" "edit-merge.js" "edit-pointer.js" "edit-shapes.js" "edit-together.js" "edit-typing.js" "calibrate.js"
-    "clock.js" "focus.js" "next.js" "tray.js" "survey.js" "picture.js" "picture-place.js"
+    "clock.js" "focus.js" "next.js" "notice.js" "showing.js" "spoken.js" "tray.js" "survey.js" "picture.js" "picture-place.js"
     "who.js" "login.html" "login.css" "login.js" "door.html" "door.css" "door.js" "door-part.js" "icon.svg"
 };
 

@@ -9,25 +9,23 @@ import { LookBack, named } from "./look-back.js";
 import { LINK } from "./names.js";
 import { ask, connect } from "./net.js";
 import { STAGE, stage } from "./next.js";
+import { notice, tellDone } from "./notice.js";
 import { Panel } from "./panel.js";
 import { Past } from "./past.js";
 import { Picture } from "./picture.js";
-import { bounds, isKnown, ofNow, total } from "./shapes.js";
+import { bounds } from "./shapes.js";
+import { Showing } from "./showing.js";
 import { readSite } from "./site-file.js";
+import { speak } from "./spoken.js";
 import { Survey } from "./survey.js";
 import { TimeLine } from "./timeline.js";
 import { Tray } from "./tray.js";
 import { View } from "./view.js";
 import { who } from "./who.js";
-import { clockTime, exactly, say } from "./words.js";
+import { clockTime, say } from "./words.js";
 
 const TRAIL_FRAMES = 120;
-const TRAIL_MS = 12_000;
 const FIELDS = 4; // two seconds
-const PANEL_MS = 250;
-const SPEAK_MS = 5000;
-const SAID_MS = 20_000;
-const PLAYED_SMOOTHLY = 5; // times as fast as life
 
 const get = (id) => document.getElementById(id);
 const body = document.body.classList;
@@ -56,14 +54,14 @@ const past = new Past({
   ready: () => {
     time.ready();
     lookBack.show();
-    if (time.at !== null) show();
+    if (time.at !== null) showing.show();
   },
   failed: (error) => tellDone(error.message),
 });
 const time = new TimeLine(past, { seek });
 const lookBack = new LookBack(time, past, tellDone);
 const view = new View(get("map"), {
-  change: () => redraw(),
+  change: () => showing.redraw(),
   click: (element) => {
     if (mode) return;
     const why = reason(element);
@@ -137,6 +135,9 @@ const picture = new Picture(drawing.layers.picture, view, {
   },
 });
 
+const parts = { drawing, doorMarks, view, editor, picture, time, past, panel, tray };
+const showing = new Showing(state, parts);
+
 /** After a walk, what the modules have measured is shown at once if there is nothing to count in yet. */
 function planned() {
   if (stage(state.site, state.frame?.modules ?? []) === STAGE.NO_ZONE) {
@@ -164,62 +165,7 @@ function end(opener) {
   mode = null;
   get("edit-open").hidden = get("calibrate-open").hidden = false;
   get(opener).focus();
-  redraw();
-}
-
-function redraw() {
-  if (!drawing || !editor) return;
-  if (editor.open) {
-    drawing.site(editor.site, view.px, null);
-    doorMarks.site(editor.site, view.px, null);
-    editor.showShapes();
-  } else {
-    drawing.site(state.site, view.px, state.chosen?.module);
-    doorMarks.site(state.site, view.px, state.chosen?.door);
-  }
-  picture?.open && picture.draw();
-  const length = [0.5, 1, 2, 5, 10, 20, 50].find((m) => m / view.px > 60) ?? 100;
-  get("scale").firstElementChild.style.width = `${length / view.px}px`;
-  get("scale").lastElementChild.textContent = exactly(length);
-  show();
-}
-
-/** Shows the newest frame, or the time that the visitor looks back to. */
-function show(quick = false) {
-  const back = time.at !== null;
-  const line = back ? time.lineAt(time.at) : state.frame;
-  // The picture stays as it is until the answer for that time is here.
-  body.toggle("loading", line === null && back);
-  if (line === null && back) return;
-  const trail = back ? time.before(time.at, TRAIL_MS) : state.recent;
-  const names = back ? new Map() : panel.where.names(state.frame);
-  // What is played at once a time is placed, not walked.
-  const walks = back ? time.playing && time.speed <= PLAYED_SMOOTHLY : true;
-  const ms = !walks ? null : back ? performance.now() : line?.unix_ms ?? null;
-  drawing.tracks(line?.tracks ?? [], trail, state.chosen?.person, names, ms);
-  const known = isKnown(line, back || state.link === LINK.LIVE);
-  const { modules, doors, floors, lines } = ofNow(state.frame, known && !back);
-  drawing.panels(state.site, floors);
-  drawing.crossed(lines);
-  drawing.states(modules, known ? line.zones ?? {} : {});
-  doorMarks.states(doors);
-  tray.show(state.site, modules, known && !back);
-  if (quick && performance.now() - (show.last ?? 0) < PANEL_MS) return;
-  show.last = performance.now();
-  const events = back && past.kept ? past.eventsBefore(time.at) : [];
-  panel.show({
-    site: state.site,
-    line,
-    modules,
-    doors,
-    chosen: state.chosen,
-    known,
-    past: back,
-    events,
-    passages: state.doors,
-    names,
-    frame: state.frame,
-  });
+  showing.redraw();
 }
 
 /** Loads the passages of all doors again when a door has changed. */
@@ -254,7 +200,7 @@ function choose(chosen) {
   state.chosen = chosen;
   panel.why.open(chosen?.person ? { person: chosen.person } : null);
   drawing.fields(state.fields, chosen?.module);
-  redraw();
+  showing.redraw();
   if (chosen) get(chosen.door ? "door-card" : "detail").scrollIntoView({ block: "nearest" });
 }
 
@@ -262,7 +208,7 @@ function seek(at) {
   body.toggle("past", at !== null);
   lookBack.remember(at);
   lookBack.show();
-  show();
+  showing.show();
 }
 
 let loading = null;
@@ -287,26 +233,12 @@ async function takeSite() {
       view.fit(all);
     }
     if (all) view.bounds = all;
-    redraw();
+    showing.redraw();
     // It may have been opened while this was on its way.
     if (editor.open) editor.told(answer.revision);
   } catch (error) {
     notice(error.message);
   }
-}
-
-/** Says what was done, for a while. */
-function tellDone(said) {
-  notice(said);
-  get("notice").classList.add("said");
-  tellDone.over = () => get("notice").textContent === said && notice("");
-  setTimeout(tellDone.over, SAID_MS);
-}
-
-function notice(text) {
-  get("notice").textContent = text;
-  get("notice").classList.remove("said");
-  get("notice").hidden = !text;
 }
 
 function link(next) {
@@ -323,7 +255,7 @@ function link(next) {
     live ? "" : say(next === LINK.LOST ? "link.lost-notice" : "link.silent-notice", { since }),
   );
   if (live) loadHistory();
-  else show();
+  else showing.show();
 }
 
 async function loadHistory() {
@@ -331,16 +263,6 @@ async function loadHistory() {
   time.load(await ask("/api/history").catch(() => []));
   if (!loadHistory.done) jump();
   loadHistory.done = true;
-}
-
-let spoken = { at: 0, total: null };
-function speak(frame) {
-  const now = performance.now(), found = total(frame, state.site, frame.modules).count;
-  // With nothing to count in, nobody is not 0 people.
-  const count = (state.site.zone ?? []).length ? found : found || null;
-  if (count === spoken.total || now - spoken.at < SPEAK_MS) return;
-  spoken = { at: now, total: count };
-  get("spoken").textContent = count === null ? say("spoken.unknown") : say("spoken.people", { n: count });
 }
 
 who();
@@ -355,8 +277,8 @@ const present = connect({
     panel.alarms.update(frame.alarms ?? []);
     time.add(frame);
     loadDoors(frame);
-    if (time.at === null) show(true);
-    speak(frame);
+    if (time.at === null) showing.show(true);
+    speak(frame, state.site);
   },
   fields: (fields) => {
     state.fields = [...state.fields.slice(1 - FIELDS), fields];
