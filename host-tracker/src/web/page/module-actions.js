@@ -1,7 +1,7 @@
 // What can be done with the chosen module: learn, absorb a thing, restart, rename, settings.
 
 import { askModule } from "./net.js";
-import { html, svg } from "./shapes.js";
+import { html, isPlaced, svg } from "./shapes.js";
 import { changeSite } from "./site-file.js";
 import { mayChangeSite } from "./who.js";
 import { age, degrees, metres, say, tell, word } from "./words.js";
@@ -298,7 +298,7 @@ export class ModuleActions {
 
   /** Where a thing is on the map. */
   thing({ bearing_deg, range_m }, index) {
-    if (!this.pose) return "";
+    if (!this.pose || !isPlaced(this.pose)) return "";
     const side = this.pose.upside_down ? -1 : 1;
     const rad = (this.pose.yaw_deg + side * bearing_deg) * Math.PI / 180;
     const x = this.pose.x + Math.cos(rad) * range_m, y = this.pose.y + Math.sin(rad) * range_m;

@@ -17,6 +17,12 @@ export const STAGE = {
 /** The modules of a site whose place is not known. */
 export const unplaced = (site) => (site.module ?? []).filter((module) => !isPlaced(module));
 
+/** Those of them that answer, by the lines of a frame. */
+export const answering = (site, lines) =>
+  unplaced(site).filter(({ name }) =>
+    lines.some((line) => line.name === name && line.state !== MODULE.MISSING)
+  );
+
 /** The lines of modules that answer and that the site does not have. */
 export function strangers(site, lines) {
   const known = new Set([...(site.module ?? []), ...(site.floor ?? [])].map(({ name }) => name));

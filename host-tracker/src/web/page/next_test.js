@@ -1,6 +1,6 @@
 // How far a site has come, stage by stage: `deno test`.
 
-import { STAGE, stage, strangers, words } from "./next.js";
+import { answering, STAGE, stage, strangers, words } from "./next.js";
 
 function equal(found, expected) {
   const [one, other] = [found, expected].map((value) => JSON.stringify(value));
@@ -46,6 +46,12 @@ Deno.test("strangers are those that answer and have no place, floors neither", (
     line("old", { state: "missing" }),
   ];
   equal(strangers(site, lines).map(({ name }) => name), ["new"]);
+});
+
+Deno.test("only modules that answer are asked to learn", () => {
+  const site = { module: [placed("left"), waiting("new"), waiting("off"), waiting("gone")] };
+  const lines = [line("left"), line("new"), line("off", { state: "missing" })];
+  equal(answering(site, lines).map(({ name }) => name), ["new"]);
 });
 
 Deno.test("each stage but the last has one sentence and one button", () => {

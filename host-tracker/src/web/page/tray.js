@@ -3,7 +3,7 @@
 import { alarmText } from "./alarm-words.js";
 import { MODULE } from "./names.js";
 import { askModule } from "./net.js";
-import { STAGE, stage, strangers, unplaced, words } from "./next.js";
+import { answering, STAGE, stage, strangers, unplaced, words } from "./next.js";
 import { html, path, put, svg } from "./shapes.js";
 import { changeSite } from "./site-file.js";
 import { mayAskModules, mayChangeSite } from "./who.js";
@@ -162,7 +162,8 @@ export class Tray {
     put(this.more, next?.more ?? "");
     put(this.button, next?.button ?? "");
     const now = this.root.dataset.stage = stage(site, lines);
-    this.button.hidden = !next || !(now === STAGE.UNLEARNED ? mayAskModules() : mayChangeSite());
+    this.button.hidden = !next ||
+      !(now === STAGE.UNLEARNED ? mayAskModules() && answering(site, lines).length : mayChangeSite());
     this.firmware.hidden = now !== STAGE.ALONE;
     const names = [...waits, ...found];
     for (const [name, card] of this.cards) {
@@ -243,7 +244,8 @@ export class Tray {
         return this.take(strangers(this.site, this.lines).map(({ name }) => name));
       case STAGE.UNLEARNED:
         return this.does(async () => {
-          for (const { name } of unplaced(this.site)) await askModule(name, "learn", {});
+          // One that does not answer keeps no other from learning.
+          for (const { name } of answering(this.site, this.lines)) await askModule(name, "learn", {});
         });
       case STAGE.UNPLACED:
         return this.on.walk();
