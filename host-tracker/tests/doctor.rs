@@ -40,11 +40,19 @@ impl Home {
 
     /// Starts a tracker here, and keeps where its map is.
     fn start(&mut self) -> Running {
+        self.start_with(&[])
+    }
+
+    /// With more options than those with which it is looked at.
+    fn start_with(&mut self, more: &[&str]) -> Running {
         let mut command = Command::new(env!("CARGO_BIN_EXE_kehai-tracker"));
-        command.args(["run", "--http", "0", "--site"]).arg(&self.site).args(&self.options);
+        command.args(["run", "--http", "0", "--site"]).arg(&self.site).args(&self.options).args(more);
         let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
         let mut said = BufReader::new(process.stderr.take().unwrap()).lines().map_while(Result::ok);
-        let place = |line: String| line.split_once("live map at http://").map(|(_, place)| place.to_owned());
+        let place = |line: String| {
+            let (_, url) = line.split_once("live map at ")?;
+            url.split_once("://").map(|(_, place)| place.to_owned())
+        };
         let address = said.find_map(place).expect("it says where its map is");
         self.options.push(format!("--http={}", address.trim().trim_end_matches('/')));
         // Reads and drops the rest, so that a full pipe does not hold the tracker up.
@@ -147,6 +155,14 @@ fn a_tracker_says_that_a_module_of_its_site_does_not_answer() {
     let (status, parts) = home.looked_at(&[]);
     assert_eq!(status, Some(1), "{parts:?}");
     is(&parts, "module", "wrong", "left does not answer");
+}
+
+#[test]
+fn of_a_tracker_over_tls_that_is_asked_in_clear_the_options_are_missed() {
+    let mut home = Home::new();
+    let _running = home.start_with(&["--tls"]);
+    let (_, parts) = home.looked_at(&[]);
+    is(&parts, "version", "unknown", "it is served over TLS: name its options");
 }
 
 #[test]

@@ -96,6 +96,8 @@ fn get<T: DeserializeOwned>(agent: &Agent, url: &str, token: Option<&str>) -> Re
             let text = text.map_err(|error| error.to_string())?;
             serde_json::from_str(&text).map_err(|error| error.to_string())
         }
+        // What is asked in clear of a tracker over TLS.
+        307 => Err("it is served over TLS: name its options, as kehai-tracker doctor SITE.toml -- --http=0.0.0.0:8420".to_owned()),
         401 | 403 => Err("one has to log in".to_owned()),
         status => Err(format!("HTTP {status}")),
     }
