@@ -5,14 +5,15 @@
 //!   kehai/SITE/alarm/module/MODULE/NAME   {"severity":"degraded","text":"…","since_ms":…,"acknowledged":null}
 //!   kehai/SITE/alarm/door/DOOR/NAME       the same; taken away from the broker when it is over
 //!   kehai/SITE/alarm/zone/ZONE/NAME
+//!   kehai/SITE/alarm/area/AREA/NAME       by `kehai-tracker site`
 //!   kehai/SITE/alarm/tracker/NAME
 //! ```
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::messages::{doors, modules, zones};
 use super::payloads::{Alarm, Alarms, written};
-use super::topics::{State, Topics};
+use super::topics::{State, Topics, slugs};
 use kehai_tracking::alarm_list::{About, ListedAlarm};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
@@ -23,12 +24,13 @@ pub fn states(frame: &Snapshot, site: &Site, topics: &Topics) -> BTreeMap<String
         modules(frame).into_iter().map(|(slug, line)| (line.name.as_str(), slug)).collect();
     let doors: BTreeMap<&str, String> = doors(frame).into_iter().collect();
     let zones: BTreeMap<&str, String> = zones(frame, site).into_iter().collect();
+    let areas: BTreeMap<&str, String> = areas(frame).into_iter().collect();
     let place = |alarm: &ListedAlarm| match alarm.about {
         About::Tracker => Some("tracker".to_owned()),
         About::Module => Some(format!("module/{}", modules.get(alarm.of.as_str())?)),
         About::Door => Some(format!("door/{}", doors.get(alarm.of.as_str())?)),
         About::Zone => Some(format!("zone/{}", zones.get(alarm.of.as_str())?)),
-        About::Area => Some(format!("area/{}", alarm.of)),
+        About::Area => Some(format!("area/{}", areas.get(alarm.of.as_str())?)),
     };
     let listed: Vec<(String, &ListedAlarm)> =
         frame.alarms.iter().filter_map(|alarm| Some((place(alarm)?, alarm))).collect();
@@ -49,6 +51,14 @@ pub fn states(frame: &Snapshot, site: &Site, topics: &Topics) -> BTreeMap<String
         states.insert(topic, State { payload: written(&payload), urgent });
     }
     states
+}
+
+/// The areas that alarms are about, with their slugs. A frame names no other areas: of two that are alike, the first by its name of
+/// those with an alarm has the plain word.
+fn areas(frame: &Snapshot) -> Vec<(&str, String)> {
+    let about = frame.alarms.iter().filter(|alarm| alarm.about == About::Area);
+    let names: BTreeSet<&str> = about.map(|alarm| alarm.of.as_str()).collect();
+    slugs(names.into_iter())
 }
 
 #[cfg(test)]
@@ -99,5 +109,23 @@ mod tests {
         frame.modules.clear();
         let none = r#"{"severity":"failed","standing":2,"unacknowledged":1}"#;
         assert_eq!(listed(&mut frame)["kehai/front-door/alarms"].payload, none);
+    }
+
+    #[test]
+    fn areas_have_topics_like_zones_and_two_that_are_alike_have_two() {
+        let (mut frame, mut list) = (frame(), AlarmList::new(1));
+        let lost = |area: &str| Active {
+            source: Source::Area(area.into()),
+            cause: Cause::Fault(AlarmKind::Silent),
+            text: format!("nothing is heard of {area}"),
+        };
+        list.observe(Now { steady_s: 0.1, unix_ms: 100 }, ["hall", "玄関", "Hall"].map(lost));
+        frame.alarms = list.standing().to_vec();
+        let states = states(&frame, &Site::default(), &topics());
+        for (slug, area) in [("hall", "Hall"), ("hall-2", "hall"), ("u7384u95a2", "玄関")] {
+            let state = &states[&format!("kehai/front-door/alarm/area/{slug}/silent")];
+            assert!(state.payload.contains(&lost(area).text), "{slug}: {}", state.payload);
+        }
+        assert_eq!(states.len(), 4, "{states:?}");
     }
 }

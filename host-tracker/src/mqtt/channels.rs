@@ -85,6 +85,7 @@ pub fn channels() -> Vec<Channel> {
         site("moduleAlarm", "alarm/module/{module}/{alarm}", "An alarm of a module.", Json(of::<Alarm>)),
         site("doorAlarm", "alarm/door/{door}/{alarm}", "An alarm of a door.", Json(of::<Alarm>)),
         site("zoneAlarm", "alarm/zone/{zone}/{alarm}", "An alarm of a zone.", Json(of::<Alarm>)),
+        site("areaAlarm", "alarm/area/{area}/{alarm}", "An alarm of an area.", Json(of::<Alarm>)),
         site("door", "door/{door}", "A guarded door.", Json(of::<DoorLine>)),
         site("doorLock", "door/{door}/lock", "What the lock is to be: a lease.", Json(of::<Lock>)).passes(),
         site("doorAlarmOrder", "door/{door}/alarm", "What the alarm is to be.", Json(of::<DoorAlarmOrder>))
@@ -171,10 +172,15 @@ mod tests {
             cause: Cause::Fault(AlarmKind::Crowded),
             text: "let some leave".into(),
         };
+        let lost = Active {
+            source: Source::Area("west".into()),
+            cause: Cause::Fault(AlarmKind::Silent),
+            text: "nothing is heard of it".into(),
+        };
         let mut list = AlarmList::new(1);
         list.observe(
             Now { steady_s: 0.1, unix_ms: 100 },
-            active_alarms(&own, &frame.modules, &frame.doors).chain([crowded]),
+            active_alarms(&own, &frame.modules, &frame.doors).chain([crowded, lost]),
         );
         frame.alarms = list.standing().to_vec();
         frame
