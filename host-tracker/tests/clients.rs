@@ -164,6 +164,32 @@ fn what_no_further_try_can_mend_is_raised() {
 }
 
 #[test]
+fn no_token_is_sent_on_where_a_tracker_is_elsewhere() {
+    let Some(python) = python() else { return };
+    let house = House::bound(ZONE, Limits::default(), true);
+    let token = house.token("screen", &[Role::View], None);
+    let (address, token) = (house.server.address(), token.trim_start_matches("Bearer "));
+    let certificate = house.folder.path().join("house.cert.pem");
+    let text = format!(
+        "import ssl; from kehai import Refused, Tracker\n\
+         tls = ssl.create_default_context(cafile='{}')\n\
+         tls.check_hostname = False\n\
+         for token in [None, '{token}']:\n\
+         \x20   for asks in [lambda tracker: tracker.state(), lambda tracker: next(tracker.frames())]:\n\
+         \x20       try: print(asks(Tracker('http://{address}', token, tls)))\n\
+         \x20       except Exception as why: print(type(why).__name__, why)\n",
+        certificate.display()
+    );
+    let script = Script::start(python, &text);
+    let raised = [(); 4].map(|()| script.until(|_| true));
+    assert_eq!(raised[0], format!("Refused 307: it is at https://{address}/api/state"));
+    assert!(raised[1].contains(&format!("https://{address}/ws")), "{raised:?}");
+    for why in &raised[2..] {
+        assert!(why.starts_with("Refused 426: here it is https:// alone: this token was sent in clear"), "{why}");
+    }
+}
+
+#[test]
 fn a_tracker_that_is_silent_is_given_up_within_seconds() {
     let Some(python) = python() else { return };
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

@@ -13,10 +13,11 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from email.message import Message
 from typing import Any, cast
 
+from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus, InvalidURI, WebSocketException
-from websockets.http11 import Response
 from websockets.sync.client import ClientConnection, connect
 
 from kehai.types import Frame, ReportLine
@@ -55,6 +56,7 @@ class Tracker:
         self._url = url.rstrip("/")
         self._headers = {} if token is None else {"Authorization": f"Bearer {token}"}
         self._tls = tls
+        self._opener = urllib.request.build_opener(_Unmoved, urllib.request.HTTPSHandler(context=tls))
 
     def people(self) -> Iterator[dict[str, int | None]]:
         """How many people are in each zone, whenever that changes. None: it is not known."""
@@ -101,10 +103,10 @@ class Tracker:
         headers = {**self._headers, "Content-Type": "application/json"}
         request = urllib.request.Request(self._url + path, data=body, headers=headers, method=method)
         try:
-            with urllib.request.urlopen(request, timeout=30, context=self._tls) as answer:
+            with self._opener.open(request, timeout=30) as answer:
                 return json.load(answer)
         except urllib.error.HTTPError as error:
-            raise Refused(error.code, _reason(error.read())) from None
+            raise Refused(error.code, _why_refused(error.headers, error.read())) from None
 
     def _messages(self, wish: dict[str, bool], patient: bool = False) -> Iterator[dict[str, Any] | None]:
         """Every message; None when a connection ends, or the first one does not come about."""
@@ -121,7 +123,8 @@ class Tracker:
                 status = error.response.status_code
                 # A token that is wrong stays so, and an address that is another's; a tracker that is full or starts may not.
                 if status < 500:
-                    raise Refused(status, _why_refused(error.response)) from None
+                    why = _why_refused(error.response.headers, error.response.body or b"")
+                    raise Refused(status, why) from None
             except (InvalidURI, ssl.SSLCertVerificationError):
                 raise
             except (OSError, TimeoutError, WebSocketException):
@@ -141,11 +144,20 @@ class Tracker:
         )
 
 
-def _why_refused(response: Response) -> str:
+class _Unmoved(urllib.request.HTTPRedirectHandler):
+    """Follows no redirection, so that it is an error: one that is followed takes the token along, which the first request has
+    sent in clear, and nobody is told.
+    """
+
+    def redirect_request(self, *_: object) -> None:
+        return None
+
+
+def _why_refused(headers: Message | Headers, body: bytes) -> str:
     # A tracker that speaks TLS says where, without a body.
-    if there := response.headers.get("Location"):
+    if there := headers.get("Location"):
         return f"it is at {there}"
-    return _reason(response.body or b"")
+    return _reason(body)
 
 
 def _reason(body: bytes) -> str:

@@ -183,8 +183,13 @@ fn door_of<'a>(route: Option<&str>, name: Option<&'a str>) -> Option<&'a str> {
     name.filter(|_| route.is_some_and(|route| route.starts_with("/api/door/")))
 }
 
-/// Sends a browser to the same page over TLS; a program is told: it may have sent a token in clear, which is to be replaced.
+/// Sends a browser to the same page over TLS; a program is told: it may have sent a token in clear, which is to be replaced. One that
+/// was redirected would never know.
 fn by_tls(asked: &Parts) -> Response {
+    if asked.headers.contains_key(header::AUTHORIZATION) {
+        let why = "here it is https:// alone: this token was sent in clear, and is to be replaced";
+        return refuse(StatusCode::UPGRADE_REQUIRED, why);
+    }
     let host = text(&asked.headers, header::HOST).unwrap_or_default();
     let page = asked.uri.path_and_query().map_or("/", PathAndQuery::as_str);
     match HeaderValue::try_from(format!("https://{host}{page}")) {
