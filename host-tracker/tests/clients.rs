@@ -149,18 +149,52 @@ fn what_no_further_try_can_mend_is_raised() {
     let address = house.server.address();
     let text = format!(
         "from kehai import Tracker\n\
+         try: Tracker('https://{address}').state()\n\
+         except Exception as why: print(type(why).__name__, why)\n\
          for url in ['192.168.1.4:8420', 'http://', 'https://{address}', 'http://{address}']:\n\
          \x20   try:\n\
          \x20       for frame in Tracker(url).frames(): print(frame)\n\
          \x20   except Exception as why: print(type(why).__name__, why)\n"
     );
     let script = Script::start(python, &text);
+    let asked = script.until(|_| true);
+    assert!(asked.starts_with("SSLCertVerificationError "), "{asked}");
     let raised = [(); 4].map(|()| script.until(|_| true));
     assert_eq!(raised[0], "ValueError \"192.168.1.4:8420\": an address begins with http:// or https://");
     assert!(raised[1].starts_with("InvalidURI "), "{raised:?}");
     assert!(raised[2].starts_with("SSLCertVerificationError "), "{raised:?}");
     // As a refusal, or by versions of websockets that follow it, as an address that is none.
     assert!(raised[3].contains(&format!("https://{address}/ws")), "{raised:?}");
+}
+
+#[test]
+fn python_asks_with_each_method_and_takes_answers_of_each_kind() {
+    let Some(python) = python() else { return };
+    let house = House::of(ZONE);
+    house.frames.send_replace(std::sync::Arc::new(Snapshot { unix_ms: 7, ..Snapshot::default() }));
+    let admin = house.token("admin", &[Role::Admin], None);
+    let (url, admin) = (format!("http://{}", house.server.address()), admin.trim_start_matches("Bearer "));
+    let text = format!(
+        "from kehai import Refused, Tracker\n\
+         tracker, png = Tracker('{url}', '{admin}'), b'\\x89PNG\\r\\n\\x1a\\n' + bytes(8)\n\
+         print('# EOF' in tracker.get('/metrics'))\n\
+         print(tracker.put('/api/picture', png, 'image/png'), tracker.get('/api/picture') == png)\n\
+         print(tracker.get('/api/picture/place'), tracker.delete('/api/picture'))\n\
+         site = tracker.get('/api/site')\n\
+         print(list(tracker.put('/api/site', {{'site': site['site'], 'revision': site['revision']}})))\n\
+         try: tracker.get('/api/picture')\n\
+         except Refused as why: print(why)\n"
+    );
+    let script = Script::start(python, &text);
+    let said = [(); 5].map(|()| script.until(|_| true));
+    let expected = [
+        "True",
+        "{} True",
+        "{'picture': True, 'place': None} {}",
+        "['revision']",
+        "404: there is no picture",
+    ];
+    assert_eq!(said, expected);
 }
 
 #[test]
@@ -185,7 +219,10 @@ fn no_token_is_sent_on_where_a_tracker_is_elsewhere() {
     assert_eq!(raised[0], format!("Refused 307: it is at https://{address}/api/state"));
     assert!(raised[1].contains(&format!("https://{address}/ws")), "{raised:?}");
     for why in &raised[2..] {
-        assert!(why.starts_with("Refused 426: here it is https:// alone: this token was sent in clear"), "{why}");
+        assert!(
+            why.starts_with("Refused 426: here it is https:// alone: this token was sent in clear"),
+            "{why}"
+        );
     }
 }
 

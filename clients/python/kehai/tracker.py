@@ -1,7 +1,7 @@
 """A tracker, asked over HTTP and heard over its WebSocket.
 
     Tracker ─┬─ people(), frames(), reports() ─▶ ws://…/ws     again and again, until the caller has had enough
-             └─ state(), get(), post() ────────▶ http://…/api/…
+             └─ state(), get(), put() … ───────▶ http://…/api/…
 
 Callers need not watch the connection: while it is down, every count is None. What no further try can mend is raised: an address that
 is none, a certificate that is not trusted, a refusal.
@@ -21,6 +21,8 @@ from websockets.exceptions import InvalidStatus, InvalidURI, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
 from kehai.types import Frame, ReportLine
+
+JSON = "application/json"
 
 # Between two tries, s: doubled from one to the other.
 AGAIN_S = (0.5, 8.0)
@@ -92,21 +94,37 @@ class Tracker:
         return cast(Frame, self.get("/api/state"))
 
     def get(self, path: str) -> Any:
-        """What a `GET` of this path is answered with. Raises `Refused`, or `OSError` if nobody answers."""
-        return self._ask("GET", path, None)
+        """What a `GET` of this path is answered with: the value of JSON, `str` for other text, else `bytes`.
+
+        Raises `Refused`, `ssl.SSLCertVerificationError`, or another `OSError` if nobody answers; so do the other three.
+        """
+        return self._ask("GET", path)
 
     def post(self, path: str, body: Any) -> Any:
-        """What a `POST` of this path and body is answered with. Raises `Refused`, or `OSError` if nobody answers."""
+        """What a `POST` of this path, with this body as JSON, is answered with."""
         return self._ask("POST", path, json.dumps(body).encode())
 
-    def _ask(self, method: str, path: str, body: bytes | None) -> Any:
-        headers = {**self._headers, "Content-Type": "application/json"}
+    def put(self, path: str, body: Any, content_type: str = JSON) -> Any:
+        """What a `PUT` of this path is answered with. A body of another type than JSON is `bytes`, and sent as it is."""
+        body = json.dumps(body).encode() if content_type == JSON else body
+        return self._ask("PUT", path, body, content_type)
+
+    def delete(self, path: str) -> Any:
+        """What a `DELETE` of this path is answered with."""
+        return self._ask("DELETE", path)
+
+    def _ask(self, method: str, path: str, body: bytes | None = None, content_type: str = JSON) -> Any:
+        headers = self._headers if body is None else {**self._headers, "Content-Type": content_type}
         request = urllib.request.Request(self._url + path, data=body, headers=headers, method=method)
         try:
             with self._opener.open(request, timeout=30) as answer:
-                return json.load(answer)
+                return _content(answer.headers, answer.read())
         except urllib.error.HTTPError as error:
             raise Refused(error.code, _why_refused(error.headers, error.read())) from None
+        except urllib.error.URLError as error:
+            if isinstance(error.reason, ssl.SSLCertVerificationError):
+                raise error.reason from None
+            raise
 
     def _messages(self, wish: dict[str, bool], patient: bool = False) -> Iterator[dict[str, Any] | None]:
         """Every message; None when a connection ends, or the first one does not come about."""
@@ -151,6 +169,14 @@ class _Unmoved(urllib.request.HTTPRedirectHandler):
 
     def redirect_request(self, *_: object) -> None:
         return None
+
+
+def _content(headers: Message, body: bytes) -> Any:
+    if headers.get_content_type() == JSON:
+        return json.loads(body)
+    # What tells its letters is text, whatever else it is.
+    charset = headers.get_content_charset()
+    return body if charset is None else body.decode(charset)
 
 
 def _why_refused(headers: Message | Headers, body: bytes) -> str:
