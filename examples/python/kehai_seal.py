@@ -11,14 +11,18 @@ import hashlib
 import os
 import struct
 import sys
+import time
 
 from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
 
 MAGIC = b"\xe6\xb0\x97"
 HEADER = struct.Struct("<3sBI6sBBQ16s")  # 40 bytes
-SUBSCRIBE, OPEN, COOKIE, OPENED = 0x01, 0x0B, 0x81, 0x87
+SUBSCRIBE, OPEN, REFUSED, COOKIE, OPENED = 0x01, 0x0B, 0x80, 0x81, 0x87
+BAD_COOKIE = 3  # the refusal
+NO_COOKIE = bytes(8)
 WIDTH = 64  # counters that are told apart behind the newest one
+SILENT_S = 3.0  # a session whose module is silent for so long is given up: three renewals
 
 
 def derive(key, purpose, *parts):
@@ -75,51 +79,71 @@ class Channel:
 
     def __init__(self, key_id, key):
         self.key_id, self.key = key_id, key
-        self.module, self.boot, self.cookie = bytes(6), 0, bytes(8)
+        self.module, self.boot, self.cookie = bytes(6), 0, NO_COOKIE
         self.session = None  # number, inward key, outward key
         self.counter, self.newest, self.taken = 0, -1, set()
-        self.request_id, self.host = 0, b""
+        self.asked, self.request_id, self.host = None, 0, b""  # on the way to a session
+        self.heard_s = 0.0
+        # The module has answered with a step towards a session: the next request is to follow at once.
+        self.is_due = False
 
     def seal(self, request):
         """What is to be sent in the place of a request in clear."""
+        self.is_due = False
+        if self.session and time.monotonic() >= self.heard_s + SILENT_S:
+            # The module may have started anew, and knows nothing of this session.
+            self.session = None
         if self.session:
             number, inward, _ = self.session
             self.counter += 1
             return seal(request, inward, number, self.counter - 1)
         self.request_id, self.host = int.from_bytes(os.urandom(4), "little"), os.urandom(16)
-        if self.cookie == bytes(8):
-            header = HEADER.pack(MAGIC, 1, 0, self.module, SUBSCRIBE, 0, 0, bytes(16))
-            return header + struct.pack("<I8s8s", self.request_id, bytes(8), bytes(8))
+        # A cookie is for one open: if that is lost or refused, the next request asks for another one.
+        cookie, self.cookie = self.cookie, NO_COOKIE
+        self.asked = SUBSCRIBE if cookie == NO_COOKIE else OPEN
+        if self.asked == SUBSCRIBE:
+            header = HEADER.pack(MAGIC, 1, 0, bytes(6), SUBSCRIBE, 0, 0, bytes(16))
+            return header + struct.pack("<I8s8s", self.request_id, NO_COOKIE, bytes(8))
         header = HEADER.pack(MAGIC, 1, self.boot, self.module, OPEN, 0, 0, bytes(16))
-        message = struct.pack("<I8s16s", self.request_id, self.cookie, self.host)
+        message = struct.pack("<I8s16s", self.request_id, cookie, self.host)
         return sign(header + message, derive(self.key, b"kehai open", self.module, self.host), self.key_id)
 
     def take(self, datagram):
-        """The message in a datagram of the module, in clear; None if there is none for anybody else."""
+        """The message in a datagram of the module, in clear; None if there is none for anybody else.
+
+        What the module refuses before there is a session is a message, too; it comes in clear, and anybody may have sent it.
+        """
         if len(datagram) < HEADER.size or not datagram.startswith(MAGIC):
             return None
         _, _, boot, module, kind, number, counter, _ = HEADER.unpack_from(datagram)
-        if kind == COOKIE and number == 0 and not self.session:
-            request_id, _, cookie = struct.unpack_from("<I8s8s", datagram, 40)
-            if request_id == self.request_id:
-                self.module, self.boot, self.cookie = module, boot, cookie
-            return None
-        if kind == OPENED and len(datagram) == 61:
-            request_id, session, device = struct.unpack_from("<IB16s", datagram, 40)
-            inward, outward = session_keys(self.key, module, boot, self.host, device)
-            if request_id == self.request_id and number == session and is_signed(datagram, outward):
-                self.session = (session, inward, outward)
-                self.counter, self.newest, self.taken = 0, 0, {0}
-            return None
-        if not self.session or number != self.session[0]:
-            return None
-        if counter in self.taken or counter <= self.newest - WIDTH:
+        if not self.session:
+            return self._step(datagram, boot, module, kind, number)
+        if number != self.session[0] or counter in self.taken or counter <= self.newest - WIDTH:
             return None
         opened = unseal(datagram, self.session[2])
         if opened is not None:
+            self.heard_s = time.monotonic()
             self.newest = max(self.newest, counter)
             self.taken = {taken for taken in self.taken | {counter} if taken > self.newest - WIDTH}
         return opened
+
+    def _step(self, datagram, boot, module, kind, number):
+        """Takes an answer to what was asked for a session. Returns a refusal that does not go away by another cookie."""
+        if datagram[40:44] != struct.pack("<I", self.request_id):
+            return None
+        if kind == COOKIE and self.asked == SUBSCRIBE and len(datagram) >= 60:
+            self.module, self.boot, self.cookie = module, boot, datagram[52:60]
+            self.is_due = True
+        elif kind == OPENED and self.asked == OPEN and len(datagram) == 61:
+            session, device = struct.unpack_from("<B16s", datagram, 44)
+            inward, outward = session_keys(self.key, module, boot, self.host, device)
+            if number == session and is_signed(datagram, outward):
+                self.session = (session, inward, outward)
+                self.counter, self.newest, self.taken = 0, 0, {0}
+                self.heard_s, self.is_due = time.monotonic(), True
+        elif kind == REFUSED and len(datagram) >= 46 and datagram[45] != BAD_COOKIE:
+            return datagram
+        return None
 
 
 def check(path):

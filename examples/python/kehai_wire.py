@@ -384,19 +384,18 @@ def listen(host, channel=None):
     link.connect(where[4])
     value, request_id, due = bytes(8), int.from_bytes(os.urandom(4), "little"), 0.0
     while True:
-        if time.monotonic() >= due:
-            due, request_id = time.monotonic() + 1.0, (request_id + 1) % 2**32
-            request = subscribe(request_id, value)
-            link.send(channel.seal(request) if channel else request)
-        if not select.select([link], [], [], max(0.0, due - time.monotonic()))[0]:
-            continue
         try:
+            if time.monotonic() >= due:
+                due, request_id = time.monotonic() + 1.0, (request_id + 1) % 2**32
+                request = subscribe(request_id, value)
+                link.send(channel.seal(request) if channel else request)
+            if not select.select([link], [], [], max(0.0, due - time.monotonic()))[0]:
+                continue
             datagram = link.recv(2048)
             if channel:
-                had_session, datagram = channel.session, channel.take(datagram)
+                datagram = channel.take(datagram)
+                due = 0.0 if channel.is_due else due
                 if datagram is None:
-                    # A step towards a session: the next one follows at once.
-                    due = due if had_session else 0.0
                     continue
             message = decode(datagram)
         except (Malformed, ConnectionError) as error:

@@ -1,21 +1,15 @@
 //! A recorded exchange for authors of other implementations, and the one in Python that opens it.
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader};
-use std::net::{SocketAddr, UdpSocket};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
-use kehai::link::{Dropped, Lane, Outbox};
 use kehai::seal::Key;
 use kehai::wire::{DATAGRAM_MAX, Identity, Request};
 
 use super::{ID, Program, Role, Sent, claimed, key};
 
-fn project() -> &'static Path {
+pub fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -71,7 +65,7 @@ fn the_recorded_exchange_has_its_bytes() {
 }
 
 /// Python with `cryptography`: `./ci.sh test` installs it.
-fn python() -> Option<Command> {
+pub fn python() -> Option<Command> {
     let name = std::env::var("KEHAI_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let has_it = Command::new(&name).args(["-c", "import cryptography"]).output();
     if !has_it.is_ok_and(|output| output.status.success()) {
@@ -95,64 +89,4 @@ fn python_opens_the_recorded_exchange_and_nothing_else() {
     assert!(!output.status.success());
     let line = String::from_utf8(output.stderr).unwrap();
     assert!(line.contains("does not open: open, opened, request, message"), "{line}");
-}
-
-/// A socket as a module's way out.
-struct Port(UdpSocket);
-
-impl Outbox for Port {
-    fn try_send_to(&mut self, _: Lane, to: std::net::SocketAddrV4, bytes: &[u8]) -> Result<(), Dropped> {
-        self.0.send_to(bytes, to).map(|_| ()).map_err(|_| Dropped)
-    }
-
-    fn is_empty(&mut self, _: Lane) -> bool {
-        true
-    }
-
-    fn reopen(&mut self, _: Lane) {}
-}
-
-#[test]
-fn python_subscribes_to_a_module_with_keys() {
-    let Some(mut script) = python() else { return };
-    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    socket.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
-    let address = socket.local_addr().unwrap().to_string();
-    let stop = Arc::new(AtomicBool::new(false));
-    let stopped = Arc::clone(&stop);
-    let device = std::thread::spawn(move || {
-        let (mut module, mut port, begun) = (claimed(), Port(socket), Instant::now());
-        let mut room = [0; DATAGRAM_MAX + 1];
-        while !stopped.load(Ordering::Relaxed) {
-            let now_us = begun.elapsed().as_micros() as u64;
-            if let Ok((length, SocketAddr::V4(from))) = port.0.recv_from(&mut room) {
-                module.receive(from, &mut room[..length], now_us, &mut port);
-            }
-            module.poll(now_us, &mut port);
-        }
-    });
-    let (id, Key(bytes)) = key(Role::Read);
-    let digits: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-    let wire = project().join("examples/python/kehai_wire.py");
-    let mut host = script
-        .arg(wire)
-        .args(["--listen", &address, "--key", &format!("{id}:{digits}")])
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let lines = BufReader::new(host.stdout.take().unwrap()).lines();
-    let mut kinds: Vec<String> = Vec::new();
-    for line in lines.take(20).map(Result::unwrap) {
-        kinds.push(line);
-        if ["subscribed", "health"].iter().all(|kind| kinds.iter().any(|line| line.contains(kind))) {
-            break;
-        }
-    }
-    host.kill().unwrap();
-    host.wait().unwrap();
-    stop.store(true, Ordering::Relaxed);
-    device.join().unwrap();
-    assert!(kinds[0].contains("\"message\": \"cookie\""), "{kinds:?}");
-    assert!(kinds.iter().any(|line| line.contains("\"message\": \"subscribed\"")), "{kinds:?}");
-    assert!(kinds.iter().any(|line| line.contains("\"message\": \"health\"")), "{kinds:?}");
 }

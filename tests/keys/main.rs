@@ -9,6 +9,7 @@
 mod attack;
 mod exchange;
 mod images;
+mod python;
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
@@ -63,18 +64,25 @@ fn records(roles: &[Role]) -> Vec<u8> {
 }
 
 fn module(keyring: Keyring) -> Box<Module<1>> {
-    let about =
-        About { module: ID, secret: [7; 16], firmware: "1", build: "", board: "pc", watchdog_reset: false };
+    started(3, [7; 16], keyring)
+}
+
+fn started(boot: u32, secret: [u8; 16], keyring: Keyring) -> Box<Module<1>> {
+    let about = About { module: ID, secret, firmware: "1", build: "", board: "pc", watchdog_reset: false };
     let mut module = Box::new(Module::new(about));
-    module.begin(3, Settings::new());
+    module.begin(boot, Settings::new());
     module.begin_keys(keyring);
     module
 }
 
-fn claimed() -> Box<Module<1>> {
+fn owned() -> Keyring {
     let mut keyring = Keyring::restored(Ok(&records(&[Role::Read, Role::Raw, Role::Control])));
     keyring.set_label(&LABEL);
-    let mut module = module(keyring);
+    keyring
+}
+
+fn claimed() -> Box<Module<1>> {
+    let mut module = module(owned());
     module.begin_images(Ok(Standing { room: 16, ..Standing::NO_BOOT_LOADER }));
     module
 }
