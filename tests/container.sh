@@ -16,7 +16,12 @@ say() { printf '   %s\n' "$*"; }
 [ "$(id -u)" = 0 ] || fail "run it as root: buildah changes its root"
 package=$(realpath "$1") bare=${2:-/var/tmp/kehai-bookworm}
 [ -x "$bare/usr/bin/dpkg" ] || fail "no bare Debian in $bare: tests/package.sh makes it"
-containerfile=$(cd "$(dirname "$0")/.." && pwd)/packaging/container/Containerfile
+project=$(cd "$(dirname "$0")/.." && pwd)
+containerfile=$project/packaging/container/Containerfile
+# What users are told to build it with: an image of another format has no health check.
+documented=$(sed -n 's/^# *\(podman build .*\)/\1/p' "$containerfile")
+grep -qF -- "$documented" "$project/docs/install.md" || fail "docs/install.md builds it in another way than the Containerfile says"
+read -ra format <<<"$(grep -o -- '--format [a-z]*' <<<"$documented" || true)"
 
 work=$(mktemp -d /var/tmp/kehai-container.XXXXXX)
 # Another port than that of a tracker on this machine.
@@ -41,7 +46,7 @@ in_it commit --quiet --rm "$base" kehai-bare >/dev/null
 
 mkdir "$work/context"
 cp "$package" "$work/context"
-in_it build --quiet --format docker --pull-never --build-arg BASE=localhost/kehai-bare --tag kehai-tracker \
+in_it build --quiet "${format[@]}" --pull-never --build-arg BASE=localhost/kehai-bare --tag kehai-tracker \
     --file "$containerfile" "$work/context" >"$work/built" 2>&1 || fail "it does not build: $(cat "$work/built")"
 # What the image says of how it runs: a word a line.
 of_image() {
