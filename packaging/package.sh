@@ -18,7 +18,7 @@ if [ -z "${KEHAI_WITHOUT_FIRMWARE:-}" ]; then
 fi
 (cd "$out/firmware" && sha256sum -- * >SHA256SUMS)
 cargo build --locked --profile bench -p host-tracker --bin kehai-tracker
-tracker=target/release/kehai-tracker
+tracker=${CARGO_TARGET_DIR:-target}/release/kehai-tracker
 "$tracker" completions bash >"$out/kehai-tracker.bash"
 "$tracker" completions zsh >"$out/_kehai-tracker"
 "$tracker" completions fish >"$out/kehai-tracker.fish"

@@ -14,6 +14,11 @@ cd "$(dirname "$0")/.."
 
 version=$(sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)"/\1/p' Cargo.toml)
 [ -n "$version" ] || { echo "release.sh: Cargo.toml names no version" >&2; exit 1; }
+# Whose updates the boot loaders take, as they were built: what the environment names now may be another's.
+makers=target/firmware/MAKERS
+[ -s "$makers" ] || { echo "release.sh: no $makers: packaging/firmware.sh makes it" >&2; exit 1; }
+development=$(sed -n '/const DEVELOPMENT/,/];/s/0x//gp' src/update/maker.rs | tr -cd 0-9a-f)
+[ "${#development}" = 64 ] || { echo "release.sh: src/update/maker.rs tells no development key" >&2; exit 1; }
 out=target/release-files/kehai-$version
 rm -rf target/release-files && mkdir -p "$out"
 
@@ -24,7 +29,7 @@ python3 packaging/third_party.py target/package/*.cdx.json >"$out/THIRD-PARTY.md
 {
     printf '# kehai %s\n\n' "$version"
     printf 'Flashing a board with these files: docs/hardware.md, part 4. `sha256sum --check SHA256SUMS` compares them.\n\n'
-    if [ -z "${KEHAI_UPDATE_KEYS:-}" ]; then
+    if grep -qixE "[[:space:]]*(development|$development)[[:space:]]*" "$makers"; then
         printf '**The boot loaders of this release take updates signed with the development key, which everybody has** (docs/security.md).\n\n'
     fi
     awk '/^## \[/ { parts++ } parts == 1' CHANGELOG.md
