@@ -75,6 +75,31 @@ fn modules_that_stay_are_kept_and_new_ones_added() {
 }
 
 #[test]
+fn a_module_without_a_place_sees_nothing_and_is_named() {
+    let given = format!("{OFFICE}\n[[module]]\nname = \"boxed\"\nx = 2.0\ny = 2.0\nplaced = false\n");
+    let (folder, file) = site("unplaced", &given);
+    let out = folder.join("out.toml");
+    let run = |more: &[&str]| {
+        let output = plan(&[&[file.as_str(), "--keep", "--modules", "1", "--seeds", "0-0"], more].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (_, bare) = site("unplaced-bare", OFFICE);
+    let alone = plan(&[&bare, "--modules", "1", "--seeds", "0-0", "--json"]);
+    let alone: serde_json::Value = serde_json::from_slice(&alone.stdout).unwrap();
+    let kept: serde_json::Value =
+        serde_json::from_str(&run(&["--json", "--out", out.to_str().unwrap()])).unwrap();
+    assert_eq!(kept["steps"], alone["steps"], "it adds nothing to what is seen");
+    assert_eq!((&kept["layouts"], &kept["left_out"]), (&alone["layouts"], &serde_json::json!(["boxed"])));
+    assert!(run(&[]).contains("left out, as they have no place: boxed\n"));
+    let site = Site::parse("out.toml", &std::fs::read_to_string(&out).unwrap()).unwrap();
+    let modules: Vec<(&str, bool)> =
+        site.modules.iter().map(|module| (module.name.as_str(), module.placed)).collect();
+    assert_eq!(modules, [("planned 1", true), ("boxed", false)], "it stays in the file");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn what_cannot_be_planned_is_refused_in_one_line() {
     let (folder, file) = site("office-again", OFFICE);
     let (_, empty) = site("empty", "");

@@ -41,7 +41,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=64), requires_if("0", "keep"))]
     modules: Option<u8>,
 
-    /// The modules in the file stay, and new ones are added; else the file's are left out
+    /// The modules in the file that have a place stay, and new ones are added; else the file's are left out
     #[arg(long)]
     keep: bool,
 
@@ -107,6 +107,9 @@ struct Plan {
     m2: f64,
     /// Places that were compared.
     places: usize,
+    /// Modules of the file that have no place: they see nothing here.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    left_out: Vec<String>,
     /// With the first module, the first two, …
     steps: Vec<Share>,
     /// The best first, by the share of exact counts.
@@ -202,6 +205,7 @@ fn plan(arguments: &Arguments, task: &Task, survey: &Survey, number: Number) -> 
         people: task.people,
         m2: survey.ground.m2(),
         places: survey.places.len(),
+        left_out: task.left_out().map(|module| module.name.clone()).collect(),
         steps: steps.collect(),
         layouts: judged,
     })
@@ -214,7 +218,8 @@ fn is_same(one: &Path, other: &Path) -> bool {
 }
 
 fn write(out: &Path, arguments: &Arguments, task: &Task, best: &Judged) -> Result<(), Box<dyn Error>> {
-    let site = Site { modules: best.modules.clone(), ..task.site.clone() };
+    let modules = best.modules.iter().chain(task.left_out()).cloned().collect();
+    let site = Site { modules, ..task.site.clone() };
     let [low, high] = best.exact_95;
     let head = format!(
         "# Planned by kehai-sim plan from {} for {} people: {}\n# Rename each module to the name or identity of the device that is mounted there.\n\n",
@@ -258,11 +263,14 @@ fn print(plan: &Plan, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         writeln!(out)?;
         return Ok(());
     }
-    let Plan { site, sensor, height_m, people, m2, places, .. } = plan;
+    let Plan { site, sensor, height_m, people, m2, places, left_out, .. } = plan;
     writeln!(
         out,
         "{site}: {m2:.1} m² in zones, {places} places for a {sensor} at {height_m:.2} m, {people} people"
     )?;
+    if !left_out.is_empty() {
+        writeln!(out, "left out, as they have no place: {}", left_out.join(", "))?;
+    }
     writeln!(out, "\nnew modules   seen by one   from two sides")?;
     for (number, share) in (1..).zip(&plan.steps) {
         writeln!(out, "{number:>11}   {:>9.1} %   {:>12.1} %", 100.0 * share.one, 100.0 * share.two)?;

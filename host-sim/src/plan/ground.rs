@@ -9,15 +9,15 @@
 
 use kehai_tracking::geometry::{bounds, inside};
 
+use super::Task;
 use super::bits::{Bits, WORD};
-use super::{Mount, Task};
 use crate::world::body::{Body, Section};
 use crate::world::geometry::Point;
 use crate::world::motion::{Motion, Track};
 use crate::world::person::Person;
 use crate::world::random::{Purpose, Stream};
 use crate::world::scene::{Scene, SceneError};
-use crate::world::site::{Site, Zone};
+use crate::world::site::{Module, Site, Zone};
 use crate::world::walkable::Walkable;
 
 /// Side of a cell, m: that of the coverage which calibration prints.
@@ -167,11 +167,13 @@ fn gather(task: &Task, standing: &[Point], crowd: u64) -> Vec<Person> {
 }
 
 impl Task {
-    /// The modules that stay.
-    #[must_use]
-    pub fn kept(&self) -> Vec<Mount> {
-        let mount =
-            |module: &crate::world::site::Module| Mount { pose: module.pose(), height_m: module.height_m };
-        self.site.modules.iter().map(mount).collect()
+    /// The modules that stay: those that have a place. What another one sees is not used.
+    pub fn kept(&self) -> impl Iterator<Item = &Module> {
+        self.site.modules.iter().filter(|module| module.placed)
+    }
+
+    /// The modules that are left out, as they have no place.
+    pub fn left_out(&self) -> impl Iterator<Item = &Module> {
+        self.site.modules.iter().filter(|module| !module.placed)
     }
 }

@@ -61,7 +61,8 @@ impl Survey {
         let looks: Vec<(Mount, Sight)> = all.par_iter().map(|place| (*place, look(place))).collect();
         let sees = |(_, sight): &(Mount, Sight)| sight.empty.count() > 0;
         let (places, sights) = looks.into_iter().filter(sees).unzip();
-        let kept = task.kept().iter().map(look).collect();
+        let mount = |module: &Module| Mount { pose: module.pose(), height_m: module.height_m };
+        let kept = task.kept().map(|module| look(&mount(module))).collect();
         Ok(Self { ground, places, sights, kept, task: task.clone() })
     }
 
@@ -137,7 +138,7 @@ impl Survey {
     /// The modules of a layout: those that stay, and the new ones, each with a name of its own.
     #[must_use]
     pub fn modules(&self, layout: &Layout) -> Vec<Module> {
-        let mut modules = self.task.site.modules.clone();
+        let mut modules: Vec<Module> = self.task.kept().cloned().collect();
         for place in layout.places.iter().filter_map(|place| self.places.get(*place)) {
             let is_taken = |name: &String| {
                 self.task.site.places().any(|(_, known)| known == name)
