@@ -109,11 +109,12 @@ fn what_cannot_be_planned_is_refused_in_one_line() {
         "[[wall]]\npoints = [[0.6, 0.0], [1.6, 0.0]]\n\n[[zone]]\nname = \"office\"",
     );
     let (_, shut) = site("shut", &across);
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 7] = [
         (&["nowhere.toml"], "nowhere.toml: "),
         (&[&empty], "has no zone"),
         (&[&open], "no wall from which a zone is seen"),
         (&[&file, "--out", &file], "is the site itself"),
+        (&[&file, "--seeds", "0-0", "--modules", "1", "--svg", &file], "is the site itself"),
         (&[&shut, "--modules", "1", "--seeds", "0-0"], "no way leads from entry \"corridor\""),
         (&[&file, "--seeds", "0-0", "--modules", "1", "--svg", "/dev/null/x"], "/dev/null/x: "),
     ];

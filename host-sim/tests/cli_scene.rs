@@ -35,6 +35,76 @@ fn a_scene_writes_its_lines_and_a_picture_the_same_every_time() {
     assert!(truth.starts_with("{\"t\":0.0,\"people\":[]}\n") && picture.contains("</svg>"));
 }
 
+/// A short scene with modules of these names, in a folder of its own.
+fn room(test: &str, modules: [&str; 2]) -> (PathBuf, String) {
+    let folder = folder(test);
+    std::fs::create_dir_all(&folder).unwrap();
+    let module = |name, y| format!("[[site.module]]\nname = \"{name}\"\nx = 0\ny = {y}\nyaw_deg = 90\n");
+    let text = format!(
+        "duration_s = 1\n{}{}[[site.wall]]\npoints = [[-2, 3], [2, 3]]\n",
+        module(modules[0], 0),
+        module(modules[1], 1)
+    );
+    let file = folder.join("scene.toml");
+    std::fs::write(&file, text).unwrap();
+    (folder, file.to_str().unwrap().to_owned())
+}
+
+#[test]
+fn each_module_has_a_recording_of_its_name() {
+    let (folder, file) = room("names", ["hall.1", "hall.2"]);
+    let scans = folder.join("scans");
+    // The same again replaces the same.
+    for _ in 0..2 {
+        let output = scene(&[&file, "--scans", scans.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let mut files: Vec<_> =
+        std::fs::read_dir(&scans).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    files.sort();
+    assert_eq!(files, ["hall.1.csv", "hall.2.csv", "site.toml"]);
+    std::fs::remove_dir_all(&folder).unwrap();
+    let (folder, file) = room("slash", ["left", "../right"]);
+    let output = scene(&[&file, "--scans", folder.join("scans").to_str().unwrap()]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && text.contains("module \"../right\": no file can have"), "{text}");
+    assert!(!folder.join("right.csv").exists());
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_site_of_another_scene_is_not_written_over() {
+    let (folder, file) = room("site", ["left", "right"]);
+    let site = folder.join("site.toml");
+    std::fs::write(&site, "# drawn by hand\n").unwrap();
+    let output = scene(&[&file, "--scans", folder.to_str().unwrap()]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && text.contains("site.toml: is another site"), "{text}");
+    assert_eq!(std::fs::read_to_string(&site).unwrap(), "# drawn by hand\n");
+    assert!(!folder.join("left.csv").exists(), "nothing is written");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_recording_whose_end_does_not_fit_is_an_error() {
+    let (folder, file) = room("full", ["left", "right"]);
+    let scans = folder.join("scans");
+    let arguments = ["scene", &file, "--scans", scans.to_str().unwrap()];
+    assert!(scene(&arguments[1..]).status.success());
+    let size = std::fs::metadata(scans.join("left.csv")).unwrap().len();
+    // Blocks of 512 bytes; who asks for more gets an error, without a signal.
+    let limited = format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", (size - 1) / 512);
+    let output = Command::new("sh")
+        .args(["-c", &limited, "sh", env!("CARGO_BIN_EXE_kehai-sim")])
+        .args(arguments)
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && text.contains(".csv: "), "{text}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 #[test]
 fn what_cannot_be_is_refused_in_one_line() {
     let cases: [(&[&str], &str); 5] = [

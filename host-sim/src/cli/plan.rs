@@ -142,6 +142,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         )
         .into());
     }
+    if arguments.svg.as_deref().is_some_and(|svg| is_same(svg, &arguments.file)) {
+        return Err(format!("{name}: is the site itself: give --svg another name").into());
+    }
     if site.zones.is_empty() {
         return Err(format!("{name}: has no zone: draw where people are to be counted").into());
     }

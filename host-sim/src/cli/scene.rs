@@ -179,19 +179,32 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     print(&summary, area(&record), arguments.json)
 }
 
-/// What the sensors measure, and the site.
+/// What the sensors measure, and the site. A file of another site is not written over.
 fn save_scans(folder: &Path, name: &str, scene: &Scene, seed: u64) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    for (module, recording) in scans(&World::new(scene, seed)) {
-        let path = folder.join(&module).with_extension("csv");
-        let written = || {
-            recording.write(BufWriter::new(File::create(&path)?), &format!("simulated, {name}, seed {seed}"))
-        };
-        written().map_err(|error| format!("{}: {error}", path.display()))?;
+    let at = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
+    std::fs::create_dir_all(folder).map_err(|error| at(folder, error))?;
+    let (site, text) = (folder.join("site.toml"), toml::to_string(&scene.site)?);
+    match std::fs::read(&site) {
+        Ok(there) if there != text.as_bytes() => {
+            return Err(format!("{}: is another site: give --scans another folder", site.display()).into());
+        }
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(at(&site, error).into()),
+        Ok(_) | Err(_) => {}
     }
-    let path = folder.join("site.toml");
-    std::fs::write(&path, toml::to_string(&scene.site)?)
-        .map_err(|error| format!("{}: {error}", path.display()))?;
+    for (module, recording) in scans(&World::new(scene, seed)) {
+        // A name may have a dot, which is no extension, and a slash, which is no folder.
+        if Path::new(&module).file_name().is_none_or(|file| file != module.as_str()) {
+            return Err(format!("{name}: module \"{module}\": no file can have this name: rename it").into());
+        }
+        let path = folder.join(format!("{module}.csv"));
+        let written = || {
+            let mut out = BufWriter::new(File::create(&path)?);
+            recording.write(&mut out, &format!("simulated, {name}, seed {seed}"))?;
+            out.flush()
+        };
+        written().map_err(|error| at(&path, error))?;
+    }
+    std::fs::write(&site, text).map_err(|error| at(&site, error))?;
     Ok(())
 }
 
