@@ -16,12 +16,15 @@ use std::fmt;
 use std::sync::Arc;
 
 use kehai_emulator::simulated_time::Stuck;
+use kehai_tracking::geometry::{Point, inside};
 use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::tracker::LifeCycle;
 
 use crate::baselines::Choice;
+use crate::experiment::log::zone;
 use crate::run::{Options, Run, TICK_US, module_id};
 use crate::world::scene::Scene;
+use crate::world::site::Zone;
 
 /// Samples of a soak.
 const TENTHS: u64 = 10;
@@ -75,9 +78,9 @@ pub struct Sample {
     pub tracks: u64,
     /// Numbers given to tracks so far.
     pub numbers: u64,
-    /// People in the room so far: times that one came in.
+    /// Times so far that a person came into the zone that counts.
     pub visits: u64,
-    /// Share of the tenth's frames with as many tracks as people in the room.
+    /// Share of the tenth's frames with as many tracks as people there.
     pub right_share: f64,
 }
 
@@ -137,6 +140,11 @@ pub fn drift(first: &Sample, now: &Sample, (modules, people): (u64, u64)) -> Vec
     found.into_iter().flatten().collect()
 }
 
+/// No module of the scene has a place: the tracker would use no scan, however long it went on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("the scene has no module that has a place")]
+pub struct NoModule;
+
 /// A soak in progress.
 pub struct Soak {
     run: Run,
@@ -147,6 +155,8 @@ pub struct Soak {
     periods_us: Vec<u64>,
     /// Walls of each module as learned first, mm.
     first_mm: BTreeMap<usize, Arc<[u16]>>,
+    /// Corners of the zone in which people are judged: the first that counts. None: everywhere.
+    area: Option<Vec<Point>>,
     inside: Vec<u32>,
     sample: Sample,
     tally: Tally,
@@ -163,21 +173,27 @@ struct Tally {
 
 impl Soak {
     /// The built-in scene, or another one, under a seed.
-    #[must_use]
-    pub fn new(scene: &Scene, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// [`NoModule`].
+    pub fn new(scene: &Scene, seed: u64) -> Result<Self, NoModule> {
+        if !scene.site.modules.iter().any(|module| module.placed) {
+            return Err(NoModule);
+        }
         let run = Run::new(scene, seed, &Options::default());
         let periods_us =
             run.world().sensors().iter().map(|(_, sensor)| sensor.clock().period_us.into()).collect();
-        Self {
+        Ok(Self {
             site_tracker: SiteTracker::new(&Arc::new(scene.site.clone()), Choice::default()),
             run,
             tick: 0,
             periods_us,
             first_mm: BTreeMap::new(),
+            area: zone(&scene.site).map(Zone::corners),
             inside: Vec::new(),
             sample: Sample::default(),
             tally: Tally::default(),
-        }
+        })
     }
 
     /// Modules and people of the site.
@@ -226,12 +242,13 @@ impl Soak {
         let line = self.site_tracker.line(at_s);
         self.sample.tracks = line.tracks.len() as u64;
         self.sample.numbers = line.tracks.iter().map(|track| track.id).fold(self.sample.numbers, u64::max);
-        let is_inside = |x: f64, y: f64| (0.0..4.5).contains(&x) && (0.0..3.5).contains(&y);
+        let area = self.area.as_deref();
+        let is_inside = |x: f64, y: f64| area.is_none_or(|corners| inside(Point::new(x, y), corners));
         let people = self.run.moment(at_us).people;
-        let inside: Vec<u32> =
+        let there: Vec<u32> =
             people.iter().filter(|person| is_inside(person.x, person.y)).map(|person| person.id).collect();
-        self.sample.visits += inside.iter().filter(|id| !self.inside.contains(id)).count() as u64;
-        self.inside = inside;
+        self.sample.visits += there.iter().filter(|id| !self.inside.contains(id)).count() as u64;
+        self.inside = there;
         if at_s > BEGUN_S {
             let sure = |state| state != LifeCycle::Tentative;
             let found = line.tracks.iter().filter(|track| sure(track.state) && is_inside(track.x, track.y));

@@ -12,6 +12,7 @@ use host_sim::world::scene::Scene;
 ///
 /// Two sensors with the firmware's tasks, a network, and the tracker, in a room that people visit and sit in. After each
 /// tenth a line: bytes in use, error of the sessions' clocks against the truth, walls that are elsewhere than at first, tracks.
+/// People are judged in the first zone of the scene that counts, or everywhere where there is none.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   kehai-sim soak --scans 40000                  half an hour of two sensors: some seconds
@@ -39,7 +40,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let scene = Scene::load(&arguments.scene.to_string_lossy())?;
     let begun = Instant::now();
     let most = arguments.at_most_min.map(|minutes| Duration::from_secs(60 * minutes));
-    let mut soak = Soak::new(&scene, arguments.seed.unwrap_or(scene.seed));
+    let mut soak = Soak::new(&scene, arguments.seed.unwrap_or(scene.seed))
+        .map_err(|error| format!("{}: {error}", arguments.scene.display()))?;
     let heap = || crate::HEAP.allocated() as u64;
     println!(
         "     scans  days  kB in use, most  clock: mean, worst, ms  walls elsewhere, %  tracks  numbers  visits  right, %"
