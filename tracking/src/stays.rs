@@ -7,7 +7,7 @@
 //!   ─ ─ ─ ─│─ ─ ─ ─
 //! ```
 //!
-//! A person is a confirmed or occluded track. One that is lost has left every zone when it was there last.
+//! A person is a track that the zone counts ([`Role`]). One that is lost has left every zone when it was there last.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -18,7 +18,8 @@ use serde::{Deserialize, Serialize};
 use crate::cells::Areas;
 use crate::geometry::{Point, distance_to_segment};
 use crate::site::{Site, Zone};
-use crate::tracker::{LifeCycle, TrackId, TrackState};
+use crate::tracker::{TrackId, TrackState};
+use crate::zones::verdict::Role;
 
 /// How far into a zone, or out of it, a person must be to have crossed its edge, m: half a body. Noise is less.
 const CROSSED_M: f64 = 0.15;
@@ -63,6 +64,8 @@ struct Inside {
 pub struct Stays {
     names: Vec<String>,
     areas: Areas,
+    /// Which of them are secure.
+    secure: Vec<bool>,
     /// Where a person counts as being in no zone.
     excluded: Areas,
     people: BTreeMap<TrackId, Inside>,
@@ -81,6 +84,7 @@ impl Stays {
     /// In other zones: who is in which begins anew.
     pub fn change_site(&mut self, site: &Site) {
         self.names = site.zones.iter().map(|zone| zone.name.clone()).collect();
+        self.secure = site.zones.iter().map(|zone| zone.secure).collect();
         self.areas = Areas::of(site.zones.iter().map(Zone::corners).collect());
         self.excluded = site.excluded();
         self.people.values_mut().for_each(|person| person.zones.clear());
@@ -90,21 +94,26 @@ impl Stays {
     /// Takes all tracks at `at_s`; returns who has entered and left.
     pub fn observe(&mut self, tracks: &[TrackState], at_s: f64) -> Vec<Change> {
         let mut changes = Vec::new();
-        for track in tracks.iter().filter(|track| track.state != LifeCycle::Tentative) {
+        let is_counted =
+            |track: &TrackState, secure| Role::of(track.origin, track.state, secure).is_counted();
+        for track in tracks.iter().filter(|track| is_counted(track, true)) {
             let new = || Inside { zones: BTreeMap::new(), there_s: at_s };
             let person = self.people.entry(track.id).or_insert_with(new);
             person.there_s = at_s;
-            let (areas, excluded, at) = (&self.areas, &self.excluded, track.at);
+            let (areas, excluded, secure, at) = (&self.areas, &self.excluded, &self.secure, track.at);
+            let counts = |zone: usize| secure.get(zone).is_some_and(|&secure| is_counted(track, secure));
             let is_excluded = excluded.around(at).any(|area| is_clear(excluded.corners(area), at));
             let mut gone = BTreeMap::new();
             person.zones.retain(|&zone, since_s| {
-                let is_out = is_excluded || (!areas.is_in(zone, at) && is_clear(areas.corners(zone), at));
+                let is_out = is_excluded
+                    || !counts(zone)
+                    || (!areas.is_in(zone, at) && is_clear(areas.corners(zone), at));
                 if is_out {
                     gone.insert(zone, *since_s);
                 }
                 !is_out
             });
-            for zone in areas.around(at).filter(|_| !excluded.hold(at)) {
+            for zone in areas.around(at).filter(|&zone| counts(zone) && !excluded.hold(at)) {
                 if let Entry::Vacant(new) = person.zones.entry(zone)
                     && is_clear(areas.corners(zone), at)
                 {
@@ -165,7 +174,7 @@ fn entered(zone: &str, track: TrackId, at_s: f64) -> Change {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracker::Origin;
+    use crate::tracker::{LifeCycle, Origin};
 
     fn person(id: TrackId, x: f64) -> TrackState {
         TrackState {
@@ -211,6 +220,22 @@ mod tests {
         let left = Change { zone: "hall".into(), track: 7, at_s: 2.0, since_s: Some(1.0) };
         assert_eq!(stays.observe(&[], 9.0), [left]);
         assert_eq!(stays.observe(&[], 10.0), []);
+    }
+
+    #[test]
+    fn a_track_that_was_never_seen_to_come_in_stays_where_it_is_counted() {
+        let zones = "[[zone]]\nname = \"lobby\"\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]
+            [[zone]]\nname = \"lock\"\nsecure = true\npolygon = [[0, 0], [4, 0], [4, 4], [0, 4]]";
+        let mut stays = Stays::new(&toml::from_str(zones).unwrap());
+        let mut at = |origin, state, at_s: f64| {
+            let changes = stays.observe(&[TrackState { origin, state, ..person(7, 2.0) }], at_s);
+            changes.into_iter().map(|change| (change.zone, change.since_s)).collect::<Vec<_>>()
+        };
+        let (lobby, lock) = ("lobby".to_owned(), "lock".to_owned());
+        assert_eq!(at(Origin::Unexplained, LifeCycle::Tentative, 1.0), [(lock.clone(), None)]);
+        assert_eq!(at(Origin::Entered, LifeCycle::Confirmed, 2.0), [(lobby.clone(), None)], "it has moved");
+        assert_eq!(at(Origin::Unexplained, LifeCycle::Tentative, 3.0), [(lobby, Some(2.0))]);
+        assert_eq!(at(Origin::PartOf(1), LifeCycle::Confirmed, 4.0), [(lock, Some(1.0))]);
     }
 
     #[test]

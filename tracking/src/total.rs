@@ -8,6 +8,7 @@
 //!   none has a count                            null, `unknown`
 //! ```
 //!
+//! A person is a track that a zone counts ([`Role`]): one that was never seen to come in is one in a secure zone, and nowhere else.
 //! A person in two zones is one. There are never fewer than in one of the zones: at its edge a written place, which is rounded, may
 //! lie outside. A site without zones is known while a device watches whose place is known: what a module without a place sees is nowhere.
 
@@ -17,7 +18,7 @@ use crate::jsonl::{TrackLine, TracksLine};
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::{Exclude, Site, Zone};
 use crate::snapshot::{DeviceState, ModuleLine};
-use crate::tracker::LifeCycle;
+use crate::zones::verdict::Role;
 
 /// The total of a line.
 #[must_use]
@@ -56,11 +57,19 @@ fn people(site: &Site, line: &TracksLine) -> u32 {
     u32::try_from(counted(site, line).count()).unwrap_or(u32::MAX)
 }
 
-/// Confirmed and occluded tracks in a zone, or anywhere if the site has no zones; none in an excluded area.
+/// Whether a track is a person of the site: anywhere, or by the rule of a secure zone that it is in.
+pub(crate) fn is_person(site: &Site, track: &TrackLine) -> bool {
+    let is_counted = |is_secure| Role::of(track.origin, track.state, is_secure).is_counted();
+    let at = Point::new(track.x, track.y);
+    let mut secure = site.zones.iter().filter(|zone| zone.secure);
+    is_counted(false) || is_counted(true) && secure.any(|zone| inside(at, &zone.corners()))
+}
+
+/// Tracks that are counted in a zone, or anywhere if the site has no zones; none in an excluded area.
 fn counted<'a>(site: &Site, line: &'a TracksLine) -> impl Iterator<Item = &'a TrackLine> {
     let zones: Vec<Vec<Point>> = site.zones.iter().map(Zone::corners).collect();
     let excluded: Vec<Vec<Point>> = site.excludes.iter().map(Exclude::corners).collect();
-    line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative).filter(move |track| {
+    line.tracks.iter().filter(move |track| is_person(site, track)).filter(move |track| {
         let is_in = |area: &Vec<Point>| inside(Point::new(track.x, track.y), area);
         !excluded.iter().any(is_in) && (zones.is_empty() || zones.iter().any(is_in))
     })
@@ -71,6 +80,7 @@ mod tests {
     use super::*;
     use crate::jsonl::ZoneLine;
     use crate::occupancy::Found;
+    use crate::tracker::{LifeCycle, Origin};
 
     const SITE: &str = "
         [[zone]]
@@ -125,6 +135,23 @@ mod tests {
         let site = Site::parse("site", SITE).unwrap();
         let line = line(&[(4.0, 1.0)], &[("hall", 1, Known), ("desk", 0, Known)]);
         assert_eq!(total(&site, &line, &[]), Total { count: Some(1), state: Known });
+    }
+
+    #[test]
+    fn a_track_that_a_secure_zone_counts_is_in_the_total_whatever_else_is() {
+        let text = SITE.replace("name = \"desk\"", "name = \"desk\"\nsecure = true");
+        let site = Site::parse("site", &text).unwrap();
+        let zones = [("hall", 1, ZoneKnown::Known), ("desk", 1, ZoneKnown::Known)];
+        // A person in the hall, and beside the desk's edge and at the desk each one that was never seen to come in.
+        let mut line = line(&[(3.0, 1.0), (2.5, 1.0), (1.0, 1.0)], &zones);
+        for track in line.tracks.iter_mut().skip(1) {
+            (track.state, track.origin) = (LifeCycle::Tentative, Origin::Unexplained);
+        }
+        let count = |line: &TracksLine| total(&site, line, &[]).count;
+        assert_eq!(count(&line), Some(2), "one of the hall, and one of the desk");
+        assert_eq!(distribution(&site, &line).len(), 5);
+        line.tracks[2].origin = Origin::PartOf(1);
+        assert_eq!(count(&line), Some(1), "a part is no person of its own");
     }
 
     #[test]

@@ -15,11 +15,12 @@ use super::tracks::{Heard, Key};
 use super::{AreaFrame, AreaName, SILENT_US, prefix};
 use crate::alarm::{AlarmKind, Cause, Severity};
 use crate::alarm_list::{About, ListedAlarm};
+use crate::jsonl::TrackLine;
 use crate::names::{Carried, Likelihood, NameLine};
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::Site;
 use crate::snapshot::Snapshot;
-use crate::total::total;
+use crate::total::{is_person, total};
 
 /// Of a name nothing is kept longer than trackers keep it, µs: an hour.
 const NAMED_US: u64 = 3_600_000_000;
@@ -176,7 +177,7 @@ impl Campus {
                 .iter()
                 .filter_map(|(name, area)| Some((name, area.site.as_ref()?, &area.said(now_us)?.frame))),
         );
-        let mut heard = Vec::new();
+        let (mut heard, not_known) = (Vec::new(), Site::default());
         for (name, area) in &self.areas {
             let Some(last) = area.said(now_us) else {
                 let last = area.last.as_ref().map(|last| &last.frame);
@@ -184,7 +185,8 @@ impl Campus {
                 continue;
             };
             prefix::add(name, &last.frame, &mut picture);
-            heard.extend(last.frame.line.tracks.iter().map(|line| Heard {
+            let is_person = |track: &&TrackLine| is_person(area.site.as_ref().unwrap_or(&not_known), track);
+            heard.extend(last.frame.line.tracks.iter().filter(is_person).map(|line| Heard {
                 key: Key { area: name.clone(), epoch: last.epoch, track: line.id },
                 line: line.clone(),
                 age_s: now_us.saturating_sub(area.heard_us) as f64 * 1e-6,

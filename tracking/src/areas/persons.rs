@@ -20,7 +20,7 @@ use super::AreaName;
 use super::tracks::{GATE, Heard, Key, Track};
 use crate::geometry::Point;
 use crate::jsonl::TrackLine;
-use crate::tracker::{LifeCycle, TrackState};
+use crate::tracker::TrackState;
 
 /// A track that has ended is kept for so long, s: a walker at 1.3 m/s passes a gap of two metres between two areas' views.
 const LEFT_BEHIND_S: f64 = 2.0;
@@ -55,7 +55,7 @@ pub struct Persons {
 
 impl Persons {
     /// Takes the tracks that are heard, `elapsed_s` after those of the last call, and returns a line for each person that is shown:
-    /// the leader's, with the person's number. Tentative tracks are left out.
+    /// the leader's, with the person's number.
     pub fn follow(&mut self, heard: Vec<Heard>, elapsed_s: f64) -> Vec<TrackLine> {
         self.note(heard, elapsed_s);
         self.lead(0.0);
@@ -85,7 +85,7 @@ impl Persons {
 
     fn note(&mut self, heard: Vec<Heard>, elapsed_s: f64) {
         self.tracks.values_mut().for_each(|track| track.wait(elapsed_s));
-        for heard in heard.into_iter().filter(|heard| heard.line.state != LifeCycle::Tentative) {
+        for heard in heard {
             match self.tracks.get_mut(&heard.key) {
                 Some(track) => track.hear(heard, elapsed_s),
                 None => _ = self.tracks.insert(heard.key.clone(), Track::new(heard)),

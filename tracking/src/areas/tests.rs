@@ -6,6 +6,7 @@ use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::occupancy::{Found, Total, ZoneKnown};
 use crate::site::Site;
 use crate::snapshot::{DeviceState, ModuleLine, Snapshot};
+use crate::tracker::{LifeCycle, Origin};
 
 pub(super) const SITE: &str = "
 [[module]]
@@ -93,6 +94,22 @@ fn of_an_area_that_is_not_heard_nothing_is_known_and_the_total_is_not_less() {
     campus.hear(&area("west"), AreaFrame { epoch: 2, ..frame(1, Vec::new()) }, 2_300_000);
     let picture = campus.picture(&site, 2_300_000, 3300);
     assert_eq!((picture.total.count, picture.alarms.len()), (Some(0), 0));
+}
+
+#[test]
+fn people_whom_secure_zones_of_two_areas_count_are_two_in_the_total() {
+    let mut campus = Campus::new(&[], 10);
+    let secure =
+        Site::parse("hall.toml", &SITE.replace("count = true", "count = true\nsecure = true")).unwrap();
+    let unexplained =
+        |x| TrackLine { state: LifeCycle::Tentative, origin: Origin::Unexplained, ..track(7, x, 0.0) };
+    for (name, x) in [("west", -5.0), ("east", 5.0)] {
+        campus.set_site(&area(name), secure.clone());
+        campus.hear(&area(name), frame(1, vec![unexplained(x)]), 0);
+    }
+    let picture = campus.picture(&campus.site(), 0, 1);
+    assert_eq!(picture.total, Total { count: Some(2), state: ZoneKnown::Known });
+    assert_eq!(picture.line.tracks.len(), 2, "and the map shows them");
 }
 
 #[test]

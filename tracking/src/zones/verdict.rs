@@ -15,6 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::occupancy::ZoneKnown;
+use crate::tracker::{LifeCycle, Origin};
 
 /// Why so much is known of a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,4 +77,25 @@ pub enum Role {
     Unexplained,
     /// It is a part of another track.
     Part,
+}
+
+impl Role {
+    /// Of a track in a zone that is secure or not. The zone's count, the total, the stays and the people of several areas
+    /// are all of the tracks that are counted by this.
+    #[must_use]
+    pub const fn of(origin: Origin, state: LifeCycle, is_secure: bool) -> Self {
+        match (origin, state) {
+            // Shown, and never counted: the track that it is a part of stands for both.
+            (Origin::PartOf(_), _) => Self::Part,
+            (Origin::Unexplained, _) if !is_secure => Self::Unexplained,
+            (Origin::Entered, LifeCycle::Tentative) => Self::Tentative,
+            (Origin::Unexplained | Origin::Entered, _) => Self::Counted,
+        }
+    }
+
+    /// It is a person of the count.
+    #[must_use]
+    pub const fn is_counted(self) -> bool {
+        matches!(self, Self::Counted)
+    }
 }

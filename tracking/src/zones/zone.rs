@@ -203,13 +203,7 @@ impl Zone {
 
     /// What a track inside is to its count.
     pub const fn role(&self, track: &TrackState) -> Role {
-        match (track.origin, track.state) {
-            // Shown, and never counted: the track that it is a part of stands for both.
-            (Origin::PartOf(_), _) => Role::Part,
-            (Origin::Unexplained, _) if !self.secure => Role::Unexplained,
-            (Origin::Entered, LifeCycle::Tentative) => Role::Tentative,
-            (Origin::Unexplained | Origin::Entered, _) => Role::Counted,
-        }
+        Role::of(track.origin, track.state, self.secure)
     }
 
     /// Who is found inside, and whether all have been found that may have been lost in a gap.
