@@ -94,16 +94,16 @@ pub struct Was {
     pub state: DeviceState,
     /// Scans a second.
     pub scans_hz: f64,
-    /// Share of its scans that were lost within a minute.
-    pub lost_share: f64,
+    /// Share of its scans that were lost within a minute; none if it took none.
+    pub lost_share: Option<f64>,
     /// Checksum errors on its sensor's line since its start.
     pub checksum_errors: u64,
     /// Share of its beams that could not be judged.
     pub unknown_share: f64,
     /// Its clock minus the tracker's, ms.
     pub clock_offset_ms: Option<f64>,
-    /// How much that scattered, ms.
-    pub clock_jitter_ms: f64,
+    /// How much that scattered, ms; none if it was not compared.
+    pub clock_jitter_ms: Option<f64>,
 }
 
 /// A card that was held to a reader.

@@ -21,7 +21,7 @@ use rusqlite::Connection;
 use super::alarm_rows::ALARMS;
 
 /// Written into the file; a newer one is refused rather than damaged.
-pub const VERSION: i64 = 7;
+pub const VERSION: i64 = 8;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -209,6 +209,29 @@ CREATE VIEW crossing_hour AS
     FROM crossing JOIN line USING (line) GROUP BY crossing.line, hour_ms;
 ";
 
+/// What version 8 changes: what was not measured of a module is NULL, never 0. Before, 0 stood for a share without a scan, and for the
+/// jitter of a clock that was not compared.
+const TABLES_8: &str = "
+CREATE TABLE health_8 (
+    module INTEGER NOT NULL REFERENCES module,
+    at_ms INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    scans_hz REAL NOT NULL,
+    lost_share REAL,
+    checksum_errors INTEGER NOT NULL,
+    unknown_share REAL NOT NULL,
+    clock_offset_ms REAL,
+    clock_jitter_ms REAL,
+    PRIMARY KEY (module, at_ms)
+) WITHOUT ROWID;
+INSERT INTO health_8 SELECT module, at_ms, state, scans_hz,
+    iif(scans_hz > 0 OR lost_share > 0, lost_share, NULL), checksum_errors, unknown_share,
+    clock_offset_ms, iif(clock_offset_ms IS NULL, NULL, clock_jitter_ms) FROM health;
+DROP TABLE health;
+ALTER TABLE health_8 RENAME TO health;
+CREATE INDEX health_at ON health (at_ms);
+";
+
 /// Why a database is not touched.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum Unfit {
@@ -276,6 +299,7 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Unfit
         (5, TABLES_5),
         (6, TABLES_6),
         (7, TABLES_7),
+        (8, TABLES_8),
     ] {
         if version < older {
             transaction.execute_batch(tables)?;
@@ -380,6 +404,33 @@ mod tests {
         let mut counts = connection.prepare("SELECT count FROM count ORDER BY at_ms").unwrap();
         let counts = counts.query_map([], |row| row.get::<_, Option<i64>>(0)).unwrap();
         assert_eq!(counts.map(Result::unwrap).collect::<Vec<_>>(), [Some(0), None, Some(2), None]);
+    }
+
+    #[test]
+    fn what_was_not_measured_of_a_module_before_is_none() {
+        let mut connection = Connection::open_in_memory().unwrap();
+        for tables in [PASSAGES, TABLES, TABLES_2, TABLES_3, TABLES_4, TABLES_5, TABLES_6, TABLES_7] {
+            connection.execute_batch(tables).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 7).unwrap();
+        connection.execute("INSERT INTO module (module, name) VALUES (1, 'left')", []).unwrap();
+        // Scans with a loss and without one, the end of scans within the minute, and nothing at all.
+        for (at_ms, scans_hz, lost_share, offset_ms, jitter_ms) in [
+            (1, 10.0, 0.25, Some(-4.5), 0.2),
+            (2, 10.0, 0.0, Some(-4.5), 0.0),
+            (3, 0.0, 0.5, None, 0.0),
+            (4, 0.0, 0.0, None, 0.0),
+        ] {
+            let row = rusqlite::params![at_ms, scans_hz, lost_share, offset_ms, jitter_ms];
+            let asked = "INSERT INTO health VALUES (1, ?1, 'watching', ?2, ?3, 7, 0.1, ?4, ?5)";
+            connection.execute(asked, row).unwrap();
+        }
+        prepare(&mut connection).unwrap().unwrap();
+        let asked = "SELECT lost_share, clock_jitter_ms FROM health WHERE checksum_errors = 7 ORDER BY at_ms";
+        let mut rows = connection.prepare(asked).unwrap();
+        let rows = rows.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).unwrap();
+        let rows: Vec<(Option<f64>, Option<f64>)> = rows.map(Result::unwrap).collect();
+        assert_eq!(rows, [(Some(0.25), Some(0.2)), (Some(0.0), Some(0.0)), (Some(0.5), None), (None, None)]);
     }
 
     #[test]

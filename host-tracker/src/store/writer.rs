@@ -256,17 +256,16 @@ fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Re
                     "INSERT OR REPLACE INTO health
                      VALUES ((SELECT module FROM module WHERE name = ?1), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
                 )?
-                // These two columns take no null: without scans, and without an offset of the clock, the export leaves them out.
                 .execute(params![
                     module.name,
                     integer(*at_ms),
                     module.state.name(),
                     module.scans_hz,
-                    module.lost_share.unwrap_or_default(),
+                    module.lost_share,
                     integer(module.checksum_errors),
                     module.unknown_share,
                     module.clock_offset_ms,
-                    module.clock_jitter_ms.unwrap_or_default()
+                    module.clock_jitter_ms
                 ])?;
         }
     }

@@ -167,6 +167,7 @@ mod tests {
 
     use parquet::file::reader::{FileReader, SerializedFileReader};
 
+    use super::super::answers::Was;
     use super::super::figures::figures;
     use super::super::{Keep, Store, counted_before};
     use super::*;
@@ -188,6 +189,7 @@ mod tests {
             lost_share: Some(0.0125),
             checksum_errors: 3,
             clock_offset_ms: Some(-4.5),
+            clock_jitter_ms: Some(0.25),
             events: vec![learned],
             ..ModuleLine::default()
         };
@@ -202,13 +204,15 @@ mod tests {
         assert_eq!((learned.at_ms, learned.subject.as_str()), (now_ms - 2000, "left"));
         let health = reader.health(0, now_ms).unwrap();
         assert_eq!(health.len(), 2);
-        assert_eq!((health[0].clock_offset_ms, health[1].clock_offset_ms), (Some(-4.5), None));
+        let measured = |of: &Was| (of.lost_share, of.clock_offset_ms, of.clock_jitter_ms);
+        assert_eq!(measured(&health[0]), (Some(0.0125), Some(-4.5), Some(0.25)));
+        assert_eq!(measured(&health[1]), (None, None, None), "never measured, not 0");
         for format in [Format::Csv, Format::Parquet] {
             export(&database, &out, (0, now_ms), format).unwrap();
         }
         let text = std::fs::read_to_string(out.join("health.csv")).unwrap();
         let rows: Vec<&str> = text.lines().collect();
-        assert!(rows[1].ends_with(",left,watching,9.900,1.250,3,0.000,-4.500,0.000"), "{text}");
+        assert!(rows[1].ends_with(",left,watching,9.900,1.250,3,0.000,-4.500,0.250"), "{text}");
         assert!(rows[2].ends_with(",right,missing,0.000,,,,,"), "{text}");
         let file = std::fs::File::open(out.join("health.parquet")).unwrap();
         let rows = SerializedFileReader::new(file).unwrap();

@@ -113,15 +113,16 @@ pub fn poses(rows: &[Posed]) -> Table {
 }
 
 /// What is not known of a module has no value: the shares of its scans if none came, its counters if it was not there, how its
-/// clock scattered if that was not compared.
+/// clock scattered if that was not compared. In a file of an older layout, which is read as it is, these are 0.
 pub fn health(rows: &[Was]) -> Table {
-    let percent = |share: fn(&Was) -> f64| {
-        let of = |row: &Was| (row.scans_hz > 0.0).then(|| 100.0 * share(row));
+    let percent = |share: fn(&Was) -> Option<f64>| {
+        let is_measured = |row: &Was, share: f64| row.scans_hz > 0.0 || share > 0.0;
+        let of = |row: &Was| share(row).filter(|share| is_measured(row, *share)).map(|share| 100.0 * share);
         Column::MaybeReal(rows.iter().map(of).collect())
     };
     let is_there = |row: &&Was| row.state != DeviceState::Missing;
     let errors = |row: &Was| Some(row).filter(is_there).map(|row| integer(row.checksum_errors));
-    let jitter_ms = |row: &Was| row.clock_offset_ms.map(|_| row.clock_jitter_ms);
+    let jitter_ms = |row: &Was| row.clock_offset_ms.and(row.clock_jitter_ms);
     Table {
         name: "health",
         columns: vec![
@@ -131,7 +132,7 @@ pub fn health(rows: &[Was]) -> Table {
             ("scans_hz", reals(rows, |row| row.scans_hz)),
             ("lost_percent", percent(|row| row.lost_share)),
             ("checksum_errors", Column::MaybeNumber(rows.iter().map(errors).collect())),
-            ("unknown_percent", percent(|row| row.unknown_share)),
+            ("unknown_percent", percent(|row| (row.scans_hz > 0.0).then_some(row.unknown_share))),
             ("clock_offset_ms", Column::MaybeReal(rows.iter().map(|row| row.clock_offset_ms).collect())),
             ("clock_jitter_ms", Column::MaybeReal(rows.iter().map(jitter_ms).collect())),
         ],
