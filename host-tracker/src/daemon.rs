@@ -25,6 +25,7 @@ use crate::links::{LinkSettings, Links, LinksError};
 use crate::map::{Map, MapError};
 use crate::mqtt::{self, BrokerLink, Publisher};
 use crate::service::{Options, Service};
+use crate::shared_count::SharedCount;
 use crate::site_file::{SaveError, SiteFile};
 use crate::store::card::CardKey;
 use crate::store::pose::{self, Source};
@@ -215,7 +216,9 @@ impl Daemon {
         let kept = file_of_store.zip(store.as_ref().map(Store::watch));
         let feed = store.map(|store| StoreFeed::new(store, service.site(), service.alarms()));
         let links = Links::start(links, &service, say)?;
-        let map = map.map(|map| serve(map, file.clone(), kept, keys_file, &service)).transpose()?;
+        let mqtt_dropped = publisher.as_ref().map(Publisher::dropped);
+        let serve = |map| serve(map, file.clone(), kept, (keys_file, mqtt_dropped), &service);
+        let map = map.map(serve).transpose()?;
         Ok(Self {
             map,
             publisher,
@@ -334,7 +337,7 @@ fn serve(
     map: Map,
     site: SiteFile,
     database: Option<(PathBuf, StoreWatch)>,
-    keys: Option<PathBuf>,
+    (keys, mqtt_dropped): (Option<PathBuf>, Option<SharedCount>),
     service: &Service,
 ) -> Result<Server, MapError> {
     let sites = service.sites();
@@ -350,6 +353,8 @@ fn serve(
         keys,
         frames: service.frames(),
         reports: service.reports(),
+        scans: service.scans(),
+        mqtt_dropped,
         site,
         changed: Box::new(move |site| sites.change(site)),
         calibration: service.calibration(),

@@ -38,6 +38,7 @@ pub mod reports;
 pub mod ros2;
 pub mod scans;
 pub mod service;
+pub mod shared_count;
 pub mod signs;
 pub mod site_file;
 pub mod store;

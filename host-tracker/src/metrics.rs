@@ -9,7 +9,7 @@
 //!   kehai_datagrams_dropped_total{cause="late"} 17
 //! ```
 //!
-//! Each scrape writes the newest frame, and what the database has dropped; nothing is counted here. Source: *OpenMetrics* 1.0, text format.
+//! Each scrape writes the newest frame, and what was counted beside it; nothing is counted here. Source: *OpenMetrics* 1.0, text format.
 
 use std::fmt;
 use std::sync::Arc;
@@ -31,11 +31,24 @@ use kehai_tracking::tracker::LifeCycle;
 /// The `Content-Type` of the text.
 pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// The metrics of a frame, as text; with what its database has dropped, if there is one.
+/// What was lost on the way to those who are told, as they count it; no frame says so.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Losses {
+    /// What the database has dropped, if there is one.
+    pub database: Option<Dropped>,
+    /// Messages of the MQTT broker that found no room, if there is one.
+    pub mqtt: Option<u64>,
+    /// Reports for which clients were too slow.
+    pub reports: u64,
+    /// Scans for which viewers or ROS 2 were too slow.
+    pub scans: u64,
+}
+
+/// The metrics of a frame, and of what was lost, as text.
 #[must_use]
-pub fn text(frame: &Arc<Snapshot>, database: Option<Dropped>) -> String {
+pub fn text(frame: &Arc<Snapshot>, losses: Losses) -> String {
     let mut registry = Registry::default();
-    registry.register_collector(Box::new(Scrape(Arc::clone(frame), database)));
+    registry.register_collector(Box::new(Scrape(Arc::clone(frame), losses)));
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = encode(&mut text, &registry);
@@ -43,7 +56,7 @@ pub fn text(frame: &Arc<Snapshot>, database: Option<Dropped>) -> String {
 }
 
 #[derive(Debug)]
-struct Scrape(Arc<Snapshot>, Option<Dropped>);
+struct Scrape(Arc<Snapshot>, Losses);
 
 impl Collector for Scrape {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> fmt::Result {
@@ -53,7 +66,7 @@ impl Collector for Scrape {
         tracks(&self.0, &mut encoder)?;
         modules(&self.0, &mut encoder)?;
         drops(&self.0, &mut encoder)?;
-        database(self.1, &mut encoder)
+        lost(self.1, &mut encoder)
     }
 }
 
@@ -295,10 +308,8 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "HTTP connections and requests that were refused or ended, by cause";
     family(encoder, "kehai_http_refused", help, samples)?;
-    let missed = ConstCounter::new(frame.missed);
     let help = "Snapshots that the database, MQTT or another sink did not get, as it had fallen behind";
-    let kind = missed.metric_type();
-    missed.encode(encoder.encode_descriptor("kehai_snapshots_missed", help, None, kind)?)?;
+    plain(encoder, "kehai_snapshots_missed", help, frame.missed)?;
     let signs = &frame.signs;
     let outcomes = [
         ("taken", signs.taken),
@@ -313,8 +324,24 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     family(encoder, "kehai_signs", "Cards and tags that were read, by what became of them", samples)
 }
 
-fn database(dropped: Option<Dropped>, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
-    let causes = dropped.map(|Dropped { messages, rows }| [("full", messages), ("unwritten", rows)]);
+/// A counter without labels.
+fn plain(encoder: &mut DescriptorEncoder<'_>, name: &str, help: &str, count: u64) -> fmt::Result {
+    let count = ConstCounter::new(count);
+    let kind = count.metric_type();
+    count.encode(encoder.encode_descriptor(name, help, None, kind)?)
+}
+
+fn lost(losses: Losses, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+    let Losses { database, mqtt, reports, scans } = losses;
+    if let Some(mqtt) = mqtt {
+        let help = "Messages of the MQTT broker that came too fast and were dropped; absent without a broker";
+        plain(encoder, "kehai_mqtt_dropped", help, mqtt)?;
+    }
+    let help = "Reports that a client did not get, as it had fallen behind";
+    plain(encoder, "kehai_reports_missed", help, reports)?;
+    let help = "Scans that viewers or ROS 2 did not get, as they had fallen behind";
+    plain(encoder, "kehai_scans_missed", help, scans)?;
+    let causes = database.map(|Dropped { messages, rows }| [("full", messages), ("unwritten", rows)]);
     let samples =
         causes.into_iter().flatten().map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "What the database was to keep and does not, by cause; absent without a database";

@@ -16,6 +16,7 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
 use crate::log_limit::CountLog;
+use crate::shared_count::SharedCount;
 use kehai_tracking::jsonl::TrackLine;
 
 /// Reports that wait for a listener, a second of sixteen modules; a slower one misses the oldest.
@@ -36,11 +37,14 @@ pub struct ReportLine {
 
 /// Where they are published. Clones are the same place.
 #[derive(Clone, Debug)]
-pub struct Reports(Sender<Arc<ReportLine>>);
+pub struct Reports {
+    listeners: Sender<Arc<ReportLine>>,
+    missed: SharedCount,
+}
 
 impl Default for Reports {
     fn default() -> Self {
-        Self(broadcast::channel(WAITING).0)
+        Self { listeners: broadcast::channel(WAITING).0, missed: SharedCount::default() }
     }
 }
 
@@ -48,19 +52,26 @@ impl Reports {
     /// Whether there is a listener.
     #[must_use]
     pub fn are_wanted(&self) -> bool {
-        self.0.receiver_count() > 0
+        self.listeners.receiver_count() > 0
     }
 
     /// Publishes to all listeners.
     pub fn publish(&self, line: ReportLine) {
         // A listener that has just left hears nothing.
-        let _ = self.0.send(Arc::new(line));
+        let _ = self.listeners.send(Arc::new(line));
     }
 
     /// Every report from now on.
     #[must_use]
     pub fn listen(&self) -> Listener {
-        Listener { reports: self.0.subscribe(), missed: 0, log: CountLog::default() }
+        let (reports, of_all) = (self.listeners.subscribe(), self.missed.clone());
+        Listener { reports, missed: 0, of_all, log: CountLog::default() }
+    }
+
+    /// How many listeners were too slow for, those that have left included.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.missed.get()
     }
 }
 
@@ -69,6 +80,8 @@ impl Reports {
 pub struct Listener {
     reports: Receiver<Arc<ReportLine>>,
     missed: u64,
+    /// The same of all listeners.
+    of_all: SharedCount,
     log: CountLog<1>,
 }
 
@@ -83,6 +96,7 @@ impl Listener {
                 Ok(line) => return Some(line),
                 Err(RecvError::Lagged(missed)) => {
                     self.missed += missed;
+                    self.of_all.add(missed);
                     if self.log.is_due([self.missed], Instant::now()) {
                         tracing::warn!("a client has missed {} reports, which came too fast", self.missed);
                     }
@@ -113,5 +127,7 @@ mod tests {
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
         let first = runtime.block_on(listener.next()).unwrap();
         assert_eq!((first.sequence, listener.missed()), (10, 10));
+        drop(listener);
+        assert_eq!(reports.missed(), 10, "also of one that has left");
     }
 }

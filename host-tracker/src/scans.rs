@@ -11,6 +11,7 @@ use std::sync::Arc;
 use tokio::sync::broadcast::error::TryRecvError;
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
+use crate::shared_count::SharedCount;
 use kehai_tracking::observation::{Observation, View};
 
 /// Scans that wait for a listener, a second of sixteen modules; a slower one misses the oldest.
@@ -40,11 +41,14 @@ impl Scan {
 
 /// Where they are published. Clones are the same place.
 #[derive(Clone, Debug)]
-pub struct Scans(Sender<Arc<Scan>>);
+pub struct Scans {
+    listeners: Sender<Arc<Scan>>,
+    missed: SharedCount,
+}
 
 impl Default for Scans {
     fn default() -> Self {
-        Self(broadcast::channel(WAITING).0)
+        Self { listeners: broadcast::channel(WAITING).0, missed: SharedCount::default() }
     }
 }
 
@@ -52,19 +56,25 @@ impl Scans {
     /// Whether there is a listener.
     #[must_use]
     pub fn are_wanted(&self) -> bool {
-        self.0.receiver_count() > 0
+        self.listeners.receiver_count() > 0
     }
 
     /// Publishes to all listeners.
     pub fn publish(&self, scan: Scan) {
         // A listener that has just left hears nothing.
-        let _ = self.0.send(Arc::new(scan));
+        let _ = self.listeners.send(Arc::new(scan));
     }
 
     /// Every scan from now on.
     #[must_use]
     pub fn listen(&self) -> ScanListener {
-        ScanListener { scans: self.0.subscribe(), missed: 0 }
+        ScanListener { scans: self.listeners.subscribe(), missed: 0, of_all: self.missed.clone() }
+    }
+
+    /// How many listeners were too slow for, those that have left included.
+    #[must_use]
+    pub fn missed(&self) -> u64 {
+        self.missed.get()
     }
 }
 
@@ -73,6 +83,8 @@ impl Scans {
 pub struct ScanListener {
     scans: Receiver<Arc<Scan>>,
     missed: u64,
+    /// The same of all listeners.
+    of_all: SharedCount,
 }
 
 impl ScanListener {
@@ -81,7 +93,10 @@ impl ScanListener {
         loop {
             match self.scans.try_recv() {
                 Ok(scan) => return Some(scan),
-                Err(TryRecvError::Lagged(missed)) => self.missed += missed,
+                Err(TryRecvError::Lagged(missed)) => {
+                    self.missed += missed;
+                    self.of_all.add(missed);
+                }
                 Err(TryRecvError::Empty | TryRecvError::Closed) => return None,
             }
         }
@@ -166,6 +181,6 @@ mod tests {
         let first = listener.waiting().unwrap();
         assert_eq!((first.start_s, listener.missed()), (10.0, 10));
         drop(listener);
-        assert!(!scans.are_wanted());
+        assert_eq!((scans.are_wanted(), scans.missed()), (false, 10));
     }
 }

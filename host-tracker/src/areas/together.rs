@@ -87,6 +87,7 @@ impl Together {
         let publisher = mqtt.map(publish).transpose()?;
         let serve = |map: Map| {
             let context = ServerContext {
+                mqtt_dropped: publisher.as_ref().map(Publisher::dropped),
                 firmware: map.firmware.clone(),
                 access: map.access.clone(),
                 names: map.names.clone(),

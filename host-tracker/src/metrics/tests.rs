@@ -5,7 +5,8 @@ use kehai_tracking::alarm::{AlarmKind, AlarmLine};
 use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::occupancy::{Found, Total, ZoneLine};
 
-const DROPPED: Dropped = Dropped { messages: 6, rows: 4 };
+const LOSSES: Losses =
+    Losses { database: Some(Dropped { messages: 6, rows: 4 }), mqtt: Some(7), reports: 8, scans: 9 };
 
 fn frame() -> Arc<Snapshot> {
     let total = Total { count: Some(0), state: ZoneKnown::Known };
@@ -30,7 +31,7 @@ fn frame() -> Arc<Snapshot> {
 
 #[test]
 fn an_unknown_zone_has_no_people_rather_than_none() {
-    let text = text(&frame(), Some(DROPPED));
+    let text = text(&frame(), LOSSES);
     assert!(text.contains("kehai_zone_people{zone=\"hall\"} 2\n"), "{text}");
     assert!(!text.contains("kehai_zone_people{zone=\"a"), "{text}");
     assert!(text.contains("kehai_zone_known{zone=\"a \\\"b\\\"\\\\\\n\"} 0.0\n"), "{text}");
@@ -39,9 +40,11 @@ fn an_unknown_zone_has_no_people_rather_than_none() {
 #[test]
 fn that_nobody_is_followed_is_said_where_nobody_is_known_to_be() {
     let mut frame = (*frame()).clone();
-    assert!(text(&Arc::new(frame.clone()), None).contains("kehai_tracks{state=\"confirmed\"} 0\n"));
+    assert!(
+        text(&Arc::new(frame.clone()), Losses::default()).contains("kehai_tracks{state=\"confirmed\"} 0\n")
+    );
     frame.total = Total::default();
-    let text = text(&Arc::new(frame), None);
+    let text = text(&Arc::new(frame), Losses::default());
     assert!(!text.contains("kehai_tracks{"), "{text}");
 }
 
@@ -56,7 +59,7 @@ fn a_line_that_was_never_seen_has_no_crossings() {
         unfollowed: 7,
     };
     let lines = vec![line("front", Some(12), ZoneKnown::Partly), line("back", None, ZoneKnown::Unknown)];
-    let text = text(&Arc::new(Snapshot { lines, ..Snapshot::default() }), None);
+    let text = text(&Arc::new(Snapshot { lines, ..Snapshot::default() }), Losses::default());
     for line in [
         "kehai_line_crossings_total{line=\"front\",direction=\"in\"} 12",
         "kehai_line_crossings_total{line=\"front\",direction=\"out\"} 12",
@@ -72,7 +75,7 @@ fn a_line_that_was_never_seen_has_no_crossings() {
 #[test]
 fn stays_are_a_histogram_of_each_zone() {
     let line = DwellLine { zone: "hall".into(), stays: 4, sum_s: 40_123.0, parts: [1, 2, 0, 0, 0, 0, 0, 0] };
-    let text = text(&Arc::new(Snapshot { dwell: vec![line], ..Snapshot::default() }), None);
+    let text = text(&Arc::new(Snapshot { dwell: vec![line], ..Snapshot::default() }), Losses::default());
     for line in [
         "# TYPE kehai_zone_dwell_seconds histogram",
         "kehai_zone_dwell_seconds_sum{zone=\"hall\"} 40123.0",
@@ -87,7 +90,7 @@ fn stays_are_a_histogram_of_each_zone() {
 
 #[test]
 fn a_missing_module_has_no_figures_but_is_told_to_be_missing() {
-    let text = text(&frame(), Some(DROPPED));
+    let text = text(&frame(), LOSSES);
     for line in [
         "kehai_module_up{module=\"left\"} 1",
         "kehai_module_up{module=\"right\"} 0",
@@ -98,6 +101,9 @@ fn a_missing_module_has_no_figures_but_is_told_to_be_missing() {
         "kehai_snapshots_missed_total 5",
         "kehai_database_dropped_total{cause=\"full\"} 6",
         "kehai_database_dropped_total{cause=\"unwritten\"} 4",
+        "kehai_mqtt_dropped_total 7",
+        "kehai_reports_missed_total 8",
+        "kehai_scans_missed_total 9",
     ] {
         assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
     }
@@ -111,15 +117,22 @@ fn what_was_never_measured_is_absent_and_not_0() {
     for module in &mut frame.modules {
         (module.lost_share, module.clock_jitter_ms) = (None, None);
     }
-    let text = text(&Arc::new(frame), Some(DROPPED));
+    let text = text(&Arc::new(frame), LOSSES);
     for name in ["kehai_module_lost_ratio{", "kehai_module_clock_jitter_seconds{"] {
         assert!(!text.contains(name), "{text}");
     }
 }
 
 #[test]
+fn what_is_not_there_has_dropped_nothing_rather_than_0() {
+    let text = text(&frame(), Losses::default());
+    assert!(!text.contains("kehai_mqtt_dropped") && !text.contains("kehai_database_dropped"), "{text}");
+    assert!(text.contains("kehai_reports_missed_total 0\n"), "{text}");
+}
+
+#[test]
 fn every_line_is_a_comment_or_a_sample_of_the_metric_above() {
-    let text = text(&frame(), Some(DROPPED));
+    let text = text(&frame(), LOSSES);
     let lines: Vec<&str> = text.lines().collect();
     let (mut metric, mut samples) = (String::new(), 0);
     assert_eq!(lines.last(), Some(&"# EOF"));
@@ -147,7 +160,7 @@ fn every_line_is_a_comment_or_a_sample_of_the_metric_above() {
 
 #[test]
 fn what_comes_with_the_project_asks_for_metrics_that_there_are() {
-    let text = text(&frame(), Some(DROPPED));
+    let text = text(&frame(), LOSSES);
     let known: Vec<&str> = text.lines().filter_map(|line| line.split(['{', ' ']).next()).collect();
     let asked = [
         include_str!("../../../packaging/monitoring/alerts.yml"),
@@ -173,7 +186,7 @@ fn the_alert_of_forged_datagrams_knows_every_cause_of_theirs() {
     let (_, rest) = rules.split_once("kehai_datagrams_dropped_total{cause=~\"").unwrap();
     let causes: Vec<&str> = rest.split_once('"').unwrap().0.split('|').collect();
     assert_eq!(causes, ["unasked", "foreign", "same_name", "jump", "clear", "forged", "replayed"]);
-    let text = text(&frame(), None);
+    let text = text(&frame(), Losses::default());
     for cause in causes {
         let sample = format!("kehai_datagrams_dropped_total{{cause=\"{cause}\"}}");
         assert!(text.contains(&sample), "{sample} in\n{text}");
@@ -182,7 +195,7 @@ fn the_alert_of_forged_datagrams_knows_every_cause_of_theirs() {
 
 #[test]
 fn the_names_that_dashboards_ask_for_stay() {
-    let text = text(&frame(), Some(DROPPED));
+    let text = text(&frame(), LOSSES);
     let known: Vec<&str> = text
         .lines()
         .filter(|line| !line.starts_with('#'))
@@ -205,6 +218,9 @@ fn the_names_that_dashboards_ask_for_stay() {
         "kehai_http_refused_total",
         "kehai_snapshots_missed_total",
         "kehai_database_dropped_total",
+        "kehai_mqtt_dropped_total",
+        "kehai_reports_missed_total",
+        "kehai_scans_missed_total",
     ] {
         assert!(known.contains(&name), "{name} in\n{text}");
     }

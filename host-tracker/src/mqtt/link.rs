@@ -5,11 +5,11 @@
 //!                                              full: counted
 //! ```
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
 use rumqttc::{Connection, Event, Packet, Publish};
+
+use crate::shared_count::SharedCount;
 
 /// News that wait for the session: as many as it may have on the way itself, of which the broker sends it a copy each.
 const QUEUE: usize = 8192;
@@ -35,16 +35,16 @@ pub(super) enum News {
 /// The link's end of the queue of news.
 pub(super) struct Tell {
     news: SyncSender<News>,
-    dropped: Arc<AtomicU64>,
+    dropped: SharedCount,
 }
 
 /// The session has ended.
 struct Unheard;
 
 /// The queue of news. Messages that find no room in it are added to `dropped`.
-pub(super) fn queue(dropped: &Arc<AtomicU64>) -> (Tell, Receiver<News>) {
+pub(super) fn queue(dropped: &SharedCount) -> (Tell, Receiver<News>) {
     let (news, receiver) = sync_channel(QUEUE);
-    (Tell { news, dropped: Arc::clone(dropped) }, receiver)
+    (Tell { news, dropped: dropped.clone() }, receiver)
 }
 
 impl Tell {
@@ -60,7 +60,7 @@ impl Tell {
                 Err(TrySendError::Disconnected(_)) => return Err(Unheard),
             }
         };
-        self.dropped.fetch_add(u64::from(full), Ordering::Relaxed);
+        self.dropped.add(u64::from(full));
         Ok(())
     }
 
@@ -102,13 +102,13 @@ mod tests {
 
     #[test]
     fn a_flood_of_messages_fills_the_queue_alone_and_is_counted() {
-        let dropped = Arc::default();
+        let dropped = SharedCount::default();
         let (tell, news) = queue(&dropped);
         for _ in 0..QUEUE + 10 {
             assert!(tell.message("kehai/home/sign".into(), &[b'x'; 1 << 20]).is_ok());
         }
         assert!(tell.message("x".repeat(TOPIC_MAX + 1), b"").is_ok());
-        assert_eq!(dropped.load(Ordering::Relaxed), 11);
+        assert_eq!(dropped.get(), 11);
         let Ok(News::Message(topic, payload)) = news.recv() else { unreachable!() };
         assert_eq!((&*topic, payload.len()), ("kehai/home/sign", PAYLOAD_MAX));
         drop(news);

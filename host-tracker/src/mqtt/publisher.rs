@@ -32,6 +32,7 @@ use super::session::{Session, WAIT};
 use super::topics::Topics;
 use crate::doors::DoorHandle;
 use crate::log_limit::CountLog;
+use crate::shared_count::SharedCount;
 use crate::signs::SignHandle;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
@@ -93,6 +94,7 @@ pub fn warn_or(say: fn(&str)) -> impl Fn(Level, &str) + Send + 'static {
 #[derive(Debug)]
 pub struct Publisher {
     _thread: Worker,
+    dropped: SharedCount,
 }
 
 impl Publisher {
@@ -106,9 +108,16 @@ impl Publisher {
         told: Option<Receiver<Output>>,
         say: impl Fn(Level, &str) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let alarms = settings.alarms.clone();
-        let work = move |stop: &AtomicBool| run(&settings, &frames, told.as_ref(), stop, &say);
-        Ok(Self { _thread: Worker::start("mqtt", alarms, work)? })
+        let (alarms, dropped) = (settings.alarms.clone(), SharedCount::default());
+        let counted = dropped.clone();
+        let work = move |stop: &AtomicBool| run(&settings, &frames, told.as_ref(), (stop, &counted), &say);
+        Ok(Self { _thread: Worker::start("mqtt", alarms, work)?, dropped })
+    }
+
+    /// Messages of the broker that found no room, for the metrics.
+    #[must_use]
+    pub fn dropped(&self) -> SharedCount {
+        self.dropped.clone()
     }
 }
 
@@ -116,7 +125,7 @@ fn run(
     settings: &Settings,
     frames: &Receiver<Arc<Snapshot>>,
     told: Option<&Receiver<Output>>,
-    stop: &AtomicBool,
+    (stop, dropped): (&AtomicBool, &SharedCount),
     say: &impl Fn(Level, &str),
 ) -> Result<(), String> {
     let begun = Instant::now();
@@ -124,13 +133,12 @@ fn run(
     let start = |buttons: &Buttons| Presser::start(buttons.keys.clone());
     let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
     let mut outage = Outage::default();
-    let (dropped, mut drop_log) = (Arc::default(), CountLog::default());
-    let mut kept_inputs = KeptInputs::default();
+    let (mut drop_log, mut kept_inputs) = (CountLog::default(), KeptInputs::default());
     let of_broker =
         |level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker));
     while !stop.load(Ordering::Relaxed) {
         let (client, connection) = Client::new(options(settings), ON_THE_WAY);
-        let (tell, news) = link::queue(&dropped);
+        let (tell, news) = link::queue(dropped);
         let Ok(thread) =
             std::thread::Builder::new().name("mqtt link".into()).spawn(move || link::run(connection, &tell))
         else {
@@ -150,7 +158,7 @@ fn run(
             signs: settings.signs.as_ref(),
             presser: presser.as_ref(),
             outage: &mut outage,
-            dropped: &dropped,
+            dropped,
             drop_log: &mut drop_log,
             kept_inputs: &mut kept_inputs,
             say: &of_broker,

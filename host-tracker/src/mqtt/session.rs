@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -26,6 +26,7 @@ use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
 use super::presses::{NotPressed, Presser, Target, button};
 use crate::doors::DoorHandle;
 use crate::log_limit::CountLog;
+use crate::shared_count::SharedCount;
 use crate::signs::SignHandle;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::site::Site;
@@ -60,7 +61,7 @@ pub(super) struct Session<'a> {
     pub presser: Option<&'a Presser>,
     pub outage: &'a mut Outage,
     /// Messages that found no room on their way here, over all connections, and what the log has said of them.
-    pub dropped: &'a AtomicU64,
+    pub dropped: &'a SharedCount,
     pub drop_log: &'a mut CountLog<1>,
     pub kept_inputs: &'a mut KeptInputs,
     /// Says something of this broker.
@@ -154,7 +155,7 @@ impl Session<'_> {
     }
 
     fn say_dropped(&mut self) {
-        let dropped = self.dropped.load(Ordering::Relaxed);
+        let dropped = self.dropped.get();
         if self.drop_log.is_due([dropped], Instant::now()) {
             (self.say)(Level::WARN, &format!("{dropped} messages came too fast, and were dropped"));
         }
@@ -267,7 +268,8 @@ mod tests {
     #[test]
     fn a_flood_of_messages_leaves_time_for_what_doors_order() {
         let (client, _connection) = Client::new(MqttOptions::new("test", "localhost", 1883), 10);
-        let dropped = AtomicU64::new(7);
+        let dropped = SharedCount::default();
+        dropped.add(7);
         let said = std::cell::RefCell::new(Vec::new());
         let mut session = Session {
             client,

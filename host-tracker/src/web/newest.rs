@@ -17,6 +17,8 @@ use axum::response::{IntoResponse, Response};
 
 use super::answers::refuse;
 use super::shared::Shared;
+use crate::metrics::{self, Losses};
+use crate::shared_count::SharedCount;
 use crate::store::StoreWatch;
 
 /// A tracker that makes no frame for so long does not go on.
@@ -49,7 +51,12 @@ pub async fn healthz(State(shared): State<Arc<Shared>>) -> Response {
 /// The newest frame for Prometheus.
 pub async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
     let frame = Arc::clone(&shared.context.frames.borrow());
-    let dropped = shared.context.kept.as_ref().map(StoreWatch::dropped);
-    ([(header::CONTENT_TYPE, crate::metrics::CONTENT_TYPE)], crate::metrics::text(&frame, dropped))
-        .into_response()
+    let context = &shared.context;
+    let losses = Losses {
+        database: context.kept.as_ref().map(StoreWatch::dropped),
+        mqtt: context.mqtt_dropped.as_ref().map(SharedCount::get),
+        reports: context.reports.missed(),
+        scans: context.scans.missed(),
+    };
+    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&frame, losses)).into_response()
 }

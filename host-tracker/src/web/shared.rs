@@ -27,6 +27,8 @@ use crate::log_limit::LogLimit;
 use crate::module::kept::KeptClients;
 use crate::questions::Questions;
 use crate::reports::Reports;
+use crate::scans::Scans;
+use crate::shared_count::SharedCount;
 use crate::signs::SignHandle;
 use crate::site_file::SiteFile;
 use crate::store::StoreWatch;
@@ -44,6 +46,10 @@ pub struct ServerContext {
     pub frames: watch::Receiver<Arc<Snapshot>>,
     /// What is known after each report.
     pub reports: Reports,
+    /// What each scan saw empty: how many of them were missed.
+    pub scans: Scans,
+    /// Messages of the MQTT broker that were dropped, if there is one.
+    pub mqtt_dropped: Option<SharedCount>,
     /// The site's file.
     pub site: SiteFile,
     /// Told of every site that was saved.
@@ -86,6 +92,8 @@ impl ServerContext {
         Self {
             frames,
             reports: Reports::default(),
+            scans: Scans::default(),
+            mqtt_dropped: None,
             site,
             changed: Box::new(|_| Ok(())),
             calibration: Calibration::default(),

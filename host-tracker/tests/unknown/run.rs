@@ -178,7 +178,7 @@ impl Run {
         broker.tenth(judge, truth, &snapshot, self.world.now_us / 1000);
         let when = When::At(truth.newest());
         live::frame(judge, "snapshot", &serde_json::to_value(&*snapshot).unwrap(), when);
-        live::metrics(judge, truth, &metrics::text(&snapshot, None));
+        live::metrics(judge, truth, &metrics::text(&snapshot, metrics::Losses::default()));
     }
 
     /// A tenth of a second in which the tracker does nothing; while it is not there, its broker knows that.
