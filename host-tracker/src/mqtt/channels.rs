@@ -9,8 +9,8 @@ use kehai_tracking::door::{DoorLine, Input};
 use kehai_tracking::names::message::Message as Sign;
 
 use super::payloads::{
-    Alarm, Alarms, Availability, Discovery, DoorAlarmOrder, Line, Lock, Module, Name, Refused, Total,
-    Tracker, Zone,
+    Alarm, Alarms, Availability, Discovery, DoorAlarmOrder, Line, Lock, Module, Name, Present, Refused,
+    Total, Tracker, Zone,
 };
 use super::presses::{Button, Pressed};
 use crate::type_schema::{Make, of};
@@ -64,6 +64,7 @@ pub fn channels() -> Vec<Channel> {
     let mut all = vec![
         available("status", "status", "Whether the tracker runs and knows something; also its last will."),
         site("tracker", "tracker", "The tracker itself.", Json(of::<Tracker>)),
+        site("presence", "presence", "That a tracker is there, every 10 s.", Json(of::<Present>)).passes(),
         site("total", "total", "The whole site.", Json(of::<Total>)),
         available("totalAvailability", "total/availability", "Whether something is known of it."),
         site("zone", "zone/{zone}", "A zone.", Json(of::<Zone>)),

@@ -25,11 +25,12 @@
 //!   kehai/SITE/door/DOOR/card │ number │ contact │ exit │ reset │ lock/ready │ lock/taken │ alarm/taken     ◀─ as `door::inbox` says
 //!   kehai/SITE/module/MODULE/learn │ restart │ identify     PRESS                     ◀─ with --mqtt-commands, as `presses` says
 //!   kehai/SITE/module/MODULE/refused       {"at_ms":…,"why":"…"}             a press that did nothing
+//!   kehai/SITE/presence                    {"instance":"5c1e…"}                    as `presence` says
 //!   kehai/SITE/sign                        {"id":"04A22B…","reader":"hall"}        ◀─ as `names::message` says
 //!   kehai/SITE/sign/refused                {"at_ms":…,"why":"late: …"}             what came in changed nothing
 //! ```
 //!
-//! Everything but a door's orders, inputs and signs is retained: an old "unlocked" must never reach a lock that comes back.
+//! Everything but a door's orders, inputs, signs and presences is retained: an old "unlocked" must never reach a lock that comes back.
 //! A retained input is not taken, and is left to its sender: what clears it would be a new input. *Unknown* is never *empty*: a zone that no module sees has neither count nor
 //! occupancy, and is not available.
 //!
@@ -47,6 +48,7 @@ mod messages;
 mod outage;
 mod outbox;
 pub(crate) mod payloads;
+mod presence;
 pub mod presses;
 mod publisher;
 mod session;

@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use kehai_tracking::alarm::{AlarmKind, Severity};
 use kehai_tracking::alarm_list::Acknowledged;
@@ -54,6 +54,14 @@ pub struct Tracker {
     pub alarms: Vec<AlarmKind>,
     /// Its version.
     pub version: &'static str,
+}
+
+/// That a tracker is there, to others under the same topics.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "MqttPresence")]
+pub struct Present {
+    /// A number that each start of a tracker makes for itself.
+    pub instance: String,
 }
 
 /// The whole site.

@@ -27,6 +27,7 @@ use super::inputs::KeptInputs;
 use super::link;
 use super::outage::Outage;
 use super::outbox::Outbox;
+use super::presence::Presence;
 use super::presses::Presser;
 use super::session::{Session, WAIT};
 use super::topics::Topics;
@@ -74,7 +75,7 @@ pub struct Settings {
     pub signs: Option<SignHandle>,
     /// Whether modules have buttons, which clients that may publish at the broker may press.
     pub buttons: Option<Buttons>,
-    /// Told when the thread ends by itself.
+    /// Told when the thread ends by itself, and while another tracker publishes under the same topics.
     pub alarms: TrackerAlarms,
 }
 
@@ -134,10 +135,11 @@ fn run(
     let presser = settings.buttons.as_ref().map(start).transpose().map_err(|error| error.to_string())?;
     let mut outage = Outage::default();
     let (mut drop_log, mut kept_inputs) = (CountLog::default(), KeptInputs::default());
+    let mut presence = Presence::new();
     let of_broker =
         |level: Level, text: &str| say(level, &format!("mqtt: broker {}: {text}", settings.broker));
     while !stop.load(Ordering::Relaxed) {
-        let (client, connection) = Client::new(options(settings), ON_THE_WAY);
+        let (client, connection) = Client::new(options(settings, presence.own()), ON_THE_WAY);
         let (tell, news) = link::queue(dropped);
         let Ok(thread) =
             std::thread::Builder::new().name("mqtt link".into()).spawn(move || link::run(connection, &tell))
@@ -158,6 +160,8 @@ fn run(
             signs: settings.signs.as_ref(),
             presser: presser.as_ref(),
             outage: &mut outage,
+            presence: &mut presence,
+            alarms: &settings.alarms,
             dropped,
             drop_log: &mut drop_log,
             kept_inputs: &mut kept_inputs,
@@ -200,9 +204,10 @@ fn pause(frames: &Receiver<Arc<Snapshot>>, stop: &AtomicBool) -> bool {
 }
 
 /// How the broker is reached, and what it says of a publisher that is gone.
-fn options(settings: &Settings) -> MqttOptions {
+fn options(settings: &Settings, instance: &str) -> MqttOptions {
     let Broker { host, port, login, .. } = &settings.broker;
-    let id = format!("{}-{}", settings.topics.site().replace('/', "-"), std::process::id());
+    // Two clients of one identity end each other's connection: in containers all trackers are process 1.
+    let id = format!("{}-{instance}", settings.topics.site().replace('/', "-"));
     let mut options = MqttOptions::new(id, host.clone(), *port);
     options.set_keep_alive(KEEP_ALIVE).set_max_packet_size(LONGEST, LONGEST);
     options.set_last_will(LastWill::new(settings.topics.status(), "offline", QoS::AtLeastOnce, true));

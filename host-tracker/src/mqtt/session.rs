@@ -23,11 +23,14 @@ use super::messages::{door_input, door_topics};
 use super::outage::Outage;
 use super::outbox::{Outbox, Publication};
 use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
+use super::presence::Presence;
 use super::presses::{NotPressed, Presser, Target, button};
 use crate::doors::DoorHandle;
 use crate::log_limit::CountLog;
 use crate::shared_count::SharedCount;
 use crate::signs::SignHandle;
+use crate::tracker_alarms::TrackerAlarms;
+use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
@@ -60,6 +63,8 @@ pub(super) struct Session<'a> {
     pub signs: Option<&'a SignHandle>,
     pub presser: Option<&'a Presser>,
     pub outage: &'a mut Outage,
+    pub presence: &'a mut Presence,
+    pub alarms: &'a TrackerAlarms,
     /// Messages that found no room on their way here, over all connections, and what the log has said of them.
     pub dropped: &'a SharedCount,
     pub drop_log: &'a mut CountLog<1>,
@@ -106,6 +111,9 @@ impl Session<'_> {
                 Err(reason) => return Some(reason),
             };
             self.say_dropped();
+            if let Err(reason) = self.look_for_another(Instant::now()) {
+                return Some(reason);
+            }
             if let Some(presser) = self.presser {
                 presser.refusals().for_each(|(target, why)| self.refuse(&target, &why));
             }
@@ -161,6 +169,28 @@ impl Session<'_> {
         }
     }
 
+    /// Says that this tracker is there, and raises the alarm while another one says so under the same topics.
+    fn look_for_another(&mut self, now: Instant) -> Result<(), String> {
+        if self.connected
+            && let Some(said) = self.presence.due(now)
+        {
+            let topic = self.outbox.topics().presence();
+            self.client
+                .try_publish(topic, QoS::AtMostOnce, false, said)
+                .map_err(|error| error.to_string())?;
+        }
+        let text = self.presence.is_shared(now).then(|| self.text_of_another());
+        self.alarms.set(AlarmKind::SameName, text.as_deref());
+        Ok(())
+    }
+
+    fn text_of_another(&self) -> String {
+        let topics = self.outbox.topics().site();
+        format!(
+            "another tracker publishes under {topics} at this broker, too, and each overwrites what the other says: give one of them another --mqtt-site"
+        )
+    }
+
     /// The broker has taken the connection.
     fn begin(&mut self) -> Result<(), String> {
         self.connected = true;
@@ -168,6 +198,7 @@ impl Session<'_> {
             (self.say)(Level::INFO, "connected");
         }
         self.outbox.connected();
+        self.presence.connected();
         for filter in self.outbox.topics().filters() {
             self.client.try_subscribe(filter, QoS::AtLeastOnce).map_err(|error| error.to_string())?;
         }
@@ -205,7 +236,13 @@ impl Session<'_> {
     }
 
     /// Passes a message to a door, which publishes what becomes of it, takes a sign, or presses a button.
-    fn receive(&self, topic: &str, payload: &[u8]) {
+    fn receive(&mut self, topic: &str, payload: &[u8]) {
+        if topic == self.outbox.topics().presence() {
+            if self.presence.hear(payload, Instant::now()) {
+                (self.say)(Level::WARN, &self.text_of_another());
+            }
+            return;
+        }
         let sign_topic = self.outbox.topics().sign();
         if let Some(signs) = self.signs.filter(|_| topic == sign_topic) {
             if let Err(why) = signs.tell(payload) {
@@ -265,8 +302,8 @@ mod tests {
     use super::super::messages::tests::topics;
     use super::*;
 
-    #[test]
-    fn a_flood_of_messages_leaves_time_for_what_doors_order() {
+    /// Calls `test` with a session without a broker; what it has said.
+    fn with_session(alarms: &TrackerAlarms, test: impl FnOnce(&mut Session<'_>)) -> Vec<String> {
         let (client, _connection) = Client::new(MqttOptions::new("test", "localhost", 1883), 10);
         let dropped = SharedCount::default();
         dropped.add(7);
@@ -283,19 +320,52 @@ mod tests {
             signs: None,
             presser: None,
             outage: &mut Outage::default(),
+            presence: &mut Presence::new(),
+            alarms,
             dropped: &dropped,
             drop_log: &mut CountLog::default(),
             kept_inputs: &mut KeptInputs::default(),
             say: &|_, text| said.borrow_mut().push(text.to_owned()),
         };
-        let (tell, news) = std::sync::mpsc::channel();
-        for _ in 0..ROUND + 1 {
-            tell.send(News::Message("kehai/front-door/door/front/card".into(), Vec::new())).unwrap();
-        }
-        assert_eq!(session.take_news(&news), Ok(Left::Perhaps));
-        assert_eq!(session.take_news(&news), Ok(Left::Nothing));
-        session.say_dropped();
-        session.say_dropped();
-        assert_eq!(*said.borrow(), ["7 messages came too fast, and were dropped"]);
+        test(&mut session);
+        drop(session);
+        said.into_inner()
+    }
+
+    #[test]
+    fn a_flood_of_messages_leaves_time_for_what_doors_order() {
+        let said = with_session(&TrackerAlarms::default(), |session| {
+            let (tell, news) = std::sync::mpsc::channel();
+            for _ in 0..ROUND + 1 {
+                tell.send(News::Message("kehai/front-door/door/front/card".into(), Vec::new())).unwrap();
+            }
+            assert_eq!(session.take_news(&news), Ok(Left::Perhaps));
+            assert_eq!(session.take_news(&news), Ok(Left::Nothing));
+            session.say_dropped();
+            session.say_dropped();
+        });
+        assert_eq!(said, ["7 messages came too fast, and were dropped"]);
+    }
+
+    #[test]
+    fn another_tracker_under_the_same_topics_is_an_alarm_that_says_what_to_do() {
+        let (alarms, now) = (TrackerAlarms::default(), Instant::now());
+        let said = with_session(&alarms, |session| {
+            let topic = topics().presence();
+            let own = session.presence.due(now).unwrap();
+            session.receive(&topic, own.as_bytes());
+            assert_eq!(session.look_for_another(now), Ok(()));
+            assert_eq!(alarms.lines(), [], "it hears itself");
+            session.receive(&topic, Presence::new().due(now).unwrap().as_bytes());
+            session.receive(&topic, Presence::new().due(now).unwrap().as_bytes());
+            assert_eq!(session.look_for_another(now), Ok(()));
+            let lines = alarms.lines();
+            let [alarm] = &lines[..] else { panic!("{lines:?}") };
+            assert_eq!(alarm.kind, AlarmKind::SameName);
+            assert!(alarm.text.contains("kehai/front-door") && alarm.text.contains("--mqtt-site"));
+            assert_eq!(session.look_for_another(now + Duration::from_secs(60)), Ok(()));
+            assert_eq!(alarms.lines(), [], "the other one is gone");
+        });
+        assert_eq!(said.len(), 1, "once in the log: {said:?}");
     }
 }

@@ -42,6 +42,12 @@ impl Topics {
         format!("{}/{}", self.prefix, slug(&self.title))
     }
 
+    /// Where trackers say that they are there: of two under the same topics each notices the other.
+    #[must_use]
+    pub fn presence(&self) -> String {
+        format!("{}/presence", self.site())
+    }
+
     /// Where readers of cards and tags publish what they have read.
     #[must_use]
     pub fn sign(&self) -> String {

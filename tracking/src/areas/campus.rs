@@ -13,7 +13,7 @@ use super::grounds::Grounds;
 use super::persons::Persons;
 use super::tracks::{Heard, Key};
 use super::{AreaFrame, AreaName, SILENT_US, prefix};
-use crate::alarm::{AlarmKind, Cause, Severity};
+use crate::alarm::{AlarmKind, Cause};
 use crate::alarm_list::{About, ListedAlarm};
 use crate::jsonl::TrackLine;
 use crate::names::{Carried, Likelihood, NameLine};
@@ -38,6 +38,11 @@ struct Area {
     is_gone: bool,
     /// Since when it is not heard, ms since 1970.
     silent_since_ms: Option<u64>,
+    /// When a frame of an earlier start than the one before was heard last, and when the last of two such, µs.
+    earlier_us: Option<u64>,
+    shared_us: Option<u64>,
+    /// Since when two trackers have its name, ms since 1970.
+    shared_since_ms: Option<u64>,
 }
 
 impl Area {
@@ -46,6 +51,22 @@ impl Area {
         let is_heard = !self.is_gone && now_us.saturating_sub(self.heard_us) <= SILENT_US;
         self.last.as_ref().filter(|_| is_heard)
     }
+
+    /// Notes of which start a frame is. A tracker that is started anew does not go on with its earlier start: one frame of that may have
+    /// been held up on its way, a second one between later ones is of another tracker with the same name.
+    fn note_start(&mut self, epoch: u64, now_us: u64) {
+        if self.last.as_ref().is_none_or(|last| last.epoch <= epoch) {
+            return;
+        }
+        if is_lately(self.earlier_us, now_us) {
+            self.shared_us = Some(now_us);
+        }
+        self.earlier_us = Some(now_us);
+    }
+}
+
+fn is_lately(at_us: Option<u64>, now_us: u64) -> bool {
+    at_us.is_some_and(|at_us| now_us.saturating_sub(at_us) <= SILENT_US)
 }
 
 /// When an ID was read last, and when it was for what is known of it, µs.
@@ -109,6 +130,7 @@ impl Campus {
             self.refuse(name, now_us);
             return false;
         };
+        area.note_start(frame.epoch, now_us);
         let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
         if !area.last.as_ref().is_some_and(is_old) {
             area.fields.unpack(&mut frame, now_us);
@@ -170,6 +192,11 @@ impl Campus {
                 area.silent_since_ms = None;
             } else {
                 area.silent_since_ms.get_or_insert(unix_ms);
+            }
+            if is_lately(area.shared_us, now_us) {
+                area.shared_since_ms.get_or_insert(unix_ms);
+            } else {
+                area.shared_since_ms = None;
             }
         }
         let grounds = Grounds::of(
@@ -272,8 +299,15 @@ impl Campus {
                         format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
                     }
                 };
-                all.push(silent(name, number((name.clone(), 0)), text, since_ms));
+                all.push(of_area(name, number((name.clone(), 0)), (AlarmKind::Silent, text), since_ms));
                 continue;
+            }
+            if let Some(since_ms) = area.shared_since_ms {
+                let text = format!(
+                    "two trackers say that they are area {name}, and what is shown of it changes from one to the other: start one of them with another --area"
+                );
+                let number = number((name.clone(), u64::MAX));
+                all.push(of_area(name, number, (AlarmKind::SameName, text), since_ms));
             }
             let Some(last) = &area.last else { continue };
             all.extend(
@@ -288,7 +322,7 @@ impl Campus {
                 "{} areas are too many, {first} among them: nothing of them is shown",
                 self.refused.len()
             );
-            all.push(silent(first, number((first.clone(), 0)), text, unix_ms));
+            all.push(of_area(first, number((first.clone(), 0)), (AlarmKind::Silent, text), unix_ms));
         }
         self.alarms.retain(|key, _| standing.contains(key));
         all.sort_by_key(|alarm| alarm.since_ms);
@@ -296,14 +330,14 @@ impl Campus {
     }
 }
 
-/// Nothing comes from an area.
-fn silent(area: &AreaName, id: u64, text: String, since_ms: u64) -> ListedAlarm {
+/// An alarm about an area as a whole.
+fn of_area(area: &AreaName, id: u64, (kind, text): (AlarmKind, String), since_ms: u64) -> ListedAlarm {
     ListedAlarm {
         id,
         about: About::Area,
         of: area.to_string(),
-        cause: Cause::Fault(AlarmKind::Silent),
-        severity: Severity::Failed,
+        cause: Cause::Fault(kind),
+        severity: kind.severity(),
         text,
         since_ms,
         until_ms: None,

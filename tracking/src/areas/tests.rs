@@ -167,6 +167,24 @@ fn a_frame_that_was_held_up_is_no_news() {
 }
 
 #[test]
+fn two_trackers_with_the_name_of_one_area_are_an_alarm_and_a_restart_is_none() {
+    let (mut campus, site) = both();
+    let of = |epoch, number| AreaFrame { epoch, ..frame(number, Vec::new()) };
+    let mut told = |frames: &[(u64, u64)], now_us: u64| {
+        frames.iter().for_each(|&(epoch, number)| _ = campus.hear(&area("west"), of(epoch, number), now_us));
+        campus.hear(&area("east"), frame(now_us, Vec::new()), now_us);
+        let alarms = campus.picture(&site, now_us, 1000 + now_us / 1000).alarms;
+        alarms.into_iter().map(|alarm| (alarm.cause.name(), alarm.of, alarm.since_ms)).collect::<Vec<_>>()
+    };
+    // A restart, of which one frame of before was held up.
+    assert_eq!(told(&[(1, 2), (2, 1), (1, 3), (2, 2)], 100_000), []);
+    let shared = [("same-name", "west".to_owned(), 3100)];
+    assert_eq!(told(&[(1, 4), (2, 3), (1, 5), (2, 4)], 2_100_000), shared);
+    assert_eq!(told(&[(1, 6), (2, 5)], 3_000_000), shared);
+    assert_eq!(told(&[(2, 6)], 5_100_000), [], "one of them has another name by now");
+}
+
+#[test]
 fn more_areas_than_there_is_room_for_are_left_out_and_named() {
     let mut campus = Campus::new(&[area("a")], 2);
     let mut is_kept = |name: &str| campus.hear(&area(name), frame(1, Vec::new()), 0);

@@ -174,7 +174,7 @@ export default {
   "remedy.moved": "put it back, or calibrate",
   "alarm.blind": "people walk in its view, and it sees none of them",
   "remedy.blind": "take away what hides them, or put it back at its height",
-  "alarm.same-name": "two modules have the same place in the site",
+  "alarm.same-name": "two modules have the same place in the site, or two trackers the same name",
   "remedy.same-name": "rename one of them",
   "alarm.panels": "panels of the floor do not work",
   "remedy.panels": "have the floor checked",

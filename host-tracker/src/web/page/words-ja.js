@@ -174,7 +174,7 @@ export default {
   "remedy.moved": "元に戻すか、位置合わせをしてください",
   "alarm.blind": "視界を人が通っても検出できていません",
   "remedy.blind": "遮る物をどけるか、元の高さに戻してください",
-  "alarm.same-name": "二台のモジュールが同じ位置に登録されています",
+  "alarm.same-name": "二台のモジュールの位置、または二つのトラッカーの名前が同じです",
   "remedy.same-name": "一方の名前を変更してください",
   "alarm.panels": "床センサーの一部が動作していません",
   "remedy.panels": "床を点検してください",
