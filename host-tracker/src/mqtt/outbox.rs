@@ -83,6 +83,12 @@ impl Outbox {
         }
     }
 
+    /// The broker has said that this tracker is offline: the last will of a connection before, which it noticed late, or the last words of
+    /// another tracker under the same topics. If that is not so it is said anew.
+    pub fn said_offline(&mut self) {
+        self.online = self.online.filter(|online| !online);
+    }
+
     /// What is to be published at `now_ms` of any steady clock. `frame` is a new one, if there is one.
     pub fn due(&mut self, frame: Option<&Snapshot>, now_ms: u64) -> Vec<Publication> {
         let mut out = Vec::new();
@@ -214,6 +220,18 @@ mod tests {
         let published = outbox.due(Some(&frame()), 0);
         assert!(topics_of(&published).contains(&"kehai/front-door/zone/cellar"));
         assert!(published.iter().all(|publication| !inputs.contains(&publication.topic)), "{published:?}");
+    }
+
+    #[test]
+    fn a_last_will_that_comes_late_is_taken_back() {
+        let mut outbox = Outbox::new(topics());
+        let online = Publication { topic: topics().status(), payload: "online".into() };
+        assert_eq!(outbox.due(Some(&frame()), 0).last(), Some(&online));
+        outbox.said_offline();
+        assert_eq!(outbox.due(Some(&frame()), 100), [online]);
+        assert_eq!(outbox.due(None, 3_100), [outbox.farewell()]);
+        outbox.said_offline();
+        assert_eq!(outbox.due(None, 3_200), [], "so it is");
     }
 
     #[test]

@@ -22,7 +22,7 @@ use super::link::News;
 use super::messages::{door_input, door_topics};
 use super::outage::Outage;
 use super::outbox::{Outbox, Publication};
-use super::payloads::{DoorAlarmOrder, Lock, Refused, written};
+use super::payloads::{Availability, DoorAlarmOrder, Lock, Refused, written};
 use super::presence::Presence;
 use super::presses::{NotPressed, Presser, Target, button};
 use crate::doors::DoorHandle;
@@ -240,6 +240,12 @@ impl Session<'_> {
         if topic == self.outbox.topics().presence() {
             if self.presence.hear(payload, Instant::now()) {
                 (self.say)(Level::WARN, &self.text_of_another());
+            }
+            return;
+        }
+        if topic == self.outbox.topics().status() {
+            if payload == Availability::Offline.name().as_bytes() {
+                self.outbox.said_offline();
             }
             return;
         }
