@@ -22,11 +22,14 @@ use crate::geometry::inside;
 use crate::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use crate::lines::{CrossedLine, Lines, Totals};
 use crate::observation::Observation;
+use crate::occupancy::Total;
 use crate::session::datagram::Datagram;
 use crate::session::{Input, Sessions};
 use crate::site::Site;
 use crate::site::change::SiteChange;
+use crate::snapshot::ModuleLine;
 use crate::stays::{DwellLine, Stays};
+use crate::total::total;
 use crate::tracker::{LifeCycle, Model, TrackId, TrackState, Tracker};
 use crate::zones::verdict::Verdict;
 use crate::zones::{SEEN_S, Zones};
@@ -237,7 +240,7 @@ impl SiteTracker {
         let (tracks, explanations) = self.with_floors(&mut fusion, self.numbered(tracks), at_s);
         self.fusion = fusion;
         let mut zones = self.zones.lines(&tracks, at_s);
-        let begins = at_s - self.begun_s < FOUND_S;
+        let begins = self.begins(at_s);
         if begins {
             zones.values_mut().for_each(|zone| *zone = ZoneLine::unknown());
         }
@@ -247,6 +250,17 @@ impl SiteTracker {
         let stays = self.stays.observe(&tracks, at_s);
         self.newest = tracks.iter().map(|track| track.id).fold(self.newest, TrackId::max);
         Estimate { t_s: at_s, tracks, zones, explanations, crossings, stays }
+    }
+
+    /// Whether devices have looked for so short a time, since the start or a gap, that people in their view may not have been found.
+    fn begins(&self, at_s: f64) -> bool {
+        at_s - self.begun_s < FOUND_S
+    }
+
+    /// How many people are in the whole site, by the line of the newest estimate and how the devices were then.
+    #[must_use]
+    pub fn total(&self, line: &TracksLine, modules: &[ModuleLine]) -> Total {
+        if self.begins(line.t) { Total::default() } else { total(&self.site, line, modules) }
     }
 
     /// The same, to be written.

@@ -10,7 +10,8 @@
 //!
 //! A person is a track that a zone counts ([`Role`]): one that was never seen to come in is one in a secure zone, and nowhere else.
 //! A person in two zones is one. There are never fewer than in one of the zones: at its edge a written place, which is rounded, may
-//! lie outside. A site without zones is known while a device watches whose place is known: what a module without a place sees is nowhere.
+//! lie outside. A site without zones is known while a device watches whose place is known and whose reports are used: what a module without
+//! a place sees is nowhere, and of one whose times are not known nothing is used.
 
 use crate::count;
 use crate::geometry::{Point, inside};
@@ -18,6 +19,7 @@ use crate::jsonl::{TrackLine, TracksLine};
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::{Exclude, Site, Zone};
 use crate::snapshot::{DeviceState, ModuleLine};
+use crate::zones::SEEN_S;
 use crate::zones::verdict::Role;
 
 /// The total of a line.
@@ -29,7 +31,9 @@ pub fn total(site: &Site, line: &TracksLine, modules: &[ModuleLine]) -> Total {
     let is_open =
         |zone: &&Zone| line.zones.get(&zone.name).is_none_or(|zone| zone.state() != ZoneKnown::Known);
     let has_place = |name: &str| site.placed().any(|known| known == name);
-    let watched = modules.iter().any(|line| line.state == DeviceState::Watching && has_place(&line.name));
+    let is_used = |line: &ModuleLine| line.unused_s.is_some_and(|unused_s| unused_s < SEEN_S);
+    let watches = |line: &ModuleLine| line.state == DeviceState::Watching && has_place(&line.name);
+    let watched = modules.iter().any(|line| watches(line) && is_used(line));
     let state = match () {
         () if asked.is_empty() && watched => ZoneKnown::Known,
         () if asked.is_empty() || known == 0 => ZoneKnown::Unknown,
@@ -160,10 +164,15 @@ mod tests {
             [[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 4\nrows = 4\n";
         let site = Site::parse("site", text).unwrap();
         let people = line(&[(1.0, 1.0)], &[]);
-        let count = |name: &str, state| {
-            let line = ModuleLine { name: name.into(), state, ..ModuleLine::default() };
+        let after = |name: &str, state, unused_s| {
+            let line = ModuleLine { name: name.into(), state, unused_s, ..ModuleLine::default() };
             total(&site, &people, &[line]).count
         };
+        let count = |name: &str, state| after(name, state, Some(0.1));
+        assert_eq!(
+            [None, Some(2.0)].map(|unused_s| after("left", DeviceState::Watching, unused_s)),
+            [None; 2]
+        );
         assert_eq!(["left", "mat"].map(|name| count(name, DeviceState::Watching)), [Some(1); 2]);
         assert_eq!(["left", "mat"].map(|name| count(name, DeviceState::Missing)), [None; 2]);
         assert_eq!(["new", "stranger"].map(|name| count(name, DeviceState::Watching)), [None; 2]);

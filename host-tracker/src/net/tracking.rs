@@ -39,7 +39,6 @@ use kehai_tracking::session::Input;
 use kehai_tracking::site::Site;
 use kehai_tracking::site_tracker::SiteTracker;
 use kehai_tracking::snapshot::{ModuleLine, Refused, Snapshot, active_alarms, unix_ms};
-use kehai_tracking::total::total;
 
 /// Between two snapshots, µs.
 pub const LINE_US: u64 = 100_000;
@@ -346,7 +345,7 @@ impl TrackingLoop {
         if let Some(recorder) = &parts.recorder {
             recorder.alarms(at_us);
         }
-        let total = total(registry.site(), &line, &modules);
+        let total = site_tracker.total(&line, &modules);
         let (names, signs) = parts.signs.as_ref().map(|signs| signs.observe(&estimate)).unwrap_or_default();
         Snapshot {
             unix_ms,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::observation::View;
+use crate::snapshot::{DeviceState, ModuleLine};
 use crate::tracker::Selected;
 
 /// Of modules at these places, with a zone that only one at the origin sees.
@@ -45,4 +46,22 @@ fn a_module_that_takes_the_number_of_another_has_not_looked_yet() {
     tracker.change_site(&site(&[("new", 0.0), ("right", 50.0)]));
     let goes_on = states(&mut tracker, 75..100);
     assert!(goes_on.iter().all(|state| *state == ZoneKnown::Known), "{goes_on:?}");
+}
+
+#[test]
+fn of_a_site_without_zones_nothing_is_known_before_its_people_can_have_been_found() {
+    let site = Site { zones: Vec::new(), ..(*site(&[("left", 0.0)])).clone() };
+    let mut tracker = SiteTracker::new(&Arc::new(site), Selected::default());
+    let (name, state) = ("left".to_owned(), DeviceState::Watching);
+    let watching = ModuleLine { name, state, unused_s: Some(0.0), ..ModuleLine::default() };
+    let mut total = |tenth: u32| {
+        let at_s = f64::from(tenth) * 0.1;
+        look(&mut tracker, at_s);
+        let line = tracker.line(at_s);
+        tracker.total(&line, std::slice::from_ref(&watching)).count
+    };
+    let first: Vec<Option<u32>> = (0..15).map(&mut total).collect();
+    assert_eq!(first, [None; 15]);
+    assert_eq!(total(15), Some(0));
+    assert_eq!((total(40), total(54), total(55)), (None, None, Some(0)), "after a gap");
 }
