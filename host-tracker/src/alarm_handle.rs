@@ -53,10 +53,14 @@ pub struct Told {
     pub failed: u64,
 }
 
+/// A list whose numbers are not given again: seconds since 1970, and room for a thousand alarms each of them.
+pub(crate) fn new_list() -> AlarmList {
+    AlarmList::new((unix_ms() / 1000) << 10)
+}
+
 impl Default for AlarmHandle {
     fn default() -> Self {
-        // Seconds since 1970, and room for a thousand alarms each of them: numbers of another process are not given again.
-        let list = AlarmList::new((unix_ms() / 1000) << 10);
+        let list = new_list();
         Self(Arc::new(Mutex::new(Shared { list, listeners: Vec::new(), missed: 0, told: Told::default() })))
     }
 }

@@ -18,15 +18,17 @@ use zenoh::{Session, Wait};
 use super::keys::{What, all, area_of};
 use super::link::{one_line, open};
 use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
-use crate::alarm_handle::AlarmHandle;
+use crate::alarm_handle::{AlarmHandle, new_list};
 use crate::clock::HostClock;
 use crate::log_limit::CountLog;
 use crate::site_file::SiteFile;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
+use kehai_tracking::alarm_list::AlarmList;
 use kehai_tracking::areas::{self, AreaFrame, AreaName};
+use kehai_tracking::now::Now;
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::snapshot::{Snapshot, active_alarms, unix_ms};
 
 /// Between two pictures: as often as a tracker makes frames.
 const EVERY: Duration = Duration::from_millis(100);
@@ -88,12 +90,20 @@ struct Out {
     missed: u64,
     file: SiteFile,
     listed: AlarmHandle,
+    /// What is wrong with this service itself.
+    alarms: TrackerAlarms,
+    own: AlarmList,
 }
 
 impl Out {
     /// Shows a picture to all, with how many of those before found a sink too slow.
     fn show(&mut self, mut picture: Snapshot) {
         picture.missed = self.missed;
+        let now = Now { steady_s: picture.line.t, unix_ms: picture.unix_ms };
+        // Its list alone says what became of them: listeners are told by the trackers.
+        let _ = self.own.observe(now, active_alarms(&self.alarms.lines(), &[], &[]));
+        picture.alarms.extend_from_slice(self.own.standing());
+        picture.alarms.sort_by_key(|alarm| alarm.since_ms);
         let picture = Arc::new(picture);
         self.listed.show(picture.unix_ms, picture.alarms.clone());
         self.frames.send_replace(Arc::clone(&picture));
@@ -137,7 +147,10 @@ impl Campus {
         let (frames_in, frames) = watch::channel(Arc::default());
         let (site_in, site) = watch::channel(Arc::default());
         let (queue, pictures) = sync_channel(PICTURES);
-        let mut out = Out { frames: frames_in, site: site_in, queue, missed: 0, file, listed };
+        let own = new_list();
+        let kept = alarms.clone();
+        let mut out =
+            Out { frames: frames_in, site: site_in, queue, missed: 0, file, listed, alarms: kept, own };
         let work = move |stop: &AtomicBool| {
             let Some(session) = open(&config, stop, say) else { return Ok(()) };
             say(&format!("the areas of {} are heard over Zenoh", settings.site));
@@ -286,13 +299,22 @@ mod tests {
         let file = SiteFile::together(std::path::Path::new("campus"));
         let (frames, newest) = watch::channel(Arc::default());
         let (site, _) = watch::channel(Arc::default());
-        let mut out = Out { frames, site, queue, missed: 0, file, listed: AlarmHandle::default() };
+        let (listed, alarms, own) =
+            (AlarmHandle::default(), TrackerAlarms::default(), AlarmList::new(1 << 40));
+        let mut out = Out { frames, site, queue, missed: 0, file, listed, alarms: alarms.clone(), own };
         for _ in 0..4 {
             out.show(Snapshot::default());
         }
         assert_eq!((out.missed, newest.borrow().missed), (3, 2), "each says what those before it found");
+        alarms.thread_ended("mqtt", "the broker is odd");
+        out.show(Snapshot::default());
+        assert_eq!(
+            newest.borrow().alarms[0].cause.name(),
+            "thread",
+            "what is wrong with the service is shown"
+        );
         drop(pictures);
         out.show(Snapshot::default());
-        assert_eq!(out.missed, 3, "a sink that is not there misses nothing");
+        assert_eq!(out.missed, 4, "a sink that is not there misses nothing");
     }
 }
