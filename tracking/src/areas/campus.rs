@@ -69,6 +69,17 @@ fn is_lately(at_us: Option<u64>, now_us: u64) -> bool {
     at_us.is_some_and(|at_us| now_us.saturating_sub(at_us) <= SILENT_US)
 }
 
+/// Which of an area's alarms.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+enum Which {
+    /// Nothing is heard of it.
+    Silent,
+    /// Two trackers have its name.
+    Shared,
+    /// One that its tracker lists, by the number there.
+    Listed(u64),
+}
+
 /// When an ID was read last, and when it was for what is known of it, µs.
 #[derive(Debug, Default)]
 struct Read {
@@ -88,7 +99,7 @@ pub struct Campus {
     names: Carried<String>,
     followed_us: u64,
     /// The number of each alarm of an area among those of all.
-    alarms: BTreeMap<(AreaName, u64), u64>,
+    alarms: BTreeMap<(AreaName, Which), u64>,
     newest_alarm: u64,
     begun_us: Option<u64>,
 }
@@ -282,7 +293,7 @@ impl Campus {
     fn list_alarms(&mut self, unix_ms: u64) -> Vec<ListedAlarm> {
         let mut all = Vec::new();
         let mut standing = BTreeSet::new();
-        let mut number = |key: (AreaName, u64)| {
+        let mut number = |key: (AreaName, Which)| {
             standing.insert(key.clone());
             *self.alarms.entry(key).or_insert_with(|| {
                 self.newest_alarm += 1;
@@ -299,14 +310,19 @@ impl Campus {
                         format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
                     }
                 };
-                all.push(of_area(name, number((name.clone(), 0)), (AlarmKind::Silent, text), since_ms));
+                all.push(of_area(
+                    name,
+                    number((name.clone(), Which::Silent)),
+                    (AlarmKind::Silent, text),
+                    since_ms,
+                ));
                 continue;
             }
             if let Some(since_ms) = area.shared_since_ms {
                 let text = format!(
                     "two trackers say that they are area {name}, and what is shown of it changes from one to the other: start one of them with another --area"
                 );
-                let number = number((name.clone(), u64::MAX));
+                let number = number((name.clone(), Which::Shared));
                 all.push(of_area(name, number, (AlarmKind::SameName, text), since_ms));
             }
             let Some(last) = &area.last else { continue };
@@ -314,7 +330,7 @@ impl Campus {
                 last.frame
                     .alarms
                     .iter()
-                    .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), alarm.id + 1)))),
+                    .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), Which::Listed(alarm.id))))),
             );
         }
         if let Some((first, _)) = self.refused.first_key_value() {
@@ -322,7 +338,12 @@ impl Campus {
                 "{} areas are too many, {first} among them: nothing of them is shown",
                 self.refused.len()
             );
-            all.push(of_area(first, number((first.clone(), 0)), (AlarmKind::Silent, text), unix_ms));
+            all.push(of_area(
+                first,
+                number((first.clone(), Which::Silent)),
+                (AlarmKind::Silent, text),
+                unix_ms,
+            ));
         }
         self.alarms.retain(|key, _| standing.contains(key));
         all.sort_by_key(|alarm| alarm.since_ms);

@@ -1,7 +1,7 @@
 //! Two halls as one site: the names of their parts, what is said of an area that is lost, whose name goes over the border.
 
 use super::{AreaFrame, AreaName, Campus};
-use crate::alarm_list::About;
+use crate::alarm_list::{About, ListedAlarm};
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::occupancy::{Found, Total, ZoneKnown};
 use crate::site::Site;
@@ -164,6 +164,21 @@ fn a_frame_that_was_held_up_is_no_news() {
     campus.hear(&area("west"), frame(5, Vec::new()), 100_000);
     campus.hear(&area("west"), frame(4, vec![track(7, -5.0, 0.0)]), 200_000);
     assert_eq!(campus.picture(&site, 200_000, 1).line.zones["west/hall"].count(), Some(0));
+}
+
+#[test]
+fn an_alarm_of_an_area_may_have_any_number_there() {
+    let (mut campus, site) = both();
+    let alarm = |id: u64| -> ListedAlarm {
+        serde_json::from_value(serde_json::json!({ "id": id, "name": "database", "text": "disk full" }))
+            .unwrap()
+    };
+    let mut said = frame(2, Vec::new());
+    said.frame.alarms = [0, 1, u64::MAX].map(alarm).to_vec();
+    campus.hear(&area("west"), said, 100_000);
+    let alarms = campus.picture(&site, 100_000, 1).alarms;
+    let numbers: std::collections::BTreeSet<u64> = alarms.iter().map(|alarm| alarm.id).collect();
+    assert_eq!((alarms.len(), numbers.len()), (3, 3));
 }
 
 #[test]
