@@ -165,6 +165,7 @@ impl Store {
             damage: None,
             recorder,
             newest: None,
+            newest_s: 0.0,
             run: None,
             failed: None,
             dropped: Dropped::default(),

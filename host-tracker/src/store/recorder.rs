@@ -203,8 +203,8 @@ impl ChangeRecorder {
         self.newest_ms
     }
 
-    /// The clock was set back: what was going on ends here, and all is said again by the next frame.
-    pub fn set_back(&mut self) {
+    /// The clock was set: what was going on ends here, and all is said again by the next frame.
+    pub fn clock_set(&mut self) {
         for (track, mut walk) in std::mem::take(&mut self.walks) {
             self.paths.extend(walk.row(track));
         }

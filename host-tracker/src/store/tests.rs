@@ -2,7 +2,9 @@
 
 use std::sync::mpsc::Receiver;
 
+use super::retention::DAY_MS;
 use super::*;
+use kehai_tracking::jsonl::TracksLine;
 
 /// A store of one place, of which nothing is taken while its messages are kept.
 fn full() -> (Store, Receiver<Message>) {
@@ -21,6 +23,7 @@ fn work(file: &Path, store: &Store) -> Work {
         damage: None,
         recorder: ChangeRecorder::default(),
         newest: None,
+        newest_s: 0.0,
         run: None,
         failed: None,
         dropped: Dropped::default(),
@@ -73,4 +76,37 @@ fn what_cannot_be_written_at_the_end_is_counted_as_lost() {
     let state = store.close();
     assert_eq!(state.dropped, Dropped { messages: 0, rows: 1 });
     assert!(state.trouble.is_some_and(|trouble| trouble.contains("kehai.db")));
+}
+
+#[test]
+fn f12_a_clock_that_jumps_ahead_while_the_tracker_runs_deletes_nothing_and_blanks_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("kehai.db");
+    let store = Store::open(&file, &Arc::default(), Keep::USUAL).unwrap();
+    let now_ms = unix_ms();
+    let ahead_ms = now_ms + 3650 * DAY_MS;
+    // Ten years ahead for a tenth of a second, and right again.
+    for (unix_ms, t) in [
+        (now_ms, 1.0),
+        (now_ms + 100, 1.1),
+        (ahead_ms + 200, 1.2),
+        (ahead_ms + 300, 1.3),
+        (now_ms + 400, 1.4),
+        (now_ms + 500, 1.5),
+        // Snapshots that were lost: both clocks say so.
+        (now_ms + 60_000, 61.0),
+    ] {
+        let line = TracksLine { t, ..TracksLine::default() };
+        store.see_waiting(Arc::new(Snapshot::of(unix_ms, line)));
+    }
+    drop(store);
+    let reader = Reader::open(&file).unwrap();
+    let mut ends: Vec<u64> = reader.runs().unwrap().into_iter().map(|(_, ended_ms)| ended_ms).collect();
+    ends.sort_unstable();
+    assert_eq!(ends, [now_ms + 100, now_ms + 60_000, ahead_ms + 300]);
+    let lives = reader.lives(now_ms + 400, now_ms + 60_000).unwrap();
+    assert_eq!(lives, [(now_ms + 399, now_ms + 60_000)], "what came once the clock was right is told");
+    let writer = Writer::open(&file, ahead_ms + 400, None).unwrap();
+    assert!(writer.doubt(ahead_ms + 400, Keep::USUAL).unwrap().is_some(), "nothing is deleted by that clock");
+    assert!(writer.doubt(now_ms + 60_000, Keep::USUAL).unwrap().is_none());
 }

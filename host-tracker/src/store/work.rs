@@ -17,7 +17,7 @@ use super::recorder::ChangeRecorder;
 use super::retention::Keep;
 use super::writer::Writer;
 use super::{Dropped, Message, StoreError, StoreState, error, lock, locked, open, raw, set_aside};
-use kehai_tracking::snapshot::{Snapshot, unix_ms};
+use kehai_tracking::snapshot::{STALE_MS, Snapshot, unix_ms};
 
 /// Between two transactions. The promise is a second.
 const BATCH: Duration = Duration::from_millis(500);
@@ -41,6 +41,8 @@ pub struct Work {
     pub damage: Option<String>,
     pub recorder: ChangeRecorder,
     pub newest: Option<Arc<Snapshot>>,
+    /// When the newest snapshot was made by the tracker's own clock, which is never set, s.
+    pub newest_s: f64,
     /// The run's number, while the file is not open.
     pub run: Option<i64>,
     /// When it could not be written last.
@@ -129,9 +131,10 @@ impl Work {
     fn handle(&mut self, message: Message) {
         match message {
             Message::Snapshot(frame) => {
-                if self.recorder.newest_ms().is_some_and(|newest_ms| frame.unix_ms < newest_ms) {
-                    self.set_back(frame.unix_ms);
+                if self.is_clock_set(&frame) {
+                    self.clock_set(frame.unix_ms);
                 }
+                self.newest_s = frame.line.t;
                 self.recorder.record(&frame);
                 self.newest = Some(frame);
             }
@@ -142,9 +145,18 @@ impl Work {
         }
     }
 
-    /// The clock was set back to `now_ms`. Another run begins just before: of the times that two runs tell of nothing is known.
-    fn set_back(&mut self, now_ms: u64) {
-        self.recorder.set_back();
+    /// Whether the clock was set before this snapshot: it went back, or farther ahead than the tracker's own clock. It may be ahead by
+    /// as much as a snapshot holds; NTP slews it by less between two.
+    fn is_clock_set(&self, frame: &Snapshot) -> bool {
+        let Some(newest_ms) = self.recorder.newest_ms() else { return false };
+        let passed_ms = ((frame.line.t - self.newest_s) * 1e3).max(0.0) as u64;
+        frame.unix_ms < newest_ms || frame.unix_ms - newest_ms > passed_ms.saturating_add(STALE_MS)
+    }
+
+    /// The clock was set to `now_ms`. Another run begins just before. Of the times that two runs tell of nothing is known; and a run
+    /// that reached ahead would tell of all that comes once the clock is right again, and have its history deleted by the wrong clock.
+    fn clock_set(&mut self, now_ms: u64) {
+        self.recorder.clock_set();
         self.write();
         self.run = None;
         let now_ms = now_ms.saturating_sub(1);

@@ -293,7 +293,7 @@ fn that_a_part_is_no_longer_seen_is_kept_at_once() {
 fn after_the_clock_was_set_back_all_is_said_again_and_once_more_when_it_has_caught_up() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     recorder.record(&counted(9000, 0, ZoneKnown::Known));
-    recorder.set_back();
+    recorder.clock_set();
     for at_ms in [5000, 7000, 9000, 9100, 9200] {
         recorder.record(&counted(at_ms, 0, ZoneKnown::Known));
     }
@@ -309,7 +309,7 @@ fn health_is_kept_each_minute_also_after_the_clock_was_set_back() {
         recorder.record(&frame);
     };
     healthy(7_200_000, &mut recorder);
-    recorder.set_back();
+    recorder.clock_set();
     for minute in 0..3 {
         healthy(3_600_000 + minute * HEALTH_MS, &mut recorder);
     }
