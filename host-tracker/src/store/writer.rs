@@ -126,23 +126,25 @@ impl Writer {
         if self.doubt(now_ms, keep)?.is_some() {
             return Ok(more);
         }
-        for (table, column, key, days) in [
-            ("path", "begun_ms", "run, track, part", keep.days),
-            ("count", "at_ms", "zone, at_ms", keep.days),
-            ("crossing", "at_ms", "crossing", keep.days),
-            ("line_state", "at_ms", "line, at_ms", keep.days),
-            ("event", "at_ms", "event", keep.days),
-            ("passage", "begun_ms", "passage", keep.days),
-            ("alarm", "until_ms", "alarm", keep.days),
-            ("health", "at_ms", "module, at_ms", keep.days),
-            ("run", "COALESCE(ended_ms, begun_ms)", "run", keep.days),
-            ("card", "at_ms", "card", keep.card_days),
-            ("name", "at_ms", "name", keep.card_days),
+        let (count, line) = (still_holds("count", "zone"), still_holds("line_state", "line"));
+        let (count, line, none) = (count.as_str(), line.as_str(), "FALSE");
+        for (table, column, key, days, kept) in [
+            ("path", "begun_ms", "run, track, part", keep.days, none),
+            ("count", "at_ms", "zone, at_ms", keep.days, count),
+            ("crossing", "at_ms", "crossing", keep.days, none),
+            ("line_state", "at_ms", "line, at_ms", keep.days, line),
+            ("event", "at_ms", "event", keep.days, none),
+            ("passage", "begun_ms", "passage", keep.days, none),
+            ("alarm", "until_ms", "alarm", keep.days, none),
+            ("health", "at_ms", "module, at_ms", keep.days, none),
+            ("run", "COALESCE(ended_ms, begun_ms)", "run", keep.days, none),
+            ("card", "at_ms", "card", keep.card_days, none),
+            ("name", "at_ms", "name", keep.card_days, none),
         ] {
             let before_ms = integer(now_ms.saturating_sub(u64::from(days) * DAY_MS));
             let statement = format!(
                 "DELETE FROM {table} WHERE ({key}) IN
-                 (SELECT {key} FROM {table} WHERE {column} < ?1 LIMIT {DELETE_AT_ONCE})"
+                 (SELECT {key} FROM {table} WHERE {column} < ?1 AND NOT ({kept}) LIMIT {DELETE_AT_ONCE})"
             );
             let deleted = self.connection.prepare_cached(&statement)?.execute(params![before_ms])?;
             more |= deleted == DELETE_AT_ONCE as usize;
@@ -272,9 +274,67 @@ fn write_row(transaction: &Transaction<'_>, row: &Row, run: i64) -> rusqlite::Re
     Ok(())
 }
 
+/// Whether a row of `table` still holds at ?1: it is the last of its `subject` by then, and the run that told it went on. A change
+/// alone is a row, so a home that has been empty for longer than rows are kept has no newer one.
+fn still_holds(table: &str, subject: &str) -> String {
+    format!(
+        "at_ms = (SELECT MAX(at_ms) FROM {table} AS newest
+             WHERE newest.{subject} = {table}.{subject} AND newest.at_ms <= ?1)
+         AND EXISTS (SELECT 1 FROM run
+             WHERE begun_ms <= {table}.at_ms AND COALESCE(ended_ms, begun_ms) >= ?1)"
+    )
+}
+
 /// Gives a name its number.
 fn named(transaction: &Transaction<'_>, table: &str, name: &str) -> rusqlite::Result<usize> {
     transaction
         .prepare_cached(&format!("INSERT OR IGNORE INTO {table} (name) VALUES (?1)"))?
         .execute(params![name])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reader::Reader;
+    use super::*;
+    use kehai_tracking::lines::Totals;
+    use kehai_tracking::occupancy::ZoneKnown;
+
+    #[test]
+    fn the_row_that_still_holds_is_kept_though_it_is_older_than_rows_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let (begun_ms, keep) = (2000 * DAY_MS, Keep { days: 30, card_days: 30 });
+        let day = |day: u64| begun_ms + day * DAY_MS;
+        let mut writer = Writer::open(&file, begun_ms, None).unwrap();
+        let count = |at_ms: u64, count: u32| Row::Count {
+            zone: "hall".into(),
+            at_ms,
+            count: Some(count),
+            state: ZoneKnown::Known,
+        };
+        let totals = Totals { inward: 0, outward: 0 };
+        let line = |at_ms: u64| Row::Line { name: "gate".into(), at_ms, totals, state: ZoneKnown::Known };
+        // Since the first day the home is empty, and its door seen.
+        let rows = [count(day(0), 1), count(day(1), 0), line(day(1))];
+        let now_ms = day(100);
+        let newest = Snapshot { unix_ms: now_ms, ..Snapshot::default() };
+        writer.write(&rows, &BTreeMap::new(), Some(&newest)).unwrap();
+        writer.forget(now_ms, keep).unwrap();
+        let reader = Reader::open(&file).unwrap();
+        let counts = || -> Vec<(u64, Option<u32>)> {
+            let counts = reader.counts(day(80), now_ms).unwrap();
+            counts.into_iter().map(|row| (row.at_ms, row.count)).collect()
+        };
+        assert_eq!(counts(), [(day(1), Some(0))], "what was before it is deleted");
+        assert_eq!(reader.line_states(day(80), now_ms).unwrap().len(), 1);
+        // Another has come since; and what a run told that is over holds no longer.
+        writer.write(&[count(day(60), 2)], &BTreeMap::new(), Some(&newest)).unwrap();
+        writer.forget(now_ms, keep).unwrap();
+        assert_eq!(counts(), [(day(60), Some(2))]);
+        writer.begin_run(day(101)).unwrap();
+        let newest = Snapshot { unix_ms: day(180), ..Snapshot::default() };
+        writer.write(&[], &BTreeMap::new(), Some(&newest)).unwrap();
+        writer.forget(day(180), keep).unwrap();
+        assert_eq!(counts(), []);
+    }
 }
