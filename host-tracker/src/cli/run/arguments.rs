@@ -73,8 +73,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     db: Option<PathBuf>,
 
-    /// Days it is kept
-    #[arg(long, value_name = "N", default_value_t = Keep::USUAL.days, requires = "db")]
+    /// Days it is kept, at least one
+    #[arg(long, value_name = "N", default_value_t = Keep::USUAL.days, requires = "db", value_parser = clap::value_parser!(u32).range(1..))]
     keep_days: u32,
 
     /// Days for what is kept of cards: their hash by this site's key
@@ -211,6 +211,16 @@ mod tests {
     struct Line {
         #[command(flatten)]
         arguments: Arguments,
+    }
+
+    #[test]
+    fn no_database_is_kept_for_less_than_a_day() {
+        let days = |days: &str| {
+            let words = ["run", "--db", "home.db", "--keep-days", days];
+            Line::try_parse_from(words).map(|line| line.arguments.keep_days)
+        };
+        assert!(days("0").is_err(), "the run itself would be deleted each minute");
+        assert_eq!(days("1").unwrap(), 1);
     }
 
     #[test]
