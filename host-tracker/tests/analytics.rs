@@ -128,6 +128,33 @@ fn a_day_is_written_again_as_a_whole_and_never_with_less() {
     assert_eq!((counts(&less), less.left, rows(second)), (vec![], vec![second.clone()], whole));
 }
 
+#[test]
+fn a_tracker_that_runs_has_not_ended_where_it_has_written_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, lake) = (folder.path().join("office.db"), folder.path().join("lake"));
+    let (begun_ms, ended_ms) = (midnight_ms() + HOUR_MS, midnight_ms() + HOUR_MS + MINUTE_MS);
+    let store = Store::open(&file, &site(), keep(30)).unwrap();
+    // One who stands: nothing changes.
+    for at_ms in (begun_ms..=ended_ms).step_by(1000) {
+        store.see_waiting(people::frame(at_ms, vec![track(3, -2.2, 3.1)]));
+    }
+    drop(store);
+    let counts = |written: &Written| -> PathBuf {
+        let mut all = written.files.iter().chain(&written.left);
+        all.find(|file| file.starts_with(lake.join("counts"))).unwrap().clone()
+    };
+    let whole = counts(&partitioned(&file, &lake, (midnight_ms(), ended_ms + 500)));
+    assert_eq!(rows(&whole), 1, "what it has not written yet is not unknown");
+    // By then it was over, and nothing known; but it goes on, and no export may keep that for good.
+    assert_eq!(rows(&counts(&partitioned(&file, &lake, (midnight_ms(), ended_ms + MINUTE_MS)))), 2);
+    let goes_on = rusqlite::Connection::open(&file).unwrap();
+    let later_ms = (ended_ms + HOUR_MS) as i64;
+    goes_on.execute("UPDATE run SET ended_ms = ?1", [later_ms]).unwrap();
+    goes_on.execute("UPDATE snapshot SET at_ms = ?1", [later_ms]).unwrap();
+    let again = partitioned(&file, &lake, (midnight_ms(), ended_ms + HOUR_MS));
+    assert_eq!((rows(&counts(&again)), again.left), (1, vec![]));
+}
+
 /// Python with DuckDB: `./ci.sh test` installs it.
 fn answers(lake: &Path) -> Option<Value> {
     let name = std::env::var("KEHAI_PYTHON").unwrap_or_else(|_| "python3".to_owned());

@@ -11,7 +11,10 @@
 //! ```
 //!
 //! A day is written again as a whole, and at every moment its file is there whole. One with more rows than the database has by
-//! now is left alone: the database has forgotten some. Layout: <https://duckdb.org/docs/data/partitioning/hive_partitioning>.
+//! now is left alone: the database has forgotten some. Rows that say that nothing was known do not count for that: where a tracker
+//! has told nothing by the time of the export, one is added that later exports may not need.
+//!
+//! Layout: <https://duckdb.org/docs/data/partitioning/hive_partitioning>.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,6 +24,7 @@ use std::path::{Path as File, PathBuf};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
+use parquet::record::{Field, Row};
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
 use super::super::error::StoreError;
@@ -30,6 +34,7 @@ use super::super::reader::Reader;
 use super::super::retention::DAY_MS;
 use super::table::{Column, Table};
 use super::{counts, lines, tables};
+use kehai_tracking::occupancy::ZoneKnown;
 
 /// The name of every file.
 const FILE: &str = "kehai.parquet";
@@ -68,6 +73,8 @@ pub fn export(
 ) -> Result<Written, StoreError> {
     let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
     let reader = Reader::open_kept(database)?;
+    // A tracker that runs has not ended where it has written to.
+    let to_ms = reader.until_ms(to_ms).map_err(failed)?;
     let known_ms = reader.span_ms().map_err(failed)?.map_or(to_ms, |(first_ms, _)| first_ms);
     let (first, last) = (from_ms.max(known_ms).min(to_ms) / DAY_MS, to_ms / DAY_MS);
     let mut written = Written::default();
@@ -99,11 +106,7 @@ fn file_of(folder: &File, table: &str, whose: &Whose, day: u64) -> PathBuf {
 
 /// Puts a table in the place of a file; not in that of one with more rows.
 fn put(table: &Table, file: &File) -> io::Result<bool> {
-    let rows = |file: &File| {
-        let there = SerializedFileReader::new(fs::File::open(file).ok()?).ok()?;
-        Some(there.metadata().file_metadata().num_rows().unsigned_abs())
-    };
-    if rows(file).is_some_and(|rows| rows > table.rows() as u64) {
+    if has_more(file, table.rows() - table.count(is_unknown)).unwrap_or(false) {
         return Ok(false);
     }
     if let Some(folder) = file.parent() {
@@ -114,6 +117,28 @@ fn put(table: &Table, file: &File) -> io::Result<bool> {
     fs::File::open(&beside)?.sync_all()?;
     fs::rename(&beside, file)?;
     Ok(true)
+}
+
+/// Whether a file has more than so many rows, but for those that say that nothing was known; none if it cannot be read.
+fn has_more(file: &File, rows: usize) -> Option<bool> {
+    let there = SerializedFileReader::new(fs::File::open(file).ok()?).ok()?;
+    if there.metadata().file_metadata().num_rows().unsigned_abs() <= rows as u64 {
+        return Some(false);
+    }
+    let says_unknown = |row: &Row| {
+        let mut columns = row.get_column_iter();
+        columns.any(|(name, value)| matches!(value, Field::Str(text) if is_unknown(name, text)))
+    };
+    let mut told = 0;
+    for row in there.get_row_iter(None).ok()? {
+        told += usize::from(!says_unknown(&row.ok()?));
+    }
+    Some(told > rows)
+}
+
+/// Whether a column of this name says by this text that nothing was known of a zone or a line.
+fn is_unknown(column: &str, text: &str) -> bool {
+    column == "state" && text == ZoneKnown::Unknown.name()
 }
 
 /// The tables of a day, until `to_ms`.

@@ -38,6 +38,15 @@ impl Table {
         self.columns.first().map_or(0, |(_, column)| column.len())
     }
 
+    /// How many texts there are of which `is_it`, by the name of their column, is true.
+    pub fn count(&self, is_it: impl Fn(&str, &str) -> bool) -> usize {
+        let texts = self.columns.iter().filter_map(|(name, column)| match column {
+            Column::Text(texts) => Some(texts.iter().filter(|text| is_it(name, text)).count()),
+            _ => None,
+        });
+        texts.sum()
+    }
+
     pub fn csv(&self, file: &File) -> io::Result<()> {
         let mut out = csv::Writer::from_path(file)?;
         out.write_record(self.columns.iter().map(|(name, _)| *name))?;
