@@ -28,7 +28,7 @@ use std::str::FromStr;
 
 use super::answers::{Count, LineSeen};
 use super::error::StoreError;
-use super::figures::stays;
+use super::figures::{STAY_MS, stays};
 use super::reader::Reader;
 use kehai_tracking::occupancy::ZoneKnown;
 use table::Table;
@@ -94,13 +94,18 @@ pub fn export(
 
 fn tables_of(reader: &Reader, from_ms: u64, to_ms: u64) -> rusqlite::Result<[Table; 8]> {
     let lives = reader.lives(from_ms, to_ms)?;
-    let events = reader.events(from_ms, to_ms)?;
+    // A stay is of the time in which it ended, and began before, perhaps.
+    let before_ms = from_ms.saturating_sub(STAY_MS);
+    let mut events = reader.events(before_ms, to_ms)?;
+    let mut stays = stays(&events, &reader.lives(before_ms, to_ms)?);
+    stays.retain(|stay| stay.ended_ms >= from_ms);
+    events.retain(|event| event.at_ms >= from_ms);
     Ok([
         tables::paths(&reader.paths(from_ms, to_ms)?, |_| true),
         tables::counts(&counts(reader, &lives, (from_ms, to_ms))?),
         tables::crossings(&reader.crossings(from_ms, to_ms)?),
         tables::lines(&lines(reader, &lives, (from_ms, to_ms))?),
-        tables::stays(&stays(&events, &lives)),
+        tables::stays(&stays),
         tables::events(&events),
         tables::poses(&reader.poses()?),
         tables::health(&reader.health(from_ms, to_ms)?),
@@ -168,6 +173,7 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
 
     use super::super::answers::Was;
+    use super::super::event::{Event, EventKind};
     use super::super::figures::figures;
     use super::super::{Keep, Store, counted_before};
     use super::*;
@@ -222,6 +228,30 @@ mod tests {
             rows[0].contains("clock_offset_ms: -4.5") && rows[1].contains("clock_offset_ms: null"),
             "{rows:?}"
         );
+    }
+
+    #[test]
+    fn a_stay_that_began_before_the_time_asked_for_and_ended_in_it_is_exported() {
+        let folder = tempfile::tempdir().unwrap();
+        let (database, out) = (folder.path().join("kehai.db"), folder.path().join("out"));
+        let store = Store::open(&database, &Arc::new(Site::default()), Keep::USUAL).unwrap();
+        let now_ms = unix_ms();
+        for (later_ms, kind, track) in [
+            (0, EventKind::Enter, 3),
+            (1000, EventKind::Enter, 4),
+            (1500, EventKind::Leave, 3),
+            (5000, EventKind::Leave, 4),
+        ] {
+            store.happened(Event::new(now_ms + later_ms, kind, "hall", "").of(Some(track)));
+        }
+        store.see_waiting(Arc::new(Snapshot { unix_ms: now_ms + 6000, ..Snapshot::default() }));
+        drop(store);
+        export(&database, &out, (now_ms + 3000, now_ms + 6000), Format::Csv).unwrap();
+        let read = |file: &str| std::fs::read_to_string(out.join(file)).unwrap();
+        let stays = read("stays.csv");
+        assert_eq!(stays.lines().count(), 2, "{stays}");
+        assert!(stays.trim_end().ends_with(",4.000") && stays.contains("hall,4,"), "{stays}");
+        assert_eq!(read("events.csv").lines().count(), 2, "what happened before is not of this time");
     }
 
     #[test]
