@@ -6,7 +6,7 @@
 //!
 //! Written by root for a service, a file belongs to the owner of the site's folder, who may put files there.
 
-use std::fs::{self, File};
+use std::fs::{self, File, Metadata};
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::SystemTime;
@@ -83,18 +83,40 @@ fn log_unsynced(file: &Path, synced: io::Result<()>) {
     }
 }
 
+/// Makes an empty `file`, which may be there already. One that root makes for a service belongs to the owner of its folder.
+///
+/// # Errors
+/// The system refuses.
+pub fn make(file: &Path) -> io::Result<()> {
+    let mut options = File::options();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o644);
+    match options.open(file) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
+        made => give(&made?, &folder_of(file)?),
+    }
+}
+
 /// Gives a file that root has made to the owner of its folder.
 ///
 /// # Errors
 /// The system refuses.
 pub fn give(file: &File, folder: &File) -> io::Result<()> {
+    give_as(file, &folder.metadata()?)
+}
+
+/// Gives a file that root has made to the owner of another, as of the file that it replaces.
+///
+/// # Errors
+/// The system refuses.
+pub fn give_as(file: &File, other: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::{MetadataExt, fchown};
-        let (own, folder) = (file.metadata()?, folder.metadata()?);
         // Others than root write in their own folders, or in those of a group that they have in common.
-        if own.uid() == 0 && folder.uid() != 0 {
-            return fchown(file, Some(folder.uid()), Some(folder.gid()));
+        if file.metadata()?.uid() == 0 && other.uid() != 0 {
+            return fchown(file, Some(other.uid()), Some(other.gid()));
         }
     }
     Ok(())
@@ -103,6 +125,21 @@ pub fn give(file: &File, folder: &File) -> io::Result<()> {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_root_makes_belongs_to_whom_its_folder_does() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("home.db");
+        // Only root may give files away.
+        let may = chown(folder.path(), Some(4242), Some(4243)).is_ok();
+        make(&file).unwrap();
+        fs::write(&file, "rows").unwrap();
+        make(&file).unwrap();
+        let data = fs::metadata(&file).unwrap();
+        assert!(!may || (data.uid(), data.gid()) == (4242, 4243));
+        assert_eq!(fs::read(&file).unwrap(), b"rows", "one that is there stays as it is");
+    }
 
     #[test]
     fn a_folder_that_cannot_be_synced_is_no_failure() {

@@ -63,6 +63,8 @@ pub enum OptionsState {
 pub struct SiteFact {
     /// Where it is.
     pub file: PathBuf,
+    /// Whether it belongs to whom its folder belongs to; none where that cannot be said.
+    pub owned: Option<bool>,
     /// What is in it.
     pub state: SiteState,
 }

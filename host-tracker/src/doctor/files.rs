@@ -51,8 +51,23 @@ pub(super) fn site(fact: &SiteFact, is_served: bool) -> Vec<Finding> {
                 format!("correct it, or copy back what the map kept of it before its last save: {file}.bak1");
             vec![Finding::wrong(about, why.clone(), advice)]
         }
-        SiteState::Read(site) => content(&file.to_string(), site),
+        SiteState::Read(site) => {
+            let mut findings = content(&file.to_string(), site);
+            if fact.owned == Some(false) {
+                let text = format!(
+                    "{file} belongs to another than its folder: the tracker may not read it, or the map not save it"
+                );
+                findings.push(Finding::warning(about, text, chown(&fact.file)));
+            }
+            findings
+        }
     }
+}
+
+/// What gives a file to the owner of its folder.
+fn chown(file: &Path) -> String {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    format!("sudo chown --reference={} {}", folder.display(), file.display())
 }
 
 fn content(file: &str, site: &Site) -> Vec<Finding> {
@@ -106,10 +121,7 @@ pub(super) fn secret(fact: &SecretFile, map: Option<&MapFact>) -> Finding {
         SecretState::There { owned: Some(false), .. } => Finding::wrong(
             about,
             format!("{file} belongs to another than its folder: the tracker may not read it"),
-            format!(
-                "sudo chown --reference={} {file}",
-                fact.file.parent().unwrap_or(Path::new(".")).display()
-            ),
+            chown(&fact.file),
         ),
         SecretState::There { content: Some(Err(why)), .. } => {
             Finding::wrong(about, why.clone(), "restore it from a backup: kehai-tracker restore")

@@ -33,7 +33,7 @@ fn sound() -> Facts {
         options: OptionsState::Usable,
         is_service: true,
         service: Some(service),
-        site: SiteFact { file: "/etc/kehai/site.toml".into(), state: site(SITE) },
+        site: SiteFact { file: "/etc/kehai/site.toml".into(), owned: Some(true), state: site(SITE) },
         secrets: [Secret::Keys, Secret::Users, Secret::Cards, Secret::Certificate].map(secret).into(),
         database: Some(DatabaseFact {
             file: "/var/lib/kehai/site.db".into(),
@@ -99,6 +99,10 @@ fn a_site_that_cannot_be_used_is_wrong_and_one_in_which_something_is_to_be_done_
         assert_eq!(found, [[(verdict, About::Site)].as_slice(), &of_no_number].concat());
     }
     assert_eq!(of(SiteState::Missing), (Warning, About::Site), "the map makes it");
+    let of_root = after(|facts| facts.site.owned = Some(false));
+    assert_eq!((of_root.len(), of_root[0].verdict, of_root[0].about), (1, Warning, About::Site));
+    let advice = of_root[0].advice.as_ref().unwrap();
+    assert_eq!(advice, "sudo chown --reference=/etc/kehai /etc/kehai/site.toml");
     let alone = |facts: &mut Facts| (facts.map, facts.site.state) = (None, SiteState::Missing);
     assert!(after(alone).iter().any(|finding| (finding.verdict, finding.about) == (Wrong, About::Site)));
     assert_eq!(of(site(&SITE.replace("y = 0", "y = 0\nplaced = false"))), (Warning, About::Site));

@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::owned_file::sync_folder_of;
+use crate::owned_file::{self, folder_of, sync_folder_of};
 
 /// So many former files are kept: an evening of edits. The oldest is overwritten.
 pub const KEPT: usize = 9;
@@ -22,7 +22,7 @@ pub fn former(path: &Path, number: usize) -> PathBuf {
 }
 
 /// Puts `bytes` in the place of a file: at every moment the old or the new one is there whole, also after a loss of power.
-/// What was there is kept beside it.
+/// What was there is kept beside it. A file that root replaces still belongs to its owner: the service goes on to save it.
 ///
 /// # Errors
 /// Why not; the file is as it was.
@@ -42,8 +42,13 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 fn write_beside(beside: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create(beside)?;
-    if let Ok(metadata) = fs::metadata(path) {
-        file.set_permissions(metadata.permissions())?;
+    match fs::metadata(path) {
+        Ok(former) => {
+            file.set_permissions(former.permissions())?;
+            owned_file::give_as(&file, &former)?;
+        }
+        // A new file, or one that cannot be asked.
+        Err(_) => owned_file::give(&file, &folder_of(path)?)?,
     }
     file.write_all(bytes)?;
     file.sync_all()
@@ -82,6 +87,27 @@ mod tests {
             assert_eq!(text(&former(&path, number)), (KEPT + 2 - number).to_string());
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1 + KEPT, "nothing else is left");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_root_replaces_belongs_to_whom_it_belonged_to() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        let (path, new) = (folder.path().join("home.toml"), folder.path().join("new.toml"));
+        fs::write(&path, "old").unwrap();
+        // Only root may give files away; for others there is nothing to be seen.
+        if chown(&path, Some(4242), Some(4243)).is_err() {
+            return;
+        }
+        replace(&path, b"new").unwrap();
+        let owner = |path: &Path| fs::metadata(path).map(|data| (data.uid(), data.gid())).unwrap();
+        assert_eq!((fs::read_to_string(&path).unwrap().as_str(), owner(&path)), ("new", (4242, 4243)));
+        chown(folder.path(), Some(4244), Some(4245)).unwrap();
+        replace(&new, b"new").unwrap();
+        assert_eq!(owner(&new), (4244, 4245), "a new file, to whom the folder does");
+        replace(&path, b"newer").unwrap();
+        assert_eq!(owner(&path), (4242, 4243));
     }
 
     #[test]

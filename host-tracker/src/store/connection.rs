@@ -6,13 +6,17 @@ use rusqlite::Connection;
 
 use super::error::StoreError;
 use super::{raw_rows, schema};
+use crate::owned_file;
 
-/// Opens the file, or makes it, with all its tables.
+/// Opens the file, or makes it, with all its tables. One that root makes, as by `calibrate --db`, belongs to the owner of its folder:
+/// the service writes it later.
 ///
 /// # Errors
 /// It cannot be opened or written, is no database, that of another program, or was made by a newer version.
 pub(super) fn open(file: &File) -> Result<Connection, StoreError> {
     let failed = |error| StoreError::Sqlite { file: file.to_path_buf(), error };
+    // Where it cannot be made, SQLite says why.
+    let _ = owned_file::make(file);
     let mut connection = Connection::open(file).map_err(failed)?;
     schema::prepare(&mut connection)
         .map_err(failed)?

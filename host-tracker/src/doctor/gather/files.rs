@@ -25,7 +25,8 @@ pub(super) fn site(file: &Path) -> SiteFact {
         }
         Err(error) => SiteState::Wrong(error.to_string()),
     };
-    SiteFact { file: file.to_path_buf(), state }
+    let owned = fs::metadata(file).ok().and_then(|data| owned(file, &data));
+    SiteFact { file: file.to_path_buf(), owned, state }
 }
 
 /// What is secret beside it.
