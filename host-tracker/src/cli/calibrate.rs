@@ -20,6 +20,7 @@ use kehai_tracking::tracker::Selected;
 
 use super::address::address;
 use super::failure::Failure;
+use super::keys::keys_file;
 use super::log::say;
 use super::output::print;
 use super::signals;
@@ -40,6 +41,10 @@ pub struct Arguments {
     /// A module's address, beside those that are found; port 4040 if none is given
     #[arg(long, value_name = "HOST[:PORT]")]
     module: Vec<String>,
+
+    /// The keys of the site's modules, made by kehai-tracker module claim [default: beside the site file, as SITE.keys]
+    #[arg(long, value_name = "FILE", env = "KEHAI_KEYS")]
+    keys: Option<PathBuf>,
 
     /// Look for no modules on the network: only those at --module
     #[arg(long, requires = "module")]
@@ -84,19 +89,9 @@ const SETTLES: u32 = 50;
 /// One line: what is wrong with which file or address, or why no poses were found.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = SiteFile::load(&arguments.site)?;
-    let modules = arguments
-        .module
-        .iter()
-        .map(|text| address(text).map_err(|error| format!("--module {error}")))
-        .collect::<Result<Vec<_>, _>>()?;
+    let options = options(arguments, &file)?;
     let stop = signals::end()?;
-    let service = Service::start(Options {
-        site: (*file.current().site).clone(),
-        modules,
-        discover: !arguments.no_mdns,
-        tracker: Selected::default(),
-        ..Options::default()
-    })?;
+    let service = Service::start(options)?;
     let session = service.calibration();
     let mut terminal = (!arguments.json).then(Terminal::new).transpose()?;
     walk(&service, &session, arguments.seconds, &stop, |status| match &mut terminal {
@@ -144,6 +139,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     say(format_args!("{}: {} poses written", arguments.site.display(), poses.len()));
     Ok(())
+}
+
+/// What the tracker is started with that listens to the walk.
+fn options(arguments: &Arguments, file: &SiteFile) -> Result<Options, Failure> {
+    let modules = arguments.module.iter();
+    let modules = modules.map(|text| address(text).map_err(|error| format!("--module {error}")));
+    Ok(Options {
+        site: (*file.current().site).clone(),
+        modules: modules.collect::<Result<_, _>>()?,
+        discover: !arguments.no_mdns,
+        tracker: Selected::default(),
+        keys: Some(keys_file(arguments.keys.as_deref(), &arguments.site)?),
+        ..Options::default()
+    })
 }
 
 /// Listens until the guide has enough, the time is over, or the user ends it.
@@ -288,12 +297,30 @@ impl Drop for Terminal {
 mod tests {
     use std::sync::mpsc;
 
+    use clap::Parser as _;
     use kehai_tracking::snapshot::ModuleLine;
 
     use super::*;
 
     /// How long a change of the site may take before it is taken to hang.
     const PATIENCE: Duration = Duration::from_secs(30);
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    #[test]
+    fn modules_that_have_keys_are_heard_by_the_keys_beside_the_site() {
+        let folder = tempfile::tempdir().unwrap();
+        let site = folder.path().join("home.toml");
+        std::fs::write(&site, "").unwrap();
+        let words = ["calibrate", "--site", site.to_str().unwrap()];
+        let Line { arguments } = Line::try_parse_from(words).unwrap();
+        let options = options(&arguments, &SiteFile::load(&site).unwrap()).unwrap();
+        assert_eq!(options.keys, Some(folder.path().join("home.keys")));
+    }
 
     #[test]
     fn a_module_that_was_found_is_added_to_the_site_in_use() {

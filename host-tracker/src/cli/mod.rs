@@ -13,6 +13,7 @@ mod export;
 mod failure;
 mod firmware;
 mod http;
+mod keys;
 mod live;
 mod log;
 mod manual;

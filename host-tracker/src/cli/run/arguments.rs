@@ -6,7 +6,6 @@ use clap::Args;
 use host_tracker::daemon::{Database, Settings, card_key};
 use host_tracker::doctor::facts::OptionsState;
 use host_tracker::doctor::gather::Installation;
-use host_tracker::key_file;
 use host_tracker::links::LinkSettings;
 use host_tracker::site_file::SiteFile;
 use host_tracker::store::Keep;
@@ -20,6 +19,7 @@ use crate::cli::area::ZenohArguments;
 use crate::cli::broker::MqttArguments;
 use crate::cli::failure::Failure;
 use crate::cli::http::{HttpArguments, Served};
+use crate::cli::keys::keys_file;
 
 /// Follow people with live modules
 ///
@@ -149,10 +149,7 @@ impl Arguments {
         });
         let served = self.http.served(site_path)?;
         let map = self.http.map(&served, site_path)?;
-        let keys_file = self.keys.clone().unwrap_or_else(|| key_file::beside(site_path));
-        if key_file::load(&keys_file)?.is_none() && self.keys.is_some() {
-            return Err(format!("{}: there is no such file", keys_file.display()).into());
-        }
+        let keys_file = keys_file(self.keys.as_deref(), site_path)?;
         let keep = Keep { days: self.keep_days, card_days: self.keep_card_days };
         #[cfg(feature = "foxglove")]
         let foxglove = self.foxglove;
