@@ -168,6 +168,13 @@ fn the_first_admin_is_said_once() {
 }
 
 #[test]
+fn the_first_admin_is_said_though_only_errors_are_logged() {
+    let place = Place::new();
+    let tracker = Tracker::start(place.run(&["--http", "0", "--first-admin", "--log", "error"]));
+    tracker.says("the first user is admin, with the password ");
+}
+
+#[test]
 fn tokens_come_are_listed_and_go() {
     let place = Place::new();
     let (done, token) =

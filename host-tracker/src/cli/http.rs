@@ -18,6 +18,7 @@ use host_tracker::map::{Map, MapError, is_reached};
 use host_tracker::web::{Bind, names_of_this_machine};
 
 use super::failure::Failure;
+use super::log::say;
 
 /// Where the map is unless another place is named.
 const THIS_MACHINE: &str = "127.0.0.1:8420";
@@ -43,7 +44,7 @@ pub(super) struct HttpArguments {
     #[arg(long, value_name = "FOLDER", requires = "http", default_value = folder::USUAL)]
     firmware: PathBuf,
 
-    /// If no user may log in yet, add the user admin, and say its password once in the log
+    /// If no user may log in yet, add the user admin, and say its password once on stderr, whatever is logged
     #[arg(long)]
     first_admin: bool,
 
@@ -132,7 +133,10 @@ impl HttpArguments {
         if self.first_admin
             && let Some(password) = first_admin(&file)?
         {
-            tracing::info!("the first user is {FIRST}, with the password {password}: it is not said again");
+            // Whatever is logged: it is said nowhere else.
+            say(format_args!(
+                "the first user is {FIRST}, with the password {password}: it is not said again"
+            ));
         }
         let access = Access::of(file);
         if self.insecure {
