@@ -3,7 +3,7 @@
 mod arguments;
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -22,12 +22,15 @@ use super::http::{Served, advised};
 use super::refusals::Refusals;
 use super::signals::Signals;
 use super::supervisor::Supervisor;
-use super::tracks_out::TracksOut;
+use super::tracks_out::TracksQueue;
 pub use arguments::Arguments;
 use arguments::SITE;
 
 /// Between two looks at whether it is to end.
 const WAIT: Duration = Duration::from_millis(200);
+
+/// How long the end waits for the last lines of tracks: a disk that is busy takes some seconds, a reader that stands still for ever.
+const LAST_LINES: Duration = Duration::from_secs(5);
 
 /// Runs the tracker until Ctrl-C.
 ///
@@ -73,15 +76,20 @@ pub fn run(mut arguments: Arguments) -> Result<(), Failure> {
         refusals.log(daemon.outputs());
         daemon.alarm_changes().iter().for_each(say);
         if let Some(out) = out.as_mut().filter(|_| has_snapshot) {
-            match out.line(&last.line) {
-                // The reader of the lines has had enough, and there is no other.
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe && !tells_others => break,
-                _ => daemon.alarms().set(AlarmKind::TracksOut, out.trouble()),
-            }
+            out.line(&last);
+            daemon.alarms().set(AlarmKind::TracksOut, out.trouble().as_deref());
+        }
+        // The reader of the lines has had enough, and there is no other.
+        if out.as_ref().is_some_and(TracksQueue::is_closed) && !tells_others {
+            break;
         }
     }
     drop(supervisor);
-    daemon.stop()?;
+    let stopped = daemon.stop();
+    if let Some(out) = out {
+        out.close(LAST_LINES);
+    }
+    stopped?;
     summary(&last, tells_others)
 }
 
@@ -112,13 +120,14 @@ fn read_anew(daemon: &Daemon, site: &Path) {
     }
 }
 
-fn open(file: &Path) -> Result<TracksOut<Box<dyn Write>>, String> {
+fn open(file: &Path) -> Result<TracksQueue, String> {
     if file.as_os_str() == "-" {
-        return Ok(TracksOut::new(Box::new(io::stdout()), "standard output".to_owned()));
+        let name = "standard output".to_owned();
+        return TracksQueue::start(Box::new(io::stdout()), name).map_err(|error| error.to_string());
     }
     let name = file.display().to_string();
     let out = output_file::begin(file).map_err(|error| format!("{name}: {error}"))?;
-    Ok(TracksOut::new(Box::new(out), name))
+    TracksQueue::start(Box::new(out), name).map_err(|error| error.to_string())
 }
 
 /// Logs what has become of an alarm.
