@@ -3,10 +3,11 @@
 
 mod recorded;
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
 
-use host_tracker::record::replay::{Outcome, replay};
+use host_tracker::record::replay::{Outcome, ReplayError, replay};
 use kehai_tracking::tracker::Selected;
 use recorded::{Temporary, record};
 
@@ -71,6 +72,14 @@ fn a_replay_keeps_the_lines_of_an_earlier_one_and_refuses_any_other_file() {
         assert_eq!(lines.len(), written);
         assert!(!lines[0].is_empty() && lines.iter().all(|other| *other == lines[0]));
     }
+}
+
+#[test]
+fn an_error_of_the_output_is_not_said_of_the_recording() {
+    let file = Temporary::new("output");
+    record(&file.0, Selected::default(), Selected::default());
+    let error = replay(&file.0, |_, _| Err(ErrorKind::BrokenPipe.into())).unwrap_err();
+    assert!(matches!(&error, ReplayError::Output(error) if error.kind() == ErrorKind::BrokenPipe), "{error}");
 }
 
 #[test]

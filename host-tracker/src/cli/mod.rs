@@ -124,6 +124,25 @@ pub fn run() -> ExitCode {
     }
 }
 
+/// Whether stdout has no reader any more. The writer of CSV wraps what the system says.
 fn is_closed_pipe(error: &Failure) -> bool {
-    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+    let of_csv = || match error.downcast_ref::<csv::Error>()?.kind() {
+        csv::ErrorKind::Io(error) => Some(error),
+        _ => None,
+    };
+    let of_system = error.downcast_ref::<io::Error>().or_else(of_csv);
+    of_system.is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reader_that_has_had_enough_is_known_also_behind_csv() {
+        let closed = || io::Error::from(ErrorKind::BrokenPipe);
+        let full = csv::Error::from(io::Error::from(ErrorKind::StorageFull));
+        assert!(is_closed_pipe(&closed().into()) && is_closed_pipe(&csv::Error::from(closed()).into()));
+        assert!(!is_closed_pipe(&full.into()) && !is_closed_pipe(&"no".into()));
+    }
 }

@@ -1,12 +1,12 @@
 //! `kehai-tracker replay`: follows a recording again.
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use host_tracker::output_file;
-use host_tracker::record::replay::replay;
+use host_tracker::record::replay::{ReplayError, replay};
 use kehai_tracking::jsonl::write_line;
 
 use super::failure::Failure;
@@ -58,9 +58,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             std::thread::sleep(due.saturating_sub(begun.elapsed()));
         }
         out.as_mut().map_or(Ok(()), |out| write_line(out, line))
+    });
+    let outcome = outcome.map_err(|error| match error {
+        ReplayError::Output(error) => of_output(error, arguments.tracks_out.as_deref()),
+        ReplayError::Recording(error) => error.into(),
     })?;
     if let Some(out) = &mut out {
-        out.flush()?;
+        out.flush().map_err(|error| of_output(error, arguments.tracks_out.as_deref()))?;
     }
     say(format_args!("{} datagrams, {} lines", outcome.datagrams, outcome.lines));
     say(format_args!("recorded sha256 {}", outcome.recorded));
@@ -79,6 +83,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     say("identical");
     Ok(())
+}
+
+/// Why lines cannot be written, with the file. That a reader has had enough is told as it is: it is no failure.
+fn of_output(error: io::Error, file: Option<&Path>) -> Failure {
+    match file {
+        Some(file) if error.kind() != io::ErrorKind::BrokenPipe => {
+            format!("{}: {error}", file.display()).into()
+        }
+        _ => error.into(),
+    }
 }
 
 fn speed(text: &str) -> Result<f64, String> {

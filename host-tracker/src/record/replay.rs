@@ -49,15 +49,37 @@ pub struct Outcome {
     pub cut_off: Option<String>,
 }
 
+/// Why a recording was not followed to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The file cannot be read, or is no recording.
+    #[error(transparent)]
+    Recording(#[from] RecordError),
+    /// A line could not be given on.
+    #[error(transparent)]
+    Output(std::io::Error),
+}
+
 /// Follows a recording again; every line goes to `give`, which may take its time, with the tracker's time in µs.
 ///
 /// # Errors
-/// The file cannot be read, or is no recording. One that was cut off is followed up to there.
+/// The file cannot be read, or is no recording; or what `give` says. One that was cut off is followed up to there.
 pub fn replay(
     file: &Path,
-    give: impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
-) -> Result<Outcome, RecordError> {
-    follow(file, give).map_err(|error| RecordError { file: file.to_path_buf(), error })
+    mut give: impl FnMut(u64, &TracksLine) -> std::io::Result<()>,
+) -> Result<Outcome, ReplayError> {
+    let mut of_output = None;
+    let followed = follow(file, |at_us, line| {
+        give(at_us, line).map_err(|error| {
+            let kind = error.kind();
+            of_output = Some(error);
+            kind.into()
+        })
+    });
+    followed.map_err(|error| match of_output {
+        Some(error) => ReplayError::Output(error),
+        None => RecordError { file: file.to_path_buf(), error }.into(),
+    })
 }
 
 fn follow(
