@@ -200,4 +200,9 @@ fn a_database_that_is_none_and_a_site_with_a_mistake_are_wrong_where_they_are() 
     assert_eq!(status, Some(1));
     is(&parts, "site", "wrong", "home.toml:3: ");
     is(&parts, "database", "wrong", "home.db");
+    fs::remove_file(home.site.with_extension("db")).unwrap();
+    let other = rusqlite::Connection::open(home.site.with_extension("db")).unwrap();
+    other.execute_batch("CREATE TABLE run (distance_km REAL); PRAGMA user_version = 3").unwrap();
+    let (_, parts) = home.looked_at(&[]);
+    is(&parts, "database", "wrong", "it is a database of another program");
 }

@@ -87,12 +87,12 @@ impl Reader {
         Ok(Self(connection.map_err(failed)?))
     }
 
-    /// The number of the file's layout, which may be newer than this version's.
+    /// The number of the file's layout, 0 of an empty one; or why it is none of this version.
     ///
     /// # Errors
     /// What SQLite says.
-    pub fn layout(&self) -> rusqlite::Result<i64> {
-        self.0.pragma_query_value(None, "user_version", |row| row.get(0))
+    pub fn layout(&self) -> rusqlite::Result<Result<i64, Unfit>> {
+        schema::layout(&self.0)
     }
 
     /// Paths that touch the time from `from_ms` to `to_ms`, the parts of each joined.

@@ -10,10 +10,10 @@ use crate::doctor::facts::{
 };
 use crate::key_file;
 use crate::site_file::{self, LoadError};
-use crate::store::NEWEST_LAYOUT;
 use crate::store::card::CardKey;
 use crate::store::lock::is_taken;
 use crate::store::reader::Reader;
+use crate::store::{NEWEST_LAYOUT, Unfit};
 
 /// The site.
 pub(super) fn site(file: &Path) -> SiteFact {
@@ -124,9 +124,10 @@ pub(super) fn database(file: &Path) -> DatabaseFact {
                 DatabaseState::Wrong(if error.contains(&shown) { error } else { format!("{shown}: {error}") })
             };
             match Reader::look(file).map(|reader| reader.layout()) {
-                Ok(Ok(layout)) => {
+                Ok(Ok(Ok(layout) | Err(Unfit::Newer(layout)))) => {
                     DatabaseState::Read { layout, newest: NEWEST_LAYOUT, written: is_taken(file) }
                 }
+                Ok(Ok(Err(unfit))) => wrong(&unfit),
                 Ok(Err(error)) => wrong(&error),
                 Err(error) => wrong(&error),
             }
