@@ -9,6 +9,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use kehai_tracking::site::line_of;
+
 use crate::owned_file::{self, Stamp};
 
 use super::directory::{Directory, DirectoryError};
@@ -89,8 +91,7 @@ impl AccessFile {
             return Err(wrong(format!("it is longer than {LONGEST} bytes")));
         }
         let directory: Directory = toml::from_str(&text).map_err(|error| {
-            let line =
-                error.span().map_or(1, |span| text.get(..span.start).map_or(1, |to| to.lines().count()));
+            let line = error.span().map_or(1, |span| line_of(&text, span.start));
             wrong(format!("line {line}: {}", error.message()))
         })?;
         match directory.check() {
@@ -199,6 +200,7 @@ mod tests {
             ("# all\n[[user]\n", "line 2: "),
             ("[[user]]\nname = \"a\"\nrole = \"root\"\npassword = \"\"\n", "line 3: unknown variant `root`"),
             ("[[door]]\n", "unknown field `door`"),
+            ("# all\n\n[[door]]\n", "line 3: unknown field `door`"),
             ("[[user]]\nname = \"a\"\nrole = \"view\"\npassword = \"a\"\n", "user a: what is kept"),
             (&"#".repeat((1 << 20) + 1), "longer than"),
         ] {

@@ -140,7 +140,7 @@ fn nothing_changes_when_a_site_is_refused() {
     assert!(matches!(by_hand, SaveError::ChangedOnDisk(_)), "{by_hand}");
     fs::write(&path, format!("{HOME}colour = 1\n")).unwrap();
     let why = file.look(never).unwrap_err().to_string();
-    assert!(why.contains("mend it, then save again: home.toml:4: unknown field `colour`"), "{why}");
+    assert!(why.contains("mend it, then save again: home.toml:5: unknown field `colour`"), "{why}");
     assert_eq!(*file.current().text, *HOME);
 }
 

@@ -195,7 +195,7 @@ fail = \"secure\"
         assert_eq!(more("ask_s = nan"), "x.toml: door \"front\": ask_s: must be from 1 to 600, is NaN");
         assert_eq!(more("people_max = 0"), "x.toml: door \"front\": people_max: must be from 1 to 16, is 0");
         let unknown = more("hold_s = 1");
-        assert!(unknown.starts_with("x.toml:10: unknown field `hold_s`"), "{unknown}");
+        assert!(unknown.starts_with("x.toml:11: unknown field `hold_s`"), "{unknown}");
         let door = DOOR.split_once("[[door]]").unwrap().1;
         let twice = Site::parse("x.toml", &format!("{DOOR}\n[[door]]{door}")).unwrap_err().to_string();
         assert_eq!(twice, "x.toml: two doors are named \"front\": rename one");

@@ -382,6 +382,12 @@ impl Exclude {
 #[error("{0}")]
 pub struct SiteError(String);
 
+/// The number of the line that has the byte at `offset`, from 1.
+#[must_use]
+pub fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.bytes().take(offset).filter(|byte| *byte == b'\n').count()
+}
+
 impl Site {
     /// Reads a site from text; `name` is what errors call it.
     ///
@@ -389,8 +395,7 @@ impl Site {
     /// One line: it is not TOML, has unknown or missing keys, or contradicts itself.
     pub fn parse(name: &str, text: &str) -> Result<Self, SiteError> {
         let site: Self = toml::from_str(text).map_err(|error| {
-            let line =
-                error.span().map_or(0, |span| text.get(..span.start).unwrap_or("").lines().count().max(1));
+            let line = error.span().map_or(0, |span| line_of(text, span.start));
             SiteError(format!("{name}:{line}: {}", error.message().replace('\n', " ")))
         })?;
         site.check().map_err(|error| SiteError(format!("{name}: {error}")))?;
