@@ -13,6 +13,9 @@ use crate::geometry::{Point, inside, segments_apart_m};
 /// Smallest area, m²: a door leaf, the least that moves, is 0.7 m wide and 3 cm thick; a click and a slip of the mouse are less.
 const LEAST_M2: f64 = 0.01;
 
+/// How far two polygons may overlap and are still said to touch, m: site files have millimetres.
+const DRAWN_IN_M: f64 = 0.001;
+
 /// What is wrong with a polygon, as a sentence without its name; none if it is an area.
 pub fn fault(polygon: &[[f64; 2]]) -> Option<String> {
     if polygon.len() < 3 {
@@ -55,10 +58,11 @@ fn crossing(polygon: &[[f64; 2]]) -> Option<(usize, usize)> {
     sides.iter().enumerate().find_map(meets)
 }
 
-/// Whether two polygons have a place in common.
+/// Whether two polygons have a place in common; those that only touch have none. One of them is drawn in by a millimetre, as site files
+/// have them: of the sides of a polygon that is as it is, [`inside`] takes some for inside and some not.
 pub fn meet(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
     let places = |polygon: &[[f64; 2]]| polygon.iter().map(|&corner| corner.into()).collect::<Vec<Point>>();
-    let (one, other) = (places(one), places(other));
+    let (one, other) = (places(one), drawn_in(&places(other)));
     let holds = |area: &[Point], of: &[Point]| of.iter().any(|corner| inside(*corner, area));
     let sides = |polygon: &[Point]| {
         polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1)).collect::<Vec<_>>()
@@ -67,6 +71,28 @@ pub fn meet(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
     holds(&one, &other)
         || holds(&other, &one)
         || sides(&one).into_iter().any(|side| others.iter().any(|other| cross(side, *other)))
+}
+
+/// A polygon whose sides are moved inward by [`DRAWN_IN_M`].
+fn drawn_in(polygon: &[Point]) -> Vec<Point> {
+    let mut corners = polygon.to_vec();
+    corners.dedup();
+    let next = corners.iter().copied().cycle().skip(1);
+    let doubled_m2: f64 = corners.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y).sum();
+    let turn = doubled_m2.signum();
+    // Of a side, the direction that leads in.
+    let inward = |from: Point, to: Point| {
+        let side = to - from;
+        Point::new(-side.y, side.x) * (turn / side.x.hypot(side.y).max(f64::MIN_POSITIVE))
+    };
+    let before = corners.iter().copied().cycle().skip(corners.len().saturating_sub(1));
+    let after = corners.iter().copied().cycle().skip(1);
+    let moved = |((at, before), after): ((Point, Point), Point)| {
+        let (a, b) = (inward(before, at), inward(at, after));
+        // Both sides move as far; the tip of a spike would move out of it, and moves less.
+        at + (a + b) * (DRAWN_IN_M / (1.0 + a.x * b.x + a.y * b.y).max(0.1))
+    };
+    corners.iter().copied().zip(before).zip(after).map(moved).collect()
 }
 
 /// How far a segment is from a polygon, m; 0 if any of it lies in the polygon.
@@ -118,6 +144,27 @@ mod tests {
         for (other, is) in [(tall.as_slice(), true), (&small, true), (&far, false)] {
             assert_eq!((meet(&wide, other), meet(other, &wide)), (is, is), "{other:?}");
         }
+    }
+
+    #[test]
+    fn polygons_that_touch_do_not_meet_on_whichever_side_and_those_that_share_sides_do() {
+        let zone = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
+        let beside = |x: f64, y: f64| [[x, y], [x + 4.0, y], [x + 4.0, y + 4.0], [x, y + 4.0]];
+        for [x, y] in [[4.0, 0.0], [-4.0, 0.0], [0.0, 4.0], [0.0, -4.0], [4.0, 4.0], [-4.0, 2.0]] {
+            let mut turned = beside(x, y);
+            turned.reverse();
+            for other in [beside(x, y), turned] {
+                assert!(!meet(&zone, &other) && !meet(&other, &zone), "{other:?}");
+            }
+        }
+        for [x, y] in [[0.0, 0.0], [0.0, 2.0], [2.0, 0.0], [3.99, 0.0], [-3.99, -3.99]] {
+            let other = beside(x, y);
+            assert!(meet(&zone, &other) && meet(&other, &zone), "{other:?}");
+        }
+        // A corner of a pillar that reaches in, and an area that leaves a way around.
+        assert!(meet(&zone, &[[2.0, 1.0], [5.0, -3.0], [-1.0, -3.0]]));
+        let around = [[-1.0, -1.0], [5.0, -1.0], [5.0, 5.0], [4.0, 5.0], [4.0, 0.0], [-1.0, 0.0]];
+        assert!(!meet(&zone, &around) && !meet(&around, &zone));
     }
 
     #[test]
