@@ -76,10 +76,13 @@ impl Faults {
         }
     }
 
-    /// From `now_us` on, these and no others.
+    /// From `now_us` on, these and no others, each from its beginning.
     pub(super) fn replace(&mut self, faults: &[Fault], now_us: u64) {
-        let Self { faults, timed, .. } = Self::new(faults, 0, now_us);
+        let Self { faults, timed, quits_heard, times_refused, garbage_sent, .. } =
+            Self::new(faults, 0, now_us);
         (self.faults, self.timed, self.origin_us) = (faults, timed, now_us);
+        (self.quits_heard, self.times_refused, self.garbage_sent) =
+            (quits_heard, times_refused, garbage_sent);
     }
 
     /// Faults done so far.
@@ -225,8 +228,13 @@ impl Faults {
         unstable
     }
 
-    /// A whole scan, perhaps spoilt; `foreign` is the reply that may get in between.
-    pub(super) fn damage_scan(&mut self, mut reply: Vec<u8>, foreign: impl Fn() -> Vec<u8>) -> Vec<u8> {
+    /// A whole scan, perhaps spoilt, and whether it is; `foreign` is the reply that may get in between.
+    pub(super) fn damage_scan(
+        &mut self,
+        mut reply: Vec<u8>,
+        foreign: impl Fn() -> Vec<u8>,
+    ) -> (Vec<u8>, bool) {
+        let mut damaged = false;
         for fault in self.faults.clone() {
             match fault {
                 Fault::HalfScan(every) if self.scans.is_multiple_of(every) => {
@@ -249,8 +257,9 @@ impl Faults {
                 _ => continue,
             }
             self.done += 1;
+            damaged = true;
         }
-        reply
+        (reply, damaged)
     }
 
     /// Bytes about to be sent, perhaps spoilt.
@@ -313,12 +322,37 @@ mod tests {
     }
 
     #[test]
+    fn a_scan_that_is_as_long_as_before_is_damaged_all_the_same() {
+        let foreign = b"II\n00P\n\n".to_vec();
+        let mut faults = Faults::new(&[Fault::Overrun(1, foreign.len()), Fault::ForeignReply(1)], 1, 0);
+        faults.unstable_scan();
+        let scan = b"MD\n99b\nstamp\nfirst\nsecond\nthird\nfourth\nlast\n\n".to_vec();
+        let whole = scan.len();
+        let (spoilt, damaged) = faults.damage_scan(scan, || foreign.clone());
+        assert_eq!((spoilt.len(), damaged), (whole, true));
+    }
+
+    #[test]
+    fn faults_that_count_come_again_when_they_are_told_again() {
+        let all = [Fault::IgnoreQuit(2), Fault::TimeBusy(1), Fault::Garbage(5)];
+        let mut faults = Faults::new(&all, 1, 0);
+        for time in 1..=2 {
+            let ignored = (0..4).filter(|_| faults.ignores(b"QT")).count();
+            let refused = (0..4).filter(|_| faults.busy_time(b"TM0")).count();
+            let garbage = faults.damage_bytes(Vec::new()).len() + faults.damage_bytes(Vec::new()).len();
+            assert_eq!((ignored, refused, garbage), (2, 1, 5), "time {time}");
+            faults.replace(&all, 1000);
+        }
+    }
+
+    #[test]
     fn a_foreign_reply_stands_between_two_data_lines() {
         let mut faults = Faults::new(&[Fault::ForeignReply(1)], 1, 0);
         faults.unstable_scan();
         let scan = b"MD\n99b\nstamp\nfirst\nsecond\nlast\n\n".to_vec();
-        let spoilt = faults.damage_scan(scan, || b"II\n00P\n\n".to_vec());
+        let (spoilt, damaged) = faults.damage_scan(scan, || b"II\n00P\n\n".to_vec());
         let spoilt = String::from_utf8(spoilt).unwrap();
+        assert!(damaged);
         assert!(spoilt.contains("\nII\n00P\n\n"), "{spoilt}");
         assert!(spoilt.starts_with("MD\n99b\nstamp\n") && spoilt.ends_with("last\n\n"), "{spoilt}");
     }

@@ -212,12 +212,10 @@ impl Urg {
         let mut reply = echo;
         reply.extend_from_slice(b"\n99b\n");
         self.push_data(&mut reply, &stream.asked, stamp_ms, &ranges_mm);
-        let whole = reply.len();
         let (model, situation) = (self.config.model, self.situation());
-        let reply = self.faults.damage_scan(reply, || {
+        let (reply, damaged) = self.faults.damage_scan(reply, || {
             [b"II\n00P\n".as_slice(), &texts::state(&model, &situation), b"\n"].concat()
         });
-        let damaged = reply.len() != whole;
         self.send(reply);
         self.output.scan_end_us = self.port.transmitter.end_us();
         self.counts.scans_sent += 1;
