@@ -214,7 +214,7 @@ impl Daemon {
         let tell = |target| Webhook::start(target, name, service.listed(), service.alarms());
         let webhook = webhook.map(tell).transpose()?;
         let kept = file_of_store.zip(store.as_ref().map(Store::watch));
-        let feed = store.map(|store| StoreFeed::new(store, service.site(), service.alarms()));
+        let feed = store.map(|store| StoreFeed::new(store, file.listen(), service.alarms()));
         let links = Links::start(links, &service, say)?;
         let mqtt_dropped = publisher.as_ref().map(Publisher::dropped);
         let serve = |map| serve(map, file.clone(), kept, (keys_file, mqtt_dropped), &service);

@@ -1,45 +1,50 @@
 //! What the daemon hands to its database: snapshots, passages, alarms and changes of the site.
 //!
 //! ```text
-//!   snapshot ─▶ the site, if it has changed ─▶ snapshot ─▶ Store ─▶ what is wrong with it ─▶ alarms
+//!   snapshot ─▶ changes of the site ─▶ snapshot ─▶ Store ─▶ what is wrong with it ─▶ alarms
 //!                └ no room: again with the next snapshot
 //! ```
 
 use std::sync::Arc;
-
-use tokio::sync::watch;
+use std::sync::mpsc::Receiver;
 
 use crate::alarm_handle::AlarmChange;
-use crate::store::pose::Source;
+use crate::site_file::SiteChange;
 use crate::store::{Store, StoreState};
 use crate::tracker_alarms::TrackerAlarms;
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::door::doors::Output;
-use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 
 /// A database, and what it is told of.
 #[derive(Debug)]
 pub(super) struct StoreFeed {
     store: Store,
-    site: watch::Receiver<Arc<Site>>,
+    changes: Receiver<SiteChange>,
+    /// A change for which there was no room.
+    waiting: Option<SiteChange>,
     alarms: TrackerAlarms,
 }
 
 impl StoreFeed {
-    /// Feeds `store`, which has the site that `site` has now.
-    pub(super) const fn new(store: Store, site: watch::Receiver<Arc<Site>>, alarms: TrackerAlarms) -> Self {
-        Self { store, site, alarms }
+    /// Feeds `store`, which has the site of before these changes.
+    pub(super) const fn new(store: Store, changes: Receiver<SiteChange>, alarms: TrackerAlarms) -> Self {
+        Self { store, changes, waiting: None, alarms }
     }
 
     /// Hands over a snapshot, and before it the site if that has changed; raises what is wrong with the database.
     pub(super) fn snapshot(&mut self, snapshot: &Arc<Snapshot>) {
-        pass_change(&mut self.site, |site| self.store.set_site(site, Source::Map));
+        self.pass_changes();
         self.store.record(Arc::clone(snapshot));
         let state = self.store.state();
         let trouble = state.trouble.as_deref().or(state.doubt.as_deref());
         self.alarms.set(AlarmKind::Database, trouble);
         self.alarms.set(AlarmKind::RawScans, state.raw.as_deref());
+    }
+
+    fn pass_changes(&mut self) {
+        let Self { store, changes, waiting, .. } = self;
+        pass(changes, waiting, |change| store.set_site(&change.site, change.source));
     }
 
     /// Hands over passages and alarms.
@@ -59,7 +64,7 @@ impl StoreFeed {
         outputs: &[Output],
         changes: &[AlarmChange],
     ) -> StoreState {
-        pass_change(&mut self.site, |site| self.store.set_site(site, Source::Map));
+        self.pass_changes();
         self.news(outputs, changes);
         // Nothing is live any more: a snapshot for which there is no room yet can wait.
         snapshots.for_each(|snapshot| self.store.see_waiting(snapshot));
@@ -67,32 +72,42 @@ impl StoreFeed {
     }
 }
 
-/// Passes a site on that has changed. One that is not taken is passed on again the next time.
-fn pass_change(site: &mut watch::Receiver<Arc<Site>>, take: impl FnOnce(&Arc<Site>) -> bool) {
-    if site.has_changed().unwrap_or(false) {
-        let changed = Arc::clone(&site.borrow_and_update());
-        if !take(&changed) {
-            site.mark_changed();
+/// Passes changes on, in their order. One that is not taken is passed on again the next time.
+fn pass(
+    changes: &Receiver<SiteChange>,
+    waiting: &mut Option<SiteChange>,
+    mut take: impl FnMut(&SiteChange) -> bool,
+) {
+    while let Some(change) = waiting.take().or_else(|| changes.try_recv().ok()) {
+        if !take(&change) {
+            *waiting = Some(change);
+            return;
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc;
+
     use super::*;
+    use crate::store::pose::Source;
 
     #[test]
-    fn a_change_that_is_not_taken_is_passed_on_again() {
-        let (sites, mut site) = watch::channel(Arc::<Site>::default());
-        pass_change(&mut site, |_| panic!("nothing has changed"));
-        sites.send_replace(Arc::default());
-        let mut times = 0;
+    fn a_change_that_is_not_taken_is_passed_on_again_and_none_before_it() {
+        let (sites, changes) = mpsc::channel();
+        let mut waiting = None;
+        pass(&changes, &mut waiting, |_| panic!("nothing has changed"));
+        for source in [Source::File, Source::Map] {
+            sites.send(SiteChange { site: Arc::default(), source }).unwrap();
+        }
+        let mut told = Vec::new();
         for is_taken in [false, false, true, true] {
-            pass_change(&mut site, |_| {
-                times += 1;
+            pass(&changes, &mut waiting, |change| {
+                told.push(change.source);
                 is_taken
             });
         }
-        assert_eq!(times, 3, "until it is taken");
+        assert_eq!(told, [Source::File, Source::File, Source::File, Source::Map], "until it is taken");
     }
 }

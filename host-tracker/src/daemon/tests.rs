@@ -1,20 +1,18 @@
 //! The daemon from its start to its end.
 
 use super::*;
+use crate::site_file::Edit;
 use crate::store::reader::Reader;
 
-/// As if it were stopped while the program is busy: no snapshot has been taken.
-#[test]
-fn what_came_just_before_the_end_is_in_the_database() {
-    let folder = tempfile::tempdir().unwrap();
-    let (file, site) = (folder.path().join("home.db"), folder.path().join("home.toml"));
-    let settings = Settings {
-        site: SiteFile::load_or_begin(&site).unwrap(),
+/// A tracker of this site that keeps what happens in `database`, and is alone.
+fn settings(site: SiteFile, database: &Path) -> Settings {
+    Settings {
+        site,
         modules: Vec::new(),
         discover: false,
         tracker: Selected::default(),
         record: None,
-        database: Some(Database { file: file.clone(), keep: Keep::USUAL, restore: false }),
+        database: Some(Database { file: database.to_owned(), keep: Keep::USUAL, restore: false }),
         map: None,
         mqtt: None,
         webhook: None,
@@ -22,7 +20,15 @@ fn what_came_just_before_the_end_is_in_the_database() {
         keys: None,
         clear: Clear::default(),
         links: LinkSettings::default(),
-    };
+    }
+}
+
+/// As if it were stopped while the program is busy: no snapshot has been taken.
+#[test]
+fn what_came_just_before_the_end_is_in_the_database() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, site) = (folder.path().join("home.db"), folder.path().join("home.toml"));
+    let settings = settings(SiteFile::load_or_begin(&site).unwrap(), &file);
     let daemon = Daemon::start(settings, |_| {}).unwrap();
     let mut frames = daemon.service.frames();
     while frames.borrow_and_update().unix_ms == 0 {
@@ -32,4 +38,31 @@ fn what_came_just_before_the_end_is_in_the_database() {
     assert!(state.written > 0, "{state:?}");
     let newest = Reader::open(&file).unwrap().snapshot().unwrap().unwrap();
     assert_eq!(newest.unix_ms, frames.borrow().unix_ms);
+}
+
+#[test]
+fn an_edit_by_hand_is_kept_as_the_files_and_one_of_a_client_as_the_maps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (database, path) = (folder.path().join("home.db"), folder.path().join("home.toml"));
+    let at = |x: u32| format!("[[module]]\nname = \"left\"\nx = {x}\ny = 2\n");
+    std::fs::write(&path, at(1)).unwrap();
+    let file = SiteFile::load(&path).unwrap();
+    let mut daemon = Daemon::start(settings(file.clone(), &database), |_| {}).unwrap();
+    let passed_on = |daemon: &mut Daemon| {
+        // A row of its own millisecond.
+        std::thread::sleep(Duration::from_millis(5));
+        while !matches!(daemon.next(Duration::from_secs(1)), Next::Snapshot(_)) {}
+    };
+    passed_on(&mut daemon);
+    std::fs::write(&path, at(3)).unwrap();
+    assert!(daemon.read_site_anew().unwrap());
+    passed_on(&mut daemon);
+    let mut site = (*file.current().site).clone();
+    site.modules[0].x = 4.0;
+    file.save(Edit { revision: None, base: None, site }, |site| daemon.service.sites().change(site)).unwrap();
+    passed_on(&mut daemon);
+    daemon.stop().unwrap();
+    let poses = Reader::open(&database).unwrap().poses().unwrap();
+    let kept: Vec<(f64, Source)> = poses.iter().map(|pose| (pose.x_m, pose.source)).collect();
+    assert_eq!(kept, [(1.0, Source::File), (3.0, Source::File), (4.0, Source::Map)]);
 }

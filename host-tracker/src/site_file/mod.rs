@@ -18,6 +18,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver, Sender};
 
 use parking_lot::Mutex;
 use sha2::{Digest, Sha256};
@@ -27,6 +28,7 @@ use kehai_tracking::calibration::status::Mounting;
 use kehai_tracking::site::merge::{Merged, changes, merge};
 use kehai_tracking::site::{Module, Site};
 
+use crate::store::pose::Source;
 pub use error::{LoadError, SaveError};
 
 /// Bits of a revision: so many of a number are exact in JSON.
@@ -41,8 +43,18 @@ pub struct SiteFile {
     /// Held while the file is read or written: one change at a time.
     changing: Arc<Mutex<()>>,
     revisions: watch::Sender<u64>,
+    listeners: Arc<Mutex<Vec<Sender<SiteChange>>>>,
     /// Its site is that of several areas, each of which has a file of its own: there is none here, and none is written.
     is_together: bool,
+}
+
+/// A site that has come into use.
+#[derive(Clone, Debug)]
+pub struct SiteChange {
+    /// The site.
+    pub site: Arc<Site>,
+    /// Whether the file was edited by hand, or written for a client.
+    pub source: Source,
 }
 
 /// What the file says.
@@ -95,6 +107,7 @@ impl SiteFile {
             kept: Arc::new(Mutex::new(kept)),
             changing: Arc::default(),
             revisions: watch::Sender::new(revision),
+            listeners: Arc::default(),
             is_together: false,
         })
     }
@@ -116,8 +129,8 @@ impl SiteFile {
         let kept =
             Kept { name: name.to_string_lossy().into(), revision, site: Arc::default(), text: Arc::from("") };
         let (kept, revisions) = (Arc::new(Mutex::new(kept)), watch::Sender::new(revision));
-        let changing = Arc::default();
-        Ok(Self { path: folder.join(name), kept, changing, revisions, is_together: false })
+        let (changing, listeners) = (Arc::default(), Arc::default());
+        Ok(Self { path: folder.join(name), kept, changing, revisions, listeners, is_together: false })
     }
 
     /// The site of several areas, empty at first; `path` is where what belongs to it lies. It is shown, and cannot be saved.
@@ -126,7 +139,8 @@ impl SiteFile {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into();
         let kept = Kept { name, revision: revision(""), site: Arc::default(), text: Arc::from("") };
         let (revisions, kept) = (watch::Sender::new(kept.revision), Arc::new(Mutex::new(kept)));
-        Self { path: path.to_owned(), kept, changing: Arc::default(), revisions, is_together: true }
+        let (changing, listeners) = (Arc::default(), Arc::default());
+        Self { path: path.to_owned(), kept, changing, revisions, listeners, is_together: true }
     }
 
     /// Shows another site of all areas.
@@ -156,6 +170,14 @@ impl SiteFile {
         self.revisions.subscribe()
     }
 
+    /// Every change from now on, once the site is in use.
+    #[must_use]
+    pub fn listen(&self) -> Receiver<SiteChange> {
+        let (sender, receiver) = mpsc::channel();
+        self.listeners.lock().push(sender);
+        receiver
+    }
+
     /// Uses the file as it is now, if it was changed by hand, and calls `changed` with its site.
     ///
     /// # Errors
@@ -169,7 +191,7 @@ impl SiteFile {
         let Some(text) = self.changed_on_disk(&kept)? else { return Ok(()) };
         let site = Site::parse(&kept.name, &text)
             .map_err(|error| SaveError::ChangedOnDisk(format!("mend it, then save again: {error}")))?;
-        self.take(text, site, changed).map(drop)
+        self.take(text, site, Source::File, changed).map(drop)
     }
 
     /// Saves an edit, calls `changed`, and publishes its revision. If the site was changed meanwhile both are merged.
@@ -258,7 +280,7 @@ impl SiteFile {
         let file = || self.path.display().to_string();
         replace::replace(&self.path, text.as_bytes())
             .map_err(|error| SaveError::Failed { file: file(), error })?;
-        self.take(text, site, changed)
+        self.take(text, site, Source::Map, changed)
     }
 
     /// The file's text, if it is another than what is kept; none of a file that is gone, which is written anew.
@@ -281,14 +303,17 @@ impl SiteFile {
         &self,
         text: String,
         site: Site,
+        source: Source,
         changed: impl FnOnce(Site) -> Result<(), String>,
     ) -> Result<u64, SaveError> {
         let revision = revision(&text);
+        let change = SiteChange { site: Arc::new(site.clone()), source };
         let mut kept = self.kept.lock();
         let name = Arc::clone(&kept.name);
-        *kept = Kept { name, revision, site: Arc::new(site.clone()), text: text.into() };
+        *kept = Kept { name, revision, site: Arc::clone(&change.site), text: text.into() };
         drop(kept);
         changed(site).map_err(SaveError::Wrong)?;
+        self.listeners.lock().retain(|listener| listener.send(change.clone()).is_ok());
         self.revisions.send_replace(revision);
         Ok(revision)
     }

@@ -27,7 +27,7 @@ named! {
     #[serde(rename_all = "lowercase")]
     #[schemars(rename = "PoseSource")]
     pub enum Source {
-        /// The site's file, at the start of the tracker.
+        /// The site's file, at the start of the tracker and after an edit by hand.
         File = "file",
         /// A user, on the live map.
         Map = "map",
