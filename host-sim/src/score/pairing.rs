@@ -7,7 +7,8 @@
 //!
 //! A frame is a line of the truth with the line of the tracks nearest to it, at most 0.05 s away. Truth that
 //! comes more often is skipped in between; truth more than 0.5 s from any line of the tracks is a frame
-//! without tracks. Tracks that no truth is near are skipped.
+//! without tracks, as often as the tracks had lines before: a second of silence weighs as much as one
+//! of tracks. Before there were two lines, every line of the truth is. Tracks that no truth is near are skipped.
 
 use kehai_tracking::jsonl::{LineError, TracksLine, TruthLine};
 
@@ -34,6 +35,35 @@ pub struct Paired {
     pub without_truth: u64,
 }
 
+/// How often the tracks have a line, and when the next frame of a silence is due.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pace {
+    gaps_s: f64,
+    gaps: u32,
+    due_s: f64,
+}
+
+impl Pace {
+    /// Counts the time between two lines, unless it is a silence.
+    fn count(&mut self, gap_s: f64) {
+        if (0.0..=SILENCE_S).contains(&gap_s) {
+            self.gaps_s += gap_s;
+            self.gaps += 1;
+        }
+    }
+
+    /// Whether a line would have come by `at_s`, had the tracker not fallen silent.
+    fn is_due(&mut self, at_s: f64) -> bool {
+        let is_due = at_s >= self.due_s - SLACK_S;
+        if is_due {
+            let interval_s = self.gaps_s / f64::from(self.gaps.max(1));
+            let next_s = self.due_s + interval_s;
+            self.due_s = if next_s > at_s { next_s } else { at_s + interval_s };
+        }
+        is_due
+    }
+}
+
 /// Gives the scorer every frame of two files.
 ///
 /// # Errors
@@ -48,6 +78,7 @@ pub fn score_lines(
     let mut tracks = tracks.peekable();
     // The line of tracks before the next one, and whether it has been used.
     let mut before: Option<(TracksLine, bool)> = None;
+    let mut pace = Pace::default();
     while let Some(line) = truth.next().transpose()? {
         // On to the tracks nearest to this time.
         let away_s = |other: &TracksLine| (other.t - line.t).abs();
@@ -55,8 +86,12 @@ pub fn score_lines(
             (Ok(next), Some((before, _))) => away_s(next) < away_s(before),
             _ => true,
         }) {
-            paired.without_truth += u64::from(before.is_some_and(|(_, used)| !used));
-            before = Some((next?, false));
+            let next = next?;
+            if let Some((before, used)) = &before {
+                paired.without_truth += u64::from(!used);
+                pace.count(next.t - before.t);
+            }
+            before = Some((next, false));
         }
         let away_s = before.as_ref().map_or(f64::INFINITY, |(before, _)| away_s(before));
         let next_is_nearer = match (truth.peek(), &before) {
@@ -69,7 +104,7 @@ pub fn score_lines(
                 paired.frames += 1;
                 frame(scorer, &line, &before.tracks.iter().map(Estimate::from).collect::<Vec<_>>());
             }
-            _ if away_s > SILENCE_S + SLACK_S => {
+            _ if away_s > SILENCE_S + SLACK_S && pace.is_due(line.t) => {
                 paired.silent += 1;
                 frame(scorer, &line, &[]);
             }
@@ -129,6 +164,17 @@ mod tests {
             Paired { frames: 10, without_truth: 30, ..Paired::default() }
         );
         assert_eq!(paired(&[], &truth), Paired { without_truth: 40, ..Paired::default() });
+    }
+
+    #[test]
+    fn a_second_of_silence_weighs_as_much_as_one_of_tracks() {
+        let truth: Vec<f64> = (0..=250).map(|index| f64::from(index) * 0.04).collect();
+        let tracks: Vec<f64> = (0..=100).map(|index| f64::from(index) * 0.1).collect();
+        // Silent from 3 to 7 s: to 6.5 s beyond the first half second.
+        let silent: Vec<f64> = tracks.iter().copied().filter(|t| !(3.05..6.95).contains(t)).collect();
+        let paired = paired(&truth, &silent);
+        assert_eq!((paired.frames, paired.silent), (62, 30), "ten a second: {paired:?}");
+        assert_eq!(paired.frames + paired.silent + paired.between, 251);
     }
 
     #[test]
