@@ -307,3 +307,42 @@ fn a_changed_site_counts_no_time_in_which_lines_are_missing() {
     stage.wait(1.2);
     assert_eq!(stage.door.phase(), Phase::Unlocked);
 }
+
+#[test]
+fn a_person_who_goes_in_says_that_the_leaf_is_open_if_its_contact_does_not() {
+    // The report that it opened is lost: the contact says "shut" since long ago.
+    let shut = |stage: Stage| {
+        assert_eq!(stage.door.line().contact, Some(Contact::Shut));
+        stage
+    };
+    let mut stage = shut(then(Stage::checking(1, 1), |stage| stage.wait(1.0)));
+    stage.walk_in(1);
+    assert_eq!((stage.door.phase(), stage.door.line().contact), (Phase::Closing, Some(Contact::Open)));
+    stage.put(2, 0.0, 0.5);
+    stage.wait(0.3);
+    stage.walk_in(2);
+    assert_eq!(stage.door.line().alarm, Some(Alarm::Followed));
+    // And it shuts with the next report, as any.
+    let mut stage = shut(then(Stage::checking(1, 1), |stage| stage.wait(1.0)));
+    stage.walk_in(1);
+    shuts(&mut stage);
+    assert_eq!((stage.door.phase(), stage.passage().outcome), (Phase::Idle, Outcome::Complete));
+    // Open for a person who leaves.
+    let mut stage = shut(Stage::idle());
+    stage.tell(Event::Exit);
+    stage.walk_in(9);
+    assert_eq!(stage.door.line().alarm, Some(Alarm::WentIn));
+    // No order has opened it: a track that changes sides is the tracker's mistake.
+    let mut stage = shut(Stage::idle());
+    stage.walk_in(9);
+    assert_eq!((stage.door.phase(), stage.door.line().contact), (Phase::Idle, Some(Contact::Shut)));
+    // The leaf falls shut behind the last one, and its report is there before the track has crossed.
+    let mut stage = Stage::unlocked(1);
+    stage.put(1, 0.0, 1.05);
+    stage.wait(0.1);
+    stage.tell(Event::Contact(Contact::Shut));
+    stage.wait(0.2);
+    stage.put(1, 0.0, 1.5);
+    stage.wait(1.0);
+    assert_eq!((stage.door.phase(), stage.door.line().contact), (Phase::Idle, Some(Contact::Shut)));
+}

@@ -1,4 +1,5 @@
-//! The leaf, as its contact reports it. Before the first report it may be open, and counts as open.
+//! The leaf, as its contact reports it. Before the first report it may be open, and counts as open. A person who goes in through one
+//! that the contact calls shut reports it open, until the contact speaks again.
 //!
 //! ```text
 //!   may be open: none, open        shut: only where the contact has said so
@@ -23,7 +24,7 @@ impl Leaf {
         Self { contact: None, since_s: 0.0, open_since_s: Some(0.0) }
     }
 
-    /// The contact says so at `now_s`.
+    /// The contact says so at `now_s`, or a person who goes in shows it.
     pub(super) fn report(&mut self, contact: Contact, now_s: f64) {
         if self.contact != Some(contact) {
             self.since_s = now_s;

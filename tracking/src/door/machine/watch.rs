@@ -6,7 +6,7 @@ use crate::door::event::{Action, Body};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
-use crate::door::terms::{Alarm, Card};
+use crate::door::terms::{Alarm, Card, Contact};
 use crate::door::transition::{Cause, Phase};
 
 impl Machine {
@@ -19,6 +19,12 @@ impl Machine {
     }
 
     pub(super) fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
+        let went_in = crossings.iter().any(|way| matches!(way, Crossing::Inward(_)));
+        // No person walks through a shut leaf that the door or its exit has opened: the report that it opened was lost.
+        let is_opened = self.phase == Phase::Unlocked || self.now_s < self.exit_until_s;
+        if went_in && is_opened && self.leaf.is_shut(SHUT_S, self.now_s) {
+            self.leaf.report(Contact::Open, self.now_s);
+        }
         match self.phase {
             Phase::Checking => self.check(),
             Phase::Unlocked | Phase::Closing | Phase::HeldOpen => self.follow(crossings, actions),
@@ -30,10 +36,7 @@ impl Machine {
             _ => false,
         };
         // A track that changes sides of a shut leaf is the tracker's mistake, not an entry.
-        if nobody_let_in
-            && self.leaf.may_be_open()
-            && crossings.iter().any(|way| matches!(way, Crossing::Inward(_)))
-        {
+        if nobody_let_in && self.leaf.may_be_open() && went_in {
             self.alarmed(Alarm::WentIn, None, actions);
         }
         let is_shut = self.leaf.is_shut(SHUT_S, self.now_s);
