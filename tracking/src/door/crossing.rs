@@ -7,18 +7,25 @@
 //!   ─ ─ ─ ─ ─ ─ ─ ─ ─ ─ ─  − 0.10 m     noise is no crossing
 //!             zone
 //! ```
+//!
+//! Before the line is the side that the zone lies beside; in the edge of a zone with a niche that need not be the side of its middle.
 
 use std::collections::BTreeMap;
 
 use super::event::{Body, Presence};
 use crate::doorway::{BESIDE_M, DOORWAY_M};
 use crate::geometry::{Point, centroid, distance_to_segment, inside};
+use crate::site::door::OFF_ZONE_M;
 
 /// A track so far beyond the line has crossed it, m: twice the noise of a walker's position.
 pub const CROSSED_M: f64 = 0.10;
 
 /// A person faster than this walks, m/s; a person who comes from inside walks the other way.
 const WALKING_M_S: f64 = 0.2;
+
+/// From the middle of the line its zone is looked for in such steps, m, and one more than to the farthest that a line may be from it.
+const STEP_M: f64 = 0.1;
+const STEPS: u32 = (OFF_ZONE_M / STEP_M) as u32 + 1;
 
 /// What a track did at the line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -81,7 +88,8 @@ impl Doorway {
         let along = side * (1.0 / length_m);
         let middle = (ends.0 + ends.1) * 0.5;
         let left = along.left();
-        let inward = if left.dot(centroid(&zone) - middle) > 0.0 { left * -1.0 } else { left };
+        let outward = outward(middle, left, &zone);
+        let inward = outward * -1.0;
         Self { middle, along, half_m: 0.5 * length_m, inward, zone, known: BTreeMap::new() }
     }
 
@@ -186,6 +194,15 @@ impl Doorway {
     }
 }
 
+/// Of the two sides of a line that to which its zone is nearest. Where neither is beside the line, that of the zone's middle, which
+/// in a corner may be the wrong one.
+fn outward(middle: Point, left: Point, zone: &[Point]) -> Point {
+    let far_m = (1..=STEPS).map(|step| f64::from(step) * STEP_M);
+    let sides = far_m.map(|far_m| [1.0, -1.0].map(|side| inside(middle + left * (side * far_m), zone)));
+    let is_left = sides.into_iter().find(|[left, right]| left != right).map(|[left, _]| left);
+    if is_left.unwrap_or_else(|| left.dot(centroid(zone) - middle) > 0.0) { left } else { left * -1.0 }
+}
+
 /// Whether a doubtful track is apart from all that are certain: persons, and what they have along.
 #[must_use]
 pub fn is_apart(body: &Body, bodies: &[Body]) -> bool {
@@ -217,6 +234,21 @@ mod tests {
         let doorway = doorway();
         assert!(doorway.beyond_m(Point::new(0.0, 1.3)) > 0.29 && doorway.beyond_m(Point::default()) < -0.9);
         assert!(doorway.in_zone(Point::default()) && !doorway.in_zone(Point::new(0.0, 1.1)));
+    }
+
+    #[test]
+    fn in_the_corner_of_a_zone_the_zone_beside_the_line_is_before_it() {
+        let polygon = [[0.0, 0.0], [6.0, 0.0], [6.0, 1.5], [1.5, 1.5], [1.5, 6.0], [0.0, 6.0]];
+        let corner = |line: [[f64; 2]; 2]| {
+            Doorway::new((line[0].into(), line[1].into()), polygon.map(Point::from).to_vec())
+        };
+        for line in [[[1.5, 4.0], [1.5, 4.9]], [[1.5, 4.9], [1.5, 4.0]], [[2.3, 4.0], [2.3, 4.9]]] {
+            let doorway = corner(line);
+            assert!(doorway.beyond_m(Point::new(3.2, 4.5)) > 0.0, "{line:?}");
+            assert!(doorway.beyond_m(Point::new(1.0, 4.5)) < 0.0, "{line:?}");
+        }
+        // Past the end of the zone: its middle decides.
+        assert!(corner([[-0.9, 6.0], [-0.1, 6.0]]).beyond_m(Point::new(-0.5, 6.5)) > 0.0);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a site must be to be used: names that differ, numbers, parts that fit together.
 
-use super::door::Door;
+use super::door::{Door, OFF_ZONE_M};
 use super::part::{Kind, Part};
 use super::wrong::{Wrong, Wrongs};
 use super::{Site, Zone, floor, limits, line, reader, shape};
@@ -11,10 +11,6 @@ const HEIGHT_M: std::ops::RangeInclusive<f64> = 0.05..=10.0;
 
 /// How long a zone stays occupied, s: longer than an hour is no pause in which a person is hidden.
 const HOLD_S: std::ops::RangeInclusive<f64> = 0.0..=3600.0;
-
-/// How far the line of a door may be from its zone, m. A doorway is in the zone's edge: the wall between them is up to half a metre
-/// thick, and both are drawn by hand.
-const DOOR_M: f64 = 1.0;
 
 /// A full turn either way, degrees: more says nothing more.
 const TURN_DEG: f64 = 360.0;
@@ -198,9 +194,9 @@ fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)>
     }
     let far_m = zone.apart_m((from, to));
     // Of what is no place that alone is said.
-    if limits::no_place(&door.line).is_none() && far_m.is_finite() && far_m > DOOR_M {
+    if limits::no_place(&door.line).is_none() && far_m.is_finite() && far_m > OFF_ZONE_M {
         let what = format!(
-            "line: is {far_m:.1} m from zone \"{}\": it must be in its edge, at most {DOOR_M} m off",
+            "line: is {far_m:.1} m from zone \"{}\": it must be in its edge, at most {OFF_ZONE_M} m off",
             door.zone
         );
         return Err(("line", what));

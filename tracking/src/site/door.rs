@@ -14,6 +14,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
 
+/// How far the line of a door may be from its zone, m. A doorway is in the zone's edge: the wall between them is up to half a metre
+/// thick, and both are drawn by hand.
+pub const OFF_ZONE_M: f64 = 1.0;
+
 /// What the lock does when it is unknown what happens at the door.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
