@@ -106,6 +106,47 @@ fn f8_a_changed_site_forgets_no_alarm_opens_no_lock_and_ends_a_passage() {
 }
 
 #[test]
+fn a_door_in_trouble_does_what_the_changed_site_says_and_no_change_unlocks_it_at_once() {
+    let [secure, safe] = ["secure", "safe"].map(|fail| SITE.replace("\"secure\"", &format!("{fail:?}")));
+    let change = |stage: &mut Stage, text: &str| {
+        let site = Site::parse("test", text).unwrap();
+        assert!(stage.door.change_site(&site.doors[0], &site, &mut Vec::new()));
+    };
+    let lost = |stage: &mut Stage, seconds| {
+        stage.trouble = Some(Trouble::ModuleLost);
+        stage.wait(seconds);
+        assert_eq!(stage.door.phase(), Phase::Failed);
+        stage.door.lock()
+    };
+    let mut stage = Stage::with(&safe);
+    stage.wait(SETTLED_S + 0.2);
+    assert_eq!(lost(&mut stage, 0.2), Lock::Unlocked);
+    change(&mut stage, &safe);
+    assert_eq!(stage.door.lock(), Lock::Unlocked, "as before");
+    change(&mut stage, &secure);
+    assert_eq!(stage.door.lock(), Lock::Locked, "at once");
+    assert_eq!(lost(&mut stage, SETTLED_S + 1.0), Lock::Locked);
+    change(&mut stage, &safe);
+    assert_eq!(lost(&mut stage, SETTLED_S - 0.2), Lock::Locked, "the change alone opens nothing");
+    assert_eq!(lost(&mut stage, 0.4), Lock::Unlocked);
+    // A passage is ended by a change that brings trouble, or after which nothing is seen.
+    for is_seen in [true, false] {
+        let mut stage = Stage::unlocked(1);
+        change(&mut stage, &safe);
+        assert_eq!(stage.door.line().trouble, Some(Trouble::SiteChanged));
+        if is_seen {
+            assert_eq!(lost(&mut stage, SETTLED_S - 0.2), Lock::Locked);
+            assert_eq!(lost(&mut stage, 0.4), Lock::Unlocked);
+        } else {
+            silence(&mut stage);
+            assert_eq!(stage.door.lock(), Lock::Locked);
+            silence(&mut stage);
+            assert_eq!(stage.door.lock(), Lock::Unlocked);
+        }
+    }
+}
+
+#[test]
 fn f8_an_alarm_of_before_a_restart_stands_until_its_own_end() {
     for alarm in [Alarm::Followed, Alarm::RanIn, Alarm::TurnedBack, Alarm::PassedBack, Alarm::WentIn] {
         let mut stage = Stage::after_restart(&[Alarm::HeldOpen, alarm, Alarm::Trouble, Alarm::HeldOpen]);

@@ -128,16 +128,19 @@ impl Machine {
     }
 
     /// Goes on in a changed site: no match counts before the tracker has been well for 2 s. Alarms stand, cards stay inside,
-    /// and the lock does not open by it: a passage under way ends in trouble, locked whatever the site says. False without its
-    /// zone: nothing has changed then.
+    /// and the lock does not open by it: a passage under way ends in trouble, locked whatever the site says, until trouble outlasts
+    /// those 2 s. A door that is to fail secure from now on locks. False without its zone: nothing has changed then.
     pub fn change_site(&mut self, door: &Door, site: &Site, actions: &mut Vec<Action>) -> bool {
         let Some(doorway) = doorway(door, site) else { return false };
         self.doorway = doorway;
         self.door = door.clone();
         self.count.not_before_s = self.now_s + SETTLED_S;
         self.seen = self.seen.take().map(|(at_s, _)| (at_s, Seen::default()));
-        if !matches!(self.phase, Phase::Idle | Phase::Alarmed | Phase::Failed) {
+        let is_used = !matches!(self.phase, Phase::Idle | Phase::Alarmed | Phase::Failed);
+        if is_used {
             self.fail(Trouble::SiteChanged, actions);
+        }
+        if is_used || door.fail == Fail::Secure {
             self.trust.fail = Fail::Secure;
         }
         self.say(actions);
@@ -265,7 +268,7 @@ impl Machine {
             return;
         }
         if silent {
-            self.trust.well_since_s = None;
+            self.trouble_lasts();
         }
         match self.phase {
             Phase::Asked if passed_s >= self.door.ask_s => {
@@ -319,11 +322,19 @@ impl Machine {
         match trouble {
             Some(trouble) if self.phase == Phase::Failed => {
                 self.trust.trouble = Some(trouble);
-                self.trust.well_since_s = None;
+                self.trouble_lasts();
             }
             Some(trouble) => self.fail(trouble, actions),
             None if self.phase == Phase::Failed => self.recover(blind),
             None => self.watch(&crossings, actions),
+        }
+    }
+
+    /// Trouble that outlasts a change of the site is no longer that of the change: the lock does what the site says.
+    fn trouble_lasts(&mut self) {
+        self.trust.well_since_s = None;
+        if self.now_s >= self.count.not_before_s {
+            self.trust.fail = self.door.fail;
         }
     }
 
