@@ -76,6 +76,8 @@ pub struct Doorway {
     half_m: f64,
     inward: Point,
     zone: Vec<Point>,
+    /// From the line to the zone, m; 0 where the line is in the zone or its edge.
+    gap_m: f64,
     known: BTreeMap<u64, Known>,
 }
 
@@ -89,8 +91,9 @@ impl Doorway {
         let middle = (ends.0 + ends.1) * 0.5;
         let left = along.left();
         let outward = outward(middle, left, &zone);
-        let inward = outward * -1.0;
-        Self { middle, along, half_m: 0.5 * length_m, inward, zone, known: BTreeMap::new() }
+        let gap_m = gap_m(middle, outward, &zone);
+        let (half_m, inward) = (0.5 * length_m, outward * -1.0);
+        Self { middle, along, half_m, inward, zone, gap_m, known: BTreeMap::new() }
     }
 
     /// The middle of the line.
@@ -111,17 +114,28 @@ impl Doorway {
         velocity.dot(self.inward)
     }
 
-    /// Whether a place is in the zone before the line.
-    #[must_use]
-    pub fn in_zone(&self, at: Point) -> bool {
-        self.beyond_m(at) <= 0.0 && inside(at, &self.zone)
+    /// How far past the ends of the line a place is, along it, m; negative between them.
+    fn aside_m(&self, at: Point) -> f64 {
+        (at - self.middle).dot(self.along).abs() - self.half_m
     }
 
-    /// Whether a place is in the zone, or less than `margin_m` from it.
+    /// Whether a place is in the zone before the line, or between both.
+    #[must_use]
+    pub fn in_zone(&self, at: Point) -> bool {
+        self.beyond_m(at) <= 0.0 && (inside(at, &self.zone) || self.in_gap(at))
+    }
+
+    /// Whether a place is on the way from a zone to a line that is off it, as in the thickness of a wall.
+    fn in_gap(&self, at: Point) -> bool {
+        (-self.gap_m..0.0).contains(&self.beyond_m(at)) && self.aside_m(at) < BESIDE_M
+    }
+
+    /// Whether a place is in the zone, less than `margin_m` from it, or on the way from it to the line.
     #[must_use]
     pub fn is_near_zone(&self, at: Point, margin_m: f64) -> bool {
         let sides = self.zone.iter().zip(self.zone.iter().cycle().skip(1));
         inside(at, &self.zone)
+            || self.in_gap(at)
             || sides.into_iter().any(|(&from, &to)| distance_to_segment(at, from, to) < margin_m)
     }
 
@@ -144,7 +158,7 @@ impl Doorway {
         let mut now = BTreeMap::new();
         for body in bodies {
             let beyond_m = self.beyond_m(body.at);
-            let aside_m = (body.at - self.middle).dot(self.along).abs() - self.half_m;
+            let aside_m = self.aside_m(body.at);
             let before = self.known.get(&body.id);
             let was_beyond = before.map(|known| known.is_beyond);
             let is_beyond = match was_beyond {
@@ -203,6 +217,13 @@ fn outward(middle: Point, left: Point, zone: &[Point]) -> Point {
     if is_left.unwrap_or_else(|| left.dot(centroid(zone) - middle) > 0.0) { left } else { left * -1.0 }
 }
 
+/// How far the zone begins from the middle of the line, m; 0 if at the first step.
+fn gap_m(middle: Point, outward: Point, zone: &[Point]) -> f64 {
+    let far_m = (1..=STEPS).map(|step| f64::from(step) * STEP_M);
+    let mut far_m = far_m.skip_while(|far_m| !inside(middle + outward * *far_m, zone));
+    far_m.next().filter(|far_m| *far_m > STEP_M).unwrap_or(0.0)
+}
+
 /// Whether a doubtful track is apart from all that are certain: persons, and what they have along.
 #[must_use]
 pub fn is_apart(body: &Body, bodies: &[Body]) -> bool {
@@ -249,6 +270,20 @@ mod tests {
         }
         // Past the end of the zone: its middle decides.
         assert!(corner([[-0.9, 6.0], [-0.1, 6.0]]).beyond_m(Point::new(-0.5, 6.5)) > 0.0);
+    }
+
+    #[test]
+    fn between_a_zone_and_a_line_off_it_a_place_is_in_the_zone() {
+        let zone =
+            |high: f64| [[-1.0, -1.0], [1.0, -1.0], [1.0, high], [-1.0, high]].map(Point::from).to_vec();
+        let off = |high: f64| Doorway::new((Point::new(-0.45, 1.0), Point::new(0.45, 1.0)), zone(high));
+        let (near, far, beside) = (Point::new(0.6, 0.9), Point::new(0.0, 0.45), Point::new(0.8, 0.8));
+        let doorway = off(0.4);
+        assert!(doorway.in_zone(near) && doorway.in_zone(far) && !doorway.in_zone(beside));
+        assert!(doorway.is_near_zone(near, 0.15) && !doorway.is_near_zone(beside, 0.15));
+        assert!(!doorway.in_zone(Point::new(0.0, 1.05)), "beyond");
+        // Before a line in its edge it ends with itself, and so does a shallow one on its far side.
+        assert!(!off(1.0).in_zone(Point::new(1.1, 0.9)) && !doorway.in_zone(Point::new(0.0, -1.05)));
     }
 
     #[test]

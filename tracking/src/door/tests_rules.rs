@@ -387,3 +387,30 @@ fn a_person_who_goes_in_says_that_the_leaf_is_open_if_its_contact_does_not() {
     stage.wait(1.0);
     assert_eq!((stage.door.phase(), stage.door.line().contact), (Phase::Idle, Some(Contact::Shut)));
 }
+
+#[test]
+fn between_the_zone_and_a_line_off_it_people_are_on_their_way_and_count() {
+    let off = SITE.replace("1.0], [0.45, 1.0]", "1.6], [0.45, 1.6]");
+    let unlocked = || {
+        let mut stage = Stage::with(&off);
+        stage.tell(Event::Contact(Contact::Shut));
+        stage.put(1, 0.0, 0.7);
+        stage.wait(SETTLED_S + 0.2);
+        stage.tell(Event::Card(ALICE));
+        stage.tell(Event::Number(1));
+        stage.wait(1.0);
+        assert_eq!(stage.door.phase(), Phase::Unlocked);
+        stage.tell(Event::Contact(Contact::Open));
+        stage
+    };
+    let mut stage = unlocked();
+    for tenth in 7..=18 {
+        stage.put(1, 0.0, 0.1 * f64::from(tenth));
+        stage.wait(0.1);
+    }
+    assert_eq!((stage.door.phase(), stage.door.line().through), (Phase::Closing, 1));
+    let mut stage = unlocked();
+    stage.put(2, 0.0, 1.4);
+    stage.wait(0.4);
+    assert_eq!(stage.door.line().alarm, Some(Alarm::RanIn), "another stands there");
+}
