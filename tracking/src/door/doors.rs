@@ -255,9 +255,14 @@ impl Doors {
         now: Now,
         outputs: &mut Vec<Output>,
     ) -> Result<(), Why> {
-        let unit = self.units.iter_mut().find(|unit| unit.door.name == door);
-        let unit = unit.ok_or_else(|| Why::NoDoor(door.to_owned()))?;
+        let place = self.units.iter().position(|unit| unit.door.name == door);
+        let (before, rest) = self.units.split_at_mut(place.unwrap_or(0));
+        let found = rest.split_first_mut().filter(|_| place.is_some());
+        let (unit, after) = found.ok_or_else(|| Why::NoDoor(door.to_owned()))?;
         let event = unit.inbox.read(input, bytes, now, hash)?;
+        let mut others = before.iter().chain(after.iter()).filter(|other| other.door.zone == unit.door.zone);
+        let is_taken = others.any(|other| other.machine.has_group());
+        unit.machine.take_zone(is_taken);
         unit.step(event, now, outputs)
     }
 

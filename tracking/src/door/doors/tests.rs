@@ -172,3 +172,40 @@ fn time_alone_makes_a_door_fail() {
     assert_eq!(phase(&doors), Phase::Failed);
     assert!(outputs.iter().any(|output| matches!(output, Output::Alarm { alarm: Some(Alarm::Trouble), .. })));
 }
+
+#[test]
+fn the_people_of_a_zone_open_one_of_its_doors_at_a_time() {
+    let side = r#"
+        [[door]]
+        name = "side"
+        zone = "area"
+        line = [[1, -0.5], [1, 0.5]]
+        fail = "secure"
+    "#;
+    let mut doors = Doors::new(&toml::from_str(&format!("{SITE}{side}")).unwrap(), 1);
+    for tenth in 0..=20 {
+        doors.observe(&well(), |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut Vec::new());
+    }
+    let mut id = 0;
+    let mut tell = |doors: &mut Doors, door: &str, input, field: &str| {
+        id += 1;
+        let text = format!(r#"{{"id": {id}, "at_ms": {}, {field}}}"#, now(2.1).unix_ms);
+        let hash = |card: &str| Card(card.len() as u128);
+        doors.tell(door, input, text.as_bytes(), hash, now(2.1), &mut Vec::new())
+    };
+    for door in ["front", "side"] {
+        assert_eq!(tell(&mut doors, door, Input::Contact, r#""contact": "shut""#), Ok(()));
+    }
+    assert_eq!(tell(&mut doors, "front", Input::Card, r#""card": "a""#), Ok(()));
+    let busy = Err(Why::Refused(Refusal::Busy));
+    assert_eq!(tell(&mut doors, "side", Input::Card, r#""card": "bb""#), busy);
+    assert_eq!(tell(&mut doors, "front", Input::Card, r#""card": "bb""#), busy, "as ever");
+    assert_eq!(tell(&mut doors, "side", Input::Exit, ""), Ok(()));
+    // Nobody enters a number: the group is over, and the other door takes its card.
+    for tenth in 21..=330 {
+        doors.observe(&well(), |_| Some(SEALED), now(f64::from(tenth) * 0.1), &mut Vec::new());
+    }
+    let card = format!(r#"{{"id": 99, "at_ms": {}, "card": "bb"}}"#, now(33.0).unix_ms);
+    let told = doors.tell("side", Input::Card, card.as_bytes(), |_| Card(2), now(33.0), &mut Vec::new());
+    assert_eq!(told, Ok(()));
+}

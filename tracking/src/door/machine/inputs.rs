@@ -3,7 +3,8 @@
 //! ```text
 //!   phase     Idle ── card ─▶ Asked ── number ─▶ Checking       else refused, with the reason
 //!             Alarmed ── reset ─▶ Idle                          a card that is inside: an alarm;
-//!                                                               no report of the leaf yet: no card is taken
+//!                                                               no report of the leaf yet, or a group at another
+//!                                                               door of the zone: no card is taken
 //! ```
 
 use super::Machine;
@@ -22,6 +23,7 @@ impl Machine {
             Phase::Idle if self.leaf.contact.is_none() => {
                 actions.push(Action::Refused(Refusal::NoContact));
             }
+            Phase::Idle if self.zone_is_taken => actions.push(Action::Refused(Refusal::Busy)),
             Phase::Idle => {
                 self.passages += 1;
                 self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, Some(card)));

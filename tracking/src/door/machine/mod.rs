@@ -82,6 +82,8 @@ pub struct Machine {
     seen: Option<(f64, Seen)>,
     leaf: Leaf,
     exit_until_s: f64,
+    /// Another door of the zone has a passage under way: the people before this one may be counted for that one.
+    zone_is_taken: bool,
     prompt: Prompt,
     taken: Vec<(Phase, Cause, Phase)>,
 }
@@ -107,6 +109,7 @@ impl Machine {
             seen: None,
             leaf: Leaf::unknown(),
             exit_until_s: f64::NEG_INFINITY,
+            zone_is_taken: false,
             prompt: Prompt::Starting,
             taken: Vec::new(),
         };
@@ -169,6 +172,17 @@ impl Machine {
             Phase::HeldOpen => self.leaf.contact.is_none(),
             Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing | Phase::Alarmed => false,
         }
+    }
+
+    /// Whether a card was taken, and its group has not gone in yet.
+    #[must_use]
+    pub const fn has_group(&self) -> bool {
+        matches!(self.phase, Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing)
+    }
+
+    /// Notes whether another door of the zone has a group: no card is taken meanwhile.
+    pub const fn take_zone(&mut self, is_taken: bool) {
+        self.zone_is_taken = is_taken;
     }
 
     /// Takes an event at `now_s`, s on any steady clock; a time before the last one counts as that.
