@@ -414,3 +414,32 @@ fn between_the_zone_and_a_line_off_it_people_are_on_their_way_and_count() {
     stage.wait(0.4);
     assert_eq!(stage.door.line().alarm, Some(Alarm::RanIn), "another stands there");
 }
+
+#[test]
+fn a_person_who_goes_in_while_the_door_recovers_is_an_alarm() {
+    let blinks = |mut stage: Stage| {
+        stage.trouble = Some(Trouble::ModuleLost);
+        stage.wait(0.3);
+        stage.trouble = None;
+        stage.wait(0.3);
+        stage
+    };
+    let mut stage = blinks(Stage::unlocked(1));
+    stage.walk_in(1);
+    stage.walk_in(2);
+    let line = stage.door.line();
+    assert_eq!((line.phase, line.standing, line.lock), (Phase::Failed, Some(Alarm::WentIn), Lock::Locked));
+    stage.wait(SETTLED_S);
+    assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Alarmed, Some(Alarm::WentIn)));
+    // The alarm of before stands; so does none where the leaf is shut, or the lock is open.
+    let mut stage = blinks(alarmed());
+    stage.walk_in(2);
+    assert_eq!(stage.door.line().standing, Some(Alarm::PassedBack));
+    let mut stage = blinks(Stage::idle());
+    stage.walk_in(2);
+    assert_eq!(stage.door.line().standing, None);
+    let mut stage = Stage::with(&SITE.replace("\"secure\"", "\"safe\""));
+    stage.wait(0.2);
+    stage.walk_in(2);
+    assert_eq!((stage.door.line().standing, stage.door.lock()), (None, Lock::Unlocked));
+}

@@ -117,11 +117,11 @@ impl Machine {
         Some(machine)
     }
 
-    /// Goes on with an alarm that stood when the process before ended. Of several the one that must be reset stands; trouble is
+    /// Goes on with an alarm that stood when the process before ended. Of several the first that must be reset stands; trouble is
     /// found out anew.
     pub fn resume(&mut self, alarm: Alarm) {
         let stands = match alarm.ends_with() {
-            EndsWith::Reset => true,
+            EndsWith::Reset => self.standing.is_none_or(|standing| standing.ends_with() != EndsWith::Reset),
             EndsWith::ShutLeaf => self.standing.is_none(),
             EndsWith::Recovery => false,
         };
@@ -339,7 +339,10 @@ impl Machine {
                 self.trouble_lasts();
             }
             Some(trouble) => self.fail(trouble, actions),
-            None if self.phase == Phase::Failed => self.recover(blind),
+            None if self.phase == Phase::Failed => {
+                self.note_entry(&crossings);
+                self.recover(blind);
+            }
             None => self.watch(&crossings, actions),
         }
     }

@@ -8,6 +8,7 @@ use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
 use crate::door::terms::{Alarm, Card, Contact};
 use crate::door::transition::{Cause, Phase};
+use crate::site::door::Fail;
 
 impl Machine {
     /// Says which tracks may have shown a card: the people before the line.
@@ -42,6 +43,14 @@ impl Machine {
         let is_shut = self.leaf.is_shut(SHUT_S, self.now_s);
         if is_shut && matches!(self.phase, Phase::Closing | Phase::HeldOpen) {
             self.shut(actions);
+        }
+    }
+
+    /// While it is not sure yet that all is well again, a person who goes in by a locked door is an alarm that stands beneath.
+    pub(super) fn note_entry(&mut self, crossings: &[Crossing]) {
+        let went_in = crossings.iter().any(|way| matches!(way, Crossing::Inward(_)));
+        if went_in && self.trust.fail == Fail::Secure && self.leaf.may_be_open() {
+            self.resume(Alarm::WentIn);
         }
     }
 
