@@ -36,6 +36,13 @@ pub enum Crossing {
     Outward(u64),
     /// Went in, but perhaps is no person: a person who touches the one before is such a doubtful track.
     Shade(u64),
+    /// Was part of a track, and has parted from it beyond the doorway.
+    Parted {
+        /// Its number.
+        id: u64,
+        /// The track it was part of.
+        owner: u64,
+    },
     /// Was lost in the doorway before the line.
     Lost(u64),
     /// Was found in the doorway beyond the line, walking in; how it came there is unknown.
@@ -171,14 +178,20 @@ impl Doorway {
             let (first_at, first_s) =
                 before.map_or((body.at, now_s), |known| (known.first_at, known.first_s));
             // What was a part of a track that is still there, and is a person now, went in beside it unnoticed.
-            let has_parted = before.is_some_and(|known| match known.presence {
-                Presence::PartOf(owner) => bodies.iter().any(|other| other.id == owner),
-                _ => false,
+            let parted_from = before.and_then(|known| match known.presence {
+                Presence::PartOf(owner) => bodies.iter().map(|other| other.id).find(|id| *id == owner),
+                _ => None,
             });
             if matches!(body.presence, Presence::PartOf(_)) {
                 // The track it belongs to crosses for both.
-            } else if has_parted && is_beyond && body.is_sure() {
-                crossings.push(Crossing::Inward(body.id));
+            } else if let Some(owner) = parted_from.filter(|_| is_beyond && body.is_sure()) {
+                let id = body.id;
+                // Farther in it may be what a person left who was inside all the time.
+                crossings.push(if in_doorway {
+                    Crossing::Inward(id)
+                } else {
+                    Crossing::Parted { id, owner }
+                });
             } else if aside_m < BESIDE_M && body.is_doubtful() {
                 let alone = is_apart(body, bodies);
                 let has_come = now_s - first_s >= SHADE_S && (body.at - first_at).length() >= SHADE_WAY_M;
@@ -321,6 +334,12 @@ mod tests {
         doorway.observe(&[at(1, 0.0, 0.5), part(0.2)], 0.0);
         assert_eq!(doorway.observe(&[at(1, 0.0, 1.3), part(1.2)], 0.5), [Crossing::Inward(1)]);
         assert_eq!(doorway.observe(&[at(1, 0.0, 2.5), at(2, 0.0, 1.3)], 1.0), [Crossing::Inward(2)]);
+        // Away from the doorway it is told with its owner: a person inside may have put it down.
+        for [x, y] in [[0.0, 2.2], [6.0, 1.2]] {
+            doorway.observe(&[at(1, x, y), part(y)], 2.0);
+            let parted = Crossing::Parted { id: 2, owner: 1 };
+            assert_eq!(doorway.observe(&[at(1, x, y), at(2, x, y)], 2.5), [parted], "{x} {y}");
+        }
     }
 
     #[test]

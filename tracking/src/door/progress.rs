@@ -108,6 +108,12 @@ impl Progress {
                     self.leavers.retain(|leaver| *leaver != id);
                     self.went_in(id);
                 }
+                // With one of the group it went in; with a person inside it was there.
+                Crossing::Parted { id, owner } => {
+                    if self.passage.through.contains(&owner) {
+                        self.went_in(id);
+                    }
+                }
                 Crossing::Found(id) => {
                     // A track lost before the line comes out beyond it under another number.
                     self.lost = self.lost.saturating_sub(1);

@@ -443,3 +443,32 @@ fn a_person_who_goes_in_while_the_door_recovers_is_an_alarm() {
     stage.walk_in(2);
     assert_eq!((stage.door.line().standing, stage.door.lock()), (None, Lock::Unlocked));
 }
+
+#[test]
+fn what_parts_from_a_person_inside_has_not_gone_in_and_what_parts_from_one_of_the_group_has() {
+    let part_of = |stage: &mut Stage, owner: u64| {
+        stage.bodies.iter_mut().filter(|body| body.id == 9).for_each(|body| {
+            (body.presence, body.is_seen) = (Presence::PartOf(owner), false);
+        });
+        stage.wait(0.1);
+    };
+    // A suitcase that is put down deep inside.
+    let mut stage = Stage::unlocked(1);
+    stage.put(8, 6.0, 3.0);
+    stage.put(9, 6.2, 3.0);
+    part_of(&mut stage, 8);
+    stage.put(9, 6.2, 3.0);
+    stage.wait(0.1);
+    assert_eq!((stage.door.phase(), stage.door.line().through), (Phase::Unlocked, 0));
+    // One who came in as a part of the person before, and parts a metre behind the door.
+    stage.put(9, 0.0, 0.5);
+    part_of(&mut stage, 1);
+    stage.walk_in(1);
+    stage.put(1, 0.0, 2.4);
+    stage.put(9, 0.0, 2.0);
+    part_of(&mut stage, 1);
+    assert_eq!(stage.door.line().through, 1);
+    stage.put(9, 0.0, 2.0);
+    stage.wait(0.1);
+    assert_eq!(stage.door.line().alarm, Some(Alarm::Followed));
+}
