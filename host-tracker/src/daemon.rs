@@ -237,8 +237,9 @@ impl Daemon {
     /// Uses the site's file as it is now; true if it was changed by hand since it was last read or written.
     ///
     /// # Errors
-    /// It is no site; the one in use stays.
+    /// It is no site, or a door is in use; the site in use stays.
     pub fn read_site_anew(&self) -> Result<bool, SaveError> {
+        self.service.doors().may_change_site()?;
         let before = self.file.current().revision;
         let sites = self.service.sites();
         self.file.look(|site| sites.change(site))?;

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use kehai_tracking::door::doors::InUse;
 use kehai_tracking::site::SiteError;
 use kehai_tracking::site::merge::Merged;
 
@@ -55,6 +56,9 @@ pub enum SaveError {
     /// The file was changed by hand, and what to do.
     #[error("the file was changed by hand meanwhile: {0}")]
     ChangedOnDisk(String),
+    /// A door is in use.
+    #[error(transparent)]
+    InUse(#[from] InUse),
     /// The disk.
     #[error("{file} cannot be saved: {error}")]
     Failed {

@@ -136,9 +136,10 @@ pub(super) const fn save_status(error: &SaveError) -> StatusCode {
     match error {
         SaveError::Wrong(_) => StatusCode::BAD_REQUEST,
         SaveError::Together => StatusCode::FORBIDDEN,
-        SaveError::Changed { .. } | SaveError::Conflict { .. } | SaveError::ChangedOnDisk(_) => {
-            StatusCode::CONFLICT
-        }
+        SaveError::Changed { .. }
+        | SaveError::Conflict { .. }
+        | SaveError::ChangedOnDisk(_)
+        | SaveError::InUse(_) => StatusCode::CONFLICT,
         SaveError::Failed { .. } => StatusCode::INTERNAL_SERVER_ERROR,
     }
 }

@@ -431,6 +431,11 @@ fn a_person_who_goes_in_while_the_door_recovers_is_an_alarm() {
     assert_eq!((line.phase, line.standing, line.lock), (Phase::Failed, Some(Alarm::WentIn), Lock::Locked));
     stage.wait(SETTLED_S);
     assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Alarmed, Some(Alarm::WentIn)));
+    // No change of the site ends it, as one that gives the door another name would: it is reset first.
+    silence(&mut stage);
+    assert_eq!((stage.door.phase(), stage.door.may_change()), (Phase::Failed, false));
+    stage.tell(Event::Reset);
+    assert!(stage.door.may_change());
     // The alarm of before stands; so does none where the leaf is shut, or the lock is open.
     let mut stage = blinks(alarmed());
     stage.walk_in(2);

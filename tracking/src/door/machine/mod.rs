@@ -163,12 +163,13 @@ impl Machine {
         actions
     }
 
-    /// Whether the site may be changed: no passage is under way, or the door has failed, or its contact has never said anything, as
-    /// that of a door that has just been drawn.
+    /// Whether the site may be changed: no passage is under way, or the door has failed and no alarm that must be reset stands
+    /// beneath, or its contact has never said anything, as that of a door that has just been drawn.
     #[must_use]
-    pub const fn may_change(&self) -> bool {
+    pub fn may_change(&self) -> bool {
         match self.phase {
-            Phase::Idle | Phase::Failed => true,
+            Phase::Idle => true,
+            Phase::Failed => self.standing.is_none_or(|alarm| alarm.ends_with() != EndsWith::Reset),
             Phase::HeldOpen => self.leaf.contact.is_none(),
             Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing | Phase::Alarmed => false,
         }
