@@ -114,7 +114,8 @@ pub enum Why {
 /// Why the site is not changed now: a door is in use.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
-    "door \"{door}\" is {phase}: a site is changed while its doors are idle; try again, or reset the alarm"
+    "door \"{door}\" is {phase}: a site is changed while its doors are idle, and open for no person who \
+     leaves; try again, or reset the alarm"
 )]
 pub struct InUse {
     /// The door.

@@ -477,3 +477,13 @@ fn what_parts_from_a_person_inside_has_not_gone_in_and_what_parts_from_one_of_th
     stage.wait(0.1);
     assert_eq!(stage.door.line().alarm, Some(Alarm::Followed));
 }
+
+#[test]
+fn the_site_is_not_changed_while_a_person_has_the_time_to_leave() {
+    let mut stage = Stage::idle();
+    stage.tell(Event::Exit);
+    stage.wait(4.8);
+    assert_eq!((stage.door.lock(), stage.door.may_change()), (Lock::Exit, false));
+    stage.wait(0.4);
+    assert_eq!((stage.door.lock(), stage.door.may_change()), (Lock::Locked, true));
+}

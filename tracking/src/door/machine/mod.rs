@@ -164,10 +164,12 @@ impl Machine {
     }
 
     /// Whether the site may be changed: no passage is under way, or the door has failed and no alarm that must be reset stands
-    /// beneath, or its contact has never said anything, as that of a door that has just been drawn.
+    /// beneath, or its contact has never said anything, as that of a door that has just been drawn. Not while a person has the time
+    /// to leave: a door that is taken out locks.
     #[must_use]
     pub fn may_change(&self) -> bool {
         match self.phase {
+            _ if self.now_s < self.exit_until_s => false,
             Phase::Idle => true,
             Phase::Failed => self.standing.is_none_or(|alarm| alarm.ends_with() != EndsWith::Reset),
             Phase::HeldOpen => self.leaf.contact.is_none(),
