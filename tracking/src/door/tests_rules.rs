@@ -487,3 +487,14 @@ fn the_site_is_not_changed_while_a_person_has_the_time_to_leave() {
     stage.wait(0.4);
     assert_eq!((stage.door.lock(), stage.door.may_change()), (Lock::Locked, true));
 }
+
+#[test]
+fn a_leaf_that_a_person_who_leaves_keeps_open_behind_a_group_is_not_held_open() {
+    let mut stage = Stage::closing(1);
+    stage.wait(3.0);
+    stage.tell(Event::Exit);
+    stage.wait(10.8);
+    assert_eq!(stage.door.phase(), Phase::Closing, "5 s to leave, and the time to shut after them");
+    stage.wait(0.4);
+    assert_eq!(stage.door.line().alarm, Some(Alarm::HeldOpen));
+}

@@ -301,15 +301,14 @@ impl Machine {
             }
             _ => {}
         }
-        let is_long_open = match (self.phase, self.leaf.open_since_s) {
-            (Phase::Closing, _) => self.now_s - self.since_s >= self.door.close_s,
-            (Phase::Idle | Phase::Asked | Phase::Checking, Some(since_s)) => {
-                // A person who leaves has the time for it.
-                self.now_s - since_s.max(self.exit_until_s) >= self.door.close_s
-            }
-            _ => false,
+        let open_since_s = match self.phase {
+            Phase::Closing => Some(self.since_s),
+            Phase::Idle | Phase::Asked | Phase::Checking => self.leaf.open_since_s,
+            _ => None,
         };
-        if is_long_open {
+        // A person who leaves has the time for it.
+        let open_s = open_since_s.map(|since_s| self.now_s - since_s.max(self.exit_until_s));
+        if open_s.is_some_and(|open_s| open_s >= self.door.close_s) {
             if self.phase != Phase::Closing {
                 self.end(Outcome::HeldOpen, "the leaf does not shut", actions);
             }
