@@ -151,9 +151,8 @@ impl Doors {
     /// acknowledgement of an earlier one counts.
     #[must_use]
     pub fn new(site: &Site, first_id: u64) -> Self {
-        let mut doors = Self { units: Vec::new(), first_id };
-        doors.change_site(site, Now { steady_s: 0.0, unix_ms: 0 }, &mut Vec::new());
-        doors
+        let units = site.doors.iter().filter_map(|door| Unit::new(door, site, first_id)).collect();
+        Self { units, first_id }
     }
 
     /// Goes on with the alarms of an earlier process that stood when it ended. Those of doors that the site no longer has are over.
@@ -176,17 +175,17 @@ impl Doors {
         }
     }
 
-    /// Goes on with another site: doors go on under their names, with their alarms; one that is gone locks.
+    /// Goes on with another site: doors go on under their names, with their alarms; one that is gone locks, and one that comes is
+    /// locked.
     pub fn change_site(&mut self, site: &Site, now: Now, outputs: &mut Vec<Output>) {
         let mut before = std::mem::take(&mut self.units);
         for door in &site.doors {
-            let watched_by = watching(door, site);
             let known = before.iter().position(|unit| unit.door.name == door.name);
             if let Some(mut unit) = known.map(|index| before.swap_remove(index)) {
                 let mut actions = Vec::new();
                 if unit.machine.change_site(door, site, &mut actions) {
                     unit.door = door.clone();
-                    unit.watched_by = watched_by;
+                    unit.watched_by = watching(door, site);
                     unit.tracks.clear();
                     // Nothing that was asked for can be refused here.
                     let _ = unit.put_out(actions, now, outputs);
@@ -196,16 +195,9 @@ impl Doors {
                 }
                 continue;
             }
-            let Some(machine) = Machine::new(door, site, self.first_id) else { continue };
-            self.units.push(Unit {
-                machine,
-                door: door.clone(),
-                inbox: Inbox::default(),
-                names: Names::default(),
-                tracks: Vec::new(),
-                passages: Vec::new(),
-                watched_by,
-            });
+            let Some(mut unit) = Unit::new(door, site, self.first_id) else { continue };
+            unit.machine.added(now.steady_s);
+            self.units.push(unit);
         }
         for mut unit in before {
             let actions = unit.machine.retire();
@@ -281,6 +273,18 @@ impl Doors {
 }
 
 impl Unit {
+    fn new(door: &door::Door, site: &Site, first_id: u64) -> Option<Self> {
+        Some(Self {
+            machine: Machine::new(door, site, first_id)?,
+            door: door.clone(),
+            inbox: Inbox::default(),
+            names: Names::default(),
+            tracks: Vec::new(),
+            passages: Vec::new(),
+            watched_by: watching(door, site),
+        })
+    }
+
     fn turn(&mut self, event: Event, now: Now, outputs: &mut Vec<Output>) {
         // Time and tracks are never refused.
         let _ = self.step(event, now, outputs);

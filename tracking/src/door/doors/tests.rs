@@ -209,3 +209,30 @@ fn the_people_of_a_zone_open_one_of_its_doors_at_a_time() {
     let told = doors.tell("side", Input::Card, card.as_bytes(), |_| Card(2), now(33.0), &mut Vec::new());
     assert_eq!(told, Ok(()));
 }
+
+#[test]
+fn a_door_that_a_change_brings_is_locked_and_opens_in_trouble_that_outlasts_it_only() {
+    let safe: Site = toml::from_str(&SITE.replace("\"secure\"", "\"safe\"")).unwrap();
+    let lock = |doors: &Doors| doors.lines().next().unwrap().lock;
+    let mut outputs = Vec::new();
+    let mut doors = Doors::new(&safe, 1);
+    doors.pass_time(now(0.0), &mut outputs);
+    assert_eq!(lock(&doors), Lock::Unlocked, "at the start nothing is known, and it fails safe");
+    let change = |site: &Site, outputs: &mut Vec<Output>| {
+        let mut doors = Doors::new(&Site::default(), 1);
+        doors.change_site(site, now(100.0), outputs);
+        assert_eq!(lock(&doors), Lock::Locked);
+        doors
+    };
+    let mut doors = change(&safe, &mut outputs);
+    for tenth in 1..=30 {
+        doors.observe(&well(), |_| Some(SEALED), now(100.0 + f64::from(tenth) * 0.1), &mut outputs);
+        assert_eq!(lock(&doors), Lock::Locked, "{tenth}");
+    }
+    assert_eq!(phase(&doors), Phase::Idle);
+    let mut doors = change(&safe, &mut outputs);
+    doors.pass_time(now(101.9), &mut outputs);
+    assert_eq!(lock(&doors), Lock::Locked);
+    doors.pass_time(now(102.1), &mut outputs);
+    assert_eq!(lock(&doors), Lock::Unlocked, "the tracker says nothing");
+}

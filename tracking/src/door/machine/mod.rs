@@ -117,6 +117,14 @@ impl Machine {
         Some(machine)
     }
 
+    /// Begins at `now_s`, in a site that has changed: no change unlocks, so the door is locked until trouble outlasts 2 s.
+    pub fn added(&mut self, now_s: f64) {
+        self.now_s = now_s;
+        self.trust.fail = Fail::Secure;
+        self.count.not_before_s = now_s + SETTLED_S;
+        self.orders.lock.set(self.wanted());
+    }
+
     /// Goes on with an alarm that stood when the process before ended. Of several the first that must be reset stands; trouble is
     /// found out anew.
     pub fn resume(&mut self, alarm: Alarm) {
