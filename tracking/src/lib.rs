@@ -42,6 +42,7 @@ pub mod remarks;
 pub mod session;
 pub mod site;
 pub mod site_tracker;
+pub mod slug;
 pub mod snapshot;
 pub mod stays;
 pub mod survey;

@@ -5,6 +5,8 @@
 //!   State: payload ─▶ sent  ·  urgent, a part of it ─▶ at once when it changes
 //! ```
 
+use kehai_tracking::slug::slug;
+
 /// Where everything goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topics {
@@ -80,22 +82,6 @@ impl Topics {
         let discovery = self.home_assistant.iter().map(|prefix| format!("{prefix}/device/+/config"));
         std::iter::once(format!("{}/#", self.site())).chain(discovery).collect()
     }
-}
-
-/// Letters and digits of ASCII in lower case, `-` for the rest of it, other letters by their number: what every
-/// topic and identifier may hold.
-fn slug(name: &str) -> String {
-    let mut slug = String::new();
-    for letter in name.chars() {
-        if letter.is_ascii_alphanumeric() {
-            slug.push(letter.to_ascii_lowercase());
-        } else if letter.is_ascii() {
-            slug.push('-');
-        } else {
-            slug.push_str(&format!("u{:x}", u32::from(letter)));
-        }
-    }
-    slug
 }
 
 /// Names with their slugs, each its own: the second of two that are alike gets a number. In the order of the site's file what is added

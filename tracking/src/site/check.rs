@@ -4,6 +4,7 @@ use super::door::{Door, OFF_ZONE_M};
 use super::part::{Kind, Part};
 use super::wrong::{Wrong, Wrongs};
 use super::{Site, Zone, floor, limits, line, reader, shape};
+use crate::slug::slug;
 
 /// Height of a module's plane above the floor, m. Lower, a plane that is half a degree off level meets the floor within 6 m; higher
 /// than a depth camera may be, it is a slip.
@@ -118,6 +119,7 @@ impl Site {
         check_names(&self.zones, true, said);
         check_names(&self.lines, true, said);
         check_names(&self.doors, true, said);
+        self.check_topics(said);
         check_names(&self.readers, true, said);
         check_names(&self.entries, false, said);
         check_names(&self.movers, false, said);
@@ -126,6 +128,21 @@ impl Site {
         for (index, floor) in self.floors.iter().enumerate().filter(|(_, floor)| is_shared(&floor.name)) {
             let text = format!("a floor and a module are named \"{}\": rename one", floor.name);
             said.say(Kind::Floor, index, "name", text);
+        }
+    }
+
+    /// Of two doors whose topics are alike one would get the other's, and its orders that lock, when the other is taken out.
+    fn check_topics(&self, said: &mut Wrongs) {
+        let slugs: Vec<String> = self.doors.iter().map(|door| slug(&door.name)).collect();
+        for (index, door) in self.doors.iter().enumerate() {
+            let mut before = self.doors.iter().zip(&slugs).take(index);
+            let alike = before.find(|(other, known)| {
+                other.name != door.name && slugs.get(index).is_some_and(|own| own == *known)
+            });
+            if let Some((other, topic)) = alike {
+                let what = format!("name: has the topic {topic:?}, as door \"{}\": rename one", other.name);
+                said.part(index, door, "name", &what);
+            }
         }
     }
 }

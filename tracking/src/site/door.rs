@@ -203,5 +203,11 @@ fail = \"secure\"
         let door = DOOR.split_once("[[door]]").unwrap().1;
         let twice = Site::parse("x.toml", &format!("{DOOR}\n[[door]]{door}")).unwrap_err().to_string();
         assert_eq!(twice, "x.toml: two doors are named \"front\": rename one");
+        let other = door.replace("\"front\"", "\"Front\"");
+        let alike = Site::parse("x.toml", &format!("{DOOR}\n[[door]]{other}")).unwrap_err().to_string();
+        assert_eq!(
+            alike,
+            "x.toml: door \"Front\": name: has the topic \"front\", as door \"front\": rename one"
+        );
     }
 }
