@@ -2,17 +2,17 @@
 
 use super::terms::Card;
 
-/// Cards that are remembered: more than pass a door in a minute.
-const CARDS_MAX: usize = 64;
+/// Cards that are remembered at most, 128 KiB: one went in each 21 s all day, the longest that `passback_s` may be.
+const CARDS_MAX: usize = 4096;
 
 /// Cards and when they went in, s, oldest first.
 #[derive(Clone, Debug, Default)]
 pub struct Cards(Vec<(Card, f64)>);
 
 impl Cards {
-    /// It went in at `now_s`.
-    pub fn went_in(&mut self, card: Card, now_s: f64) {
-        self.0.retain(|(known, _)| *known != card);
+    /// It went in at `now_s`. Those that did more than `within_s` ago are asked after no more.
+    pub fn went_in(&mut self, card: Card, now_s: f64, within_s: f64) {
+        self.0.retain(|(known, at_s)| *known != card && now_s - at_s < within_s);
         if self.0.len() >= CARDS_MAX {
             self.0.remove(0);
         }
@@ -38,11 +38,20 @@ mod tests {
     #[test]
     fn a_card_is_inside_for_its_time_or_until_it_comes_out() {
         let mut cards = Cards::default();
-        cards.went_in(Card(1), 0.0);
+        cards.went_in(Card(1), 0.0, 60.0);
         assert!(cards.is_inside(Card(1), 59.0, 60.0) && !cards.is_inside(Card(1), 60.0, 60.0));
         cards.came_out(Card(1));
         assert!(!cards.is_inside(Card(1), 1.0, 60.0));
-        (0..1000).for_each(|number| cards.went_in(Card(number), 0.0));
-        assert!(cards.0.len() == CARDS_MAX && cards.is_inside(Card(999), 0.0, 60.0));
+    }
+
+    #[test]
+    fn a_card_is_remembered_for_its_time_however_many_go_in_after_it() {
+        let (mut cards, shift_s) = (Cards::default(), 28_800.0);
+        (1..=65).for_each(|number| cards.went_in(Card(number), 0.0, shift_s));
+        assert!(cards.is_inside(Card(1), 10.0, shift_s));
+        cards.went_in(Card(66), shift_s, shift_s);
+        assert_eq!(cards.0.len(), 1, "those of before are not asked after");
+        (0..5000).for_each(|number| cards.went_in(Card(number), shift_s, shift_s));
+        assert!(cards.0.len() == CARDS_MAX && cards.is_inside(Card(4999), shift_s, shift_s));
     }
 }

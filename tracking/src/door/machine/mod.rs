@@ -417,7 +417,7 @@ impl Machine {
         let Some(progress) = self.progress.take() else { return };
         let mut passage = progress.passage;
         if let Some(card) = passage.card.filter(|_| !passage.through.is_empty()) {
-            self.cards.went_in(card, self.now_s);
+            self.cards.went_in(card, self.now_s, self.door.passback_s);
         }
         passage.ended_s = self.now_s;
         passage.outcome = outcome;
