@@ -132,6 +132,12 @@ impl Doorway {
         self.beyond_m(at) <= 0.0 && (inside(at, &self.zone) || self.in_gap(at))
     }
 
+    /// Whether a place is in the zone, and beyond the line: a person there is counted, and cannot go in.
+    #[must_use]
+    pub fn in_zone_inside(&self, at: Point) -> bool {
+        self.beyond_m(at) > CROSSED_M && inside(at, &self.zone)
+    }
+
     /// Whether a place is on the way from a zone to a line that is off it, as in the thickness of a wall.
     fn in_gap(&self, at: Point) -> bool {
         (-self.gap_m..0.0).contains(&self.beyond_m(at)) && self.aside_m(at) < BESIDE_M
@@ -268,6 +274,7 @@ mod tests {
         let doorway = doorway();
         assert!(doorway.beyond_m(Point::new(0.0, 1.3)) > 0.29 && doorway.beyond_m(Point::default()) < -0.9);
         assert!(doorway.in_zone(Point::default()) && !doorway.in_zone(Point::new(0.0, 1.1)));
+        assert!([0.9, 1.1].iter().all(|y| !doorway.in_zone_inside(Point::new(0.0, *y))));
     }
 
     #[test]

@@ -498,3 +498,21 @@ fn a_leaf_that_a_person_who_leaves_keeps_open_behind_a_group_is_not_held_open() 
     stage.wait(0.4);
     assert_eq!(stage.door.line().alarm, Some(Alarm::HeldOpen));
 }
+
+#[test]
+fn a_person_inside_is_not_one_of_the_number_where_the_zone_reaches_beyond_the_line() {
+    let mut stage = Stage::with(&SITE.replace("1.0], [0.45, 1.0]", "0.5], [0.45, 0.5]"));
+    stage.tell(Event::Contact(Contact::Shut));
+    stage.put(1, 0.0, 0.0);
+    stage.put(2, 0.0, 0.8);
+    stage.wait(SETTLED_S + 0.2);
+    stage.tell(Event::Card(ALICE));
+    stage.tell(Event::Number(2));
+    stage.wait(2.0);
+    assert_eq!(stage.door.phase(), Phase::Checking, "two are counted, and one of them is inside");
+    stage.put(2, 0.0, 1.5);
+    stage.wait(2.2);
+    stage.tell(Event::Number(1));
+    stage.wait(1.0);
+    assert_eq!(stage.door.phase(), Phase::Unlocked);
+}

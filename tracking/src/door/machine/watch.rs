@@ -77,6 +77,9 @@ impl Machine {
     pub(super) fn check(&mut self) {
         let in_doubt = self.count.is_in_doubt(self.now_s);
         let (Some((_, seen)), Some(progress)) = (&self.seen, &mut self.progress) else { return };
+        // A zone may reach beyond its line: the number is of those who are still to go in.
+        let is_inside = |body: &Body| body.is_sure() && self.doorway.in_zone_inside(body.at);
+        let in_doubt = in_doubt || seen.bodies.iter().any(is_inside);
         let entered = progress.passage.entered;
         let probability = seen.count_p.get(entered as usize).copied().unwrap_or(0.0);
         progress.passage.count_p.clone_from(&seen.count_p);
