@@ -516,3 +516,24 @@ fn a_person_inside_is_not_one_of_the_number_where_the_zone_reaches_beyond_the_li
     stage.wait(1.0);
     assert_eq!(stage.door.phase(), Phase::Unlocked);
 }
+
+#[test]
+fn a_track_that_is_lost_before_an_open_door_and_found_beyond_it_has_gone_in() {
+    let found = |is_lost: bool, after_s: f64| {
+        let mut stage = Stage::idle();
+        stage.tell(Event::Contact(Contact::Open));
+        if is_lost {
+            stage.put(8, 0.0, 0.8);
+            stage.wait(0.2);
+            stage.bodies.clear();
+        }
+        stage.wait(after_s);
+        stage.put(9, 0.0, 1.3);
+        stage.bodies.iter_mut().for_each(|body| body.velocity = Point::new(0.0, 0.8));
+        stage.wait(0.1);
+        stage.door.line().alarm
+    };
+    assert_eq!(found(true, 1.0), Some(Alarm::WentIn));
+    assert_eq!(found(true, 2.5), None, "too late for the same person");
+    assert_eq!(found(false, 1.0), None, "a person inside turns round");
+}

@@ -82,6 +82,8 @@ pub struct Machine {
     seen: Option<(f64, Seen)>,
     leaf: Leaf,
     exit_until_s: f64,
+    /// When a track was lost in the doorway before the line while none was let in, s.
+    lost_s: f64,
     /// Another door of the zone has a passage under way: the people before this one may be counted for that one.
     zone_is_taken: bool,
     prompt: Prompt,
@@ -109,6 +111,7 @@ impl Machine {
             seen: None,
             leaf: Leaf::unknown(),
             exit_until_s: f64::NEG_INFINITY,
+            lost_s: f64::NEG_INFINITY,
             zone_is_taken: false,
             prompt: Prompt::Starting,
             taken: Vec::new(),

@@ -10,6 +10,10 @@ use crate::door::terms::{Alarm, Card, Contact};
 use crate::door::transition::{Cause, Phase};
 use crate::site::door::Fail;
 
+/// A track that is found beyond the line so soon after one was lost before it is the same person, s: the doorway's 1.6 m at a slow
+/// walk. One that is found alone may be a person inside who turns round.
+const FOUND_S: f64 = 2.0;
+
 impl Machine {
     /// Says which tracks may have shown a card: the people before the line.
     pub(super) fn identify(&self, card: Card, actions: &mut Vec<Action>) {
@@ -37,13 +41,22 @@ impl Machine {
             _ => false,
         };
         // A track that changes sides of a shut leaf is the tracker's mistake, not an entry.
-        if nobody_let_in && self.leaf.may_be_open() && went_in {
+        if nobody_let_in && self.leaf.may_be_open() && (went_in || self.is_found(crossings)) {
             self.alarmed(Alarm::WentIn, None, actions);
         }
         let is_shut = self.leaf.is_shut(SHUT_S, self.now_s);
         if is_shut && matches!(self.phase, Phase::Closing | Phase::HeldOpen) {
             self.shut(actions);
         }
+    }
+
+    /// Whether a track that was lost before the line is found beyond it.
+    fn is_found(&mut self, crossings: &[Crossing]) -> bool {
+        if crossings.iter().any(|way| matches!(way, Crossing::Lost(_))) {
+            self.lost_s = self.now_s;
+        }
+        let found = crossings.iter().any(|way| matches!(way, Crossing::Found(_)));
+        found && self.now_s - self.lost_s < FOUND_S
     }
 
     /// While it is not sure yet that all is well again, a person who goes in by a locked door is an alarm that stands beneath.
