@@ -271,6 +271,11 @@ impl ChangeRecorder {
         self.rows.push(Row::Alarm(Box::new(alarm)));
     }
 
+    /// Notes the alarms that stand, for a file that may have been begun anew: before what is still to be written, which is newer.
+    pub fn stand(&mut self, alarms: &[ListedAlarm]) {
+        self.rows.splice(0..0, alarms.iter().map(|alarm| Row::Alarm(Box::new(alarm.clone()))));
+    }
+
     /// Notes a passage, and that it happened; its card apart from it.
     pub fn passed(&mut self, mut passed: Passed) {
         if let Some(card) = passed.passage.card.take() {

@@ -2,6 +2,10 @@
 
 use std::sync::mpsc::Receiver;
 
+use kehai_tracking::alarm::Cause;
+use kehai_tracking::alarm_list::About;
+use kehai_tracking::door;
+
 use super::retention::DAY_MS;
 use super::*;
 use kehai_tracking::jsonl::TracksLine;
@@ -109,4 +113,36 @@ fn f12_a_clock_that_jumps_ahead_while_the_tracker_runs_deletes_nothing_and_blank
     let writer = Writer::open(&file, ahead_ms + 400, None).unwrap();
     assert!(writer.doubt(ahead_ms + 400, Keep::USUAL).unwrap().is_some(), "nothing is deleted by that clock");
     assert!(writer.doubt(now_ms + 60_000, Keep::USUAL).unwrap().is_none());
+}
+
+#[test]
+fn a_file_that_is_begun_anew_has_the_alarms_that_stand() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("kehai.db");
+    let (mut store, messages) = full();
+    messages.try_recv().unwrap();
+    // One that has ended long ago is deleted.
+    let ended_ms = unix_ms();
+    let cause = Cause::Door(door::Alarm::Followed);
+    let alarm = |id: u64, until_ms: Option<u64>| ListedAlarm {
+        id,
+        about: About::Door,
+        of: "front".to_owned(),
+        cause,
+        severity: cause.severity(),
+        text: String::new(),
+        since_ms: 5,
+        until_ms,
+        acknowledged: None,
+    };
+    let alarms = vec![alarm(1, None), alarm(2, None)];
+    let mut work = work(&file, &store);
+    (work.writer, work.damage) = (None, Some("torn".to_owned()));
+    work.newest = Some(Arc::new(Snapshot { unix_ms: 6, alarms, ..Snapshot::default() }));
+    work.recorder.alarm(alarm(2, Some(ended_ms)));
+    store.queue = None;
+    work.run(&messages);
+    let mut known = Reader::open(&file).unwrap().alarms(0).unwrap();
+    known.sort_by_key(|alarm| alarm.id);
+    assert_eq!(known, [alarm(1, None), alarm(2, Some(ended_ms))]);
 }

@@ -114,6 +114,10 @@ impl Work {
         match open(&self.file, now_ms, self.run) {
             Ok((writer, event)) => {
                 self.lock.iter_mut().for_each(lock::Lock::mark);
+                // Alarms are written when they change alone.
+                if let Some(frame) = &self.newest {
+                    self.recorder.stand(&frame.alarms);
+                }
                 event.into_iter().for_each(|event| self.recorder.happened(event));
                 self.writer = Some(writer);
             }
