@@ -5,10 +5,10 @@ use std::sync::mpsc::Receiver;
 use kehai_tracking::alarm::Cause;
 use kehai_tracking::alarm_list::About;
 use kehai_tracking::door;
+use kehai_tracking::jsonl::TracksLine;
 
 use super::retention::DAY_MS;
 use super::*;
-use kehai_tracking::jsonl::TracksLine;
 
 /// A store of one place, of which nothing is taken while its messages are kept.
 fn full() -> (Store, Receiver<Message>) {

@@ -1,7 +1,7 @@
 // The screen beside a door: asks the entrant how many people go in, and says what happens.
 
 import { LINK, PHASE } from "/names.js";
-import { ask, repeat, send } from "/net.js";
+import { ask, repeat, send, stamp } from "/net.js";
 import { say, tell, word } from "/words.js";
 
 /** Between an answer and the next question. */
@@ -63,10 +63,10 @@ async function enter(number) {
   keys.forEach((key) => {
     key.disabled = true;
   });
-  // Stamps are in the tracker's time: a tablet's clock may be anything. They number the messages as well.
+  // Stamps are in the tracker's time: a tablet's clock may be anything.
   const at_ms = Date.now() + ahead_ms;
   try {
-    await send("POST", `${path}/number`, { id: at_ms, at_ms, number }, rights);
+    await send("POST", `${path}/number`, { ...stamp(at_ms), number }, rights);
     tell(find("why"), null);
   } catch (error) {
     tell(find("why"), error);

@@ -3,7 +3,7 @@
 import { now } from "./clock.js";
 import { keepFocus } from "./focus.js";
 import { HEALTH, LOCK } from "./names.js";
-import { send } from "./net.js";
+import { send, stamp } from "./net.js";
 import { html, middle, path, svg } from "./shapes.js";
 import { clockTime, say, tell, word } from "./words.js";
 
@@ -96,8 +96,6 @@ export class DoorPanel {
       hidden: true,
       "aria-label": say("door.title"),
     });
-    this.boot = crypto.getRandomValues(new Uint32Array(1))[0];
-    this.sent = 0;
   }
 
   /** `names`: of the list; `lines`: doors of a frame; `states`: with their passages. */
@@ -195,8 +193,7 @@ export class DoorPanel {
     const at_ms = Math.round(now());
     const { error } = this;
     try {
-      const body = { id: ++this.sent, boot: this.boot, at_ms };
-      await send("POST", `/api/door/${encodeURIComponent(name)}/reset`, body);
+      await send("POST", `/api/door/${encodeURIComponent(name)}/reset`, stamp(at_ms));
       tell(error, null);
     } catch (why) {
       tell(error, why);

@@ -121,6 +121,12 @@ export function repeat(does, ms) {
   return run;
 }
 
+const boot = crypto.getRandomValues(new Uint32Array(1))[0];
+let sent = 0;
+
+/** The stamp of a message to a door: each opening of a page counts for itself, and is in the way of no other device's numbers. */
+export const stamp = (at_ms) => ({ id: ++sent, boot, at_ms });
+
 /** The answer to a body of JSON. */
 export const send = (method, path, body, headers = {}) =>
   ask(path, {

@@ -1,6 +1,6 @@
 // The connection to the tracker, and requests without an answer: `deno test`.
 
-import { ask, connect, repeat } from "./net.js";
+import { ask, connect, repeat, stamp } from "./net.js";
 import { say } from "./words.js";
 
 function equal(found, expected) {
@@ -96,4 +96,16 @@ Deno.test("what is repeated waits for the last call to end, and is hastened once
     await ended();
     equal([ends.length, timers.map(([, ms]) => ms)], [2, [0]]);
   });
+});
+
+Deno.test("messages to doors count from 1 with a number of the page's own, and not by the clock", () => {
+  const [first, second] = [stamp(1_700_000_000_000), stamp(1_700_000_000_001)];
+  equal([first.id, second.id, first.boot === second.boot], [1, 2, true]);
+  equal([Number.isSafeInteger(first.boot), first.at_ms, second.at_ms], [
+    true,
+    1_700_000_000_000,
+    1_700_000_000_001,
+  ]);
+  const page = Deno.readTextFileSync(new URL("door.js", import.meta.url));
+  equal(page.includes("{ ...stamp(at_ms), number }"), true);
 });
