@@ -81,13 +81,25 @@ impl Stays {
         stays
     }
 
-    /// In other zones: who is in which begins anew.
+    /// In other zones: stays go on in those that have kept their name and place; in others all begin anew.
     pub fn change_site(&mut self, site: &Site) {
+        let corners: Vec<Vec<Point>> = site.zones.iter().map(Zone::corners).collect();
+        let is_same = |(name, before): (&String, usize)| {
+            let same = |(zone, now): (&Zone, &Vec<Point>)| {
+                zone.name == *name && self.areas.corners(before) == now.as_slice()
+            };
+            site.zones.iter().zip(&corners).position(same)
+        };
+        let kept: Vec<Option<usize>> = self.names.iter().zip(0..).map(is_same).collect();
+        for person in self.people.values_mut() {
+            let zones = std::mem::take(&mut person.zones).into_iter();
+            let stays = |(zone, since_s): (usize, f64)| Some((kept.get(zone).copied()??, since_s));
+            person.zones = zones.filter_map(stays).collect();
+        }
         self.names = site.zones.iter().map(|zone| zone.name.clone()).collect();
         self.secure = site.zones.iter().map(|zone| zone.secure).collect();
-        self.areas = Areas::of(site.zones.iter().map(Zone::corners).collect());
+        self.areas = Areas::of(corners);
         self.excluded = site.excluded();
-        self.people.values_mut().for_each(|person| person.zones.clear());
         self.dwell.retain(|name, _| self.names.contains(name));
     }
 
@@ -248,6 +260,23 @@ mod tests {
         );
         let mut at = |x: f64, at_s: f64| stays.observe(&[person(7, x)], at_s).len();
         assert_eq!([at(1.9, 0.0), at(2.1, 1.0), at(2.2, 2.0), at(2.1, 3.0), at(1.9, 4.0)], [1, 0, 1, 0, 1]);
+    }
+
+    #[test]
+    fn stays_go_on_in_a_zone_that_an_edit_leaves_as_it_was() {
+        let zone = |name: &str, from: f64| {
+            format!("[[zone]]\nname = \"{name}\"\npolygon = [[{from}, 0], [4, 0], [4, 4], [{from}, 4]]\n")
+        };
+        let site = |zones: &[String]| toml::from_str::<Site>(&zones.concat()).unwrap();
+        let mut stays = Stays::new(&site(&[zone("hall", 0.0), zone("room", 1.0)]));
+        assert_eq!(stays.observe(&[person(7, 2.0)], 1.0).len(), 2);
+        // The room is drawn anew, and another zone comes before the hall.
+        stays.change_site(&site(&[zone("new", 3.0), zone("room", 1.5), zone("hall", 0.0)]));
+        let entered = stays.observe(&[person(7, 2.0)], 2.0);
+        assert_eq!((entered.len(), entered[0].zone.as_str()), (1, "room"));
+        let left: Vec<_> = stays.observe(&[person(7, -1.0)], 5.0);
+        let left: Vec<_> = left.iter().map(|change| (change.zone.as_str(), change.since_s)).collect();
+        assert_eq!(left, [("room", Some(2.0)), ("hall", Some(1.0))]);
     }
 
     #[test]
