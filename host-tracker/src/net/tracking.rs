@@ -151,7 +151,7 @@ impl TrackingLoop {
             keys_us: 0,
             socket,
             search,
-            poses: Poses::new(registry.site()),
+            poses: Poses::resume(registry.site(), &parts.listed.resumed()),
             registry,
             links,
             site_tracker,

@@ -128,6 +128,8 @@ struct Known {
     /// In how many judgements in a row nearly all of its view was blocked.
     smothered: u32,
     finding: Option<Finding>,
+    /// A walk has shown that nothing is wrong, since something was found if ever.
+    is_well: bool,
 }
 
 /// Watches over the poses of a site's modules.
@@ -239,6 +241,12 @@ impl PoseWatch {
         self.known.iter().enumerate().filter_map(found).collect()
     }
 
+    /// Whether a walk has shown that nothing is wrong with a module's place; false also while nothing is known of it.
+    #[must_use]
+    pub fn is_well(&self, module: usize) -> bool {
+        self.known.get(module).is_some_and(|known| known.is_well)
+    }
+
     fn judge(&mut self) {
         for known in &mut self.known {
             known.turned_rad = known.view.as_ref().and_then(|view| known.walls.judge(view));
@@ -277,6 +285,7 @@ impl PoseWatch {
             let agrees = known.lately(WELL, Outcome::Met) && own().all(|pair| !pair.apart);
             if new.is_some() || (agrees && own().next().is_some()) {
                 known.finding = new;
+                known.is_well = new.is_none();
             }
         }
     }

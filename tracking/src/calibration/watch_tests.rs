@@ -100,6 +100,26 @@ fn modules_that_are_where_the_site_says_are_left_in_peace() {
 }
 
 #[test]
+fn a_module_is_well_once_a_walk_has_shown_it_and_not_before() {
+    let mut watch = PoseWatch::new(&site(2));
+    let views = [view(0), view(1)];
+    let mut walk = |scans: std::ops::Range<u32>, turn_rad: f64| {
+        for scan in scans {
+            let at_s = f64::from(scan) * 0.1;
+            let place = walker(at_s + 0.05);
+            let seen = from_elsewhere(place, turn_rad, Point::default());
+            watch.observe(&observation(&views[0], at_s, Some(place)));
+            watch.observe(&observation(&views[1], at_s, Some(seen)));
+            watch.findings(at_s);
+        }
+        [0, 1, 2].map(|module| watch.is_well(module))
+    };
+    assert_eq!(walk(0..10, 0.0), [false; 3], "a step or two show nothing");
+    assert_eq!(walk(10..300, 0.0), [true, true, false]);
+    assert!(!walk(300..900, 0.17)[1]);
+}
+
+#[test]
 fn a_turned_module_is_named_among_two_and_among_three() {
     for modules in [2, 3] {
         for degrees in [10.0_f64, -10.0] {
