@@ -50,11 +50,15 @@ impl Setup {
     pub(super) fn changed(&mut self, session: &Session, geometry: &Geometry, skip: u8) -> bool {
         self.interval_us = session.interval_us();
         let version = session.version();
+        let model = session.parameters().map_or(Text::EMPTY, |parameters| parameters.model);
         if let Some(version) = version.filter(|version| !version.serial.as_str().is_empty()) {
             self.serial = version.serial;
+        } else if self.described.is_some_and(|before| before.model != model) {
+            // It was the number of the sensor before.
+            self.serial = Text::EMPTY;
         }
         let described = Described {
-            model: session.parameters().map_or(Text::EMPTY, |parameters| parameters.model),
+            model,
             serial: self.serial,
             firmware: version.map_or(Text::EMPTY, |version| version.firmware),
             geometry: *geometry,

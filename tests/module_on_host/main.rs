@@ -2,6 +2,7 @@
 
 mod controlling;
 mod on_host;
+mod replacing;
 mod storing;
 mod subscribing;
 mod ways_back;
