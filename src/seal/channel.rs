@@ -114,6 +114,12 @@ impl Channel {
         self.session.is_some()
     }
 
+    /// Whether a session is open, and its device was not silent for too long.
+    #[must_use]
+    pub fn is_heard(&self, now_us: u64) -> bool {
+        self.session.is_some_and(|session| now_us < session.heard_us.saturating_add(SILENT_US))
+    }
+
     /// Makes of a request in clear, the first `length` bytes of `bytes`, what is to be sent in its place; returns its length.
     /// `fresh` is random, another each time.
     #[must_use]
@@ -124,7 +130,7 @@ impl Channel {
         fresh: Nonce,
         now_us: u64,
     ) -> usize {
-        if self.session.is_some_and(|session| now_us >= session.heard_us.saturating_add(SILENT_US)) {
+        if !self.is_heard(now_us) && self.is_open() {
             (self.session, self.before, self.asked) = (None, None, None);
         }
         let is_asked = self.asked.is_some_and(|asked| now_us < asked.at_us.saturating_add(AGAIN_US));

@@ -9,7 +9,8 @@
 //!                                                           └ all else ────────────▶ counted by cause, dropped
 //! ```
 //!
-//! A link belongs to an address, as a device may be looked for at several; what comes from one changes none of the others.
+//! A link belongs to an address, as a device may be looked for at several; what comes from one changes none of the others. It is
+//! another device's only once the one whose session is open there has been silent for three seconds.
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -122,12 +123,15 @@ impl Links {
     pub fn send(&mut self, request: &[u8], to: SocketAddr, now_us: u64, mut send: impl FnMut(&[u8])) {
         let Ok((header, _)) = Header::open(request) else { return };
         let device = header.identity.module;
-        if let Some((id, key)) = self.keys.key(device, self.role)
-            && self.at.get(&to).is_none_or(|link| link.device != device)
+        let key = self.keys.key(device, self.role);
+        if let Some((id, key)) = key
+            && self.at.get(&to).is_none_or(|link| link.device != device && !link.channel.is_heard(now_us))
         {
             self.connect(to, device, Channel::new(device, id, key), now_us);
         }
         match self.at.get_mut(&to).filter(|link| device == ModuleId::ANY || link.device == device) {
+            // Another device is there, or there are too many links. It is not spoken to in clear.
+            None if key.is_some() => {}
             None => send(request),
             Some(link) => {
                 link.used_us = now_us;
@@ -147,11 +151,13 @@ impl Links {
     ) -> Arrived {
         let Ok((header, _)) = Header::open(bytes) else { return Arrived::Clear };
         let device = header.identity.module;
-        let is_linked = self.at.get(&from).is_some_and(|link| link.device == device);
-        if !is_linked {
+        let link = self.at.get(&from);
+        if link.is_none_or(|link| link.device != device) {
             let Some((id, key)) = self.keys.key(device, self.role) else { return Arrived::Clear };
-            // A device with a key is met: from here on it is spoken to under its key. The sender of this learns nothing.
-            if (header.kind, header.key) != (COOKIE, 0) {
+            // A device with a key is met: from here on it is spoken to under its key. The sender of this learns nothing. Where
+            // another device is heard, the datagram is not from there: no session ends for it.
+            let is_held = link.is_some_and(|link| link.channel.is_heard(now_us));
+            if is_held || (header.kind, header.key) != (COOKIE, 0) {
                 drops.clear += 1;
                 return Arrived::Dropped;
             }

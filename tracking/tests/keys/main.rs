@@ -15,7 +15,7 @@ use kehai::device::{About, Module, Settings};
 use kehai::link::{Dropped, Lane, Outbox};
 use kehai::seal::{Key, Keyring, Nonces, Role};
 use kehai::wire::{
-    Cookie, DATAGRAM_MAX, Identity, Info, Message, ModuleId, Report, ReportHead, Request, Subscribed,
+    Cookie, DATAGRAM_MAX, Header, Identity, Info, Message, ModuleId, Report, ReportHead, Request, Subscribed,
 };
 use kehai_tracking::keys::{Arrived, Claimed, Clear, Keys, Links, Standing};
 use kehai_tracking::session::datagram::Datagram;
@@ -90,6 +90,17 @@ impl Table {
         let mut sent = Vec::new();
         self.links.send(&bytes[..length], at(1), self.now_us, |bytes| sent.push(bytes.to_vec()));
         sent
+    }
+
+    /// Which device is asked at the address when this one is to be.
+    fn asked(&mut self, module: ModuleId) -> Option<ModuleId> {
+        let mut bytes = [0; DATAGRAM_MAX];
+        let to = Identity { module, boot: 0 };
+        let length = Request::Subscribe { t1: [0; 8] }.encode(to, 1, Cookie::NONE, &mut bytes).unwrap();
+        let mut asked = None;
+        let send = |bytes: &[u8]| asked = Header::open(bytes).ok().map(|(header, _)| header.identity.module);
+        self.links.send(&bytes[..length], at(1), self.now_us, send);
+        asked
     }
 
     /// Asks, and hands on what is sent until nothing more is: the messages that came through.
@@ -225,6 +236,29 @@ fn in_a_site_with_keys_others_are_listed_and_not_believed() {
     let mut naming_a_key = encoded(OTHER, empty_scan());
     naming_a_key[15] = 4;
     assert!(!table.takes(&naming_a_key, at(2)), "only what was opened names a key");
+}
+
+#[test]
+fn a_cookie_in_another_devices_name_ends_no_open_session() {
+    let mut both = keys();
+    both.insert(OTHER, Claimed { name: "right".to_owned(), generation: 1 });
+    let cookie = Message::Cookie { request_id: 9, t1: [0; 8], cookie: Cookie([4; 8]) };
+    let cookie = encoded(OTHER, cookie);
+    let mut table = Table::met();
+    table.links.change(Arc::new(both));
+    let message = table.message();
+    assert!(!table.takes(&cookie, at(1)));
+    assert_eq!(table.drops.clear, 1, "it is counted");
+    assert!(table.takes(&message, at(1)), "the session that was open goes on");
+    // As after a forged announcement of the other one's address.
+    let message = table.message();
+    assert_eq!(table.asked(OTHER), None);
+    assert!(table.takes(&message, at(1)));
+    // Once the first device has been silent for three seconds, another one may have its address.
+    table.now_us += 3_000_000;
+    assert_eq!(table.asked(ModuleId::ANY), Some(ID));
+    table.takes(&cookie, at(1));
+    assert_eq!(table.asked(ModuleId::ANY), Some(OTHER));
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
