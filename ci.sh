@@ -484,11 +484,12 @@ step_deny() {
     python3 tests/dependencies.py
 }
 
-# What makes the package and the bills of materials; other versions may lay them out otherwise.
+# What makes the package and the bills of materials; other versions may lay them out otherwise. They run for seconds, and optimizing them
+# takes minutes.
 CARGO_DEB=3.8.0
 CARGO_CYCLONEDX=0.5.9
-INSTALL_DEB="cargo install --quiet --locked --force cargo-deb --version $CARGO_DEB"
-INSTALL_CYCLONEDX="cargo install --quiet --locked --force cargo-cyclonedx --version $CARGO_CYCLONEDX"
+INSTALL_DEB="cargo install --quiet --locked --force --debug cargo-deb --version $CARGO_DEB"
+INSTALL_CYCLONEDX="cargo install --quiet --locked --force --debug cargo-cyclonedx --version $CARGO_CYCLONEDX"
 # One that is there and does not run, such as another machine's, is replaced.
 has_deb() { [[ " $(cargo deb --version 2>/dev/null)" == *" $CARGO_DEB" ]]; }
 has_cyclonedx() { [[ "$(cargo cyclonedx --version 2>/dev/null)" == *" $CARGO_CYCLONEDX" ]]; }
