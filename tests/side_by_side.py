@@ -7,7 +7,7 @@
 
 `cargo test` runs one program after the other, and leaves a core idle while the daemon's tests wait. Each program runs as
 cargo would run it: in its package's folder, with cargo's variables. What a program prints stands whole, when it has
-ended, with the seconds it took. Every program runs, whatever fails before; the exit status is 1 if one fails. What every
+ended, with the seconds that it took, and those of the processor. Every program runs, whatever fails before; the exit status is 1 if one fails. What every
 tracker promises runs once more for each of the others.
 
 Commands for meanwhile build what comes after the tests. Whether they succeed is not judged: what needs them does it again, and says so.
@@ -19,6 +19,7 @@ import os
 import shlex
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections import deque
@@ -69,21 +70,25 @@ def run(lanes, failed):
         name = " ".join([executable.name, *settings])
         begun_s = time.monotonic()
         environment = {**os.environ, "CARGO": "cargo", "CARGO_MANIFEST_DIR": str(folder), **variables}
-        ended = subprocess.run(
-            [executable],
-            cwd=folder,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            check=False,
-        )
-        took_s = time.monotonic() - begun_s
+        with tempfile.TemporaryFile() as printed:
+            running = subprocess.Popen(
+                [executable], cwd=folder, env=environment, stdout=printed, stderr=subprocess.STDOUT
+            )
+            # With what it has waited for: QEMU, a browser.
+            _, status, used = os.wait4(running.pid, 0)
+            running.returncode = os.waitstatus_to_exitcode(status)
+            took_s, computed_s = time.monotonic() - begun_s, used.ru_utime + used.ru_stime
+            printed.seek(0)
+            output = printed.read()
         with printing:
-            print(f"\n     Running {folder.name}: {name}, {took_s:.0f} s", flush=True)
-            sys.stdout.buffer.write(ended.stdout)
+            print(
+                f"\n     Running {folder.name}: {name}, {took_s:.0f} s, {computed_s:.0f} s computed",
+                flush=True,
+            )
+            sys.stdout.buffer.write(output)
             sys.stdout.flush()
-        if ended.returncode != 0:
-            failed.append(f"{folder.name}: {name}, status {ended.returncode}")
+        if running.returncode != 0:
+            failed.append(f"{folder.name}: {name}, status {running.returncode}")
 
 
 def build_ahead(commands):
