@@ -131,12 +131,18 @@ fn followed(logs: &[Log], frames: usize) -> Finding {
     }
     let lost = judged.len() as f64 - f64::from(found);
     let nees = log.tally.clear.nees;
+    // Nothing can be said of the places of a person who was never found: 0 cm would be the best of all.
+    let error_cm = (found > 0).then(|| 100.0 * sum_m / f64::from(found));
+    let covered = (nees.pairs > 0).then(|| 100.0 * nees.inside as f64 / nees.pairs as f64);
     vec![
         ("no frame lost, % of runs", Figure::of(lost == 0.0 && !judged.is_empty())),
         ("frames", Figure::Sum(judged.len() as f64)),
         ("lost", Figure::Sum(lost)),
-        ("mean error, cm", Figure::mean(100.0 * sum_m / f64::from(found.max(1)), 1)),
-        ("in the 95 % ellipse, %", Figure::time(100.0 * nees.inside as f64 / nees.pairs.max(1) as f64, 1)),
+        ("mean error, cm", Figure::Mean { values: error_cm.into_iter().collect(), digits: 1, shares: false }),
+        (
+            "in the 95 % ellipse, %",
+            Figure::Mean { values: covered.into_iter().collect(), digits: 1, shares: true },
+        ),
         ("identities", Figure::mean(ids.len() as f64, 1)),
         ("right, % of the time", Figure::time(percent(&judged, right), 1)),
     ]
@@ -273,5 +279,19 @@ mod tests {
         log.lines.iter_mut().for_each(|line| line.tracks.clear());
         let finding = Rule::Undisturbed.judge(&[log]);
         assert!(finding.contains(&("visitors found, %", Figure::Share { yes: 0, of: 1 })), "{finding:?}");
+    }
+
+    #[test]
+    fn a_person_who_is_never_found_has_no_error() {
+        let mut log = log(&[(1, 0); 60]);
+        log.lines
+            .iter_mut()
+            .for_each(|line| line.people = vec![Target { id: 1, at: Point::default(), beams: None }]);
+        let finding = Rule::Followed { frames: 40 }.judge(&[log]);
+        for (name, printed) in [("mean error, cm", "–"), ("in the 95 % ellipse, %", "–"), ("lost", "40")]
+        {
+            let (_, figure) = finding.iter().find(|(own, _)| *own == name).unwrap();
+            assert_eq!(figure.words(), printed, "{name}");
+        }
     }
 }
