@@ -235,7 +235,7 @@ fn what_the_file_says_is_known_while_it_is_written() {
     let file = home(folder.path());
     let asking = file.clone();
     let asked = |_: Site| {
-        let (tell, told) = std::sync::mpsc::channel();
+        let (tell, told) = mpsc::channel();
         std::thread::spawn(move || tell.send(asking.current().revision));
         told.recv_timeout(std::time::Duration::from_secs(10)).map(drop).map_err(|error| error.to_string())
     };
