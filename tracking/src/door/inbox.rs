@@ -224,7 +224,7 @@ impl Inbox {
             (Input::LockTaken, None, None, None, None, Some(taken)) => return Ok(Event::LockTaken(taken)),
             (Input::AlarmTaken, None, None, None, None, Some(taken)) => return Ok(Event::AlarmTaken(taken)),
             (Input::Card, Some(card), None, None, None, None) => {
-                if card.trim().is_empty() || card.len() > CARD_MAX {
+                if card.trim().is_empty() || card.chars().count() > CARD_MAX {
                     return Err(malformed("card must have 1 to 128 characters"));
                 }
                 Event::Card(hash(card.trim()))
@@ -351,6 +351,19 @@ mod tests {
         );
         assert!(said(Input::Reset, &" ".repeat(2000)).contains("longer than"));
         assert!(inbox.newest.iter().all(Vec::is_empty));
+    }
+
+    #[test]
+    fn the_length_of_a_card_is_in_characters() {
+        let mut inbox = Inbox::default();
+        let mut read = |length: usize| {
+            let card = "鍵".repeat(length);
+            let text = format!("{{\"id\": 1, \"at_ms\": {NOW_MS}, \"card\": \"{card}\"}}");
+            inbox.read(Input::Card, text.as_bytes(), NOW, |_| Card(7))
+        };
+        let refused = read(CARD_MAX + 1).unwrap_err().to_string();
+        assert!(refused.contains("1 to 128 characters"), "{refused}");
+        assert_eq!(read(CARD_MAX), Ok(Event::Card(Card(7))));
     }
 
     #[test]

@@ -75,7 +75,7 @@ pub struct Reading {
 /// It has none, or too many characters.
 pub fn id(text: &str) -> Result<&str, NotTaken> {
     let id = text.trim();
-    if id.is_empty() || text.len() > ID_MAX {
+    if id.is_empty() || text.chars().count() > ID_MAX {
         return Err(malformed("id must have 1 to 128 characters"));
     }
     Ok(id)
@@ -204,6 +204,9 @@ sigma_m = 0.1
         assert_eq!(read(r#"{"id":"a","reader":"camera","u":420,"v":0}"#), place(1.0, 0.4, 0.1));
         let sign = taken(&format!(r#"{{"id":" ab ","at_ms":{}}}"#, NOW_MS - 1500)).unwrap();
         assert_eq!((sign.card, sign.ago_s), (Card(2), 1.5));
+        // Characters count, not bytes.
+        assert_eq!(id(&"鍵".repeat(ID_MAX)).unwrap().len(), 3 * ID_MAX);
+        assert!(id(&"a".repeat(ID_MAX + 1)).is_err());
         let ahead = taken(&format!(r#"{{"id":"a","at_ms":{}}}"#, NOW_MS + 400)).unwrap();
         assert_eq!(ahead.ago_s, 0.0);
     }
