@@ -98,7 +98,7 @@ pub fn open(place: &Path, camera: &Camera) -> Result<Box<dyn Frames>, OpenError>
         Ok(Box::new(Folder::open(place, camera)?))
     } else {
         let file = BufReader::new(File::open(place).map_err(failed)?);
-        Ok(Box::new(Raw { name: place.display().to_string(), reader: file, camera: *camera, taken: 0 }))
+        Ok(Box::new(Raw::new(place.display().to_string(), file, camera)))
     }
 }
 
@@ -185,25 +185,30 @@ fn read_png(file: &Path, camera: &Camera) -> Result<((usize, usize), Vec<u16>), 
     Ok((size, bytes.chunks_exact(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect()))
 }
 
-/// Frames one behind the other in a file, or any other stream of bytes.
+/// Frames one behind the other in a file, or any other stream of bytes. They end where it cannot be read: what came after
+/// would begin within a frame.
 pub struct Raw<R> {
-    /// What it is called in messages.
-    pub name: String,
-    /// The bytes.
-    pub reader: R,
-    /// Says how large a frame is.
-    pub camera: Camera,
-    /// Frames taken so far.
-    pub taken: u64,
+    name: String,
+    /// None: no more can be read.
+    reader: Option<R>,
+    camera: Camera,
+    taken: u64,
+}
+
+impl<R> Raw<R> {
+    /// Those of a camera; `name` is what the stream is called in messages.
+    pub const fn new(name: String, reader: R, camera: &Camera) -> Self {
+        Self { name, reader: Some(reader), camera: *camera, taken: 0 }
+    }
 }
 
 impl<R: Read + Send> Frames for Raw<R> {
     fn next_frame(&mut self) -> Option<Result<Frame, BadFrame>> {
         let (width, height) = (self.camera.width, self.camera.height);
         let (needed, stamp_us) = (width * height * 2, self.taken * self.camera.period_us());
-        self.taken += 1;
         let mut bytes = Vec::with_capacity(needed);
-        let read = self.reader.by_ref().take(needed as u64).read_to_end(&mut bytes);
+        let read = self.reader.as_mut()?.take(needed as u64).read_to_end(&mut bytes);
+        self.taken += 1;
         let frame = match read {
             Ok(0) => return None,
             Ok(found) if found < needed => Err(Fault::Short { found, needed }),
@@ -211,7 +216,10 @@ impl<R: Read + Send> Frames for Raw<R> {
                 let values = bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
                 checked((width, height), values.collect(), &self.camera, stamp_us)
             }
-            Err(error) => Err(Fault::Io(error.to_string())),
+            Err(error) => {
+                self.reader = None;
+                Err(Fault::Io(error.to_string()))
+            }
         };
         let place = || format!("{}, frame {}", self.name, self.taken);
         Some(frame.map_err(|fault| BadFrame { place: place(), fault, stamp_us }))
@@ -293,6 +301,25 @@ mod tests {
                 "frame 3: ends after 3 of 9600 bytes; is width or height in the camera file wrong?"
             )
         );
+    }
+
+    #[test]
+    fn a_stream_that_breaks_off_is_told_once_and_ends() {
+        struct Broken(usize);
+        impl Read for Broken {
+            fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+                let read = bytes.len().min(self.0);
+                self.0 -= read;
+                bytes[..read].fill(7);
+                if read == 0 { Err(std::io::Error::other("unplugged")) } else { Ok(read) }
+            }
+        }
+        let mut frames = Raw::new("camera".into(), Broken(80 * 60 * 2 + 5), &SMALL);
+        let told: Vec<String> = (0..4)
+            .map_while(|_| frames.next_frame())
+            .map(|frame| frame.map_or_else(|bad| bad.to_string(), |frame| frame.depth_mm()[0].to_string()))
+            .collect();
+        assert_eq!(told, ["1799", "camera, frame 2: cannot be read: unplugged"]);
     }
 
     #[test]
