@@ -149,7 +149,12 @@ impl RangeSource for FanSource {
     }
 
     fn scan(&mut self, revolution: Revolution) -> Option<SourceScan> {
-        self.latest_mm = match self.frames.next_frame()? {
+        let Some(frame) = self.frames.next_frame() else {
+            // What was seen last is not seen any more.
+            self.latest_mm = self.fan.not_seen();
+            return None;
+        };
+        self.latest_mm = match frame {
             Ok(frame) => {
                 self.counts.good.fetch_add(1, Ordering::Relaxed);
                 let points = foreground::of(&frame, &self.background, &self.camera, &self.limits);
@@ -323,5 +328,14 @@ mod tests {
         // A frame that cannot be read is not seen in any bearing, whatever stood there before.
         assert!(source.scan(at).unwrap().ranges_mm.iter().all(|&range_mm| range_mm == NOT_SEEN));
         assert!(source.scan(at).is_none());
+    }
+
+    #[test]
+    fn after_the_end_nothing_is_seen() {
+        let mut source = source(vec![Some(render(&SMALL, &[], 0))]);
+        let at = Revolution { start_us: 1_000_000, period_us: 200_000, earliest_us: 0 };
+        assert!(source.scan(at).is_some() && source.latest(at).unwrap().ranges_mm[0] > 3900);
+        assert!(source.scan(at).is_none());
+        assert!(source.latest(at).unwrap().ranges_mm.iter().all(|&range_mm| range_mm == NOT_SEEN));
     }
 }
