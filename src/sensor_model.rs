@@ -18,6 +18,8 @@ pub const POWER_UP_BAUD: u32 = 19_200;
 enum OpenRange {
     /// So far.
     Known(u16),
+    /// Half of `DMAX`.
+    Half,
     /// Nothing is known: two fifths of `DMAX`, and no farther than this.
     TwoFifthsUpTo(u16),
 }
@@ -63,13 +65,10 @@ impl SensorModel {
     pub const UST_10LX: Self =
         Self { prefix: "UST-10LX", open_range: OpenRange::Known(4000), ..Self::UTM_30LX };
 
-    /// A depth camera as a fan of ranges: the program `kehai-depth` says where it cannot see.
-    pub const DEPTH: Self = Self {
-        prefix: "KEHAI-DEPTH",
-        open_range: OpenRange::TwoFifthsUpTo(4000),
-        blind_code: Some(19),
-        ..Self::UTM_30LX
-    };
+    /// A depth camera as a fan of ranges: the program `kehai-depth` says where it cannot see, and states as `DMAX` twice the range
+    /// up to which it finds people.
+    pub const DEPTH: Self =
+        Self { prefix: "KEHAI-DEPTH", open_range: OpenRange::Half, blind_code: Some(19), ..Self::UTM_30LX };
 
     /// Any other: no farther than the best that is known of small sensors.
     const OTHER: Self = Self { prefix: "", open_range: OpenRange::TwoFifthsUpTo(4000), ..Self::UTM_30LX };
@@ -96,6 +95,7 @@ impl SensorModel {
     pub const fn open_range_mm(&self, range_max_mm: u16) -> u16 {
         match self.open_range {
             OpenRange::Known(open_mm) => open_mm,
+            OpenRange::Half => range_max_mm / 2,
             OpenRange::TwoFifthsUpTo(most_mm) => {
                 let two_fifths_mm = range_max_mm / 5 * 2;
                 if two_fifths_mm < most_mm { two_fifths_mm } else { most_mm }
@@ -130,6 +130,7 @@ mod tests {
         let open_mm = |model, range_max_mm| SensorModel::of(model).open_range_mm(range_max_mm);
         assert_eq!((open_mm("X", 5000), open_mm("X", 60_000)), (2000, 4000));
         assert_eq!((open_mm("UTM-30LX", 60_000), open_mm("URG-04LX", 5600)), (12_000, 1600));
+        assert_eq!(open_mm("KEHAI-DEPTH", 9800), 4900);
     }
 
     #[test]

@@ -15,6 +15,8 @@ pub const FRAMES: usize = 30;
 pub struct Background {
     width: usize,
     depth_mm: Vec<u16>,
+    /// In how many of the [`FRAMES`] each pixel was measured.
+    seen: Vec<u8>,
 }
 
 impl Background {
@@ -25,10 +27,10 @@ impl Background {
         is_measured(value_mm).then_some(value_mm)
     }
 
-    /// The background as a frame: [`MISSING`] where nothing ever came back.
-    #[must_use]
-    pub fn values_mm(&self) -> &[u16] {
-        &self.depth_mm
+    /// The background as a frame: [`MISSING`] where nothing ever came back; and in how many of the [`FRAMES`] each pixel was
+    /// measured.
+    pub fn pixels(&self) -> impl Iterator<Item = (u16, u8)> + '_ {
+        self.depth_mm.iter().copied().zip(self.seen.iter().copied())
     }
 }
 
@@ -66,21 +68,25 @@ impl Learner {
 fn of(frames: &[Frame]) -> Background {
     let (width, pixels) = frames.first().map_or((1, 0), |frame| (frame.width(), frame.depth_mm().len()));
     let mut values = Vec::with_capacity(frames.len());
-    let depth_mm = (0..pixels)
+    let median = (0..pixels)
         .map(|pixel| {
             values.clear();
             let measured = frames.iter().filter_map(|frame| frame.depth_mm().get(pixel).copied());
             values.extend(measured.filter(|&value_mm| is_measured(value_mm)));
             values.sort_unstable();
-            values.get(values.len() / 2).copied().unwrap_or(MISSING)
+            let seen = u8::try_from(values.len()).unwrap_or(u8::MAX);
+            (values.get(values.len() / 2).copied().unwrap_or(MISSING), seen)
         })
-        .collect();
-    Background { width, depth_mm }
+        .unzip();
+    let (depth_mm, seen) = median;
+    Background { width, depth_mm, seen }
 }
 
 #[cfg(test)]
 pub(crate) fn still(width: usize, depth_mm: Vec<u16>) -> Background {
-    Background { width, depth_mm }
+    let seen =
+        depth_mm.iter().map(|value_mm| if is_measured(*value_mm) { FRAMES as u8 } else { 0 }).collect();
+    Background { width, depth_mm, seen }
 }
 
 #[cfg(test)]

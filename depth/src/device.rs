@@ -94,9 +94,10 @@ impl FanSource {
         background: Background,
         on_bad: Box<dyn FnMut(&BadFrame) + Send>,
     ) -> Self {
-        let fan = Fan::new(&camera, &background);
+        let limits = Limits::USUAL;
+        let fan = Fan::new(&camera, &background, &limits);
         let latest_mm = fan.not_seen();
-        let (limits, counts, sizes) = (Limits::USUAL, Arc::default(), Arc::default());
+        let (counts, sizes) = (Arc::default(), Arc::default());
         Self { frames, camera, limits, background, fan, latest_mm, on_bad, counts, sizes }
     }
 
@@ -337,5 +338,34 @@ mod tests {
         assert!(source.scan(at).is_some() && source.latest(at).unwrap().ranges_mm[0] > 3900);
         assert!(source.scan(at).is_none());
         assert!(source.latest(at).unwrap().ranges_mm.iter().all(|&range_mm| range_mm == NOT_SEEN));
+    }
+
+    #[test]
+    fn a_bad_frame_at_the_end_of_learning_hides_no_open_door() {
+        // Nothing returns; sixty scans are learned from, and every second frame cannot be read.
+        let nothing = crate::background::still(SMALL.width, vec![0; SMALL.width * SMALL.height]);
+        let body = Body { x_m: 2.0, y_m: 0.0, radius_m: 0.25, top_m: 1.7 };
+        let shown = |bodies: &[Body]| {
+            let frame = render(&SMALL, bodies, 0);
+            let mut values: Vec<u16> = frame
+                .depth_mm()
+                .iter()
+                .map(|value_mm| if *value_mm < 2500 { *value_mm } else { 0 })
+                .collect();
+            // Some of the floor is always seen.
+            values[SMALL.width * SMALL.height - 1] = 1900;
+            Some(Frame::new(SMALL.width, SMALL.height, values, 0).unwrap())
+        };
+        let mut frames: Vec<_> = (0..130).map(|n| if n % 2 == 1 { None } else { shown(&[]) }).collect();
+        frames.extend([shown(&[body])]);
+        let source = FanSource::new(clip(frames), SMALL, nothing, Box::new(|_| {}));
+        let config = source.config();
+        let settings = Settings::of(&SensorModel::of(config.model.model_text), 10_000);
+        let mut chain = Chain::new(Box::new(source), config, settings);
+        let mut found = 0;
+        while let Some(scan) = chain.next_scan().unwrap() {
+            found = scan.judgement.candidates().len();
+        }
+        assert_eq!(found, 1);
     }
 }

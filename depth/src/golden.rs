@@ -22,11 +22,16 @@ const WALL_M: f32 = 4.0;
 
 /// The image of the hall with these people; pixel `7 · column + 13 · row + 31 · frame` of 16 is missing.
 pub(crate) fn render(camera: &Camera, bodies: &[Body], number: usize) -> Frame {
+    render_before(WALL_M, camera, bodies, number)
+}
+
+/// The same before a wall at another distance, m.
+pub(crate) fn render_before(wall_m: f32, camera: &Camera, bodies: &[Body], number: usize) -> Frame {
     let mut depth_mm = Vec::new();
     for (column, row) in (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)))
     {
         let ray = camera.ray(column, row);
-        let mut depth_m = WALL_M / ray[0].max(1e-3);
+        let mut depth_m = wall_m / ray[0].max(1e-3);
         if ray[2] < 0.0 {
             depth_m = depth_m.min(-camera.height_m / ray[2]);
         }

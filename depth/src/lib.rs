@@ -13,15 +13,20 @@
 #![forbid(unsafe_code)]
 
 pub mod background;
+mod bearings;
 pub mod camera;
 pub mod cluster;
 pub mod device;
+mod ends;
 pub mod fan;
 pub mod foreground;
 pub mod frame;
+pub mod reach;
 pub mod segment;
 pub mod sizes;
 pub mod source;
 
 #[cfg(test)]
 mod golden;
+#[cfg(test)]
+mod standing;
