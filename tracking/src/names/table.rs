@@ -159,7 +159,10 @@ impl Names {
         let heard = self.heard.entry(sign.card).or_default();
         heard.at_s = heard.at_s.max(sign.at_s);
         let Some((at, spread)) = place else { return Ok(()) };
-        heard.read = Some((at, sign.at_s));
+        // One that was overtaken is weighed as well, but is not where the ID was read last.
+        if heard.read.is_none_or(|(_, read_s)| read_s <= sign.at_s) {
+            heard.read = Some((at, sign.at_s));
+        }
         for believed in &mut self.believed {
             let known = believed.ids.entry(sign.card).or_default();
             let people = moment.people(&believed.line);

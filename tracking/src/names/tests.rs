@@ -222,6 +222,16 @@ fn a_tag_that_lies_on_a_table_is_no_track() {
 }
 
 #[test]
+fn a_sign_that_was_overtaken_is_not_where_an_id_was_read_last() {
+    let (mut names, tracks) = two();
+    pass(&mut names, &tracks, 0.0, 1.0);
+    names.sign(&sign(ALICE, 1.0, 0.2, 0.0)).unwrap();
+    names.sign(&sign(ALICE, 0.5, -0.4, 0.0)).unwrap();
+    let alice = names.where_is(ALICE, &Site::default()).unwrap();
+    assert_eq!((alice.read, alice.read_s), (Some([0.2, 0.0]), Some(0.0)));
+}
+
+#[test]
 fn what_was_read_somewhere_is_here_and_no_track() {
     let (mut names, _) = two();
     let before = known(&names, ALICE, 1);
