@@ -238,14 +238,16 @@ async fn rename_in_both(shared: &Arc<Shared>, name: &str, to: String) -> Result<
         return Err((StatusCode::CONFLICT, format!("the site has a \"{to}\" already")));
     }
     set(shared, name, vec![format!("name={to}")]).await?;
-    if !site.modules.iter().any(|module| module.name == name) {
-        return Ok(json!(Renamed { name: to, revision: None }));
-    }
     let (shared, name) = (Arc::clone(shared), name.to_owned());
     let saving = move || {
         let (file, changed) = (&shared.context.site, &*shared.context.changed);
-        match file.look(changed).and_then(|()| file.rename_module(&name, &to, changed)) {
-            Ok(revision) => Ok(json!(Renamed { name: to, revision: Some(revision) })),
+        // Of the file, now: another rename may just have been written, and not be in use yet.
+        let renamed = file.look(changed).and_then(|()| {
+            let is_there = file.current().site.modules.iter().any(|module| module.name == name);
+            is_there.then(|| file.rename_module(&name, &to, changed)).transpose()
+        });
+        match renamed {
+            Ok(revision) => Ok(json!(Renamed { name: to, revision })),
             Err(error) => {
                 let why = format!("it is called {to} now, but not in the site: {error}");
                 Err((save_status(&error), why))
