@@ -13,7 +13,7 @@
 //! than [`SAMPLES_MAX`] are sampled evenly.
 
 use super::modes::{Modes, SAMPLES_MAX};
-use super::{Background, Beam, BeamProfile, BeamState, Status, suspects};
+use super::{Background, Beam, BeamState, Status, suspects};
 use crate::scan::{Geometry, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
@@ -144,16 +144,16 @@ impl<const BEAMS: usize> Learner<BEAMS> {
     }
 
     /// Adds a scan; true when it was the last one wanted.
-    fn push(&mut self, scan: &Scan<'_>, beams: usize) -> bool {
+    fn push(&mut self, scan: &Scan<'_>, beams: usize, blind_code: Option<u16>) -> bool {
         let stride = self.stride();
         if self.scans.checked_rem(stride) == Some(0) {
-            self.sample(scan, beams);
+            self.sample(scan, beams, blind_code);
         }
         self.scans = self.scans.saturating_add(1);
         self.scans >= self.request.scans
     }
 
-    fn sample(&mut self, scan: &Scan<'_>, beams: usize) {
+    fn sample(&mut self, scan: &Scan<'_>, beams: usize, blind_code: Option<u16>) {
         let wanted = self.request.scans.max(1);
         let eighth = (u32::from(self.scans) * 8 / u32::from(wanted)).min(7) as u16;
         let protected = (u32::from(wanted) / u32::from(self.stride()) / 10).clamp(3, 255) as u8;
@@ -162,7 +162,12 @@ impl<const BEAMS: usize> Learner<BEAMS> {
         for (beam, (&value_mm, modes)) in scan.ranges_mm.iter().zip(&mut self.modes).take(beams).enumerate() {
             let new = match scan.geometry.reading(value_mm).range_mm() {
                 Some(range_mm) => modes.record(range_mm, eighth, protected),
-                None => false,
+                None => {
+                    if blind_code == Some(value_mm) {
+                        modes.record_blind();
+                    }
+                    false
+                }
             };
             runs.next(beam, new);
         }
@@ -246,7 +251,7 @@ impl<const BEAMS: usize> Background<BEAMS> {
     /// Gives a scan to the learning under way. True when a new background came of it. `spread_min_mm` is the least spread a
     /// beam gets.
     pub(crate) fn learn_scan(&mut self, scan: &Scan<'_>, spread_min_mm: u8, now_ds: u32) -> bool {
-        if !self.learner.running || !self.learner.push(scan, self.beams) {
+        if !self.learner.running || !self.learner.push(scan, self.beams, self.blind_code) {
             return false;
         }
         if !self.learner.request.even_if_moving
@@ -262,16 +267,12 @@ impl<const BEAMS: usize> Background<BEAMS> {
     fn install(&mut self, scan: &Scan<'_>, spread_min_mm: u8, now_ds: u32) {
         self.learner.running = false;
         let total = self.learner.samples;
-        for (at, (beam, modes)) in
-            self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams).enumerate()
-        {
+        for (beam, modes) in self.per_beam.iter_mut().zip(&self.learner.modes).take(self.beams) {
             let mut profile = modes.finish(total);
-            profile.spread_mm = profile.spread_mm.max(spread_min_mm);
-            // A step the sensor cannot measure says so by a code of its own, always the same.
-            let silent = profile.state == BeamState::Open && profile.far_mm == 0;
-            let blind =
-                silent && self.blind_code.is_some() && scan.ranges_mm.get(at).copied() == self.blind_code;
-            *beam = Beam { profile: if blind { BeamProfile::default() } else { profile }, ..Beam::UNKNOWN };
+            if profile.state != BeamState::Unknown {
+                profile.spread_mm = profile.spread_mm.max(spread_min_mm);
+            }
+            *beam = Beam { profile, ..Beam::UNKNOWN };
         }
         self.statuses.fill(Status::QUIET);
         self.known = true;

@@ -20,7 +20,7 @@ pub(crate) const SAMPLES_MAX: u16 = 250;
 /// Modes a beam can have while it is learned: near and far, and one for what passes.
 const MODES: usize = 3;
 
-/// The modes of one beam. 16 bytes.
+/// The modes of one beam. 18 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Modes {
     centre_mm: [u16; MODES],
@@ -29,6 +29,8 @@ pub(super) struct Modes {
     deviation_mm: [u8; MODES],
     /// Samples with a return.
     returns: u8,
+    /// Samples that say nothing of the beam, not even that nothing returned.
+    blind: u8,
 }
 
 /// One mode, taken out of [`Modes`].
@@ -47,6 +49,7 @@ impl Modes {
         eighths: [0; MODES],
         deviation_mm: [0; MODES],
         returns: 0,
+        blind: 0,
     };
 
     fn modes(&self) -> impl Iterator<Item = Mode> + '_ {
@@ -106,7 +109,13 @@ impl Modes {
         true
     }
 
-    /// The background these samples of `total` make.
+    /// Records a sample that says nothing of the beam.
+    pub(super) fn record_blind(&mut self) {
+        self.blind = self.blind.saturating_add(1);
+    }
+
+    /// The background these samples of `total` make. Unknown without a surface when most samples say nothing at
+    /// all: the sensor cannot measure this step.
     pub(super) fn finish(&self, total: u16) -> BeamProfile {
         let mut far = Surface::default();
         let mut second = Surface::default();
@@ -118,6 +127,9 @@ impl Modes {
                 second = far;
             }
             far = surface;
+        }
+        if far.samples == 0 && u16::from(self.blind) * 2 > total {
+            return BeamProfile::default();
         }
         let spread_mm = far.spread_mm.max(second.spread_mm).max(noise_mm(far.centre_mm));
         let wall = far.samples > 0 && background_samples * 2 >= total;
@@ -256,6 +268,23 @@ mod tests {
         assert_eq!(fixture.profile(35).state, BeamState::Unknown);
         let open = fixture.profile(45);
         assert_eq!((open.state, open.far_mm, open.near_mm), (BeamState::Open, 0, 0));
+    }
+
+    #[test]
+    fn most_samples_and_not_the_last_decide_whether_a_beam_is_measured() {
+        let mut fixture = BackgroundFixture::new();
+        fixture.learn(60, |scan, beam| match beam {
+            // The last scan says nothing of an open beam, and something of a beam that is never measured else.
+            0..10 if scan == 59 => 19,
+            10..20 if scan < 59 => 19,
+            // A wall behind a sensor that is blind two thirds of the time is known as the limit it is.
+            20..30 if scan % 3 == 0 => 2000,
+            20..30 => 19,
+            _ => 0,
+        });
+        assert_eq!(fixture.profile(5).state, BeamState::Open);
+        assert_eq!(fixture.profile(15), BeamProfile::default());
+        assert_eq!((fixture.profile(25).state, fixture.profile(25).far_mm), (BeamState::Open, 2000));
     }
 
     #[test]
