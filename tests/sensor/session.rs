@@ -243,6 +243,23 @@ fn a_failing_link_pauses_reading_ever_longer_and_never_long() {
     assert_ne!(talk.session.state(), SensorState::Streaming);
 }
 
+#[test]
+fn failures_of_the_link_at_one_rate_pause_no_reading_at_the_next() {
+    let mut talk = Talk::with(SensorSettings::SERIAL);
+    assert_eq!(talk.asked(), "\nQT\n");
+    // Line errors, as at a rate that is wrong, until another one is tried.
+    for _ in 0..1000 {
+        talk.session.link_failed(talk.now_us);
+        match talk.session.poll(talk.now_us) {
+            Action::SetBaud(_) => break,
+            Action::Wait(until_us) | Action::Pause(until_us) => talk.now_us = until_us.max(talk.now_us),
+            Action::Send(_) => {}
+        }
+    }
+    assert_eq!(talk.asked(), "\nQT\n");
+    assert!(matches!(talk.session.poll(talk.now_us), Action::Wait(_)), "{:?}", talk.session);
+}
+
 /// What may happen to a session.
 #[derive(Clone, Debug)]
 enum Happening {

@@ -1,5 +1,8 @@
 //! The serial line to the sensor: received by DMA into a ring, sent by DMA.
 
+use core::future::poll_fn;
+use core::pin::pin;
+
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Error, RingBufferedUartRx, UartTx};
 use embedded_io_async::{ErrorType, Read, Write};
@@ -25,12 +28,18 @@ impl ErrorType for Uart {
 
 impl Read for Uart {
     /// # Errors
-    /// A line error or an overrun: bytes are lost, and the next call receives again.
+    /// A line error or an overrun: bytes are lost, and reception has begun anew.
     ///
     /// # Cancellation
     /// Nothing is lost.
-    fn read(&mut self, buffer: &mut [u8]) -> impl Future<Output = Result<usize, Error>> {
-        self.receiver.read(buffer)
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Error> {
+        let read = self.receiver.read(buffer).await;
+        if read.is_err() {
+            // The error has stopped reception, and the next read starts it only if no other error has come
+            // until then. On a busy line one has: bytes that nothing takes are an overrun.
+            self.receiver.start_uart();
+        }
+        read
     }
 }
 
@@ -48,9 +57,16 @@ impl Write for Uart {
 }
 
 impl Baud for Uart {
-    async fn set_baud(&mut self, rate_baud: u32) {
-        if self.flush().await.is_err() || self.transmitter.set_baudrate(rate_baud).is_err() {
-            defmt::warn!("uart: {=u32} baud is out of reach", rate_baud);
-        }
+    // Not an `async fn`: each of those can panic once it is over. A flush that is begun anew waits for the
+    // same end.
+    fn set_baud(&mut self, rate_baud: u32) -> impl Future<Output = ()> {
+        poll_fn(move |context| {
+            let flushed = pin!(self.transmitter.flush()).poll(context);
+            flushed.map(|flushed| {
+                if flushed.is_err() || self.transmitter.set_baudrate(rate_baud).is_err() {
+                    defmt::warn!("uart: {=u32} baud is out of reach", rate_baud);
+                }
+            })
+        })
     }
 }

@@ -128,6 +128,8 @@ impl Session {
         }
         if let Some(rate_baud) = self.line.new_baud.take() {
             self.reader.restart();
+            // Errors at a wrong rate say nothing of this one.
+            self.link = LinkFailures::NONE;
             return Action::SetBaud(rate_baud);
         }
         if let Some(message) = self.request.message.take() {
