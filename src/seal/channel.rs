@@ -19,14 +19,18 @@ use super::window::Window;
 use super::{Key, Nonce, Unsealed, datagram};
 use crate::wire::{Cookie, DATAGRAM_MAX, Header, Identity, Message, ModuleId, Refusal, Request};
 
+/// Subscriptions are renewed so often, µs.
+const RENEWAL_US: u64 = 1_000_000;
+
 /// A session whose device is silent for so long is given up, µs: three renewals.
-const SILENT_US: u64 = 3_000_000;
+const SILENT_US: u64 = 3 * RENEWAL_US;
 
 /// A session is replaced after so long, µs: what one key protects stays small.
 const HOUR_US: u64 = 3_600_000_000;
 
-/// A new session is asked for again after so long, µs; meanwhile the present one goes on.
-const AGAIN_US: u64 = 1_000_000;
+/// Where one is open, a new session is asked for again after so long, µs. What asks takes the place of a
+/// renewal: while the device refuses, nine of ten go out sealed. A subscription lasts five seconds without.
+const AGAIN_US: u64 = 10 * RENEWAL_US;
 
 /// The session before is still listened to for so long, µs: datagrams on their way.
 const LAST_US: u64 = 10_000_000;

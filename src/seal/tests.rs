@@ -211,6 +211,33 @@ fn a_silent_session_is_given_up_and_an_old_one_replaced_without_a_gap() {
 }
 
 #[test]
+fn a_session_whose_successor_is_refused_seals_nine_renewals_of_ten_meanwhile() {
+    let mut pair = Pair::new();
+    pair.meet(0);
+    let mut request = pair.request(1);
+    assert_eq!(pair.unseal(&mut request, 1), Ok(Role::Control));
+    pair.channel.rekey(2, Key([8; 32]));
+    let mut asked_s = std::vec::Vec::new();
+    for second in 1..=60_u64 {
+        let now_us = second * 1_000_000;
+        let mut renewal = pair.request(now_us);
+        if let Some(open) = handshake::Open::read(&renewal) {
+            asked_s.push(second);
+            let refused =
+                Refused { request_id: open.request_id, kind: handshake::OPEN, refusal: Refusal::Full };
+            let mut bytes = [0; DATAGRAM_MAX];
+            let length = Message::Refused(refused).encode(DEVICE, &mut bytes).unwrap();
+            assert_eq!(pair.channel.take(&mut bytes[..length], now_us), Incoming::Full);
+        } else {
+            assert_eq!(pair.unseal(&mut renewal, now_us), Ok(Role::Control), "at {second} s");
+        }
+        let mut message = pair.message();
+        assert_eq!(pair.channel.take(&mut message, now_us), Incoming::Message);
+    }
+    assert_eq!(asked_s, [1, 11, 21, 31, 41, 51]);
+}
+
+#[test]
 fn only_a_device_that_has_no_such_key_refuses_for_good() {
     let mut pair = Pair::new();
     pair.meet(0);
