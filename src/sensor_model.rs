@@ -32,7 +32,8 @@ pub struct SensorModel {
     /// Bit rates it can be set to on a serial line, baud, slowest first.
     pub rates_baud: &'static [u32],
     open_range: OpenRange,
-    /// The code by which it says that a step cannot be measured: such beams stay unknown.
+    /// The least code that says nothing of a step, not even that nothing returned: beams that mostly show
+    /// such codes stay unknown.
     pub blind_code: Option<u16>,
 }
 
@@ -53,17 +54,18 @@ impl SensorModel {
     pub const UHG_08LX: Self =
         Self { prefix: "UHG-08LX", open_range: OpenRange::Known(3200), ..Self::UBG_04LX };
 
-    /// UTM-30LX and UTM-30LX-EW: two fifths of 30 m.
+    /// UTM-30LX and UTM-30LX-EW: two fifths of 30 m. By code 1 nothing returned; 2 is too near, 3 a wrong
+    /// measurement, 4 too near as well, 5 anything else.
     pub const UTM_30LX: Self = Self {
         prefix: "UTM-30LX",
         rates_baud: &BIT_RATES,
         open_range: OpenRange::Known(12_000),
-        blind_code: None,
+        blind_code: Some(2),
     };
 
-    /// UST-10LX: 4 m at 10 % reflectance, by its data sheet.
+    /// UST-10LX: 4 m at 10 % reflectance, by its data sheet. What its codes say is not known.
     pub const UST_10LX: Self =
-        Self { prefix: "UST-10LX", open_range: OpenRange::Known(4000), ..Self::UTM_30LX };
+        Self { prefix: "UST-10LX", open_range: OpenRange::Known(4000), blind_code: None, ..Self::UTM_30LX };
 
     /// A depth camera as a fan of ranges: the program `kehai-depth` says where it cannot see, and states as `DMAX` twice the range
     /// up to which it finds people.
@@ -71,7 +73,8 @@ impl SensorModel {
         Self { prefix: "KEHAI-DEPTH", open_range: OpenRange::Half, blind_code: Some(19), ..Self::UTM_30LX };
 
     /// Any other: no farther than the best that is known of small sensors.
-    const OTHER: Self = Self { prefix: "", open_range: OpenRange::TwoFifthsUpTo(4000), ..Self::UTM_30LX };
+    const OTHER: Self =
+        Self { prefix: "", open_range: OpenRange::TwoFifthsUpTo(4000), blind_code: None, ..Self::UTM_30LX };
 
     const ALL: [Self; 7] = [
         Self::URG_04LX,
@@ -131,6 +134,13 @@ mod tests {
         assert_eq!((open_mm("X", 5000), open_mm("X", 60_000)), (2000, 4000));
         assert_eq!((open_mm("UTM-30LX", 60_000), open_mm("URG-04LX", 5600)), (12_000, 1600));
         assert_eq!(open_mm("KEHAI-DEPTH", 9800), 4900);
+    }
+
+    #[test]
+    fn codes_say_nothing_from_the_blind_code_on_where_it_is_known() {
+        let blind = |model| SensorModel::of(model).blind_code;
+        assert_eq!((blind("URG-04LX"), blind("KEHAI-DEPTH")), (Some(19), Some(19)));
+        assert_eq!((blind("UTM-30LX-EW"), blind("UST-10LX"), blind("X")), (Some(2), None, None));
     }
 
     #[test]

@@ -16,10 +16,15 @@ pub struct BackgroundFixture {
 
 impl BackgroundFixture {
     pub fn new() -> Self {
+        Self::with(Some(19))
+    }
+
+    /// In front of a sensor whose codes say nothing from `blind_code` on.
+    pub fn with(blind_code: Option<u16>) -> Self {
         let parts = GeometryParts { first_step: 300, last_step: 363, ..URG_04LX };
         let geometry = Geometry::new(parts).unwrap();
         let mut background = Box::new(Background::new());
-        background.bind(&geometry, Fingerprint(1), Some(19));
+        background.bind(&geometry, Fingerprint(1), blind_code);
         Self { geometry, background, now_ds: 0 }
     }
 

@@ -302,6 +302,7 @@ fn foreground(range_mm: u16, status: Status, beam: &mut Beam, now_ds: u16) -> St
 mod tests {
     use super::super::fixture::{BEAMS, BackgroundFixture};
     use super::*;
+    use crate::sensor_model::SensorModel;
 
     fn foreground_beams(fixture: &BackgroundFixture) -> std::vec::Vec<usize> {
         (0..BEAMS).filter(|&beam| fixture.background.class(beam) == Class::Foreground).collect()
@@ -332,6 +333,29 @@ mod tests {
         assert!([5, 25, 55].into_iter().all(|beam| fixture.background.class(beam) == Class::NoReturn));
         fixture.scan(BackgroundFixture::room);
         assert_eq!(fixture.background.class(55), Class::Background);
+    }
+
+    #[test]
+    fn an_open_beam_of_a_utm_is_empty_by_the_code_for_nothing_and_by_no_other() {
+        let mut fixture = BackgroundFixture::with(SensorModel::UTM_30LX.blind_code);
+        // From beam 50 on nothing returns, but for one that cannot be measured most of the time.
+        let room = |scan: usize, beam: usize| match beam {
+            63 if !scan.is_multiple_of(3) => 2 + (scan % 4) as u16,
+            50.. => 1,
+            _ => BackgroundFixture::room(beam),
+        };
+        fixture.learn(60, room);
+        let state = |beam| fixture.profile(beam).state;
+        assert_eq!((state(55), state(63)), (BeamState::Open, BeamState::Unknown));
+        for code in 2..=5 {
+            fixture.scan(|beam| if beam == 55 { code } else { room(0, beam) });
+            assert_eq!(fixture.background.class(55), Class::NoReturn, "code {code}");
+            assert_eq!(fixture.background.class(56), Class::Background);
+        }
+        fixture.scan(|beam| room(0, beam));
+        assert_eq!(fixture.background.class(55), Class::Background);
+        fixture.scan(|beam| if beam == 55 { crate::scan::NO_RETURN_MM } else { room(0, beam) });
+        assert_eq!(fixture.background.class(55), Class::Background, "farther than can be said");
     }
 
     #[test]

@@ -14,7 +14,7 @@
 
 use super::modes::{Modes, SAMPLES_MAX};
 use super::{Background, Beam, BeamState, Status, suspects};
-use crate::scan::{Geometry, Scan};
+use crate::scan::{Geometry, Reading, Scan};
 
 /// Scans a background is learned from by default: fewer leave edges of furniture unlearned.
 pub const LEARN_SCANS: u16 = 60;
@@ -160,14 +160,15 @@ impl<const BEAMS: usize> Learner<BEAMS> {
         let settled = self.samples >= SETTLED_SAMPLES;
         let mut runs = Runs::default();
         for (beam, (&value_mm, modes)) in scan.ranges_mm.iter().zip(&mut self.modes).take(beams).enumerate() {
-            let new = match scan.geometry.reading(value_mm).range_mm() {
-                Some(range_mm) => modes.record(range_mm, eighth, protected),
-                None => {
-                    if blind_code == Some(value_mm) {
+            let new = match scan.geometry.reading(value_mm) {
+                Reading::Range(range_mm) => modes.record(range_mm, eighth, protected),
+                Reading::Code(code) => {
+                    if blind_code.is_some_and(|blind| code >= blind) {
                         modes.record_blind();
                     }
                     false
                 }
+                Reading::Beyond => false,
             };
             runs.next(beam, new);
         }

@@ -170,7 +170,7 @@ impl Band {
         (value_mm as u32).wrapping_sub(self.0) & 0xffff <= self.0 >> 16
     }
 
-    /// `blind_code`: the code that says nothing of a step, not even that nothing returned.
+    /// `blind_code`: the least code that says nothing of a step, not even that nothing returned.
     fn of(profile: &BeamProfile, geometry: &Geometry, blind_code: Option<u16>) -> Self {
         let edge_mm = profile.far_mm.saturating_sub(profile.threshold_mm()).max(geometry.range_min_mm());
         match profile.state {
@@ -266,8 +266,8 @@ impl<const BEAMS: usize> Background<BEAMS> {
     /// Binds this background to a sensor and a geometry of at most `BEAMS` beams.
     ///
     /// A background bound to the same fingerprint is kept; any other is forgotten, and the version
-    /// steps if there was one. Learning under way ends. `blind_code` is the code by which the model says that it
-    /// cannot measure a step.
+    /// steps if there was one. Learning under way ends. `blind_code` is the least code of the model
+    /// that says nothing of a step.
     pub fn bind(&mut self, geometry: &Geometry, fingerprint: Fingerprint, blind_code: Option<u16>) {
         self.blind_code = blind_code;
         let beams = usize::from(geometry.beams()).min(BEAMS);
