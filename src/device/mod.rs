@@ -105,6 +105,9 @@ pub enum Wish {
     Store,
     /// Confirm to the boot loader that the image that runs works; report this with [`Module::confirmed`].
     Confirm,
+    /// Note that a host was told what has become of the image received last; report this with
+    /// [`Module::told`].
+    Told,
     /// Start anew.
     Restart,
 }
@@ -235,7 +238,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
     pub fn begin_addressing(&mut self, stored: StoredAddressing) -> Option<Trial> {
         let beginning = AddressingInUse::begin(stored);
         self.addressing = beginning.in_use;
-        self.settings.addressing = beginning.in_use.addressing();
+        // Stored addressing that this start only leaves alone is tried again: settings still name it.
+        if beginning.event != Some(EventKind::AddressDefault) {
+            self.settings.addressing = beginning.in_use.addressing();
+        }
         self.addressing_to_store = beginning.settings_to_store;
         if let Some(kind) = beginning.event {
             self.say(kind, 0);
@@ -395,6 +401,8 @@ impl<const BEAMS: usize> Module<BEAMS> {
             Some(Wish::Store)
         } else if self.wants_confirmation() {
             Some(Wish::Confirm)
+        } else if self.update.is_told() {
+            Some(Wish::Told)
         } else if self.restarting {
             Some(Wish::Restart)
         } else {
@@ -406,6 +414,12 @@ impl<const BEAMS: usize> Module<BEAMS> {
     #[must_use]
     pub const fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// The addressing in use: after starts that did not last, another than that of the settings.
+    #[must_use]
+    pub const fn addressing(&self) -> Addressing {
+        self.addressing.addressing()
     }
 
     /// The identity of this module, in this start.

@@ -135,8 +135,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device::Wish;
     use crate::device::fixture::{Sent, about};
+    use crate::device::starts::ShortStarts;
+    use crate::device::trial::StoredAddressing;
+    use crate::device::{Addressing, Wish};
     use crate::wire::Alarms;
 
     #[test]
@@ -155,5 +157,18 @@ mod tests {
         let stored = Stored { background: Some(true), ..Stored::default() };
         module.end_storing(stored, AGAIN_US + 2000, &mut out);
         assert!(!says(&module) && module.wish().is_none());
+    }
+
+    #[test]
+    fn what_is_stored_in_a_start_over_dhcp_keeps_the_address_that_did_not_last() {
+        let mut module = Module::<1>::new(about());
+        let addressing = Addressing::from_text(b"10.0.0.7/24").unwrap();
+        module.begin(1, Settings { addressing, ..Settings::new() });
+        let short_starts = ShortStarts::new(3);
+        module.begin_addressing(StoredAddressing { addressing, short_starts, ..StoredAddressing::default() });
+        assert_eq!((module.addressing(), module.settings_to_store()), (Addressing::Dhcp, None));
+        module.addressing_to_store = true;
+        let (settings, trial) = module.settings_to_store().unwrap();
+        assert_eq!((settings.addressing, trial), (addressing, None));
     }
 }

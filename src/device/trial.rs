@@ -77,6 +77,8 @@ pub struct AddressingInUse {
     addressing: Addressing,
     /// The addressing to return to unless a host is answered.
     previous: Option<Addressing>,
+    /// Stored addressing that this start leaves alone, and its trial.
+    spared: Option<(Addressing, Option<Trial>)>,
 }
 
 /// Addressing of a start, and what follows from it.
@@ -94,14 +96,14 @@ pub struct Beginning {
 
 impl AddressingInUse {
     /// Over DHCP and kept.
-    pub const DEFAULT: Self = Self { addressing: Addressing::Dhcp, previous: None };
+    pub const DEFAULT: Self = Self { addressing: Addressing::Dhcp, previous: None, spared: None };
 
     /// Chooses the addressing of this start.
     #[must_use]
     pub fn begin(stored: StoredAddressing) -> Beginning {
         let StoredAddressing { addressing, unusable, trial, short_starts } = stored;
         let trial = trial.filter(|trial| trial.previous != addressing);
-        let kept = |addressing| Self { addressing, previous: None };
+        let kept = |addressing| Self { addressing, ..Self::DEFAULT };
         let nothing_to_do = Beginning {
             in_use: kept(addressing),
             event: None,
@@ -112,8 +114,8 @@ impl AddressingInUse {
             return Beginning { event: Some(EventKind::AddressUnusable), ..nothing_to_do };
         }
         if short_starts.are_too_many() && addressing != Addressing::Dhcp {
-            let event = Some(EventKind::AddressDefault);
-            return Beginning { in_use: Self::DEFAULT, event, ..nothing_to_do };
+            let in_use = Self { spared: Some((addressing, trial)), ..Self::DEFAULT };
+            return Beginning { in_use, event: Some(EventKind::AddressDefault), ..nothing_to_do };
         }
         match trial {
             None => nothing_to_do,
@@ -124,7 +126,7 @@ impl AddressingInUse {
                 settings_to_store: true,
             },
             Some(Trial { previous, starts }) => Beginning {
-                in_use: Self { addressing, previous: Some(previous) },
+                in_use: Self { previous: Some(previous), ..kept(addressing) },
                 trial_to_store: Some(Trial { previous, starts: starts.saturating_add(1) }),
                 ..nothing_to_do
             },
@@ -154,7 +156,7 @@ impl AddressingInUse {
     pub fn poll(&mut self, now_us: u64) -> bool {
         let failed = self.previous.filter(|_| now_us >= TRIAL_US);
         if let Some(previous) = failed {
-            *self = Self { addressing: previous, previous: None };
+            *self = Self { addressing: previous, ..Self::DEFAULT };
         }
         failed.is_some()
     }
@@ -162,7 +164,10 @@ impl AddressingInUse {
     /// The trial to store with settings of this addressing.
     #[must_use]
     pub fn trial_of(&self, addressing: Addressing) -> Option<Trial> {
-        (addressing != self.addressing).then_some(Trial { previous: self.addressing, starts: 0 })
+        match self.spared {
+            Some((spared, trial)) if spared == addressing => trial,
+            _ => (addressing != self.addressing).then_some(Trial { previous: self.addressing, starts: 0 }),
+        }
     }
 }
 
@@ -218,10 +223,21 @@ mod tests {
     fn f2_three_short_starts_lead_to_dhcp_whatever_is_stored() {
         let short_starts = ShortStarts::new(3);
         let beginning = AddressingInUse::begin(StoredAddressing { short_starts, ..on_trial(TRIAL_STARTS) });
-        assert_eq!(beginning.in_use, AddressingInUse::DEFAULT);
+        assert_eq!(beginning.in_use.addressing(), Addressing::Dhcp);
         assert_eq!(beginning.event, Some(EventKind::AddressDefault));
         let dhcp = AddressingInUse::begin(StoredAddressing { short_starts, ..StoredAddressing::default() });
         assert_eq!((dhcp.in_use, dhcp.event), (AddressingInUse::DEFAULT, None));
+    }
+
+    #[test]
+    fn such_a_start_leaves_the_stored_address_and_its_trial_as_they_are() {
+        let stored = StoredAddressing { short_starts: ShortStarts::new(3), ..on_trial(2) };
+        let in_use = AddressingInUse::begin(stored).in_use;
+        assert_eq!(in_use.trial_of(stored.addressing), stored.trial);
+        let in_use = AddressingInUse::begin(StoredAddressing { trial: None, ..stored }).in_use;
+        assert_eq!((in_use.trial_of(stored.addressing), in_use.trial_of(Addressing::Dhcp)), (None, None));
+        let trial = Trial { previous: Addressing::Dhcp, starts: 0 };
+        assert_eq!(in_use.trial_of(fixed("10.0.2.7/24")), Some(trial));
     }
 
     proptest! {

@@ -115,7 +115,7 @@ impl World {
             };
             let mut module = Box::new(Module::<MAX_BEAMS>::new(about));
             tasks::begin(&mut store, &mut module, self.short_starts.get()).await;
-            self.addressing.set(module.settings().addressing);
+            self.addressing.set(module.addressing());
             self.starts.set(self.starts.get() + 1);
             let settings = module.settings().sensor(self.line);
             let mut driver = Box::new(Driver::new(self.link.clone(), self.clock.clone(), settings));

@@ -128,7 +128,7 @@ where
     info!("boot {=u32}", module.identity().boot);
     let notices = Notices::new();
     let beside = join4(
-        network::keep_address(board.stack, board.mac, module.settings().addressing),
+        network::keep_address(board.stack, board.mac, module.addressing()),
         discovery::announce(board.stack, board.mac, &notices),
         led::show(board.stack, &notices, board.led),
         recovery::note_lasting(&mut spared_ram),
