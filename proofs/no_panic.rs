@@ -188,8 +188,9 @@ mod proof {
             image(at, work.job(datagram));
             module.image_done(&work, opaque(at), opaque(at), &mut Outbox);
         }
-        keep(at, module.begin_images(opaque(at)));
+        module.begin_images(opaque(at));
         module.confirmed(opaque(at), opaque(at), &mut Outbox);
+        module.told(opaque(at));
         let session: kehai::sensor::Session = opaque(at);
         module.sensor(&session, opaque(at), &mut Outbox);
         let (geometry, ranges_mm): (kehai::scan::Geometry, [u16; 64]) = (opaque(at), opaque(at));

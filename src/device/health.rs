@@ -155,8 +155,12 @@ impl<const BEAMS: usize> Module<BEAMS> {
         };
         let encoded = Message::Health(health).encode(self.identity, &mut self.datagram);
         let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
+        let drops = self.counters.get(Counter::HealthDropped);
         let dropped = (&mut self.counters, Counter::HealthDropped);
         self.subscribers.send(datagram, |_| true, dropped, now_us, &mut self.guard.over(out));
+        if !self.subscribers.is_empty() && self.counters.get(Counter::HealthDropped) == drops {
+            self.update.health_sent();
+        }
     }
 }
 

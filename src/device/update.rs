@@ -37,6 +37,17 @@ struct Receiving {
     next: u32,
 }
 
+/// Whether hosts know what has become of the image received last.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Outcome {
+    /// Flash says that they were told, or there is nothing to tell.
+    Noted,
+    /// Health says it, and no host has listened yet.
+    Said,
+    /// It was sent to a host: flash is to say so.
+    Told,
+}
+
 /// What is known of images.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Update {
@@ -45,13 +56,32 @@ pub(super) struct Update {
     run: Run,
     /// On trial, it has shown that it works.
     works: bool,
+    outcome: Outcome,
     receiving: Option<Receiving>,
 }
 
 impl Update {
     /// Without a boot loader.
-    pub(super) const NONE: Self =
-        Self { room: 0, least: Version([0; 3]), run: Run::Confirmed, works: false, receiving: None };
+    pub(super) const NONE: Self = Self {
+        room: 0,
+        least: Version([0; 3]),
+        run: Run::Confirmed,
+        works: false,
+        outcome: Outcome::Noted,
+        receiving: None,
+    };
+
+    /// Health was sent to a host.
+    pub(super) fn health_sent(&mut self) {
+        if self.outcome == Outcome::Said {
+            self.outcome = Outcome::Told;
+        }
+    }
+
+    /// Whether flash is to say that a host was told of the outcome.
+    pub(super) const fn is_told(&self) -> bool {
+        matches!(self.outcome, Outcome::Told)
+    }
 }
 
 /// What is to be done to flash with the datagram just received.
@@ -104,16 +134,14 @@ impl ImageWork {
 }
 
 impl<const BEAMS: usize> Module<BEAMS> {
-    /// How the module stands with its images at this start. Whether hosts are told of an outcome, so that it need not be
-    /// told again at the next.
-    pub fn begin_images(&mut self, standing: Result<Standing, StoreError>) -> bool {
+    /// How the module stands with its images at this start.
+    pub fn begin_images(&mut self, standing: Result<Standing, StoreError>) {
         let standing = standing.unwrap_or_else(|StoreError| {
             self.store_failed();
             Standing::NO_BOOT_LOADER
         });
         let Standing { room, least, run, outcome } = standing;
-        self.update = Update { room, least, run, ..Update::NONE };
-        let told = match (run, outcome) {
+        let kind = match (run, outcome) {
             (Run::OnTrial, _) => Some(EventKind::ImageOnTrial),
             (_, Some(Stage::Reverted)) => Some(EventKind::ImageReverted),
             (_, Some(Stage::Refused(Fault::Forged))) => Some(EventKind::ImageForged),
@@ -122,10 +150,12 @@ impl<const BEAMS: usize> Module<BEAMS> {
             (_, Some(Stage::Refused(Fault::TooOld))) => Some(EventKind::ImageTooOld),
             (_, Some(Stage::Receiving | Stage::Complete | Stage::Tried | Stage::Confirmed) | None) => None,
         };
-        if let Some(kind) = told {
+        let is_outcome = kind.is_some() && run != Run::OnTrial;
+        let outcome = if is_outcome { Outcome::Said } else { Outcome::Noted };
+        self.update = Update { room, least, run, outcome, ..Update::NONE };
+        if let Some(kind) = kind {
             self.say(kind, 0);
         }
-        told.is_some() && run != Run::OnTrial
     }
 
     /// An image is about to come, whose manifest is there in the datagram. None: it goes on.
@@ -217,6 +247,10 @@ impl<const BEAMS: usize> Module<BEAMS> {
     ) {
         let ImageWork { step, key } = work;
         self.lanes.choose(*key.from.ip(), now_us, &mut self.counters, out);
+        if matches!(step, ImageStep::Begin { .. }) {
+            // The notes are those of another image now.
+            self.update.outcome = Outcome::Noted;
+        }
         if done.is_err() {
             self.update.receiving = None;
             self.store_failed();
@@ -288,6 +322,14 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
         self.update.works = false;
         self.publish_health(now_us, out);
+    }
+
+    /// Flash says that a host was told of the outcome, or cannot.
+    pub fn told(&mut self, done: Result<(), StoreError>) {
+        self.update.outcome = Outcome::Noted;
+        if done.is_err() {
+            self.store_failed();
+        }
     }
 }
 

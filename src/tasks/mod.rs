@@ -71,10 +71,7 @@ pub async fn begin<const BEAMS: usize>(
     if start.was_reset {
         module.was_reset();
     }
-    if module.begin_images(store.images(ImageJob::Look).await) && store.images(ImageJob::Told).await.is_err()
-    {
-        module.store_failed();
-    }
+    module.begin_images(store.images(ImageJob::Look).await);
     match store::load_background(store, module.background_mut()).await {
         Ok(serial) => serial.into_iter().for_each(|serial| module.remember_serial(serial)),
         Err(StoreError) => module.store_failed(),

@@ -41,9 +41,15 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             match self.module.wish() {
                 None => self.turn(u64::MAX, &mut store).await,
                 Some(Wish::Store) => self.store(&mut store).await,
-                Some(Wish::Confirm) => {
-                    let done = store.images(ImageJob::Confirm).await.map(|_| ());
-                    self.module.confirmed(done, self.clock.now_us(), &mut self.datagrams);
+                Some(wish @ (Wish::Confirm | Wish::Told)) => {
+                    let is_told = wish == Wish::Told;
+                    let job = if is_told { ImageJob::Told } else { ImageJob::Confirm };
+                    let done = store.images(job).await.map(|_| ());
+                    if is_told {
+                        self.module.told(done);
+                    } else {
+                        self.module.confirmed(done, self.clock.now_us(), &mut self.datagrams);
+                    }
                 }
                 Some(Wish::Restart) => break,
             }

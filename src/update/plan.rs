@@ -122,12 +122,12 @@ impl Known {
             _ => Run::Confirmed,
         };
         let outcome = self.candidate.filter(|candidate| !candidate.is_told).map(|candidate| candidate.stage);
-        Standing {
-            room: slots.active.end.saturating_sub(slots.active.start),
-            least: self.least.0,
-            run,
-            outcome,
-        }
+        // What its confirmation will note counts from then on, without another look at flash.
+        let least = match (run, self.candidate) {
+            (Run::OnTrial, Some(candidate)) => self.least.0.max(candidate.manifest.least),
+            _ => self.least.0,
+        };
+        Standing { room: slots.active.end.saturating_sub(slots.active.start), least, run, outcome }
     }
 
     /// What is to be done for a job, on flash with such pages and words.

@@ -19,7 +19,7 @@ pub enum Run {
 pub struct Standing {
     /// Most bytes of an image; 0: there is no boot loader, and no image is received.
     pub room: u32,
-    /// The lowest version that may start.
+    /// The lowest version that may start; with an image on trial, once that is confirmed.
     pub least: Version,
     /// The image that runs.
     pub run: Run,

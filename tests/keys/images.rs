@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::NorFlash;
+use kehai::device::Wish;
 use kehai::link::{Images, StoreError};
 use kehai::store::damaged::ZeroDamaged;
 use kehai::store::flash::FlashStore;
@@ -156,7 +157,7 @@ fn an_image_comes_piece_by_piece_and_a_piece_that_comes_twice_is_stored_once() {
     assert_eq!(world.spare()[..image.len()], image);
     assert_eq!(world.ask(Request::UpdateInstall), Ok(u32::MAX));
     assert_eq!(world.candidate().unwrap().stage, Stage::Complete);
-    assert_eq!(world.module.wish(), Some(kehai::device::Wish::Restart));
+    assert_eq!(world.module.wish(), Some(Wish::Restart));
     assert_eq!(world.flash.rewritten(), 0);
 }
 
@@ -244,7 +245,7 @@ fn an_image_on_trial_says_so_and_receives_no_other() {
     let other = manifest(&image(100), [0, 4, 0]);
     assert_eq!(world.ask(Request::Update { manifest: &other }), refused(ImageFault::OnTrial));
     // It sees nothing: it may not stay, and starts anew after five minutes.
-    assert_ne!(world.module.wish(), Some(kehai::device::Wish::Confirm));
+    assert_ne!(world.module.wish(), Some(Wish::Confirm));
     for _ in 0..310 {
         world.owner.ask(&mut world.module, Request::Subscribe { t1: [0; 8] });
         world.owner.now_us += 1_000_000;
@@ -253,7 +254,7 @@ fn an_image_on_trial_says_so_and_receives_no_other() {
             break;
         }
     }
-    assert_eq!(world.module.wish(), Some(kehai::device::Wish::Restart));
+    assert_eq!(world.module.wish(), Some(Wish::Restart));
     assert!((299_000_000..305_000_000).contains(&world.owner.now_us), "{}", world.owner.now_us);
 }
 
@@ -289,6 +290,39 @@ fn a_confirmed_image_raises_the_least_version_once_and_whatever_power_does() {
     assert_eq!(world.ask(Request::Update { manifest: &older }), refused(ImageFault::TooOld));
     let page = pages(&SLOTS).1.start as usize + CONFIRMED as usize;
     assert_eq!(world.flash.contents()[page..page + 16], mark());
+}
+
+#[test]
+fn below_the_least_version_of_an_image_that_has_confirmed_itself_none_is_received() {
+    let mut world = World::on(on_trial(&[(OUTCOME, mark())], 0xf0));
+    let done = block_on(store(&world.flash).images(ImageJob::Confirm)).map(|_| ());
+    world.module.confirmed(done, world.owner.now_us, &mut Sent::default());
+    let older = manifest(&image(100), [0, 1, 9]);
+    assert_eq!(world.ask(Request::Update { manifest: &older }), refused(ImageFault::TooOld));
+    let newer = manifest(&image(100), [0, 2, 0]);
+    assert_eq!(world.ask(Request::Update { manifest: &newer }), Ok(0));
+}
+
+#[test]
+fn an_outcome_is_noted_as_told_once_a_host_was_sent_it_and_no_other_image_has_begun_to_come() {
+    let flash = on_trial(&[(OUTCOME, Fault::Damaged.word())], 0xd0);
+    let mut alone = claimed();
+    alone.begin_images(block_on(store(&flash).images(ImageJob::Look)));
+    alone.poll(2_000_000, &mut Sent::default());
+    assert_eq!(alone.wish(), None, "no host listens");
+    let heard = || {
+        let mut world = World::on(flash.copy());
+        assert!(world.events().contains(&EventKind::ImageDamaged));
+        assert_eq!(world.module.wish(), Some(Wish::Told));
+        world
+    };
+    let mut world = heard();
+    world.module.told(Ok(()));
+    assert_eq!(world.module.wish(), None);
+    let mut world = heard();
+    let other = manifest(&image(100), [0, 4, 0]);
+    assert_eq!(world.ask(Request::Update { manifest: &other }), Ok(0));
+    assert_eq!(world.module.wish(), None);
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn start(
             }
             Some(Wish::Restart) => return Ok(()),
             // It has no boot loader.
-            Some(Wish::Confirm) | None => {}
+            Some(Wish::Confirm | Wish::Told) | None => {}
         }
     }
     Ok(())
