@@ -1,7 +1,7 @@
 //! Card identifiers, as they may be kept: never themselves, only what a secret key of this site makes of them.
 //!
 //! ```text
-//!   card "04:A2:2B:…" ─ letters and digits, in capitals ─▶ HMAC-SHA-256 (key) ─▶ first 16 bytes ─▶ CardHash
+//!   card "04:A2:2B:…" ─ plain: one spelling, 04A22B… ─▶ HMAC-SHA-256 (key) ─▶ first 16 bytes ─▶ CardHash
 //!   key   32 random bytes in a file of its own, readable by its owner alone, never in the database
 //! ```
 //!
@@ -108,8 +108,8 @@ impl CardKey {
         site.with_extension("card-key")
     }
 
-    /// What is kept of `card`, as its reader gives it: what is neither letter nor digit, and whether letters are small,
-    /// makes no difference.
+    /// What is kept of `card`, as its reader gives it: space around it, whether letters are small, and what is
+    /// between the bytes of a number or the groups of a UUID makes no difference.
     #[must_use]
     pub fn hash(&self, card: &str) -> CardHash {
         let plain = plain(card);
@@ -162,25 +162,55 @@ impl fmt::Debug for CardKey {
     }
 }
 
-/// The letters and digits of a card, in capitals: what is the same however its reader writes it.
+/// Digits in each group of a UUID.
+const UUID: [usize; 5] = [8, 4, 4, 4, 12];
+
+/// One spelling of a card, however its reader writes it: in capitals, without space around it, and without what is
+/// between the bytes of a number (`04:A2:2B`) or the groups of a UUID.
+///
+/// Other separators belong to the card: without them `1-12` and `11-2` would be one.
 pub(crate) fn plain(card: &str) -> String {
-    card.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_uppercase).collect()
+    let capitals: String = card.trim().chars().flat_map(char::to_uppercase).collect();
+    let groups: Vec<&str> = capitals.split(|letter: char| !letter.is_alphanumeric()).collect();
+    let is_hexadecimal = groups.iter().all(|group| group.bytes().all(|digit| digit.is_ascii_hexdigit()));
+    let are_bytes = groups.iter().all(|group| group.len() == 2);
+    let is_uuid = groups.iter().map(|group| group.len()).eq(UUID);
+    if is_hexadecimal && (are_bytes || is_uuid) { groups.concat() } else { capitals }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     /// Computed with Python's `hmac`.
     #[test]
-    fn a_hash_is_the_hmac_of_its_letters_and_digits() {
+    fn a_hash_is_the_hmac_of_one_spelling() {
         let key = CardKey::new([7; KEY_LEN]);
         let hash = key.hash("04:a2:2b:c1");
         assert_eq!(hash.to_string(), "aafebd9e17252351a3e34960447ef802");
         assert_eq!(hash, key.hash("04A22BC1"));
         assert_eq!(hash, key.hash(" 04-A2-2b-C1\n"));
+        assert_eq!(hash, key.hash("04 A2 2B C1"));
         assert_ne!(hash, key.hash("04A22BC2"));
         assert_ne!(hash, CardKey::new([8; KEY_LEN]).hash("04A22BC1"));
+    }
+
+    #[test]
+    fn only_bytes_and_uuids_are_alike_without_their_separators() {
+        for card in ["04:A2:2B", "04 A2 2B", "04-a2-2b", "04a22b", " 04:A2:2B\n"] {
+            assert_eq!(plain(card), "04A22B", "{card}");
+        }
+        for uuid in ["f7826da6-4fa2-4e98-8024-bc5b71e0893e", "F7826DA64FA24E988024BC5B71E0893E"] {
+            assert_eq!(plain(uuid), "F7826DA64FA24E988024BC5B71E0893E");
+        }
+        // A four-byte number in decimal digits has no separators.
+        assert_eq!(plain("0078945123"), "0078945123");
+        let others = "1-12|11-2|112|--|##||04:A2:2|04::A2|:04:A2|040:A2|tag 7|tag7|04:G2|123,45678|12345678";
+        let spelled: BTreeSet<String> = others.split('|').map(plain).collect();
+        assert_eq!(spelled.len(), others.split('|').count(), "each is a card of its own: {spelled:?}");
+        assert_ne!(plain("f7826da6-4fa2-4e98-8024"), plain("f7826da64fa24e988024"), "no whole UUID");
     }
 
     #[test]

@@ -224,8 +224,9 @@ impl Inbox {
             (Input::LockTaken, None, None, None, None, Some(taken)) => return Ok(Event::LockTaken(taken)),
             (Input::AlarmTaken, None, None, None, None, Some(taken)) => return Ok(Event::AlarmTaken(taken)),
             (Input::Card, Some(card), None, None, None, None) => {
-                if card.trim().is_empty() || card.chars().count() > CARD_MAX {
-                    return Err(malformed("card must have 1 to 128 characters"));
+                if !card.contains(char::is_alphanumeric) || card.chars().count() > CARD_MAX {
+                    let why = "card must have 1 to 128 characters, a letter or a digit among them";
+                    return Err(malformed(why));
                 }
                 Event::Card(hash(card.trim()))
             }
@@ -345,6 +346,7 @@ mod tests {
         assert!(said(Input::Number, &format!("{{{stamp}, \"numbr\": 1}}")).contains("unknown field `numbr`"));
         assert!(said(Input::Number, &format!("{{{stamp}}}")).contains("must say what its topic is about"));
         assert!(said(Input::Card, &format!("{{{stamp}, \"card\": \" \"}}")).contains("1 to 128 characters"));
+        assert!(said(Input::Card, &format!("{{{stamp}, \"card\": \"##\"}}")).contains("a letter or a digit"));
         assert!(
             said(Input::Contact, &format!("{{{stamp}, \"contact\": \"ajar\"}}"))
                 .contains("unknown variant `ajar`")

@@ -72,11 +72,11 @@ pub struct Reading {
 /// The ID of a message or a question, without space around it.
 ///
 /// # Errors
-/// It has none, or too many characters.
+/// It has no letter and no digit, or too many characters.
 pub fn id(text: &str) -> Result<&str, NotTaken> {
     let id = text.trim();
-    if id.is_empty() || text.chars().count() > ID_MAX {
-        return Err(malformed("id must have 1 to 128 characters"));
+    if !id.contains(char::is_alphanumeric) || text.chars().count() > ID_MAX {
+        return Err(malformed("id must have 1 to 128 characters, a letter or a digit among them"));
     }
     Ok(id)
 }
@@ -217,6 +217,7 @@ sigma_m = 0.1
         assert!(said("tag").starts_with("malformed: expected"));
         assert!(said("{}").contains("missing field `id`"));
         assert!(said(r#"{"id":" "}"#).contains("1 to 128 characters"));
+        assert!(said(r#"{"id":"--"}"#).contains("a letter or a digit"));
         assert!(said(r#"{"id":"a","z":1}"#).contains("unknown field `z`"));
         assert!(said(r#"{"id":"a","x":1}"#).contains("x and y together"));
         assert!(said(r#"{"id":"a","u":1,"v":1}"#).contains("need a reader"));
