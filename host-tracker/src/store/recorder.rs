@@ -5,7 +5,7 @@
 //!         ├▶ zones    ─▶ counts, when they change          ─▶ enter, leave
 //!         │              at once when less is known or a zone is no longer empty, else at most once a second
 //!         ├▶ lines    ─▶ crossings, and whether each line is seen, when that changes
-//!         ├▶ names    ─▶ which ID each track has, when that changes
+//!         ├▶ names    ─▶ which track each ID has, when that changes or ends
 //!         ├▶ modules  ─▶ health once a minute              ─▶ alarm, cleared, state
 //!   Site  ─▶ poses    ─▶ where modules are, when that changes
 //!         ├▶ zones    ─▶ which of them make the total, when that changes
@@ -42,6 +42,13 @@ pub const HEALTH_MS: u64 = 60_000;
 
 /// Between two counts of a zone, ms, however often it changes; but for those that take back what the one before says.
 const COUNT_MS: u64 = 1000;
+
+/// An ID has a track that is likelier than this.
+const LIKELY: f64 = 0.5;
+
+/// An ID keeps its track until that is less likely than this: one that is about as likely as not does not come and go
+/// with each frame.
+const UNLIKELY: f64 = 0.4;
 
 /// Most rows kept while the database cannot be written: an hour of three people in a home, some MB. Older ones
 /// are dropped, and counted.
@@ -86,7 +93,7 @@ pub struct ChangeRecorder {
     /// The zones that make the total, in order, and whether that was kept.
     total: Vec<String>,
     is_total_kept: bool,
-    /// The track that each ID was last kept with.
+    /// The track that each ID has, as was kept last; without an ID that has none.
     names: BTreeMap<Card, u64>,
     /// When the newest frame was made, ms since 1970.
     newest_ms: Option<u64>,
@@ -237,10 +244,11 @@ impl ChangeRecorder {
         }
     }
 
-    /// Drops the oldest rows of too many. From the first of them on nothing is known of its zone or line.
+    /// Drops the oldest rows of too many. From the first of them on nothing is known of its zone, line or ID.
     fn make_room(&mut self) {
         let over = self.rows.len().saturating_sub(ROWS_MAX);
         let mut unknown: BTreeMap<(Counted, String), Row> = BTreeMap::new();
+        let mut unnamed: BTreeMap<CardHash, Row> = BTreeMap::new();
         let state = ZoneKnown::Unknown;
         for row in self.rows.drain(..over) {
             match row {
@@ -252,13 +260,18 @@ impl ChangeRecorder {
                     let key = (Counted::Line, name.clone());
                     unknown.entry(key).or_insert(Row::Line { name, at_ms, totals, state });
                 }
+                Row::Name { at_ms, track, hash, .. } => {
+                    // If it still has one, the next frame says it again.
+                    self.names.remove(&Card::from(hash));
+                    unnamed.entry(hash).or_insert(Row::Name { at_ms, track, hash, probability: 0.0 });
+                }
                 // The next frame says it again.
                 Row::Total { .. } => self.is_total_kept = false,
                 _ => {}
             }
         }
-        self.dropped += (over - unknown.len()) as u64;
-        self.rows.splice(0..0, unknown.into_values());
+        self.dropped += (over - unknown.len() - unnamed.len()) as u64;
+        self.rows.splice(0..0, unknown.into_values().chain(unnamed.into_values()));
     }
 
     /// Notes that something happened.
@@ -319,14 +332,30 @@ impl ChangeRecorder {
         self.dropped
     }
 
-    /// Keeps each ID that has another track than before, once that is more likely than not.
+    /// Keeps each ID that has another track than before, once that is more likely than not, and each that has none any
+    /// more.
     fn names(&mut self, names: &[NameLine], at_ms: u64) {
-        self.names.retain(|card, _| names.iter().any(|name| name.card == Some(*card)));
+        let Self { names: kept, rows, .. } = self;
+        kept.retain(|card, track| {
+            let name = names.iter().find(|name| name.card == Some(*card));
+            let tracks = name.map_or(&[][..], |name| name.tracks.as_slice());
+            // It is still this one, or the row of the next one ends it.
+            if tracks.first().is_some_and(|likeliest| likeliest.probability > LIKELY) {
+                return true;
+            }
+            let own = tracks.iter().find(|likelihood| likelihood.track == *track);
+            let probability = own.map_or(0.0, |likelihood| likelihood.probability);
+            let is_over = probability < UNLIKELY;
+            if is_over {
+                rows.push(Row::Name { at_ms, track: *track, hash: CardHash::from(*card), probability });
+            }
+            !is_over
+        });
         for name in names {
             let Some((card, likeliest)) = name.card.zip(name.tracks.first()) else { continue };
             let Likelihood { track, probability } = *likeliest;
-            if probability > 0.5 && self.names.insert(card, track) != Some(track) {
-                self.rows.push(Row::Name { at_ms, track, hash: CardHash::from(card), probability });
+            if probability > LIKELY && kept.insert(card, track) != Some(track) {
+                rows.push(Row::Name { at_ms, track, hash: CardHash::from(card), probability });
             }
         }
     }

@@ -78,7 +78,8 @@ pub enum Row {
         /// What may be kept of the card.
         hash: CardHash,
     },
-    /// From now on an ID is probably this track's, kept for as long as cards are.
+    /// From now on an ID is probably this track's, or, with a probability of at most 0.5, of no track that is known;
+    /// kept for as long as cards are.
     Name {
         /// ms since 1970.
         at_ms: u64,

@@ -88,8 +88,9 @@ fn the_track_of_an_id_is_kept_when_it_changes_and_is_likely() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     let name = |track, probability| NameLine {
         card: Some(Card(7)),
-        label: "0000".into(),
+        label: "00000000".into(),
         heard_s: 0.0,
+        read_s: Some(0.0),
         tracks: vec![Likelihood { track, probability }],
         zones: Vec::new(),
     };
@@ -110,7 +111,71 @@ fn the_track_of_an_id_is_kept_when_it_changes_and_is_likely() {
     };
     let hash = CardHash::from(Card(7));
     let kept: Vec<_> = recorder.rows().0.iter().filter_map(kept).collect();
-    assert_eq!(kept, [(1100, 4, hash), (1400, 5, hash), (1600, 5, hash)]);
+    let all = [(1100, 4, hash), (1300, 4, hash), (1400, 5, hash), (1500, 5, hash), (1600, 5, hash)];
+    assert_eq!(kept, all);
+}
+
+/// What is kept of names: times, tracks and probabilities.
+fn named(recorder: &mut ChangeRecorder) -> Vec<(u64, u64, f64)> {
+    let row = |row: &Row| match row {
+        Row::Name { at_ms, track, probability, .. } => Some((*at_ms, *track, *probability)),
+        _ => None,
+    };
+    recorder.rows().0.iter().filter_map(row).collect()
+}
+
+/// A frame with one ID and the tracks that may be it.
+fn with_name(unix_ms: u64, tracks: &[(u64, f64)]) -> Snapshot {
+    let text = "{\"label\":\"0000\",\"heard_s\":0.0,\"tracks\":[]}";
+    let mut name: NameLine = serde_json::from_str(text).unwrap();
+    name.card = Some(Card(7));
+    name.tracks = tracks.iter().map(|&(track, probability)| Likelihood { track, probability }).collect();
+    Snapshot { names: vec![name], ..frame(unix_ms, vec![]) }
+}
+
+#[test]
+fn that_an_id_has_its_track_no_more_is_kept_once_and_does_not_flap() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&with_name(1000, &[(4, 0.9)]));
+    // About as likely as not it stays.
+    recorder.record(&with_name(1100, &[(4, 0.45)]));
+    recorder.record(&with_name(1200, &[(4, 0.55)]));
+    // Two who touch.
+    recorder.record(&with_name(1300, &[(5, 0.45), (4, 0.375)]));
+    recorder.record(&with_name(1400, &[(5, 0.45), (4, 0.375)]));
+    // Another at once: its row ends the one before.
+    recorder.record(&with_name(1500, &[(4, 0.75)]));
+    recorder.record(&with_name(1600, &[(5, 0.75)]));
+    // The track is gone; then the ID is forgotten.
+    recorder.record(&with_name(1700, &[]));
+    recorder.record(&frame(1800, vec![]));
+    recorder.record(&with_name(1900, &[(6, 0.75)]));
+    recorder.record(&frame(2000, vec![]));
+    recorder.record(&frame(2100, vec![]));
+    let all = [
+        (1000, 4, 0.9),
+        (1300, 4, 0.375),
+        (1500, 4, 0.75),
+        (1600, 5, 0.75),
+        (1700, 5, 0.0),
+        (1900, 6, 0.75),
+        (2000, 6, 0.0),
+    ];
+    assert_eq!(named(&mut recorder), all);
+}
+
+#[test]
+fn where_rows_of_names_were_dropped_their_ids_have_no_track_until_it_is_said_again() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&with_name(1000, &[(4, 0.75)]));
+    for number in 0..ROWS_MAX as u64 {
+        recorder.happened(Event::new(number, EventKind::State, "", ""));
+    }
+    recorder.record(&with_name(1100, &[(4, 0.75)]));
+    assert_eq!(named(&mut recorder), [(1000, 4, 0.0)]);
+    recorder.written();
+    recorder.record(&with_name(1200, &[(4, 0.75)]));
+    assert_eq!(named(&mut recorder), [(1200, 4, 0.75)]);
 }
 
 #[test]
