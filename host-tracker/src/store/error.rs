@@ -15,7 +15,7 @@ pub enum StoreError {
         /// What SQLite says.
         error: rusqlite::Error,
     },
-    /// The database is of another program, or of a newer version.
+    /// The database is of another program, of a newer version, or of one that is too old to be read as it is.
     #[error("{}: {error}", file.display())]
     Unfit {
         /// The database.

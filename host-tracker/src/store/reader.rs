@@ -60,12 +60,18 @@ impl Reader {
     /// Opens the file for a command that reads what a tracker has kept there.
     ///
     /// # Errors
-    /// As [`open`](Self::open); there is nothing in it, or it is of another program or of a newer version.
+    /// As [`open`](Self::open); there is nothing in it, or it is of another program, of a newer version, or of one so old that
+    /// tables are missing.
     pub fn open_kept(file: &File) -> Result<Self, StoreError> {
         let reader = Self::open(file)?;
         let layout = schema::layout(&reader.0)
             .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?
-            .and_then(|layout| if layout == 0 { Err(Unfit::Empty) } else { Ok(layout) });
+            .and_then(|layout| match layout {
+                0 => Err(Unfit::Empty),
+                // Read-only, it gets no tables that it lacks.
+                older if older < schema::READABLE => Err(Unfit::Older(older)),
+                layout => Ok(layout),
+            });
         layout.map_err(|error| StoreError::Unfit { file: file.to_path_buf(), error })?;
         Ok(reader)
     }

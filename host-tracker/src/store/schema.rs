@@ -7,7 +7,8 @@
 //!   alarm: since when, until when, who has acknowledged it       until_ms ◀─ index
 //!   passage: one group through a door, its record as JSON, without its card       begun_ms ◀─ index
 //!   pose (module, at_ms): where modules were said to be, and the source   snapshot: one row, what was known last
-//!   name (at_ms, run, track, hash): from then on that track is probably this ID
+//!   name (at_ms, run, track, hash, probability): from then on that track is probably this ID; at most 0.5: none is
+//!       any more. The last row (by `name`) of a hash and a run holds, until the end of the run
 //!   line ─ 1:n ─ crossing (line, at_ms, direction)      line_state (line, at_ms): from then on the line is seen, or not
 //!   crossing_hour: a view, crossings of each hour
 //!   card (at_ms, place, hash): of a passage the door and when it began   raw_request ─ 1:n ─ raw: each with an end of its own
@@ -22,6 +23,9 @@ use super::alarm_rows::ALARMS;
 
 /// Written into the file; a newer one is refused rather than damaged.
 pub const VERSION: i64 = 8;
+
+/// The first layout with all tables of which a command asks, those of lines included.
+pub(super) const READABLE: i64 = 6;
 
 const TABLES: &str = "
 CREATE TABLE run (
@@ -139,7 +143,8 @@ UPDATE passage SET record = json_set(record, '$.passage.card', NULL)
     WHERE record ->> '$.passage.card' IS NOT NULL;
 ";
 
-/// What version 4 has more: which track an ID was, kept for as long as cards are.
+/// What version 4 has more: which track an ID was, kept for as long as cards are. A row holds until the next one of its
+/// hash, or the end of its run; one of at most 0.5 says that from then on no track is known to be the ID.
 const TABLES_4: &str = "
 CREATE TABLE name (
     name INTEGER PRIMARY KEY,
@@ -240,6 +245,12 @@ pub enum Unfit {
         "it was written by a newer version (layout {0}, this one knows {VERSION}): use that one, or another file"
     )]
     Newer(i64),
+    /// It was written by a version so old that tables are missing, with this layout.
+    #[error(
+        "it was written by an older version (layout {0}): kehai-tracker run --db with it once, and --keep-days \
+         large enough, brings it up to date"
+    )]
+    Older(i64),
     /// It has the tables of another program.
     #[error("it is a database of another program, and is left alone: choose another file")]
     Foreign,
@@ -449,6 +460,34 @@ mod tests {
         let hours = hours.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).unwrap();
         let hours: Vec<(Option<i64>, Option<i64>)> = hours.map(Result::unwrap).collect();
         assert_eq!(hours, [(Some(2), None), (None, Some(1))]);
+    }
+
+    #[test]
+    fn a_database_of_before_lines_is_read_once_a_tracker_has_brought_it_up_to_date() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let mut connection = Connection::open(&file).unwrap();
+        for tables in [PASSAGES, TABLES, TABLES_2, TABLES_3, TABLES_4, TABLES_5] {
+            connection.execute_batch(tables).unwrap();
+        }
+        connection.pragma_update(None, "user_version", 5).unwrap();
+        let error = Reader::open_kept(&file).unwrap_err().to_string();
+        assert!(error.contains("kehai.db: it was written by an older version (layout 5): "), "{error}");
+        assert!(error.contains("kehai-tracker run --db") && error.lines().count() == 1, "{error}");
+        prepare(&mut connection).unwrap().unwrap();
+        assert!(Reader::open_kept(&file).unwrap().line_states(0, 1).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_database_of_the_first_version_with_lines_is_read_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let connection = Connection::open(&file).unwrap();
+        for tables in [PASSAGES, TABLES, TABLES_2, TABLES_3, TABLES_4, TABLES_5, TABLES_6] {
+            connection.execute_batch(tables).unwrap();
+        }
+        connection.pragma_update(None, "user_version", READABLE).unwrap();
+        assert!(Reader::open_kept(&file).unwrap().line_states(0, 1).unwrap().is_empty());
     }
 
     #[test]
