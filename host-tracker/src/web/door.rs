@@ -9,6 +9,9 @@
 //!   GET  /door/NAME            the screen for the entrant
 //! ```
 //!
+//! Whose card was shown is told to clients alone that may look at the map: the token of a device at the door sees
+//! neither names nor cards.
+//!
 //! As everything that writes: refused to pages of others (`guard`), and to whom `access::roles` does not let; but for `exit`,
 //! which is taken from everybody, and said in the log if it came without a token.
 
@@ -28,26 +31,41 @@ use super::listener::Ends;
 use super::page;
 use super::shared::Shared;
 use crate::access::Who;
+use crate::access::roles::Action;
+use crate::doors::DoorHandle;
 use kehai_tracking::door::doors::{DoorState, Why};
 use kehai_tracking::door::inbox::{Input, NotTaken};
 
 const NO_DOORS: &str = "the site has no doors";
 
 /// Every door.
-pub async fn all(State(shared): State<Arc<Shared>>) -> Response {
-    match &shared.context.doors {
-        Some(doors) => Json(doors.states()).into_response(),
-        None => Json(Vec::<DoorState>::new()).into_response(),
-    }
+pub async fn all(State(shared): State<Arc<Shared>>, Extension(who): Extension<Who>) -> Response {
+    Json(states(&shared, &who)).into_response()
 }
 
 /// One door.
-pub async fn one(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
-    let states = shared.context.doors.as_ref().map(crate::doors::DoorHandle::states).unwrap_or_default();
-    match states.iter().find(|state| state.line.name == name) {
+pub async fn one(
+    State(shared): State<Arc<Shared>>,
+    Extension(who): Extension<Who>,
+    Path(name): Path<String>,
+) -> Response {
+    match states(&shared, &who).iter().find(|state| state.line.name == name) {
         Some(state) => Json(state).into_response(),
         None => refuse(StatusCode::NOT_FOUND, &Why::NoDoor(name).to_string()),
     }
+}
+
+/// The doors, without cards for a client that may not look at the map.
+fn states(shared: &Shared, who: &Who) -> Vec<DoorState> {
+    let mut states = shared.context.doors.as_ref().map(DoorHandle::states).unwrap_or_default();
+    for state in &mut states {
+        if who.may(Action::Look, Some(&state.line.name)) {
+            continue;
+        }
+        state.line.names.clear();
+        state.passages.iter_mut().for_each(|passed| passed.passage.card = None);
+    }
+    states
 }
 
 /// A message to a door.

@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_tracker::access::Access;
 use host_tracker::alarm_handle::AlarmHandle;
 use host_tracker::doors::{DoorHandle, Watchdog};
 use host_tracker::signs::SignHandle;
@@ -21,7 +22,7 @@ use host_tracker::web::{Server, ServerContext};
 use kehai_tracking::estimate::Estimate;
 use kehai_tracking::jsonl::{TracksLine, ZoneKnown, ZoneLine};
 use kehai_tracking::now::Now;
-use kehai_tracking::occupancy::Found;
+use kehai_tracking::occupancy::{Found, Total};
 use kehai_tracking::site::Module;
 use kehai_tracking::snapshot::{ModuleLine, Snapshot, active_alarms, unix_ms};
 use serde_json::{Value, json};
@@ -83,6 +84,11 @@ impl DoorServer {
 
     /// A site with more in it than [`SITE`].
     pub fn of(site: &str) -> Self {
+        Self::with_access(site, Access::open())
+    }
+
+    /// The same where not all may do everything.
+    pub fn with_access(site: &str, access: Access) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("server.toml");
         std::fs::write(&path, site).unwrap();
@@ -142,6 +148,7 @@ impl DoorServer {
             changed: Box::new(changed),
             doors: Some(doors.clone()),
             signs: Some(signs.clone()),
+            access,
             listed,
             ..ServerContext::alone(newest, file)
         };
@@ -272,5 +279,6 @@ fn frame(people: &[[f64; 2]]) -> Snapshot {
     p[inside] = 1.0;
     let zone = ZoneLine::new(Found::inside(inside as u32, p), 1.0, ZoneKnown::Known);
     line.zones.insert("area".into(), zone);
-    Snapshot::of(unix_ms(), line)
+    let total = Total { count: Some(inside as u32), state: ZoneKnown::Known };
+    Snapshot { total, ..Snapshot::of(unix_ms(), line) }
 }
