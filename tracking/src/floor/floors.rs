@@ -55,14 +55,15 @@ pub struct Floors {
 }
 
 impl Floors {
-    /// Takes a reading. Whether all who are on that floor have been found by now, so that what it shows is known.
-    pub fn observe(&mut self, reading: &Reading) -> bool {
+    /// Takes a reading. Whether all who are on that floor have been found by now, so that what it shows is known; none:
+    /// it is not newer than the last one of that floor, and was not taken.
+    pub fn observe(&mut self, reading: &Reading) -> Option<bool> {
         // Floors are read at different times, and their datagrams overtake each other: nothing goes back in time.
         let at_s = self.newest_s.map_or(reading.at_s, |newest_s| newest_s.max(reading.at_s));
         self.newest_s = Some(at_s);
         let before = self.read.get(&reading.floor);
         if before.is_some_and(|before| before.reading.at_s >= reading.at_s) {
-            return false;
+            return None;
         }
         let goes_on = before.filter(|before| reading.at_s - before.reading.at_s <= HELD_S);
         let begun_s = goes_on.map_or(reading.at_s, |before| before.begun_s);
@@ -70,7 +71,7 @@ impl Floors {
         self.read.insert(reading.floor, State { reading: reading.clone(), patches, begun_s });
         let all: Vec<Patch> = self.read.values().flat_map(|state| state.patches.iter().cloned()).collect();
         self.bodies.observe(&all, at_s);
-        reading.at_s - begun_s >= FOUND_S
+        Some(reading.at_s - begun_s >= FOUND_S)
     }
 
     /// Forgets the floors that are silent at `at_s`, and the bodies that are on none any more; returns the floors' numbers.

@@ -162,14 +162,15 @@ impl Zones {
         }
     }
 
-    /// Notes that a floor was read: people on it press panels, and so all of it is seen but for panels that do not work.
-    pub fn read(&mut self, reading: &Reading) {
+    /// Notes that a floor was read: people on it press panels, and so all of it is seen but for panels that do not work,
+    /// once all who are on it have been found (`has_found`).
+    pub fn read(&mut self, reading: &Reading, has_found: bool) {
         let Self { zones, floors, .. } = self;
         if !floors.get(&reading.floor).is_some_and(|panels| panels.is_of(&reading.plan)) {
             floors.insert(reading.floor, Panels::of(&reading.plan, zones));
         }
         if let Some(panels) = floors.get_mut(&reading.floor) {
-            panels.read(zones, reading);
+            panels.read(zones, reading, has_found);
         }
     }
 

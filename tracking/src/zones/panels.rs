@@ -57,8 +57,10 @@ impl Panels {
     }
 
     /// Notes that its panels were read, except for those that do not work or have not worked for [`FOUND_S`]. Of one that
-    /// has just stopped working nothing is known at once: a person who stood on it has no body any more.
-    pub fn read(&mut self, zones: &mut [Zone], reading: &Reading) {
+    /// has just stopped working nothing is known at once: a person who stood on it has no body any more. Before all on
+    /// the floor have been found (`has_found`) none is seen. Which do not work is noted all the same: a foot on one that
+    /// works a moment later has not been found by then.
+    pub fn read(&mut self, zones: &mut [Zone], reading: &Reading, has_found: bool) {
         let mut stopped = vec![false; self.faulty_s.len()];
         for ((panel, faulty_s), stopped) in self.faulty_s.iter_mut().enumerate().zip(&mut stopped) {
             if !reading.works(panel) {
@@ -69,6 +71,9 @@ impl Panels {
         self.read_s = reading.at_s;
         let has_stopped = |panels: &[usize]| panels.iter().any(|panel| stopped.get(*panel) == Some(&true));
         self.note(zones, f64::NEG_INFINITY, has_stopped);
+        if !has_found {
+            return;
+        }
         let works = |panel: &usize| {
             self.faulty_s.get(*panel).is_some_and(|faulty_s| reading.at_s - faulty_s >= FOUND_S)
         };
