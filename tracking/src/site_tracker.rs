@@ -12,12 +12,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::estimate::Estimate;
-use crate::explain::glance::Glance;
+use crate::explain::glance::{Glance, Sight};
 use crate::explain::person::PersonFacts;
 use crate::explain::{Facts, FactsOf, Question};
 use crate::explanation::Explanation;
 use crate::floor::{FloorLine, Floors, Reading};
-use crate::fusion::Fusion;
+use crate::fusion::{Fusion, Ground};
 use crate::geometry::inside;
 use crate::jsonl::{TrackLine, TracksLine, ZoneKnown, ZoneLine};
 use crate::lines::{CrossedLine, Lines, Totals};
@@ -174,8 +174,8 @@ impl SiteTracker {
 
     /// Takes a reading of a floor.
     pub fn read(&mut self, reading: &Reading) {
-        if self.floors.observe(reading) {
-            self.zones.read(reading);
+        if let Some(has_found) = self.floors.observe(reading) {
+            self.zones.read(reading, has_found);
         }
     }
 
@@ -338,7 +338,14 @@ impl SiteTracker {
             return (tracks, Vec::new());
         }
         let explanations = self.floors.explanations(at_s);
-        let people = fusion.fuse(&tracks, &explanations, |at| self.floors.tells_of(at), at_s);
+        let ground = Ground {
+            is_floor: &|at| self.floors.tells_of(at),
+            sight: &|at| {
+                let sights = self.glances.values().map(|glance| glance.sight(at, at_s));
+                sights.max().unwrap_or(Sight::None)
+            },
+        };
+        let people = fusion.fuse(&tracks, &explanations, ground, at_s);
         (people, fusion.explained(explanations))
     }
 

@@ -74,6 +74,17 @@ pub enum Why {
     NoModule,
 }
 
+/// What a module sees of a place; a higher one says more.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Sight {
+    /// Nothing: it is silent, or does not see the place in the empty room either.
+    None,
+    /// It sees the place if no person stands before it.
+    InView,
+    /// That nothing stands there.
+    Empty,
+}
+
 impl Glance {
     /// Of an observation.
     #[must_use]
@@ -126,6 +137,20 @@ impl Glance {
         let (distance_m, beam) = self.view.beam_at(place);
         let background_mm = beam.and_then(|beam| self.background_mm.get(usize::from(beam)));
         background_mm.is_some_and(|background_mm| distance_m < f64::from(*background_mm) * 1e-3)
+    }
+
+    /// What it sees of a place at `at_s`.
+    #[must_use]
+    pub fn sight(&self, place: Point, at_s: f64) -> Sight {
+        let (distance_m, beam) = self.view.beam_at(place);
+        let empty_mm = beam.and_then(|beam| self.empty_mm.get(usize::from(beam)));
+        if at_s - self.start_s > SILENT_S || !self.reaches(place) || !self.sees_empty(place) {
+            Sight::None
+        } else if empty_mm.is_some_and(|empty_mm| f64::from(*empty_mm) * 1e-3 > distance_m) {
+            Sight::Empty
+        } else {
+            Sight::InView
+        }
     }
 
     /// Why the module does not see what is `slack_m` before a place, or the body that stands there.

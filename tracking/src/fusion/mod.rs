@@ -5,6 +5,9 @@
 //!                                 ├─▶ associate ─▶ fuse ─▶   on the floor, hidden      ◖   one, from the floor
 //!   floors  ─▶ bodies  ─▶ tracks ─┘                          beside the floor          ✕   one, from the modules
 //!                                                            hidden, nothing pressed   –   has gone
+//!                                                            pressed, seen to be empty ?   a person after a second
+//!                                                            feet of a track that ended,
+//!                                                            beside another person     –   what is left of them
 //! ```
 //!
 //! Each side follows people by its own means and knows where the other is blind: beams end at the first body, a floor
@@ -23,12 +26,18 @@ mod pair;
 use std::collections::BTreeMap;
 
 use crate::assignment::{Alone, assign};
+use crate::explain::glance::Sight;
 use crate::explanation::Explanation;
+use crate::geometry::Point;
 use crate::tracker::{LifeCycle, Origin, TrackId, TrackState};
 
 /// A hidden track that stands on a floor on which nothing is pressed there has gone after so long, s: twice the longest
 /// that both feet are in the air.
 const GONE_S: f64 = 1.0;
+
+/// Feet where a module sees nothing stand are a person who lies, or one below its plane, if they stay for so long, s. A floor holds
+/// feet for some tenths of a second after they have left.
+const LEFT_S: f64 = GONE_S;
 
 /// How surely a place is on a floor: that of a hidden track and all within so many sigmas.
 const WITHIN_SIGMAS: f64 = 2.0;
@@ -43,14 +52,35 @@ struct Known {
     missed_s: Option<f64>,
 }
 
+/// A body on a floor.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standing {
+    /// None: it has been no person yet, or its number went on with a track.
+    number: Option<TrackId>,
+    /// It is a person though no module sees one: it was one without a track, or its track was hidden at last where no module
+    /// could have found it again.
+    is_own: bool,
+    /// Since when it is alone where a module sees nothing stand, s.
+    unseen_s: Option<f64>,
+}
+
 /// Which body is which person.
 #[derive(Clone, Debug, Default)]
 pub struct Fusion {
     /// By the tracker's numbers.
     tracks: BTreeMap<TrackId, Known>,
-    /// Numbers of bodies, by the floors' numbers.
-    bodies: BTreeMap<TrackId, TrackId>,
+    /// By the floors' numbers.
+    bodies: BTreeMap<TrackId, Standing>,
     newest: TrackId,
+}
+
+/// What the devices say of a place.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    /// Whether it is on a floor that is read and works there.
+    pub is_floor: &'a dyn Fn(Point) -> bool,
+    /// What the module that sees most of it sees there.
+    pub sight: &'a dyn Fn(Point) -> Sight,
 }
 
 impl Fusion {
@@ -62,15 +92,15 @@ impl Fusion {
         }
     }
 
-    /// The people at `at_s`, by the likeliest explanation of the floors, the first one. `is_floor` says of a place whether it is
-    /// on a floor that is read and works there.
+    /// The people at `at_s`, by the likeliest explanation of the floors, the first one.
     pub fn fuse(
         &mut self,
         tracks: &[TrackState],
         explanations: &[Explanation],
-        is_floor: impl Fn(crate::geometry::Point) -> bool,
+        ground: Ground<'_>,
         at_s: f64,
     ) -> Vec<TrackState> {
+        let is_floor = ground.is_floor;
         let bodies = explanations.first().map_or(&[][..], |likeliest| &likeliest.people);
         self.tracks.retain(|id, _| tracks.iter().any(|track| track.id == *id));
         // A body that another explanation has may be in the likeliest again.
@@ -110,28 +140,49 @@ impl Fusion {
             }
         }
         for body in bodies {
-            let taken = pairs.iter().find(|(_, paired)| paired.id == body.id);
-            if let Some(known) = taken.and_then(|(track, _)| self.tracks.get(track)) {
+            let of_pair =
+                |track: &&&TrackState| pairs.get(&track.id).is_some_and(|paired| paired.id == body.id);
+            let track = people.iter().find(of_pair);
+            if let Some((track, known)) = track.and_then(|track| Some((track, self.tracks.get(&track.id)?))) {
+                let number = Some(known.number);
                 // A body that it was paired with before is not that person any more.
-                self.bodies.retain(|_, number| *number != known.number);
-                self.bodies.insert(body.id, known.number);
+                let before = self.bodies.values_mut().filter(|other| other.number == number);
+                before.for_each(|other| other.number = None);
+                let is_own = track.state == LifeCycle::Occluded
+                    && is_floor(track.at)
+                    && (ground.sight)(body.at) == Sight::None;
+                self.bodies.insert(body.id, Standing { number, is_own, unseen_s: None });
                 continue;
             }
-            // The number went on with the track that it was paired with before.
-            let of_a_track = |number: &TrackId| self.tracks.values().any(|known| known.number == *number);
-            let own = self.bodies.get(&body.id).copied().filter(|number| !of_a_track(number));
-            // A body that was never a person of its own: in a crowd a floor takes feet of two for a third.
-            let is_feet_of = |track: &&TrackState| {
+            let is_beside = |track: &&TrackState| {
                 track.state != LifeCycle::Tentative && (track.at - body.at).length() < pair::REACH_M
             };
-            if own.is_none() && people.iter().any(is_feet_of) {
-                continue;
-            }
-            let number = own.unwrap_or_else(|| self.next());
-            self.bodies.insert(body.id, number);
-            fused.push(TrackState { id: number, ..*body });
+            let is_beside = people.iter().any(is_beside);
+            let is_empty = (ground.sight)(body.at) == Sight::Empty;
+            let number = self.alone(body.id, is_beside, is_empty, at_s);
+            fused.extend(number.map(|id| TrackState { id, ..*body }));
         }
         fused
+    }
+
+    /// The number of a body without a track, if it is a person. Else it is what is left of the feet of one who has gone, or feet of
+    /// those beside it: in a crowd a floor takes feet of two for a third.
+    fn alone(&mut self, body: TrackId, is_beside: bool, is_empty: bool, at_s: f64) -> Option<TrackId> {
+        let mut standing = self.bodies.get(&body).copied().unwrap_or_default();
+        // The number went on with the track that it was paired with before.
+        if self.tracks.values().any(|known| Some(known.number) == standing.number) {
+            standing.number = None;
+        }
+        let was_person = standing.number.is_some() && standing.is_own;
+        standing.unseen_s = is_empty.then(|| standing.unseen_s.unwrap_or(at_s));
+        let may_be_left = standing.unseen_s.is_some_and(|since_s| at_s - since_s < LEFT_S);
+        if !was_person && (is_beside || may_be_left) {
+            self.bodies.insert(body, standing);
+            return None;
+        }
+        let number = standing.number.unwrap_or_else(|| self.next());
+        self.bodies.insert(body, Standing { number: Some(number), is_own: true, ..standing });
+        Some(number)
     }
 
     /// The track of the modules that is the person of this number.
@@ -145,7 +196,7 @@ impl Fusion {
     #[must_use]
     pub fn explained(&self, mut explanations: Vec<Explanation>) -> Vec<Explanation> {
         let numbered = |body: TrackState| {
-            let number = self.bodies.get(&body.id).copied()?;
+            let number = self.bodies.get(&body.id)?.number?;
             let is_track = self.tracks.values().any(|known| known.number == number);
             (!is_track).then_some(TrackState { id: number, ..body })
         };
@@ -156,15 +207,15 @@ impl Fusion {
         explanations
     }
 
-    /// The number of a person: the older one of the two, if it is not another's.
+    /// The number of a person: the track's; of one that begins, the body's, if that is not another's.
     fn number(&mut self, track: &TrackState, body: Option<&TrackState>) -> TrackId {
         let own = self.tracks.get(&track.id).map(|known| known.number);
         let is_others = |number: &TrackId| {
             self.tracks.iter().any(|(id, known)| *id != track.id && known.number == *number)
         };
-        let of_body = body.and_then(|body| self.bodies.get(&body.id)).copied();
+        let of_body = body.and_then(|body| self.bodies.get(&body.id)?.number);
         let of_body = of_body.filter(|number| !is_others(number));
-        own.into_iter().chain(of_body).min().unwrap_or_else(|| self.next())
+        own.or(of_body).unwrap_or_else(|| self.next())
     }
 
     const fn next(&mut self) -> TrackId {

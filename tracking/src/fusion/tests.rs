@@ -1,5 +1,4 @@
 use super::*;
-use crate::geometry::Point;
 
 fn track(id: TrackId, x: f64, state: LifeCycle) -> TrackState {
     let sigma_m = if state == LifeCycle::Occluded { 0.2 } else { 0.05 };
@@ -19,10 +18,12 @@ fn seen(id: TrackId, x: f64) -> TrackState {
     track(id, x, LifeCycle::Confirmed)
 }
 
-/// The floor is where x is positive.
+/// The floor is where x is positive. No module looks before 5 m, and beyond all is seen to be empty.
+const GROUND: Ground<'static> =
+    Ground { is_floor: &|at| at.x > 0.0, sight: &|at| if at.x > 5.0 { Sight::Empty } else { Sight::None } };
+
 fn people(fusion: &mut Fusion, tracks: &[TrackState], bodies: &[TrackState], at_s: f64) -> Vec<TrackState> {
-    let floors = Explanation { people: bodies.to_vec(), ..Explanation::default() };
-    fusion.fuse(tracks, &[floors], |at| at.x > 0.0, at_s)
+    fusion.fuse(tracks, &[floors(bodies)], GROUND, at_s)
 }
 
 fn numbers(people: &[TrackState]) -> Vec<TrackId> {
@@ -52,7 +53,7 @@ fn two_who_are_far_apart_are_two_and_no_number_is_used_twice() {
     // The body stays, and the track goes on: the number goes with the track.
     let apart = people(&mut fusion, &[seen(1, 2.5)], &[seen(1, 0.55)], 0.1);
     assert_eq!(numbers(&apart), [1, 2]);
-    let others = people(&mut fusion, &[seen(1, 2.5), seen(2, 5.0)], &[seen(1, 0.55), seen(2, 8.0)], 0.2);
+    let others = people(&mut fusion, &[seen(1, 2.5), seen(2, 3.5)], &[seen(1, 0.55), seen(2, 4.9)], 0.2);
     assert_eq!(numbers(&others), [1, 3, 2, 4]);
 }
 
@@ -95,9 +96,57 @@ fn feet_beside_a_person_are_no_second_one_but_who_was_hidden_there_is() {
     let all =
         people(&mut fusion, &[crowd[0], crowd[1], hidden], &[seen(5, 0.5), seen(6, 0.9), seen(7, 1.3)], 0.1);
     assert_eq!(numbers(&all), [1, 2, 3]);
-    // The tracker gives the hidden one up.
+    // The tracker gives the hidden one up, where no module could have found it again.
     let kept = people(&mut fusion, &crowd, &[seen(5, 0.5), seen(6, 0.9), seen(7, 1.3)], 0.2);
     assert_eq!(numbers(&kept), [1, 2, 3]);
+    // Where one looks, it knows better.
+    let mut fusion = Fusion::default();
+    let looked = Ground { sight: &|_| Sight::InView, ..GROUND };
+    let bodies = floors(&[seen(5, 0.5), seen(6, 0.9), seen(7, 1.3)]);
+    fusion.fuse(&[crowd[0], crowd[1], hidden], std::slice::from_ref(&bodies), looked, 0.0);
+    assert_eq!(numbers(&fusion.fuse(&crowd, &[bodies], looked, 0.1)), [1, 2]);
+}
+
+#[test]
+fn feet_of_a_person_who_has_left_are_those_of_the_person_beside_them() {
+    let mut fusion = Fusion::default();
+    let bodies = [seen(5, 0.5), seen(6, 1.3)];
+    assert_eq!(numbers(&people(&mut fusion, &[seen(1, 0.5), seen(2, 1.3)], &bodies, 0.0)), [1, 2]);
+    assert_eq!(numbers(&people(&mut fusion, &[seen(1, 0.5)], &bodies, 0.1)), [1]);
+    // And those of the second, if nobody else is near.
+    assert_eq!(numbers(&people(&mut fusion, &[seen(1, 0.3)], &bodies, 0.2)), [1, 2]);
+}
+
+#[test]
+fn a_person_known_by_the_feet_alone_stays_while_another_passes_close_by() {
+    let mut fusion = Fusion::default();
+    assert_eq!(numbers(&people(&mut fusion, &[], &[seen(5, 2.0)], 0.0)), [1]);
+    let close = people(&mut fusion, &[seen(7, 1.5)], &[seen(5, 2.0), seen(6, 1.5)], 0.1);
+    assert_eq!(numbers(&close), [2, 1]);
+}
+
+#[test]
+fn feet_where_a_module_sees_nothing_are_a_person_if_they_stay_for_a_second() {
+    let mut fusion = Fusion::default();
+    for tenth in 0..10 {
+        assert_eq!(people(&mut fusion, &[], &[seen(5, 6.0)], f64::from(tenth) * 0.1).len(), 0);
+    }
+    assert_eq!(numbers(&people(&mut fusion, &[], &[seen(5, 6.0)], 1.0)), [1]);
+    assert_eq!(numbers(&people(&mut fusion, &[], &[seen(5, 6.0)], 1.1)), [1], "and remain one");
+    assert_eq!(
+        numbers(&people(&mut fusion, &[], &[seen(5, 4.0), seen(8, 4.5)], 1.2)),
+        [1, 2],
+        "at once elsewhere"
+    );
+}
+
+#[test]
+fn a_track_keeps_its_number_on_the_feet_of_an_older_one() {
+    let mut fusion = Fusion::default();
+    people(&mut fusion, &[seen(1, 0.5), seen(2, 2.0)], &[seen(5, 0.5), seen(6, 2.0)], 0.0);
+    people(&mut fusion, &[seen(2, 2.0)], &[seen(5, 0.5), seen(6, 2.0)], 0.1);
+    let found = people(&mut fusion, &[seen(2, 0.5)], &[seen(5, 0.5)], 0.2);
+    assert_eq!(numbers(&found), [2]);
 }
 
 #[test]
@@ -138,7 +187,7 @@ fn explanations_have_the_numbers_of_people_and_only_those_whom_no_module_shows()
         floors(&[seen(3, 0.55), seen(5, 2.0), seen(6, 3.0)]),
         floors(&[seen(3, 3.0), seen(5, 0.55), seen(9, 2.0)]),
     ];
-    let people = fusion.fuse(&tracks, &all, |at| at.x > 0.0, 0.0);
+    let people = fusion.fuse(&tracks, &all, GROUND, 0.0);
     assert_eq!(numbers(&people), [1, 2, 3]);
     let of = |explanation: &Explanation| -> Vec<(TrackId, f64)> {
         explanation.people.iter().map(|person| (person.id, person.at.x)).collect()
@@ -152,7 +201,7 @@ fn explanations_have_the_numbers_of_people_and_only_those_whom_no_module_shows()
 fn a_body_that_another_explanation_has_meanwhile_comes_back_under_its_number() {
     let mut fusion = Fusion::default();
     let (one, other) = (floors(&[seen(3, 0.5), seen(5, 2.0)]), floors(&[seen(3, 0.5), seen(8, 2.0)]));
-    let mut fuse = |all: &[Explanation], at_s| numbers(&fusion.fuse(&[], all, |_| true, at_s));
+    let mut fuse = |all: &[Explanation], at_s| numbers(&fusion.fuse(&[], all, GROUND, at_s));
     assert_eq!(fuse(&[one.clone(), other.clone()], 0.0), [1, 2]);
     assert_eq!(fuse(&[other.clone(), one.clone()], 0.1), [1, 3]);
     assert_eq!(fuse(&[one.clone(), other], 0.2), [1, 2]);
@@ -163,9 +212,9 @@ fn a_body_that_another_explanation_has_meanwhile_comes_back_under_its_number() {
 #[test]
 fn parts_belong_to_the_number_of_their_owner() {
     let mut fusion = Fusion::default();
-    people(&mut fusion, &[], &[seen(1, 9.0)], 0.0);
+    people(&mut fusion, &[], &[seen(1, 4.0)], 0.0);
     let wheel = TrackState { origin: Origin::PartOf(4), ..seen(6, 1.2) };
-    let found = people(&mut fusion, &[wheel, seen(4, 1.0)], &[seen(1, 9.0), seen(2, 1.1)], 0.1);
+    let found = people(&mut fusion, &[wheel, seen(4, 1.0)], &[seen(1, 4.0), seen(2, 1.1)], 0.1);
     let owner = found.iter().find(|person| person.origin == Origin::Entered && person.at.x < 2.0).unwrap();
     let wheel = found.iter().find(|person| person.origin != Origin::Entered).unwrap();
     assert_eq!(wheel.origin, Origin::PartOf(owner.id));

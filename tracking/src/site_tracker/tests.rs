@@ -1,6 +1,10 @@
 //! The tracker of a site by itself.
 
+use kehai::floor::{Bits, Fault};
+use kehai::wire::FaultyPanel;
+
 use super::*;
+use crate::floor::Plan;
 use crate::observation::View;
 use crate::snapshot::{DeviceState, ModuleLine};
 use crate::tracker::Selected;
@@ -64,4 +68,26 @@ fn of_a_site_without_zones_nothing_is_known_before_its_people_can_have_been_foun
     assert_eq!(first, [None; 15]);
     assert_eq!(total(15), Some(0));
     assert_eq!((total(40), total(54), total(55)), (None, None, Some(0)), "after a gap");
+}
+
+#[test]
+fn a_panel_that_did_not_work_as_its_floor_began_is_seen_a_second_after_it_works() {
+    let floor = "[[floor]]\nname = \"mat\"\nx = 0.0\ny = 0.0\ncolumns = 24\nrows = 24\n";
+    let zone = "[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1.92, 0], [1.92, 1.92], [0, 1.92]]\n";
+    let site: Arc<Site> = Arc::new(toml::from_str(&format!("{floor}{zone}")).unwrap());
+    let plan = Plan::from(&site.floors[0]);
+    let mut tracker = SiteTracker::new(&site, Selected::default());
+    let mut share = |tenth: u32| {
+        let at_s = f64::from(tenth) * 0.1;
+        let dead = (tenth <= 9).then_some(FaultyPanel { panel: 0, fault: Fault::Dead });
+        let faulty = dead.into_iter().collect();
+        tracker.read(&Reading { floor: 0, plan, at_s, down: Bits::default(), faulty });
+        tracker.estimate(at_s).zones["hall"].seen_share()
+    };
+    let begins: Vec<f64> = (0..10).map(&mut share).collect();
+    assert_eq!(begins, [0.0; 10], "nobody can have been found yet");
+    let shares: Vec<f64> = (10..19).map(&mut share).collect();
+    assert!(shares.iter().all(|share| (0.98..1.0).contains(share)), "one cell of a hundred: {shares:?}");
+    share(19);
+    assert_eq!(share(20), 1.0);
 }
