@@ -368,7 +368,7 @@ fn a_module_is_claimed_by_its_label_and_then_believed_and_ruled_by_its_key_alone
         assert_eq!(std::fs::metadata(&keys).unwrap().permissions().mode() & 0o777, 0o600);
     }
     let (_, line) = refused(&["module", "get", address]);
-    assert!(line.contains("holders of a key only"), "{line}");
+    assert!(line.contains("holders of a key only: name the site's with --keys"), "{line}");
     let named = json(&done(&["module", "info", address, "--json"]));
     assert!(named["sensor"].is_null() && named["name"] == bench.name.as_str(), "who it is, no more: {named}");
     assert!(done(&["module", "get", address, "--keys", &keys]).contains("name"));
@@ -439,6 +439,8 @@ fn a_mistyped_file_of_keys_makes_no_secret() {
     let (status, line) = refused(&claim);
     assert!(status == 1 && line.contains("no such file") && line.contains("--new"), "{line}");
     let (status, line) = refused(&["module", "rotate", "127.0.0.1:9", "--keys", keys]);
+    assert!(status == 1 && line.contains("hal.keys: there is no such file"), "{line}");
+    let (status, line) = refused(&["module", "get", "127.0.0.1:9", "--keys", keys]);
     assert!(status == 1 && line.contains("hal.keys: there is no such file"), "{line}");
     assert!(!file.exists());
     // Beside its site file, or if that is wanted.

@@ -1,7 +1,9 @@
 //! What a package and a supervisor ask of `kehai-tracker`: checks, completions, manual pages, signs of life.
 #![cfg(target_os = "linux")]
 
+use std::os::unix::fs::PermissionsExt as _;
 use std::os::unix::net::UnixDatagram;
+use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
@@ -38,6 +40,34 @@ fn check_says_what_is_in_a_site_and_where_it_is_wrong() {
     let said = String::from_utf8(refused.stderr).unwrap();
     assert_eq!((refused.status.code(), said.lines().count()), (Some(1), 1), "{said}");
     assert!(said.contains("wrong.toml:3: "), "{said}");
+}
+
+#[test]
+fn the_script_that_makes_the_package_says_first_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let play = |program: &str, script: &str| {
+        let file = folder.path().join(program);
+        std::fs::write(&file, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o755)).unwrap();
+    };
+    // A machine whose cargo has none of the programs that it is asked for, and which has no target.
+    play("cargo", "exit 101");
+    play("rustc", "echo /no/such/folder");
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../packaging/package.sh");
+    let made = |without_firmware: &str| {
+        let mut command = Command::new("bash");
+        command.arg(&script).env("PATH", &path).env("KEHAI_WITHOUT_FIRMWARE", without_firmware);
+        let output = command.output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), said.lines().count()), (Some(1), 1), "{said}");
+        assert!(said.contains("cargo-deb") && said.contains("cargo-cyclonedx"), "{said}");
+        said
+    };
+    let target = "rustup target add thumbv8m.main-none-eabihf";
+    let said = made("");
+    assert!(said.contains(target) && said.contains("KEHAI_WITHOUT_FIRMWARE=1"), "{said}");
+    assert!(!made("1").contains(target));
 }
 
 #[test]

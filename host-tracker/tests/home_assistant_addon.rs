@@ -16,6 +16,9 @@ use serde_json::{Value, json};
 
 const RULES: &str = include_str!("data/home-assistant-addon.json");
 
+/// The tracker's package, as it lies beside the Dockerfile.
+const PACKAGE: &str = "kehai-tracker.deb";
+
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../packaging/home-assistant")
 }
@@ -80,8 +83,11 @@ fn its_version_is_the_trackers_and_every_file_is_there() {
     for line in copied.lines().filter_map(|line| line.strip_prefix("COPY ")) {
         let file = line.split_whitespace().next().unwrap();
         // The package is put there by addon.sh.
-        assert!(file.starts_with("kehai-tracker_") || folder().join("kehai").join(file).exists(), "{file}");
+        assert!(file == PACKAGE || folder().join("kehai").join(file).exists(), "{file}");
     }
+    // One name for all versions and processors: a package of before is replaced, and never another beside it.
+    assert!(copied.contains(&format!("COPY {PACKAGE} /tmp/")), "{copied}");
+    assert!(read("addon.sh").contains(&format!("$out/kehai/{PACKAGE}\n")));
     for (picture, width, height) in [("icon.png", 128, 128), ("logo.png", 290, 100)] {
         let bytes = fs::read(folder().join("kehai").join(picture)).unwrap();
         let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());

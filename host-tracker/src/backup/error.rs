@@ -51,6 +51,9 @@ pub enum BackupError {
     /// A tracker, or another restoration, is at work there.
     #[error("{}: a tracker keeps what happens there: stop it first (sudo systemctl stop kehai-tracker)", .0.display())]
     Running(PathBuf),
+    /// This user may not read the site. Its own file is named: no user knows that of the plan.
+    #[error("{}: may not be read: ask as root (sudo), or name another with --site", .0.display())]
+    Denied(PathBuf),
     /// There is no place for the database.
     #[error("{}: it has a database: --db says where that goes", .0.display())]
     NoPlace(PathBuf),

@@ -131,19 +131,43 @@ pub(super) fn hold(database: Option<&Path>) -> Result<Option<Lock>, BackupError>
     lock::acquire_soon(database).map_err(|lock::Taken| BackupError::Running(database.to_path_buf()))
 }
 
+/// Why the plan of a site is not known.
+fn unread(site: &Path, file: &Path, error: io::Error) -> BackupError {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => BackupError::Denied(site.to_path_buf()),
+        _ => of(file)(error),
+    }
+}
+
 /// Goes on with what was killed while it restored this site; true if there was something.
 ///
 /// # Errors
-/// A file cannot be put into its place, or the restoration is still at work.
+/// A file cannot be put into its place, the restoration is still at work, or the site may not be read.
 pub fn finish(site: &Path) -> Result<bool, BackupError> {
     let file = file_of(site);
     let text = match fs::read(&file) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-        Err(error) => return Err(of(&file)(error)),
+        Err(error) => return Err(unread(site, &file, error)),
     };
     let plan: Plan = serde_json::from_slice(&text).map_err(|error| of(&file)(error.into()))?;
     let _lock = hold(plan.database.as_deref())?;
     plan.finish(site)?;
     Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_site_that_may_not_be_read_is_named_and_not_its_plan() {
+        let site = Path::new("/etc/kehai/site.toml");
+        let said = |kind: io::ErrorKind| unread(site, &file_of(site), kind.into()).to_string();
+        assert_eq!(
+            said(io::ErrorKind::PermissionDenied),
+            "/etc/kehai/site.toml: may not be read: ask as root (sudo), or name another with --site"
+        );
+        assert!(said(io::ErrorKind::IsADirectory).starts_with("/etc/kehai/.site.toml.restore-plan: "));
+    }
 }

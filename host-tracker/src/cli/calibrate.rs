@@ -1,7 +1,7 @@
 //! `kehai-tracker calibrate`: finds where the modules are while a person walks about.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
@@ -137,8 +137,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(db) = &arguments.db {
         pose::note(db, &poses, unix_ms(), Source::Calibration)?;
     }
-    say(format_args!("{}: {} poses written", arguments.site.display(), poses.len()));
+    say(written(&arguments.site, poses.len()));
     Ok(())
+}
+
+/// What was written, and how a tracker comes to use it: it does not look at the file by itself.
+fn written(site: &Path, poses: usize) -> String {
+    format!(
+        "{}: {poses} poses written; a tracker that runs takes them after SIGHUP (service: sudo systemctl \
+         reload kehai-tracker)",
+        site.display()
+    )
 }
 
 /// What the tracker is started with that listens to the walk.
@@ -216,7 +225,7 @@ fn with_strangers(site: &Site, frame: &Snapshot) -> Option<Site> {
 }
 
 /// Whether the user at the terminal wants it written.
-fn asked(file: &std::path::Path) -> io::Result<bool> {
+fn asked(file: &Path) -> io::Result<bool> {
     if !io::stdin().is_terminal() {
         return Ok(false);
     }
@@ -320,6 +329,13 @@ mod tests {
         let Line { arguments } = Line::try_parse_from(words).unwrap();
         let options = options(&arguments, &SiteFile::load(&site).unwrap()).unwrap();
         assert_eq!(options.keys, Some(folder.path().join("home.keys")));
+    }
+
+    #[test]
+    fn poses_that_were_written_are_said_with_what_lets_a_tracker_take_them() {
+        let said = written(Path::new("home.toml"), 4);
+        assert!(said.starts_with("home.toml: 4 poses written; ") && said.lines().count() == 1, "{said}");
+        assert!(said.contains("SIGHUP") && said.contains("systemctl reload kehai-tracker"), "{said}");
     }
 
     #[test]

@@ -15,9 +15,9 @@ use super::user::Place;
 /// What each role may is a table in docs/security.md.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  kehai-tracker token add prometheus --role view --site home.toml
-  kehai-tracker token add \"front controller\" --role reader --role contact --role lock --door front
-  kehai-tracker token list")]
+  sudo kehai-tracker token list                           the service of this machine
+  sudo kehai-tracker token add \"front controller\" --role reader --role contact --role lock --door front
+  kehai-tracker token add prometheus --role view --site home.toml")]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,

@@ -19,9 +19,9 @@ use super::output::print;
 /// second. As long as there is no user, the map is for its own machine alone, and open to all there.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  kehai-tracker user add anna --role admin --site home.toml
-  kehai-tracker user password anna --site home.toml
-  kehai-tracker user list")]
+  sudo kehai-tracker user list                            the service of this machine
+  sudo kehai-tracker user password admin
+  kehai-tracker user add anna --role admin --site home.toml")]
 pub struct Arguments {
     #[command(subcommand)]
     command: Command,

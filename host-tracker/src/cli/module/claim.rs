@@ -174,7 +174,7 @@ fn not_claimed(error: ClientError, device: ModuleId, name: &str) -> Failure {
 /// Rotates.
 pub fn rotate(arguments: &Rotate) -> Result<(), Failure> {
     let file = keys_file(&arguments.target)?;
-    let keys = load(file)?;
+    let keys = target::keys_in(file)?;
     let mut client = arguments.target.control()?;
     let device = client.identity().module;
     let Some(claimed) = keys.get(device).cloned() else {
@@ -209,7 +209,7 @@ fn replace(
 
 /// Says a key.
 pub fn show(arguments: &ShowKey) -> Result<(), Failure> {
-    let keys = load(&arguments.keys)?;
+    let keys = target::keys_in(&arguments.keys)?;
     let is_it = |id: &ModuleId, claimed: &Claimed| {
         claimed.name == arguments.module || id.to_string() == arguments.module
     };
@@ -218,11 +218,6 @@ pub fn show(arguments: &ShowKey) -> Result<(), Failure> {
         .ok_or_else(|| format!("\"{}\" has no keys in {}", arguments.module, arguments.keys.display()))?;
     let Some((id, Key(key))) = keys.key(device, arguments.role.into()) else { return Ok(()) };
     print(format_args!("{id}:{}", HEXLOWER.encode(&key)))
-}
-
-/// The keys in a file that must be there.
-fn load(file: &Path) -> Result<Keys, Failure> {
-    key_file::load(file)?.ok_or_else(|| format!("{}: there is no such file", file.display()).into())
 }
 
 fn keys_file(target: &Target) -> Result<&Path, Failure> {

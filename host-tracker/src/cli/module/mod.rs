@@ -17,6 +17,7 @@ mod update;
 use clap::{Args, Subcommand};
 use host_tracker::module::ModuleError;
 use host_tracker::net::client::ClientError;
+use kehai::wire::Refusal;
 
 use self::claim::Unfinished;
 use self::target::NotFound;
@@ -57,7 +58,11 @@ enum Command {
 /// # Errors
 /// One line.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    match &arguments.command {
+    done(&arguments.command).map_err(in_words)
+}
+
+fn done(command: &Command) -> Result<(), Failure> {
+    match command {
         Command::List(arguments) => list::run(arguments),
         Command::Info(arguments) => info::run(arguments),
         Command::Identify(arguments) => identify::run(arguments),
@@ -75,10 +80,40 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
+/// An error, with what to do where a module listens to holders of a key only.
+fn in_words(error: Failure) -> Failure {
+    let of_client = match error.downcast_ref() {
+        Some(ModuleError::Client(error)) => Some(error),
+        _ => error.downcast_ref(),
+    };
+    if matches!(of_client, Some(ClientError::Refused(Refusal::NeedsKey))) {
+        return format!("{error}: name the site's with --keys SITE.keys").into();
+    }
+    error
+}
+
 /// The exit status for an error: 3 when no module answered.
 pub fn status(error: &Failure) -> u8 {
     let error = error.downcast_ref().map_or(error, |Unfinished { error }| error);
     let silent = matches!(error.downcast_ref(), Some(ClientError::Silent(_)))
         || matches!(error.downcast_ref(), Some(ModuleError::Client(ClientError::Silent(_))));
     if silent || error.is::<NotFound>() { 3 } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_refusal_of_a_module_with_keys_says_how_they_are_named() {
+        let refused = || ClientError::Refused(Refusal::NeedsKey);
+        for error in [Failure::from(refused()), ModuleError::Client(refused()).into()] {
+            let said = in_words(error).to_string();
+            assert!(said.ends_with("holders of a key only: name the site's with --keys SITE.keys"), "{said}");
+        }
+        let busy = in_words(ClientError::Refused(Refusal::Busy).into());
+        assert_eq!(busy.to_string(), ClientError::Refused(Refusal::Busy).to_string());
+        let silent = ClientError::Silent(([127, 0, 0, 1], 9).into());
+        assert_eq!(status(&in_words(silent.into())), 3, "its exit status stays");
+    }
 }

@@ -1,7 +1,7 @@
 //! The module that a command is for: found by name, identity or address.
 
 use std::net::{IpAddr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -46,9 +46,8 @@ pub(super) struct NotFound(pub(super) String);
 impl Target {
     /// Meets the module.
     pub(super) fn connect(&self) -> Result<Client, Failure> {
-        let keys = self.keys.as_deref().map(key_file::load).transpose()?.flatten();
-        let keys = Arc::new(keys.unwrap_or_else(Keys::none));
-        Ok(Client::with_keys(find(&self.module)?, keys)?)
+        let keys = self.keys.as_deref().map_or_else(|| Ok(Keys::none()), keys_in)?;
+        Ok(Client::with_keys(find(&self.module)?, Arc::new(keys))?)
     }
 
     /// Meets the module and takes a place among its subscribers: what changes a module needs one.
@@ -57,6 +56,11 @@ impl Target {
         module::control(&mut client)?;
         Ok(client)
     }
+}
+
+/// The keys in a file that must be there: a name that is mistyped is no site without keys.
+pub(super) fn keys_in(file: &Path) -> Result<Keys, Failure> {
+    key_file::load(file)?.ok_or_else(|| format!("{}: there is no such file", file.display()).into())
 }
 
 /// The address of a module that is named in whatever way.
@@ -110,4 +114,18 @@ pub(super) fn name(message: &Message<'_>) -> Option<String> {
 /// The first address at which what was found answers.
 pub(super) fn meet(found: &Found) -> Option<Client> {
     found.addresses.iter().find_map(|&address| Client::connect(address).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_keys_that_is_named_must_be_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let keys = Some(folder.path().join("hal.keys"));
+        let target = Target { module: "127.0.0.1:9".to_owned(), json: false, keys };
+        let error = target.connect().unwrap_err().to_string();
+        assert!(error.ends_with("hal.keys: there is no such file"), "{error}");
+    }
 }
