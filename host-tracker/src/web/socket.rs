@@ -4,7 +4,7 @@
 //!   ─▶ {"frame": …}   {"fields": …}   {"site": 4}   {"error": "…"}
 //!   ─▶ {"alarms": […]}      those that stand, once and whenever they are others: also to a hidden page
 //!   ─▶ ping, each 20 s      ◀─ pong: a client that reads nothing does not answer, and is gone
-//!   ◀─ {"frames": false}    a hidden page asks for nothing
+//!   ◀─ {"frames": false}    a hidden page asks for nothing, and for a frame now and then as a sign of life
 //!   ◀─ {"frames": false, "reports": true}    ─▶ {"report": {"t": 12.34, "module": "left", "sequence": 7, "tracks": […]}}
 //! ```
 //!   ◀─ {"frames": true, "editing": true}     ─▶ {"editors": [{"name": "anna"}, {"name": null}]}    who else has the editor open

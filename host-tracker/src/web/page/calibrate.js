@@ -126,6 +126,8 @@ export class Calibration {
   }
 
   close(saved, said = "") {
+    // It has ended elsewhere before the answer came: the map and the panel are another's.
+    if (!this.open) return;
     clearInterval(this.timer);
     this.open = false;
     this.layer.replaceChildren();

@@ -46,3 +46,15 @@ Deno.test("after an error the same status is told again", async () => {
   }
   equal([one.text, one.advice.textContent], ["", say("net.no-answer")]);
 });
+
+Deno.test("a walk that has closed does not close what was opened after it", () => {
+  const one = walk();
+  delete one.close;
+  Object.assign(one, {
+    layer: { replaceChildren() {} },
+    on: { form: (form) => one.closed.push(form), close: (...how) => one.closed.push(how) },
+  });
+  one.close(false, "ended");
+  one.close(true);
+  equal(one.closed, [null, [false, "ended"]]);
+});

@@ -32,13 +32,30 @@ const PROMPTS = [
 let ahead_ms = 0;
 let shown = "";
 
-// The screen's token comes once, in its link: /door/front#token=kehai_…, which no server is sent. It is kept in this browser.
-const given = /^#token=(\w+)$/.exec(location.hash)?.[1];
-if (given) {
-  localStorage.setItem("token", given);
-  history.replaceState(null, "", location.pathname + location.search);
+/** Keeps the token in this browser; false where that keeps nothing. */
+function keep(token) {
+  try {
+    localStorage.setItem("token", token);
+    return true;
+  } catch {
+    return false;
+  }
 }
-const token = localStorage.getItem("token");
+
+/** The token that this browser keeps, or null. */
+function kept() {
+  try {
+    return localStorage.getItem("token");
+  } catch {
+    return null;
+  }
+}
+
+// The screen's token comes once, in its link: /door/front#token=kehai_…, which no server is sent. It is kept in this browser, or
+// else stays in the address, where it is found when the page is loaded again.
+const given = /^#token=(\w+)$/.exec(location.hash)?.[1];
+if (given && keep(given)) history.replaceState(null, "", location.pathname + location.search);
+const token = given ?? kept();
 const rights = token ? { Authorization: `Bearer ${token}` } : {};
 
 const keys = [];

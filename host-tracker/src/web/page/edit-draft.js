@@ -32,7 +32,11 @@ export class Draft {
   /** Saved, or thrown away. */
   forget(file) {
     clearTimeout(this.timer);
-    localStorage.removeItem(key(file));
+    try {
+      localStorage.removeItem(key(file));
+    } catch {
+      // Nothing is kept there.
+    }
   }
 
   /** What was drawn before this page, or null. */

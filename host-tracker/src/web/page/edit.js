@@ -266,6 +266,8 @@ export class Editor extends Together {
     if (this.conflicts) return;
     const typing = ["INPUT", "SELECT"].includes(event.target.tagName);
     const ctrl = event.ctrlKey || event.metaKey, key = event.key.toLowerCase();
+    // Enter there presses the button.
+    const onButton = event.target.closest?.("button, a, summary");
     const step = { arrowleft: [-1, 0], arrowright: [1, 0], arrowup: [0, 1], arrowdown: [0, -1] }[key];
     if (ctrl && key === "s") {
       takeTyped();
@@ -276,7 +278,7 @@ export class Editor extends Together {
     } else if (ctrl && key === "y") this.back(this.undone, this.done);
     else if (ctrl && key === "d" && this.part(this.chosen)) this.duplicate();
     else if (key === "escape") this.draft || this.tool !== SELECT ? this.use(SELECT) : this.choose(null);
-    else if (key === "enter" && this.draft) this.finish();
+    else if (key === "enter" && this.draft && !onButton) this.finish();
     else if (key === "enter" && event.target.closest?.(".shape.chosen")) {
       document.querySelector("#edit-form :is(input, select)")?.focus();
     } else if ((key === "delete" || key === "backspace") && this.part(this.chosen)) this.remove();

@@ -149,3 +149,33 @@ Deno.test("a drawing that is on offer is kept again when the new one is discarde
     Object.defineProperty(globalThis, "localStorage", before);
   }
 });
+
+Deno.test("where the browser keeps nothing, the editor closes all the same", () => {
+  const before = Object.getOwnPropertyDescriptor(globalThis, "localStorage");
+  const get = () => {
+    throw new DOMException("site data is blocked", "SecurityError");
+  };
+  Object.defineProperty(globalThis, "localStorage", { get, configurable: true });
+  try {
+    const draft = new Draft();
+    draft.forget("home.toml");
+    equal(draft.found("home.toml"), null);
+  } finally {
+    Object.defineProperty(globalThis, "localStorage", before);
+  }
+});
+
+Deno.test("Enter ends what is drawn, and on a button it presses that", () => {
+  const one = editor(site());
+  Object.assign(one, { draft: { points: [] }, finish: () => one.log.push("finished") });
+  const press = (isButton) =>
+    one.key({
+      key: "Enter",
+      target: { tagName: isButton ? "BUTTON" : "svg", closest: (of) => isButton && of.includes("button") },
+      preventDefault: () => one.log.push("taken"),
+    });
+  press(true);
+  equal(one.log, []);
+  press(false);
+  equal(one.log, ["finished", "taken"]);
+});

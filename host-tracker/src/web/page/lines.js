@@ -1,11 +1,15 @@
 // Counting lines on the map: an arrow to the side that is in, and how many went in and out.
 
+import { keepFocus } from "./focus.js";
 import { ZONE } from "./names.js";
 import { middle, path, put, svg } from "./shapes.js";
 import { say } from "./words.js";
 
 const ARROW_PX = 22;
 const HEAD_PX = 6;
+
+/** What is read aloud of a line: a button that asks why its count, in words, is so; null: not known. */
+const figure = (name, count) => say("line.figure", { line: name, count: count ?? say("zone.unknown-count") });
 
 /** A line with its arrow and its label, as one group. */
 function line({ name, from, to }, px) {
@@ -21,7 +25,7 @@ function line({ name, from, to }, px) {
   const [textX, textY] = at(ARROW_PX + 14, 0);
   return svg(
     "g",
-    { class: "line-group", "data-line": name },
+    { class: "line-group", "data-line": name, tabindex: 0, role: "button", "aria-label": figure(name, null) },
     svg("path", { class: "line", d: path([from, to]) }),
     svg("path", {
       class: "line arrow",
@@ -33,7 +37,8 @@ function line({ name, from, to }, px) {
 
 /** Draws the lines of a site. */
 export function drawLines(layer, site, px) {
-  layer.replaceChildren(...(site.line ?? []).map((one) => line(one, px)));
+  const lines = (site.line ?? []).map((one) => line(one, px));
+  keepFocus(layer, "line", () => layer.replaceChildren(...lines));
 }
 
 /** Writes beside each line how often it was crossed; `frame`: the lines of a frame. What was never seen is not known. */
@@ -42,9 +47,11 @@ export function drawCounts(layer, frame) {
   for (const group of layer.children) {
     const { name, in: inward = null, out: outward = null, state } = byName.get(group.dataset.line) ??
       { name: group.dataset.line };
-    const counted = inward === null ? "?" : say("map.in-out", { in: inward, out: outward });
-    const label = byName.has(name) ? `${name} · ${counted}` : name;
+    const counted = inward === null ? null : say("map.in-out", { in: inward, out: outward });
+    const label = byName.has(name) ? `${name} · ${counted ?? "?"}` : name;
     put(group.querySelector("text"), label);
+    const aloud = figure(name, counted);
+    if (group.getAttribute("aria-label") !== aloud) group.setAttribute("aria-label", aloud);
     group.classList.toggle("unknown", state !== undefined && state !== ZONE.KNOWN);
   }
 }

@@ -286,7 +286,7 @@ const present = connect({
     tray.fields(fields);
   },
   editors: (others) => editor.among(others),
-  // A hidden page gets these, and no frames.
+  // A hidden page gets these, and hardly a frame.
   alarms: (standing) => panel.alarms.update(standing),
   site: (revision) => {
     if (editor.open) editor.told(revision);
@@ -302,13 +302,16 @@ get("zoom-out").onclick = () => view.zoom(1.33);
 get("zoom-all").onclick = () => view.bounds && view.fit(view.bounds);
 get("edit-open").onclick = () => begin(MODE.EDITING, editor);
 get("calibrate-open").onclick = () => begin(MODE.CALIBRATING, calibration);
-for (const layer of ["modules", "people", "doors"]) {
+/** Enter and the space bar do with an element of a layer what a click does. */
+function byKey(layer, does) {
   drawing.layers[layer].addEventListener("keydown", (event) => {
     if (event.key !== "Enter" && event.key !== " ") return;
     event.preventDefault();
-    if (!mode) choose(meant(event.target));
+    if (!mode) does(event.target);
   });
 }
+for (const layer of ["modules", "people", "doors"]) byKey(layer, (element) => choose(meant(element)));
+byKey("lines", (element) => panel.why.open(reason(element)));
 globalThis.addEventListener("keydown", (event) => {
   if (event.key !== "Escape" || editor.open) return;
   if (state.chosen) choose(null);

@@ -3,6 +3,9 @@
 /** Life cycle of a track. */
 export const TRACK = { CONFIRMED: "confirmed", OCCLUDED: "occluded", TENTATIVE: "tentative" };
 
+/** How a track came to be; one that is part of another has {"part-of": …}. */
+export const ORIGIN = { ENTERED: "entered", UNEXPLAINED: "unexplained" };
+
 /** How much of a zone is seen. */
 export const ZONE = { KNOWN: "known", PARTLY: "partly", UNKNOWN: "unknown" };
 

@@ -5,6 +5,10 @@ import { say } from "./words.js";
 
 const AGAIN_MS = [300, 1000, 2000, 4000];
 const SILENT_MS = 3000;
+/** A connection over which no frame comes for so long, though it is asked for, is given up: its end may never be told. */
+const DEAD_MS = 10_000;
+/** A hidden page asks for one frame so often, as a sign that its connection is alive: alarms come over it. */
+const SIGN_MS = 20_000;
 
 /** The event of an answer that says that nobody is logged in. */
 export const LOGGED_OUT = "logged-out";
@@ -14,7 +18,7 @@ export const LOGGED_OUT = "logged-out";
  * `on.closed` each time a connection ends or cannot be made. What it returns is called with whether the editor is open here.
  */
 export function connect(on) {
-  let socket = null, tries = 0, last = 0, state = "", editing = false;
+  let socket = null, tries = 0, last = 0, newest = null, signs = false, state = "", editing = false;
   const tell = (next) => {
     if (next !== state) on.link(state = next);
   };
@@ -23,15 +27,19 @@ export function connect(on) {
     socket = new WebSocket(`${scheme}://${location.host}/ws`);
     socket.onopen = () => {
       tries = 0;
-      last = performance.now();
-      wish();
+      wish(false);
     };
     socket.onmessage = ({ data }) => {
       const message = JSON.parse(data);
       if (message.frame) {
-        last = performance.now();
-        tell(LINK.LIVE);
+        // A connection begins with the newest frame: one that was here before says nothing of now.
+        if (message.frame.unix_ms !== newest) {
+          newest = message.frame.unix_ms;
+          last = performance.now();
+          tell(LINK.LIVE);
+        }
         on.frame(message.frame);
+        if (signs) wish(false);
       }
       if (message.fields) on.fields(message.fields);
       if (message.alarms) on.alarms(message.alarms);
@@ -39,29 +47,39 @@ export function connect(on) {
       if (message.editors) on.editors(message.editors);
       if (message.error) console.warn(message.error);
     };
-    socket.onclose = () => {
-      // Who has gone meanwhile would not be heard of.
-      on.editors([]);
-      tell(LINK.LOST);
-      on.closed();
-      setTimeout(open, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
-    };
+    socket.onclose = ended;
   };
-  // A hidden page asks for no frames.
-  const wish = () => {
+  const ended = () => {
+    // Who has gone meanwhile would not be heard of.
+    on.editors([]);
+    tell(LINK.LOST);
+    on.closed();
+    setTimeout(open, AGAIN_MS[Math.min(tries++, AGAIN_MS.length - 1)]);
+  };
+  const giveUp = () => {
+    socket.onmessage = socket.onclose = null;
+    socket.close();
+    ended();
+  };
+  // A hidden page asks for no frames, but for a sign now and then.
+  const wish = (sign) => {
+    signs = sign;
     const open = socket.readyState === WebSocket.OPEN;
-    if (open) socket.send(JSON.stringify({ frames: !document.hidden, editing }));
+    if (open) socket.send(JSON.stringify({ frames: !document.hidden || signs, editing }));
     last = performance.now();
   };
-  document.addEventListener("visibilitychange", wish);
+  document.addEventListener("visibilitychange", () => wish(false));
   setInterval(() => {
-    const open = socket.readyState === WebSocket.OPEN;
-    if (open && !document.hidden && performance.now() - last > SILENT_MS) tell(LINK.SILENT);
+    if (socket.readyState !== WebSocket.OPEN) return;
+    const silent = performance.now() - last, asks = !document.hidden || signs;
+    if (asks && silent > DEAD_MS) return giveUp();
+    if (!asks && silent > SIGN_MS) return wish(true);
+    if (!document.hidden && silent > SILENT_MS) tell(LINK.SILENT);
   }, 500);
   open();
   return (now) => {
     editing = now;
-    wish();
+    wish(signs);
   };
 }
 

@@ -51,6 +51,92 @@ Deno.test("every try to connect that fails is told, though the state stays the s
   });
 });
 
+/** Calls `does` with a connection whose clock, visibility and timer are the test's; `log` has what was told and sent. */
+async function connected(does) {
+  const sockets = [], again = [], log = [], listeners = {}, clock = { ms: 0 };
+  class WebSocket {
+    static OPEN = 1;
+    constructor() {
+      this.readyState = 0;
+      sockets.push(this);
+    }
+    send(text) {
+      log.push(JSON.parse(text).frames);
+    }
+    close() {
+      this.readyState = 2;
+    }
+  }
+  let tick = null;
+  const page = { hidden: false, addEventListener: (name, listens) => listeners[name] = listens };
+  const globals = {
+    WebSocket,
+    location: { protocol: "http:", host: "tracker" },
+    document: page,
+    performance: { now: () => clock.ms },
+    setTimeout: (does) => again.push(does),
+    setInterval: (does) => tick = does,
+  };
+  const on = { editors() {}, frame() {}, link: (state) => log.push(state), closed: () => log.push("closed") };
+  await among(globals, () => {
+    connect(on);
+    const opens = () => {
+      sockets.at(-1).readyState = 1;
+      sockets.at(-1).onopen();
+    };
+    const frame = (unix_ms) => sockets.at(-1).onmessage({ data: JSON.stringify({ frame: { unix_ms } }) });
+    const pass = (ms) => {
+      clock.ms += ms;
+      tick();
+    };
+    const hide = (hidden) => {
+      page.hidden = hidden;
+      listeners.visibilitychange();
+    };
+    does({ sockets, again, opens, frame, pass, hide, told: () => log.splice(0) });
+  });
+}
+
+Deno.test("a connection over which nothing comes any more is given up, and a frame of before is no sign of life", async () => {
+  await connected(({ sockets, again, opens, frame, pass, told }) => {
+    opens();
+    frame(1000);
+    equal(told(), [true, "live"]);
+    pass(3500);
+    equal(told(), ["silent"]);
+    pass(6000);
+    equal(told(), []);
+    pass(1000);
+    // It is not waited for until the end of the old one is told.
+    equal([told(), sockets[0].readyState, sockets[0].onclose], [["lost", "closed"], 2, null]);
+    again.shift()();
+    opens();
+    frame(1000);
+    equal(told(), [true]);
+    frame(1100);
+    equal(told(), ["live"]);
+  });
+});
+
+Deno.test("a hidden page asks for a frame now and then, and gives up a connection that does not answer", async () => {
+  await connected(({ sockets, again, opens, frame, pass, hide, told }) => {
+    opens();
+    frame(1000);
+    hide(true);
+    told();
+    pass(15_000);
+    equal(told(), []);
+    pass(6000);
+    equal(told(), [true]);
+    frame(22_000);
+    equal(told(), [false]);
+    pass(21_000);
+    equal(told(), [true]);
+    pass(11_000);
+    equal([told(), sockets.length, again.length], [["lost", "closed"], 1, 1]);
+  });
+});
+
 Deno.test("an answer that breaks off is none, and an empty one is", async () => {
   const answers = [
     new Response('{"name":"front"}'),

@@ -1,7 +1,7 @@
 // The parts of a site, all alike: a kind, a name, corners, and whether they close. Also SVG elements and small geometry.
 
 import { gone, newDoor } from "./door-part.js";
-import { BLOCKS, FAILED, HEALTH, KIND, MODULE, TRACK } from "./names.js";
+import { BLOCKS, FAILED, HEALTH, KIND, MODULE, ORIGIN, TRACK } from "./names.js";
 import { say, word } from "./words.js";
 
 const NS = "http://www.w3.org/2000/svg";
@@ -163,20 +163,29 @@ function inside([x, y], polygon) {
   return within;
 }
 
-/** The tracks of a frame that are confirmed or occluded and lie in a zone; without zones, anywhere but where nobody is counted. */
+/** Whether the tracker counts a track: never a part of another one, and one that was never seen to come in where a zone is secure. */
+function isPerson({ origin = ORIGIN.ENTERED, state, x, y }, zones) {
+  if (origin === ORIGIN.UNEXPLAINED) {
+    return zones.some((zone) => zone.secure && inside([x, y], zone.polygon));
+  }
+  return origin === ORIGIN.ENTERED && state !== TRACK.TENTATIVE;
+}
+
+/** The tracks of a frame that the tracker counts and that lie in a zone; without zones, anywhere but where nobody is counted. */
 export function people(line, site) {
   const zones = site.zone ?? [], excludes = site.exclude ?? [];
-  return line.tracks.filter(({ state, x, y }) =>
-    state !== TRACK.TENTATIVE && !excludes.some((area) => inside([x, y], area.polygon)) &&
-    (!zones.length || zones.some((zone) => inside([x, y], zone.polygon)))
-  );
+  return line.tracks.filter((track) => {
+    const isIn = ({ polygon }) => inside([track.x, track.y], polygon);
+    return isPerson(track, zones) && !excludes.some(isIn) && (!zones.length || zones.some(isIn));
+  });
 }
 
 /** Whether the number of people in a zone is known: 0 is only said where all of it is seen. */
 export const isCounted = (zone) => (zone?.count ?? null) !== null;
 
-/** How many people are here, null where that is not known, and the zones of which it is not. Without zones it is known while
- * a device watches whose place is known; what modules were doing in the past (null) is not kept. */
+/** How many people are here, null where that is not known, and the zones of which it is not. What the tracker said is so; a line of
+ * the database has no total. Without zones it is known while a device watches whose place is known; what modules were doing in the
+ * past (null) is not kept. */
 export function total(line, site, modules) {
   const names = countedZones(site);
   const open = names.filter((name) => !isCounted(line.zones?.[name]));
@@ -186,7 +195,7 @@ export function total(line, site, modules) {
     : [...(site.module ?? []).filter(isPlaced), ...(site.floor ?? [])].some(({ name }) =>
       !modules || modules.some((line) => line.name === name && line.state === MODULE.WATCHING)
     );
-  return { count: known ? count : null, open };
+  return { count: line.total ? line.total.count ?? null : known ? count : null, open };
 }
 
 /** Whether a frame or a line of history says what is so at the time that is shown; `isCurrent`: it is of that time. */

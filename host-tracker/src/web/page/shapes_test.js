@@ -1,7 +1,7 @@
 // How many people are here, and how a module is: `deno test --allow-read`.
 
-import { ABOUT, FAILED, HEALTH, MODULE } from "./names.js";
-import { health, isKnown, ofNow, total } from "./shapes.js";
+import { ABOUT, FAILED, HEALTH, MODULE, ORIGIN } from "./names.js";
+import { health, isKnown, ofNow, people, total } from "./shapes.js";
 
 const FRAME = new URL("../../../../docs/schemas/frame.json", import.meta.url);
 
@@ -25,6 +25,30 @@ Deno.test("without zones nobody is counted before a device watches whose place i
   equal(count({}, [line("stranger")]), null);
   // Of the past it is not kept what modules did.
   equal([count({ module: [placed] }, null), count({ module: [waiting] }, null)], [0, null]);
+});
+
+Deno.test("the number of people is what the tracker says, and of the past what it would have said", () => {
+  const polygon = [[0, 0], [4, 0], [4, 4], [0, 4]];
+  const site = (secure) => ({ zone: [{ name: "hall", polygon, secure }] });
+  const track = (id, state, origin) => ({ id, x: id, y: 1, state, ...(origin && { origin }) });
+  const tracks = [
+    track(1, "confirmed"),
+    track(2, "confirmed", { "part-of": 1 }),
+    track(3, "tentative", ORIGIN.UNEXPLAINED),
+    track(3.5, "tentative"),
+  ];
+  const line = { tracks, zones: { hall: { count: 1 } } };
+  const ids = (secure) => people(line, site(secure)).map(({ id }) => id);
+  equal([ids(false), ids(true)], [[1], [1, 3]]);
+  equal(total(line, site(false), null), { count: 1, open: [] });
+  const said = (count) => total({ ...line, total: { count, state: "partly" } }, site(false), []).count;
+  equal([said(7), said(null)], [7, null]);
+});
+
+Deno.test("a track came to be as the tracker says", () => {
+  const all = JSON.parse(Deno.readTextFileSync(FRAME)).$defs.Origin.oneOf;
+  equal(Object.values(ORIGIN), all.filter((one) => one.const).map((one) => one.const));
+  equal(Object.keys(all.at(-1).properties), ["part-of"]);
 });
 
 Deno.test("a module is as bad as the severity of its alarms says", () => {

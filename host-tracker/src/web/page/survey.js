@@ -152,6 +152,9 @@ export class Survey {
   async save() {
     this.accept.disabled = true;
     this.fail(null);
+    const { parts } = this;
+    // Closed meanwhile, and perhaps opened anew, the map and the panel are another's.
+    const isOurs = () => this.open && this.parts === parts;
     const zoneNames = new Map(
       this.parts.filter(({ kind }) => kind === KIND.ZONE).map(({ one, name }) => [one.name, name.trim()]),
     );
@@ -170,8 +173,9 @@ export class Survey {
           site[kind] = [...(site[kind] ?? []), part];
         }
       });
-      this.close(true);
+      if (isOurs()) this.close(true);
     } catch (error) {
+      if (!isOurs()) return;
       this.fail(error);
       this.accept.disabled = false;
     }

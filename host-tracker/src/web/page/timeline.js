@@ -171,7 +171,11 @@ export class TimeLine {
   /** A frame as it comes; some are kept. */
   add(frame) {
     // The clock was set back. What the tracker keeps may come before the frame of that time.
-    if (frame.unix_ms < this.came) this.lines = [];
+    if (frame.unix_ms < this.came) {
+      this.lines = [];
+      // A time that is shown may be one to come now, of which nothing is known.
+      if (this.at !== null && this.at > frame.unix_ms) this.seek(null);
+    }
     this.came = frame.unix_ms;
     if (frame.unix_ms - this.newest() >= STEP_MS) {
       const { unix_ms, tracks, zones, total } = frame;
@@ -187,6 +191,8 @@ export class TimeLine {
   go(at) {
     this.wanted = this.past.asked ? null : at;
     if (!this.past.asked) return;
+    // What is to come is not known: it would be shown as what is now.
+    if (at >= this.newest()) return this.seek(null);
     const ranges = [...this.range_.options].filter((option) => !option.disabled).map((option) =>
       Number(option.value)
     );

@@ -53,3 +53,25 @@ Deno.test("what the tracker kept may be newer than the frame that comes next, an
   time.add({ unix_ms: 800 });
   equal(kept(), [800]);
 });
+
+Deno.test("a time to come is not shown: neither one that is asked for, nor one of before the clock was set back", () => {
+  const sought = [];
+  const time = Object.assign(Object.create(TimeLine.prototype), {
+    lines: [{ unix_ms: 5000 }],
+    came: 5000,
+    at: null,
+    past: { asked: true },
+    on: { seek: (at) => sought.push(at) },
+    show() {},
+    draw() {},
+    glance() {},
+    setPlaying() {},
+  });
+  time.go(6000);
+  equal([time.at, sought], [null, [null]]);
+  time.at = 4000;
+  time.add({ unix_ms: 4500 });
+  equal([time.at, sought], [4000, [null]]);
+  time.add({ unix_ms: 3000 });
+  equal([time.at, sought], [null, [null, null]]);
+});

@@ -111,6 +111,7 @@ export default {
   "panel.no-news": "keine Nachricht",
   "zone.unknown-count": "unbekannt",
   "zone.figure": "{zone}: {count}. Warum?",
+  "line.figure": "Linie {line}: {count}. Warum?",
   "zone.known": "ganz eingesehen",
   "zone.partly": "teilweise eingesehen",
   "zone.unknown": "kein Modul sieht hin",

@@ -111,6 +111,7 @@ export default {
   "panel.no-news": "no news",
   "zone.unknown-count": "unknown",
   "zone.figure": "{zone}: {count}. Why?",
+  "line.figure": "Line {line}: {count}. Why?",
   "zone.known": "all of it seen",
   "zone.partly": "partly seen",
   "zone.unknown": "no module looks there",

@@ -111,6 +111,7 @@ export default {
   "panel.no-news": "情報なし",
   "zone.unknown-count": "不明",
   "zone.figure": "{zone}: {count}。理由は？",
+  "line.figure": "ライン {line}: {count}。理由は？",
   "zone.known": "全体が見えています",
   "zone.partly": "一部が見えています",
   "zone.unknown": "見ているモジュールがありません",
