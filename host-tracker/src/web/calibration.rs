@@ -3,7 +3,7 @@
 //! ```text
 //!   GET  /api/calibration ─▶ how far it is, where to walk next, what was found
 //!   POST /api/calibration ◀─ {"do": "begin" | "finish" | "go-on" | "accept" | "stop"}
-//!                         ─▶ the same; accept: {"revision": 4} once the site's file has the poses
+//!                         ─▶ the same; accept: {"revision": 4} once the site's file has the poses; 403 (not by this role)
 //! ```
 
 use std::sync::Arc;
@@ -68,6 +68,10 @@ pub async fn change(
 }
 
 fn done(shared: &Shared, who: &Who, wish: Do) -> Response {
+    // While a door is in use a walk goes on: nothing changes before its poses are accepted.
+    if let Err((status, why)) = shared.may_by_role(who, None) {
+        return refuse(status, &why);
+    }
     let calibration = &shared.context.calibration;
     match wish {
         Do::Begin => calibration.begin(),
@@ -89,12 +93,19 @@ fn accept(shared: &Shared, who: &Who) -> Response {
         return refusal;
     }
     let (site, changed) = (&shared.context.site, &*shared.context.changed);
+    if let Err(error) = site.look(changed) {
+        return save_refused(&error);
+    }
+    // By hand it may have got doors.
+    if let Some(refusal) = shared.refuse_change(who, None) {
+        return refusal;
+    }
     // The tracker notes the poses of a site that it is given as a user's: the calibration's are noted before.
     let noted = |saved| {
         (shared.context.accepted)(&poses);
         changed(saved)
     };
-    match site.look(changed).and_then(|()| site.save_poses(&poses, noted)) {
+    match site.save_poses(&poses, noted) {
         Ok(revision) => {
             calibration.stop();
             Json(Revised { revision, merged: Vec::new() }).into_response()

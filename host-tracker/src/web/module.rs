@@ -143,7 +143,7 @@ pub async fn act(
     {
         return refusal;
     }
-    let answer = done(&shared, &name, act, &body).await;
+    let answer = done(&shared, &who, &name, act, &body).await;
     if answer.is_ok() {
         tracing::info!("module {name}: {}, asked for by {who}", act.name());
     }
@@ -157,7 +157,7 @@ fn response(answer: Result<Value, Refused>) -> Response {
     }
 }
 
-async fn done(shared: &Arc<Shared>, name: &str, act: Act, body: &[u8]) -> Result<Value, Refused> {
+async fn done(shared: &Arc<Shared>, who: &Who, name: &str, act: Act, body: &[u8]) -> Result<Value, Refused> {
     match act {
         Act::Identify => {
             let Identify { seconds } = read(body)?;
@@ -199,7 +199,7 @@ async fn done(shared: &Arc<Shared>, name: &str, act: Act, body: &[u8]) -> Result
         }
         Act::Rename => {
             let Rename { name: to } = read(body)?;
-            rename(shared, name, to).await
+            rename(shared, who, name, to).await
         }
         Act::Settings => {
             let settings: BTreeMap<String, String> = read(body)?;
@@ -226,32 +226,41 @@ async fn set(shared: &Shared, name: &str, settings: Vec<String>) -> Result<Value
 ///
 /// # Cancellation
 /// Once begun it is done in both: a module with a name that the site does not have would be missing there.
-async fn rename(shared: &Arc<Shared>, name: &str, to: String) -> Result<Value, Refused> {
-    let (shared, name) = (Arc::clone(shared), name.to_owned());
-    let renaming = tokio::spawn(async move { rename_in_both(&shared, &name, to).await });
+async fn rename(shared: &Arc<Shared>, who: &Who, name: &str, to: String) -> Result<Value, Refused> {
+    let (shared, who, name) = (Arc::clone(shared), who.clone(), name.to_owned());
+    let renaming = tokio::spawn(async move { rename_in_both(&shared, &who, &name, to).await });
     renaming.await.unwrap_or_else(|_| Err(broken("the module could not be renamed".to_owned())))
 }
 
-async fn rename_in_both(shared: &Arc<Shared>, name: &str, to: String) -> Result<Value, Refused> {
+/// The site as its file has it now, if this client may change that: by hand it may have got doors.
+fn look(shared: &Shared, who: &Who) -> Result<(), Refused> {
+    let context = &shared.context;
+    context.site.look(&*context.changed).map_err(|error| (save_status(&error), error.to_string()))?;
+    shared.may_change(who, None)
+}
+
+async fn rename_in_both(shared: &Arc<Shared>, who: &Who, name: &str, to: String) -> Result<Value, Refused> {
+    // Before the module has its name: of what is refused nothing is done.
+    let (looking, by) = (Arc::clone(shared), who.clone());
+    let looked = spawn_blocking(move || look(&looking, &by)).await;
+    looked.unwrap_or_else(|_| Err(broken("the site's file could not be read".to_owned())))?;
     let site = shared.context.site.current().site;
     if site.places().any(|(_, known)| known == to) {
         return Err((StatusCode::CONFLICT, format!("the site has a \"{to}\" already")));
     }
     set(shared, name, vec![format!("name={to}")]).await?;
-    let (shared, name) = (Arc::clone(shared), name.to_owned());
+    let (shared, who, name) = (Arc::clone(shared), who.clone(), name.to_owned());
     let saving = move || {
         let (file, changed) = (&shared.context.site, &*shared.context.changed);
         // Of the file, now: another rename may just have been written, and not be in use yet.
-        let renamed = file.look(changed).and_then(|()| {
+        let renamed = look(&shared, &who).and_then(|()| {
             let is_there = file.current().site.modules.iter().any(|module| module.name == name);
-            is_there.then(|| file.rename_module(&name, &to, changed)).transpose()
+            let renamed = is_there.then(|| file.rename_module(&name, &to, changed)).transpose();
+            renamed.map_err(|error| (save_status(&error), error.to_string()))
         });
         match renamed {
             Ok(revision) => Ok(json!(Renamed { name: to, revision })),
-            Err(error) => {
-                let why = format!("it is called {to} now, but not in the site: {error}");
-                Err((save_status(&error), why))
-            }
+            Err((status, why)) => Err((status, format!("it is called {to} now, but not in the site: {why}"))),
         }
     };
     let not_saved = |_| Err(broken("it has its name, but the site could not be saved".to_owned()));

@@ -135,17 +135,35 @@ pub struct Packets {
 }
 
 impl Shared {
-    /// The answer to a change of the site to `site` by a client that may not change it, or while a door is in use.
+    /// The answer to a change of the site to `to` by a client that may not change it, or while a door is in use.
     pub(super) fn refuse_change(&self, who: &Who, to: Option<&Site>) -> Option<Response> {
+        let (status, why) = self.may_change(who, to).err()?;
+        Some(refuse(status, &why))
+    }
+
+    /// Whether a client may change the site to `to` now.
+    ///
+    /// # Errors
+    /// Its role does not let it, or a door is in use: which status that is, and why.
+    pub(super) fn may_change(&self, who: &Who, to: Option<&Site>) -> Result<(), (StatusCode, String)> {
+        self.may_by_role(who, to)?;
+        let in_use = self.context.doors.as_ref().and_then(|doors| doors.may_change_site().err());
+        in_use.map_or(Ok(()), |in_use| Err((StatusCode::CONFLICT, in_use.to_string())))
+    }
+
+    /// Whether its role lets a client change the site to `to`, or begin to.
+    ///
+    /// # Errors
+    /// The site has doors, or would have some.
+    pub(super) fn may_by_role(&self, who: &Who, to: Option<&Site>) -> Result<(), (StatusCode, String)> {
         let is_guarded = |site: &Site| !site.doors.is_empty();
         let guarded = is_guarded(&self.context.site.current().site) || to.is_some_and(is_guarded);
         if guarded && !who.may(Action::ChangeGuardedSite, None) {
             self.context.connections.count(Cause::Role);
             let why = format!("{who} may not change a site with doors: an admin may");
-            return Some(refuse(StatusCode::FORBIDDEN, &why));
+            return Err((StatusCode::FORBIDDEN, why));
         }
-        let in_use = self.context.doors.as_ref()?.may_change_site().err()?;
-        Some(refuse(StatusCode::CONFLICT, &in_use.to_string()))
+        Ok(())
     }
 }
 
