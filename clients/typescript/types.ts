@@ -1203,6 +1203,8 @@ export interface NameLine {
   heard_s: number;
   /** Its first digits. */
   label: string;
+  /** Since it was read last at a place that is known, s: its tracks go by that. Absent while it never was. */
+  read_s?: number | null;
   /** The likeliest first; empty while it is not known which track it is. */
   tracks: Likelihood[];
   /** The zones in which the likeliest is. */
@@ -1825,8 +1827,8 @@ export interface Whereabouts {
   label: string;
   /** Where it was read last, m, if that was said. */
   read: [number, number] | null;
-  /** Since then, s. */
-  read_s: number | null;
+  /** Since it was read last at a place that is known, s: its tracks go by that. Absent while it never was. */
+  read_s?: number | null;
   /** The likeliest first; empty while it is not known which track it is. */
   tracks: Likelihood[];
   /** The zones in which the likeliest is. */

@@ -31,7 +31,7 @@ use kehai_tracking::tracker::LifeCycle;
 /// The `Content-Type` of the text.
 pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// What was lost on the way to those who are told, as they count it; no frame says so.
+/// What was lost on the way to those who are told, as they count it, and which counts there are; no frame says so.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Losses {
     /// What the database has dropped, if there is one.
@@ -42,6 +42,8 @@ pub struct Losses {
     pub reports: u64,
     /// Scans for which viewers or ROS 2 were too slow.
     pub scans: u64,
+    /// Several trackers are one site: what comes in is counted by each of them, and here not at all.
+    pub is_together: bool,
 }
 
 /// The metrics of a frame, and of what was lost, as text.
@@ -65,7 +67,10 @@ impl Collector for Scrape {
         dwell(&self.0, &mut encoder)?;
         tracks(&self.0, &mut encoder)?;
         modules(&self.0, &mut encoder)?;
-        drops(&self.0, &mut encoder)?;
+        if !self.1.is_together {
+            inputs(&self.0, &mut encoder)?;
+        }
+        refusals(&self.0, &mut encoder)?;
         lost(self.1, &mut encoder)
     }
 }
@@ -262,7 +267,8 @@ fn modules(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result
     family(encoder, "kehai_module_alarm", "An alarm that is on", alarms)
 }
 
-fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+/// What the tracker did not use of what came in, and what became of signs.
+fn inputs(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let dropped = &frame.dropped;
     let causes = [
         ("unreadable", dropped.unreadable),
@@ -292,6 +298,22 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
     let help = "Announced devices that were not asked, or are no longer known, by cause";
     family(encoder, "kehai_devices_refused", help, samples)?;
+    let signs = &frame.signs;
+    let outcomes = [
+        ("taken", signs.taken),
+        ("malformed", signs.malformed),
+        ("no_reader", signs.no_reader),
+        ("no_place", signs.no_place),
+        ("late", signs.late),
+        ("untracked", signs.untracked),
+        ("full", signs.full),
+    ];
+    let samples = outcomes.map(|(outcome, count)| ([("outcome", outcome)], ConstCounter::new(count)));
+    family(encoder, "kehai_signs", "Cards and tags that were read, by what became of them", samples)
+}
+
+/// What this program refused itself, or could not hand on.
+fn refusals(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let http = &frame.http;
     let causes = [
         ("full", http.full),
@@ -309,19 +331,7 @@ fn drops(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
     let help = "HTTP connections and requests that were refused or ended, by cause";
     family(encoder, "kehai_http_refused", help, samples)?;
     let help = "Snapshots that the database, MQTT or another sink did not get, as it had fallen behind";
-    plain(encoder, "kehai_snapshots_missed", help, frame.missed)?;
-    let signs = &frame.signs;
-    let outcomes = [
-        ("taken", signs.taken),
-        ("malformed", signs.malformed),
-        ("no_reader", signs.no_reader),
-        ("no_place", signs.no_place),
-        ("late", signs.late),
-        ("untracked", signs.untracked),
-        ("full", signs.full),
-    ];
-    let samples = outcomes.map(|(outcome, count)| ([("outcome", outcome)], ConstCounter::new(count)));
-    family(encoder, "kehai_signs", "Cards and tags that were read, by what became of them", samples)
+    plain(encoder, "kehai_snapshots_missed", help, frame.missed)
 }
 
 /// A counter without labels.
@@ -332,7 +342,7 @@ fn plain(encoder: &mut DescriptorEncoder<'_>, name: &str, help: &str, count: u64
 }
 
 fn lost(losses: Losses, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
-    let Losses { database, mqtt, reports, scans } = losses;
+    let Losses { database, mqtt, reports, scans, .. } = losses;
     if let Some(mqtt) = mqtt {
         let help = "Messages of the MQTT broker that came too fast and were dropped; absent without a broker";
         plain(encoder, "kehai_mqtt_dropped", help, mqtt)?;

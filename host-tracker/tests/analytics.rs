@@ -226,3 +226,25 @@ fn duckdb_finds_what_the_report_says() {
     assert_eq!((&right["lost_percent"], &right["checksum_errors"]), (&Value::Null, &Value::Null));
     assert_eq!(right["watching_percent"], 0.0);
 }
+
+#[test]
+fn paths_of_two_databases_with_the_same_numbers_are_not_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let (lake, span_ms) = (folder.path().join("lake"), (0, midnight_ms() + 4 * HOUR_MS));
+    let lasts_ms = 20 * MINUTE_MS;
+    // As after a database was put aside: runs and tracks begin at 1 again.
+    for (name, hour_ms) in [("old.db", midnight_ms() - 20 * HOUR_MS), ("new.db", midnight_ms() + HOUR_MS)] {
+        let (file, begun_ms) = (folder.path().join(name), hour_ms + 10 * MINUTE_MS);
+        let store = Store::open(&file, &site(), keep(30)).unwrap();
+        for at_ms in (begun_ms..begun_ms + lasts_ms).step_by(1000) {
+            store.see_waiting(frame(at_ms, begun_ms));
+        }
+        drop(store);
+        partitioned(&file, &lake, span_ms);
+    }
+    let Some(answers) = answers(&lake) else { return };
+    let cells = answers["5"].as_array().unwrap();
+    let seconds: f64 = cells.iter().map(|cell| cell["seconds"].as_f64().unwrap()).sum();
+    let three_twice_s = 3.0 * 2.0 * lasts_ms as f64 * 1e-3;
+    assert!((0.8 * three_twice_s..=1.01 * three_twice_s).contains(&seconds), "{seconds} of {three_twice_s}");
+}

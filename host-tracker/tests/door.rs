@@ -20,7 +20,7 @@ fn a_passage_from_the_card_to_the_lock() {
     let asked = server.waits_for("asked");
     let name = &asked["names"][0];
     assert_eq!(name["track"], 1, "the person at the reader has shown the card: {asked:#}");
-    assert_eq!(name["label"].as_str().map(str::len), Some(4), "four digits of a hash: {name}");
+    assert_eq!(name["label"].as_str().map(str::len), Some(8), "eight digits of a hash: {name}");
     let track = &server.ask("GET /api/state", &[], "").1["tracks"][0];
     assert_eq!((&track["x"], &track["y"]), (&json!(0.0), &json!(0.4)), "a card moves no track: {track}");
     assert!(!asked.to_string().contains("04:A2"), "the card's number is not told");
@@ -204,7 +204,7 @@ fn a_passage_is_replayed_on_the_map() {
     server.tell("card", json!({ "card": "7" }));
     // Beside the one at the reader stands a part of the card's hash, and how sure that is.
     let card = "document.querySelector('#map .person text').textContent";
-    page.wait("the card is beside its track", &format!("/^card [0-9a-f]{{4}} 9\\d%$/.test({card})"));
+    page.wait("the card is beside its track", &format!("/^card [0-9a-f]{{8}} 9\\d%$/.test({card})"));
     std::thread::sleep(std::time::Duration::from_secs(2));
     server.tell("number", json!({ "number": 1 }));
     server.waits_for("unlocked");

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use broker::{Broker, Frames, Listener, OLD, PATIENCE, frame, mosquitto, settings};
+use broker::{Broker, Frames, Listener, OLD, PATIENCE, SITE, frame, mosquitto, settings};
 use host_tracker::certificate::Certificate;
 use host_tracker::mqtt::trust::{self, TrustFiles};
 use host_tracker::mqtt::{Buttons, Publisher, Settings};
@@ -400,7 +400,7 @@ fn a_press_at_the_broker_reaches_its_module_only_if_run_was_told_so() {
     let refused = format!("{LEFT}/refused");
 
     // Without the option there is no button, and a press is nothing: what comes after it has been heard.
-    let beside = Beside::start(broker.port, "", None);
+    let beside = Beside::start(broker.port, SITE, None);
     listener.hears(LEFT_CONFIG, |payload| !payload.contains("command_topic"));
     listener.hears(STATUS, |payload| payload == "online");
     press(&listener, "learn", "PRESS", false);
@@ -410,7 +410,7 @@ fn a_press_at_the_broker_reaches_its_module_only_if_run_was_told_so() {
     assert!(!listener.known.contains_key(&refused));
 
     let buttons = Some(Buttons { keys: None });
-    let beside = Beside::start(broker.port, "", buttons.clone());
+    let beside = Beside::start(broker.port, SITE, buttons.clone());
     let module = &beside.module;
     module.set_read_timeout(Some(PATIENCE)).unwrap();
     let topic = |button: &str| format!("\"command_topic\":\"{LEFT}/{button}\"");

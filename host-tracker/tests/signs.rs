@@ -58,7 +58,7 @@ fn a_tag_names_the_track_at_its_place_and_moves_none() {
     assert!(!text.contains("04:A2") && !text.contains("tag 7"), "no ID is told: {text}");
     let whole: Vec<usize> =
         named["names"].as_array().unwrap().iter().map(|name| name["label"].as_str().unwrap().len()).collect();
-    assert_eq!(whole, [4, 4], "{named:#}");
+    assert_eq!(whole, [8, 8], "{named:#}");
 
     let there = |id: &str| server.ask(&format!("GET /api/where?id={id}"), &[], "");
     let (status, card) = there("04%3Aa2%3A2b");
@@ -157,8 +157,14 @@ fn names_are_kept_by_hash_and_for_as_long_as_cards() {
     let keep = Keep { days: 365, card_days: 7 };
     let frame = |days_ago: u64, card: u128, track: u64| {
         let tracks = vec![Likelihood { track, probability: 0.9 }];
-        let name =
-            NameLine { card: Some(Card(card)), label: "0000".into(), heard_s: 0.0, tracks, zones: vec![] };
+        let name = NameLine {
+            card: Some(Card(card)),
+            label: "00000000".into(),
+            heard_s: 0.0,
+            read_s: Some(0.0),
+            tracks,
+            zones: vec![],
+        };
         Snapshot { unix_ms: unix_ms() - days_ago * 86_400_000, names: vec![name], ..Snapshot::default() }
     };
     let site = std::sync::Arc::default();
@@ -168,7 +174,9 @@ fn names_are_kept_by_hash_and_for_as_long_as_cards() {
     drop(store);
     let kept = || -> Vec<(u64, Vec<u8>)> {
         let database = rusqlite::Connection::open(&file).unwrap();
-        let mut asked = database.prepare("SELECT track, hash FROM name ORDER BY at_ms").unwrap();
+        // A row of at most 0.5 says that the name has ended.
+        let names = "SELECT track, hash FROM name WHERE probability > 0.5 ORDER BY at_ms";
+        let mut asked = database.prepare(names).unwrap();
         let rows = asked.query_map([], |row| Ok((row.get(0)?, row.get(1)?))).unwrap();
         rows.map(Result::unwrap).collect()
     };
@@ -194,7 +202,7 @@ fn the_map_shows_names_and_answers_where_a_person_is() {
     page.wait("the question is there", "!document.querySelector('#where').hidden");
     sign(&server, json!({ "id": "04:A2", "reader": "gate" }));
     let first = "document.querySelector('[data-person=\"1\"] text').textContent";
-    page.wait("a part of its hash is beside its track", &format!("/^ID [0-9a-f]{{4}} \\d+%$/.test({first})"));
+    page.wait("a part of its hash is beside its track", &format!("/^ID [0-9a-f]{{8}} \\d+%$/.test({first})"));
     let ask = |page: &mut chromium::Page, id: &str| {
         page.value("document.querySelector('#where-id').focus()");
         page.value("document.querySelector('#where-id').select()");

@@ -1295,6 +1295,8 @@ class NameLine(TypedDict):
     heard_s: float
     # Its first digits.
     label: str
+    # Since it was read last at a place that is known, s: its tracks go by that. Absent while it never was.
+    read_s: NotRequired[float | None]
     # The likeliest first; empty while it is not known which track it is.
     tracks: list[Likelihood]
     # The zones in which the likeliest is.
@@ -1946,8 +1948,8 @@ class Whereabouts(TypedDict):
     label: str
     # Where it was read last, m, if that was said.
     read: list[float] | None
-    # Since then, s.
-    read_s: float | None
+    # Since it was read last at a place that is known, s: its tracks go by that. Absent while it never was.
+    read_s: NotRequired[float | None]
     # The likeliest first; empty while it is not known which track it is.
     tracks: list[Likelihood]
     # The zones in which the likeliest is.

@@ -1,8 +1,8 @@
 //! Names over borders, followed in two ways: a name that one way loses while the other keeps it is lost by that way alone.
 //!
 //! ```text
-//!   one tracker   ── "a11c" ──┼── "a11c" ─▶ kept         both ways lose a name where people meet and cannot be told
-//!   four          ── "a11c" ──┼──        ─▶ lost alone   apart: that is no fault of a border
+//!   one tracker   ── "a11c…" ─┼─ "a11c…" ─▶ kept         both ways lose a name where people meet and cannot be told
+//!   four          ── "a11c…" ─┼─         ─▶ lost alone   apart: that is no fault of a border
 //! ```
 
 /// The same crossing is settled at times that differ by less, s: the one way pairs a person a little later than the other.

@@ -17,7 +17,7 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait};
 
 use super::keys::What;
-use super::link::{one_line, open};
+use super::link::{newest, one_line, open};
 use super::{AreaPlace, AreaSettings, LinkError, Said, SiteSaid};
 use crate::site_file;
 use crate::supervise::Worker;
@@ -88,7 +88,7 @@ fn publish(
     let (mut number, mut changed, mut site_revision) = (0, site.clone(), revision(&site.borrow()));
     while !stop.load(Ordering::Relaxed) {
         let frame = match frames.recv_timeout(WAIT) {
-            Ok(frame) => frame,
+            Ok(frame) => newest(frame, frames),
             Err(RecvTimeoutError::Timeout) => continue,
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         };

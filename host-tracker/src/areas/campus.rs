@@ -45,6 +45,9 @@ const PICTURES: usize = 60;
 /// Longest frame or site that is taken, bytes: a thousand modules.
 const LONGEST: usize = 4 << 20;
 
+/// Areas are found within this: until then the broker is not told what there is, as it would forget all that is not.
+const FOUND: Duration = Duration::from_secs(5);
+
 /// Most areas of a site.
 const AREAS_MAX: usize = 100;
 
@@ -86,6 +89,8 @@ struct Out {
     frames: watch::Sender<Arc<Snapshot>>,
     site: watch::Sender<Arc<Site>>,
     queue: SyncSender<Arc<Snapshot>>,
+    /// Whether they go there, too.
+    is_begun: bool,
     /// Pictures that found no room there.
     missed: u64,
     file: SiteFile,
@@ -107,7 +112,9 @@ impl Out {
         let picture = Arc::new(picture);
         self.listed.show(picture.unix_ms, picture.alarms.clone());
         self.frames.send_replace(Arc::clone(&picture));
-        if let Err(TrySendError::Full(_)) = self.queue.try_send(picture) {
+        if self.is_begun
+            && let Err(TrySendError::Full(_)) = self.queue.try_send(picture)
+        {
             self.missed += 1;
         }
     }
@@ -148,9 +155,17 @@ impl Campus {
         let (site_in, site) = watch::channel(Arc::default());
         let (queue, pictures) = sync_channel(PICTURES);
         let own = new_list();
-        let kept = alarms.clone();
-        let mut out =
-            Out { frames: frames_in, site: site_in, queue, missed: 0, file, listed, alarms: kept, own };
+        let mut out = Out {
+            frames: frames_in,
+            site: site_in,
+            queue,
+            is_begun: false,
+            missed: 0,
+            file,
+            listed,
+            alarms: alarms.clone(),
+            own,
+        };
         let work = move |stop: &AtomicBool| {
             let Some(session) = open(&config, stop, say) else { return Ok(()) };
             say(&format!("the areas of {} are heard over Zenoh", settings.site));
@@ -204,15 +219,20 @@ fn follow(
     // Only of areas that the campus keeps, which forgets none.
     let mut known: BTreeMap<AreaName, Known> = BTreeMap::new();
     let mut site = Arc::new(Site::default());
-    let mut next = Instant::now();
+    let begun = Instant::now();
+    let mut next = begun;
     let mut log = CountLog::default();
+    out.is_begun = false;
     while !stop.load(Ordering::Relaxed) {
         // Also while so many news come that some always wait.
         let now = Instant::now();
         if now >= next {
             // After a sleep of the machine there is one picture, not all that were missed.
             next = (next + EVERY).max(now);
-            out.show(campus.picture(&site, clock.now_us(), unix_ms()));
+            let now_us = clock.now_us();
+            let picture = campus.picture(&site, now_us, unix_ms());
+            out.is_begun |= is_found(&campus, &settings.expected, now_us, begun.elapsed());
+            out.show(picture);
             lost.say(&mut log);
         }
         match news.recv_timeout(next.saturating_duration_since(now)) {
@@ -221,8 +241,10 @@ fn follow(
                     continue;
                 }
                 let known = known.entry(area.clone()).or_default();
+                let is_old = known.revision != Some(revision);
+                campus.note_site(&area, is_old);
                 let is_due = known.asked.is_none_or(|asked| asked.elapsed() >= ASK_AGAIN);
-                if known.revision != Some(revision) && is_due {
+                if is_old && is_due {
                     known.asked = Some(Instant::now());
                     let (to_sites, lost_sites) = sender();
                     let place = AreaPlace { site: settings.site.clone(), area };
@@ -245,6 +267,13 @@ fn follow(
         }
     }
     Ok(())
+}
+
+/// Whether what is heard so long after the start is all that there is: all areas that are expected, or after a while those that were
+/// heard by then. Of one that is expected and silent it is known that something is missing.
+fn is_found(campus: &areas::Campus, expected: &[AreaName], now_us: u64, after: Duration) -> bool {
+    let has_areas = campus.names().next().is_some();
+    has_areas && after >= FOUND || !expected.is_empty() && campus.is_known(now_us)
 }
 
 /// Asks for the site of an area; the answer comes later, or never.
@@ -294,6 +323,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_broker_is_told_once_all_areas_are_found_or_were_waited_for() {
+        let heard = |campus: &mut areas::Campus, area: &AreaName| {
+            let said = AreaFrame { epoch: 1, number: 1, frame: Snapshot::default() };
+            assert!(campus.hear(area, said, 0));
+            campus.set_site(area, Site::default());
+        };
+        let expected: [AreaName; 2] = ["east", "west"].map(|name| name.parse().unwrap());
+        let mut campus = areas::Campus::new(&expected, 10);
+        heard(&mut campus, &expected[0]);
+        assert!(!is_found(&campus, &expected, 0, Duration::from_secs(4)), "the west is missed");
+        assert!(is_found(&campus, &expected, 0, FOUND), "and is an alarm");
+        heard(&mut campus, &expected[1]);
+        assert!(is_found(&campus, &expected, 0, Duration::ZERO));
+        // Without names it is not known how many there are.
+        let mut campus = areas::Campus::new(&[], 10);
+        assert!(!is_found(&campus, &[], 0, Duration::from_secs(3600)), "none was heard: nothing is known");
+        heard(&mut campus, &expected[0]);
+        assert!(!is_found(&campus, &[], 0, Duration::from_secs(4)) && is_found(&campus, &[], 0, FOUND));
+    }
+
+    #[test]
     fn pictures_that_a_slow_sink_does_not_get_are_counted() {
         let (queue, pictures) = sync_channel(1);
         let file = SiteFile::together(std::path::Path::new("campus"));
@@ -301,7 +351,11 @@ mod tests {
         let (site, _) = watch::channel(Arc::default());
         let (listed, alarms, own) =
             (AlarmHandle::default(), TrackerAlarms::default(), AlarmList::new(1 << 40));
-        let mut out = Out { frames, site, queue, missed: 0, file, listed, alarms: alarms.clone(), own };
+        let (is_begun, missed, kept) = (false, 0, alarms.clone());
+        let mut out = Out { frames, site, queue, is_begun, missed, file, listed, alarms: kept, own };
+        out.show(Snapshot::default());
+        assert!(pictures.try_recv().is_err() && out.missed == 0, "nothing is found yet");
+        out.is_begun = true;
         for _ in 0..4 {
             out.show(Snapshot::default());
         }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 use zenoh::{Config, Session, Wait};
@@ -54,6 +55,11 @@ pub(crate) fn one_line(error: &(impl fmt::Display + ?Sized)) -> String {
     error.to_string().lines().map(str::trim).collect::<Vec<_>>().join(" ")
 }
 
+/// The newest of what waits, `first` the oldest: what came while there was no session is not told as of now.
+pub(crate) fn newest<T>(first: T, waiting: &Receiver<T>) -> T {
+    waiting.try_iter().last().unwrap_or(first)
+}
+
 /// A session; none if the program ends before. `say` is told why there is none, each time that changes.
 pub(crate) fn open(config: &Config, stop: &AtomicBool, say: impl Fn(&str)) -> Option<Session> {
     let mut told = String::new();
@@ -75,4 +81,18 @@ pub(crate) fn open(config: &Config, stop: &AtomicBool, say: impl Fn(&str)) -> Op
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_what_waited_for_a_session_only_the_newest_is_told() {
+        let (tell, waiting) = std::sync::mpsc::channel();
+        (1..=5).for_each(|number| tell.send(number).unwrap());
+        let first = waiting.recv().unwrap();
+        assert_eq!(newest(first, &waiting), 5);
+        assert_eq!(newest(6, &waiting), 6, "nothing else waits");
+    }
 }

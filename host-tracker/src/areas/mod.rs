@@ -46,7 +46,7 @@ use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 
 #[cfg(feature = "zenoh")]
-pub(crate) use link::{one_line, open};
+pub(crate) use link::{newest, one_line, open};
 pub use settings::{AreaPlace, AreaSettings, Network};
 #[cfg(feature = "zenoh")]
 pub use {

@@ -5,8 +5,13 @@ use kehai_tracking::alarm::{AlarmKind, AlarmLine};
 use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::occupancy::{Found, Total, ZoneLine};
 
-const LOSSES: Losses =
-    Losses { database: Some(Dropped { messages: 6, rows: 4 }), mqtt: Some(7), reports: 8, scans: 9 };
+const LOSSES: Losses = Losses {
+    database: Some(Dropped { messages: 6, rows: 4 }),
+    mqtt: Some(7),
+    reports: 8,
+    scans: 9,
+    is_together: false,
+};
 
 fn frame() -> Arc<Snapshot> {
     let total = Total { count: Some(0), state: ZoneKnown::Known };
@@ -109,6 +114,17 @@ fn a_missing_module_has_no_figures_but_is_told_to_be_missing() {
     }
     assert!(!text.contains("kehai_module_scans_hertz{module=\"right\"}"), "{text}");
     assert!(!text.contains("module=\"stranger\""), "{text}");
+}
+
+#[test]
+fn what_the_trackers_of_areas_count_is_absent_and_not_0() {
+    let text = text(&frame(), Losses { is_together: true, ..LOSSES });
+    for name in ["kehai_datagrams_dropped", "kehai_devices_refused", "kehai_signs"] {
+        assert!(!text.contains(name), "{name} in\n{text}");
+    }
+    for line in ["kehai_snapshots_missed_total 5", "kehai_http_refused_total{cause=\"full\"} 0"] {
+        assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
+    }
 }
 
 #[test]

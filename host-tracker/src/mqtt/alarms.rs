@@ -18,10 +18,10 @@ use kehai_tracking::alarm_list::{About, ListedAlarm};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::Snapshot;
 
-/// Every state about alarms, by its topic. Those of modules that were only found are not this site's.
+/// Every state about alarms, by its topic. Those of modules without a place in the site are not this site's.
 pub fn states(frame: &Snapshot, site: &Site, topics: &Topics) -> BTreeMap<String, State> {
     let modules: BTreeMap<&str, String> =
-        modules(frame).into_iter().map(|(slug, line)| (line.name.as_str(), slug)).collect();
+        modules(frame, site).into_iter().map(|(slug, line)| (line.name.as_str(), slug)).collect();
     let doors: BTreeMap<&str, String> = doors(frame).into_iter().collect();
     let zones: BTreeMap<&str, String> = zones(frame, site).into_iter().collect();
     let areas: BTreeMap<&str, String> = areas(frame).into_iter().collect();
@@ -63,7 +63,7 @@ fn areas(frame: &Snapshot) -> Vec<(&str, String)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::messages::tests::{frame, topics};
+    use super::super::messages::tests::{frame, site, topics};
     use super::*;
     use kehai_tracking::alarm::{Active, AlarmKind, AlarmLine, Cause, Source};
     use kehai_tracking::alarm_list::AlarmList;
@@ -91,7 +91,7 @@ mod tests {
             );
             list.acknowledge(&[1], "anna", 200).unwrap();
             frame.alarms = list.standing().to_vec();
-            states(frame, &Site::default(), &topics())
+            states(frame, &site(), &topics())
         };
         let now = listed(&mut frame);
         let topics_of: Vec<&str> = now.keys().map(String::as_str).collect();

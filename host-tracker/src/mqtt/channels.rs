@@ -133,7 +133,7 @@ mod tests {
     use super::super::holds::Holds;
     use super::super::home_assistant::{About, discovery};
     use super::super::inputs::is_input;
-    use super::super::messages::tests::{frame, topics};
+    use super::super::messages::tests::{frame, site, topics};
     use super::super::{alarms, messages, presses};
     use super::*;
     use kehai_tracking::alarm::{Active, AlarmKind, AlarmLine, Cause, Source};
@@ -157,8 +157,8 @@ mod tests {
             unfollowed: 0,
         };
         frame.lines.push(line);
-        let name = NameLine { card: None, label: "a11c".into(), heard_s: 0.0, tracks: vec![], zones: vec![] };
-        frame.names.push(name);
+        let (label, tracks, zones) = ("a11ce000".into(), vec![], vec![]);
+        frame.names.push(NameLine { card: None, label, heard_s: 0.0, read_s: None, tracks, zones });
         let site = "[[zone]]\nname = \"hall\"\nsecure = true\npolygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]\n\
                     [[door]]\nname = \"front\"\nzone = \"hall\"\nline = [[-0.45, 1.0], [0.45, 1.0]]\nfail = \"secure\"\n";
         let site = Site::parse("site", site).unwrap();
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn every_topic_is_of_one_channel_and_every_channel_is_published() {
-        let (frame, site, topics) = (full(), Site::default(), topics());
+        let (frame, site, topics) = (full(), site(), topics());
         let mut published: Vec<String> =
             messages::states(&frame, &site, &topics, &Holds::default()).into_keys().collect();
         published.extend(alarms::states(&frame, &site, &topics).into_keys());
@@ -219,7 +219,7 @@ mod tests {
         for channel in channels() {
             let topic = channel.address.replace("{prefix}/{site}", &topics.site()).replace("{door}", "front");
             let topic = topic.replace("{module}", "left");
-            let button = presses::button(&frame, &topics, &topic).is_some();
+            let button = presses::button(&frame, &site(), &topics, &topic).is_some();
             assert_eq!(button, matches!(channel.payload, Payload::TakenWord(_)), "{topic}");
             let is_taken = !matches!(channel.payload, Payload::Json(_) | Payload::Word(_));
             assert_eq!(is_input(&topics, &topic), is_taken, "{topic}");

@@ -22,14 +22,20 @@ impl Holds {
     /// Notes which zones have people in `frame`, at `now_ms`.
     pub(super) fn note(&mut self, frame: &Snapshot, site: &Site, now_ms: u64) {
         self.now_ms = now_ms;
-        self.until_ms.retain(|_, until_ms| now_ms < *until_ms);
-        let held = site.zones.iter().filter_map(|zone| Some((&zone.name, zone.hold_s?)));
-        for (name, hold_s) in held {
+        // Saturates: a time of at most an hour.
+        let until_ms = |hold_s: f64| now_ms.saturating_add((hold_s * 1e3) as u64);
+        let held: BTreeMap<&str, u64> =
+            site.zones.iter().filter_map(|zone| Some((zone.name.as_str(), until_ms(zone.hold_s?)))).collect();
+        // A hold that was made shorter, or taken from the site, counts from now on.
+        self.until_ms.retain(|name, until_ms| {
+            let Some(latest_ms) = held.get(name.as_str()) else { return false };
+            *until_ms = (*until_ms).min(*latest_ms);
+            now_ms < *until_ms
+        });
+        for (name, until_ms) in held {
             let people = frame.line.zones.get(name).and_then(|zone| zone.count());
             if people.is_some_and(|people| people > 0) {
-                // Saturates: a time of at most an hour.
-                let hold_ms = (hold_s * 1e3) as u64;
-                self.until_ms.insert(name.clone(), now_ms.saturating_add(hold_ms));
+                self.until_ms.insert(name.to_owned(), until_ms);
             }
         }
     }
@@ -86,14 +92,24 @@ mod tests {
     }
 
     #[test]
-    fn a_hold_that_is_taken_from_the_site_runs_out_as_it_was() {
+    fn a_hold_that_is_made_shorter_or_taken_from_the_site_holds_no_longer_than_the_site_says() {
         let mut holds = Holds::default();
         let mut frame = frame();
         frame.line.zones.insert("hall".into(), zone(1, ZoneKnown::Known));
-        holds.note(&frame, &site("hold_s = 2"), 0);
-        holds.note(&frame, &site(""), 1000);
-        assert_eq!(holds.is_occupied("hall", Some(0)), Some(true));
-        holds.note(&frame, &site(""), 2000);
+        holds.note(&frame, &site("hold_s = 600"), 0);
+        frame.line.zones.insert("hall".into(), zone(0, ZoneKnown::Known));
+        let mut said = |hold_s: &str, now_ms: u64| {
+            holds.note(&frame, &site(hold_s), now_ms);
+            holds.is_occupied("hall", Some(0))
+        };
+        assert_eq!(said("hold_s = 600", 1000), Some(true));
+        assert_eq!(said("hold_s = 2", 2000), Some(true));
+        assert_eq!(said("hold_s = 2", 3900), Some(true));
+        assert_eq!(said("hold_s = 2", 4000), Some(false));
+        assert_eq!(said("hold_s = 600", 5000), Some(false), "a longer one begins with the next person");
+        frame.line.zones.insert("hall".into(), zone(1, ZoneKnown::Known));
+        holds.note(&frame, &site("hold_s = 600"), 6000);
+        holds.note(&frame, &site(""), 6100);
         assert_eq!(holds.is_occupied("hall", Some(0)), Some(false));
     }
 }

@@ -7,14 +7,20 @@
 //!              └ device: map, version, identity, room; components: `entities`
 //! ```
 //!
+//! A device that is named no more is taken away by an empty message. A component that is named no more stays: it goes when it is
+//! named once with its platform alone.
+//!
 //! Source: Home Assistant's MQTT discovery, *device discovery payload*, and its device registry.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use serde::Deserialize;
+use serde_json::Value;
+
 use super::entities::{Components, buttons, of_door, of_module, of_site};
 use super::messages::{doors, modules};
-use super::payloads::{Device, Discovery, Origin, written};
+use super::payloads::{Device, Discovery, Entity, Gone, Origin, written};
 use super::topics::Topics;
 use kehai_tracking::geometry::{Point, inside};
 use kehai_tracking::site::Site;
@@ -44,6 +50,8 @@ pub fn discovery(frame: &Snapshot, about: &About, topics: &Topics) -> BTreeMap<S
         let [id] = &device.identifiers;
         let topic = format!("{prefix}/device/{id}/config");
         let origin = Origin { name: "kehai", sw_version: VERSION };
+        let there = |(name, component)| (name, Entity::There(Box::new(component)));
+        let components = components.into_iter().map(there).collect();
         configs.insert(topic, written(&Discovery { components, device, origin }));
     };
     let device = |id: String, name: String, model| Device {
@@ -59,7 +67,7 @@ pub fn discovery(frame: &Snapshot, about: &About, topics: &Topics) -> BTreeMap<S
         ..device(id.clone(), topics.title.clone(), "tracker")
     };
     add(tracker, of_site(frame, site, topics));
-    for (slug, module) in modules(frame) {
+    for (slug, module) in modules(frame, site) {
         let own = format!("{id}_{slug}");
         let said = |text: &str| (!text.is_empty()).then(|| text.to_owned());
         let device = Device {
@@ -90,6 +98,33 @@ pub fn discovery(frame: &Snapshot, about: &About, topics: &Topics) -> BTreeMap<S
     configs
 }
 
+/// Components of a device by their names, as they would be removed.
+pub(super) type Removable = BTreeMap<String, Gone>;
+
+/// Those of a discovery message, of this version or another; none of any other payload.
+pub(super) fn removable(payload: &[u8]) -> Removable {
+    #[derive(Deserialize)]
+    struct Named {
+        components: Removable,
+    }
+    serde_json::from_slice(payload).map_or_else(|_| Removable::new(), |named: Named| named.components)
+}
+
+/// A discovery message that also removes those of the components `before` that it names no more; none if it names all.
+pub(super) fn parting(payload: &str, before: Removable) -> Option<String> {
+    if before.is_empty() {
+        return None;
+    }
+    let mut config: Value = serde_json::from_str(payload).ok()?;
+    let components = config.get_mut("components")?.as_object_mut()?;
+    let named = components.len();
+    for (name, gone) in before {
+        let gone = serde_json::to_value(Entity::Gone(gone)).ok()?;
+        components.entry(name).or_insert(gone);
+    }
+    (components.len() > named).then(|| config.to_string())
+}
+
 /// The zone in which a module stands: the first that the site has there.
 fn room_of(line: &ModuleLine, site: &Site) -> Option<String> {
     let module = site.modules.iter().find(|module| module.name == line.name)?;
@@ -101,7 +136,7 @@ fn room_of(line: &ModuleLine, site: &Site) -> Option<String> {
 mod tests {
     use super::super::holds::Holds;
     use super::super::messages::states;
-    use super::super::messages::tests::{frame, topics};
+    use super::super::messages::tests::{frame, site, topics};
     use super::*;
     use kehai_tracking::jsonl::ZoneKnown;
     use kehai_tracking::lines::CrossedLine;
@@ -133,16 +168,17 @@ mod tests {
 
     #[test]
     fn home_assistant_gets_a_device_for_the_site_and_one_for_each_module() {
-        let configs = discovery(&frame(), &About::default(), &topics());
+        let about = About { site: Arc::new(site()), ..About::default() };
+        let configs = discovery(&frame(), &about, &topics());
         let topics_of: Vec<&String> = configs.keys().collect();
-        let (site, left) = (
+        let (whole, left) = (
             "homeassistant/device/kehai_front-door/config",
             "homeassistant/device/kehai_front-door_left/config",
         );
-        assert_eq!(topics_of, [site, left]);
-        let config: Value = serde_json::from_str(&configs[site]).unwrap();
-        let mut states = states(&frame(), &Site::default(), &topics(), &Holds::default());
-        states.extend(super::super::alarms::states(&frame(), &Site::default(), &topics()));
+        assert_eq!(topics_of, [whole, left]);
+        let config: Value = serde_json::from_str(&configs[whole]).unwrap();
+        let mut states = states(&frame(), &site(), &topics(), &Holds::default());
+        states.extend(super::super::alarms::states(&frame(), &site(), &topics()));
         let mut ids = Vec::new();
         for config in configs.values() {
             let config: Value = serde_json::from_str(config).unwrap();
@@ -166,7 +202,7 @@ mod tests {
         );
         assert_eq!(occupancy["availability"][1]["topic"], "kehai/front-door/zone/hall/availability");
         let silent = Topics { home_assistant: None, ..topics() };
-        assert_eq!(discovery(&frame(), &About::default(), &silent), BTreeMap::new());
+        assert_eq!(discovery(&frame(), &about, &silent), BTreeMap::new());
     }
 
     #[test]
@@ -181,9 +217,30 @@ mod tests {
             buttons.map(|(_, button)| button["command_topic"].as_str().unwrap().to_owned()).collect()
         };
         let topic = |name: &str| format!("kehai/front-door/module/left/{name}");
-        assert_eq!(buttons_of("", false), [] as [String; 0]);
-        assert_eq!(buttons_of("", true), ["identify", "learn", "restart"].map(topic));
+        let left = "[[module]]\nname = \"left\"\nx = 0\ny = 0.5\n";
+        assert_eq!(buttons_of(left, false), [] as [String; 0]);
+        assert_eq!(buttons_of(left, true), ["identify", "learn", "restart"].map(topic));
         assert_eq!(buttons_of(SITE, true), [topic("identify")]);
+    }
+
+    #[test]
+    fn a_component_that_is_named_no_more_is_removed_by_its_platform_alone() {
+        let payload = |names: &[&str]| {
+            let component = |name: &&str| ((*name).to_owned(), json!({ "platform": "sensor", "name": name }));
+            let components: serde_json::Map<String, Value> = names.iter().map(component).collect();
+            json!({ "components": components, "device": {} }).to_string()
+        };
+        let before = removable(payload(&["hall", "cellar"]).as_bytes());
+        let parting_of = |names: &[&str]| parting(&payload(names), before.clone());
+        let said: Value = serde_json::from_str(&parting_of(&["hall", "attic"]).unwrap()).unwrap();
+        assert_eq!(said["components"]["cellar"], json!({ "platform": "sensor" }));
+        assert_eq!(said["components"]["hall"]["name"], "hall");
+        assert_eq!(said["components"].as_object().unwrap().len(), 3);
+        assert_eq!(parting_of(&["attic", "cellar", "hall"]), None);
+        for other in ["", "online", "{}", "[]", "{\"components\": {\"hall\": {}}}"] {
+            assert!(removable(other.as_bytes()).is_empty(), "{other}");
+        }
+        assert_eq!(parting(&payload(&[]), Removable::new()), None);
     }
 
     const SITE: &str = "[[module]]\nname = \"left\"\nx = 0\ny = 0.5\n\

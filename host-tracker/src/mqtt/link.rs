@@ -17,6 +17,9 @@ const QUEUE: usize = 8192;
 /// So much of a message is passed on, bytes: what is longer is none that is taken, and its beginning shows that as well.
 const PAYLOAD_MAX: usize = 4096;
 
+/// Of a longer message that the broker keeps the topic alone is passed on, bytes: Home Assistant's devices are shorter.
+const KEPT_MAX: usize = 1 << 20;
+
 /// Longest topic that is passed on, bytes: no device has such a one.
 const TOPIC_MAX: usize = 4096;
 
@@ -24,8 +27,8 @@ const TOPIC_MAX: usize = 4096;
 pub(super) enum News {
     /// The broker has taken the connection.
     Connected,
-    /// The broker keeps a message under this topic.
-    Retained(String),
+    /// The broker keeps this message under this topic.
+    Retained(String, Vec<u8>),
     /// A message, with its topic: it was sent just now, and is kept by no broker.
     Message(String, Vec<u8>),
     /// The connection has ended, for this reason.
@@ -72,7 +75,11 @@ impl Tell {
     fn published(&self, publish: Publish) -> Result<(), Unheard> {
         match publish.retain {
             true if publish.payload.is_empty() => Ok(()),
-            true => self.surely(News::Retained(publish.topic)),
+            true => {
+                let fits = publish.payload.len() <= KEPT_MAX;
+                let payload = if fits { publish.payload.to_vec() } else { Vec::new() };
+                self.surely(News::Retained(publish.topic, payload))
+            }
             false => self.message(publish.topic, &publish.payload),
         }
     }
@@ -98,7 +105,21 @@ pub(super) fn run(mut connection: Connection, tell: &Tell) {
 
 #[cfg(test)]
 mod tests {
+    use rumqttc::QoS;
+
     use super::*;
+
+    #[test]
+    fn what_the_broker_keeps_comes_with_its_payload_and_what_is_too_long_without() {
+        let (tell, news) = queue(&SharedCount::default());
+        for (payload, passed) in [("kept".to_owned(), 4), ("x".repeat(KEPT_MAX + 1), 0)] {
+            let mut publish = Publish::new("kehai/home/total", QoS::AtLeastOnce, payload);
+            publish.retain = true;
+            assert!(tell.published(publish).is_ok());
+            let Ok(News::Retained(topic, payload)) = news.recv() else { unreachable!() };
+            assert_eq!((&*topic, payload.len()), ("kehai/home/total", passed));
+        }
+    }
 
     #[test]
     fn a_flood_of_messages_fills_the_queue_alone_and_is_counted() {

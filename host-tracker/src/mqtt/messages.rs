@@ -1,6 +1,6 @@
 //! A frame as topics and payloads. Nothing here knows a broker or a time.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::holds::Holds;
 use super::payloads::{Availability, Line, Module, Name, Total, Tracker, Zone, written};
@@ -14,10 +14,12 @@ use kehai_tracking::names::NameLine;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
-/// The modules that are published: those of the site. A module that was only found is not this site's.
-pub(super) fn modules(frame: &Snapshot) -> Vec<(String, &ModuleLine)> {
-    let lines = frame.modules.iter().filter(|line| line.state != DeviceState::Found);
-    let lines: Vec<&ModuleLine> = lines.collect();
+/// The modules that are published: those that have a place in the site. One that was only found is not this site's, and stays
+/// another's when it is switched off and missing.
+pub(super) fn modules<'a>(frame: &'a Snapshot, site: &Site) -> Vec<(String, &'a ModuleLine)> {
+    let known: BTreeSet<&str> = site.places().map(|(_, name)| name).collect();
+    let is_own = |line: &&ModuleLine| line.state != DeviceState::Found && known.contains(line.name.as_str());
+    let lines: Vec<&ModuleLine> = frame.modules.iter().filter(is_own).collect();
     let slugs = slugs(lines.iter().map(|line| line.name.as_str()));
     slugs.into_iter().map(|(_, slug)| slug).zip(lines).collect()
 }
@@ -54,7 +56,7 @@ pub fn states(frame: &Snapshot, site: &Site, topics: &Topics, holds: &Holds) -> 
         states.insert(format!("{topic}/availability"), availability(line.state != ZoneKnown::Unknown));
         states.insert(topic, line_state(line));
     }
-    for (slug, module) in modules(frame) {
+    for (slug, module) in modules(frame, site) {
         let topic = format!("{}/module/{slug}", topics.site());
         states.insert(format!("{topic}/availability"), availability(module.state != DeviceState::Missing));
         states.insert(topic, module_state(module));
@@ -205,6 +207,11 @@ pub(super) mod tests {
         ZoneLine::new(Found::inside(count, vec![1.0]), 1.0, state)
     }
 
+    /// With the module of [`frame`] that is its own.
+    pub fn site() -> Site {
+        Site::parse("site", "[[module]]\nname = \"left\"\nx = 0\ny = 0.5\n").unwrap()
+    }
+
     /// Two zones and two modules, one of which belongs to another site.
     pub fn frame() -> Snapshot {
         let mut frame = Snapshot { unix_ms: 1, ..Snapshot::default() };
@@ -311,7 +318,7 @@ pub(super) mod tests {
     fn a_module_is_told_with_its_alarms_and_a_missing_one_without_figures() {
         let mut frame = frame();
         let topic = "kehai/front-door/module/left";
-        let known = states(&frame, &Site::default(), &topics(), &Holds::default());
+        let known = states(&frame, &site(), &topics(), &Holds::default());
         assert!(known.keys().all(|topic| !topic.contains("stranger")), "{known:?}");
         let told = json_of(&known, topic);
         assert_eq!(
@@ -322,11 +329,24 @@ pub(super) mod tests {
         assert_eq!(unmeasured, (&Value::Null, &Value::Null), "never measured, not 0");
         frame.modules[0].state = DeviceState::Missing;
         frame.modules[0].alarms = vec![AlarmLine::new(AlarmKind::Silent, "nothing is heard")];
-        let missing = states(&frame, &Site::default(), &topics(), &Holds::default());
+        let missing = states(&frame, &site(), &topics(), &Holds::default());
         let told = json_of(&missing, topic);
         assert_eq!((&told["alarms"], &told["alarm"]), (&json!(["silent"]), &json!("nothing is heard")));
         assert_eq!((&told["scans_hz"], &told["lost_percent"]), (&Value::Null, &Value::Null));
         assert_eq!(missing[&format!("{topic}/availability")].payload, "offline");
         assert_ne!(missing[topic].urgent, known[topic].urgent);
+    }
+
+    #[test]
+    fn a_module_of_another_site_is_not_told_when_it_is_switched_off_and_a_floor_of_the_site_is() {
+        let mut frame = frame();
+        frame.modules[1].state = DeviceState::Missing;
+        let mat = ModuleLine { name: "mat".into(), state: DeviceState::Watching, ..ModuleLine::default() };
+        frame.modules.push(mat);
+        let floor = "[[floor]]\nname = \"mat\"\nx = 0\ny = 0\ncolumns = 4\nrows = 4\n";
+        let told = |site: &Site| modules(&frame, site).into_iter().map(|(slug, _)| slug).collect::<Vec<_>>();
+        assert_eq!(told(&Site::parse("site", floor).unwrap()), ["mat"]);
+        assert_eq!(told(&site()), ["left"]);
+        assert_eq!(told(&Site::default()), [] as [String; 0]);
     }
 }

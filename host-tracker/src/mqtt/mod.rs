@@ -15,7 +15,7 @@
 //!   kehai/SITE/module/MODULE/availability
 //!   kehai/SITE/door/DOOR                   {"phase":"unlocked","lock":"unlocked","alarm":null,…}
 //!   kehai/SITE/alarms, kehai/SITE/alarm/…   as `alarms` says
-//!   kehai/SITE/name/LABEL                  {"track":4,"probability":0.93,"x":1.2,…}     LABEL: four digits of an ID's hash
+//!   kehai/SITE/name/LABEL                  {"track":4,"probability":0.93,"x":1.2,…}     LABEL: eight digits of an ID's hash
 //!   homeassistant/device/kehai_SITE…/config
 //!
 //!   kehai/SITE/door/DOOR/lock              {"id":8,"at_ms":…,"lock":"unlocked","for_ms":1500}    a lease, renewed

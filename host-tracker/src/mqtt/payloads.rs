@@ -218,7 +218,7 @@ pub struct Refused {
 #[schemars(rename = "HomeAssistantDiscovery")]
 pub struct Discovery {
     /// Its entities by their names, which are this site's own.
-    pub components: BTreeMap<String, Component>,
+    pub components: BTreeMap<String, Entity>,
     /// The device.
     pub device: Device,
     /// Who says so.
@@ -265,6 +265,25 @@ pub struct Origin {
     pub name: &'static str,
     /// Its version.
     pub sw_version: &'static str,
+}
+
+/// What is said of an entity of Home Assistant.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+#[schemars(rename = "HomeAssistantEntity")]
+pub enum Entity {
+    /// It is there.
+    There(Box<Component>),
+    /// It is there no more: said once, before it is named no longer.
+    Gone(Gone),
+}
+
+/// An entity that Home Assistant is to remove.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "HomeAssistantGone")]
+pub struct Gone {
+    /// What it was.
+    pub platform: String,
 }
 
 /// An entity of Home Assistant.

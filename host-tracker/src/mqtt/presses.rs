@@ -89,11 +89,11 @@ impl Button {
 
 /// The module, its word in topics, and the button that a topic is for, if it is for one.
 #[must_use]
-pub fn button(frame: &Snapshot, topics: &Topics, topic: &str) -> Option<Target> {
+pub fn button(frame: &Snapshot, site: &Site, topics: &Topics, topic: &str) -> Option<Target> {
     let rest = topic.strip_prefix(&topics.site())?.strip_prefix("/module/")?;
     let (slug, name) = rest.split_once('/')?;
     let button = Button::named(name)?;
-    let (_, line) = modules(frame).into_iter().find(|(known, _)| known == slug)?;
+    let (_, line) = modules(frame, site).into_iter().find(|(known, _)| known == slug)?;
     let address = line.address.parse().ok();
     Some(Target { slug: slug.to_owned(), module: line.name.clone(), address, button })
 }
@@ -204,7 +204,7 @@ fn press(
 
 #[cfg(test)]
 mod tests {
-    use super::super::messages::tests::{frame, topics};
+    use super::super::messages::tests::{frame, site, topics};
     use super::*;
 
     const DOOR: &str = "[[zone]]\nname = \"hall\"\nsecure = true\npolygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]\n\
@@ -214,7 +214,7 @@ mod tests {
     fn a_topic_is_a_button_of_one_module_and_no_other_is() {
         let mut frame = frame();
         frame.modules[0].address = "127.0.0.1:4040".into();
-        let of = |topic: &str| button(&frame, &topics(), topic);
+        let of = |topic: &str| button(&frame, &site(), &topics(), topic);
         for (button, name) in Button::NAMED {
             let target = of(&format!("kehai/front-door/module/left/{name}")).unwrap();
             assert_eq!((target.module.as_str(), target.button, button.name()), ("left", button, name));

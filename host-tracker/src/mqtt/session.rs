@@ -143,7 +143,7 @@ impl Session<'_> {
         for _ in 0..ROUND {
             match news.try_recv() {
                 Ok(News::Connected) => self.begin()?,
-                Ok(News::Retained(topic)) => self.note_retained(&topic),
+                Ok(News::Retained(topic, payload)) => self.note_retained(&topic, &payload),
                 Ok(News::Message(topic, payload)) => self.receive(&topic, &payload),
                 Ok(News::Ended(reason)) => return Err(reason),
                 Err(TryRecvError::Empty) => return Ok(Left::Nothing),
@@ -153,9 +153,9 @@ impl Session<'_> {
         Ok(Left::Perhaps)
     }
 
-    /// The broker keeps a message under this topic.
-    fn note_retained(&mut self, topic: &str) {
-        self.outbox.retained(topic);
+    /// The broker keeps this message under this topic.
+    fn note_retained(&mut self, topic: &str, payload: &[u8]) {
+        self.outbox.retained(topic, payload);
         let is_input = is_input(self.outbox.topics(), topic);
         if let Some(text) = is_input.then(|| self.kept_inputs.note(topic)).flatten() {
             (self.say)(Level::WARN, &text);
@@ -259,7 +259,8 @@ impl Session<'_> {
             }
             return;
         }
-        if let Some(target) = button(&self.newest, self.outbox.topics(), topic) {
+        let target = button(&self.newest, &self.site.borrow(), self.outbox.topics(), topic);
+        if let Some(target) = target {
             self.press(target, payload);
             return;
         }

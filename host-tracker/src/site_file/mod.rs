@@ -143,6 +143,12 @@ impl SiteFile {
         Self { path: path.to_owned(), kept, changing, revisions, listeners, is_together: true }
     }
 
+    /// Whether its site is that of several areas.
+    #[must_use]
+    pub const fn is_together(&self) -> bool {
+        self.is_together
+    }
+
     /// Shows another site of all areas.
     pub fn show(&self, site: Site) {
         let mut kept = self.kept.lock();

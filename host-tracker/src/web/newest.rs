@@ -57,6 +57,7 @@ pub async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
         mqtt: context.mqtt_dropped.as_ref().map(SharedCount::get),
         reports: context.reports.missed(),
         scans: context.scans.missed(),
+        is_together: context.site.is_together(),
     };
     ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&frame, losses)).into_response()
 }

@@ -3,7 +3,7 @@
 //! ```text
 //!   POST /api/sign         ◀─ {"id": "04A22B…", "reader": "hall"}     as `names::message` says
 //!                          ─▶ {}, or 400 (malformed, no place), 404 (no such reader), 409 (late, nothing tracked), 503 (too many IDs)
-//!   GET  /api/where?id=…   ─▶ {"label": "a11c", "heard_s": 0.3, "tracks": […], "at": [1.2, 3.4], "zones": ["hall"], …}
+//!   GET  /api/where?id=…   ─▶ {"label": "a11ce000", "heard_s": 0.3, "tracks": […], "at": [1.2, 3.4], "zones": ["hall"], …}
 //!                             or 404: it was not read within the last hour
 //! ```
 //!

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, LazyLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -15,8 +15,10 @@ use host_tracker::tracker_alarms::TrackerAlarms;
 use kehai_emulator::ports::free_tcp;
 use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
 use kehai_tracking::occupancy::Found;
+use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
+use tokio::sync::watch;
 
 /// A hundred times what a loaded machine needs.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -204,6 +206,13 @@ impl Drop for Frames {
     }
 }
 
+/// With the module of [`frame`].
+pub const SITE: &str = "[[module]]\nname = \"left\"\nx = 0\ny = 0\n";
+
+/// The site of trackers that are given no other. It never changes, and its end is not told.
+static KEPT_SITE: LazyLock<watch::Sender<Arc<Site>>> =
+    LazyLock::new(|| watch::Sender::new(Arc::new(Site::parse("site", SITE).unwrap())));
+
 pub fn settings(port: u16) -> Settings {
     let home_assistant = Some("homeassistant".to_owned());
     let topics = Topics { title: "door".into(), prefix: "kehai".into(), home_assistant };
@@ -211,7 +220,7 @@ pub fn settings(port: u16) -> Settings {
         broker: format!("mqtt://127.0.0.1:{port}").parse().unwrap(),
         trust: None,
         topics,
-        site: tokio::sync::watch::Sender::new(Arc::default()).subscribe(),
+        site: KEPT_SITE.subscribe(),
         map_url: None,
         doors: None,
         signs: None,

@@ -4,7 +4,8 @@
 //! ```text
 //!   device     identifiers or connections; configuration_url of http or https; connections are pairs
 //!   origin     name
-//!   component  platform, unique_id, state_topic, or of a button command_topic; classes and categories of its platform
+//!   component  platform, unique_id, state_topic, or of a button command_topic; classes and categories of its platform;
+//!              or its platform alone, which removes it
 //!   sensor     state_class only of numbers; options only, and always, of the class enum
 //! ```
 //!
@@ -55,15 +56,20 @@ pub fn discovers(payload: &str) {
         assert!(url.starts_with("http://") || url.starts_with("https://"), "{url}");
     }
     assert!(config["origin"]["name"].is_string(), "who says so: {config}");
-    let components = config["components"].as_object().expect("components");
-    for (name, component) in components {
+    let all = config["components"].as_object().expect("components");
+    let is_gone = |entity: &Value| entity.as_object().is_some_and(|entity| entity.keys().eq(["platform"]));
+    let (gone, there): (Vec<_>, Vec<_>) = all.iter().partition(|(_, entity)| is_gone(entity));
+    for (name, component) in &gone {
+        let platform = component["platform"].as_str().unwrap();
+        assert!(["binary_sensor", "sensor", "button"].contains(&platform), "{name}: {platform}");
+    }
+    for (name, component) in &there {
         entity(name, component);
     }
-    let mut ids: Vec<&str> =
-        components.values().map(|entity| entity["unique_id"].as_str().unwrap()).collect();
+    let mut ids: Vec<&str> = there.iter().map(|(_, entity)| entity["unique_id"].as_str().unwrap()).collect();
     ids.sort_unstable();
     ids.dedup();
-    assert_eq!(ids.len(), components.len(), "identifiers are unique");
+    assert_eq!(ids.len(), there.len(), "identifiers are unique");
 }
 
 #[track_caller]

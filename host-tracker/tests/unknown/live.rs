@@ -103,7 +103,7 @@ impl Broker {
         self.outbox = Outbox::new(topics);
         self.change_site(site);
         self.outbox.connected();
-        self.kept.keys().for_each(|topic| self.outbox.retained(topic));
+        self.kept.iter().for_each(|(topic, payload)| self.outbox.retained(topic, payload.as_bytes()));
     }
 
     /// A new snapshot.

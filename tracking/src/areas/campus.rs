@@ -10,28 +10,23 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::fields::Fields;
 use super::grounds::Grounds;
+use super::named::Named;
 use super::persons::Persons;
 use super::tracks::{Heard, Key};
 use super::{AreaFrame, AreaName, SILENT_US, prefix};
 use crate::alarm::{AlarmKind, Cause};
 use crate::alarm_list::{About, ListedAlarm};
 use crate::jsonl::TrackLine;
-use crate::names::{Carried, Likelihood, NameLine};
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::Site;
 use crate::snapshot::Snapshot;
 use crate::total::{is_person, total};
 
-/// Of a name nothing is kept longer than trackers keep it, µs: an hour.
-const NAMED_US: u64 = 3_600_000_000;
-
-/// A card was read anew if that was so much later, µs: areas say it in tenths of a second, in frames that are a tenth apart, and
-/// some of them are lost.
-const READ_ANEW_US: u64 = 500_000;
-
 #[derive(Debug, Default)]
 struct Area {
     site: Option<Site>,
+    /// Its tracker uses another site than this by now, which it has not said yet.
+    is_site_old: bool,
     last: Option<AreaFrame>,
     fields: Fields,
     heard_us: u64,
@@ -50,6 +45,11 @@ impl Area {
     fn said(&self, now_us: u64) -> Option<&AreaFrame> {
         let is_heard = !self.is_gone && now_us.saturating_sub(self.heard_us) <= SILENT_US;
         self.last.as_ref().filter(|_| is_heard)
+    }
+
+    /// Whether it is heard, and has said the site that it uses: without that, which of its zones are counted is not known.
+    fn is_known(&self, now_us: u64) -> bool {
+        self.said(now_us).is_some() && self.site.is_some() && !self.is_site_old
     }
 
     /// Notes of which start a frame is. A tracker that is started anew does not go on with its earlier start: one frame of that may have
@@ -80,13 +80,6 @@ enum Which {
     Listed(u64),
 }
 
-/// When an ID was read last, and when it was for what is known of it, µs.
-#[derive(Debug, Default)]
-struct Read {
-    heard_us: u64,
-    taken_us: Option<u64>,
-}
-
 /// The areas of a site. Memory: a frame and a site of each area that was ever heard, at most as many as [`Campus::new`] allows.
 #[derive(Debug)]
 pub struct Campus {
@@ -95,8 +88,7 @@ pub struct Campus {
     /// Areas that there was no room for, and when they were heard last, µs.
     refused: BTreeMap<AreaName, u64>,
     persons: Persons,
-    read: BTreeMap<String, Read>,
-    names: Carried<String>,
+    named: Named,
     followed_us: u64,
     /// The number of each alarm of an area among those of all.
     alarms: BTreeMap<(AreaName, Which), u64>,
@@ -113,8 +105,7 @@ impl Campus {
             areas_max: areas_max.max(expected.len()),
             refused: BTreeMap::new(),
             persons: Persons::default(),
-            read: BTreeMap::new(),
-            names: Carried::default(),
+            named: Named::default(),
             followed_us: 0,
             alarms: BTreeMap::new(),
             newest_alarm: 0,
@@ -154,8 +145,22 @@ impl Campus {
     pub fn set_site(&mut self, name: &AreaName, site: Site) -> bool {
         let Some(area) = self.area(name) else { return false };
         let has_changed = area.site.as_ref() != Some(&site);
-        area.site = Some(site);
+        (area.site, area.is_site_old) = (Some(site), false);
         has_changed
+    }
+
+    /// Notes whether the tracker of an area uses another site than the one of [`Campus::set_site`]: until it has said that, the total
+    /// is known in part at most.
+    pub fn note_site(&mut self, name: &AreaName, is_old: bool) {
+        if let Some(area) = self.areas.get_mut(name) {
+            area.is_site_old = is_old;
+        }
+    }
+
+    /// Whether there is an area, and each one is heard and has said the site that it uses.
+    #[must_use]
+    pub fn is_known(&self, now_us: u64) -> bool {
+        !self.areas.is_empty() && self.areas.values().all(|area| area.is_known(now_us))
     }
 
     /// The tracker of an area is gone, as its token says. What is heard of it later brings it back.
@@ -235,59 +240,32 @@ impl Campus {
         self.followed_us = now_us;
         picture.line.tracks = self.persons.follow(heard, elapsed_s);
         picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
-        if !self.read.is_empty() {
-            self.names.follow(&self.persons.all(), elapsed_s);
+        self.named.follow(&self.persons, elapsed_s);
+        let said = || {
+            let heard = self.areas.iter().filter(|(_, area)| area.silent_since_ms.is_none());
+            heard.filter_map(|(name, area)| Some((name, area.last.as_ref()?, area.heard_us)))
+        };
+        for (name, last, heard_us) in said() {
+            self.named.hear(name, last, heard_us, &self.persons);
         }
-        picture.names = self.name(&picture, now_us);
+        let told = said().flat_map(|(_, last, _)| &last.frame.names);
+        picture.names = self.named.lines(told, &picture.line.tracks, site, now_us);
         picture.alarms = self.list_alarms(unix_ms);
         picture.total = total(site, &picture.line, &picture.modules);
-        if !self.refused.is_empty() || self.areas.values().any(|area| area.site.is_none()) {
-            // Which zones of an area are counted is not known: it is left out, was never heard, or has not said its site yet.
+        // Of an area without zones nobody is counted where others have some.
+        let is_uncounted = |area: &Area| {
+            !site.zones.is_empty() && area.site.as_ref().is_none_or(|site| site.zones.is_empty())
+        };
+        let is_missed = |area: &Area| !area.is_known(now_us) || is_uncounted(area);
+        if !self.refused.is_empty() || self.areas.values().any(is_missed) {
+            // Who is in an area is not known: it is left out, is not heard, or has not said the site that it uses.
             let Total { count, state } = picture.total;
             let state = if state == ZoneKnown::Known { ZoneKnown::Partly } else { state };
             // Without any site all people are in it, also those before its doors.
-            let has_zones = self.areas.values().any(|area| area.site.is_some());
-            picture.total = Total { count: count.filter(|count| has_zones && *count > 0), state };
+            let has_site = self.areas.values().any(|area| area.site.is_some());
+            picture.total = Total { count: count.filter(|count| has_site && *count > 0), state };
         }
         picture
-    }
-
-    /// Which person each ID is: by what an area said of its tracks when it read the ID, and by where these persons have gone since.
-    fn name(&mut self, picture: &Snapshot, now_us: u64) -> Vec<NameLine> {
-        let mut lines: BTreeMap<String, NameLine> = BTreeMap::new();
-        for (area, said) in &self.areas {
-            let Some(last) = said.last.as_ref().filter(|_| said.silent_since_ms.is_none()) else { continue };
-            for line in &last.frame.names {
-                let heard_us = said.heard_us.saturating_sub((line.heard_s.max(0.0) * 1e6) as u64);
-                let read = self.read.entry(line.label.clone()).or_default();
-                read.heard_us = read.heard_us.max(heard_us);
-                // The area that read it last knows best.
-                let is_last = heard_us + READ_ANEW_US >= read.heard_us;
-                if is_last && read.taken_us.is_none_or(|taken_us| heard_us > taken_us + READ_ANEW_US) {
-                    let person = |likely: &Likelihood| {
-                        let key = Key { area: area.clone(), epoch: last.epoch, track: likely.track };
-                        Some((self.persons.of(&key)?, likely.probability))
-                    };
-                    let shares: Vec<(u64, f64)> = line.tracks.iter().filter_map(person).collect();
-                    if !shares.is_empty() {
-                        self.names.read(line.label.clone(), shares);
-                        read.taken_us = Some(heard_us);
-                    }
-                }
-                let line = NameLine { tracks: Vec::new(), zones: Vec::new(), ..line.clone() };
-                lines.insert(line.label.clone(), line);
-            }
-        }
-        self.read.retain(|_, read| now_us.saturating_sub(read.heard_us) <= NAMED_US);
-        self.names.retain(|label| self.read.contains_key(label));
-        let is_there = |person: u64| picture.line.tracks.iter().any(|track| track.id == person);
-        for (label, line) in &mut lines {
-            let Some(read) = self.read.get(label) else { continue };
-            line.heard_s = now_us.saturating_sub(read.heard_us) as f64 * 1e-6;
-            line.tracks = self.names.told(label);
-            line.tracks.retain(|likely| is_there(likely.track));
-        }
-        lines.into_values().collect()
     }
 
     fn list_alarms(&mut self, unix_ms: u64) -> Vec<ListedAlarm> {

@@ -21,6 +21,7 @@
 //! | `assigned` | tracks of an area, assigned to persons |
 //! | `births` | new persons, and persons that are merged |
 //! | `tracks` | a track as its area says it, at the time of the picture |
+//! | `named` | names that areas have read, kept among the persons of all |
 //! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
 
 mod assigned;
@@ -29,6 +30,7 @@ mod campus;
 mod fields;
 mod grounds;
 mod name;
+mod named;
 mod persons;
 mod prefix;
 #[cfg(test)]

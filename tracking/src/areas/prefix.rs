@@ -2,10 +2,12 @@
 
 use super::AreaName;
 use crate::alarm_list::{About, ListedAlarm};
+use crate::door::prompt::Prompt;
+use crate::door::{Phase, Trouble};
 use crate::jsonl::ZoneLine;
 use crate::occupancy::ZoneKnown;
 use crate::site::Site;
-use crate::snapshot::{DeviceState, Snapshot};
+use crate::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 fn put(area: &AreaName, name: &mut String) {
     *name = format!("{area}/{name}");
@@ -61,14 +63,19 @@ pub fn add(area: &AreaName, frame: &Snapshot, to: &mut Snapshot) {
         put(area, &mut floor.name);
         floor
     }));
-    to.modules.extend(frame.modules.iter().cloned().map(|mut module| {
+    to.modules.extend(own_modules(frame).map(|mut module| {
         put(area, &mut module.name);
         module
     }));
 }
 
+/// The modules of an area's site. What was found beside them is another area's, or no area's: it would be missing for ever here.
+fn own_modules(frame: &Snapshot) -> impl Iterator<Item = ModuleLine> {
+    frame.modules.iter().filter(|module| module.state != DeviceState::Found).cloned()
+}
+
 /// Adds what is known of an area that is not heard: nothing of its zones, lines and modules, by the names that its site and its last
-/// frame have. Its doors and floors are left out: what they are now only their own tracker knows.
+/// frame have. Of its doors it is said that their tracker says nothing; its floors are left out.
 pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>, to: &mut Snapshot) {
     let of_site = site.iter().flat_map(|site| &site.zones).map(|zone| &zone.name);
     let of_last = last.iter().flat_map(|last| last.line.zones.keys());
@@ -81,7 +88,15 @@ pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>
         line.state = ZoneKnown::Unknown;
         line
     }));
-    to.modules.extend(last.modules.iter().cloned().map(|mut module| {
+    to.doors.extend(last.doors.iter().cloned().map(|mut door| {
+        put(area, &mut door.name);
+        door.names.clear();
+        (door.phase, door.trouble, door.contact) = (Phase::Failed, Some(Trouble::NoFrames), None);
+        (door.lock_taken, door.alarm_taken) = (false, false);
+        (door.prompt_name, door.prompt) = (Prompt::OutOfOrder, Prompt::OutOfOrder.words().to_owned());
+        door
+    }));
+    to.modules.extend(own_modules(last).map(|mut module| {
         put(area, &mut module.name);
         module.state = DeviceState::Missing;
         module.alarms.clear();

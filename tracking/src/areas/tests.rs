@@ -2,6 +2,7 @@
 
 use super::{AreaFrame, AreaName, Campus};
 use crate::alarm_list::{About, ListedAlarm};
+use crate::door::{Phase, Trouble};
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::occupancy::{Found, Total, ZoneKnown};
 use crate::site::Site;
@@ -156,6 +157,66 @@ fn an_area_that_has_not_said_its_site_yet_is_not_in_the_total() {
     campus.set_site(&area("west"), site());
     let known = Total { count: Some(0), state: ZoneKnown::Known };
     assert_eq!(campus.picture(&campus.site(), 100_000, 3).total, known);
+}
+
+#[test]
+fn an_area_without_zones_is_in_no_known_total_of_zones() {
+    let (mut campus, _) = both();
+    let bare = Site::parse("hall.toml", "[[module]]\nname = \"left\"\nx = 0\ny = 0\n").unwrap();
+    campus.set_site(&area("east"), bare);
+    let partly = |count| Total { count: Some(count), state: ZoneKnown::Partly };
+    let picture = campus.picture(&campus.site(), 0, 1);
+    assert_eq!((picture.total, picture.alarms.len()), (partly(2), 0), "beyond the hall nobody is counted");
+    campus.hear(&area("west"), frame(2, vec![track(7, -5.0, 0.0)]), 2_100_000);
+    assert_eq!(campus.picture(&campus.site(), 2_100_000, 2).total, partly(1), "the east is silent");
+    campus.hear(&area("west"), frame(3, Vec::new()), 2_200_000);
+    let unknown = Total { count: None, state: ZoneKnown::Partly };
+    assert_eq!(campus.picture(&campus.site(), 2_200_000, 3).total, unknown, "unknown is never empty");
+}
+
+#[test]
+fn a_total_by_a_site_that_an_area_uses_no_more_is_not_known() {
+    let (mut campus, site) = both();
+    let known = Total { count: Some(2), state: ZoneKnown::Known };
+    assert_eq!((campus.picture(&site, 0, 1).total, campus.is_known(0)), (known, true));
+    campus.note_site(&area("west"), true);
+    campus.hear(&area("west"), frame(2, vec![track(7, -5.0, 0.0)]), 100_000);
+    let partly = Total { state: ZoneKnown::Partly, ..known };
+    assert_eq!((campus.picture(&site, 100_000, 2).total, campus.is_known(100_000)), (partly, false));
+    campus.set_site(&area("west"), self::site());
+    assert_eq!(campus.picture(&site, 100_000, 3).total, known, "it has said the site that it uses");
+    assert!(!campus.is_known(2_100_000), "both are silent");
+    assert!(!Campus::new(&[], 10).is_known(0), "there is no area");
+}
+
+#[test]
+fn a_module_that_is_not_of_an_area_s_site_is_none_of_the_site_s() {
+    let (mut campus, site) = both();
+    let mut said = frame(2, Vec::new());
+    let found = ModuleLine { name: "else".into(), state: DeviceState::Found, ..ModuleLine::default() };
+    said.frame.modules.push(found);
+    campus.hear(&area("west"), said, 100_000);
+    let mut modules = |now_us: u64| -> Vec<(String, DeviceState)> {
+        let modules = campus.picture(&site, now_us, 1).modules.into_iter();
+        modules.filter(|line| line.name.starts_with("west")).map(|line| (line.name, line.state)).collect()
+    };
+    assert_eq!(modules(100_000), [("west/left".to_owned(), DeviceState::Watching)]);
+    assert_eq!(modules(2_200_000), [("west/left".to_owned(), DeviceState::Missing)], "west is silent");
+}
+
+#[test]
+fn a_door_of_an_area_that_is_not_heard_has_failed_and_stays_in_the_picture() {
+    let (mut campus, site) = both();
+    let text = crate::site::door::tests::DOOR;
+    let doors = crate::door::doors::Doors::new(&Site::parse("site", text).unwrap(), 1);
+    let mut said = frame(2, Vec::new());
+    said.frame.doors = doors.lines().collect();
+    let name = format!("west/{}", said.frame.doors[0].name);
+    campus.hear(&area("west"), said, 100_000);
+    assert_eq!(campus.picture(&site, 100_000, 1).doors[0].trouble, Some(Trouble::Starting));
+    let door = campus.picture(&site, 2_200_000, 2).doors.remove(0);
+    assert_eq!((door.name, door.phase, door.trouble), (name, Phase::Failed, Some(Trouble::NoFrames)));
+    assert_eq!((door.contact, door.lock_taken), (None, false), "nothing of it is known");
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! What is said of names: in each snapshot, and to the question where an ID is.
 //!
 //! ```text
-//!   {"label":"a11c","heard_s":0.3,"tracks":[{"track":4,"probability":0.93},{"track":7,"probability":0.05}],"zones":["hall"]}
-//!       │                                    └ the likeliest first; what is missing to 1: none of them, or not known
+//!   {"label":"a11ce000","heard_s":0.3,"read_s":0.3,"tracks":[{"track":4,"probability":0.93},{"track":7,"probability":0.05}],…}
+//!       │                                                     └ the likeliest first; what is missing to 1: none of them, or not known
 //!       └ the first digits of the ID's keyed hash: the ID itself is kept nowhere
 //! ```
 
@@ -33,6 +33,9 @@ pub struct NameLine {
     pub label: String,
     /// Since it was read last, s.
     pub heard_s: f64,
+    /// Since it was read last at a place that is known, s: its tracks go by that. Absent while it never was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub read_s: Option<f64>,
     /// The likeliest first; empty while it is not known which track it is.
     pub tracks: Vec<Likelihood>,
     /// The zones in which the likeliest is.
@@ -50,12 +53,10 @@ pub struct Whereabouts {
     pub at: Option<[f64; 2]>,
     /// Where it was read last, m, if that was said.
     pub read: Option<[f64; 2]>,
-    /// Since then, s.
-    pub read_s: Option<f64>,
 }
 
 /// The names of the zones around a place.
-pub(super) fn zones_at(site: &Site, at: Point) -> Vec<String> {
+pub(crate) fn zones_at(site: &Site, at: Point) -> Vec<String> {
     let around = site.zones.iter().filter(|zone| inside(at, &zone.corners()));
     around.map(|zone| zone.name.clone()).collect()
 }

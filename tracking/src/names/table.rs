@@ -3,7 +3,7 @@
 //! ```text
 //!   moments, 2 s of them   │ │ │ │ │ │ │     a sign is compared with the moment of its own time
 //!   explanations           4  7  5           each with names of its own; without floors there is one
-//!   IDs                    a11c  b0b0  …
+//!   IDs                    a11ce000  b0b00000  …
 //! ```
 //!
 //! IDs know nothing of each other, as in the paper: a person may carry two.
@@ -185,12 +185,7 @@ impl Names {
     pub fn where_is(&self, card: Card, site: &Site) -> Option<Whereabouts> {
         let heard = self.heard.get(&card)?;
         let (name, at) = self.line(card, heard, &self.told(), site);
-        Some(Whereabouts {
-            at: at.map(centimetres),
-            read: heard.read.map(|(at, _)| centimetres(at)),
-            read_s: heard.read.map(|(_, at_s)| self.since_s(at_s)),
-            name,
-        })
+        Some(Whereabouts { at: at.map(centimetres), read: heard.read.map(|(at, _)| centimetres(at)), name })
     }
 
     /// The names that are told, and for which track each of its people stands where it is not its own.
@@ -221,7 +216,8 @@ impl Names {
         let at = people.find(|person| Some(person.track) == likeliest).map(|person| person.at);
         let zones = at.map(|at| zones_at(site, at)).unwrap_or_default();
         let heard_s = self.since_s(heard.at_s);
-        (NameLine { card: Some(card), label: card.label(), heard_s, tracks, zones }, at)
+        let read_s = heard.read.map(|(_, at_s)| self.since_s(at_s));
+        (NameLine { card: Some(card), label: card.label(), heard_s, read_s, tracks, zones }, at)
     }
 
     /// Since a time, s, to the tenth.

@@ -108,7 +108,7 @@ fn parameter(name: &str) -> Value {
         "discovery" => json!({ "description": "--home-assistant-prefix", "default": "homeassistant" }),
         "site" => json!({ "description": "The site's name, as topics have it: its file's, or --mqtt-site." }),
         "alarm" => json!({ "description": "The alarm's name." }),
-        "label" => json!({ "description": "Four digits of the ID's hash." }),
+        "label" => json!({ "description": "Eight digits of the ID's hash." }),
         "device" => json!({ "description": "kehai_SITE, or kehai_SITE_MODULE." }),
         _ => json!({ "description": "Its name, as topics have it." }),
     }

@@ -142,7 +142,7 @@ fn a_card_that_is_shown_names_the_track_at_the_reader_in_the_lines_from_then_on(
     doors.tell("front", Input::Card, card, |_| Card(0xa11c << 112), now(2.1), &mut outputs).unwrap();
     let names = |doors: &Doors| doors.lines().next().unwrap().names;
     let [name] = &names(&doors)[..] else { panic!("{:?}", names(&doors)) };
-    assert_eq!((name.track, name.label.as_str()), (4, "a11c"));
+    assert_eq!((name.track, name.label.as_str()), (4, "a11c0000"));
     assert!(name.likelihood > 0.9, "{name:?}");
     // The track is gone with the next observation, and with it the name.
     doors.observe(&well(), |_| Some(SEALED), now(2.2), &mut outputs);
