@@ -84,7 +84,7 @@ fn by_day(arguments: &Arguments, folder: &Path, span_ms: (u64, u64)) -> Result<(
     }
     if !written.left.is_empty() {
         say(format_args!(
-            "{} files of before are left as they are: they have rows that the database has forgotten",
+            "{} files of before are left as they are: they have more rows than the database (it has forgotten some, or another tracker writes under the same --site and --area)",
             written.left.len()
         ));
     }

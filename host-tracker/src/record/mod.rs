@@ -59,6 +59,8 @@ pub struct Recorder {
     queue: Option<SyncSender<Message>>,
     lost: Losses,
     trouble: Arc<Mutex<Option<String>>>,
+    /// A site that the queue had no room for, and when it changed, µs: without it nothing that follows means anything.
+    untold: Mutex<Option<(u64, Box<Told>)>>,
     thread: Option<JoinHandle<()>>,
     /// When a scan of each module, by its number, is shown next, µs.
     shown_us: BTreeMap<usize, u64>,
@@ -92,8 +94,8 @@ impl Recorder {
             .spawn(move || write(&mut writer, &messages, &state))
             .map_err(|error| failed(error.into()))?;
         let (queue, thread) = (Some(queue), Some(thread));
-        let (file, shown_us) = (file.to_path_buf(), BTreeMap::new());
-        Ok(Self { file, tracker, queue, lost, trouble, thread, shown_us, alarms: None })
+        let (file, shown_us, untold) = (file.to_path_buf(), BTreeMap::new(), Mutex::new(None));
+        Ok(Self { file, tracker, queue, lost, trouble, untold, thread, shown_us, alarms: None })
     }
 
     /// Shows these alarms, too.
@@ -153,12 +155,29 @@ impl Recorder {
         self.trouble.lock().clone()
     }
 
+    /// Sends a message, and before it a site that waits. While there is no room a site waits, or takes the place of the one that does;
+    /// any other message is lost.
     fn send(&self, message: Message) {
-        let is_shown = message.is_shown();
-        let Some(Err(error)) = self.queue.as_ref().map(|queue| queue.try_send(message)) else { return };
+        let Some(queue) = &self.queue else { return };
+        let (is_shown, is_site) = (message.is_shown(), matches!(message, Message::Told(..)));
+        let mut untold = self.untold.lock();
+        let sent = match untold.take() {
+            Some((at_us, told)) if !is_site => {
+                queue.try_send(Message::Told(at_us, told)).and_then(|()| queue.try_send(message))
+            }
+            _ => queue.try_send(message),
+        };
+        let Err(error) = sent else { return };
+        let has_ended = matches!(error, TrySendError::Disconnected(_));
+        if let TrySendError::Full(Message::Told(at_us, told)) = error {
+            *untold = Some((at_us, told));
+            if is_site {
+                return;
+            }
+        }
         self.lost.add(is_shown);
         // While the thread goes on it says by itself what is lost.
-        if matches!(error, TrySendError::Disconnected(_)) {
+        if has_ended {
             let (file, lost) = (self.file.display(), self.lost());
             let text = format!(
                 "{file}: the thread that records has ended: {lost} messages are lost so far; start the tracker anew"
@@ -170,7 +189,11 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        self.queue = None;
+        let (queue, untold) = (self.queue.take(), self.untold.get_mut().take());
+        if let Some((queue, (at_us, told))) = queue.zip(untold) {
+            // Waits for room; a thread that has ended takes nothing.
+            let _ = queue.send(Message::Told(at_us, told));
+        }
         if let Some(thread) = self.thread.take() {
             // A thread that has panicked has said so.
             let _ = thread.join();
@@ -243,5 +266,29 @@ mod tests {
         assert_eq!(recorder.lost(), 2);
         let trouble = recorder.trouble().unwrap();
         assert!(trouble.contains("hall.mcap") && trouble.contains("2 messages are lost"), "{trouble}");
+    }
+
+    #[test]
+    fn a_site_that_finds_the_queue_full_is_told_before_all_that_follows() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, site) = (folder.path().join("hall.mcap"), Site::default());
+        let mut recorder = Recorder::create(&file, 0, Selected::default(), &site, None).unwrap();
+        let (queue, messages) = sync_channel(2);
+        recorder.queue = Some(queue);
+        let kind = |message: Message| (matches!(message, Message::Told(..)), message.at_us());
+        recorder.datagram(1, &[]);
+        recorder.datagram(2, &[]);
+        recorder.told(3, &site);
+        assert_eq!(recorder.lost(), 0, "it waits");
+        recorder.datagram(4, &[]);
+        assert_eq!(recorder.lost(), 1, "there is still no room");
+        let taken: Vec<(bool, u64)> = messages.try_iter().map(kind).collect();
+        assert_eq!(taken, [(false, 1), (false, 2)]);
+        recorder.datagram(5, &[]);
+        // The last one of a recording, too.
+        recorder.told(6, &site);
+        let rest = std::thread::spawn(move || messages.iter().map(kind).collect::<Vec<_>>());
+        drop(recorder);
+        assert_eq!(rest.join().unwrap(), [(true, 3), (false, 5), (true, 6)]);
     }
 }

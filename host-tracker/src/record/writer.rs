@@ -7,7 +7,8 @@
 //! ```
 //!
 //! What the MCAP writer gives is written whole, at its place, or waits: at any time the file is the beginning of a good one.
-//! What waits in memory is a second at most.
+//! What waits in memory is a second at most. Beside it the MCAP writer keeps the index that it writes at the end: where each chunk is, and
+//! each channel in it. Two modules make that grow by about 0.4 kB a second, 35 MB a day; viewers find their way by it.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -127,7 +128,8 @@ impl<Out: Write> Writer<Out> {
             // Without the site nothing that follows means anything.
             Message::Told(_, told) if self.is_waiting => self.told = Some(told),
             message if self.is_waiting => self.lost.add(message.is_shown()),
-            Message::Told(at_us, told) => self.told(at_us, &told)?,
+            // One that has waited for room is of now: the messages before it were recorded under the site before.
+            Message::Told(_, told) => self.told(self.newest_us, &told)?,
             Message::Datagram(at_us, datagram) => self.message(self.channels.datagrams, at_us, &datagram)?,
             Message::Elsewhere(at_us, device) => self.message(self.channels.elsewhere, at_us, &device.0)?,
             Message::Line(at_us, line) => self.line(at_us, &line)?,

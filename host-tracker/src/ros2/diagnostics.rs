@@ -11,10 +11,12 @@ use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Level};
 
-/// One status of people, and one of each module. `missed_scans` are those that were not published.
+/// One status of people, and one of each module of the site; what was found beside them may be another site's. `missed_scans` are those
+/// that were not published.
 pub fn diagnostics(snapshot: &Snapshot, missed_scans: u64) -> DiagnosticArray {
     let mut status = vec![people(snapshot, missed_scans)];
-    status.extend(snapshot.modules.iter().map(module));
+    let own = snapshot.modules.iter().filter(|module| module.state != DeviceState::Found);
+    status.extend(own.map(module));
     DiagnosticArray { header: Header::new("", snapshot.stamp_ns()), status }
 }
 
@@ -104,6 +106,15 @@ mod tests {
             level(DeviceState::Missing, vec![alarm(AlarmKind::Silent)]),
             said(Level::Stale, "clean it")
         );
+    }
+
+    #[test]
+    fn a_module_that_is_not_the_site_s_is_not_told() {
+        let line = |name: &str, state| ModuleLine { name: name.into(), state, ..ModuleLine::default() };
+        let modules = vec![line("left", DeviceState::Missing), line("stranger", DeviceState::Found)];
+        let status = diagnostics(&Snapshot { modules, ..Snapshot::default() }, 0).status;
+        let names: Vec<&str> = status.iter().map(|status| status.name.as_str()).collect();
+        assert_eq!(names, ["kehai_tracker: people", "kehai_tracker: module left"]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! ```text
 //!   track 7, occluded, in the hall    name track-7 · place, velocity · reliability: that a person is there at all
 //!                                     tagnames  state     zone   card
-//!                                     tags      occluded  hall   a11c
+//!                                     tags      occluded  hall   a11ce000
 //!   no track, and all is known        an empty list
 //!   no track, and a part is not seen  no message: a list cannot say that it does not know
 //! ```
@@ -118,6 +118,7 @@ mod tests {
             card: None,
             label: label.into(),
             heard_s: 1.0,
+            read_s: Some(1.0),
             tracks: vec![Likelihood { track, probability }],
             zones: Vec::new(),
         };

@@ -25,7 +25,7 @@ use super::publisher::Topic;
 use super::qos::{Durability, Qos};
 use super::scan::laser_scan;
 use super::transforms::transforms;
-use crate::areas::{LinkError, one_line, open};
+use crate::areas::{LinkError, newest, one_line, open};
 use crate::scans::{Scans, WantedScans};
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
@@ -97,6 +97,7 @@ fn publish(session: &Session, domain: u32, inputs: &Inputs, stop: &AtomicBool) -
         let wait = if listening.scans.are_wanted() { TICK } else { WAIT };
         match inputs.snapshots.recv_timeout(wait) {
             Ok(snapshot) => {
+                let snapshot = newest(snapshot, &inputs.snapshots);
                 topics.put(&snapshot, &site, listening.scans.missed())?;
                 listening.begun_ns = snapshot.begun_ns();
                 listening.choose(&mut topics.scans, &inputs.scans)?;
