@@ -162,13 +162,11 @@ impl<const BEAMS: usize> Learner<BEAMS> {
         for (beam, (&value_mm, modes)) in scan.ranges_mm.iter().zip(&mut self.modes).take(beams).enumerate() {
             let new = match scan.geometry.reading(value_mm) {
                 Reading::Range(range_mm) => modes.record(range_mm, eighth, protected),
-                Reading::Code(code) => {
-                    if blind_code.is_some_and(|blind| code >= blind) {
-                        modes.record_blind();
-                    }
+                Reading::Code(code) if blind_code.is_some_and(|blind| code >= blind) => false,
+                Reading::Code(_) | Reading::Beyond => {
+                    modes.record_nothing();
                     false
                 }
-                Reading::Beyond => false,
             };
             runs.next(beam, new);
         }

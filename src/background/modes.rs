@@ -20,17 +20,18 @@ pub(crate) const SAMPLES_MAX: u16 = 250;
 /// Modes a beam can have while it is learned: near and far, and one for what passes.
 const MODES: usize = 3;
 
-/// The modes of one beam. 18 bytes.
+/// Instead of a number of returns: no sample says anything of the beam, not even that nothing returned. More than [`SAMPLES_MAX`].
+const UNHEARD: u8 = u8::MAX;
+
+/// The modes of one beam. 16 bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Modes {
     centre_mm: [u16; MODES],
     samples: [u8; MODES],
     eighths: [u8; MODES],
     deviation_mm: [u8; MODES],
-    /// Samples with a return.
+    /// Samples with a return; [`UNHEARD`] while none says anything.
     returns: u8,
-    /// Samples that say nothing of the beam, not even that nothing returned.
-    blind: u8,
 }
 
 /// One mode, taken out of [`Modes`].
@@ -48,8 +49,7 @@ impl Modes {
         samples: [0; MODES],
         eighths: [0; MODES],
         deviation_mm: [0; MODES],
-        returns: 0,
-        blind: 0,
+        returns: UNHEARD,
     };
 
     fn modes(&self) -> impl Iterator<Item = Mode> + '_ {
@@ -77,7 +77,7 @@ impl Modes {
     /// Records a reading in eighth `eighth` (0 to 7) of the learning time, `protected` samples making
     /// a mode safe from being forgotten. True when the reading fits no mode.
     pub(super) fn record(&mut self, range_mm: u16, eighth: u16, protected: u8) -> bool {
-        self.returns = self.returns.saturating_add(1);
+        self.returns = self.returns().saturating_add(1);
         let bit = 1u8.wrapping_shl(u32::from(eighth));
         let window_mm = mode_window_mm(range_mm);
         let mut fitting: Option<(usize, Mode)> = None;
@@ -109,14 +109,20 @@ impl Modes {
         true
     }
 
-    /// Records a sample that says nothing of the beam.
-    pub(super) fn record_blind(&mut self) {
-        self.blind = self.blind.saturating_add(1);
+    /// Records that nothing returned.
+    pub(super) fn record_nothing(&mut self) {
+        self.returns = self.returns();
     }
 
-    /// The background these samples of `total` make. Unknown without a surface when most samples say nothing at
-    /// all: the sensor cannot measure this step.
+    const fn returns(&self) -> u8 {
+        if self.returns == UNHEARD { 0 } else { self.returns }
+    }
+
+    /// The background these samples of `total` make. Unknown when none says anything: the sensor cannot measure this step.
     pub(super) fn finish(&self, total: u16) -> BeamProfile {
+        if self.returns == UNHEARD {
+            return BeamProfile::default();
+        }
         let mut far = Surface::default();
         let mut second = Surface::default();
         let mut background_samples = 0;
@@ -127,9 +133,6 @@ impl Modes {
                 second = far;
             }
             far = surface;
-        }
-        if far.samples == 0 && u16::from(self.blind) * 2 > total {
-            return BeamProfile::default();
         }
         let spread_mm = far.spread_mm.max(second.spread_mm).max(noise_mm(far.centre_mm));
         let wall = far.samples > 0 && background_samples * 2 >= total;
@@ -155,7 +158,7 @@ impl Modes {
         });
         // Returns at a range that was forgotten again came mostly from people in front.
         let known: u16 = modes.iter().map(|mode| u16::from(mode.samples)).sum();
-        let mut nearer = u16::from(self.returns).saturating_sub(known);
+        let mut nearer = u16::from(self.returns()).saturating_sub(known);
         let mut surfaces = heapless::Vec::new();
         while let Some(nearest) = modes.iter().copied().min_by_key(|mode| mode.centre_mm) {
             let mut surface = Surface::default();
@@ -170,7 +173,7 @@ impl Modes {
                 surface.eighths |= next.eighths;
                 let _ = members.push(next);
             }
-            surface.settle(&members, nearer, u16::from(self.returns));
+            surface.settle(&members, nearer, u16::from(self.returns()));
             nearer += surface.samples;
             let _ = surfaces.push(surface);
         }
@@ -271,12 +274,11 @@ mod tests {
     }
 
     #[test]
-    fn most_samples_and_not_the_last_decide_whether_a_beam_is_measured() {
+    fn a_beam_is_unknown_if_no_sample_says_anything_of_it_and_not_by_the_last_one() {
         let mut fixture = BackgroundFixture::new();
         fixture.learn(60, |scan, beam| match beam {
-            // The last scan says nothing of an open beam, and something of a beam that is never measured else.
             0..10 if scan == 59 => 19,
-            10..20 if scan < 59 => 19,
+            10..20 => 19,
             // A wall behind a sensor that is blind two thirds of the time is known as the limit it is.
             20..30 if scan % 3 == 0 => 2000,
             20..30 => 19,
