@@ -200,20 +200,26 @@ impl Passing {
     }
 
     /// Gives up tracks that are gone and have no heir. A track lost between passing the line and being away from it has crossed it, and
-    /// so has one lost where the only way out is across the line.
+    /// so has one that ended hidden beyond the line, or where the only way out is across the line.
     fn forget(&mut self, at_s: f64) -> Vec<Pass> {
         let gone: Vec<TrackId> =
             self.ways.iter().filter(|(_, way)| at_s - way.there_s > HEIR_S).map(|(id, _)| *id).collect();
         let pass = |id| {
             let mut way = self.ways.remove(&id).filter(|way| way.is_person)?;
             if way.net == 0
-                && let Some(step) = self.unseen(way.believed)
+                && let Some(step) = self.believed(&way).or_else(|| self.unseen(way.believed))
             {
                 (way.net, way.since_s, way.passed_s) = (step, way.seen_s, way.there_s);
             }
             way.settled(id)
         };
         gone.into_iter().filter_map(pass).collect()
+    }
+
+    /// In which direction a person has passed the line who was hidden before it, and whose track has ended beyond it.
+    fn believed(&self, way: &Way) -> Option<i8> {
+        let (step, _) = pass((self.from, self.to), way.at, way.believed)?;
+        (distance_to_segment(way.believed, self.from, self.to) > AWAY_M).then_some(step)
     }
 
     /// In which direction a person passes the line who is lost here, if that is the only way to be lost here.

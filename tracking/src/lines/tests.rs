@@ -138,6 +138,21 @@ fn an_occluded_track_crosses_when_it_is_seen_again() {
 }
 
 #[test]
+fn a_track_that_was_hidden_before_the_line_and_ends_beyond_it_has_crossed() {
+    let hidden = |y| TrackState { state: LifeCycle::Occluded, ..person(1, 0.5, y) };
+    let lost_at = |y| {
+        let mut walk = Walk::new();
+        walk.way(1, &[(0.5, -0.6), (0.5, -0.3)]);
+        assert_eq!(walk.look(&[hidden(-0.1)]), []);
+        assert_eq!(walk.look(&[hidden(y)]), []);
+        walk.without_people(2.0)
+    };
+    assert_eq!(lost_at(0.4), [In]);
+    assert_eq!(lost_at(0.1), [], "not all of the body is beyond");
+    assert_eq!(lost_at(-0.4), []);
+}
+
+#[test]
 fn who_is_believed_beyond_the_line_for_long_has_crossed_it_unseen() {
     let mut walk = Walk::new();
     let hidden = |y| TrackState { state: LifeCycle::Occluded, ..person(1, 0.5, y) };
