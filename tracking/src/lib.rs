@@ -10,7 +10,7 @@
 pub mod alarm;
 pub mod alarm_list;
 pub mod areas;
-mod assignment;
+pub mod assignment;
 pub mod calibration;
 pub mod capacity;
 pub mod card;

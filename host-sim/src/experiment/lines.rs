@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::ops::RangeInclusive;
 
+use kehai_tracking::assignment::{Alone, assign};
 use kehai_tracking::geometry::{Point, distance_to_segment};
 use kehai_tracking::lines::Direction;
 use kehai_tracking::site::line::CountingLine;
@@ -28,6 +29,9 @@ use crate::world::variation::{Letter, Variation};
 
 /// A counted crossing so far in time from a true one is another, s: as long as the cells of a line count as seen.
 const SAME_S: f64 = 2.0;
+
+/// What a crossing costs that is not matched, s: more than all of a run that are, each at most [`SAME_S`].
+const UNMATCHED_S: f64 = 500.0;
 
 /// A person so far from a line has all of the body on one side, m: half of 0.45 m.
 const WHOLE_BODY_M: f64 = 0.225;
@@ -227,34 +231,33 @@ fn dwelled(zone: &str, real: &[Change], found: &[Change], end_s: f64) -> Dwelled
     dwelled
 }
 
-/// Those that were seen are matched first; of the others only the time within which they happened is known. What happened in the
-/// last seconds of a run may be counted after its end, and is left out.
+/// As many as can be are matched, and of these ways to match the one that is nearest in time: each alone would take the nearest that is
+/// left, and one whose own crossing was not seen would take the next person's, and so on to the last one. What happened in the last
+/// seconds of a run may be counted after its end, and is left out.
 fn compare(truth: &[Crossed], counted: &[Crossed], lines: usize, end_s: f64) -> Vec<Verdict> {
-    let mut verdicts = vec![Verdict::default(); lines];
-    let (mut missing, mut open) = (truth.to_vec(), counted.to_vec());
-    for is_seen in [true, false] {
-        missing.retain(|real| {
-            let off_s = |other: &Crossed| (other.since_s - real.at_s).max(real.at_s - other.at_s).max(0.0);
-            let is_same = |other: &Crossed| {
-                let is_there = other.line == real.line && other.direction == real.direction;
-                is_there && (other.since_s == other.at_s) == is_seen && off_s(other) <= SAME_S
-            };
-            let same = open.iter().enumerate().filter(|(_, other)| is_same(other));
-            let nearest = same.min_by(|(_, one), (_, other)| off_s(one).total_cmp(&off_s(other)));
-            let Some(index) = nearest.map(|(index, _)| index) else { return true };
-            open.remove(index);
-            if let Some(verdict) = verdicts.get_mut(real.line) {
-                verdict.right += 1;
-            }
-            false
-        });
-    }
+    let off_s = |real: &Crossed, other: &Crossed| {
+        let off_s = (other.since_s - real.at_s).max(real.at_s - other.at_s).max(0.0);
+        let is_same = other.line == real.line && other.direction == real.direction && off_s <= SAME_S;
+        is_same.then_some(off_s)
+    };
+    let matched = assign(truth.len(), counted.len(), &Alone::all(UNMATCHED_S), |real, other| {
+        off_s(truth.get(real)?, counted.get(other)?)
+    });
     let is_judged = |crossed: &Crossed| crossed.at_s <= end_s - SAME_S;
-    for (number, verdict) in verdicts.iter_mut().enumerate() {
-        let of_line = |all: &[Crossed]| -> Vec<Crossed> {
-            all.iter().filter(|crossed| crossed.line == number && is_judged(crossed)).copied().collect()
-        };
-        (verdict.missed, verdict.wrong) = (of_line(&missing), of_line(&open));
+    let mut verdicts = vec![Verdict::default(); lines];
+    for (real, other) in truth.iter().zip(&matched).filter(|(real, _)| is_judged(real)) {
+        let Some(verdict) = verdicts.get_mut(real.line) else { continue };
+        if other.is_some() {
+            verdict.right += 1;
+        } else {
+            verdict.missed.push(*real);
+        }
+    }
+    let open = counted.iter().enumerate().filter(|(index, _)| !matched.contains(&Some(*index)));
+    for (_, other) in open.filter(|(_, other)| is_judged(other)) {
+        if let Some(verdict) = verdicts.get_mut(other.line) {
+            verdict.wrong.push(*other);
+        }
     }
     verdicts
 }
@@ -379,6 +382,16 @@ mod tests {
         let [verdict] = &compare(&truth, &counted, 1, 60.0)[..] else { panic!("one line") };
         assert_eq!((verdict.right, verdict.missed.len(), verdict.wrong.len()), (2, 1, 2));
         assert_eq!(verdict.missed, [truth[1]]);
+    }
+
+    #[test]
+    fn a_crossing_that_was_not_seen_takes_no_later_one_from_its_person() {
+        use Direction::In;
+        let truth = [35.6, 36.7, 38.4, 40.0].map(|at_s| crossed(at_s, at_s, In));
+        let seen = [36.75, 40.03].map(|at_s| crossed(at_s, at_s, In));
+        let counted = [seen[0], seen[1], crossed(38.5, 39.2, In), crossed(23.0, 39.7, In)];
+        let [verdict] = &compare(&truth, &counted, 1, 60.0)[..] else { panic!("one line") };
+        assert_eq!((verdict.right, &verdict.missed[..], &verdict.wrong[..]), (4, &[][..], &[][..]));
     }
 
     #[test]
