@@ -32,8 +32,8 @@ pub struct SensorModel {
     /// Bit rates it can be set to on a serial line, baud, slowest first.
     pub rates_baud: &'static [u32],
     open_range: OpenRange,
-    /// The least code that says nothing of a step, not even that nothing returned: beams that mostly show
-    /// such codes stay unknown.
+    /// The least code that says nothing of a step, not even that nothing returned: beams that show
+    /// only such codes while the background is learned stay unknown.
     pub blind_code: Option<u16>,
 }
 

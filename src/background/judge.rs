@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn an_open_beam_of_a_utm_is_empty_by_the_code_for_nothing_and_by_no_other() {
         let mut fixture = BackgroundFixture::with(SensorModel::UTM_30LX.blind_code);
-        // From beam 50 on nothing returns, but for one that cannot be measured most of the time.
+        // From beam 50 on nothing returns, but for one that cannot be measured.
         let room = |scan: usize, beam: usize| match beam {
             63 => 2 + (scan % 4) as u16,
             50.. => 1,

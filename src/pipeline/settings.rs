@@ -12,8 +12,8 @@ pub struct Settings {
     /// Range at which the model still sees black clothing (10 % reflectance), mm: an open beam is
     /// seen empty no farther.
     pub open_range_mm: u16,
-    /// The least code of the model that says nothing of a step: beams that mostly show such codes stay
-    /// unknown.
+    /// The least code of the model that says nothing of a step: beams that show only such codes while
+    /// the background is learned stay unknown.
     pub blind_code: Option<u16>,
     /// Least spread a learned beam is given, mm: what is nearer than the background by
     /// [`FOREGROUND_SPREADS`](crate::background::FOREGROUND_SPREADS) of these is foreground.

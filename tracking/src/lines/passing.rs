@@ -11,7 +11,7 @@
 //! A person is away when the whole body is on one side; a person who stands on the line and sways is not counted, and one who goes in and
 //! comes back out is counted in both directions. A pass beside the ends of the line is none. What no module sees is believed, not
 //! known, and jumps: an occluded track passes when it is seen again, by the straight way from where it was seen last, or when it has been
-//! believed to be away on the other side for 2 s. A track passes from its first, tentative moment, and is counted once it is a person. One
+//! believed to be away on the other side for 2 s, or ends there. A track passes from its first, tentative moment, and is counted once it is a person. One
 //! that begins where another was lost goes on with its way.
 //!
 //! ```text
