@@ -11,8 +11,8 @@
 
 use core::ops::Range;
 
-use super::Module;
 use super::answers::{Answer, RequestKey};
+use super::{Module, Wish};
 use crate::link::{Outbox, StoreError};
 use crate::update::Version;
 use crate::update::manifest::{MANIFEST_LEN, Manifest, program};
@@ -322,6 +322,21 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
         self.update.works = false;
         self.publish_health(now_us, out);
+    }
+
+    /// What a wish has come to that flash is to note something of images.
+    pub(crate) fn image_noted(
+        &mut self,
+        wish: Wish,
+        done: Result<(), StoreError>,
+        now_us: u64,
+        out: &mut impl Outbox,
+    ) {
+        match wish {
+            Wish::Confirm => self.confirmed(done, now_us, out),
+            Wish::Told => self.told(done),
+            Wish::Store | Wish::Restart => {}
+        }
     }
 
     /// Flash says that a host was told of the outcome, or cannot.

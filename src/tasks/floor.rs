@@ -12,13 +12,12 @@ use embedded_io_async::{Read, Write};
 
 use super::notices::Notices;
 use super::supervision::{self, Pulse, Waiting};
-use super::{FAREWELL_US, log};
+use super::{FAREWELL_US, image_job, log};
 use crate::device::tiles::Tiles;
 use crate::device::{Module, Stored, Wish};
 use crate::floor::sensfloor::{BAUD, FRAME_LEN};
 use crate::link::{Baud, Clock, Datagrams, Images, Store, Watchdog};
 use crate::store;
-use crate::update::plan::ImageJob;
 use crate::wire::{Counter, DATAGRAM_MAX};
 
 /// Bytes read from the line at once: what three tiles say in a tick.
@@ -96,14 +95,8 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
                 None => self.turn(&mut store).await,
                 Some(Wish::Store) => self.store(&mut store).await,
                 Some(wish @ (Wish::Confirm | Wish::Told)) => {
-                    let is_told = wish == Wish::Told;
-                    let job = if is_told { ImageJob::Told } else { ImageJob::Confirm };
-                    let done = store.images(job).await.map(|_| ());
-                    if is_told {
-                        self.module.told(done);
-                    } else {
-                        self.module.confirmed(done, self.clock.now_us(), &mut self.datagrams);
-                    }
+                    let done = store.images(image_job(wish)).await.map(|_| ());
+                    self.module.image_noted(wish, done, self.clock.now_us(), &mut self.datagrams);
                 }
                 Some(Wish::Restart) => break,
             }

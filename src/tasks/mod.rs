@@ -29,14 +29,19 @@ pub use supervision::{Pulse, Waiting};
 use embassy_futures::select::{Either, select};
 use embedded_io_async::{Read, Write};
 
-use crate::device::Module;
 use crate::device::starts::ShortStarts;
 use crate::device::trial::StoredAddressing;
+use crate::device::{Module, Wish};
 use crate::link::{Baud, Clock, Datagrams, Images, Store, StoreError, Watchdog};
 use crate::sensor::{Driver, LineSettings};
 use crate::store;
 use crate::update::plan::ImageJob;
 use operation::Operation;
+
+/// The job on flash that a wish to note something of images is: [`Wish::Told`], or else [`Wish::Confirm`].
+const fn image_job(wish: Wish) -> ImageJob<'static> {
+    if matches!(wish, Wish::Told) { ImageJob::Told } else { ImageJob::Confirm }
+}
 
 /// Time for the last answers to leave before a restart, µs.
 const FAREWELL_US: u64 = 200_000;
