@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use host_tracker::firmware::SignedImage;
 use host_tracker::firmware::update::{Outcome, hold, known_zones, outcome, runs};
-use host_tracker::key_file;
 use host_tracker::net::client::{Client, ClientError, Reaction};
 use indicatif::{ProgressBar, ProgressStyle};
 use kehai::wire::{CHUNK_MAX, ImageFault, Message, Refusal, Request};
@@ -16,7 +15,7 @@ use kehai_tracking::snapshot::Snapshot;
 use kehai_tracking::text::printable;
 
 use super::super::log::say;
-use super::target::find;
+use super::target::{find, keys_in};
 use crate::cli::failure::Failure;
 use crate::cli::live::LiveArguments;
 use crate::cli::output::print;
@@ -75,8 +74,7 @@ const LOST_PLACE: u32 = 5;
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (file, modules) = arguments.modules_and_file.split_last().ok_or("which image?")?;
     let image = SignedImage::load(file.as_ref())?;
-    let keys = key_file::load(&arguments.keys)?
-        .ok_or_else(|| format!("{}: there is no such file", arguments.keys.display()))?;
+    let keys = keys_in(&arguments.keys)?;
     let modules: Vec<String> = match (arguments.all, modules) {
         (true, []) => keys.devices().map(|(id, _)| id.to_string()).collect(),
         (true, _) => return Err("--all, or modules by name".into()),
