@@ -233,13 +233,12 @@ const FIGURES: [Figure; 7] = [
 ];
 
 fn modules(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
-    let modules = || frame.modules.iter().filter(|line| line.state != DeviceState::Found);
-    let present = || modules().filter(|line| line.state != DeviceState::Missing);
+    let present = || frame.own_modules().filter(|line| line.state != DeviceState::Missing);
     family(
         encoder,
         "kehai_module_up",
         "1 if the module is heard of",
-        modules().map(|line| {
+        frame.own_modules().map(|line| {
             let up = u64::from(line.state != DeviceState::Missing);
             ([("module", line.name.as_str())], ConstGauge::new(up))
         }),
@@ -252,13 +251,13 @@ fn modules(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result
     )?;
     for figure in FIGURES {
         let there = |line: &&ModuleLine| figure.while_missing || line.state != DeviceState::Missing;
-        let samples = modules().filter(there).filter_map(|line| {
+        let samples = frame.own_modules().filter(there).filter_map(|line| {
             let value = (figure.value)(line)?;
             Some(([("module", line.name.as_str())], ConstGauge::new(value)))
         });
         family(encoder, figure.name, figure.help, samples)?;
     }
-    let alarms = modules().flat_map(|line| {
+    let alarms = frame.own_modules().flat_map(|line| {
         line.alarms.iter().map(|alarm| {
             let labels = [("module", line.name.as_str()), ("alarm", alarm.kind.name())];
             (labels, ConstGauge::new(1_u64))

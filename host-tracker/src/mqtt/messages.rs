@@ -18,8 +18,8 @@ use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 /// another's when it is switched off and missing.
 pub(super) fn modules<'a>(frame: &'a Snapshot, site: &Site) -> Vec<(String, &'a ModuleLine)> {
     let known: BTreeSet<&str> = site.places().map(|(_, name)| name).collect();
-    let is_own = |line: &&ModuleLine| line.state != DeviceState::Found && known.contains(line.name.as_str());
-    let lines: Vec<&ModuleLine> = frame.modules.iter().filter(is_own).collect();
+    let lines: Vec<&ModuleLine> =
+        frame.own_modules().filter(|line| known.contains(line.name.as_str())).collect();
     let slugs = slugs(lines.iter().map(|line| line.name.as_str()));
     slugs.into_iter().map(|(_, slug)| slug).zip(lines).collect()
 }

@@ -15,8 +15,7 @@ use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Level
 /// that were not published.
 pub fn diagnostics(snapshot: &Snapshot, missed_scans: u64) -> DiagnosticArray {
     let mut status = vec![people(snapshot, missed_scans)];
-    let own = snapshot.modules.iter().filter(|module| module.state != DeviceState::Found);
-    status.extend(own.map(module));
+    status.extend(snapshot.own_modules().map(module));
     DiagnosticArray { header: Header::new("", snapshot.stamp_ns()), status }
 }
 

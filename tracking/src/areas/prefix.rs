@@ -7,7 +7,7 @@ use crate::door::{Phase, Trouble};
 use crate::jsonl::ZoneLine;
 use crate::occupancy::ZoneKnown;
 use crate::site::Site;
-use crate::snapshot::{DeviceState, ModuleLine, Snapshot};
+use crate::snapshot::{DeviceState, Snapshot};
 
 fn put(area: &AreaName, name: &mut String) {
     *name = format!("{area}/{name}");
@@ -63,15 +63,11 @@ pub fn add(area: &AreaName, frame: &Snapshot, to: &mut Snapshot) {
         put(area, &mut floor.name);
         floor
     }));
-    to.modules.extend(own_modules(frame).map(|mut module| {
+    // What was found beside them is another area's, or no area's: it would be missing for ever here.
+    to.modules.extend(frame.own_modules().cloned().map(|mut module| {
         put(area, &mut module.name);
         module
     }));
-}
-
-/// The modules of an area's site. What was found beside them is another area's, or no area's: it would be missing for ever here.
-fn own_modules(frame: &Snapshot) -> impl Iterator<Item = ModuleLine> {
-    frame.modules.iter().filter(|module| module.state != DeviceState::Found).cloned()
 }
 
 /// Adds what is known of an area that is not heard: nothing of its zones, lines and modules, by the names that its site and its last
@@ -96,7 +92,7 @@ pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>
         (door.prompt_name, door.prompt) = (Prompt::OutOfOrder, Prompt::OutOfOrder.words().to_owned());
         door
     }));
-    to.modules.extend(own_modules(last).map(|mut module| {
+    to.modules.extend(last.own_modules().cloned().map(|mut module| {
         put(area, &mut module.name);
         module.state = DeviceState::Missing;
         module.alarms.clear();

@@ -217,6 +217,11 @@ impl Snapshot {
         Self { unix_ms, line, tracks, ..Self::default() }
     }
 
+    /// The modules without those that were only found beside them: these may be another site's, or nobody's.
+    pub fn own_modules(&self) -> impl Iterator<Item = &ModuleLine> {
+        self.modules.iter().filter(|module| module.state != DeviceState::Found)
+    }
+
     /// When it was made, ns since 1970.
     #[must_use]
     pub const fn stamp_ns(&self) -> u64 {
