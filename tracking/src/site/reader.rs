@@ -13,6 +13,11 @@
 //! sigma_m = 0.1
 //! ```
 //!
+//! Which side of the horizon is the floor: with P from floor to picture, P (x, y, 1) = λ (u, v, 1), and λ > 0 before the camera. Of a
+//! camera whose lens is h above the floor det P = −f² h, however it is turned and tilted: u goes right, v down, and the site's y is left of
+//! its x. The homography is s P⁻¹ with any s, so its third row times (u, v, 1) is s/λ, and its determinant is −s³/(f² h): before the
+//! camera the two differ in sign. What is behind it would else be told of a pixel above the horizon.
+//!
 //! Source: the projection of a camera's pixels to the floor by a homography, Ota et al. 2006 (docs/bibliography.md, B).
 
 use nalgebra::Matrix3;
@@ -28,6 +33,9 @@ const SIGMA_M: f64 = 0.2;
 
 /// Longest reach, m: beyond it, that something was read says nothing about where.
 const REACH_MAX_M: f64 = 100.0;
+
+/// Columns and rows of a picture count from 0 and are fewer.
+const PICTURE_PX: f64 = 8192.0;
 
 /// A reader.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -59,14 +67,25 @@ pub enum Reads {
 }
 
 impl Reads {
-    /// The place on the floor of a pixel; none of one that shows no floor.
+    /// The place on the floor of a pixel; none of one that shows no floor: on the horizon or above it.
     #[must_use]
     pub fn floor(&self, u: f64, v: f64) -> Option<Point> {
-        let Self::Pixels { homography: [a, b, c, d, e, f, g, h, i], .. } = self else { return None };
+        let Self::Pixels { homography, .. } = self else { return None };
+        let [a, b, c, d, e, f, g, h, i] = homography;
         let scale = g * u + h * v + i;
         let at = Point::new((a * u + b * v + c) / scale, (d * u + e * v + f) / scale);
-        (at.x.is_finite() && at.y.is_finite()).then_some(at)
+        let is_before = scale * side(homography) > 0.0;
+        (is_before && at.x.is_finite() && at.y.is_finite()).then_some(at)
     }
+}
+
+/// A number of the sign that the third row of a homography times (u, v, 1) has where the picture shows the floor. If a whole picture
+/// is on one side of the horizon, that is the floor's, also in a mirrored one.
+fn side(homography: &[f64; 9]) -> f64 {
+    let [.., g, h, i] = *homography;
+    let corners = [i, i + g * PICTURE_PX, i + h * PICTURE_PX, i + (g + h) * PICTURE_PX];
+    let is_whole = corners.iter().all(|at| *at >= 0.0) || corners.iter().all(|at| *at <= 0.0);
+    if is_whole { corners.iter().sum() } else { -Matrix3::from_row_slice(homography).determinant() }
 }
 
 /// A reader as a file has it.
@@ -171,6 +190,44 @@ mod tests {
         assert_eq!((near.reads.floor(1.0, 1.0), camera.reads.floor(0.0, -5000.0)), (None, None));
         let text = toml::to_string(&site).unwrap();
         assert_eq!(Site::parse("y.toml", &text).unwrap(), site);
+    }
+
+    /// From the floor to the picture of a camera 2.5 m above (0, 0) that looks along x and down by `pitch_deg`, rolled by
+    /// `roll_deg`, with a focal length of 500 pixels and its axis at pixel (320, 240).
+    fn to_picture(pitch_deg: f64, roll_deg: f64) -> Matrix3<f64> {
+        let ((sin, cos), (roll_sin, roll_cos)) =
+            (pitch_deg.to_radians().sin_cos(), roll_deg.to_radians().sin_cos());
+        let upright = Matrix3::new(0.0, -1.0, 0.0, -sin, 0.0, 2.5 * cos, cos, 0.0, 2.5 * sin);
+        let roll = Matrix3::new(roll_cos, -roll_sin, 0.0, roll_sin, roll_cos, 0.0, 0.0, 0.0, 1.0);
+        Matrix3::new(500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0) * roll * upright
+    }
+
+    #[test]
+    fn a_pixel_above_the_horizon_shows_no_floor_however_the_camera_is_turned_and_the_homography_scaled() {
+        for (pitch_deg, roll_deg) in [(10.0, 0.0), (10.0, 90.0), (20.0, 180.0), (20.0, -135.0), (60.0, 30.0)]
+        {
+            let to_picture = to_picture(pitch_deg, roll_deg);
+            for factor in [1.0, -1.0, 40.0, -1e-3] {
+                let to_floor = to_picture.try_inverse().unwrap() * factor;
+                let homography = std::array::from_fn(|index| to_floor[(index / 3, index % 3)]);
+                let reads = Reads::Pixels { homography, sigma_m: SIGMA_M };
+                let told = |x: f64, y: f64| {
+                    let pixel = to_picture * nalgebra::Vector3::new(x, y, 1.0);
+                    reads.floor(pixel[0] / pixel[2], pixel[1] / pixel[2])
+                };
+                let place = told(6.0, -1.5).unwrap();
+                assert!((place - Point::new(6.0, -1.5)).length() < 1e-6, "{place:?}");
+                assert_eq!(told(-20.0, 1.0), None, "behind a camera {pitch_deg}° down, rolled {roll_deg}°");
+            }
+        }
+    }
+
+    #[test]
+    fn of_a_picture_below_the_horizon_each_pixel_shows_the_floor_also_of_a_mirrored_one() {
+        let site = Site::parse("x.toml", CAMERA).unwrap();
+        let reads = site.readers[0].reads;
+        assert!(reads.floor(0.0, 0.0).is_some() && reads.floor(4000.0, 3000.0).is_some());
+        assert_eq!(reads.floor(0.0, -6000.0), None);
     }
 
     #[test]
