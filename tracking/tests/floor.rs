@@ -260,6 +260,20 @@ fn where_panels_stop_working_under_a_person_the_zone_is_not_empty() {
 }
 
 #[test]
+fn what_is_down_and_does_not_work_is_no_foot() {
+    let mut rig = Rig::new(SITE);
+    rig.meet("mat", 1000);
+    let down: Vec<usize> =
+        [10, 13].iter().flat_map(|row| (0..3).map(move |toe| row * 24 + 11 + toe)).collect();
+    let stuck: Vec<FaultyPanel> =
+        down.iter().map(|panel| FaultyPanel { panel: *panel as u16, fault: Fault::Stuck }).collect();
+    (1..=45_u64).for_each(|reading| rig.press(&down, &stuck, reading * READING_US));
+    assert!(rig.site_tracker.estimate(5.0).tracks.is_empty());
+    let floors = rig.site_tracker.floors();
+    assert_eq!((floors[0].down.len(), floors[0].stuck.len()), (0, 6));
+}
+
+#[test]
 fn a_panel_that_works_again_is_seen_once_a_foot_on_it_would_have_been_found() {
     let mut rig = Rig::new(SITE);
     rig.site_tracker.sessions_mut().meet(device(1), &Subscription::default(), 0);

@@ -6,7 +6,7 @@
 //! ```
 
 use kehai::floor::Bits;
-use kehai::wire::Pressed;
+use kehai::wire::{FaultyPanel, Pressed};
 
 use super::Session;
 use super::health::Panels;
@@ -49,8 +49,11 @@ impl Session {
         }
         self.sequences = sequences;
         let bytes: Vec<u8> = pressed.down.iter().collect();
-        let faulty = pressed.faulty.iter().collect();
+        let faulty: Vec<FaultyPanel> = pressed.faulty.iter().collect();
+        let mut down = Bits::of(&bytes);
+        // Nothing is known of a panel that does not work, whatever its bit says.
+        faulty.iter().for_each(|faulty| down.set(faulty.panel.into(), false));
         // Nothing but arrivals moves the clock of what follows.
-        Some(Reading { floor, plan, at_s: at_s.min(now_s), down: Bits::of(&bytes), faulty })
+        Some(Reading { floor, plan, at_s: at_s.min(now_s), down, faulty })
     }
 }
