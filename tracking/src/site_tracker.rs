@@ -24,7 +24,7 @@ use crate::lines::{CrossedLine, Lines, Totals};
 use crate::observation::Observation;
 use crate::occupancy::Total;
 use crate::session::datagram::Datagram;
-use crate::session::{Input, Sessions};
+use crate::session::{Input, Session, Sessions};
 use crate::site::Site;
 use crate::site::change::SiteChange;
 use crate::snapshot::ModuleLine;
@@ -304,7 +304,12 @@ impl SiteTracker {
             }),
             Question::Alarm(_) | Question::Views => None,
         };
-        let glances = self.glances.values().cloned().collect();
+        let open_range_mm = |module: usize| {
+            let is_it = |session: &&Session| session.place_in_site() == Some(module);
+            self.sessions.in_place().find(is_it).map_or(0, Session::open_range_mm)
+        };
+        let told = |glance: &Glance| glance.clone().with_open_range(open_range_mm(glance.module()));
+        let glances = self.glances.values().map(told).collect();
         Facts { at_s, site: Arc::clone(&self.site), tracks, glances, of }
     }
 

@@ -36,6 +36,8 @@ pub struct Glance {
     pub start_s: f64,
     empty_mm: Vec<u16>,
     background_mm: Arc<[u16]>,
+    /// Up to which range a beam with nothing behind it is empty, mm; 0: not known.
+    open_range_mm: u16,
     bodies: Vec<Body>,
 }
 
@@ -94,6 +96,7 @@ impl Glance {
             start_s: f64::NEG_INFINITY,
             empty_mm: Vec::new(),
             background_mm: Arc::clone(&observation.background_mm),
+            open_range_mm: 0,
             bodies: Vec::new(),
         };
         glance.take(observation);
@@ -117,6 +120,12 @@ impl Glance {
         };
         self.bodies.clear();
         self.bodies.extend(observation.detections.iter().map(body));
+    }
+
+    /// Up to which range its beams with nothing behind them are empty, mm: nothing need stand there.
+    #[must_use]
+    pub fn with_open_range(self, open_range_mm: u16) -> Self {
+        Self { open_range_mm, ..self }
     }
 
     /// Number of the module in the site.
@@ -165,15 +174,15 @@ impl Glance {
         if scene.walls.iter().any(|wall| cross(*wall, (from, place))) {
             return Why::Wall;
         }
-        let range_m = |ranges_mm: &[u16]| {
-            ranges_mm.get(usize::from(beam)).map_or(0.0, |range_mm| f64::from(*range_mm) * 1e-3)
-        };
-        let background_m = range_m(&self.background_mm);
-        let is_behind = background_m > 0.0 && background_m < distance_m;
+        let range_mm = |ranges_mm: &[u16]| ranges_mm.get(usize::from(beam)).copied().unwrap_or(0);
+        let background_mm = range_mm(&self.background_mm);
+        let is_behind = background_mm > 0 && f64::from(background_mm) * 1e-3 < distance_m;
+        // At the open range a beam ends by itself. A wall may begin to the millimetre as far away, one in thousands.
+        let behind = if background_mm == self.open_range_mm { Why::TooFar } else { Why::Thing };
         if scene.at_s - self.start_s > SILENT_S {
-            return if is_behind { Why::Thing } else { Why::Silent };
+            return if is_behind { behind } else { Why::Silent };
         }
-        let empty_m = range_m(&self.empty_mm);
+        let empty_m = f64::from(range_mm(&self.empty_mm)) * 1e-3;
         if empty_m > distance_m - slack_m {
             return Why::Seen;
         }
@@ -184,7 +193,7 @@ impl Glance {
             }
             return Why::Person { track: scene.track_at(body.at) };
         }
-        if is_behind { Why::Thing } else { Why::NotJudged }
+        if is_behind { behind } else { Why::NotJudged }
     }
 }
 
@@ -222,4 +231,36 @@ pub fn best(glances: &[Glance], place: Point, slack_m: f64, scene: &Scene<'_>) -
     // Modules out of range are not named.
     let told = each.map(|(why, module)| (why, module.filter(|_| why < Why::OutOfView)));
     told.min_by_key(|(why, _)| *why).unwrap_or((Why::NoModule, None))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beyond_the_open_range_a_place_is_too_far_and_not_behind_a_thing() {
+        let view = Arc::new(View::at_origin());
+        let beams = usize::from(view.geometry.beams());
+        // To the left nothing is behind any beam, to the right a sofa.
+        let background_mm: Arc<[u16]> =
+            (0..beams).map(|beam| if beam > beams / 2 { 1600 } else { 1200 }).collect();
+        let observation = Observation {
+            view,
+            start_s: 1.0,
+            detections: Vec::new(),
+            empty_mm: background_mm.to_vec(),
+            background_mm,
+        };
+        let site = Site::default();
+        let why = |glance: &Glance, y: f64, at_s: f64| {
+            glance.why(Point::new(2.0, y), 0.1, &Scene::of(&site, &[], at_s))
+        };
+        let glance = Glance::of(&observation).with_open_range(1600);
+        for at_s in [1.0, 9.0] {
+            assert_eq!((why(&glance, 1.0, at_s), why(&glance, -1.0, at_s)), (Why::TooFar, Why::Thing));
+        }
+        assert_eq!(why(&Glance::of(&observation), 1.0, 1.0), Why::Thing);
+        let near = glance.why(Point::new(1.0, 0.5), 0.1, &Scene::of(&site, &[], 1.0));
+        assert_eq!(near, Why::Seen);
+    }
 }

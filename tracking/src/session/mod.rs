@@ -441,6 +441,12 @@ impl Session {
         self.profile.newest_empty_mm()
     }
 
+    /// Up to which range a beam with nothing behind it is empty, mm; 0 before the device has said it.
+    #[must_use]
+    pub const fn open_range_mm(&self) -> u16 {
+        self.profile.open_range_mm()
+    }
+
     /// Where it is and where its beams point, if it is a module of the site.
     #[must_use]
     pub fn view(&self) -> Option<&View> {

@@ -55,6 +55,11 @@ impl Profile {
         }
     }
 
+    /// Up to which range an open beam is empty, mm; 0 before it is set.
+    pub const fn open_range_mm(&self) -> u16 {
+        self.open_range_mm
+    }
+
     /// Works out from the background what is empty and where walls are.
     fn work_out(&mut self) {
         let mut empty_mm = vec![0; self.beams.len()];
