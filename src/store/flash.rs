@@ -17,7 +17,7 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::cooperative::Cooperative;
-use super::{KEYS, LABEL};
+use super::{KEYS, LABEL, RESET};
 use crate::link::{RECORD_MAX, Store, StoreError};
 use crate::seal::Keyring;
 use crate::seal::keyring::KEYS_BYTES;
@@ -103,15 +103,20 @@ impl<F: NorFlash> Store for FlashStore<F> {
                 return Ok(());
             }
         }
-        // Memory that was never a store, or is damaged beyond repair or in many words. All other records are lost: that is an error, though
-        // this one is stored. But for those that say whose device it is: without its keys any host could ask. Keys that cannot be read
-        // lock it.
+        // Memory that was never a store, or is damaged beyond repair or in many words: it is erased, and all other records are lost. That is
+        // an error, though this one is stored. But for those that say whose device it is: without its keys any host could ask.
         let mut kept: [Vec<u8, KEYS_BYTES>; KEPT.len()] = [const { Vec::new() }; KEPT.len()];
         for (kept_key, kept) in KEPT.into_iter().zip(&mut kept) {
             let found = self.map.fetch_item::<&[u8]>(&mut self.buffer, &kept_key).await;
             let record = found.map_or(&Keyring::UNREADABLE[..], |record| record.unwrap_or(&[]));
             let too_long = |_| Vec::from_slice(&Keyring::UNREADABLE);
             *kept = Vec::from_slice(record).or_else(too_long).unwrap_or_default();
+        }
+        // A power cut between the erasure and the keys would leave none, and open the device. One that has keys, or whose keys cannot be
+        // read, is erased only for the reset that the board's button has asked for: that one is to open it.
+        let opens = key == RESET || key == KEYS && record.is_empty();
+        if !opens && kept.first().is_some_and(|keys| !keys.is_empty()) {
+            return Err(StoreError);
         }
         self.map.erase_all().await.map_err(|_| StoreError)?;
         let kept = KEPT.into_iter().zip(kept.iter().map(Vec::as_slice));
