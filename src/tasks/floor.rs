@@ -183,11 +183,18 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             }
             None => None,
         };
-        let keys = match self.module.keys_to_store() {
-            Some(keyring) => Some(store.save(store::KEYS, &keyring.bytes()).await.is_ok()),
-            None => None,
-        };
-        let stored = Stored { settings, keys, background: None };
+        let (mut keys, mut lost) = (None, false);
+        if let Some(keyring) = self.module.keys_to_store() {
+            // A store beyond repair was erased for the first, which has lost all else, and takes the second.
+            for attempt in 0..2 {
+                keys = Some(store.save(store::KEYS, &keyring.bytes()).await.is_ok());
+                if keys == Some(true) {
+                    lost = attempt > 0;
+                    break;
+                }
+            }
+        }
+        let stored = Stored { settings, keys, background: lost.then_some(false) };
         self.module.end_storing(stored, self.clock.now_us(), &mut self.datagrams);
         self.pulse.beat(Waiting::Sensor, self.clock.now_us());
     }

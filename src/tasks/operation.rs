@@ -123,10 +123,17 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
             }
             None => None,
         };
-        let keys = match self.module.keys_to_store() {
-            Some(keyring) => Some(store.save(store::KEYS, &keyring.bytes()).await.is_ok()),
-            None => None,
-        };
+        let (mut keys, mut lost) = (None, false);
+        if let Some(keyring) = self.module.keys_to_store() {
+            // A store beyond repair was erased for the first, which has lost all else, and takes the second.
+            for attempt in 0..2 {
+                keys = Some(store.save(store::KEYS, &keyring.bytes()).await.is_ok());
+                if keys == Some(true) {
+                    lost = attempt > 0;
+                    break;
+                }
+            }
+        }
         let mut background = match self.module.background_to_store() {
             Some((background, serial)) => {
                 Some(store::save_background(store, background, serial).await.is_ok())
@@ -136,6 +143,10 @@ impl<L: Read + Write + Baud, C: Clock, D: Datagrams, const BEAMS: usize> Operati
         if let Some(rate_baud) = self.driver.session().last_baud()
             && store::save_baud(store, rate_baud).await.is_err()
         {
+            background = Some(false);
+        }
+        if lost {
+            // It is stored again later.
             background = Some(false);
         }
         let stored = Stored { settings, keys, background };

@@ -97,6 +97,24 @@ fn a_device_whose_keys_can_be_read_keeps_them_and_its_label() {
 }
 
 #[test]
+fn keys_of_a_device_without_any_are_taken_at_the_second_try() {
+    let flash = device();
+    // Four records of nineteen words, behind the five that are there.
+    for word in [20, 30, 50, 70] {
+        spoil(&flash, word * WORD_LEN as u32, WORD_LEN as u32);
+    }
+    let of_id = |id: u8| {
+        let mut key = KEY;
+        key[0] = id;
+        key
+    };
+    let keys: Vec<u8> = (1..=8).flat_map(of_id).collect();
+    assert!(block_on(open(&flash).save(KEYS, &keys)).is_err(), "all else was lost");
+    assert!(block_on(open(&flash).save(KEYS, &keys)).is_ok());
+    assert_eq!(begin(&flash).keyring.bytes()[..], keys[..]);
+}
+
+#[test]
 fn a_device_with_keys_is_locked_wherever_the_power_is_cut_in_a_store_that_takes_no_record() {
     let spoilers: [fn(&Flash); 2] = [spoil_words, |flash| spoil(flash, 0, LEN)];
     for spoiler in spoilers {
