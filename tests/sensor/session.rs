@@ -176,6 +176,27 @@ fn an_unanswered_request_is_repeated_and_then_the_search_begins_anew() {
 }
 
 #[test]
+fn a_sensor_of_another_model_that_does_not_answer_vv_is_not_taken_for_the_one_before() {
+    let other = parameters(15).replace(&line("MODL:X"), &line("MODL:Y"));
+    for (parameters_after, serial) in [(parameters(15), Some("H123")), (other, None)] {
+        let mut talk = Talk::new();
+        assert_eq!(talk.asked(), "\nQT\n");
+        talk.hears("QT\n00P\n\n");
+        assert_eq!(talk.asked(), "VV\n");
+        talk.hears(&format!("VV\n00P\n{}\n", line("SERI:H123")));
+        assert_eq!(talk.asked(), "PP\n");
+        talk.hears(&parameters(15));
+        // It falls silent: a full start.
+        while talk.asked() != "\nQT\n" {}
+        talk.hears("QT\n00P\n\n");
+        assert_eq!(talk.asked(), "VV\n");
+        assert_eq!(talk.asked(), "PP\n");
+        talk.hears(&parameters_after);
+        assert_eq!(talk.session.version().map(|version| version.serial.as_str()), serial);
+    }
+}
+
+#[test]
 fn a_damaged_reply_is_asked_for_again_at_once() {
     let mut talk = Talk::new();
     assert_eq!(talk.asked(), "\nQT\n");

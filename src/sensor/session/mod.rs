@@ -45,12 +45,23 @@ pub(in crate::sensor) struct Plan {
     pub(in crate::sensor) interval_us: u64,
 }
 
+/// What came of `VV` at the present start.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(in crate::sensor) enum VersionReply {
+    /// It was left out, refused, or is still to be answered.
+    #[default]
+    None,
+    Read,
+    /// It was not answered: it is left out at the next start.
+    Missed,
+}
+
 /// What the sensor has said about itself, and what follows for the measurement.
 #[derive(Clone, Debug)]
 pub(in crate::sensor) struct SensorFacts {
+    /// As it was read last: at the present start, or before by a sensor of the same model.
     pub(in crate::sensor) version: Option<Version>,
-    /// `VV` was not answered: it is left out at the next start.
-    pub(in crate::sensor) skip_version: bool,
+    pub(in crate::sensor) version_reply: VersionReply,
     pub(in crate::sensor) parameters: Option<Parameters>,
     pub(in crate::sensor) plan: Option<Plan>,
 }
@@ -98,7 +109,12 @@ impl Session {
             request: RequestState::new(),
             line: LineRate::new(),
             search: Search::new(),
-            sensor: SensorFacts { version: None, skip_version: false, parameters: None, plan: None },
+            sensor: SensorFacts {
+                version: None,
+                version_reply: VersionReply::None,
+                parameters: None,
+                plan: None,
+            },
             setup: SetupProgress::default(),
             cures: Cures::NONE,
             stream: Stream::new(),
@@ -231,7 +247,8 @@ impl Session {
         self.reader.losses()
     }
 
-    /// What the sensor answered to `VV`, once it has.
+    /// What the sensor answered to `VV`, once it has. A sensor that does not answer is taken for the one before if it is of
+    /// the same model.
     #[must_use]
     pub const fn version(&self) -> Option<&Version> {
         self.sensor.version.as_ref()

@@ -5,7 +5,7 @@
 //!                   └ geometry, rate and interval: the plan
 //! ```
 
-use super::{Plan, Session};
+use super::{Plan, Session, VersionReply};
 use crate::scip::{Parameters, Status, TimeReply, Version};
 use crate::sensor::request::Step;
 use crate::sensor::serial_line::SETTLE_US;
@@ -74,8 +74,8 @@ impl Session {
             return self.reboot(step, now_us);
         }
         self.report_start();
-        let skipped = core::mem::take(&mut self.sensor.skip_version);
-        self.ask(if skipped { Step::Parameters } else { Step::Version }, now_us);
+        let missed = core::mem::take(&mut self.sensor.version_reply) == VersionReply::Missed;
+        self.ask(if missed { Step::Parameters } else { Step::Version }, now_us);
     }
 
     /// The stream brought nothing: a full start, after a pause.
@@ -100,6 +100,7 @@ impl Session {
 
     pub(in crate::sensor) fn apply_version(&mut self, version: Version, now_us: u64) {
         self.sensor.version = Some(version);
+        self.sensor.version_reply = VersionReply::Read;
         self.ask(Step::Parameters, now_us);
     }
 
@@ -117,7 +118,13 @@ impl Session {
 
     /// What can be measured is known: how, and how fast must the line be?
     pub(in crate::sensor) fn plan(&mut self, parameters: Parameters, now_us: u64) {
-        self.sensor.parameters = Some(parameters);
+        let before = self.sensor.parameters.replace(parameters);
+        if self.sensor.version_reply != VersionReply::Read
+            && before.is_some_and(|before| before.model != parameters.model)
+        {
+            // It is that of the sensor before.
+            self.sensor.version = None;
+        }
         let measurement = self.settings.measurement(&parameters);
         let geometry = match parameters.geometry(&measurement) {
             Ok(geometry) => geometry,

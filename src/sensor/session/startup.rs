@@ -14,7 +14,7 @@
 //!
 //! Then it is set up: `setup`. Every wait and every repetition has its limit.
 
-use super::Session;
+use super::{Session, VersionReply};
 use crate::scan::GeometryError;
 use crate::scip::Status;
 use crate::sensor::request::Step;
@@ -105,7 +105,7 @@ impl Session {
             Step::LeaveTimeSync => self.detour(now_us),
             Step::Version => {
                 // Asked too often some sensors fall silent: not the next time.
-                self.sensor.skip_version = true;
+                self.sensor.version_reply = VersionReply::Missed;
                 self.ask(Step::Parameters, now_us);
             }
             // The answer may have been lost and the speed changed; the search finds out.
