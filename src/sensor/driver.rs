@@ -101,7 +101,8 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
     ///
     /// # Cancellation
     /// Bytes of a read under way may be lost, which costs the scan they belong to. A request may be sent in
-    /// part or not at all; it is repeated when its answer does not come. Call again.
+    /// part or not at all; it is repeated when its answer does not come. A change of the line's speed is begun anew. Call
+    /// again.
     pub async fn event_until(&mut self, limit_us: u64) -> SensorEvent {
         self.taken = None;
         loop {
@@ -123,7 +124,11 @@ impl<L: Read + Write + Baud, C: Clock, const BEAMS: usize> Driver<L, C, BEAMS> {
                 Action::SetBaud(rate_baud) => {
                     let limit_us = self.clock.now_us().saturating_add(SEND_US);
                     let change = self.link.set_baud(rate_baud);
-                    if let Either::Second(()) = select(change, self.clock.wait_until(limit_us)).await {
+                    // Given up meanwhile, it is asked for again.
+                    self.session.repeat_baud();
+                    let done = select(change, self.clock.wait_until(limit_us)).await;
+                    self.session.baud_is_set();
+                    if let Either::Second(()) = done {
                         self.session.link_failed(self.clock.now_us());
                     }
                 }
@@ -163,4 +168,79 @@ async fn send<L: Write>(link: &mut L, message: &Message) -> bool {
         }
     }
     link.flush().await.is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::convert::Infallible;
+    use embassy_futures::poll_once;
+    use embedded_io_async::ErrorType;
+    use std::vec::Vec;
+
+    /// A line that takes its time to change its speed. It brings nothing.
+    #[derive(Default)]
+    struct SlowLine {
+        is_slow: bool,
+        rates_baud: Vec<u32>,
+        sent: usize,
+    }
+
+    impl ErrorType for SlowLine {
+        type Error = Infallible;
+    }
+
+    impl Read for SlowLine {
+        async fn read(&mut self, _: &mut [u8]) -> Result<usize, Infallible> {
+            core::future::pending().await
+        }
+    }
+
+    impl Write for SlowLine {
+        async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+            self.sent += bytes.len();
+            Ok(bytes.len())
+        }
+
+        async fn flush(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+
+    impl Baud for SlowLine {
+        async fn set_baud(&mut self, rate_baud: u32) {
+            if self.is_slow {
+                core::future::pending::<()>().await;
+            }
+            self.rates_baud.push(rate_baud);
+        }
+    }
+
+    /// It stands still.
+    struct Still;
+
+    impl Clock for Still {
+        fn now_us(&self) -> u64 {
+            0
+        }
+
+        async fn wait_until(&self, _: u64) {
+            core::future::pending().await
+        }
+    }
+
+    #[test]
+    fn a_change_of_the_lines_speed_that_was_given_up_is_done_before_anything_is_sent() {
+        let line = SlowLine { is_slow: true, ..SlowLine::default() };
+        let mut driver = Driver::<_, _, 16>::new(line, Still, SensorSettings::SERIAL);
+        assert!(poll_once(driver.event_until(u64::MAX)).is_ready(), "it searches");
+        for _ in 0..2 {
+            assert!(poll_once(driver.event_until(u64::MAX)).is_pending());
+            assert_eq!((driver.link.rates_baud.len(), driver.link.sent), (0, 0));
+        }
+        driver.link.is_slow = false;
+        assert!(poll_once(driver.event_until(u64::MAX)).is_pending());
+        assert_eq!(driver.link.rates_baud, [19_200]);
+        assert!(driver.link.sent > 0);
+    }
 }

@@ -312,6 +312,16 @@ impl Session {
         }
     }
 
+    /// The line is not at its speed yet: the next [`poll`](Self::poll) asks for that again, unless [it is set](Self::baud_is_set) before.
+    pub(in crate::sensor) const fn repeat_baud(&mut self) {
+        self.line.new_baud = Some(self.line.baud);
+    }
+
+    /// The line is at its speed.
+    pub(in crate::sensor) const fn baud_is_set(&mut self) {
+        self.line.new_baud = None;
+    }
+
     /// The speed of the line, if it has one.
     pub(in crate::sensor) fn line_baud(&self) -> Option<u32> {
         self.settings.has_speed().then_some(self.line.baud)
