@@ -29,7 +29,7 @@ impl Waiting {
     /// How long that may take without a sign of life, µs.
     const fn limit_us(self) -> u64 {
         match self {
-            // The driver itself gives up after five scan intervals, of 1.2 s on the slowest line.
+            // The driver says that it is stalled after five scan intervals: 18 s with 1081 beams at 9600 baud.
             Self::Scans => 30_000_000,
             // Looked at twice a second.
             Self::Sensor => 5_000_000,
