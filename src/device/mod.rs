@@ -11,6 +11,8 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `begin` | how a start begins: its number, and what was stored |
+//! | `scans` | what is made of a scan |
 //! | `requests` | which host may ask what, and what the module does |
 //! | `guard` | which datagrams are listened to, and what leaves sealed |
 //! | `subscribers`, `cookie`, `answers` | which hosts get the reports; whether a host's address is its own; what was answered |
@@ -29,6 +31,7 @@
 //! counted. Nothing in here panics, whatever comes in.
 
 mod answers;
+mod begin;
 pub mod button;
 pub mod cookie;
 pub mod discovery;
@@ -42,6 +45,7 @@ mod panels;
 mod parts;
 pub mod reception;
 mod requests;
+mod scans;
 pub mod settings;
 mod setup;
 pub mod starts;
@@ -67,17 +71,15 @@ use lanes::AnswerLanes;
 use parts::Parts;
 use setup::Setup;
 use subscribers::Subscribers;
-use trial::{AddressingInUse, StoredAddressing, Trial};
+use trial::AddressingInUse;
 use update::Update;
 
-use crate::background::{Background, Learning};
+use crate::background::Learning;
 use crate::link::{NetworkLosses, Outbox};
 use crate::pipeline::Pipeline;
-use crate::scan::Scan;
-use crate::scip::Text;
 use crate::seal::Keyring;
-use crate::sensor::{SensorState, Session};
-use crate::wire::{Counter, Counters, DATAGRAM_MAX, EventKind, Identity, Message, ModuleId, Report};
+use crate::sensor::SensorState;
+use crate::wire::{Counter, Counters, DATAGRAM_MAX, EventKind, Identity, ModuleId};
 
 /// Identity of a module, and facts fixed when it is built and switched on.
 #[derive(Clone, Copy, Debug)]
@@ -223,42 +225,6 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
     }
 
-    /// Start number `boot` begins, with these settings.
-    pub fn begin(&mut self, boot: u32, settings: Settings) {
-        self.identity.boot = boot;
-        self.cookies = Cookies::new(self.about.secret, boot);
-        self.settings = settings;
-        if self.about.watchdog_reset {
-            self.counters.count(Counter::WatchdogResets);
-        }
-    }
-
-    /// Chooses the addressing of this start from the settings it began with. Returns the trial that must be stored
-    /// before anything is sent, if any.
-    pub fn begin_addressing(&mut self, stored: StoredAddressing) -> Option<Trial> {
-        let beginning = AddressingInUse::begin(stored);
-        self.addressing = beginning.in_use;
-        // Stored addressing that this start only leaves alone is tried again: settings still name it.
-        if beginning.event != Some(EventKind::AddressDefault) {
-            self.settings.addressing = beginning.in_use.addressing();
-        }
-        self.addressing_to_store = beginning.settings_to_store;
-        if let Some(kind) = beginning.event {
-            self.say(kind, 0);
-        }
-        beginning.trial_to_store
-    }
-
-    /// Uses these keys from now on.
-    pub fn begin_keys(&mut self, keyring: Keyring) {
-        self.guard.set_keyring(keyring);
-    }
-
-    /// A factory reset was carried out as this start began.
-    pub fn was_reset(&mut self) {
-        self.say(EventKind::FactoryReset, 0);
-    }
-
     /// Records an event that no host has requested.
     fn say(&mut self, kind: EventKind, at_us: u64) {
         self.events.add(at_us, kind, self.pipeline.background().version(), [0; 4]);
@@ -271,102 +237,16 @@ impl<const BEAMS: usize> Module<BEAMS> {
         }
     }
 
-    /// A number for a start that cannot be counted: most likely no start has had it.
-    #[must_use]
-    pub const fn unlikely_boot(&self) -> u32 {
-        let [a, b, c, d, ..] = self.about.secret;
-        u32::from_le_bytes([a, b, c, d]) | 1 << 31
-    }
-
     /// A record could not be read or written.
     pub fn store_failed(&mut self) {
         self.store_failed = true;
         self.counters.count(Counter::StoreFailures);
     }
 
-    /// The background, to be restored from a store.
-    pub fn background_mut(&mut self) -> &mut Background<BEAMS> {
-        self.pipeline.background_mut()
-    }
-
-    /// The serial number of the sensor whose background was restored: sensors do not always report it.
-    pub fn remember_serial(&mut self, serial: Text<16>) {
-        self.setup.remember_serial(serial);
-    }
-
     /// Sets the losses of the network since the start.
     pub fn network_lost(&mut self, losses: NetworkLosses) {
         self.counters.set(Counter::LinkLosses, losses.links);
         self.counters.set(Counter::DatagramsDropped, losses.datagrams);
-    }
-
-    /// A scan from the sensor of `session`: judges and reports it.
-    pub fn scan(&mut self, session: &Session, scan: &Scan<'_>, now_us: u64, out: &mut impl Outbox) {
-        self.subscribers.expire(now_us, &mut self.counters);
-        health::count_sensor(&mut self.counters, session);
-        if self.setup.changed(session, scan.geometry, self.settings.skip) {
-            self.configure(scan, now_us);
-        }
-        self.observed.last_scan_us = Some(now_us);
-        self.observed.uncertainty_us = scan.time.uncertainty_us;
-        let version = self.pipeline.background().version();
-        self.pipeline.process(scan);
-        self.learned(version, now_us);
-        let lost_scans = self.counters.get(Counter::LostScans);
-        let report = Report::of(self.pipeline.judgement(), self.setup.number(), lost_scans);
-        let encoded = Message::Report(report).encode(self.identity, &mut self.datagram);
-        let datagram = encoded.ok().and_then(|length| self.datagram.get(..length)).unwrap_or(&[]);
-        let dropped = (&mut self.counters, Counter::ReportsDropped);
-        self.subscribers.send(datagram, |_| true, dropped, now_us, &mut self.guard.over(out));
-        self.send_profile_part(now_us, out);
-        self.send_raw(scan, now_us, out);
-        self.sensor(session, now_us, out);
-    }
-
-    /// Configures the pipeline for another sensor, or for the same one with other settings.
-    fn configure(&mut self, scan: &Scan<'_>, now_us: u64) {
-        let known = self.pipeline.background().is_known();
-        let settings = self.settings.pipeline(self.setup.model(), scan.geometry.range_max_mm());
-        if self.setup.name_background(self.pipeline.background_mut()) {
-            self.background_to_store = true;
-        }
-        // It refuses only more beams than it has room for: the driver delivers no scan of such a sensor.
-        let _ = self.pipeline.configure(scan.geometry, settings, self.setup.fingerprint());
-        let background = self.pipeline.background();
-        if known && !background.is_known() {
-            self.events.add(now_us, EventKind::BackgroundForgotten, background.version(), [0; 4]);
-        }
-    }
-
-    /// Says what learning and drift have come to with the last scan.
-    fn learned(&mut self, version_before: u16, now_us: u64) {
-        let (before, now) = (self.observed.learning, self.pipeline.judgement().learning);
-        let version = self.pipeline.background().version();
-        let kind = match (before, now) {
-            (Learning::Running { .. }, Learning::Idle) if version != version_before => {
-                self.background_to_store = true;
-                Some(EventKind::Learned)
-            }
-            (Learning::Idle, Learning::Running { .. }) => Some(EventKind::LearnStarted),
-            (Learning::Running { restarts: before, .. }, Learning::Running { restarts: now, .. })
-                if now > before =>
-            {
-                Some(EventKind::LearnRestarted)
-            }
-            _ if version != version_before => Some(EventKind::BackgroundDrifted),
-            _ => None,
-        };
-        self.observed.learning = now;
-        if let Some(kind) = kind {
-            self.events.add(now_us, kind, version, [0; 4]);
-        }
-    }
-
-    /// Looks at the sensor: at every change of its state, and now and then.
-    pub fn sensor(&mut self, session: &Session, now_us: u64, out: &mut impl Outbox) {
-        health::count_sensor(&mut self.counters, session);
-        self.observed.sensor = session.state();
-        self.poll(now_us, out);
     }
 
     /// Does what is due at `now_us`; returns the time of the next call, µs.
