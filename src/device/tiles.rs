@@ -7,7 +7,7 @@
 
 use super::Module;
 use crate::floor::sensfloor::{FRAME_LEN, Layout, Losses, SensFloor};
-use crate::floor::{Floor, READING_US};
+use crate::floor::{Floor, next_reading_us};
 use crate::link::Outbox;
 use crate::wire::Counter;
 
@@ -119,7 +119,7 @@ impl<const BEAMS: usize> Module<BEAMS> {
         let due_us = tiles.reading_us;
         let is_due = now_us >= tiles.known.as_ref().map_or(due_us, |known| known.tiles.read_us(due_us));
         if is_due {
-            tiles.reading_us = tiles.reading_us.saturating_add(READING_US).max(now_us);
+            tiles.reading_us = next_reading_us(tiles.reading_us, now_us);
         }
         let known = tiles.known.as_mut()?;
         if is_due
@@ -182,6 +182,19 @@ mod tests {
         assert!(readings <= at_most, "{readings} readings after its last word");
         assert_eq!(code(&module, 7_900_000), Some(SensorCode::Stalled));
         assert!(has(&module, Alarms::NO_SCANS, 7_900_000));
+    }
+
+    #[test]
+    fn readings_that_were_missed_are_not_made_up_for() {
+        let (mut module, mut tiles) = (module("tiles=10,1,1,1,1"), Tiles::new());
+        let mut readings = |tiles: &mut Tiles, now_us| {
+            module.tiles(tiles, now_us, &mut Sent::default());
+            module.counters().get(Counter::ScansAccepted)
+        };
+        assert_eq!(readings(&mut tiles, 0), 0);
+        tiles.receive(&encode(&Frame { group: 10, tile: (1, 1), values: [128; 8] }), 80_000);
+        let times_us = [120_000, 600_000, 600_001, 711_110, 711_111];
+        assert_eq!(times_us.map(|now_us| readings(&mut tiles, now_us)), [1, 2, 2, 2, 3]);
     }
 
     #[test]

@@ -29,6 +29,14 @@ pub use bits::Bits;
 /// Between two readings, µs: the 9 Hz for which panels are debounced and bodies are followed.
 pub const READING_US: u64 = 111_111;
 
+/// When the reading after one that was due at `due_us` is due, µs; it was made at `now_us`. Readings that were missed are not made
+/// up for: two in a row would debounce nothing.
+#[must_use]
+pub const fn next_reading_us(due_us: u64, now_us: u64) -> u64 {
+    let next_us = due_us.saturating_add(READING_US);
+    if next_us > now_us { next_us } else { now_us.saturating_add(READING_US) }
+}
+
 /// Most panels of a floor: a square of 2.56 m of 8 cm panels. A larger area is several floors.
 pub const PANELS: usize = 1024;
 

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use super::blink::Blink;
 use kehai::address::mac_from_unique_id;
 use kehai::device::{About, Module, Settings, Stored, Wish};
-use kehai::floor::{Bits, Floor, READING_US};
+use kehai::floor::{Bits, Floor, next_reading_us};
 use kehai::link::{Dropped, Lane, Outbox};
 use kehai::wire::{DATAGRAM_MAX, Identity, ModuleId};
 
@@ -97,7 +97,7 @@ fn start(
             // As many bits as there are panels.
             let _ = floor.read(bits.bytes(floor.panels()));
             module.panels(floor, stamp_us, now_us(), &mut port);
-            reading_us = (reading_us + READING_US).max(now_us());
+            reading_us = next_reading_us(reading_us, now_us());
         }
         if let Some(line) = blink.line(module.status(now_us()).identifying) {
             eprintln!("{line}");
