@@ -64,8 +64,16 @@ pub async fn factory_reset<F: NorFlash>(
             }
             Button::FactoryReset => {
                 warn!("button held: settings and background are erased");
+                // It searches the store, too. Not by `fed`: each use of an `async fn` links a panic more.
+                let (mut begun, since) = (pin!(store::begin_reset(store)), Instant::now());
                 // A store that does not take it takes no count of this start either, which is said.
-                let _ = store::begin_reset(store).await;
+                let _ = poll_fn(|context| {
+                    if Instant::now().saturating_duration_since(since) < READ {
+                        feed();
+                    }
+                    begun.as_mut().poll(context)
+                })
+                .await;
                 return;
             }
         }
