@@ -165,7 +165,7 @@ pub enum NotAcknowledged {
     },
     /// Another tracker lists it, that of an area.
     #[error(
-        "alarm {id} ({name}) is acknowledged on the map of its area; that of an area that is not heard ends once it is"
+        "alarm {id} ({name}) is listed by the tracker of an area: open the map of that area and acknowledge it there; that an area is not heard ends by itself once it is heard"
     )]
     Elsewhere {
         /// Its number.
@@ -454,6 +454,8 @@ mod tests {
         list.show(200, area.standing().to_vec());
         assert_eq!(list.standing(), area.standing());
         let elsewhere = NotAcknowledged::Elsewhere { id: 7, name: "module left: slow".into() };
+        let said = elsewhere.to_string();
+        assert!(said.contains("module left: slow") && said.contains("open the map of that area"), "{said}");
         assert_eq!(list.acknowledge(&[7], "anna", 250), Err(elsewhere));
         area.observe(at(300), [held_open()]);
         list.show(400, area.standing().to_vec());
