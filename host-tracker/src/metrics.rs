@@ -24,6 +24,7 @@ use prometheus_client::registry::Registry;
 use crate::store::Dropped;
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::Direction;
+use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 use kehai_tracking::stays::{BOUNDS_S, DwellLine};
 use kehai_tracking::tracker::LifeCycle;
@@ -46,11 +47,12 @@ pub struct Losses {
     pub is_together: bool,
 }
 
-/// The metrics of a frame, and of what was lost, as text.
+/// The metrics of a frame of this site, and of what was lost, as text.
 #[must_use]
-pub fn text(frame: &Arc<Snapshot>, losses: Losses) -> String {
+pub fn text(frame: &Arc<Snapshot>, site: &Arc<Site>, losses: Losses) -> String {
     let mut registry = Registry::default();
-    registry.register_collector(Box::new(Scrape(Arc::clone(frame), losses)));
+    let scrape = Scrape { frame: Arc::clone(frame), site: Arc::clone(site), losses };
+    registry.register_collector(Box::new(scrape));
     let mut text = String::new();
     // Writing to a String cannot fail.
     let _ = encode(&mut text, &registry);
@@ -58,20 +60,25 @@ pub fn text(frame: &Arc<Snapshot>, losses: Losses) -> String {
 }
 
 #[derive(Debug)]
-struct Scrape(Arc<Snapshot>, Losses);
+struct Scrape {
+    frame: Arc<Snapshot>,
+    site: Arc<Site>,
+    losses: Losses,
+}
 
 impl Collector for Scrape {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> fmt::Result {
-        zones(&self.0, &mut encoder)?;
-        lines(&self.0, &mut encoder)?;
-        dwell(&self.0, &mut encoder)?;
-        tracks(&self.0, &mut encoder)?;
-        modules(&self.0, &mut encoder)?;
-        if !self.1.is_together {
-            inputs(&self.0, &mut encoder)?;
+        let Self { frame, site, losses } = self;
+        zones(frame, &mut encoder)?;
+        lines(frame, &mut encoder)?;
+        dwell(frame, &mut encoder)?;
+        tracks(frame, &mut encoder)?;
+        modules(frame, site, &mut encoder)?;
+        if !losses.is_together {
+            inputs(frame, &mut encoder)?;
         }
-        refusals(&self.0, &mut encoder)?;
-        lost(self.1, &mut encoder)
+        refusals(frame, &mut encoder)?;
+        lost(*losses, &mut encoder)
     }
 }
 
@@ -232,13 +239,13 @@ const FIGURES: [Figure; 7] = [
     },
 ];
 
-fn modules(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
-    let present = || frame.own_modules().filter(|line| line.state != DeviceState::Missing);
+fn modules(frame: &Snapshot, site: &Site, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
+    let present = || frame.own_modules(site).filter(|line| line.state != DeviceState::Missing);
     family(
         encoder,
         "kehai_module_up",
         "1 if the module is heard of",
-        frame.own_modules().map(|line| {
+        frame.own_modules(site).map(|line| {
             let up = u64::from(line.state != DeviceState::Missing);
             ([("module", line.name.as_str())], ConstGauge::new(up))
         }),
@@ -251,13 +258,13 @@ fn modules(frame: &Snapshot, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result
     )?;
     for figure in FIGURES {
         let there = |line: &&ModuleLine| figure.while_missing || line.state != DeviceState::Missing;
-        let samples = frame.own_modules().filter(there).filter_map(|line| {
+        let samples = frame.own_modules(site).filter(there).filter_map(|line| {
             let value = (figure.value)(line)?;
             Some(([("module", line.name.as_str())], ConstGauge::new(value)))
         });
         family(encoder, figure.name, figure.help, samples)?;
     }
-    let alarms = frame.own_modules().flat_map(|line| {
+    let alarms = frame.own_modules(site).flat_map(|line| {
         line.alarms.iter().map(|alarm| {
             let labels = [("module", line.name.as_str()), ("alarm", alarm.kind.name())];
             (labels, ConstGauge::new(1_u64))

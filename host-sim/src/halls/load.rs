@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use kehai_tracking::areas::{AreaFrame, AreaName, Campus, packed};
 use kehai_tracking::geometry::Point;
 use kehai_tracking::jsonl::{TrackLine, TracksLine};
-use kehai_tracking::site::{Site, Zone};
+use kehai_tracking::site::{Module, Site, Zone};
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 use kehai_tracking::tracker::TrackId;
 
@@ -139,7 +139,9 @@ pub fn measure(size: &Size) -> Result<Load, Box<dyn Error>> {
         let (from, to, far) = (area as f64 * HALL_M, (area + 1) as f64 * HALL_M, HALL_M * size.people as f64);
         let polygon = vec![[from, -1.0], [to, -1.0], [to, far], [from, far]];
         let zone = Zone::counted("hall".into(), polygon);
-        campus.set_site(name, Site { zones: vec![zone], ..Site::default() });
+        let module = |number: usize| Module::unplaced(format!("module {number}"));
+        let modules = (0..size.modules).map(module).collect();
+        campus.set_site(name, Site { zones: vec![zone], modules, ..Site::default() });
     }
     let site = campus.site();
     let mut stream = Stream::new(1, Purpose::Plan, [u64::MAX, 0]);

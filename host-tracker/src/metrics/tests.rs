@@ -30,8 +30,15 @@ fn frame() -> Arc<Snapshot> {
         ..ModuleLine::default()
     };
     let missing = ModuleLine { alarms: vec![alarm], ..line("right", DeviceState::Missing) };
-    frame.modules = vec![line("left", DeviceState::Watching), missing, line("stranger", DeviceState::Found)];
+    let strangers = [line("stranger", DeviceState::Found), line("stranger-off", DeviceState::Missing)];
+    frame.modules = [line("left", DeviceState::Watching), missing].into_iter().chain(strangers).collect();
     Arc::new(frame)
+}
+
+/// The metrics of a frame of a site with two modules.
+fn text(frame: &Arc<Snapshot>, losses: Losses) -> String {
+    let site = "[[module]]\nname = \"left\"\nx = 0\ny = 0\n[[module]]\nname = \"right\"\nx = 1\ny = 0\n";
+    super::text(frame, &Arc::new(Site::parse("site", site).unwrap()), losses)
 }
 
 #[test]
@@ -113,7 +120,7 @@ fn a_missing_module_has_no_figures_but_is_told_to_be_missing() {
         assert!(text.lines().any(|known| known == line), "{line} in\n{text}");
     }
     assert!(!text.contains("kehai_module_scans_hertz{module=\"right\"}"), "{text}");
-    assert!(!text.contains("module=\"stranger\""), "{text}");
+    assert!(!text.contains("module=\"stranger"), "{text}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A frame as topics and payloads. Nothing here knows a broker or a time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::holds::Holds;
 use super::payloads::{Availability, Line, Module, Name, Total, Tracker, Zone, written};
@@ -14,12 +14,9 @@ use kehai_tracking::names::NameLine;
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
-/// The modules that are published: those that have a place in the site. One that was only found is not this site's, and stays
-/// another's when it is switched off and missing.
+/// The modules that are published, each with its word in topics.
 pub(super) fn modules<'a>(frame: &'a Snapshot, site: &Site) -> Vec<(String, &'a ModuleLine)> {
-    let known: BTreeSet<&str> = site.places().map(|(_, name)| name).collect();
-    let lines: Vec<&ModuleLine> =
-        frame.own_modules().filter(|line| known.contains(line.name.as_str())).collect();
+    let lines: Vec<&ModuleLine> = frame.own_modules(site).collect();
     let slugs = slugs(lines.iter().map(|line| line.name.as_str()));
     slugs.into_iter().map(|(_, slug)| slug).zip(lines).collect()
 }

@@ -7,15 +7,16 @@
 
 use kehai_tracking::alarm::Severity;
 use kehai_tracking::occupancy::ZoneKnown;
+use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot};
 
 use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Level};
 
 /// One status of people, and one of each module of the site; what was found beside them may be another site's. `missed_scans` are those
 /// that were not published.
-pub fn diagnostics(snapshot: &Snapshot, missed_scans: u64) -> DiagnosticArray {
+pub fn diagnostics(snapshot: &Snapshot, site: &Site, missed_scans: u64) -> DiagnosticArray {
     let mut status = vec![people(snapshot, missed_scans)];
-    status.extend(snapshot.own_modules().map(module));
+    status.extend(snapshot.own_modules(site).map(module));
     DiagnosticArray { header: Header::new("", snapshot.stamp_ns()), status }
 }
 
@@ -110,8 +111,10 @@ mod tests {
     #[test]
     fn a_module_that_is_not_the_site_s_is_not_told() {
         let line = |name: &str, state| ModuleLine { name: name.into(), state, ..ModuleLine::default() };
-        let modules = vec![line("left", DeviceState::Missing), line("stranger", DeviceState::Found)];
-        let status = diagnostics(&Snapshot { modules, ..Snapshot::default() }, 0).status;
+        let strangers = [line("stranger", DeviceState::Found), line("switched-off", DeviceState::Missing)];
+        let modules = [line("left", DeviceState::Missing)].into_iter().chain(strangers).collect();
+        let site = Site::parse("site", "[[module]]\nname = \"left\"\nx = 0\ny = 0\n").unwrap();
+        let status = diagnostics(&Snapshot { modules, ..Snapshot::default() }, &site, 0).status;
         let names: Vec<&str> = status.iter().map(|status| status.name.as_str()).collect();
         assert_eq!(names, ["kehai_tracker: people", "kehai_tracker: module left"]);
     }
@@ -120,7 +123,7 @@ mod tests {
     fn what_is_not_known_of_people_is_said() {
         let said = |count, state| {
             let snapshot = Snapshot { total: Total { count, state }, ..Snapshot::default() };
-            let status = diagnostics(&snapshot, 3).status.remove(0);
+            let status = diagnostics(&snapshot, &Site::default(), 3).status.remove(0);
             (status.level, status.values[0].value.clone(), status.values[1].value.clone())
         };
         assert_eq!(said(Some(2), ZoneKnown::Known), (Level::Ok, "2".into(), "3".into()));

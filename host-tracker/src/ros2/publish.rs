@@ -171,7 +171,7 @@ impl Topics {
         self.markers.put(&markers(snapshot, site))?;
         if snapshot.line.t >= self.diagnostics_s {
             self.diagnostics_s = snapshot.line.t + DIAGNOSTICS_S;
-            self.diagnostics.put(&diagnostics(snapshot, missed_scans))?;
+            self.diagnostics.put(&diagnostics(snapshot, site, missed_scans))?;
         }
         Ok(())
     }

@@ -59,5 +59,6 @@ pub async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
         scans: context.scans.missed(),
         is_together: context.site.is_together(),
     };
-    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&frame, losses)).into_response()
+    let site = context.site.current().site;
+    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], metrics::text(&frame, &site, losses)).into_response()
 }

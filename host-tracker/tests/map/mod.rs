@@ -14,7 +14,17 @@ use tungstenite::WebSocket;
 use tungstenite::client::IntoClientRequest;
 
 /// Its site file.
-pub const HOME: &str = "# where we live\n[[zone]]\nname = \"hall\"\npolygon = [[0, 0], [1, 0], [1, 1]]\n";
+pub const HOME: &str = "# where we live
+[[zone]]
+name = \"hall\"
+polygon = [[0, 0], [1, 0], [1, 1]]
+
+[[module]]
+name = \"left\"
+x = 0
+y = 0
+yaw_deg = 0
+";
 
 /// The server, its inputs, and the sites that were saved.
 pub struct Map {

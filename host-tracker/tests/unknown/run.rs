@@ -174,11 +174,11 @@ impl Run {
         map.show(&snapshot);
         store.see_waiting(Arc::clone(&snapshot));
         recorder.line(self.world.now_us, &snapshot.line);
-        let Self { judge, truth, broker, .. } = self;
+        let Self { judge, truth, broker, site, .. } = self;
         broker.tenth(judge, truth, &snapshot, self.world.now_us / 1000);
         let when = When::At(truth.newest());
         live::frame(judge, "snapshot", &serde_json::to_value(&*snapshot).unwrap(), when);
-        live::metrics(judge, truth, &metrics::text(&snapshot, metrics::Losses::default()));
+        live::metrics(judge, truth, &metrics::text(&snapshot, site, metrics::Losses::default()));
     }
 
     /// A tenth of a second in which the tracker does nothing; while it is not there, its broker knows that.

@@ -227,7 +227,7 @@ impl Campus {
                 prefix::add_unheard(name, area.site.as_ref(), last, &mut picture);
                 continue;
             };
-            prefix::add(name, &last.frame, &mut picture);
+            prefix::add(name, area.site.as_ref(), &last.frame, &mut picture);
             let is_person = |track: &&TrackLine| is_person(area.site.as_ref().unwrap_or(&not_known), track);
             heard.extend(last.frame.line.tracks.iter().filter(is_person).map(|line| Heard {
                 key: Key { area: name.clone(), epoch: last.epoch, track: line.id },

@@ -40,8 +40,8 @@ pub fn site(area: &AreaName, mut site: Site) -> Site {
     site
 }
 
-/// Adds what an area has said last to the picture of all: zones, lines, doors, modules. Its tracks are people of all areas.
-pub fn add(area: &AreaName, frame: &Snapshot, to: &mut Snapshot) {
+/// Adds what an area of this site has said last to the picture of all: zones, lines, doors, modules. Its tracks are people of all areas.
+pub fn add(area: &AreaName, site: Option<&Site>, frame: &Snapshot, to: &mut Snapshot) {
     for (name, zone) in &frame.line.zones {
         to.line.zones.insert(format!("{area}/{name}"), zone.clone());
     }
@@ -63,8 +63,8 @@ pub fn add(area: &AreaName, frame: &Snapshot, to: &mut Snapshot) {
         put(area, &mut floor.name);
         floor
     }));
-    // What was found beside them is another area's, or no area's: it would be missing for ever here.
-    to.modules.extend(frame.own_modules().cloned().map(|mut module| {
+    // What was found beside them is another area's, or no area's; without a site it is not known which these are.
+    to.modules.extend(site.iter().flat_map(|site| frame.own_modules(site)).cloned().map(|mut module| {
         put(area, &mut module.name);
         module
     }));
@@ -92,7 +92,7 @@ pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>
         (door.prompt_name, door.prompt) = (Prompt::OutOfOrder, Prompt::OutOfOrder.words().to_owned());
         door
     }));
-    to.modules.extend(last.own_modules().cloned().map(|mut module| {
+    to.modules.extend(site.iter().flat_map(|site| last.own_modules(site)).cloned().map(|mut module| {
         put(area, &mut module.name);
         module.state = DeviceState::Missing;
         module.alarms.clear();

@@ -194,7 +194,8 @@ fn a_module_that_is_not_of_an_area_s_site_is_none_of_the_site_s() {
     let (mut campus, site) = both();
     let mut said = frame(2, Vec::new());
     let found = ModuleLine { name: "else".into(), state: DeviceState::Found, ..ModuleLine::default() };
-    said.frame.modules.push(found);
+    let off = ModuleLine { name: "switched-off".into(), state: DeviceState::Missing, ..found.clone() };
+    said.frame.modules.extend([found, off]);
     campus.hear(&area("west"), said, 100_000);
     let mut modules = |now_us: u64| -> Vec<(String, DeviceState)> {
         let modules = campus.picture(&site, now_us, 1).modules.into_iter();

@@ -14,7 +14,7 @@
 
 mod module;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -29,6 +29,7 @@ use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::lines::CrossedLine;
 use crate::names::{NameLine, SignCounts};
 use crate::occupancy::Total;
+use crate::site::Site;
 use crate::stays::DwellLine;
 use crate::tracker::TrackState;
 pub use module::{DeviceEvent, DeviceState, EventLine, ModuleLine};
@@ -217,9 +218,11 @@ impl Snapshot {
         Self { unix_ms, line, tracks, ..Self::default() }
     }
 
-    /// The modules without those that were only found beside them: these may be another site's, or nobody's.
-    pub fn own_modules(&self) -> impl Iterator<Item = &ModuleLine> {
-        self.modules.iter().filter(|module| module.state != DeviceState::Found)
+    /// The modules that have a place in `site`. One that was only found beside them may be another site's, or no site's, and is that
+    /// also when it is switched off and missing.
+    pub fn own_modules<'a>(&'a self, site: &Site) -> impl Iterator<Item = &'a ModuleLine> {
+        let known: BTreeSet<&str> = site.places().map(|(_, name)| name).collect();
+        self.modules.iter().filter(move |module| known.contains(module.name.as_str()))
     }
 
     /// When it was made, ns since 1970.
@@ -322,7 +325,7 @@ mod tests {
 
     #[test]
     fn trouble_of_a_door_hides_no_alarm_that_stands_beneath_it() {
-        let site = crate::site::Site::parse("site", crate::site::door::tests::DOOR).unwrap();
+        let site = Site::parse("site", crate::site::door::tests::DOOR).unwrap();
         let mut doors = crate::door::doors::Doors::new(&site, 1);
         doors.resume([("front", Alarm::Followed)]);
         let mut line = doors.lines().next().unwrap();
