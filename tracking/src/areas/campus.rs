@@ -6,79 +6,20 @@
 //!   token gone ─▶ ╰────────╯              token gone       the same, at once
 //! ```
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use super::fields::Fields;
+use super::alarms::Alarms;
+use super::area::Area;
 use super::grounds::Grounds;
 use super::named::Named;
 use super::persons::Persons;
 use super::tracks::{Heard, Key};
 use super::{AreaFrame, AreaName, SILENT_US, prefix};
-use crate::alarm::{AlarmKind, Cause};
-use crate::alarm_list::{About, ListedAlarm};
 use crate::jsonl::TrackLine;
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::Site;
 use crate::snapshot::Snapshot;
 use crate::total::{is_person, total};
-
-#[derive(Debug, Default)]
-struct Area {
-    site: Option<Site>,
-    /// Its tracker uses another site than this by now, which it has not said yet.
-    is_site_old: bool,
-    last: Option<AreaFrame>,
-    fields: Fields,
-    heard_us: u64,
-    is_gone: bool,
-    /// Since when it is not heard, ms since 1970.
-    silent_since_ms: Option<u64>,
-    /// When a frame of an earlier start than the one before was heard last, and when the last of two such, µs.
-    earlier_us: Option<u64>,
-    shared_us: Option<u64>,
-    /// Since when two trackers have its name, ms since 1970.
-    shared_since_ms: Option<u64>,
-}
-
-impl Area {
-    /// What it has said last, if it is heard.
-    fn said(&self, now_us: u64) -> Option<&AreaFrame> {
-        let is_heard = !self.is_gone && now_us.saturating_sub(self.heard_us) <= SILENT_US;
-        self.last.as_ref().filter(|_| is_heard)
-    }
-
-    /// Whether it is heard, and has said the site that it uses: without that, which of its zones are counted is not known.
-    fn is_known(&self, now_us: u64) -> bool {
-        self.said(now_us).is_some() && self.site.is_some() && !self.is_site_old
-    }
-
-    /// Notes of which start a frame is. A tracker that is started anew does not go on with its earlier start: one frame of that may have
-    /// been held up on its way, a second one between later ones is of another tracker with the same name.
-    fn note_start(&mut self, epoch: u64, now_us: u64) {
-        if self.last.as_ref().is_none_or(|last| last.epoch <= epoch) {
-            return;
-        }
-        if is_lately(self.earlier_us, now_us) {
-            self.shared_us = Some(now_us);
-        }
-        self.earlier_us = Some(now_us);
-    }
-}
-
-fn is_lately(at_us: Option<u64>, now_us: u64) -> bool {
-    at_us.is_some_and(|at_us| now_us.saturating_sub(at_us) <= SILENT_US)
-}
-
-/// Which of an area's alarms.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-enum Which {
-    /// Nothing is heard of it.
-    Silent,
-    /// Two trackers have its name.
-    Shared,
-    /// One that its tracker lists, by the number there.
-    Listed(u64),
-}
 
 /// The areas of a site. Memory: a frame and a site of each area that was ever heard, at most as many as [`Campus::new`] allows.
 #[derive(Debug)]
@@ -90,9 +31,7 @@ pub struct Campus {
     persons: Persons,
     named: Named,
     followed_us: u64,
-    /// The number of each alarm of an area among those of all.
-    alarms: BTreeMap<(AreaName, Which), u64>,
-    newest_alarm: u64,
+    alarms: Alarms,
     begun_us: Option<u64>,
 }
 
@@ -107,8 +46,7 @@ impl Campus {
             persons: Persons::default(),
             named: Named::default(),
             followed_us: 0,
-            alarms: BTreeMap::new(),
-            newest_alarm: 0,
+            alarms: Alarms::default(),
             begun_us: None,
         }
     }
@@ -127,17 +65,12 @@ impl Campus {
 
     /// Takes what an area says; a frame that is older than the last one of the same start is left out. Whether this area is kept: of
     /// one too many nothing is.
-    pub fn hear(&mut self, name: &AreaName, mut frame: AreaFrame, now_us: u64) -> bool {
+    pub fn hear(&mut self, name: &AreaName, frame: AreaFrame, now_us: u64) -> bool {
         let Some(area) = self.area(name) else {
             self.refuse(name, now_us);
             return false;
         };
-        area.note_start(frame.epoch, now_us);
-        let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
-        if !area.last.as_ref().is_some_and(is_old) {
-            area.fields.unpack(&mut frame, now_us);
-            *area = Area { last: Some(frame), heard_us: now_us, is_gone: false, ..std::mem::take(area) };
-        }
+        area.hear(frame, now_us);
         true
     }
 
@@ -203,18 +136,7 @@ impl Campus {
         let mut picture = Snapshot { unix_ms, ..Snapshot::default() };
         picture.line.t = now_us.saturating_sub(begun_us) as f64 * 1e-6;
         self.refused.retain(|_, heard_us| now_us.saturating_sub(*heard_us) <= SILENT_US);
-        for area in self.areas.values_mut() {
-            if area.said(now_us).is_some() {
-                area.silent_since_ms = None;
-            } else {
-                area.silent_since_ms.get_or_insert(unix_ms);
-            }
-            if is_lately(area.shared_us, now_us) {
-                area.shared_since_ms.get_or_insert(unix_ms);
-            } else {
-                area.shared_since_ms = None;
-            }
-        }
+        self.areas.values_mut().for_each(|area| area.note_time(now_us, unix_ms));
         let grounds = Grounds::of(
             self.areas
                 .iter()
@@ -250,7 +172,7 @@ impl Campus {
         }
         let told = said().flat_map(|(_, last, _)| &last.frame.names);
         picture.names = self.named.lines(told, &picture.line.tracks, site, now_us);
-        picture.alarms = self.list_alarms(unix_ms);
+        picture.alarms = self.alarms.list(&self.areas, &self.refused, unix_ms);
         picture.total = total(site, &picture.line, &picture.modules);
         // Of an area without zones nobody is counted where others have some.
         let is_uncounted = |area: &Area| {
@@ -266,80 +188,5 @@ impl Campus {
             picture.total = Total { count: count.filter(|count| has_site && *count > 0), state };
         }
         picture
-    }
-
-    fn list_alarms(&mut self, unix_ms: u64) -> Vec<ListedAlarm> {
-        let mut all = Vec::new();
-        let mut standing = BTreeSet::new();
-        let mut number = |key: (AreaName, Which)| {
-            standing.insert(key.clone());
-            *self.alarms.entry(key).or_insert_with(|| {
-                self.newest_alarm += 1;
-                self.newest_alarm
-            })
-        };
-        for (name, area) in &self.areas {
-            if let Some(since_ms) = area.silent_since_ms {
-                let text = match &area.last {
-                    Some(_) => format!(
-                        "nothing is heard of area {name}: look whether its tracker runs and is connected"
-                    ),
-                    None => {
-                        format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
-                    }
-                };
-                all.push(of_area(
-                    name,
-                    number((name.clone(), Which::Silent)),
-                    (AlarmKind::Silent, text),
-                    since_ms,
-                ));
-                continue;
-            }
-            if let Some(since_ms) = area.shared_since_ms {
-                let text = format!(
-                    "two trackers say that they are area {name}, and what is shown of it changes from one to the other: start one of them with another --area"
-                );
-                let number = number((name.clone(), Which::Shared));
-                all.push(of_area(name, number, (AlarmKind::SameName, text), since_ms));
-            }
-            let Some(last) = &area.last else { continue };
-            all.extend(
-                last.frame
-                    .alarms
-                    .iter()
-                    .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), Which::Listed(alarm.id))))),
-            );
-        }
-        if let Some((first, _)) = self.refused.first_key_value() {
-            let text = format!(
-                "{} areas are too many, {first} among them: nothing of them is shown",
-                self.refused.len()
-            );
-            all.push(of_area(
-                first,
-                number((first.clone(), Which::Silent)),
-                (AlarmKind::Silent, text),
-                unix_ms,
-            ));
-        }
-        self.alarms.retain(|key, _| standing.contains(key));
-        all.sort_by_key(|alarm| alarm.since_ms);
-        all
-    }
-}
-
-/// An alarm about an area as a whole.
-fn of_area(area: &AreaName, id: u64, (kind, text): (AlarmKind, String), since_ms: u64) -> ListedAlarm {
-    ListedAlarm {
-        id,
-        about: About::Area,
-        of: area.to_string(),
-        cause: Cause::Fault(kind),
-        severity: kind.severity(),
-        text,
-        since_ms,
-        until_ms: None,
-        acknowledged: None,
     }
 }

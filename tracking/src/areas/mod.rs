@@ -14,7 +14,9 @@
 //! | file | what |
 //! |---|---|
 //! | `name` | the name of an area, in topics and in front of the names of its zones |
-//! | `campus` | what was heard of each area, and the picture of all |
+//! | `campus` | the areas of a site, and the picture of all |
+//! | `area` | what was heard of one area |
+//! | `alarms` | alarms about areas, and those that their trackers list |
 //! | `fields` | what modules see empty, which few frames say |
 //! | `grounds` | whose ground a place is: what is behind the border is for the other area to say |
 //! | `persons` | persons, whose numbers go over borders, and which track leads each |
@@ -24,6 +26,8 @@
 //! | `named` | names that areas have read, kept among the persons of all |
 //! | `prefix` | the names of an area's zones, lines, doors and modules among those of all |
 
+mod alarms;
+mod area;
 mod assigned;
 mod births;
 mod campus;
