@@ -40,8 +40,8 @@ struct Told {
     at_ms: u64,
 }
 
-/// Whether a frame has all of the site. While an area is not heard, or two trackers take turns in its name, what the frame does not have
-/// is not known to be gone.
+/// Whether a frame has all of the site. While an area is not heard or has not said its site, or two trackers take turns in its name,
+/// what the frame does not have is not known to be gone.
 fn is_whole(frame: &Snapshot) -> bool {
     let hides = |alarm: &ListedAlarm| {
         let is_such = matches!(alarm.cause, Cause::Fault(AlarmKind::Silent | AlarmKind::SameName));

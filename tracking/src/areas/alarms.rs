@@ -10,7 +10,7 @@ use crate::alarm_list::{About, ListedAlarm};
 /// Which of an area's alarms.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum Which {
-    /// Nothing is heard of it.
+    /// Nothing is heard of it, or not its site.
     Silent,
     /// Two trackers have its name.
     Shared,
@@ -26,12 +26,12 @@ pub(super) struct Alarms {
 }
 
 impl Alarms {
-    /// The alarms that stand, the oldest first; `refused` are areas that there is no room for.
+    /// The alarms that stand at `now_us`, the oldest first; `refused` are areas that there is no room for.
     pub fn list(
         &mut self,
         areas: &BTreeMap<AreaName, Area>,
         refused: &BTreeMap<AreaName, u64>,
-        unix_ms: u64,
+        (now_us, unix_ms): (u64, u64),
     ) -> Vec<ListedAlarm> {
         let mut all = Vec::new();
         let mut standing = BTreeSet::new();
@@ -43,23 +43,24 @@ impl Alarms {
             })
         };
         for (name, area) in areas {
-            if let Some(since_ms) = area.silent_since_ms {
-                let text = match &area.last {
-                    Some(_) => format!(
+            let said = area.said(now_us);
+            if let Some(since_ms) = area.missed_since_ms {
+                let text = match (&area.last, said) {
+                    // What it has is not known, and so is what of that is gone.
+                    (_, Some(_)) => format!(
+                        "area {name} is heard, but has not said its site: look whether Zenoh lets its tracker be asked, and start that anew"
+                    ),
+                    (Some(_), None) => format!(
                         "nothing is heard of area {name}: look whether its tracker runs and is connected"
                     ),
-                    None => {
+                    (None, None) => {
                         format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
                     }
                 };
-                all.push(of_area(
-                    name,
-                    number((name.clone(), Which::Silent)),
-                    (AlarmKind::Silent, text),
-                    since_ms,
-                ));
-                continue;
+                let number = number((name.clone(), Which::Silent));
+                all.push(of_area(name, number, (AlarmKind::Silent, text), since_ms));
             }
+            let Some(last) = said else { continue };
             if let Some(since_ms) = area.shared_since_ms {
                 let text = format!(
                     "two trackers say that they are area {name}, and what is shown of it changes from one to the other: start one of them with another --area"
@@ -67,7 +68,6 @@ impl Alarms {
                 let number = number((name.clone(), Which::Shared));
                 all.push(of_area(name, number, (AlarmKind::SameName, text), since_ms));
             }
-            let Some(last) = &area.last else { continue };
             all.extend(
                 last.frame
                     .alarms

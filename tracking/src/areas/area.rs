@@ -14,8 +14,10 @@ pub(super) struct Area {
     pub fields: Fields,
     pub heard_us: u64,
     pub is_gone: bool,
-    /// Since when it is not heard, ms since 1970.
-    pub silent_since_ms: Option<u64>,
+    /// Since when it is not heard, or has not said its site, ms since 1970.
+    pub missed_since_ms: Option<u64>,
+    /// Since when it is heard without its site, µs.
+    pub unsited_us: Option<u64>,
     /// When a frame of an earlier start than the one before was heard last, and when the last of two such, µs.
     pub earlier_us: Option<u64>,
     pub shared_us: Option<u64>,
@@ -45,12 +47,16 @@ impl Area {
         }
     }
 
-    /// Notes since when it is not heard, and since when two trackers have its name.
+    /// Notes since when it is missed, and since when two trackers have its name.
     pub fn note_time(&mut self, now_us: u64, unix_ms: u64) {
-        if self.said(now_us).is_some() {
-            self.silent_since_ms = None;
-        } else {
-            self.silent_since_ms.get_or_insert(unix_ms);
+        let is_heard = self.said(now_us).is_some();
+        let is_unsited = is_heard && self.site.is_none();
+        self.unsited_us = is_unsited.then(|| self.unsited_us.unwrap_or(now_us));
+        // Its site is asked for once it is heard: the answer takes a moment.
+        if is_heard && !is_unsited {
+            self.missed_since_ms = None;
+        } else if !is_lately(self.unsited_us, now_us) {
+            self.missed_since_ms.get_or_insert(unix_ms);
         }
         if is_lately(self.shared_us, now_us) {
             self.shared_since_ms.get_or_insert(unix_ms);

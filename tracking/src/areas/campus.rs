@@ -163,16 +163,14 @@ impl Campus {
         picture.line.tracks = self.persons.follow(heard, elapsed_s);
         picture.tracks = picture.line.tracks.iter().map(Into::into).collect();
         self.named.follow(&self.persons, elapsed_s);
-        let said = || {
-            let heard = self.areas.iter().filter(|(_, area)| area.silent_since_ms.is_none());
-            heard.filter_map(|(name, area)| Some((name, area.last.as_ref()?, area.heard_us)))
-        };
+        let said =
+            || self.areas.iter().filter_map(|(name, area)| Some((name, area.said(now_us)?, area.heard_us)));
         for (name, last, heard_us) in said() {
             self.named.hear(name, last, heard_us, &self.persons);
         }
         let told = said().flat_map(|(_, last, _)| &last.frame.names);
         picture.names = self.named.lines(told, &picture.line.tracks, site, now_us);
-        picture.alarms = self.alarms.list(&self.areas, &self.refused, unix_ms);
+        picture.alarms = self.alarms.list(&self.areas, &self.refused, (now_us, unix_ms));
         picture.total = total(site, &picture.line, &picture.modules);
         // Of an area without zones nobody is counted where others have some.
         let is_uncounted = |area: &Area| {

@@ -160,6 +160,33 @@ fn an_area_that_has_not_said_its_site_yet_is_not_in_the_total() {
 }
 
 #[test]
+fn an_area_that_never_says_its_site_is_an_alarm_that_says_what_to_do() {
+    let mut campus = Campus::new(&[area("west")], 10);
+    let told = |campus: &mut Campus, now_us: u64, unix_ms: u64| {
+        let alarms = campus.picture(&campus.site(), now_us, unix_ms).alarms;
+        let told = |alarm: ListedAlarm| (alarm.id, alarm.cause.name(), alarm.since_ms, alarm.text);
+        alarms.into_iter().map(told).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&mut campus, 0, 1000).len(), 1, "it was never heard");
+    campus.hear(&area("west"), frame(1, Vec::new()), 100_000);
+    let alarms = told(&mut campus, 100_000, 1100);
+    let [(1, "silent", 1000, text)] = &alarms[..] else { panic!("{alarms:?}") };
+    assert!(text.contains("area west is heard, but has not said its site"), "{text}");
+    campus.set_site(&area("west"), site());
+    assert_eq!(told(&mut campus, 200_000, 1200), []);
+}
+
+#[test]
+fn an_area_that_has_just_joined_has_the_time_to_say_its_site() {
+    let mut campus = Campus::new(&[], 10);
+    let raised = [0, 1_900_000, 2_100_000].map(|now_us: u64| {
+        campus.hear(&area("west"), frame(1 + now_us / 1000, Vec::new()), now_us);
+        campus.picture(&campus.site(), now_us, 1000 + now_us / 1000).alarms.len()
+    });
+    assert_eq!(raised, [0, 0, 1]);
+}
+
+#[test]
 fn an_area_without_zones_is_in_no_known_total_of_zones() {
     let (mut campus, _) = both();
     let bare = Site::parse("hall.toml", "[[module]]\nname = \"left\"\nx = 0\ny = 0\n").unwrap();
