@@ -21,21 +21,23 @@ enum Which {
 /// The number of each alarm of an area among those of all.
 #[derive(Debug, Default)]
 pub(super) struct Alarms {
-    numbers: BTreeMap<(AreaName, Which), u64>,
+    /// None: that about areas for which there is no room, whichever they are.
+    numbers: BTreeMap<Option<(AreaName, Which)>, u64>,
     newest: u64,
 }
 
 impl Alarms {
-    /// The alarms that stand at `now_us`, the oldest first; `refused` are areas that there is no room for.
+    /// The alarms that stand at `now_us`, the oldest first; `refused` are areas that there is no room for, and since when there
+    /// are such, ms since 1970.
     pub fn list(
         &mut self,
         areas: &BTreeMap<AreaName, Area>,
-        refused: &BTreeMap<AreaName, u64>,
-        (now_us, unix_ms): (u64, u64),
+        (refused, refused_since_ms): (&BTreeMap<AreaName, u64>, u64),
+        now_us: u64,
     ) -> Vec<ListedAlarm> {
         let mut all = Vec::new();
         let mut standing = BTreeSet::new();
-        let mut number = |key: (AreaName, Which)| {
+        let mut number = |key: Option<(AreaName, Which)>| {
             standing.insert(key.clone());
             *self.numbers.entry(key).or_insert_with(|| {
                 self.newest += 1;
@@ -57,7 +59,7 @@ impl Alarms {
                         format!("nothing was ever heard of area {name}: start its tracker with --area {name}")
                     }
                 };
-                let number = number((name.clone(), Which::Silent));
+                let number = number(Some((name.clone(), Which::Silent)));
                 all.push(of_area(name, number, (AlarmKind::Silent, text), since_ms));
             }
             let Some(last) = said else { continue };
@@ -65,25 +67,17 @@ impl Alarms {
                 let text = format!(
                     "two trackers say that they are area {name}, and what is shown of it changes from one to the other: start one of them with another --area"
                 );
-                let number = number((name.clone(), Which::Shared));
+                let number = number(Some((name.clone(), Which::Shared)));
                 all.push(of_area(name, number, (AlarmKind::SameName, text), since_ms));
             }
-            all.extend(
-                last.frame
-                    .alarms
-                    .iter()
-                    .map(|alarm| prefix::alarm(name, alarm, number((name.clone(), Which::Listed(alarm.id))))),
-            );
+            all.extend(last.frame.alarms.iter().map(|alarm| {
+                prefix::alarm(name, alarm, number(Some((name.clone(), Which::Listed(alarm.id)))))
+            }));
         }
         if let Some((first, _)) = refused.first_key_value() {
             let text =
                 format!("{} areas are too many, {first} among them: nothing of them is shown", refused.len());
-            all.push(of_area(
-                first,
-                number((first.clone(), Which::Silent)),
-                (AlarmKind::Silent, text),
-                unix_ms,
-            ));
+            all.push(of_area(first, number(None), (AlarmKind::Silent, text), refused_since_ms));
         }
         self.numbers.retain(|key, _| standing.contains(key));
         all.sort_by_key(|alarm| alarm.since_ms);

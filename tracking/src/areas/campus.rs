@@ -28,6 +28,8 @@ pub struct Campus {
     areas_max: usize,
     /// Areas that there was no room for, and when they were heard last, µs.
     refused: BTreeMap<AreaName, u64>,
+    /// Since when there are such, ms since 1970.
+    refused_since_ms: Option<u64>,
     persons: Persons,
     named: Named,
     followed_us: u64,
@@ -43,6 +45,7 @@ impl Campus {
             areas: expected.iter().map(|area| (area.clone(), Area::default())).collect(),
             areas_max: areas_max.max(expected.len()),
             refused: BTreeMap::new(),
+            refused_since_ms: None,
             persons: Persons::default(),
             named: Named::default(),
             followed_us: 0,
@@ -136,6 +139,8 @@ impl Campus {
         let mut picture = Snapshot { unix_ms, ..Snapshot::default() };
         picture.line.t = now_us.saturating_sub(begun_us) as f64 * 1e-6;
         self.refused.retain(|_, heard_us| now_us.saturating_sub(*heard_us) <= SILENT_US);
+        let since_ms = self.refused_since_ms.unwrap_or(unix_ms);
+        self.refused_since_ms = (!self.refused.is_empty()).then_some(since_ms);
         self.areas.values_mut().for_each(|area| area.note_time(now_us, unix_ms));
         let grounds = Grounds::of(
             self.areas
@@ -170,7 +175,7 @@ impl Campus {
         }
         let told = said().flat_map(|(_, last, _)| &last.frame.names);
         picture.names = self.named.lines(told, &picture.line.tracks, site, now_us);
-        picture.alarms = self.alarms.list(&self.areas, &self.refused, (now_us, unix_ms));
+        picture.alarms = self.alarms.list(&self.areas, (&self.refused, since_ms), now_us);
         picture.total = total(site, &picture.line, &picture.modules);
         // Of an area without zones nobody is counted where others have some.
         let is_uncounted = |area: &Area| {

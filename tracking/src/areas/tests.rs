@@ -296,6 +296,8 @@ fn more_areas_than_there_is_room_for_are_left_out_and_named() {
     let picture = campus.picture(&Site::default(), 0, 1);
     assert_eq!(campus.names().count(), 2);
     assert!(picture.alarms.iter().any(|alarm| alarm.text.contains("2 areas are too many, c among them")));
+    let alarms = campus.picture(&Site::default(), 100_000, 101).alarms;
+    assert!(alarms.iter().all(|alarm| alarm.since_ms == 1), "since they were heard first: {alarms:?}");
 }
 
 #[test]
