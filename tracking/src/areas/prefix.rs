@@ -4,6 +4,7 @@ use super::AreaName;
 use crate::alarm_list::{About, ListedAlarm};
 use crate::door::prompt::Prompt;
 use crate::door::{Phase, Trouble};
+use crate::floor::FloorLine;
 use crate::jsonl::ZoneLine;
 use crate::occupancy::ZoneKnown;
 use crate::site::Site;
@@ -70,8 +71,8 @@ pub fn add(area: &AreaName, site: Option<&Site>, frame: &Snapshot, to: &mut Snap
     }));
 }
 
-/// Adds what is known of an area that is not heard: nothing of its zones, lines and modules, by the names that its site and its last
-/// frame have. Of its doors it is said that their tracker says nothing; its floors are left out.
+/// Adds what is known of an area that is not heard: nothing of its zones, lines, modules and floors, by the names that its site and its
+/// last frame have. Of its doors it is said that their tracker says nothing.
 pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>, to: &mut Snapshot) {
     let of_site = site.iter().flat_map(|site| &site.zones).map(|zone| &zone.name);
     let of_last = last.iter().flat_map(|last| last.line.zones.keys());
@@ -91,6 +92,12 @@ pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>
         (door.lock_taken, door.alarm_taken) = (false, false);
         (door.prompt_name, door.prompt) = (Prompt::OutOfOrder, Prompt::OutOfOrder.words().to_owned());
         door
+    }));
+    to.floors.extend(last.floors.iter().map(|floor| FloorLine {
+        name: format!("{area}/{}", floor.name),
+        columns: floor.columns,
+        unknown_from: Some(0),
+        ..FloorLine::default()
     }));
     to.modules.extend(site.iter().flat_map(|site| last.own_modules(site)).cloned().map(|mut module| {
         put(area, &mut module.name);

@@ -3,6 +3,7 @@
 use super::{AreaFrame, AreaName, Campus};
 use crate::alarm_list::{About, ListedAlarm};
 use crate::door::{Phase, Trouble};
+use crate::floor::FloorLine;
 use crate::jsonl::{TrackLine, TracksLine, ZoneLine};
 use crate::occupancy::{Found, Total, ZoneKnown};
 use crate::site::Site;
@@ -245,6 +246,19 @@ fn a_door_of_an_area_that_is_not_heard_has_failed_and_stays_in_the_picture() {
     let door = campus.picture(&site, 2_200_000, 2).doors.remove(0);
     assert_eq!((door.name, door.phase, door.trouble), (name, Phase::Failed, Some(Trouble::NoFrames)));
     assert_eq!((door.contact, door.lock_taken), (None, false), "nothing of it is known");
+}
+
+#[test]
+fn no_panel_of_a_floor_is_known_while_its_area_is_not_heard() {
+    let (mut campus, site) = both();
+    let mut said = frame(2, Vec::new());
+    let mat = FloorLine { name: "mat".into(), columns: 4, down: vec![5], ..FloorLine::default() };
+    said.frame.floors = vec![FloorLine { stuck: vec![3], ..mat }];
+    campus.hear(&area("west"), said, 100_000);
+    assert_eq!(campus.picture(&site, 100_000, 1).floors[0].down, [5]);
+    let unknown =
+        FloorLine { name: "west/mat".into(), columns: 4, unknown_from: Some(0), ..FloorLine::default() };
+    assert_eq!(campus.picture(&site, 2_200_000, 2).floors, [unknown]);
 }
 
 #[test]
