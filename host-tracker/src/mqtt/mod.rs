@@ -54,6 +54,7 @@ mod publisher;
 mod session;
 mod topics;
 pub mod trust;
+mod unheard;
 
 pub use broker::{Broker, BrokerError, BrokerLink};
 pub use home_assistant::{About, discovery};

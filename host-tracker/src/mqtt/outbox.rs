@@ -16,8 +16,8 @@ use super::holds::Holds;
 use super::home_assistant::{About, Removable, discovery, parting, removable};
 use super::inputs::is_input;
 use super::messages::states;
-use super::payloads::Availability;
 use super::topics::{State, Topics};
+use super::unheard::{Earlier, is_door};
 use kehai_tracking::alarm::{AlarmKind, Cause};
 use kehai_tracking::alarm_list::{self, ListedAlarm};
 use kehai_tracking::snapshot::{STALE_MS, Snapshot};
@@ -43,11 +43,13 @@ struct Told {
 /// Whether a frame has all of the site. While an area is not heard or has not said its site, or two trackers take turns in its name,
 /// what the frame does not have is not known to be gone.
 fn is_whole(frame: &Snapshot) -> bool {
-    let hides = |alarm: &ListedAlarm| {
-        let is_such = matches!(alarm.cause, Cause::Fault(AlarmKind::Silent | AlarmKind::SameName));
-        alarm.about == alarm_list::About::Area && is_such
-    };
-    !frame.alarms.iter().any(hides)
+    !has_alarm_of_area(frame, AlarmKind::Silent) && !has_alarm_of_area(frame, AlarmKind::SameName)
+}
+
+fn has_alarm_of_area(frame: &Snapshot, kind: AlarmKind) -> bool {
+    let is_it =
+        |alarm: &ListedAlarm| alarm.about == alarm_list::About::Area && alarm.cause == Cause::Fault(kind);
+    frame.alarms.iter().any(is_it)
 }
 
 /// What was published, and when.
@@ -57,8 +59,8 @@ pub struct Outbox {
     about: About,
     holds: Holds,
     told: BTreeMap<String, Told>,
-    /// Topics of this site that the broker holds from an earlier time, with the components of Home Assistant's devices there.
-    earlier: BTreeMap<String, Removable>,
+    /// Topics of this site that the broker holds from an earlier time.
+    earlier: BTreeMap<String, Earlier>,
     newest_ms: Option<u64>,
     online: Option<bool>,
 }
@@ -94,7 +96,7 @@ impl Outbox {
     /// it comes back as a new message, and a door that is told `exit` opens.
     pub fn retained(&mut self, topic: &str, payload: &[u8]) {
         if self.topics.owns(topic) && !is_input(&self.topics, topic) {
-            self.earlier.insert(topic.to_owned(), removable(payload));
+            self.earlier.insert(topic.to_owned(), Earlier::of(self.rest(topic), payload));
         }
     }
 
@@ -135,31 +137,37 @@ impl Outbox {
         parting(payload, before)
     }
 
+    /// The topic after that of the site; empty for a topic beside it.
+    fn rest<'a>(&self, topic: &'a str) -> &'a str {
+        topic.strip_prefix(&self.topics.site()).unwrap_or_default()
+    }
+
     /// Whether a topic is that of an alarm or a name: they are no parts of the site, and over when no frame has them.
     fn comes_and_goes(&self, topic: &str) -> bool {
-        let rest = topic.strip_prefix(&self.topics.site()).unwrap_or_default();
+        let rest = self.rest(topic);
         rest.starts_with("/alarm/") || rest.starts_with("/name/")
     }
 
-    /// Leaves a topic as it is, of which nothing is known now; that much is said where a topic beside it says whether anything is.
-    fn leave(&mut self, topic: String, parts: Removable, now_ms: u64, out: &mut Vec<Publication>) {
-        let rest = topic.strip_prefix(&self.topics.site()).unwrap_or_default();
-        let is_availability = rest.ends_with("/availability") && rest.matches('/').count() == 3;
-        let offline = State::at_once(Availability::Offline.name().to_owned());
-        let is_said = self.told.get(&topic).is_some_and(|told| told.state == offline);
-        if is_availability && !is_said {
-            out.push(Publication { topic: topic.clone(), payload: offline.payload.clone() });
-            self.told.insert(topic, Told { state: offline, at_ms: now_ms });
-        } else if !self.told.contains_key(&topic) {
-            self.earlier.insert(topic, parts);
+    /// Leaves a topic as it is, of which nothing is known now; that much is said where there is a word for it.
+    fn leave(&mut self, topic: String, earlier: Earlier, now_ms: u64, out: &mut Vec<Publication>) {
+        let told = self.told.get(&topic).map(|told| &told.state);
+        let unknown = earlier.unknown(self.rest(&topic), told);
+        match unknown.filter(|unknown| told != Some(unknown)) {
+            Some(state) => {
+                out.push(Publication { topic: topic.clone(), payload: state.payload.clone() });
+                self.told.insert(topic, Told { state, at_ms: now_ms });
+            }
+            None if told.is_none() => _ = self.earlier.insert(topic, earlier),
+            None => {}
         }
     }
 
     fn compare(&mut self, frame: &Snapshot, now_ms: u64, out: &mut Vec<Publication>) {
         let (mut earlier, is_whole) = (std::mem::take(&mut self.earlier), is_whole(frame));
+        let is_silent = has_alarm_of_area(frame, AlarmKind::Silent);
         let configs = discovery(frame, &self.about, &self.topics);
         let gone_parts = |(topic, payload): (&String, &String)| {
-            let before = earlier.get(topic).cloned().unwrap_or_default();
+            let before = earlier.get(topic).map(|earlier| earlier.parts.clone()).unwrap_or_default();
             Some((topic.clone(), self.parting(topic, payload, before)?))
         };
         let mut partings: BTreeMap<String, String> = configs.iter().filter_map(gone_parts).collect();
@@ -176,8 +184,12 @@ impl Outbox {
         let gone: BTreeSet<String> = known.filter(|topic| !now.contains_key(*topic)).cloned().collect();
         for topic in gone.into_iter().filter(|topic| *topic != status) {
             if !is_whole && !self.comes_and_goes(&topic) {
-                let parts = earlier.remove(&topic).unwrap_or_default();
-                self.leave(topic, parts, now_ms, out);
+                // Of two trackers that take turns in one name it is the other's, and heard.
+                if !is_silent && is_door(self.rest(&topic)) && self.told.contains_key(&topic) {
+                    continue;
+                }
+                let before = earlier.remove(&topic).unwrap_or_default();
+                self.leave(topic, before, now_ms, out);
                 continue;
             }
             self.told.remove(&topic);

@@ -2,8 +2,6 @@
 
 use super::AreaName;
 use crate::alarm_list::{About, ListedAlarm};
-use crate::door::prompt::Prompt;
-use crate::door::{Phase, Trouble};
 use crate::floor::FloorLine;
 use crate::jsonl::ZoneLine;
 use crate::occupancy::ZoneKnown;
@@ -87,11 +85,7 @@ pub fn add_unheard(area: &AreaName, site: Option<&Site>, last: Option<&Snapshot>
     }));
     to.doors.extend(last.doors.iter().cloned().map(|mut door| {
         put(area, &mut door.name);
-        door.names.clear();
-        (door.phase, door.trouble, door.contact) = (Phase::Failed, Some(Trouble::NoFrames), None);
-        (door.lock_taken, door.alarm_taken) = (false, false);
-        (door.prompt_name, door.prompt) = (Prompt::OutOfOrder, Prompt::OutOfOrder.words().to_owned());
-        door
+        door.unheard()
     }));
     to.floors.extend(last.floors.iter().map(|floor| FloorLine {
         name: format!("{area}/{}", floor.name),

@@ -2,7 +2,9 @@
 
 use super::*;
 use crate::mqtt::messages::tests::{frame, site, topics, zone};
+use kehai_tracking::door::{Contact, DoorLine, Phase, Trouble};
 use kehai_tracking::jsonl::ZoneKnown;
+use kehai_tracking::site::Site;
 use serde_json::{Value, json};
 
 /// Of the site to which the frame's module belongs.
@@ -143,6 +145,50 @@ fn while_an_area_is_not_heard_nothing_of_the_site_is_forgotten() {
     assert_eq!(forgotten(&whole), [device, silent, cellar, &open]);
     let online = "kehai/front-door/zone/hall/availability";
     assert!(whole.iter().any(|told| told.topic == online && told.payload == "online"), "{whole:?}");
+}
+
+const DOOR: &str = "[[module]]\nname = \"left\"\nx = 0\ny = 0.5\n\
+    [[zone]]\nname = \"hall\"\nsecure = true\npeople_max = 4\npolygon = [[-1, -1], [1, -1], [1, 1], [-1, 1]]\n\
+    [[door]]\nname = \"front\"\nzone = \"hall\"\nline = [[-0.45, 1.0], [0.45, 1.0]]\nfail = \"secure\"\n";
+
+#[test]
+fn a_door_that_the_broker_keeps_has_failed_while_its_area_is_not_heard() {
+    let state = crate::doors::DoorHandle::new(&Site::parse("site", DOOR).unwrap(), None).states().remove(0);
+    let kept = DoorLine { phase: Phase::Idle, trouble: None, contact: Some(Contact::Shut), ..state.line };
+    let (front, other) = ("kehai/front-door/door/west-front", "kehai/front-door/door/of-another-version");
+    let mut outbox = outbox();
+    outbox.retained(front, serde_json::to_string(&kept).unwrap().as_bytes());
+    outbox.retained(other, b"{}");
+    let silent = json!({ "source": "area", "of": "west", "name": "silent", "text": "…" });
+    let mut part = frame();
+    part.alarms = vec![serde_json::from_value(silent).unwrap()];
+    let of_doors = |told: Vec<Publication>| -> Vec<(String, String)> {
+        let told = told.into_iter().filter(|told| told.topic.contains("/door/"));
+        told.map(|told| (told.topic, told.payload)).collect()
+    };
+    let told = of_doors(outbox.due(Some(&part), 0));
+    let [(topic, payload)] = &told[..] else { panic!("{told:?}") };
+    let said: DoorLine = serde_json::from_str(payload).unwrap();
+    assert_eq!((topic.as_str(), said.phase, said.trouble), (front, Phase::Failed, Some(Trouble::NoFrames)));
+    assert_eq!(said, kept.unheard());
+    assert_eq!(of_doors(outbox.due(Some(&part), 100)), [], "said once");
+    let gone = |topic: &str| (topic.to_owned(), String::new());
+    assert_eq!(of_doors(outbox.due(Some(&frame()), 200)), [gone(other), gone(front)], "no area has them");
+}
+
+#[test]
+fn a_door_of_which_another_tracker_of_its_area_says_nothing_stays_as_it_was_told() {
+    let state = crate::doors::DoorHandle::new(&Site::parse("site", DOOR).unwrap(), None).states().remove(0);
+    let mut outbox = outbox();
+    let mut told = |doors: &[DoorLine], now_ms| {
+        let shared = json!({ "source": "area", "of": "west", "name": "same-name", "text": "…" });
+        let mut part = frame();
+        part.alarms = vec![serde_json::from_value(shared).unwrap()];
+        part.doors = doors.to_vec();
+        let told = outbox.due(Some(&part), now_ms);
+        told.iter().filter(|told| told.topic.contains("/door/")).count()
+    };
+    assert_eq!([told(&[state.line.clone()], 0), told(&[], 100), told(&[state.line], 200)], [1, 0, 0]);
 }
 
 #[test]

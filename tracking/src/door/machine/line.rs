@@ -55,6 +55,24 @@ pub struct DoorLine {
     pub names: Vec<Name>,
 }
 
+impl DoorLine {
+    /// The same door once its tracker says nothing any more: it has failed, and what was said of it last holds no longer.
+    #[must_use]
+    pub fn unheard(self) -> Self {
+        Self {
+            phase: Phase::Failed,
+            lock_taken: false,
+            alarm_taken: false,
+            trouble: Some(Trouble::NoFrames),
+            contact: None,
+            prompt_name: Prompt::OutOfOrder,
+            prompt: Prompt::OutOfOrder.words().to_owned(),
+            names: Vec::new(),
+            ..self
+        }
+    }
+}
+
 impl Machine {
     /// How it is.
     #[must_use]
