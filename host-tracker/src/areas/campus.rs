@@ -7,28 +7,28 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
-use zenoh::sample::{Sample, SampleKind};
+use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use super::heard::{Heard, Lost, ask, frame, pass};
 use super::keys::{What, all, area_of};
 use super::link::{one_line, open};
-use super::{AreaPlace, LinkError, Network, Said, SiteSaid};
+use super::shown::Out;
+use super::{AreaPlace, LinkError, Network};
 use crate::alarm_handle::{AlarmHandle, new_list};
 use crate::clock::HostClock;
 use crate::log_limit::CountLog;
 use crate::site_file::SiteFile;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::alarm_list::AlarmList;
-use kehai_tracking::areas::{self, AreaFrame, AreaName};
-use kehai_tracking::now::Now;
+use kehai_tracking::areas::{self, AreaName};
 use kehai_tracking::site::Site;
-use kehai_tracking::snapshot::{Snapshot, active_alarms, unix_ms};
+use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
 /// Between two pictures: as often as a tracker makes frames.
 const EVERY: Duration = Duration::from_millis(100);
@@ -41,9 +41,6 @@ const QUEUE: usize = 1024;
 
 /// Pictures that wait for MQTT: six seconds.
 const PICTURES: usize = 60;
-
-/// Longest frame or site that is taken, bytes: a thousand modules.
-const LONGEST: usize = 4 << 20;
 
 /// Areas are found within this: until then the broker is not told what there is, as it would forget all that is not.
 const FOUND: Duration = Duration::from_secs(5);
@@ -70,72 +67,11 @@ pub struct Campus {
     site: watch::Receiver<Arc<Site>>,
 }
 
-/// What was heard.
-enum Heard {
-    Frame(AreaName, u64, Box<AreaFrame>),
-    Site(AreaName, Box<SiteSaid<'static>>),
-    Gone(AreaName),
-}
-
 /// What there is of a site that is asked for.
 #[derive(Default)]
 struct Known {
     revision: Option<u64>,
     asked: Option<Instant>,
-}
-
-/// Where pictures go.
-struct Out {
-    frames: watch::Sender<Arc<Snapshot>>,
-    site: watch::Sender<Arc<Site>>,
-    queue: SyncSender<Arc<Snapshot>>,
-    /// Whether they go there, too.
-    is_begun: bool,
-    /// Pictures that found no room there.
-    missed: u64,
-    file: SiteFile,
-    listed: AlarmHandle,
-    /// What is wrong with this service itself.
-    alarms: TrackerAlarms,
-    own: AlarmList,
-}
-
-impl Out {
-    /// Shows a picture to all, with how many of those before found a sink too slow.
-    fn show(&mut self, mut picture: Snapshot) {
-        picture.missed = self.missed;
-        let now = Now { steady_s: picture.line.t, unix_ms: picture.unix_ms };
-        // Its list alone says what became of them: listeners are told by the trackers.
-        let _ = self.own.observe(now, active_alarms(&self.alarms.lines(), &[], &[]));
-        picture.alarms.extend_from_slice(self.own.standing());
-        picture.alarms.sort_by_key(|alarm| alarm.since_ms);
-        let picture = Arc::new(picture);
-        self.listed.show(picture.unix_ms, picture.alarms.clone());
-        self.frames.send_replace(Arc::clone(&picture));
-        if self.is_begun
-            && let Err(TrySendError::Full(_)) = self.queue.try_send(picture)
-        {
-            self.missed += 1;
-        }
-    }
-}
-
-/// Messages that were lost.
-#[derive(Default)]
-struct Lost {
-    not_understood: AtomicU64,
-    no_room: AtomicU64,
-}
-
-impl Lost {
-    /// Says in the log how many were lost since the start, once in a while.
-    fn say(&self, log: &mut CountLog<2>) {
-        let counts = [&self.not_understood, &self.no_room].map(|count| count.load(Ordering::Relaxed));
-        if log.is_due(counts, Instant::now()) {
-            let [not_understood, no_room] = counts;
-            tracing::warn!("areas: {not_understood} messages were not understood, {no_room} found no room");
-        }
-    }
 }
 
 impl Campus {
@@ -276,50 +212,10 @@ fn is_found(campus: &areas::Campus, expected: &[AreaName], now_us: u64, after: D
     has_areas && after >= FOUND || !expected.is_empty() && campus.is_known(now_us)
 }
 
-/// Asks for the site of an area; the answer comes later, or never.
-fn ask(
-    session: &Session,
-    place: &AreaPlace,
-    answered: impl Fn(Option<Heard>) + Send + Sync + 'static,
-) -> Result<(), zenoh::Error> {
-    let area = place.area.clone();
-    session
-        .get(place.key(What::Site))
-        .callback(move |reply| {
-            if let Ok(sample) = reply.result() {
-                let said = read(sample).map(|said| Heard::Site(area.clone(), Box::new(said)));
-                answered(said);
-            }
-        })
-        .wait()
-}
-
-fn pass(to: &SyncSender<Heard>, lost: &Lost, heard: Option<Heard>) {
-    let Some(heard) = heard else {
-        lost.not_understood.fetch_add(1, Ordering::Relaxed);
-        return;
-    };
-    if to.try_send(heard).is_err() {
-        lost.no_room.fetch_add(1, Ordering::Relaxed);
-    }
-}
-
-fn frame(sample: &Sample) -> Option<Heard> {
-    let area = area_of(sample.key_expr().as_str())?;
-    let said: Said<'_> = read(sample)?;
-    Some(Heard::Frame(area, said.site_revision, Box::new(said.into())))
-}
-
-fn read<T: serde::de::DeserializeOwned>(sample: &Sample) -> Option<T> {
-    let bytes = sample.payload().to_bytes();
-    if bytes.len() > LONGEST {
-        return None;
-    }
-    serde_json::from_slice(&bytes).ok()
-}
-
 #[cfg(test)]
 mod tests {
+    use kehai_tracking::areas::AreaFrame;
+
     use super::*;
 
     #[test]
@@ -341,34 +237,5 @@ mod tests {
         assert!(!is_found(&campus, &[], 0, Duration::from_secs(3600)), "none was heard: nothing is known");
         heard(&mut campus, &expected[0]);
         assert!(!is_found(&campus, &[], 0, Duration::from_secs(4)) && is_found(&campus, &[], 0, FOUND));
-    }
-
-    #[test]
-    fn pictures_that_a_slow_sink_does_not_get_are_counted() {
-        let (queue, pictures) = sync_channel(1);
-        let file = SiteFile::together(std::path::Path::new("campus"));
-        let (frames, newest) = watch::channel(Arc::default());
-        let (site, _) = watch::channel(Arc::default());
-        let (listed, alarms, own) =
-            (AlarmHandle::default(), TrackerAlarms::default(), AlarmList::new(1 << 40));
-        let (is_begun, missed, kept) = (false, 0, alarms.clone());
-        let mut out = Out { frames, site, queue, is_begun, missed, file, listed, alarms: kept, own };
-        out.show(Snapshot::default());
-        assert!(pictures.try_recv().is_err() && out.missed == 0, "nothing is found yet");
-        out.is_begun = true;
-        for _ in 0..4 {
-            out.show(Snapshot::default());
-        }
-        assert_eq!((out.missed, newest.borrow().missed), (3, 2), "each says what those before it found");
-        alarms.thread_ended("mqtt", "the broker is odd");
-        out.show(Snapshot::default());
-        assert_eq!(
-            newest.borrow().alarms[0].cause.name(),
-            "thread",
-            "what is wrong with the service is shown"
-        );
-        drop(pictures);
-        out.show(Snapshot::default());
-        assert_eq!(out.missed, 4, "a sink that is not there misses nothing");
     }
 }

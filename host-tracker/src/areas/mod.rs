@@ -17,7 +17,9 @@
 //! | `keys` | the keys of an area in Zenoh |
 //! | `link` | the session |
 //! | `area` | what the tracker of an area publishes |
-//! | `campus` | what is heard of all areas |
+//! | `campus` | all areas put together |
+//! | `heard` | what is heard of them, and what of it is lost |
+//! | `shown` | where the picture of all goes |
 //! | `together` | the service that shows it |
 
 #[cfg(feature = "zenoh")]
@@ -25,10 +27,14 @@ mod area;
 #[cfg(feature = "zenoh")]
 mod campus;
 #[cfg(feature = "zenoh")]
+mod heard;
+#[cfg(feature = "zenoh")]
 mod keys;
 #[cfg(feature = "zenoh")]
 mod link;
 mod settings;
+#[cfg(feature = "zenoh")]
+mod shown;
 #[cfg(feature = "zenoh")]
 mod together;
 
